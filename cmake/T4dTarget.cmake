@@ -1,0 +1,42 @@
+# t4d_add_library(<folder> SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
+#
+# One static library a top-level folder, with the alias t4d::<folder>. Headers are included as
+# "<folder>/<name>.h" from the project's root, and installed as <t4d/<folder>/<name>.h>.
+function(t4d_add_library folder)
+  cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  set(target t4d_${folder})
+  add_library(${target} STATIC ${ARG_SOURCES})
+  add_library(t4d::${folder} ALIAS ${target})
+  target_sources(${target} PUBLIC FILE_SET HEADERS
+    BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${ARG_HEADERS})
+  target_include_directories(${target} PUBLIC
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
+  t4d_own_code(${target})
+  install(TARGETS ${target} EXPORT t4dTargets
+    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/t4d)
+endfunction()
+
+# Flags for our own code. No contraction to fused multiply-add: results are the same bit for bit on
+# every machine.
+function(t4d_own_code target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wpedantic -Werror -ffp-contract=off)
+endfunction()
+
+# t4d_add_test(<name> SOURCES ... LINK ...): a GoogleTest program; each TEST is a test of ctest.
+function(t4d_add_test name)
+  if(NOT T4D_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE
+    T4D_SHARED_MESHES="${PROJECT_SOURCE_DIR}/../shared/meshes")
+  t4d_own_code(${name})
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+endfunction()

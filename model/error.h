@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+#include <utility>
+
+namespace t4d {
+
+/// What kind of thing went wrong; the program's exit code follows from it.
+enum class ErrorCode {
+  InvalidInput,  ///< the data given is not what it must be (exit 4)
+  Io,            ///< a file cannot be opened, read or written (exit 4)
+  Unsupported,   ///< valid, but beyond what this build or version can do (exit 4)
+  Failed,        ///< our own or a library's failure on valid input (exit 1)
+};
+
+/// Every public function that can fail returns one of these instead of throwing.
+struct Error {
+  ErrorCode code = ErrorCode::Failed;
+  /// What was found, what was expected, and what to do.
+  std::string message;
+  /// Where: a file, with line or byte offset; a slab; an element. Empty where the caller knows.
+  std::string where;
+
+  /// `where: message`, on one line.
+  std::string text() const { return where.empty() ? message : where + ": " + message; }
+};
+
+template <class T>
+using Result = tl::expected<T, Error>;
+
+inline tl::unexpected<Error> fail(ErrorCode code, std::string message, std::string where = {}) {
+  return tl::unexpected<Error>(Error{code, std::move(message), std::move(where)});
+}
+
+inline tl::unexpected<Error> invalid(std::string message, std::string where = {}) {
+  return fail(ErrorCode::InvalidInput, std::move(message), std::move(where));
+}
+
+/// Hands an error on to the caller's Result.
+inline tl::unexpected<Error> pass(Error error) { return tl::unexpected<Error>(std::move(error)); }
+
+}  // namespace t4d
