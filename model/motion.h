@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <Eigen/Geometry>
 
 #include "model/error.h"
 #include "model/geometry.h"
@@ -23,8 +24,8 @@ struct Pose {
   }
 };
 
-/// A screw motion: rotation about an axis together with translation, both uniform. A rest and a pure
-/// translation are screws with angle 0.
+/// A screw motion: rotation about an axis together with translation, both uniform. A rest and a
+/// pure translation are screws with angle 0.
 struct Screw {
   Point3 axisPoint = Point3::Zero();
   Eigen::Vector3d axisDirection = Eigen::Vector3d::UnitZ();  ///< of length 1
@@ -40,9 +41,9 @@ struct Screw {
 struct Segment {
   double timeBegin = 0;
   double timeEnd = 0;
-  Pose start;  ///< from the mesh as given to where this segment starts
-  Pose end;    ///< the next segment's `start`
-  Screw screw; ///< in world coordinates, applied after `start`
+  Pose start;   ///< from the mesh as given to where this segment starts
+  Pose end;     ///< the next segment's `start`
+  Screw screw;  ///< in world coordinates, applied after `start`
 
   /// The pose at a fraction of the segment: `start` at 0 and `end` at 1 exactly.
   Pose at(double fraction) const;

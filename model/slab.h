@@ -65,8 +65,8 @@ struct Connectivity {
 };
 
 /// Says what makes `connectivity` unusable: counts that do not add up, an index out of range, a
-/// mean of nothing or of a mean, an attribute of the wrong length. Everything that takes a slab from
-/// outside the library judges it by this first.
+/// mean of nothing or of a mean, an attribute of the wrong length. Everything that takes a slab
+/// from outside the library judges it by this first.
 Result<void> checkConnectivity(const Connectivity& connectivity);
 
 /// The part of a 4D mesh between two consecutive times. A cap is a slab without thickness.
@@ -86,12 +86,12 @@ struct Slab {
   }
 };
 
-/// Computes the mean vertices of a slab whose other vertices are set. Every builder and reader calls
-/// this one function, so that means are the same bit for bit wherever they are made.
+/// Computes the mean vertices of a slab whose other vertices are set. Every builder and reader
+/// calls this one function, so that means are the same bit for bit wherever they are made.
 void setMeans(const Connectivity& connectivity, std::span<Point4> vertices);
 
-/// Says what makes `slab` unusable by itself: connectivity, number of vertices, coordinates that are
-/// not finite, layers off their times, vertices outside the slab's times.
+/// Says what makes `slab` unusable by itself: connectivity, number of vertices, coordinates that
+/// are not finite, layers off their times, vertices outside the slab's times.
 Result<void> checkSlab(const Slab& slab);
 
 /// Takes the slabs of one 4D mesh in time order. An error ends the stream: the caller stops.

@@ -1,7 +1,8 @@
 #include "model/triangle_mesh.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
+
+#include <Eigen/Geometry>
 
 namespace t4d::model {
 
@@ -44,9 +45,8 @@ bool isClosed(const TriangleMesh& mesh) {
     }
   }
   constexpr std::uint64_t kDirection = std::uint64_t{1} << 63;
-  std::sort(edges.begin(), edges.end(), [](std::uint64_t a, std::uint64_t b) {
-    return (a & ~kDirection) < (b & ~kDirection);
-  });
+  std::sort(edges.begin(), edges.end(),
+            [](std::uint64_t a, std::uint64_t b) { return (a & ~kDirection) < (b & ~kDirection); });
   for (std::size_t i = 0; i < edges.size();) {
     const std::uint64_t edge = edges[i] & ~kDirection;
     std::int64_t balance = 0;
