@@ -14,32 +14,39 @@ struct CellFacet {
   bool even;
 };
 
-/// The facet opposite corner i of (v0, v1, v2, v3) is the other corners in order, reversed where i
-/// is odd; sorting its vertices flips it once for each exchange.
 template <class Visit>
 void forEachFacet(const std::vector<Cell>& cells, Visit visit) {
   for (std::uint32_t index = 0; index < cells.size(); ++index) {
-    const Cell& cell = cells[index];
-    for (int opposite = 0; opposite < 4; ++opposite) {
-      std::uint32_t a = cell[opposite == 0 ? 1 : 0];
-      std::uint32_t b = cell[opposite <= 1 ? 2 : 1];
-      std::uint32_t c = cell[opposite <= 2 ? 3 : 2];
-      bool even = opposite % 2 == 0;
-      const auto order = [&even](std::uint32_t& x, std::uint32_t& y) {
-        if (x > y) {
-          std::swap(x, y);
-          even = !even;
-        }
-      };
-      order(a, b);
-      order(b, c);
-      order(a, b);
-      visit(a, CellFacet{b, c, index, even});
+    for (int corner = 0; corner < 4; ++corner) {
+      const auto [vertices, even] = facetOpposite(cells[index], corner);
+      visit(vertices[0], CellFacet{vertices[1], vertices[2], index, even});
     }
   }
 }
 
 }  // namespace
+
+OrientedFacet orientedFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  bool even = true;
+  const auto order = [&even](std::uint32_t& x, std::uint32_t& y) {
+    if (x > y) {
+      std::swap(x, y);
+      even = !even;
+    }
+  };
+  order(a, b);
+  order(b, c);
+  order(a, b);
+  return {{a, b, c}, even};
+}
+
+OrientedFacet facetOpposite(const Cell& cell, int corner) {
+  // The other corners in order, with the sign (-1)^corner.
+  OrientedFacet facet = orientedFacet(cell[corner == 0 ? 1 : 0], cell[corner <= 1 ? 2 : 1],
+                                      cell[corner <= 2 ? 3 : 2]);
+  if (corner % 2 != 0) facet.even = !facet.even;
+  return facet;
+}
 
 FacetTopology facetTopology(const Connectivity& connectivity) {
   // A counting sort by the smallest vertex, then a small sort in each bucket.

@@ -10,6 +10,18 @@
 /// opposite sides. This depends on the connectivity alone, so slabs that share one are judged once.
 namespace t4d::model {
 
+/// Three vertices in increasing order, and whether that order is an even permutation of the given.
+struct OrientedFacet {
+  std::array<std::uint32_t, 3> vertices;
+  bool even;
+};
+
+OrientedFacet orientedFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+
+/// The facet opposite a corner (0 to 3) of a cell, oriented as in the cell's boundary: for a
+/// positively oriented tetrahedron in space, counter-clockwise seen from outside.
+OrientedFacet facetOpposite(const Cell& cell, int corner);
+
 /// A triangle of the mesh, with how many cells have it in each of its two orientations.
 struct Facet {
   std::array<std::uint32_t, 3> vertices;  ///< increasing
