@@ -1,0 +1,152 @@
+#include "formats/t4d/array_codec.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <zstd.h>
+
+namespace t4d::formats {
+namespace {
+
+using t4d_layout::ByteReader;
+using t4d_layout::ByteWriter;
+
+constexpr std::size_t kBlock = 64;  // rows at a time, so that both sides stay in cache
+
+void transpose(std::span<const std::byte> from, std::size_t rowBytes, std::byte* into) {
+  const std::size_t rows = from.size() / rowBytes;
+  for (std::size_t begin = 0; begin < rows; begin += kBlock) {
+    const std::size_t end = std::min(rows, begin + kBlock);
+    for (std::size_t column = 0; column < rowBytes; ++column) {
+      std::byte* plane = into + column * rows;
+      for (std::size_t row = begin; row < end; ++row) plane[row] = from[row * rowBytes + column];
+    }
+  }
+}
+
+void transposeBack(std::span<const std::byte> from, std::size_t rowBytes, std::byte* into) {
+  const std::size_t rows = from.size() / rowBytes;
+  for (std::size_t begin = 0; begin < rows; begin += kBlock) {
+    const std::size_t end = std::min(rows, begin + kBlock);
+    for (std::size_t column = 0; column < rowBytes; ++column) {
+      const std::byte* plane = from.data() + column * rows;
+      for (std::size_t row = begin; row < end; ++row) into[row * rowBytes + column] = plane[row];
+    }
+  }
+}
+
+std::vector<std::byte> compressed(const ArrayView& array, int level) {
+  std::vector<std::byte> transposed(array.bytes.size());
+  transpose(array.bytes, array.rowBytes(), transposed.data());
+  std::vector<std::byte> stored(ZSTD_compressBound(transposed.size()));
+  const std::size_t size =
+      ZSTD_compress(stored.data(), stored.size(), transposed.data(), transposed.size(), level);
+  stored.resize(ZSTD_isError(size) != 0 ? 0 : size);
+  return stored;
+}
+
+Result<std::vector<std::byte>> decompressed(std::span<const std::byte> stored, std::size_t rowBytes,
+                                            std::uint64_t size) {
+  const unsigned long long declared = ZSTD_getFrameContentSize(stored.data(), stored.size());
+  if (declared != size) {
+    return invalid(
+        fmt::format("a compressed array does not declare the {} bytes of its rows", size));
+  }
+  if (ZSTD_findFrameCompressedSize(stored.data(), stored.size()) != stored.size()) {
+    return invalid("a compressed array is not one whole zstd frame");
+  }
+  std::vector<std::byte> transposed(size);
+  const std::size_t got =
+      ZSTD_decompress(transposed.data(), transposed.size(), stored.data(), stored.size());
+  if (ZSTD_isError(got) != 0 || got != size) {
+    return invalid(fmt::format("a compressed array cannot be decompressed: {}",
+                               ZSTD_isError(got) != 0 ? ZSTD_getErrorName(got) : "too short"));
+  }
+  std::vector<std::byte> bytes(size);
+  transposeBack(transposed, rowBytes, bytes.data());
+  return bytes;
+}
+
+}  // namespace
+
+void putArray(ByteWriter& into, const ArrayView& array, int level) {
+  std::span<const std::byte> stored = array.bytes;
+  std::vector<std::byte> smaller;
+  auto codec = Codec::Raw;
+  if (level > 0 && !array.bytes.empty()) {
+    smaller = compressed(array, level);
+    if (!smaller.empty() && smaller.size() < array.bytes.size()) {
+      stored = smaller;
+      codec = Codec::Zstd;
+    }
+  }
+  into.put(static_cast<std::uint8_t>(array.type));
+  into.put(array.components);
+  into.put(static_cast<std::uint8_t>(codec));
+  into.put(std::uint8_t{0});
+  into.put(std::uint32_t{0});
+  into.put(std::uint64_t{array.bytes.size() / array.rowBytes()});
+  into.put(std::uint64_t{stored.size()});
+  into.putBytes(stored.data(), stored.size());
+  into.pad();
+}
+
+Result<Array> takeArray(ByteReader& from) {
+  Array array;
+  const auto type = from.take<std::uint8_t>();
+  array.type = static_cast<model::ScalarType>(type);
+  array.components = from.take<std::uint8_t>();
+  const auto codec = from.take<std::uint8_t>();
+  const auto reserved = from.take<std::uint8_t>() | from.take<std::uint32_t>();
+  array.rows = from.take<std::uint64_t>();
+  const auto storedBytes = from.take<std::uint64_t>();
+  if (from.overrun()) return invalid("an array's header is cut off");
+  const std::size_t scalar = model::scalarSize(array.type);
+  if (scalar == 0) return invalid(fmt::format("an array has the unknown number type {}", type));
+  if (array.components == 0) return invalid("an array has rows of no numbers");
+  if (codec > static_cast<std::uint8_t>(Codec::Zstd)) {
+    return invalid(fmt::format("an array has the unknown codec {}", codec));
+  }
+  if (reserved != 0) return invalid("an array's reserved bytes are not zero");
+  if (storedBytes > from.left()) {
+    return invalid(
+        fmt::format("an array claims {} stored bytes where {} are left", storedBytes, from.left()));
+  }
+  const std::size_t rowBytes = scalar * array.components;
+  const std::uint64_t limit = codec == static_cast<std::uint8_t>(Codec::Raw)
+                                  ? storedBytes
+                                  : storedBytes * t4d_layout::kMaxExpansion;
+  if (array.rows > limit / rowBytes) {
+    return invalid(
+        fmt::format("an array claims {} rows of {} bytes, more than its {} stored bytes "
+                    "can hold",
+                    array.rows, rowBytes, storedBytes));
+  }
+  const std::uint64_t size = array.rows * rowBytes;
+  const auto stored = from.takeBytes(storedBytes);
+  if (!from.skipPadding()) return invalid("an array's padding is cut off or not zero");
+  if (codec == static_cast<std::uint8_t>(Codec::Raw)) {
+    if (storedBytes != size) {
+      return invalid(fmt::format("an array of {} bytes is stored in {}", size, storedBytes));
+    }
+    array.bytes.assign(stored.begin(), stored.end());
+    return array;
+  }
+  auto bytes = decompressed(stored, rowBytes, size);
+  if (!bytes) return pass(bytes.error());
+  array.bytes = std::move(*bytes);
+  return array;
+}
+
+Result<Array> takeArrayOf(ByteReader& from, model::ScalarType type, std::uint8_t components) {
+  auto array = takeArray(from);
+  if (array && (array->type != type || array->components != components)) {
+    return invalid(fmt::format(
+        "an array has rows of {} numbers of type {}, where {} of type {} are "
+        "expected",
+        array->components, static_cast<int>(array->type), components, static_cast<int>(type)));
+  }
+  return array;
+}
+
+}  // namespace t4d::formats

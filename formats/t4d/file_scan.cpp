@@ -1,0 +1,147 @@
+#include "formats/t4d/file_scan.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+
+using namespace t4d_layout;
+
+namespace {
+
+class Scanner {
+ public:
+  Scanner(ChunkFile& file, std::size_t bodyCount) : file_(file), bodyCount_(bodyCount) {}
+
+  FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
+    scan_.end = firstChunk;
+    while (!scan_.done) {
+      if (auto next = readNext(); !next) {
+        scan_.damage = next.error();
+        break;
+      }
+      if (progress) {
+        progress(static_cast<double>(scan_.end) / static_cast<double>(file_.size()));
+      }
+    }
+    return std::move(scan_);
+  }
+
+ private:
+  Result<void> readNext() {
+    if (scan_.end == file_.size()) {
+      return file_.damaged(scan_.end, "the file ends before its end mark: it is cut off");
+    }
+    auto header = file_.readChunkHeader(scan_.end);
+    if (!header) return pass(header.error());
+    auto payload = file_.readPayload(*header);
+    if (!payload) return pass(payload.error());
+    ++chunks_;
+    if (auto taken = take(*header, *payload); !taken) {
+      if (!taken.error().where.empty()) return taken;
+      return file_.damaged(header->offset,
+                           fmt::format("{}: {}", header->name(), taken.error().message),
+                           taken.error().code);
+    }
+    scan_.end = header->end();
+    return {};
+  }
+
+  Result<void> take(const ChunkHeader& header, std::span<const std::byte> payload) {
+    if (header.type == kConnectivity) {
+      connectivities_.push_back(header.offset);
+    } else if (header.type == kLayer) {
+      layers_.push_back(header.offset);
+    } else if (header.type == kSlab) {
+      return takeSlab(header, payload);
+    } else if (header.type == kDone) {
+      auto done = decodeDone(payload);
+      if (!done) return pass(done.error());
+      scan_.doneOffset = header.offset;
+      // HEAD came before the first chunk of this scan, and this chunk does not count itself.
+      if (done->chunks != chunks_) {
+        return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
+      }
+      scan_.done = std::move(*done);
+    } else if (header.critical()) {
+      return fail(ErrorCode::Unsupported,
+                  "a chunk of this type must be understood, and this version does not know it");
+    }
+    return {};
+  }
+
+  Result<void> takeSlab(const ChunkHeader& header, std::span<const std::byte> payload) {
+    auto slab = decodeSlab(payload);
+    if (!slab) return pass(slab.error());
+    const auto has = [](const std::vector<std::uint64_t>& offsets, std::uint64_t offset) {
+      return std::binary_search(offsets.begin(), offsets.end(), offset);
+    };
+    const SlabParts& parts = slab->parts;
+    if (!has(connectivities_, parts.connectivity) ||
+        (parts.lower != 0 && !has(layers_, parts.lower)) ||
+        (parts.upper != 0 && !has(layers_, parts.upper))) {
+      return invalid("it names a connectivity or a layer that does not come before it");
+    }
+    scan_.slabs.push_back({header.offset, header.bytes(), parts, slab->time});
+    if (auto checked = checkRecords(file_, {scan_.slabs.back()}, bodyCount_); !checked) {
+      scan_.slabs.pop_back();
+      return checked;
+    }
+    return {};
+  }
+
+  ChunkFile& file_;
+  std::size_t bodyCount_;
+  FileScan scan_;
+  std::uint64_t chunks_ = 0;
+  std::vector<std::uint64_t> connectivities_;  // offsets, increasing
+  std::vector<std::uint64_t> layers_;
+};
+
+}  // namespace
+
+FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
+                  const model::Progress& progress) {
+  return Scanner(file, bodyCount).run(firstChunk, progress);
+}
+
+Result<void> checkRecords(const ChunkFile& file, const std::vector<IndexRecord>& records,
+                          std::size_t bodyCount) {
+  std::vector<const IndexRecord*> last(bodyCount, nullptr);
+  std::uint64_t before = 0;
+  for (const IndexRecord& record : records) {
+    const SlabParts& parts = record.parts;
+    const auto wrong = [&](const std::string& message) {
+      return file.damaged(record.slab, "SLAB: " + message);
+    };
+    if (record.slab <= before || record.slab >= file.size() ||
+        record.slabBytes > file.size() - record.slab) {
+      return file.damaged(record.slab,
+                          "the index names a slab that is out of order or outside the "
+                          "file");
+    }
+    before = record.slab;
+    if (parts.connectivity >= record.slab || parts.lower >= record.slab ||
+        parts.upper >= record.slab) {
+      return wrong("it names a connectivity or a layer that does not come before it");
+    }
+    if (parts.body >= bodyCount) {
+      return wrong(fmt::format("it belongs to body {}, of {}", parts.body, bodyCount));
+    }
+    const IndexRecord* previous = last[parts.body];
+    last[parts.body] = &record;
+    if (previous == nullptr) continue;
+    if (parts.lower != previous->parts.upper) {
+      return wrong("its lower layer is not the upper layer of the slab before");
+    }
+    if (parts.lower != 0 ? record.time.begin != previous->time.end
+                         : record.time.begin < previous->time.end) {
+      return wrong(fmt::format("it begins at time {}, the slab before ends at {}",
+                               record.time.begin, previous->time.end));
+    }
+  }
+  return {};
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "formats/t4d/chunk_file.h"
+#include "formats/t4d/chunks.h"
+#include "model/slab.h"
+
+namespace t4d::formats {
+
+/// What reading a file from the front finds.
+struct FileScan {
+  std::vector<IndexRecord> slabs;
+  std::optional<Done> done;  ///< none where the file ends before it
+  std::uint64_t doneOffset = 0;
+  std::uint64_t end = 0;        ///< of the last whole chunk
+  std::optional<Error> damage;  ///< what ended the reading early
+};
+
+/// Reads chunk after chunk from the one after HEAD to DONE, each with its checksum, and judges that
+/// they are in an order that a reader can follow.
+FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
+                  const model::Progress& progress = {});
+
+/// Judges slab records against each other and the file: parts before their slab, slabs of a body in
+/// time order, each lower layer the upper layer of the slab before.
+Result<void> checkRecords(const ChunkFile& file, const std::vector<IndexRecord>& records,
+                          std::size_t bodyCount);
+
+}  // namespace t4d::formats

@@ -1,0 +1,116 @@
+#include "formats/t4d/metadata.h"
+
+#include <set>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "formats/t4d/layout.h"
+
+namespace t4d::formats {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Result<std::vector<std::string>> namesOf(const Json& head, const char* key) {
+  const auto found = head.find(key);
+  if (found == head.end() || !found->is_array()) {
+    return invalid(fmt::format("its metadata has no array '{}'", key));
+  }
+  std::vector<std::string> names;
+  for (const Json& name : *found) {
+    if (!name.is_string()) {
+      return invalid(fmt::format("its metadata has a '{}' entry that is not a string", key));
+    }
+    names.push_back(name.get<std::string>());
+  }
+  return names;
+}
+
+Result<void> checkBodies(const std::vector<std::string>& names) {
+  if (names.empty() || names.size() > t4d_layout::kMaxBodies) {
+    return invalid(fmt::format("its metadata names {} bodies; 1 to {} are allowed", names.size(),
+                               t4d_layout::kMaxBodies));
+  }
+  std::set<std::string> seen;
+  for (const std::string& name : names) {
+    if (name.empty() || name.size() > t4d_layout::kMaxNameBytes) {
+      return invalid(fmt::format("its metadata has a body name of {} bytes; 1 to {} are allowed",
+                                 name.size(), t4d_layout::kMaxNameBytes));
+    }
+    if (!seen.insert(name).second) {
+      return invalid(fmt::format("its metadata names the body '{}' twice", name));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string headText(const Metadata& metadata, const std::vector<std::string>& features) {
+  Json head;
+  head["features"] = features;
+  head["bodies"] = metadata.bodies;
+  const auto optional = [&](const char* key, const std::string& value) {
+    if (!value.empty()) head[key] = value;
+  };
+  optional("generator", metadata.generator);
+  optional("backend", metadata.backend);
+  optional("length_unit", metadata.lengthUnit);
+  optional("time_unit", metadata.timeUnit);
+  optional("up", metadata.up);
+  const Json details = Json::parse(metadata.detailsJson, nullptr, false);
+  if (details.is_object() && !details.empty()) head["details"] = details;
+  return head.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<Metadata> parseHead(const std::string& text) {
+  const Json head = Json::parse(text, nullptr, false);
+  if (head.is_discarded() || !head.is_object()) {
+    return invalid("its metadata is not a JSON object");
+  }
+  auto features = namesOf(head, "features");
+  if (!features) return pass(features.error());
+  for (const std::string& feature : *features) {
+    if (feature != t4d_layout::kFeatureZstd && feature != t4d_layout::kFeatureMeans) {
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("it needs the feature '{}', which this version does not know; a newer "
+                      "t4d may",
+                      feature));
+    }
+  }
+  Metadata metadata;
+  auto bodies = namesOf(head, "bodies");
+  if (!bodies) return pass(bodies.error());
+  metadata.bodies = std::move(*bodies);
+  if (auto checked = checkBodies(metadata.bodies); !checked) return pass(checked.error());
+
+  Error wrong;
+  const auto optional = [&](const char* key, std::string& into) {
+    const auto found = head.find(key);
+    if (found == head.end()) return;
+    if (found->is_string()) {
+      into = found->get<std::string>();
+    } else {
+      wrong = Error{
+          ErrorCode::InvalidInput, fmt::format("its metadata's '{}' is not a string", key), {}};
+    }
+  };
+  optional("generator", metadata.generator);
+  optional("backend", metadata.backend);
+  optional("length_unit", metadata.lengthUnit);
+  optional("time_unit", metadata.timeUnit);
+  optional("up", metadata.up);
+  if (!wrong.message.empty()) return pass(wrong);
+  if (metadata.up != "y" && metadata.up != "z") {
+    return invalid(fmt::format("its metadata's 'up' is '{}', not 'y' or 'z'", metadata.up));
+  }
+  if (const auto details = head.find("details"); details != head.end()) {
+    if (!details->is_object()) return invalid("its metadata's 'details' is not an object");
+    metadata.detailsJson = details->dump();
+  }
+  return metadata;
+}
+
+}  // namespace t4d::formats

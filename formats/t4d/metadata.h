@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/error.h"
+
+namespace t4d::formats {
+
+/// What a .t4d file says about itself, in its HEAD chunk (JSON; SPEC.md, section "HEAD").
+struct Metadata {
+  std::string generator;            ///< program and version
+  std::string backend;              ///< "mesh4d", "voxel4d", ...
+  std::string lengthUnit;           ///< "mm", "m", ...; "" where not known
+  std::string timeUnit;             ///< "s", ...
+  std::string up = "y";             ///< the axis that points up: "y" or "z"
+  std::vector<std::string> bodies;  ///< names, at least one, all different
+  std::string detailsJson = "{}";   ///< a JSON object, free in form: source, parameters, ...
+};
+
+/// The JSON text of a HEAD chunk whose reader must know `features`.
+std::string headText(const Metadata& metadata, const std::vector<std::string>& features);
+
+/// Takes a HEAD chunk apart. Refuses text that is not UTF-8 JSON of the right form, and, by name,
+/// features that this reader does not know.
+Result<Metadata> parseHead(const std::string& text);
+
+}  // namespace t4d::formats

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "formats/t4d/chunks.h"
+#include "formats/t4d/metadata.h"
+#include "model/slab.h"
+
+namespace t4d::formats {
+
+enum class T4dOpen : std::uint8_t {
+  /// The file must be whole. One with an index is opened by its footer and index alone; one written
+  /// without is read through from the front.
+  Whole,
+  /// Read from the front whatever the footer says, up to the first damage; what lies before it can
+  /// be used.
+  FromFront,
+};
+
+/// Reads a .t4d file slab by slab; memory is that of a slab or two. Every number from the file is
+/// checked before it is used, every slab against its checksums before it is given out.
+class T4dReader {
+ public:
+  static Result<T4dReader> open(const std::filesystem::path& path, T4dOpen how = T4dOpen::Whole);
+
+  T4dReader(T4dReader&&) noexcept;
+  T4dReader& operator=(T4dReader&&) noexcept;
+  ~T4dReader();
+
+  const Metadata& metadata() const;
+  bool indexed() const;
+  std::uint64_t fileBytes() const;
+  /// Bytes read from the file so far.
+  std::uint64_t bytesRead() const;
+
+  std::size_t bodyCount() const;
+  /// What the file says of a body, without reading its slabs. For a damaged file the slabs found.
+  const BodySummary& summary(std::size_t body) const;
+  /// The slabs of a body; lives as long as the reader.
+  model::Source& body(std::size_t index);
+  /// Where a slab's chunk is in the file.
+  std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
+
+  /// With FromFront: what ended the reading before the end of the file.
+  const std::optional<Error>& damage() const;
+
+ private:
+  class File;
+  explicit T4dReader(std::unique_ptr<File> file);
+  std::unique_ptr<File> file_;
+};
+
+/// Judges every byte of a file: all chunks with their checksums and order, and that index and
+/// footer say the same. What the slabs mean is model::MeshChecker's to judge.
+Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress = {});
+
+}  // namespace t4d::formats
