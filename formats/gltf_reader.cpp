@@ -23,17 +23,26 @@ const T* at(const std::vector<T>& all, int index) {
              : nullptr;
 }
 
+/// A mesh and the transform that places it.
+struct Instance {
+  int mesh;
+  Eigen::Affine3d world;
+};
+
 class Reader {
  public:
   Reader(const InputFile& file, const tinygltf::Model& model)
       : file_(file),
         model_(model),
-        builder_(file.path.string(), [this](auto place) { return places_[place]; }),
-        budget_(std::max(kMostInstanced, file.bytes.size())) {}
+        builder_(file.path.string(), [this](auto place) { return places_[place]; }) {}
 
   Result<LoadedMesh> read() {
-    auto done = model_.nodes.empty() ? readAllMeshes() : readNodes();
-    if (!done) return pass(done.error());
+    const auto instances = model_.nodes.empty() ? allMeshes() : placedMeshes();
+    if (!instances) return pass(instances.error());
+    if (auto good = checkCost(*instances); !good) return pass(good.error());
+    for (const auto& [mesh, world] : *instances) {
+      if (auto done = readMesh(mesh, world); !done) return pass(done.error());
+    }
     auto loaded = std::move(builder_).finish();
     if (!loaded) return loaded;
     note(*loaded, hidden_, "left out {} hidden nodes, whose scale is zero");
@@ -51,9 +60,40 @@ class Reader {
     return fmt::format("{}: {}[{}]", file_.path.string(), kind, index);
   }
 
-  Result<void> readAllMeshes() {
+  Result<std::vector<Instance>> allMeshes() const {
+    std::vector<Instance> all;
     for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i) {
-      if (auto done = readMesh(i, Eigen::Affine3d::Identity()); !done) return done;
+      all.push_back({i, Eigen::Affine3d::Identity()});
+    }
+    return all;
+  }
+
+  /// Refuses, before anything is read, what would come to more than `kMostInstanced` numbers.
+  Result<void> checkCost(const std::vector<Instance>& instances) const {
+    std::size_t bufferBytes = 0;
+    for (const auto& buffer : model_.buffers) bufferBytes += buffer.data.size();
+    const auto numbersOf = [&](int accessor) -> std::size_t {
+      const auto* found = at(model_.accessors, accessor);
+      // A count beyond the buffers is another error, found later.
+      return found == nullptr ? 0 : std::min(found->count, bufferBytes);
+    };
+    std::size_t budget = std::max(kMostInstanced, file_.bytes.size() + bufferBytes);
+    for (const auto& [index, world] : instances) {
+      const auto* mesh = at(model_.meshes, index);
+      if (mesh == nullptr) continue;
+      for (const auto& primitive : mesh->primitives) {
+        const auto position = primitive.attributes.find("POSITION");
+        const std::size_t cost =
+            numbersOf(primitive.indices) +
+            (position == primitive.attributes.end() ? 0 : 3 * numbersOf(position->second));
+        if (cost > budget) {
+          return fail(ErrorCode::Unsupported,
+                      "its nodes place more geometry than the file can hold; make them into one "
+                      "mesh",
+                      element("meshes", index));
+        }
+        budget -= cost;
+      }
     }
     return {};
   }
@@ -82,7 +122,7 @@ class Reader {
     return found;
   }
 
-  Result<void> readNodes() {
+  Result<std::vector<Instance>> placedMeshes() {
     const auto first = roots();
     if (!first) return pass(first.error());
     // A stack of our own: a chain of nodes may be longer than the program's.
@@ -92,6 +132,7 @@ class Reader {
     };
     push(*first, Eigen::Affine3d::Identity());
     std::vector<bool> visited(model_.nodes.size(), false);
+    std::vector<Instance> placed;
     while (!open.empty()) {
       const auto [index, parent] = open.back();
       open.pop_back();
@@ -112,12 +153,12 @@ class Reader {
         continue;
       }
       if (node->mesh >= 0) {
-        if (auto done = readMesh(node->mesh, world); !done) return done;
+        placed.push_back({node->mesh, world});
         deformed_ += node->skin >= 0;
       }
       push(node->children, world);
     }
-    return {};
+    return placed;
   }
 
   Result<Eigen::Affine3d> localTransform(const tinygltf::Node& node, int index) const {
@@ -197,7 +238,6 @@ class Reader {
   Result<std::size_t> addPoints(int accessor, const Eigen::Affine3d& world) {
     const auto numbers = readGltfAccessor(file_, model_, accessor, 3);
     if (!numbers) return pass(numbers.error());
-    if (auto within = spend(numbers->size()); !within) return pass(within.error());
     for (std::size_t i = 0; i < numbers->size(); i += 3) {
       const Eigen::Map<const Eigen::Vector3d> point(numbers->data() + i);
       if (auto added = builder_.addPoint(world * point, places_.size() - 1); !added) {
@@ -216,7 +256,6 @@ class Reader {
     }
     const auto numbers = readGltfAccessor(file_, model_, primitive.indices, 1);
     if (!numbers) return pass(numbers.error());
-    if (auto within = spend(numbers->size()); !within) return pass(within.error());
     corners.reserve(numbers->size());
     for (const double number : *numbers) {
       const auto corner = static_cast<std::uint64_t>(std::max(number, 0.0));
@@ -252,21 +291,10 @@ class Reader {
     return {};
   }
 
-  Result<void> spend(std::size_t numbers) {
-    if (numbers > budget_) {
-      return fail(ErrorCode::Unsupported,
-                  "its nodes place more geometry than the file can hold; make them into one mesh",
-                  places_.back());
-    }
-    budget_ -= numbers;
-    return {};
-  }
-
   const InputFile& file_;
   const tinygltf::Model& model_;
   std::vector<std::string> places_;
   MeshBuilder builder_;
-  std::size_t budget_;
   std::size_t hidden_ = 0;
   std::size_t notTriangles_ = 0;
   std::size_t deformed_ = 0;
