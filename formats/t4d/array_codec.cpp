@@ -123,6 +123,9 @@ Result<Array> takeArray(ByteReader& from) {
                     array.rows, rowBytes, storedBytes));
   }
   const std::uint64_t size = array.rows * rowBytes;
+  if (size == 0 && storedBytes != 0) {
+    return invalid(fmt::format("an array of no rows is stored in {} bytes", storedBytes));
+  }
   const auto stored = from.takeBytes(storedBytes);
   if (!from.skipPadding()) return invalid("an array's padding is cut off or not zero");
   if (codec == static_cast<std::uint8_t>(Codec::Raw)) {

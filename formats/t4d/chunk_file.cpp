@@ -53,7 +53,7 @@ ChunkFile::~ChunkFile() {
 
 tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string& message,
                                          ErrorCode code) const {
-  return fail(code, message, fmt::format("{}: byte {}", path_, offset));
+  return pass(Error{code, message, fmt::format("{}: byte {}", path_, offset), offset});
 }
 
 /// Callers have held `offset` and `bytes` against the file's size.
@@ -160,6 +160,12 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) {
   const std::size_t covered = from.position();
   if (from.take<std::uint32_t>() != crc32c(bytes->data(), covered)) {
     return damaged(offset, "the checksum of a chunk's header does not match: the file is damaged");
+  }
+  const auto isLetterOrDigit = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+  };
+  if (!std::all_of(header.type.begin(), header.type.end(), isLetterOrDigit)) {
+    return damaged(offset, "the chunk's type is not four letters or digits");
   }
   if ((header.flags & ~kFlagCritical) != 0) {
     return damaged(offset, fmt::format("the chunk has unknown flags {:#x}", header.flags),

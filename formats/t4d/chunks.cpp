@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -130,6 +132,24 @@ Result<std::vector<Attribute>> takeAttributes(ByteReader& from, std::uint32_t co
   return attributes;
 }
 
+/// Names go into messages and JSON, which must be UTF-8.
+bool isUtf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i++]);
+    const int more = lead < 0x80 ? 0 : lead < 0xC2 ? -1 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    if (more < 0 || lead > 0xF4 || text.size() - i < static_cast<std::size_t>(more)) return false;
+    std::uint32_t point = more == 0 ? lead : lead & (0x3FU >> more);
+    for (int k = 0; k < more; ++k) {
+      const auto next = static_cast<unsigned char>(text[i++]);
+      if (next >> 6 != 2) return false;
+      point = point << 6 | (next & 0x3FU);
+    }
+    constexpr std::uint32_t kLeast[] = {0, 0x80, 0x800, 0x10000};
+    if (point < kLeast[more] || point > 0x10FFFF || point >> 11 == 0x1B) return false;
+  }
+  return true;
+}
+
 void putTime(ByteWriter& into, const model::TimeSpan& time) {
   into.put(time.begin);
   into.put(time.end);
@@ -249,6 +269,7 @@ Result<Layer> decodeLayer(std::span<const std::byte> payload) {
   if (!std::isfinite(layer.time)) return invalid(fmt::format("it is at time {}", layer.time));
   auto vertices = takePositions(from);
   if (!vertices) return pass(vertices.error());
+  if (vertices->empty()) return invalid("it has no vertices; such a layer is not stored");
   layer.vertices = std::move(*vertices);
   for (Point4& vertex : layer.vertices) vertex[3] = layer.time;
   if (auto end = checkEnd(from); !end) return pass(end.error());
@@ -334,6 +355,9 @@ Result<Done> decodeDone(std::span<const std::byte> payload) {
     for (int k = 0; k < 3; ++k) body.bounds.min[k] = from.take<double>();
     for (int k = 0; k < 3; ++k) body.bounds.max[k] = from.take<double>();
     if (auto checked = checkTime(body.time); !checked) return pass(checked.error());
+    if (body.bounds.min.hasNaN() || body.bounds.max.hasNaN()) {
+      return invalid(fmt::format("the bounds of body {} are not numbers", i));
+    }
     if (body.slabs == 0) return invalid(fmt::format("it says that body {} has no slab", i));
     done.bodies.push_back(body);
   }
@@ -378,14 +402,23 @@ Result<std::vector<IndexRecord>> decodeIndex(std::span<const std::byte> payload)
   return records;
 }
 
-Result<void> checkStorable(std::span<const Attribute> attributes) {
-  for (const Attribute& attribute : attributes) {
-    if (attribute.name.empty() || attribute.name.size() > t4d_layout::kMaxNameBytes ||
-        attribute.components > 255) {
-      return invalid(
-          fmt::format("the attribute '{}' cannot be stored: a name has 1 to {} bytes, a "
-                      "row 1 to 255 numbers",
-                      attribute.name, t4d_layout::kMaxNameBytes));
+Result<void> checkStorable(std::span<const Attribute> ofConnectivity,
+                           std::span<const Attribute> ofSlab) {
+  std::set<std::pair<Domain, std::string_view>> seen;
+  for (const auto attributes : {ofConnectivity, ofSlab}) {
+    for (const Attribute& attribute : attributes) {
+      const std::string& name = attribute.name;
+      if (!isUtf8(name)) return invalid("an attribute's name is not UTF-8");
+      if (name.empty() || name.size() > t4d_layout::kMaxNameBytes || attribute.components == 0 ||
+          attribute.components > 255) {
+        return invalid(
+            fmt::format("the attribute '{}' cannot be stored: a name has 1 to {} bytes, a "
+                        "row 1 to 255 numbers",
+                        name, t4d_layout::kMaxNameBytes));
+      }
+      if (!seen.emplace(attribute.domain, name).second) {
+        return invalid(fmt::format("there are two attributes '{}'", name));
+      }
     }
   }
   return {};

@@ -65,7 +65,7 @@ struct BodySummary {
   std::uint64_t vertices = 0;  ///< each once
   std::uint64_t tetrahedra = 0;
   model::TimeSpan time;
-  model::Bounds3 bounds;
+  model::Bounds3 bounds;  ///< of the vertices that are stored: means lie between them
 };
 
 /// The end of the chunks that hold data.
@@ -93,7 +93,9 @@ struct IndexRecord {
 t4d_layout::ByteWriter encodeIndex(std::span<const IndexRecord> records);
 Result<std::vector<IndexRecord>> decodeIndex(std::span<const std::byte> payload);
 
-/// Names that fit, rows that fit: what must hold for attributes to be stored.
-Result<void> checkStorable(std::span<const model::Attribute> attributes);
+/// What must hold for the attributes of a slab, those of its connectivity and its own, to be
+/// stored: names are UTF-8 of a length that fits, no two of one domain are alike, rows fit.
+Result<void> checkStorable(std::span<const model::Attribute> ofConnectivity,
+                           std::span<const model::Attribute> ofSlab);
 
 }  // namespace t4d::formats

@@ -12,7 +12,8 @@ namespace {
 
 class Scanner {
  public:
-  Scanner(ChunkFile& file, std::size_t bodyCount) : file_(file), bodyCount_(bodyCount) {}
+  Scanner(ChunkFile& file, std::size_t bodyCount)
+      : file_(file), bodyCount_(bodyCount), judge_(file, bodyCount) {}
 
   FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
     scan_.end = firstChunk;
@@ -58,12 +59,15 @@ class Scanner {
     } else if (header.type == kDone) {
       auto done = decodeDone(payload);
       if (!done) return pass(done.error());
-      scan_.doneOffset = header.offset;
       // HEAD came before the first chunk of this scan, and this chunk does not count itself.
       if (done->chunks != chunks_) {
         return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
       }
+      if (auto checked = checkDone(*done, scan_.slabs, bodyCount_); !checked) return checked;
+      scan_.doneOffset = header.offset;
       scan_.done = std::move(*done);
+    } else if (header.type == kHead || header.type == kIndex) {
+      return invalid("this chunk cannot be here");
     } else if (header.critical()) {
       return fail(ErrorCode::Unsupported,
                   "a chunk of this type must be understood, and this version does not know it");
@@ -83,16 +87,15 @@ class Scanner {
         (parts.upper != 0 && !has(layers_, parts.upper))) {
       return invalid("it names a connectivity or a layer that does not come before it");
     }
-    scan_.slabs.push_back({header.offset, header.bytes(), parts, slab->time});
-    if (auto checked = checkRecords(file_, {scan_.slabs.back()}, bodyCount_); !checked) {
-      scan_.slabs.pop_back();
-      return checked;
-    }
+    const IndexRecord record = {header.offset, header.bytes(), parts, slab->time};
+    if (auto checked = judge_.add(record); !checked) return checked;
+    scan_.slabs.push_back(record);
     return {};
   }
 
   ChunkFile& file_;
   std::size_t bodyCount_;
+  RecordJudge judge_;
   FileScan scan_;
   std::uint64_t chunks_ = 0;
   std::vector<std::uint64_t> connectivities_;  // offsets, increasing
@@ -106,39 +109,61 @@ FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCou
   return Scanner(file, bodyCount).run(firstChunk, progress);
 }
 
-Result<void> checkRecords(const ChunkFile& file, const std::vector<IndexRecord>& records,
-                          std::size_t bodyCount) {
-  std::vector<const IndexRecord*> last(bodyCount, nullptr);
-  std::uint64_t before = 0;
-  for (const IndexRecord& record : records) {
-    const SlabParts& parts = record.parts;
-    const auto wrong = [&](const std::string& message) {
-      return file.damaged(record.slab, "SLAB: " + message);
-    };
-    if (record.slab <= before || record.slab >= file.size() ||
-        record.slabBytes > file.size() - record.slab) {
-      return file.damaged(record.slab,
-                          "the index names a slab that is out of order or outside the "
-                          "file");
-    }
-    before = record.slab;
-    if (parts.connectivity >= record.slab || parts.lower >= record.slab ||
-        parts.upper >= record.slab) {
-      return wrong("it names a connectivity or a layer that does not come before it");
-    }
-    if (parts.body >= bodyCount) {
-      return wrong(fmt::format("it belongs to body {}, of {}", parts.body, bodyCount));
-    }
-    const IndexRecord* previous = last[parts.body];
-    last[parts.body] = &record;
-    if (previous == nullptr) continue;
-    if (parts.lower != previous->parts.upper) {
+Result<void> RecordJudge::add(const IndexRecord& record) {
+  const SlabParts& parts = record.parts;
+  const auto wrong = [&](const std::string& message) {
+    return file_.damaged(record.slab, "SLAB: " + message);
+  };
+  if (record.slab <= before_ || record.slab >= file_.size() ||
+      record.slabBytes > file_.size() - record.slab) {
+    return file_.damaged(record.slab,
+                         "the index names a slab that is out of order or outside the file");
+  }
+  if (parts.connectivity >= record.slab || parts.lower >= record.slab ||
+      parts.upper >= record.slab) {
+    return wrong("it names a connectivity or a layer that does not come before it");
+  }
+  if (parts.body >= last_.size()) {
+    return wrong(fmt::format("it belongs to body {}, of {}", parts.body, last_.size()));
+  }
+  std::optional<IndexRecord>& last = last_[parts.body];
+  if (last) {
+    if (parts.lower != last->parts.upper) {
       return wrong("its lower layer is not the upper layer of the slab before");
     }
-    if (parts.lower != 0 ? record.time.begin != previous->time.end
-                         : record.time.begin < previous->time.end) {
+    if (parts.lower != 0 ? record.time.begin != last->time.end
+                         : record.time.begin < last->time.end) {
       return wrong(fmt::format("it begins at time {}, the slab before ends at {}",
-                               record.time.begin, previous->time.end));
+                               record.time.begin, last->time.end));
+    }
+  }
+  last = record;
+  before_ = record.slab;
+  return {};
+}
+
+Result<void> checkDone(const Done& done, const std::vector<IndexRecord>& records,
+                       std::size_t bodyCount) {
+  if (done.bodies.size() != bodyCount) {
+    return invalid(fmt::format("it has {} bodies, the metadata {}", done.bodies.size(), bodyCount));
+  }
+  struct Found {
+    std::uint64_t slabs = 0;
+    model::TimeSpan time;
+  };
+  std::vector<Found> found(bodyCount);
+  for (const IndexRecord& record : records) {
+    Found& body = found[record.parts.body];
+    if (body.slabs++ == 0) body.time.begin = record.time.begin;
+    body.time.end = record.time.end;
+  }
+  for (std::size_t i = 0; i < bodyCount; ++i) {
+    const BodySummary& said = done.bodies[i];
+    if (found[i].slabs != said.slabs || found[i].time.begin != said.time.begin ||
+        found[i].time.end != said.time.end) {
+      return invalid(fmt::format(
+          "body {} has {} slabs from time {} to {}; it says {} from {} to {}", i, found[i].slabs,
+          found[i].time.begin, found[i].time.end, said.slabs, said.time.begin, said.time.end));
     }
   }
   return {};

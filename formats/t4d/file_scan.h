@@ -9,6 +9,23 @@
 
 namespace t4d::formats {
 
+/// Judges slab records, in file order, against each other and the file: parts before their slab,
+/// slabs of a body in time order, each lower layer the upper layer of the slab before.
+class RecordJudge {
+ public:
+  RecordJudge(const ChunkFile& file, std::size_t bodyCount) : file_(file), last_(bodyCount) {}
+  Result<void> add(const IndexRecord& record);
+
+ private:
+  const ChunkFile& file_;
+  std::vector<std::optional<IndexRecord>> last_;  // of each body
+  std::uint64_t before_ = 0;
+};
+
+/// The end mark says of each body as many slabs and the times that `records` have.
+Result<void> checkDone(const Done& done, const std::vector<IndexRecord>& records,
+                       std::size_t bodyCount);
+
 /// What reading a file from the front finds.
 struct FileScan {
   std::vector<IndexRecord> slabs;
@@ -22,10 +39,5 @@ struct FileScan {
 /// they are in an order that a reader can follow.
 FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
                   const model::Progress& progress = {});
-
-/// Judges slab records against each other and the file: parts before their slab, slabs of a body in
-/// time order, each lower layer the upper layer of the slab before.
-Result<void> checkRecords(const ChunkFile& file, const std::vector<IndexRecord>& records,
-                          std::size_t bodyCount);
 
 }  // namespace t4d::formats

@@ -47,6 +47,7 @@ inline constexpr ChunkType kIndex = {'I', 'N', 'D', 'X'};
 inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::uint64_t kMaxBodies = 65536;
+inline constexpr int kMaxJsonDepth = 64;
 /// zstd turns no byte into more than this many.
 inline constexpr std::uint64_t kMaxExpansion = 32768;
 

@@ -10,7 +10,21 @@
 namespace t4d::formats {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;
+
+/// Parses JSON that is nested no deeper than allowed: what handles JSON recurses, here and
+/// elsewhere, and a stack is soon full.
+Json parseShallow(const std::string& text) {
+  bool tooDeep = false;
+  const Json::parser_callback_t check = [&](int depth, Json::parse_event_t event, Json&) {
+    const bool opens =
+        event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
+    if (opens && depth >= t4d_layout::kMaxJsonDepth) tooDeep = true;
+    return !tooDeep;
+  };
+  Json json = Json::parse(text, check, false);
+  return tooDeep ? Json(Json::value_t::discarded) : json;
+}
 
 Result<std::vector<std::string>> namesOf(const Json& head, const char* key) {
   const auto found = head.find(key);
@@ -47,7 +61,12 @@ Result<void> checkBodies(const std::vector<std::string>& names) {
 
 }  // namespace
 
-std::string headText(const Metadata& metadata, const std::vector<std::string>& features) {
+Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features) {
+  const Json details = parseShallow(metadata.detailsJson);
+  if (!details.is_object()) {
+    return invalid(fmt::format("the details are not a JSON object of at most {} levels",
+                               t4d_layout::kMaxJsonDepth - 1));
+  }
   Json head;
   head["features"] = features;
   head["bodies"] = metadata.bodies;
@@ -59,15 +78,20 @@ std::string headText(const Metadata& metadata, const std::vector<std::string>& f
   optional("length_unit", metadata.lengthUnit);
   optional("time_unit", metadata.timeUnit);
   optional("up", metadata.up);
-  const Json details = Json::parse(metadata.detailsJson, nullptr, false);
-  if (details.is_object() && !details.empty()) head["details"] = details;
-  return head.dump(1, ' ', false, Json::error_handler_t::replace);
+  if (!details.empty()) head["details"] = details;
+  std::string text = head.dump(1, ' ', false, Json::error_handler_t::replace);
+  if (text.size() > t4d_layout::kMaxHeadBytes) {
+    return invalid(fmt::format("the metadata has {} bytes; at most {} are allowed", text.size(),
+                               t4d_layout::kMaxHeadBytes));
+  }
+  return text;
 }
 
 Result<Metadata> parseHead(const std::string& text) {
-  const Json head = Json::parse(text, nullptr, false);
-  if (head.is_discarded() || !head.is_object()) {
-    return invalid("its metadata is not a JSON object");
+  const Json head = parseShallow(text);
+  if (!head.is_object()) {
+    return invalid(fmt::format("its metadata is not a JSON object of at most {} levels",
+                               t4d_layout::kMaxJsonDepth));
   }
   auto features = namesOf(head, "features");
   if (!features) return pass(features.error());

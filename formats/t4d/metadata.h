@@ -18,8 +18,9 @@ struct Metadata {
   std::string detailsJson = "{}";   ///< a JSON object, free in form: source, parameters, ...
 };
 
-/// The JSON text of a HEAD chunk whose reader must know `features`.
-std::string headText(const Metadata& metadata, const std::vector<std::string>& features);
+/// The JSON text of a HEAD chunk whose reader must know `features`. Fails where the details are not
+/// a JSON object, or all of it is too long.
+Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features);
 
 /// Takes a HEAD chunk apart. Refuses text that is not UTF-8 JSON of the right form, and, by name,
 /// features that this reader does not know.

@@ -1,6 +1,8 @@
 #include "formats/t4d/reader.h"
 
 #include <algorithm>
+#include <new>
+#include <type_traits>
 
 #include <fmt/format.h>
 
@@ -40,10 +42,11 @@ Result<Head> readHead(ChunkFile& file) {
   return Head{std::move(*metadata), header->end()};
 }
 
-/// The records and summaries of a file with an index, from its footer.
+/// The end of a file with an index.
 struct Index {
   std::vector<IndexRecord> records;
   Done done;
+  std::uint64_t doneOffset = 0;
 };
 
 Result<Index> readIndex(ChunkFile& file) {
@@ -60,32 +63,45 @@ Result<Index> readIndex(ChunkFile& file) {
   if (!decodedDone) return file.damaged(footer->done, "DONE: " + decodedDone.error().message);
   auto records = decodeIndex(index->payload);
   if (!records) return file.damaged(footer->index, "INDX: " + records.error().message);
-  return Index{std::move(*records), std::move(*decodedDone)};
+  return Index{std::move(*records), std::move(*decodedDone), footer->done};
 }
 
-/// The end mark's counts of slabs are those of the records.
-Result<void> checkCounts(const ChunkFile& file, const std::vector<IndexRecord>& records,
-                         const Done& done, std::size_t bodyCount) {
-  if (done.bodies.size() != bodyCount) {
-    return file.damaged(0, fmt::format("the end mark has {} bodies, the metadata {}",
-                                       done.bodies.size(), bodyCount));
+/// Judges the index by itself: whether the slabs are where it says is seen when they are read.
+Result<void> checkIndex(const ChunkFile& file, const Index& index, std::size_t bodyCount) {
+  RecordJudge judge(file, bodyCount);
+  for (const IndexRecord& record : index.records) {
+    if (auto judged = judge.add(record); !judged) return judged;
   }
-  std::vector<std::uint64_t> counts(bodyCount, 0);
-  for (const IndexRecord& record : records) ++counts[record.parts.body];
-  for (std::size_t i = 0; i < bodyCount; ++i) {
-    if (counts[i] != done.bodies[i].slabs) {
-      return file.damaged(0, fmt::format("body {} has {} slabs, the end mark says {}", i, counts[i],
-                                         done.bodies[i].slabs));
-    }
+  if (auto checked = checkDone(index.done, index.records, bodyCount); !checked) {
+    return file.damaged(index.doneOffset, "DONE: " + checked.error().message);
   }
   return {};
 }
 
-/// A file without an index ends with its end mark.
-Result<void> checkNothingFollows(const ChunkFile& file, const FileScan& scan) {
-  if (scan.end == file.size()) return {};
-  return file.damaged(scan.end, fmt::format("{} bytes follow the end mark of a file without index",
-                                            file.size() - scan.end));
+/// After the end mark that `scan` found come an index that says the same and a footer, or nothing.
+Result<void> checkTail(ChunkFile& file, bool indexed, const FileScan& scan) {
+  if (!indexed) {
+    if (scan.end == file.size()) return {};
+    return file.damaged(scan.end,
+                        fmt::format("{} bytes follow the end mark of a file without index",
+                                    file.size() - scan.end));
+  }
+  auto index = readIndex(file);
+  if (!index) return pass(index.error());
+  if (index->doneOffset != scan.doneOffset || index->records != scan.slabs) {
+    return file.damaged(scan.end, "the index does not say where the slabs are");
+  }
+  return {};
+}
+
+/// A file may honestly hold more than fits into memory.
+template <class Function>
+std::invoke_result_t<Function> withinMemory(const std::string& where, Function&& function) {
+  try {
+    return function();
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::Failed, "what it holds does not fit into memory", where);
+  }
 }
 
 }  // namespace
@@ -106,37 +122,36 @@ class T4dReader::File {
     if (indexed_ && how == T4dOpen::Whole) {
       auto index = readIndex(file_);
       if (!index) return cutOff(index.error(), head->end);
+      if (auto checked = checkIndex(file_, *index, bodyCount); !checked) return checked;
       records_ = std::move(index->records);
       done = std::move(index->done);
     } else {
       FileScan scan = scanFile(file_, head->end, bodyCount);
-      if (how == T4dOpen::Whole) {
-        if (scan.damage) return pass(*scan.damage);
-        if (auto end = checkNothingFollows(file_, scan); !end) return end;
-      }
-      records_ = std::move(scan.slabs);
       damage_ = std::move(scan.damage);
+      if (!damage_) {
+        if (auto tail = checkTail(file_, indexed_, scan); !tail) damage_ = tail.error();
+      }
+      if (damage_ && how == T4dOpen::Whole) return pass(*damage_);
+      records_ = std::move(scan.slabs);
       done = scan.done ? std::move(*scan.done) : foundSoFar(bodyCount);
     }
-    if (auto checked = checkRecords(file_, records_, bodyCount); !checked) return checked;
-    if (auto checked = checkCounts(file_, records_, done, bodyCount); !checked) return checked;
     summaries_ = std::move(done.bodies);
     bodies_.reserve(bodyCount);
-    for (std::uint32_t i = 0; i < bodyCount; ++i) bodies_.emplace_back(*this, i);
+    for (std::size_t i = 0; i < bodyCount; ++i) bodies_.emplace_back(*this);
+    for (std::size_t i = 0; i < records_.size(); ++i) bodies_[records_[i].parts.body].add(i);
     return {};
   }
 
   class Body : public model::Source {
    public:
-    Body(File& file, std::uint32_t index) : file_(file) {
-      for (std::size_t i = 0; i < file.records_.size(); ++i) {
-        if (file.records_[i].parts.body == index) slabs_.push_back(i);
-      }
-    }
+    explicit Body(File& file) : file_(file) {}
+    void add(std::size_t record) { slabs_.push_back(record); }
+
     std::size_t slabCount() const override { return slabs_.size(); }
     model::TimeSpan timeSpan(std::size_t index) const override { return record(index).time; }
     Result<const Slab*> slab(std::size_t index) override {
-      if (auto read = readSlab(record(index)); !read) {
+      auto read = withinMemory(file_.file_.path(), [&] { return readSlab(record(index)); });
+      if (!read) {
         Error error = read.error();
         error.message = fmt::format("slab {}: {}", index, error.message);
         return pass(std::move(error));
@@ -256,6 +271,9 @@ Result<void> T4dReader::File::Body::readSlab(const IndexRecord& record) {
   setMeans(connectivity, slab_.vertices);
   slab_.attributes = std::move(decoded->attributes);
   if (auto sound = checkSlab(slab_); !sound) return wrong(sound.error().message);
+  if (auto sound = checkStorable(connectivity.cellAttributes, slab_.attributes); !sound) {
+    return wrong(sound.error().message);
+  }
   upper_ = std::move(*upper);
   upperOffset_ = record.parts.upper;
   return {};
@@ -270,7 +288,8 @@ Result<T4dReader> T4dReader::open(const std::filesystem::path& path, T4dOpen how
   auto chunkFile = ChunkFile::open(path);
   if (!chunkFile) return pass(chunkFile.error());
   auto file = std::make_unique<File>(std::move(*chunkFile));
-  if (auto opened = file->open(how); !opened) return pass(opened.error());
+  auto opened = withinMemory(path.string(), [&] { return file->open(how); });
+  if (!opened) return pass(opened.error());
   return T4dReader(std::move(file));
 }
 
@@ -287,28 +306,17 @@ std::uint64_t T4dReader::slabOffset(std::size_t body, std::size_t slab) const {
 const std::optional<Error>& T4dReader::damage() const { return file_->damage_; }
 
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress) {
-  auto file = ChunkFile::open(path);
-  if (!file) return pass(file.error());
-  auto header = file->readHeader();
-  if (!header) return pass(header.error());
-  auto head = readHead(*file);
-  if (!head) return pass(head.error());
-  const FileScan scan = scanFile(*file, head->end, head->metadata.bodies.size(), progress);
-  if (scan.damage) return pass(*scan.damage);
-  const std::size_t bodyCount = head->metadata.bodies.size();
-  if (auto checked = checkRecords(*file, scan.slabs, bodyCount); !checked) return checked;
-  if (auto checked = checkCounts(*file, scan.slabs, *scan.done, bodyCount); !checked) {
-    return checked;
-  }
-  if (!header->indexed) return checkNothingFollows(*file, scan);
-  auto footer = file->readFooter();
-  if (!footer) return pass(footer.error());
-  auto index = readIndex(*file);
-  if (!index) return pass(index.error());
-  if (footer->done != scan.doneOffset || index->records != scan.slabs) {
-    return file->damaged(footer->index, "the index does not say where the slabs are");
-  }
-  return {};
+  return withinMemory(path.string(), [&]() -> Result<void> {
+    auto file = ChunkFile::open(path);
+    if (!file) return pass(file.error());
+    auto header = file->readHeader();
+    if (!header) return pass(header.error());
+    auto head = readHead(*file);
+    if (!head) return pass(head.error());
+    const FileScan scan = scanFile(*file, head->end, head->metadata.bodies.size(), progress);
+    if (scan.damage) return pass(*scan.damage);
+    return checkTail(*file, header->indexed, scan);
+  });
 }
 
 }  // namespace t4d::formats

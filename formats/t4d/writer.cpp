@@ -1,7 +1,8 @@
 #include "formats/t4d/writer.h"
 
-#include <algorithm>
 #include <cstring>
+#include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -43,12 +44,9 @@ class T4dWriter::File {
     std::vector<std::string> features = {std::string(kFeatureMeans)};
     if (arrays_.level > 0) features.emplace_back(kFeatureZstd);
     ByteWriter head;
-    const std::string text = headText(metadata_, features);
-    if (text.size() > kMaxHeadBytes) {
-      return invalid(fmt::format("the metadata has {} bytes; at most {} are allowed", text.size(),
-                                 kMaxHeadBytes));
-    }
-    head.putBytes(text.data(), text.size());
+    const auto text = headText(metadata_, features);
+    if (!text) return pass(text.error());
+    head.putBytes(text->data(), text->size());
     const auto offset = putChunk(kHead, head);
     return offset ? Result<void>() : pass(offset.error());
   }
@@ -56,6 +54,7 @@ class T4dWriter::File {
   model::Sink& body(std::size_t index) { return bodies_[index]; }
 
   Result<std::uint64_t> finish() {
+    if (error_) return pass(*error_);
     for (const Body& body : bodies_) {
       if (body.summary.slabs == 0) {
         return invalid(fmt::format("the body '{}' has no slab", metadata_.bodies[body.index]));
@@ -79,7 +78,7 @@ class T4dWriter::File {
   class Body : public model::Sink {
    public:
     Body(File& file, std::uint32_t bodyIndex) : index(bodyIndex), file_(file) {}
-    Result<void> put(const Slab& slab) override { return file_.putSlab(*this, slab); }
+    Result<void> put(const Slab& slab) override { return file_.put(*this, slab); }
 
     std::uint32_t index;
     BodySummary summary;
@@ -92,6 +91,14 @@ class T4dWriter::File {
    private:
     File& file_;
   };
+
+  /// What has failed once cannot be finished: the file would look whole and lack slabs.
+  Result<void> put(Body& body, const Slab& slab) {
+    if (error_) return pass(*error_);
+    auto done = putSlab(body, slab);
+    if (!done) error_ = done.error();
+    return done;
+  }
 
   /// Returns the offset of the chunk.
   Result<std::uint64_t> putChunk(ChunkType type, ByteWriter& payload) {
@@ -121,10 +128,19 @@ class T4dWriter::File {
     if (!slab.connectivity) return invalid("has no connectivity");
     if (slab.connectivity != body.connectivity) {
       if (auto sound = checkConnectivity(*slab.connectivity); !sound) return sound;
-      if (auto sound = checkStorable(slab.connectivity->cellAttributes); !sound) return sound;
     }
     if (auto sound = checkSlab(slab); !sound) return sound;
-    if (auto sound = checkStorable(slab.attributes); !sound) return sound;
+    if (auto sound = checkStorable(slab.connectivity->cellAttributes, slab.attributes); !sound) {
+      return sound;
+    }
+    if (arrays_.float32) {
+      constexpr double kLargest = std::numeric_limits<float>::max();
+      for (const Point4& vertex : slab.vertices) {
+        if (vertex.head<3>().cwiseAbs().maxCoeff() > kLargest) {
+          return invalid("a coordinate is too large for a 32-bit float");
+        }
+      }
+    }
     const auto lower = slab.lowerLayer();
     if (body.summary.slabs > 0) {
       const bool apart = lower.empty() ? slab.timeBegin < body.summary.time.end
@@ -191,10 +207,15 @@ class T4dWriter::File {
     summary.vertices +=
         connectivity.vertexCount - (summary.slabs == 1 ? 0 : connectivity.lowerCount);
     summary.tetrahedra += connectivity.cells.size();
-    for (const Point4& vertex : slab.vertices) {
-      const model::Point3 point = vertex.head<3>();
-      summary.bounds.add(arrays_.float32 ? point.cast<float>().cast<double>() : point);
-    }
+    const auto addToBounds = [&](std::span<const Point4> vertices) {
+      for (const Point4& vertex : vertices) {
+        const model::Point3 point = vertex.head<3>();
+        summary.bounds.add(arrays_.float32 ? point.cast<float>().cast<double>() : point);
+      }
+    };
+    addToBounds(slab.lowerLayer());
+    addToBounds(interior);
+    addToBounds(slab.upperLayer());
     body.upperLayer.assign(slab.upperLayer().begin(), slab.upperLayer().end());
     body.upperOffset = record.parts.upper;
     return {};
@@ -222,6 +243,7 @@ class T4dWriter::File {
   std::vector<IndexRecord> index_;
   std::vector<Point4> scratch_;
   std::uint64_t chunks_ = 0;
+  std::optional<Error> error_;  // the first
 };
 
 T4dWriter::T4dWriter(std::unique_ptr<File> file) : file_(std::move(file)) {}
@@ -232,9 +254,8 @@ T4dWriter::~T4dWriter() = default;
 Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Metadata& metadata,
                                     const T4dWriteOptions& options) {
   // A reader would refuse what parseHead refuses.
-  if (auto parsed = parseHead(headText(metadata, {})); !parsed) {
-    return invalid(parsed.error().message, path.string());
-  }
+  const auto parsed = headText(metadata, {}).and_then(parseHead);
+  if (!parsed) return invalid(parsed.error().message, path.string());
   auto out = OutputFile::create(path);
   if (!out) return pass(out.error());
   auto file = std::make_unique<File>(std::move(*out), metadata, options);

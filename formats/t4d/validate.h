@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "model/mesh_check.h"
+
+namespace t4d::formats {
+
+/// The judgement of a .t4d file: its bytes, and what they mean.
+struct T4dValidation {
+  /// Of all bodies together; nothing where the file cannot be read as far as that.
+  std::optional<model::MeshReport> mesh;
+  /// All findings, with the slab and its offset in the file where they belong to one.
+  model::IssueList issues;
+
+  bool valid() const { return issues.errors == 0; }
+};
+
+/// Judges every byte (checkT4dFile), every body as a 4D mesh (model::MeshChecker), and that the
+/// summaries in the file are true. Memory is that of two slabs. What is wrong with the file is a
+/// finding; only a file that cannot be opened at all is an error.
+Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
+                                      const model::CheckOptions& options = {},
+                                      const model::Progress& progress = {});
+
+}  // namespace t4d::formats
