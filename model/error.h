@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -22,6 +24,8 @@ struct Error {
   std::string message;
   /// Where: a file, with line or byte offset; a slab; an element. Empty where the caller knows.
   std::string where;
+  /// Byte offset in the file, where there is one.
+  std::optional<std::uint64_t> offset = {};
 
   /// `where: message`, on one line.
   std::string text() const { return where.empty() ? message : where + ": " + message; }
@@ -31,7 +35,7 @@ template <class T>
 using Result = tl::expected<T, Error>;
 
 inline tl::unexpected<Error> fail(ErrorCode code, std::string message, std::string where = {}) {
-  return tl::unexpected<Error>(Error{code, std::move(message), std::move(where)});
+  return tl::unexpected<Error>(Error{code, std::move(message), std::move(where), {}});
 }
 
 inline tl::unexpected<Error> invalid(std::string message, std::string where = {}) {

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace t4d::model {
 

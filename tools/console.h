@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "model/error.h"
+#include "model/slab.h"
+
+/// What the program says, and where: results on standard output, all else on standard error.
+namespace t4d::tools {
+
+/// Exit codes, the same for every verb.
+enum ExitCode : int {
+  kDone = 0,
+  kFailed = 1,
+  kUsage = 2,
+  kLoss = 3,     ///< done, but something was lost; it has been listed
+  kInvalid = 4,  ///< the input is invalid, or a file cannot be read or written
+};
+
+/// Prints the error and returns the exit code that goes with it.
+int report(const Error& error);
+
+/// Prints a sentence for each thing that a user should know.
+void printNotices(const std::vector<std::string>& notices);
+
+/// Prints what was lost; returns kLoss if there is anything, kDone otherwise.
+int reportLosses(const std::vector<std::string>& losses);
+
+void printJson(const nlohmann::ordered_json& value);
+
+/// "1,234,567".
+std::string grouped(std::uint64_t number);
+
+/// "12.3 MB".
+std::string sizeText(std::uint64_t bytes);
+
+/// The largest memory the process has had, in bytes.
+std::uint64_t peakBytes();
+
+/// Draws a bar on standard error while something takes longer than half a second, where standard
+/// error is a terminal; erased at the end.
+class ProgressBar {
+ public:
+  explicit ProgressBar(std::string title);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// For an option of type model::Progress; lives as long as the bar.
+  model::Progress callback();
+
+ private:
+  void show(double fraction);
+  double now() const;
+
+  std::string title_;
+  bool terminal_;
+  double begun_;
+  double drawn_ = 0;
+};
+
+}  // namespace t4d::tools
