@@ -1,0 +1,165 @@
+// glTF as others see it: the Khronos validator finds nothing, and three.js shows what was cut.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import test from 'node:test';
+
+import validator from 'gltf-validator';
+import * as THREE from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+
+import { makeFolder, measureObj, t4d } from './t4d.mjs';
+
+const folder = makeFolder('gltf');
+const at = (name) => path.join(folder, name);
+
+// One solid of each kind, each with a motion that is hard in another way.
+const sweeps = [
+  { model: 'cube', motion: 'rest', up: 'y', metres: 1 },
+  { model: 'paper-cube', motion: 'paper-screw', up: 'y', metres: 1 },
+  { model: 'hollow-cube', motion: 'several-segments', up: 'z', metres: 1e-3 },
+  { model: 'two-boxes', motion: 'poses', up: 'y', metres: 1e-3 },
+  { model: 'torus', motion: 'skew-axis', up: 'z', metres: 1e-3 },
+  { model: 'bolt', motion: 'screw-in', up: 'z', metres: 1e-3 },
+];
+
+async function validate(file) {
+  const report = await validator.validateBytes(new Uint8Array(readFileSync(file)), {
+    uri: path.basename(file),
+  });
+  assert.deepEqual(report.issues.messages, [], file);
+  return report.info;
+}
+
+function load(file) {
+  const bytes = readFileSync(file);
+  const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
+  return new Promise((resolve, reject) => new GLTFLoader().parse(buffer, '', resolve, reject));
+}
+
+function meshesOf(scene) {
+  const meshes = [];
+  scene.traverse((object) => object.isMesh && meshes.push(object));
+  return meshes;
+}
+
+/** Bounds in the scene: metres, y up. */
+function boundsOf(objects) {
+  const box = new THREE.Box3();
+  for (const object of objects) box.expandByObject(object, true);
+  return box;
+}
+
+/** What `measured`, in the mesh's own units and axes, becomes in the scene. */
+function expectedBounds(measured, up, metres) {
+  const box = new THREE.Box3(new THREE.Vector3(...measured.min), new THREE.Vector3(...measured.max));
+  const place = new THREE.Matrix4();
+  // z up: (x, y, z) -> (x, z, -y)
+  if (up === 'z') place.set(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
+  return box.applyMatrix4(place.premultiply(new THREE.Matrix4().makeScale(metres, metres, metres)));
+}
+
+/** Equal but for float32 and a rotation by quaternion. */
+function assertSameBox(found, expected, what) {
+  const size = expected.getSize(new THREE.Vector3()).length() +
+    Math.max(...expected.min.toArray().map(Math.abs), ...expected.max.toArray().map(Math.abs));
+  for (const end of ['min', 'max']) {
+    const distance = found[end].distanceTo(expected[end]);
+    assert.ok(distance <= 1e-6 * size,
+      `${what}: ${end} is ${found[end].toArray()}, expected ${expected[end].toArray()}`);
+  }
+}
+
+const countOf = (meshes, count) => meshes.reduce((sum, mesh) => sum + count(mesh.geometry), 0);
+
+async function checkSlice(input, option, value, name, up, metres) {
+  const obj = at(`${name}.obj`);
+  const said = t4d('slice', input, option, value, '-o', obj);
+  const measured = measureObj(obj);
+  assert.equal(measured.vertices, said.vertices);
+  assert.equal(measured.triangles, said.triangles);
+  assert.ok(said.triangles > 0);
+  assert.equal(said.closed, true);
+  for (const extension of ['glb', 'gltf']) {
+    const file = at(`${name}.${extension}`);
+    const again = t4d('slice', input, option, value, '-o', file);
+    assert.deepEqual(again, said);
+    const info = await validate(file);
+    assert.equal(info.totalVertexCount, said.vertices);
+    assert.equal(info.totalTriangleCount, said.triangles);
+    const meshes = meshesOf((await load(file)).scene);
+    assert.equal(countOf(meshes, (g) => g.attributes.position.count), said.vertices);
+    assert.equal(countOf(meshes, (g) => g.index.count / 3), said.triangles);
+    assertSameBox(boundsOf(meshes), expectedBounds(measured, up, metres), file);
+  }
+}
+
+/** The frames' nodes: children of the root. */
+const framesOf = (gltf) => gltf.scene.children[0].children;
+
+async function checkFlipbook(input, frames, fps, name) {
+  const file = at(name);
+  const said = t4d('flipbook', input, '--frames', frames, '--fps', fps, '-o', file);
+  const info = await validate(file);
+  assert.equal(info.totalTriangleCount, said.triangles);
+  const gltf = await load(file);
+  const nodes = framesOf(gltf);
+  assert.equal(nodes.length, frames);
+  const shownNow = () => nodes.flatMap((node, i) => {
+    const scale = node.scale.toArray();
+    assert.ok(scale.every((s) => s === 0) || scale.every((s) => s === 1), `scale ${scale}`);
+    return scale[0] === 1 ? [i] : [];
+  });
+  assert.deepEqual(shownNow(), [0], 'the rest pose');
+
+  assert.equal(gltf.animations.length, 1);
+  const clip = gltf.animations[0];
+  assert.ok(Math.abs(clip.duration - frames / fps) < 1e-5 * clip.duration);
+  const mixer = new THREE.AnimationMixer(gltf.scene);
+  mixer.clipAction(clip).play();
+  for (let frame = 0; frame < frames; ++frame) {
+    for (const within of [0.02, 0.5, 0.98]) {
+      mixer.setTime((frame + within) / fps);
+      assert.deepEqual(shownNow(), [frame], `frame ${frame} + ${within}`);
+    }
+  }
+
+  const times = nodes.map((node) => node.userData.time);
+  assert.equal(times[0], said.time_begin);
+  assert.equal(times[frames - 1], frames > 1 ? said.time_end : said.time_begin);
+  assert.ok(times.every((time, i) => i === 0 || time > times[i - 1]));
+}
+
+for (const { model, motion, up, metres } of sweeps) {
+  const name = `${model}-${motion}`;
+  const input = at(`${name}.t4d`);
+  test(name, async (t) => {
+    t4d('sweep', at(`fixtures/${model}.obj`), '--motion', at(`fixtures/${motion}.json`), '--up', up,
+      '--rv-min', 0.95, '-o', input);
+    const info = t4d('info', input);
+    const between = (low, high, fraction) => low + fraction * (high - low);
+    const times = [0, 0.31, 0.5, 1].map((f) => between(info.time_begin, info.time_end, f));
+    for (const time of times) {
+      await t.test(`slice at t = ${time}`, () =>
+        checkSlice(input, '--time', time, `${name}-t${time}`, up, metres));
+    }
+    // These have the time for an axis: no units, no axis that is up.
+    for (const [axis, option] of ['--x', '--y', '--z'].entries()) {
+      const value = between(info.bounds_min[axis], info.bounds_max[axis], 0.52);
+      await t.test(`slice ${option} ${value}`, () =>
+        checkSlice(input, option, value, `${name}${option}`, 'y', 1));
+    }
+    await t.test('slice by a hyperplane', () => {
+      const middle = [0, 1, 2].map((i) => between(info.bounds_min[i], info.bounds_max[i], 0.5));
+      const normal = [1, -2, 0.5, 0.25];
+      const offset = normal[0] * middle[0] + normal[1] * middle[1] + normal[2] * middle[2] +
+        normal[3] * between(info.time_begin, info.time_end, 0.5);
+      return checkSlice(input, '--hyperplane', [...normal, offset].join(), `${name}-plane`, 'y', 1);
+    });
+    for (const [frames, fps, file] of [
+      [1, 24, `${name}-1.glb`], [2, 1, `${name}-2.gltf`], [25, 24, `${name}-25.glb`],
+    ]) {
+      await t.test(`flipbook of ${frames}`, () => checkFlipbook(input, frames, fps, file));
+    }
+  });
+}
