@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 #include <fcntl.h>
@@ -170,6 +171,12 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) {
   if ((header.flags & ~kFlagCritical) != 0) {
     return damaged(offset, fmt::format("the chunk has unknown flags {:#x}", header.flags),
                    ErrorCode::Unsupported);
+  }
+  constexpr ChunkType kKnown[] = {kHead, kConnectivity, kLayer, kSlab, kDone, kIndex};
+  const bool known =
+      std::find(std::begin(kKnown), std::end(kKnown), header.type) != std::end(kKnown);
+  if (known && !header.critical()) {
+    return damaged(offset, fmt::format("the chunk {} lacks its critical flag", header.name()));
   }
   const std::uint64_t left = size_ - offset - kChunkHeaderBytes;
   // Rounding up to the padding cannot overflow once the length is within the file.
