@@ -1,0 +1,323 @@
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/// The program as a user meets it: what it prints, which files it leaves, its exit codes.
+namespace t4d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Finished {
+  int exitCode = -1;
+  std::string out;
+  std::string err;
+  json value() const { return json::parse(out); }
+};
+
+std::string contents(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A folder of its own for each test, with all fixtures in it.
+class Program : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) /
+              ("t4d_program_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    ASSERT_EQ(std::system((std::string(T4D_FIXTURES_PROGRAM) + " " + (folder_ / "fx").string() +
+                           " > " + (folder_ / "fixtures.log").string())
+                              .c_str()),
+              0);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Finished run(const std::string& arguments) {
+    const std::string command = "cd " + folder_.string() + " && " + T4D_PROGRAM + " " + arguments +
+                                " > " + "stdout.txt 2> stderr.txt";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status),
+            contents(folder_ / "stdout.txt"), contents(folder_ / "stderr.txt")};
+  }
+
+  fs::path write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+
+  /// Invalid input: exit 4, an error that names what and where, and no output file.
+  void refuses(const std::string& arguments, const std::string& expected) {
+    SCOPED_TRACE(arguments);
+    const Finished done = run(arguments);
+    EXPECT_EQ(done.exitCode, 4) << done.err;
+    EXPECT_NE(done.err.find(expected), std::string::npos) << done.err;
+    EXPECT_FALSE(fs::exists(folder_ / "out.t4d"));
+    EXPECT_FALSE(fs::exists(folder_ / "out.glb"));
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
+    }
+  }
+
+  fs::path folder_;
+};
+
+constexpr const char* kPaper = "sweep fx/paper-cube.obj -m fx/paper-translation.json -o cube.t4d";
+
+TEST_F(Program, PaperCubeEndToEnd) {
+  const json swept = run(std::string(kPaper) + " --json").value();
+  EXPECT_EQ(swept["vertices"], 4750);
+  EXPECT_EQ(swept["tetrahedra"], 21552);
+  EXPECT_EQ(swept["steps"], 64);
+  EXPECT_EQ(swept["cap_tetrahedra"], json::array({24, 24}));
+  EXPECT_TRUE(swept.contains("seconds") && swept.contains("peak_bytes"));
+
+  const json info = run("info cube.t4d --json").value();
+  EXPECT_EQ(info["format_version"], "0.9");
+  EXPECT_EQ(info["backend"], "mesh4d");
+  EXPECT_EQ(info["slabs"], 66);
+  EXPECT_EQ(info["vertices"], 4750);
+  EXPECT_EQ(info["tetrahedra"], 21552);
+  EXPECT_EQ(info["time_begin"], 0);
+  EXPECT_EQ(info["time_end"], 64);
+  EXPECT_EQ(info["bounds_min"], json::array({-10, -10, -10}));
+  EXPECT_EQ(info["bounds_max"], json::array({10, 10, 74}));
+  EXPECT_EQ(info["bytes"], fs::file_size(folder_ / "cube.t4d"));
+  for (const char* key : {"generator", "length_unit", "time_unit"}) {
+    EXPECT_TRUE(info.contains(key));
+  }
+
+  const json valid = run("validate cube.t4d --deep --json").value();
+  EXPECT_EQ(valid["valid"], true);
+  EXPECT_EQ(valid["closed"], true);
+  EXPECT_EQ(valid["oriented"], true);
+  EXPECT_EQ(valid["vertex_links_ok"], true);
+  EXPECT_EQ(valid["components"], 1);
+  EXPECT_EQ(valid["degenerate_cells"], 0);
+  EXPECT_NEAR(valid["hypervolume"].get<double>(), 512000, 512000 * 1e-9);
+  EXPECT_EQ(valid["issues"]["errors"], 0);
+
+  const json slice = run("slice cube.t4d --time 31.5 -o at.glb --json").value();
+  EXPECT_EQ(slice["closed"], true);
+  EXPECT_NEAR(slice["volume"].get<double>(), 8000, 8e-6);
+  EXPECT_EQ(slice["slabs_read"], 1);
+  EXPECT_LT(slice["bytes_read"].get<double>(), info["bytes"].get<double>() / 2);
+  const json layer = run("slice cube.t4d --time 64 -o at.ply --json").value();
+  EXPECT_EQ(layer["vertices"], 14);
+  EXPECT_EQ(layer["triangles"], 24);
+  EXPECT_NEAR(layer["area"].get<double>(), 2400, 1e-9);
+}
+
+TEST_F(Program, WritesEveryFormatAndPlaysTwo) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const char* name : {"a.glb", "a.gltf", "a.stl", "a.ply", "a.obj"}) {
+    EXPECT_EQ(run(std::string("slice cube.t4d --time -0 -o ") + name).exitCode, 0) << name;
+    EXPECT_GT(fs::file_size(folder_ / name), 100U);
+  }
+  for (const char* cut : {"--x 1", "--y -2.5", "--z 30", "--hyperplane 1,2,3,-4,5"}) {
+    const Finished done = run(std::string("slice cube.t4d -o b.glb --json ") + cut);
+    EXPECT_EQ(done.exitCode, 0) << done.err;
+    EXPECT_EQ(done.value()["closed"], true);
+    EXPECT_GT(done.value()["volume"], 0);
+  }
+  EXPECT_EQ(run("flipbook cube.t4d --frames 5 -o f.glb --json").value()["frames"], 5);
+  EXPECT_EQ(run("flipbook cube.t4d --times 1:2:3 -o f.gltf --json").value()["frames"], 3);
+}
+
+TEST_F(Program, WrongUsageIsExit2) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const char* arguments :
+       {"", "swep", "sweep", "sweep fx/cube.obj -o out.t4d", "slice cube.t4d",
+        "slice cube.t4d --time 1 --x 2", "slice cube.t4d --time abc",
+        "slice cube.t4d --hyperplane 1,2,3", "flipbook cube.t4d -o a.glb",
+        "flipbook cube.t4d --frames 0 -o a.glb", "flipbook cube.t4d --times 1:2 -o a.glb",
+        "sweep fx/cube.obj -m fx/rest.json -o out.t4d --steps 2 --rv-min 0.9",
+        "sweep fx/cube.obj -m fx/rest.json -o out.t4d --prism 5", "info"}) {
+    EXPECT_EQ(run(arguments).exitCode, 2) << arguments;
+  }
+}
+
+TEST_F(Program, HelpHasAnExampleForEachVerb) {
+  for (const char* verb : {"sweep", "slice", "flipbook", "info", "validate", "version"}) {
+    const Finished help = run(std::string(verb) + " --help");
+    EXPECT_EQ(help.exitCode, 0);
+    EXPECT_NE(help.out.find(std::string("Example:\n  t4d ") + verb), std::string::npos) << help.out;
+  }
+}
+
+TEST_F(Program, RefusesBadMeshes) {
+  const auto sweep = [](const std::string& mesh) {
+    return "sweep " + mesh + " -m fx/paper-screw.json -o out.t4d";
+  };
+  const std::string cube = contents(folder_ / "fx" / "cube.obj");
+  const auto lastFace = cube.rfind("\nf ");
+  write("open.obj", cube.substr(0, lastFace + 1));
+  refuses(sweep("open.obj"), "open.obj: the mesh is open: 3 boundary edges");
+  std::string turned = cube;
+  const auto face = turned.substr(lastFace + 3);
+  write(
+      "turned.obj", cube.substr(0, lastFace + 1) + "f " + [&] {
+        std::istringstream in(face);
+        std::string a, b, c;
+        in >> a >> b >> c;
+        return b + " " + a + " " + c + "\n";
+      }());
+  refuses(sweep("turned.obj"), "not consistently oriented");
+  write("edge.obj", cube + "v 9 9 9\nf 1 2 9\nf 2 1 9\n");
+  refuses(sweep("edge.obj"), "more than two triangles");
+  write("nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
+  refuses(sweep("nan.obj"), "nan.obj:3");
+  write("inf.obj", "v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3\n");
+  refuses(sweep("inf.obj"), "inf.obj:2");
+  write("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n");
+  refuses(sweep("index.obj"), "index.obj:4");
+  write("empty.obj", "# nothing\n");
+  refuses(sweep("empty.obj"), "no triangles");
+  refuses(sweep("missing.obj"), "missing.obj");
+  refuses(sweep("fx"), "fx");
+}
+
+TEST_F(Program, NoticesAnInsideOutMesh) {
+  std::string text;
+  std::istringstream in(contents(folder_ / "fx" / "cube.obj"));
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("f ", 0) == 0) {
+      std::istringstream words(line.substr(2));
+      std::string a, b, c;
+      words >> a >> b >> c;
+      line = "f " + b + " " + a + " " + c;
+    }
+    text += line + "\n";
+  }
+  write("inside-out.obj", text);
+  const Finished done = run("sweep inside-out.obj -m fx/paper-screw.json -o turned.t4d");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_NE(done.err.find("turned round"), std::string::npos);
+  EXPECT_GT(run("validate turned.t4d --json").value()["hypervolume"], 0);
+}
+
+TEST_F(Program, RefusesBadMotionsAndRules) {
+  const auto motion = [&](const std::string& text, const std::string& expected) {
+    write("m.json", text);
+    refuses("sweep fx/cube.obj -m m.json -o out.t4d", expected);
+  };
+  motion(R"({"segments": [{"duration": 0}]})", "backward through time");
+  motion(R"({"segments": [{"duration": -1}]})", "m.json: segment 0");
+  motion(R"({"segments": [{"duration": 1, "angle_degrees": 5, "axis_direction": [0, 0, 0]}]})",
+         "length 0");
+  motion(R"({"segments": [{"duration": 1, "axis": [0, 0, 1]}]})", "unknown key 'axis'");
+  motion("{", "not JSON");
+  const std::string base = "sweep fx/cube.obj -m fx/paper-screw.json -o out.t4d ";
+  refuses(base + "--rv-min 1", "R_Vmin is 1; it must lie in [0, 1)");
+  refuses(base + "--rv-min -0.5", "R_Vmin");
+  refuses(base + "--rv-min nan", "R_Vmin");
+  refuses(base + "--steps 0", "0 steps");
+  refuses(base + "--max-deviation 0", "deviation");
+  refuses("sweep fx/cube.obj -m missing.json -o out.t4d", "missing.json");
+}
+
+TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  refuses("slice cube.t4d --time 65 -o out.glb",
+          "cube.t4d: time 65 is outside the mesh, which lasts from 0 to 64");
+  refuses("slice cube.t4d --time -1 -o out.glb", "lasts from 0 to 64");
+  refuses("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "normal not zero");
+  refuses("slice cube.t4d --time 1 -o out.xyz", ".glb, .gltf, .stl, .obj, .ply");
+  refuses("slice cube.t4d --time 1 --body lid -o out.glb", "has no body 'lid'; it has paper-cube");
+  refuses("flipbook cube.t4d --times 60:70:3 -o out.glb", "time 65 is outside");
+  refuses("slice missing.t4d --time 1 -o out.glb", "missing.t4d: cannot open: No such file");
+  refuses("info fx/cube.obj", "is not a .t4d file");
+}
+
+TEST_F(Program, FullDiskAndUnwritablePathsAreErrors) {
+  refuses("sweep fx/bolt.obj -m fx/screw-in.json -o /dev/full", "No space left on device");
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const char* verb : {"slice cube.t4d --time 1", "flipbook cube.t4d --frames 3"}) {
+    refuses(std::string(verb) + " -o nowhere/out.glb", "nowhere/out.glb");
+  }
+  fs::create_symlink("/dev/full", folder_ / "full.stl");
+  refuses("slice cube.t4d --time 1 -o full.stl", "No space left on device");
+  refuses("sweep fx/cube.obj -m fx/rest.json -o nowhere/out.t4d", "No such file or directory");
+  refuses("sweep fx/cube.obj -m fx/rest.json -o fx", "is a folder");
+}
+
+TEST_F(Program, EveryTruncationAndEveryAlteredByteIsFound) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o whole.t4d").exitCode, 0);
+  const std::string whole = contents(folder_ / "whole.t4d");
+  // All of them are tried in the library's tests; here a sample goes through the program.
+  for (std::size_t i = 0; i < whole.size(); i += 1 + whole.size() / 60) {
+    write("bad.t4d", whole.substr(0, i));
+    EXPECT_EQ(run("info bad.t4d").exitCode, 4) << "cut at " << i;
+    EXPECT_EQ(run("slice bad.t4d --time 0").exitCode, 4) << "cut at " << i;
+    const Finished validated = run("validate bad.t4d --json");
+    EXPECT_EQ(validated.exitCode, 4) << "cut at " << i;
+    EXPECT_EQ(validated.value()["valid"], false);
+    std::string altered = whole;
+    altered[i] = static_cast<char>(altered[i] ^ 0x10);
+    write("bad.t4d", altered);
+    const Finished judged = run("validate bad.t4d --json");
+    EXPECT_EQ(judged.exitCode, 4) << "altered at " << i;
+    EXPECT_TRUE(judged.value()["issues"]["messages"][0]["offset"].is_number()) << judged.out;
+  }
+}
+
+TEST_F(Program, LossIsListedAndExit3) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const Finished lost = run("slice cube.t4d --time 1 --attributes -o a.stl");
+  EXPECT_EQ(lost.exitCode, 3);
+  EXPECT_NE(lost.err.find("triangle"), std::string::npos);
+  EXPECT_NE(lost.err.find("kind"), std::string::npos);
+  EXPECT_EQ(run("slice cube.t4d --time 1 --attributes -o a.ply").exitCode, 0);
+}
+
+/// One process' peak, as the program reports it.
+TEST_F(Program, MemoryDoesNotGrowWithTheMotion) {
+  write("one.json", R"({"segments": [{"duration": 1, "axis_direction": [1, 0, 0],
+                       "angle_degrees": 360, "translation": [20, 0, 0]}]})");
+  write("ten.json", R"({"segments": [{"duration": 1, "axis_direction": [1, 0, 0],
+                       "angle_degrees": 360, "translation": [20, 0, 0], "repeat": 10}]})");
+  const auto peak = [&](const std::string& motion) {
+    return run("sweep fx/bolt.obj -m " + motion + " -o m.t4d --json").value()["peak_bytes"];
+  };
+  EXPECT_LT(peak("ten.json").get<double>(), 1.1 * peak("one.json").get<double>());
+}
+
+TEST_F(Program, RealMeshesAreJudged) {
+  const fs::path meshes = T4D_SHARED_MESHES;
+  if (!fs::exists(meshes)) GTEST_SKIP() << "no folder " << meshes << " with real meshes";
+  const auto sweep = [&](const std::string& mesh) {
+    return "sweep " + (meshes / mesh).string() + " -m fx/paper-screw.json --rv-min 0.9976 ";
+  };
+  refuses(sweep("cube_no_bottom.obj") + "-o out.t4d", "open: 8 boundary edges");
+  refuses(
+      sweep("wingnut.obj") + "-o out.t4d",
+      "3 pairs of triangles do (counted from 0: 3106 with 4372, 3490 with 4372, 4306 with 4372)");
+  EXPECT_EQ(run(sweep("wingnut.obj") + "--caps cone -o nut.t4d").exitCode, 0);
+  const json nut = run("validate nut.t4d --json").value();
+  EXPECT_EQ(nut["valid"], true);
+  const double expected = 22.0966389286 * 100 * (2 + std::cos(2 * M_PI / 65)) / 3;
+  EXPECT_NEAR(nut["hypervolume"].get<double>(), expected, 1e-9 * expected);
+
+  const json fish = run(sweep("fish.obj") + "-o fish.t4d --json").value();
+  EXPECT_EQ(fish["steps"], 65);
+  EXPECT_EQ(fish["tetrahedra"], 14 * 21568 * 65 + fish["cap_tetrahedra"][0].get<int>() +
+                                    fish["cap_tetrahedra"][1].get<int>());
+  const double raw = 32 * fish["vertices"].get<double>() + 16 * fish["tetrahedra"].get<double>();
+  EXPECT_LT(static_cast<double>(fs::file_size(folder_ / "fish.t4d")), raw / 20);
+}
+
+}  // namespace
+}  // namespace t4d::tools
