@@ -10,6 +10,9 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 import { makeFolder, measureObj, t4d } from './t4d.mjs';
 
+// three.js reads the data URI of a .gltf with what browsers have and node has not.
+globalThis.ProgressEvent ??= class ProgressEvent extends Event {};
+
 const folder = makeFolder('gltf');
 const at = (name) => path.join(folder, name);
 
