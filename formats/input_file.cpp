@@ -1,7 +1,7 @@
 #include "formats/input_file.h"
 
+#include <cerrno>
 #include <fstream>
-#include <new>
 
 #include <fmt/format.h>
 
