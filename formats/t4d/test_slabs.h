@@ -215,8 +215,9 @@ struct ChunkPlace {
 inline std::vector<ChunkPlace> chunksOf(std::string_view bytes) {
   std::vector<ChunkPlace> chunks;
   std::size_t at = t4d_layout::kFileHeaderBytes;
-  while (bytes.size() - at > t4d_layout::kFooterBytes ||
-         (bytes.size() - at >= t4d_layout::kChunkHeaderBytes && chunks.back().type != "INDX")) {
+  // What follows INDX is the footer.
+  while (bytes.size() - at >= t4d_layout::kChunkHeaderBytes &&
+         (chunks.empty() || chunks.back().type != "INDX")) {
     ChunkPlace chunk{std::string(bytes.substr(at, 4)), at, 0};
     std::uint64_t length = 0;
     std::memcpy(&length, bytes.data() + at + 8, sizeof length);

@@ -1,5 +1,6 @@
 #include "formats/t4d/writer.h"
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -149,8 +150,10 @@ class T4dWriter::File {
         return invalid(fmt::format("begins at time {}, the one before ends at {}", slab.timeBegin,
                                    body.summary.time.end));
       }
-      if (lower.size() != body.upperLayer.size() ||
-          std::memcmp(lower.data(), body.upperLayer.data(), lower.size_bytes()) != 0) {
+      const bool same = std::equal(
+          lower.begin(), lower.end(), body.upperLayer.begin(), body.upperLayer.end(),
+          [](const Point4& a, const Point4& b) { return std::memcmp(&a, &b, sizeof a) == 0; });
+      if (!same) {
         return invalid("its lower layer is not the upper layer of the one before");
       }
     }
