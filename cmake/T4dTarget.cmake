@@ -1,21 +1,27 @@
 # t4d_add_library(<folder> SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
 #
 # One static library a top-level folder, with the alias t4d::<folder>. Headers are included as
-# "<folder>/<name>.h" from the project's root, and installed as <t4d/<folder>/<name>.h>.
+# "<folder>/<name>.h" from the project's root, and installed to be <t4d/<folder>/<name>.h>
+# (cmake/install_headers.cmake).
 function(t4d_add_library folder)
   cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   set(target t4d_${folder})
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(t4d::${folder} ALIAS ${target})
-  target_sources(${target} PUBLIC FILE_SET HEADERS
-    BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${ARG_HEADERS})
+  target_sources(${target} PRIVATE ${ARG_HEADERS})
   target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
   t4d_own_code(${target})
-  install(TARGETS ${target} EXPORT t4dTargets
-    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/t4d)
+  install(TARGETS ${target} EXPORT t4dTargets)
+  install(CODE "
+    set(folder ${folder})
+    set(headers \"${ARG_HEADERS}\")
+    set(source_dir \"${CMAKE_CURRENT_SOURCE_DIR}\")
+    set(include_dir \"${CMAKE_INSTALL_INCLUDEDIR}\")")
+  install(SCRIPT ${PROJECT_SOURCE_DIR}/cmake/install_headers.cmake)
 endfunction()
 
 # Flags for our own code. No contraction to fused multiply-add: results are the same bit for bit on
