@@ -22,11 +22,6 @@ void sortUnique(std::vector<Coord>& coords) {
 
 }  // namespace
 
-std::uint32_t CrossingBlock::number(int axis, unsigned x, unsigned bit) const {
-  const std::uint64_t before = edges[axis][x] & ((std::uint64_t{1} << bit) - 1);
-  return first[axis][x] + static_cast<std::uint32_t>(std::popcount(before));
-}
-
 BlockMask shiftedSigns(const std::array<BlockView, 8>& views, unsigned d) {
   constexpr std::uint64_t kLastZ = 0x8080808080808080U;  // bits with z = 7
   const unsigned dx = d & 1U;

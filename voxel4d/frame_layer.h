@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -24,6 +25,11 @@ struct BlockView {
   }
 };
 
+/// How many of a word's bits below `bit` are set.
+inline std::uint32_t countBefore(std::uint64_t word, unsigned bit) {
+  return static_cast<std::uint32_t>(std::popcount(word & ((std::uint64_t{1} << bit) - 1)));
+}
+
 /// The crossings of the lattice edges that begin in one block: a bit each, and the number of the
 /// first of every word.
 struct CrossingBlock {
@@ -32,7 +38,9 @@ struct CrossingBlock {
   std::array<std::array<std::uint32_t, 8>, 3> first{};
 
   bool has(int axis, unsigned x, unsigned bit) const { return (edges[axis][x] >> bit & 1U) != 0; }
-  std::uint32_t number(int axis, unsigned x, unsigned bit) const;
+  std::uint32_t number(int axis, unsigned x, unsigned bit) const {
+    return first[axis][x] + countBefore(edges[axis][x], bit);
+  }
 };
 
 /// A frame made ready for weaving: its crossings, numbered, and the blocks around its surface.

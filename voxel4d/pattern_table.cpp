@@ -333,6 +333,7 @@ PatternTable::PatternTable() {
 
   Puller puller;
   first_.reserve(kPatterns + 1);
+  edges_.reserve(kPatterns);
   first_.push_back(0);
   for (unsigned pattern = 0; pattern < kPatterns; ++pattern) {
     const Image& image = images[pattern];
@@ -340,6 +341,7 @@ PatternTable::PatternTable() {
       puller.pull(pattern, patches[image.patch], group[image.symmetry], tetrahedra_);
     }
     first_.push_back(static_cast<std::uint32_t>(tetrahedra_.size()));
+    edges_.push_back(static_cast<std::uint32_t>(hullPoints(pattern) >> kCorners));
   }
 }
 

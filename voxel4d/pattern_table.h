@@ -63,6 +63,8 @@ class PatternTable {
   std::span<const Tetrahedron> tetrahedra(unsigned pattern) const {
     return std::span(tetrahedra_).subspan(first_[pattern], first_[pattern + 1] - first_[pattern]);
   }
+  /// Bit e says that edge e joins an inside to an outside corner: all that its tetrahedra use.
+  std::uint32_t edges(unsigned pattern) const { return edges_[pattern]; }
   std::uint32_t count(unsigned pattern) const { return first_[pattern + 1] - first_[pattern]; }
 
   /// Patterns that differ only by a symmetry of the hypercube: 402 classes.
@@ -72,6 +74,7 @@ class PatternTable {
   PatternTable();
 
   std::vector<std::uint32_t> first_;
+  std::vector<std::uint32_t> edges_;
   std::vector<Tetrahedron> tetrahedra_;
   int classCount_ = 0;
 };

@@ -25,7 +25,26 @@ struct WovenBlock {
   std::uint32_t cellCount = 0;
   /// Cubes that have cells: their point in the block, and their pattern.
   std::vector<std::pair<std::uint16_t, std::uint16_t>> cubes;
+
+  /// The number of the crossing in time at a point.
+  std::uint32_t numberInTime(unsigned x, unsigned bit) const {
+    return firstTime[x] + countBefore(timeEdges[x], bit);
+  }
 };
+
+/// Axis and first corner of each edge.
+struct EdgePlace {
+  std::uint8_t axis;
+  std::uint8_t corner;
+};
+constexpr std::array<EdgePlace, kEdges> kEdgePlaces = [] {
+  std::array<EdgePlace, kEdges> places{};
+  for (int edge = 0; edge < kEdges; ++edge) {
+    places[edge] = {static_cast<std::uint8_t>(edgeAxis(edge)),
+                    static_cast<std::uint8_t>(edgeCorner(edge))};
+  }
+  return places;
+}();
 
 /// The slab between two frames.
 class Weaver {
@@ -197,19 +216,16 @@ class Weaver {
       const unsigned x = index >> 6U;
       const unsigned y = index >> 3U & 7U;
       const unsigned z = index & 7U;
-      for (int edge = 0; edge < kEdges; ++edge) {
-        const auto corner = static_cast<unsigned>(edgeCorner(edge));
-        const int axis = edgeAxis(edge);
-        if ((pattern >> corner & 1U) == (pattern >> (corner | 1U << axis) & 1U)) continue;
+      for (std::uint32_t edges = table.edges(pattern); edges != 0; edges &= edges - 1) {
+        const int edge = std::countr_zero(edges);
+        const auto [axis, corner] = kEdgePlaces[edge];
         const unsigned px = x + (corner & 1U);
         const unsigned py = y + (corner >> 1U & 1U);
         const unsigned pz = z + (corner >> 2U & 1U);
         const unsigned d = px >> 3U | (py >> 3U) << 1U | (pz >> 3U) << 2U;
         const unsigned bit = (py & 7U) << 3U | (pz & 7U);
         if (axis == 3) {
-          const WovenBlock& owner = *around.between[d];
-          const std::uint64_t earlier = owner.timeEdges[px & 7U] & ((std::uint64_t{1} << bit) - 1);
-          vertex[edge] = owner.firstTime[px & 7U] + static_cast<unsigned>(std::popcount(earlier));
+          vertex[edge] = around.between[d]->numberInTime(px & 7U, bit);
         } else if ((corner & 8U) == 0) {
           vertex[edge] = around.before[d]->number(axis, px & 7U, bit);
         } else {
