@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace t4d::bench {
+
+/// Two ways to do a thing, measured in one run; only their ratio carries over to other machines.
+struct Row {
+  std::string what;
+  double seconds = 0;
+  std::string against;
+  double againstSeconds = 0;
+
+  double ratio() const { return seconds / againstSeconds; }
+};
+
+/// A single number, as of memory or size.
+struct Figure {
+  std::string what;
+  double value = 0;
+  std::string unit;
+};
+
+struct Report {
+  std::string input;
+  int repetitions = 0;
+  std::vector<Row> rows;
+  std::vector<Figure> figures;
+};
+
+/// Runs both in turn, `repetitions` times each, and gives the medians. What they do to the caches
+/// and to the disk so falls on both.
+Row compare(int repetitions, std::string what, const std::function<void()>& run,
+            std::string against, const std::function<void()>& runAgainst);
+
+/// The median of the seconds that `run` takes.
+double medianSeconds(int repetitions, const std::function<void()>& run);
+
+/// The most memory that this process has had so far, in bytes.
+std::uint64_t peakBytes();
+
+std::string textOf(const Report& report);
+std::string jsonOf(const Report& report);
+
+}  // namespace t4d::bench
