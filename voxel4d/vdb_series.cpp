@@ -1,0 +1,122 @@
+#include "voxel4d/vdb_series.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <openvdb/io/Archive.h>
+#include <unistd.h>
+
+#include "voxel4d/vdb_grid.h"
+
+namespace t4d::voxel4d {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// OpenVDB's own io::File does not notice a full disk; a stream of ours throws.
+struct Encoder : private openvdb::io::Archive {
+  using Archive::write;
+  static void encode(std::ostream& out, const openvdb::GridBase::Ptr& grid) {
+    Encoder().Archive::write(out, openvdb::GridPtrVec{grid}, /*seekable=*/true);
+  }
+};
+
+}  // namespace
+
+Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) {
+  initializeOpenVdb();
+  VdbSeries series;
+  const std::size_t width = std::max<std::size_t>(4, fmt::formatted_size("{}", frames - 1));
+  for (std::size_t i = 0; i < frames; ++i) {
+    series.names_.push_back(fmt::format("frame_{:0{}}.vdb", i, width));
+  }
+  std::error_code error;
+  if (fs::exists(folder, error)) {
+    if (!fs::is_directory(folder, error)) {
+      return fail(ErrorCode::Io, "is not a folder", folder.string());
+    }
+    const std::set<std::string> names(series.names_.begin(), series.names_.end());
+    std::set<std::string> others;
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      const std::string name = entry.path().filename().string();
+      if (entry.path().extension() == ".vdb" && !names.contains(name)) others.insert(name);
+    }
+    if (error) return fail(ErrorCode::Io, "cannot read the folder: " + error.message(), folder);
+    if (!others.empty()) {
+      return fail(ErrorCode::Io,
+                  fmt::format("the folder has other .vdb files ({}{}), which would pass for frames "
+                              "of this series; remove them or name another folder",
+                              *others.begin(), others.size() > 1 ? ", ..." : ""),
+                  folder.string());
+    }
+  } else {
+    fs::create_directories(folder, error);
+    if (error) {
+      return fail(ErrorCode::Io, "cannot make the folder: " + error.message(), folder.string());
+    }
+    series.madeFolder_ = true;
+  }
+  series.folder_ = folder;
+  return series;
+}
+
+VdbSeries::VdbSeries(VdbSeries&& other) noexcept
+    : folder_(std::move(other.folder_)),
+      madeFolder_(std::exchange(other.madeFolder_, false)),
+      names_(std::exchange(other.names_, {})),
+      written_(std::exchange(other.written_, 0)) {}
+
+VdbSeries::~VdbSeries() {
+  std::error_code ignored;
+  for (std::size_t i = 0; i < std::min(written_ + 1, names_.size()); ++i) {
+    fs::remove(partOf(names_[i]), ignored);
+  }
+  // Only an empty folder goes.
+  if (madeFolder_) fs::remove(folder_, ignored);
+}
+
+fs::path VdbSeries::partOf(const std::string& name) const {
+  return folder_ / fmt::format(".{}.{}.part", name, ::getpid());
+}
+
+Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
+  const std::string& name = names_.at(written_);
+  const fs::path part = partOf(name);
+  try {
+    std::ofstream file;
+    file.exceptions(std::ios::failbit | std::ios::badbit);
+    file.open(part, std::ios::binary | std::ios::trunc);
+    Encoder::encode(file, grid);
+    file.close();
+  } catch (const std::ios_base::failure&) {
+    return fail(ErrorCode::Io, fmt::format("cannot write: {}", std::strerror(errno)),
+                (folder_ / name).string());
+  } catch (const std::exception& exception) {
+    return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
+                (folder_ / name).string());
+  }
+  ++written_;
+  return fs::file_size(part);
+}
+
+Result<void> VdbSeries::commit() {
+  for (const std::string& name : names_) {
+    std::error_code error;
+    fs::rename(partOf(name), folder_ / name, error);
+    if (error) {
+      return fail(ErrorCode::Io, "cannot put in place: " + error.message(),
+                  (folder_ / name).string());
+    }
+  }
+  names_.clear();
+  madeFolder_ = false;
+  return {};
+}
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <openvdb/openvdb.h>
+
+#include "model/error.h"
+
+namespace t4d::voxel4d {
+
+/// Writes grids as frame_0000.vdb, frame_0001.vdb, ... of a folder. They get their names when all
+/// are written; without `commit` nothing is left.
+class VdbSeries {
+ public:
+  /// Makes the folder where it is missing. Refuses one with .vdb files that are not of this series.
+  static Result<VdbSeries> create(const std::filesystem::path& folder, std::size_t frames);
+
+  VdbSeries(VdbSeries&& other) noexcept;
+  VdbSeries& operator=(VdbSeries&&) = delete;
+  ~VdbSeries();
+
+  /// The next frame; returns the bytes of its file.
+  Result<std::uint64_t> put(const openvdb::GridBase::Ptr& grid);
+  Result<void> commit();
+
+ private:
+  VdbSeries() = default;
+  std::filesystem::path partOf(const std::string& name) const;
+
+  std::filesystem::path folder_;
+  bool madeFolder_ = false;
+  std::vector<std::string> names_;
+  std::size_t written_ = 0;
+};
+
+}  // namespace t4d::voxel4d
