@@ -8,6 +8,13 @@ function(run)
     COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
+file(READ ${CMAKE_CURRENT_LIST_DIR}/example.cpp example)
+file(READ ${CMAKE_CURRENT_LIST_DIR}/../../README.md readme)
+string(FIND "${readme}" "${example}" found)
+if(found EQUAL -1)
+  message(FATAL_ERROR "the example in README.md is not tests/package/example.cpp")
+endif()
+
 file(REMOVE_RECURSE ${work_dir})
 file(MAKE_DIRECTORY ${work_dir})
 run(${CMAKE_COMMAND} --install ${t4d_build} --prefix ${work_dir}/installed)

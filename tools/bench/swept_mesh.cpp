@@ -115,7 +115,7 @@ Result<void> measureSweptMesh(const model::TriangleMesh& solid, const model::Mot
   }
   if (mesh4d::fillSolid(solid, mesh4d::CapMethod::TetGen)) {
     report.rows.push_back(compare(
-        n, "filling one end by TetGen",
+        n, "filling the solid by TetGen",
         [&] { need(mesh4d::fillSolid(solid, mesh4d::CapMethod::TetGen)); }, "sweep", sweepOnce));
   }
 
