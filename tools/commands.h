@@ -12,5 +12,8 @@ void addFlipbook(CLI::App& app, int& exitCode);
 void addInfo(CLI::App& app, int& exitCode);
 void addValidate(CLI::App& app, int& exitCode);
 void addVersion(CLI::App& app, int& exitCode);
+void addWeave(CLI::App& app, int& exitCode);
+void addVoxelize(CLI::App& app, int& exitCode);
+void addRasterize(CLI::App& app, int& exitCode);
 
 }  // namespace t4d::tools

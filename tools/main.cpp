@@ -24,6 +24,9 @@ int main(int argc, char** argv) try {
       "`t4d VERB --help` says more.");
   int exitCode = kDone;
   addSweep(app, exitCode);
+  addWeave(app, exitCode);
+  addVoxelize(app, exitCode);
+  addRasterize(app, exitCode);
   addSlice(app, exitCode);
   addFlipbook(app, exitCode);
   addInfo(app, exitCode);

@@ -3,34 +3,81 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "formats/motion_reader.h"
-#include "formats/t4d/writer.h"
 #include "formats/triangle_mesh_reader.h"
 #include "mesh4d/sweep.h"
 #include "tools/commands.h"
 #include "tools/console.h"
-#include "tools/version.h"
+#include "tools/t4d_output.h"
+#include "tools/thread_limit.h"
+#include "voxel4d/voxelize.h"
+#include "voxel4d/weave.h"
 
 namespace t4d::tools {
 namespace {
 
+using nlohmann::ordered_json;
+
 struct Options {
   std::string model;
   std::string motion;
-  std::string output;
+  std::string backend = "mesh4d";
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
   std::optional<double> maxDeviation;
-  std::string caps = "tetgen";
-  int prism = 14;
-  std::string precision = "float64";
-  int compression = 3;
-  std::string up = "y";
-  std::string body;
+  std::string caps;  // "" for the backend's own
+  std::optional<int> prism;
+  std::optional<double> voxelSize;
+  std::optional<std::uint64_t> frames;
+  std::optional<double> frameTime;
+  bool mask = false;
+  std::optional<int> threads;
+  T4dOutput output;
   bool json = false;
+
+  bool voxels() const { return backend == "voxel4d"; }
 };
+
+/// What either backend has made.
+struct Made {
+  std::uint64_t vertices = 0;
+  std::uint64_t tetrahedra = 0;
+  std::uint64_t steps = 0;
+  std::array<std::uint64_t, 2> capTetrahedra = {0, 0};
+  std::vector<std::string> notices;
+};
+
+/// Options that do not go together; a reason for exit code 2.
+std::optional<std::string> misuseOf(const Options& options) {
+  if (options.voxels()) {
+    if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
+    if (!options.frames && !options.frameTime) {
+      return "--backend voxel4d needs --frames or --frame-time";
+    }
+    return std::nullopt;
+  }
+  if (options.voxelSize || options.frames || options.frameTime || options.mask) {
+    return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
+  }
+  if (options.caps == "flat" || options.caps == "half-step") {
+    return "--caps " + options.caps + " is for --backend voxel4d; mesh4d has tetgen and cone";
+  }
+  return std::nullopt;
+}
+
+/// What voxel4d has no use for. The same arguments may go to both backends.
+std::vector<std::string> ignoredBy(const Options& options) {
+  std::vector<std::string> names;
+  if (options.rvMin) names.emplace_back("--rv-min");
+  if (options.steps) names.emplace_back("--steps");
+  if (options.maxDeviation) names.emplace_back("--max-deviation");
+  if (options.prism) names.emplace_back("--prism");
+  if (options.caps == "tetgen" || options.caps == "cone") names.emplace_back("--caps");
+  return names;
+}
 
 mesh4d::StepRule ruleOf(const Options& options) {
   if (options.steps) return mesh4d::StepsPerSegment{*options.steps};
@@ -40,87 +87,118 @@ mesh4d::StepRule ruleOf(const Options& options) {
 
 /// What the file remembers of how it was made.
 std::string detailsOf(const Options& options) {
-  nlohmann::ordered_json parameters;
-  if (options.steps) {
-    parameters["steps"] = *options.steps;
-  } else if (options.maxDeviation) {
-    parameters["max_deviation"] = *options.maxDeviation;
+  ordered_json parameters;
+  if (options.voxels()) {
+    parameters["voxel_size"] = *options.voxelSize;
+    if (options.frames) parameters["frames"] = *options.frames;
+    if (options.frameTime) parameters["frame_time"] = *options.frameTime;
+    parameters["mask"] = options.mask;
+    parameters["caps"] = options.caps == "half-step" ? "half-step" : "flat";
   } else {
-    parameters["rv_min"] = options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio);
+    if (options.steps) {
+      parameters["steps"] = *options.steps;
+    } else if (options.maxDeviation) {
+      parameters["max_deviation"] = *options.maxDeviation;
+    } else {
+      parameters["rv_min"] = options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio);
+    }
+    parameters["caps"] = options.caps == "cone" ? "cone" : "tetgen";
+    parameters["prism"] = options.prism.value_or(14);
   }
-  parameters["caps"] = options.caps;
-  parameters["prism"] = options.prism;
-  parameters["precision"] = options.precision;
+  parameters["precision"] = options.output.precision;
   const auto nameOf = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  return nlohmann::ordered_json{
+  return ordered_json{
       {"source", {{"mesh", nameOf(options.model)}, {"motion", nameOf(options.motion)}}},
       {"parameters", parameters}}
-      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+      .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+Result<Made> sweepMesh(const Options& options, const model::TriangleMesh& mesh,
+                       const model::Motion& motion, model::Sink& sink) {
+  ProgressBar bar("sweeping");
+  mesh4d::SweepOptions how;
+  how.steps = ruleOf(options);
+  how.caps = options.caps == "cone" ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen;
+  how.prism = options.prism == 3 ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
+  how.progress = bar.callback();
+  auto report = mesh4d::sweep(mesh, motion, how, sink);
+  if (!report) return pass(report.error());
+  return Made{report->vertices, report->tetrahedra, report->steps, report->capTetrahedra,
+              report->notices};
+}
+
+Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh,
+                         const model::Motion& motion, model::Sink& sink) {
+  const model::TimeSpan span{motion.timeBegin(), motion.timeEnd()};
+  auto times = options.frames ? voxel4d::evenTimes(span, *options.frames)
+                              : voxel4d::steppedTimes(span, *options.frameTime);
+  if (!times) return pass(times.error());
+  Made made;
+  if (const auto ignored = ignoredBy(options); !ignored.empty()) {
+    made.notices.push_back(fmt::format("voxel4d has no use for {}", fmt::join(ignored, ", ")));
+  }
+  const auto frames = voxel4d::voxelFrames(voxel4d::movingSolid(mesh, motion), std::move(*times),
+                                           {*options.voxelSize, options.mask});
+  ProgressBar bar("voxelising and weaving");
+  voxel4d::WeaveOptions how;
+  how.caps = options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
+  how.progress = bar.callback();
+  auto report = voxel4d::weave(*frames, how, sink);
+  if (!report) return pass(report.error());
+  made.vertices = report->vertices;
+  made.tetrahedra = report->tetrahedra;
+  made.steps = report->frames - 1;
+  made.capTetrahedra = report->capTetrahedra;
+  return made;
 }
 
 int run(const Options& options) {
+  if (const auto misuse = misuseOf(options)) {
+    fmt::print(stderr, "t4d: {}\n", *misuse);
+    return kUsage;
+  }
   const auto begin = std::chrono::steady_clock::now();
+  const ThreadLimit limit(options.threads);
   auto loaded = formats::readTriangleMesh(options.model);
   if (!loaded) return report(loaded.error());
   printNotices(loaded->notices);
   auto motion = formats::readMotion(options.motion);
   if (!motion) return report(motion.error());
-
-  formats::Metadata metadata;
-  metadata.generator = std::string(versionText());
-  metadata.backend = "mesh4d";
-  metadata.lengthUnit = motion->lengthUnit;
-  metadata.timeUnit = motion->timeUnit;
-  metadata.up = options.up;
-  metadata.bodies = {options.body.empty() ? std::filesystem::path(options.model).stem().string()
-                                          : options.body};
-  metadata.detailsJson = detailsOf(options);
-  auto writer = formats::T4dWriter::create(
-      options.output, metadata,
-      {.compression = options.compression, .float32 = options.precision == "float32"});
+  auto writer = options.output.create(options.backend, options.model, motion->lengthUnit,
+                                      motion->timeUnit, detailsOf(options));
   if (!writer) return report(writer.error());
 
-  Result<mesh4d::SweepReport> swept;
-  {
-    ProgressBar bar("sweeping");
-    mesh4d::SweepOptions sweepOptions;
-    sweepOptions.steps = ruleOf(options);
-    sweepOptions.caps =
-        options.caps == "cone" ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen;
-    sweepOptions.prism =
-        options.prism == 3 ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
-    sweepOptions.progress = bar.callback();
-    swept = mesh4d::sweep(loaded->mesh, *motion, sweepOptions, writer->body(0));
-  }
-  if (!swept) {
-    Error error = swept.error();
+  auto made = options.voxels() ? sweepVoxels(options, loaded->mesh, *motion, writer->body(0))
+                               : sweepMesh(options, loaded->mesh, *motion, writer->body(0));
+  if (!made) {
+    Error error = made.error();
     // What is wrong with a mesh is known without its file.
     if (error.where.empty()) error.where = options.model;
     return report(error);
   }
   auto bytes = writer->finish();
   if (!bytes) return report(bytes.error());
-  printNotices(swept->notices);
+  printNotices(made->notices);
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    printJson({{"vertices", swept->vertices},
-               {"tetrahedra", swept->tetrahedra},
-               {"steps", swept->steps},
-               {"cap_tetrahedra", swept->capTetrahedra},
+    printJson({{"vertices", made->vertices},
+               {"tetrahedra", made->tetrahedra},
+               {"steps", made->steps},
+               {"cap_tetrahedra", made->capTetrahedra},
                {"seconds", seconds},
                {"peak_bytes", peakBytes()},
                {"bytes", *bytes}});
   } else {
-    fmt::print(
-        "{}: {} vertices, {} tetrahedra\n  {} steps, caps of {} and {} tetrahedra\n  {}, {:.2f} s, "
-        "peak memory {}\n",
-        options.output, grouped(swept->vertices), grouped(swept->tetrahedra), grouped(swept->steps),
-        grouped(swept->capTetrahedra[0]), grouped(swept->capTetrahedra[1]), sizeText(*bytes),
-        seconds, sizeText(peakBytes()));
+    fmt::print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(made->vertices),
+               grouped(made->tetrahedra));
+    fmt::print("  {} steps, caps of {} and {} tetrahedra\n", grouped(made->steps),
+               grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
+    fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
+               sizeText(peakBytes()));
   }
   return kDone;
 }
@@ -135,7 +213,11 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->required();
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)")
       ->required();
-  command->add_option("-o,--output", options->output, "The .t4d file to write")->required();
+  command
+      ->add_option("--backend", options->backend,
+                   "mesh4d (the triangles are swept) or voxel4d (by way of a time series of grids)")
+      ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
+      ->capture_default_str();
   auto* rvMin = command->add_option(
       "--rv-min", options->rvMin,
       "Smallest volume of any slice, as a fraction of the solid's, in [0, 1) (default: 0.998)");
@@ -146,26 +228,28 @@ void addSweep(CLI::App& app, int& exitCode) {
   steps->excludes(deviation);
   command
       ->add_option("--caps", options->caps,
-                   "How the ends are closed: tetgen, or cone for meshes that intersect themselves")
-      ->check(CLI::IsMember({"tetgen", "cone"}))
-      ->capture_default_str();
+                   "How the ends are closed. mesh4d: tetgen (default), or cone for meshes that "
+                   "intersect themselves; voxel4d: flat (default), or half-step as published")
+      ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step"}));
   command
       ->add_option("--prism", options->prism,
-                   "Cells of a triangle's prism: 14 (symmetric, exact volumes) or 3 (smallest)")
-      ->check(CLI::IsMember({14, 3}))
-      ->capture_default_str();
-  command->add_option("--precision", options->precision, "Positions as float64 or float32")
-      ->check(CLI::IsMember({"float64", "float32"}))
-      ->capture_default_str();
-  command->add_option("--compression", options->compression, "zstd level, 0 for none")
-      ->check(CLI::Range(0, 19))
-      ->capture_default_str();
-  command->add_option("--up", options->up, "The mesh's axis that points up, for glTF: y or z")
-      ->check(CLI::IsMember({"y", "z"}))
-      ->capture_default_str();
-  command->add_option("--body", options->body, "Name of the body (default: the model's file name)");
+                   "Cells of a triangle's prism: 14 (symmetric, exact volumes; default) or 3 "
+                   "(smallest)")
+      ->check(CLI::IsMember({14, 3}));
+  command->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, length units");
+  auto* frames =
+      command->add_option("--frames", options->frames, "voxel4d: frames, evenly over the motion");
+  command->add_option("--frame-time", options->frameTime, "voxel4d: time between two frames")
+      ->excludes(frames);
+  command->add_flag("--mask", options->mask,
+                    "voxel4d: which lattice points are inside, instead of level sets");
+  addThreadsOption(*command, options->threads);
+  options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print what was made as JSON");
-  command->footer("Example:\n  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d");
+  command->footer(
+      "Example:\n  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"
+      "  t4d sweep bolt.obj --motion screw-in.json --backend voxel4d --voxel-size 0.2 --frames 60 "
+      "-o bolt-voxels.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

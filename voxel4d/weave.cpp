@@ -262,11 +262,13 @@ class Loom {
     slab.connectivity = std::move(*connectivity);
     slab.vertices = weaver.vertices(lattice_, timeAt);
     report.vertices += slab.connectivity->vertexCount - slab.connectivity->lowerCount;
-    report.tetrahedra += slab.connectivity->cells.size();
+    lastTetrahedra = slab.connectivity->cells.size();
+    report.tetrahedra += lastTetrahedra;
     return sink_.put(slab);
   }
 
   WeaveReport report;
+  std::uint64_t lastTetrahedra = 0;  // of the last slab
 
  private:
   const Lattice& lattice_;
@@ -303,6 +305,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
       if (auto put = loom.put(nothing, before, first, begin, [&](double) { return first; }); !put) {
         return pass(put.error());
       }
+      loom.report.capTetrahedra[0] = loom.lastTetrahedra;
     }
     if (i > 0) {
       step = end - begin;
@@ -318,6 +321,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   if (auto put = loom.put(before, nothing, end, last, [&](double) { return last; }); !put) {
     return pass(put.error());
   }
+  loom.report.capTetrahedra[1] = loom.lastTetrahedra;
   if (loom.report.tetrahedra == 0) {
     return invalid("no frame has a surface: nothing is inside at any time");
   }

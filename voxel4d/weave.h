@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "model/slab.h"
@@ -24,6 +25,7 @@ struct WeaveReport {
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
   std::uint64_t frames = 0;
+  std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
 };
 
 /// Weaves frames into a 4D mesh by 4D marching cubes (paper, section 3.2; pattern_table.h says how)

@@ -1,0 +1,71 @@
+#include "tools/voxel_series.h"
+
+#include <chrono>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/console.h"
+
+namespace t4d::tools {
+
+void VoxelSeriesOptions::addTo(CLI::App& command) {
+  command
+      .add_option("--voxel-size", voxelSize,
+                  "Edge of a voxel, in length units; lattice points are its multiples")
+      ->required();
+  auto* times = command.add_option_group("frames", "Which times; one of");
+  times->add_option("--frames", frames, "So many frames, evenly from the first time to the last");
+  times->add_option("--frame-time", frameTime, "Frames so far apart, from the first time on");
+  times->require_option(1);
+  command.add_option("-o,--output", folder, "The folder to write frame_0000.vdb, ... into")
+      ->required();
+  command.add_flag("--mask", mask,
+                   "Write which lattice points are strictly inside, instead of level sets");
+  addThreadsOption(command, threads);
+  command.add_flag("--json", json, "Print what was made as JSON");
+}
+
+int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& span,
+                     const voxel4d::SolidAtTime& solid, const std::string& where) {
+  const auto begin = std::chrono::steady_clock::now();
+  const ThreadLimit limit(options.threads);
+  const auto times = options.frames ? voxel4d::evenTimes(span, *options.frames)
+                                    : voxel4d::steppedTimes(span, *options.frameTime);
+  if (!times) return report(times.error());
+  Result<voxel4d::VoxelSeries> written;
+  {
+    ProgressBar bar("voxelising");
+    written = voxel4d::writeVoxelFrames(solid, *times, {options.voxelSize, options.mask},
+                                        options.folder, bar.callback());
+  }
+  if (!written) {
+    Error error = written.error();
+    // What is wrong with a solid is known without its file.
+    if (error.where.empty()) error.where = where;
+    return report(error);
+  }
+
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.json) {
+    printJson({{"frames", written->frames},
+               {"time_begin", times->front()},
+               {"time_end", times->back()},
+               {"inside_points", written->insidePoints},
+               {"most_active_voxels", written->mostActiveVoxels},
+               {"seconds", seconds},
+               {"peak_bytes", peakBytes()},
+               {"bytes", written->bytes}});
+  } else {
+    fmt::print("{}: {} frames of {} from time {} to {}\n", options.folder, grouped(written->frames),
+               options.mask ? "inside points" : "level sets", times->front(), times->back());
+    fmt::print("  {} points inside, at most {} active voxels in a frame\n",
+               grouped(written->insidePoints), grouped(written->mostActiveVoxels));
+    fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,
+               sizeText(peakBytes()));
+  }
+  return kDone;
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/thread_limit.h"
+#include "voxel4d/voxelize.h"
+
+namespace t4d::tools {
+
+/// What the verbs that write a time series of .vdb share: their options, and the writing.
+struct VoxelSeriesOptions {
+  double voxelSize = 0;
+  std::optional<std::uint64_t> frames;
+  std::optional<double> frameTime;
+  bool mask = false;
+  std::string folder;
+  std::optional<int> threads;
+  bool json = false;
+
+  void addTo(CLI::App& command);
+};
+
+/// Writes `solid` over `span` and says what was written; returns the exit code. `where` stands for
+/// the solid in errors.
+int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& span,
+                     const voxel4d::SolidAtTime& solid, const std::string& where);
+
+}  // namespace t4d::tools
