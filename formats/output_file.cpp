@@ -1,12 +1,12 @@
 #include "formats/output_file.h"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
 
 namespace t4d::formats {
 namespace {
@@ -36,9 +36,8 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   } else {
     file.part_ = file.target_.parent_path() /
                  fmt::format(".{}.{}.part", file.target_.filename().string(), ::getpid());
-    file.descriptor_ =
-        ::open(file.part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, S_IRUSR | S_IWUSR |
-                   S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH);
+    file.descriptor_ = ::open(file.part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC,
+                              S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH);
   }
   if (file.descriptor_ < 0) return ioError(target, "open for writing");
   file.buffer_.reserve(kBufferBytes);

@@ -1,11 +1,11 @@
 #include "formats/output_file.h"
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <fstream>
 #include <iterator>
 #include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace t4d::formats {
 namespace {
