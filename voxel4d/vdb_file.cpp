@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <openvdb/io/io.h>
 
 #include "voxel4d/vdb_grid.h"
 
@@ -80,11 +79,10 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
 }
 
 void VdbFile::readDirectory() {
-  using openvdb::io::StreamMetadata;
   readHeader(stream_);
-  StreamMetadata::Ptr metadata(new StreamMetadata);
-  metadata->setSeekable(true);
-  openvdb::io::setStreamMetadataPtr(stream_, metadata, /*transfer=*/true);
+  metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
+  metadata_->setSeekable(true);
+  openvdb::io::setStreamMetadataPtr(stream_, metadata_, /*transfer=*/true);
   setFormatVersion(stream_);
   setLibraryVersion(stream_);
   setDataCompression(stream_);

@@ -9,6 +9,7 @@
 
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 
 #include "model/error.h"
@@ -51,6 +52,7 @@ class VdbFile : private openvdb::io::Archive {
 
   std::filesystem::path path_;
   std::ifstream stream_;
+  openvdb::io::StreamMetadata::Ptr metadata_;  // the stream points to this
   std::int64_t size_ = 0;
   std::vector<Entry> entries_;
   std::vector<Place> places_;

@@ -15,11 +15,11 @@ inline constexpr const char* kTimeMetadata = "t4d_time";
 
 struct VdbFramesOptions {
   /// Densities: inside is where values are above this. Without it, below zero (level sets).
-  std::optional<double> iso;
+  std::optional<double> iso = {};
   /// Time between two frames; instead of what the metadata say.
-  std::optional<double> frameTime;
-  double startTime = 0;  ///< of the first frame, with `frameTime`
-  std::string grid;      ///< only grids of this name; "" for all
+  std::optional<double> frameTime = {};
+  double startTime = 0;   ///< of the first frame, with `frameTime`
+  std::string grid = {};  ///< only grids of this name; "" for all
 };
 
 /// Frames from .vdb files: several files (or a folder: all of its .vdb) of one grid each in natural
