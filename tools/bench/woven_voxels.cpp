@@ -1,0 +1,171 @@
+#include "tools/bench/woven_voxels.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include "voxel4d/pattern_table.h"
+#include "voxel4d/sampled_frames.h"
+#include "voxel4d/weave.h"
+
+namespace t4d::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Passes frames on and knows how long they took to make.
+class TimedFrames : public voxel4d::FrameSource {
+ public:
+  explicit TimedFrames(std::unique_ptr<FrameSource> frames) : frames_(std::move(frames)) {}
+  const voxel4d::Lattice& lattice() const override { return frames_->lattice(); }
+  std::size_t frameCount() const override { return frames_->frameCount(); }
+  Result<voxel4d::Frame> frame(std::size_t index) override {
+    const auto begin = Clock::now();
+    auto frame = frames_->frame(index);
+    seconds += std::chrono::duration<double>(Clock::now() - begin).count();
+    return frame;
+  }
+
+  double seconds = 0;
+
+ private:
+  std::unique_ptr<FrameSource> frames_;
+};
+
+/// A mesh that nobody keeps.
+class Nowhere : public model::Sink {
+ public:
+  Result<void> put(const model::Slab&) override { return {}; }
+};
+
+struct Case {
+  std::string name;
+  voxel4d::FieldFunction field;
+  model::Bounds3 box;
+  std::size_t frames;
+  voxel4d::SampleOptions options;
+};
+
+Case paperCube(std::size_t frames) {
+  const auto field = [](const model::Point3& p, double t) {
+    return (p - model::Point3(0, 0, t)).cwiseAbs().maxCoeff() - 10;
+  };
+  model::Bounds3 box;
+  box.add({-54, -54, -22});
+  box.add({73, 73, std::max(105.0, static_cast<double>(frames) + 20)});
+  voxel4d::SampleOptions options;
+  options.mask = true;
+  options.slope = 1;
+  return {fmt::format("the paper's cube, 128^3 x {}", frames), field, box, frames, options};
+}
+
+Case movingSphere() {
+  const auto field = [](const model::Point3& p, double t) {
+    return (p - model::Point3(31.3, 31.1, 22 + 0.5 * t)).norm() - 20;
+  };
+  model::Bounds3 box;
+  box.add({0, 0, 0});
+  box.add({63, 63, 63});
+  voxel4d::SampleOptions options;
+  options.slope = 1;
+  options.asFloat = true;
+  return {"a moving sphere, 64^3 x 32", field, box, 32, options};
+}
+
+Case largeShell() {
+  const auto field = [](const model::Point3& p, double t) {
+    return std::abs((p - model::Point3(0.3 + 0.5 * t, 0.1, 0.2)).norm() - 400) - 3;
+  };
+  model::Bounds3 box;
+  box.add({-405, -405, -405});
+  box.add({425, 405, 405});
+  voxel4d::SampleOptions options;
+  options.slope = 1;
+  options.asFloat = true;
+  return {"a moving shell of radius 400, 32 frames", field, box, 32, options};
+}
+
+/// The memory of the process from here on, as the system counts it; where it does, the peak starts
+/// anew.
+void forgetPeak() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+std::uint64_t peakSinceForgotten() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmHWM:", 0) == 0) return std::stoull(line.substr(6)) * 1024;
+  }
+  return peakBytes();
+}
+
+struct Measured {
+  double seconds = 0;
+  std::uint64_t tetrahedra = 0;
+  std::uint64_t peak = 0;
+};
+
+Result<Measured> measure(const Case& what, int repetitions, std::size_t threads) {
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+  std::vector<double> times;
+  for (std::size_t i = 0; i < what.frames; ++i) times.push_back(static_cast<double>(i));
+  Measured measured;
+  std::vector<double> seconds;
+  for (int i = 0; i < repetitions; ++i) {
+    TimedFrames frames(voxel4d::sampledFrames(what.field, {}, what.box, times, what.options));
+    Nowhere nowhere;
+    forgetPeak();
+    const auto begin = Clock::now();
+    const auto woven = voxel4d::weave(frames, {}, nowhere);
+    if (!woven) return pass(woven.error());
+    seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count() - frames.seconds);
+    measured.tetrahedra = woven->tetrahedra;
+    measured.peak = std::max(measured.peak, peakSinceForgotten());
+  }
+  std::sort(seconds.begin(), seconds.end());
+  measured.seconds = seconds[seconds.size() / 2];
+  return measured;
+}
+
+}  // namespace
+
+Result<void> measureWovenVoxels(int repetitions, bool large, Report& report) {
+  const auto begin = Clock::now();
+  (void)voxel4d::PatternTable::get();
+  report.figures.push_back({"voxel4d: making the table of 65,536 patterns, once",
+                            1e3 * std::chrono::duration<double>(Clock::now() - begin).count(),
+                            "ms"});
+  std::vector<std::pair<Case, int>> cases = {{paperCube(64), repetitions},
+                                             {movingSphere(), repetitions}};
+  if (large) cases.emplace_back(largeShell(), 1);
+  for (const auto& [one, times] : cases) {
+    for (const std::size_t threads : {1U, 2U}) {
+      const auto measured = measure(one, times, threads);
+      if (!measured) return pass(measured.error());
+      const std::string name =
+          fmt::format("voxel4d: {}, {} thread{}", one.name, threads, threads == 1 ? "" : "s");
+      report.figures.push_back({name + ": cells", static_cast<double>(measured->tetrahedra), ""});
+      report.figures.push_back({name + ": time", 1e3 * measured->seconds, "ms"});
+      report.figures.push_back({name + ": cells a second",
+                                static_cast<double>(measured->tetrahedra) / measured->seconds / 1e6,
+                                "million"});
+      report.figures.push_back(
+          {name + ": peak memory", static_cast<double>(measured->peak) / 1e6, "MB"});
+    }
+  }
+  const auto few = measure(paperCube(64), repetitions, 1);
+  const auto many = measure(paperCube(640), repetitions, 1);
+  if (!few) return pass(few.error());
+  if (!many) return pass(many.error());
+  report.figures.push_back(
+      {"voxel4d: ten times as many frames, time", many->seconds / few->seconds, "times"});
+  report.figures.push_back({"voxel4d: ten times as many frames, peak memory",
+                            static_cast<double>(many->peak) / static_cast<double>(few->peak),
+                            "times"});
+  return {};
+}
+
+}  // namespace t4d::bench
