@@ -295,6 +295,76 @@ TEST_F(Program, MemoryDoesNotGrowWithTheMotion) {
   EXPECT_LT(peak("ten.json").get<double>(), 1.1 * peak("one.json").get<double>());
 }
 
+TEST_F(Program, ComparesBothBackendsOnOneSolid) {
+  const std::string both =
+      "compare fx/paper-cube.obj -m fx/paper-translation.json --voxel-size 2.5 --frames 9 ";
+  const Finished done = run(both + "--slices 3 --keep kept --html page.html --json");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  const json value = done.value();
+  EXPECT_EQ(value["a"]["backend"], "mesh4d");
+  EXPECT_EQ(value["b"]["backend"], "voxel4d");
+  EXPECT_EQ(value["a"]["vertices"], 4750);
+  EXPECT_EQ(value["a"]["tetrahedra"], 21552);
+  for (const char* mesh : {"a", "b"}) {
+    for (const char* key : {"bytes", "seconds", "peak_bytes", "hypervolume"}) {
+      EXPECT_GT(value[mesh][key].get<double>(), 0) << mesh << " " << key;
+    }
+    EXPECT_NEAR(value[mesh]["hypervolume_expected"].get<double>(), 512000, 1e-6);
+  }
+  EXPECT_NEAR(value["a"]["hypervolume_error"].get<double>(), 0, 1e-12);
+  EXPECT_LT(value["b"]["hypervolume_error"].get<double>(), 0);
+  ASSERT_EQ(value["slices"].size(), 3U);
+  for (const json& slice : value["slices"]) {
+    // At these times the cube's faces lie in the lattice: only edges and corners are cut off.
+    const double lost = slice["volume_a"].get<double>() - slice["volume_b"].get<double>();
+    EXPECT_NEAR(slice["volume_a"].get<double>(), 8000, 1e-9);
+    EXPECT_GT(lost, 0);
+    EXPECT_NEAR(slice["symmetric_difference"].get<double>(), lost, 1e-3 * lost);
+    EXPECT_GT(slice["area_a"], slice["area_b"]);
+    EXPECT_LT(slice["hausdorff"].get<double>(), 2.5 * std::sqrt(3));
+  }
+  EXPECT_EQ(value["slices"][2]["time"], 64);
+
+  const std::string page = contents(folder_ / "page.html");
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_NE(page.find("data:image/png;base64,iVBOR"), std::string::npos);
+  for (const char* outside : {"http:", "https:", "<script", "<link"}) {
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  }
+
+  // The same two meshes as files: the same slices, and nothing on how they were made.
+  const json files = run("compare kept/paper-cube-mesh4d.t4d kept/paper-cube-voxel4d.t4d "
+                         "--times 0:64:3 --json")
+                         .value();
+  EXPECT_EQ(files["slices"], value["slices"]);
+  EXPECT_EQ(files["b"]["tetrahedra"], value["b"]["tetrahedra"]);
+  EXPECT_TRUE(files["a"]["seconds"].is_null() && files["b"]["peak_bytes"].is_null());
+}
+
+TEST_F(Program, ComparingWithItselfFindsNothing) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const json value = run("compare cube.t4d cube.t4d --json").value();
+  ASSERT_EQ(value["slices"].size(), 9U);
+  for (const json& slice : value["slices"]) {
+    EXPECT_EQ(slice["symmetric_difference"], 0);
+    EXPECT_EQ(slice["hausdorff"], 0);
+  }
+  EXPECT_NE(run("compare cube.t4d cube.t4d").out.find("4,750"), std::string::npos);
+}
+
+TEST_F(Program, CompareSaysWhatIsWrong) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  EXPECT_EQ(run("compare cube.t4d").exitCode, 2);
+  EXPECT_EQ(run("compare cube.t4d cube.t4d --frames 3").exitCode, 2);
+  EXPECT_EQ(run("compare cube.t4d cube.t4d --times 0:1:0").exitCode, 2);
+  refuses("compare cube.t4d cube.t4d --times 60:70:2", "last from 0 to 64");
+  refuses("compare cube.t4d fx/cube.obj", "fx/cube.obj");
+  const std::string rest = " --voxel-size 1 --frames 9 --html out.glb";
+  refuses("compare fx/cube.obj -m nothing.json" + rest, "nothing.json");
+  refuses("compare fx/nothing.obj -m fx/rest.json" + rest, "nothing.obj");
+  refuses("compare fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1", "voxel4d");
+}
+
 TEST_F(Program, RealMeshesAreJudged) {
   const fs::path meshes = T4D_SHARED_MESHES;
   if (!fs::exists(meshes)) GTEST_SKIP() << "no folder " << meshes << " with real meshes";

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace t4d::tools {
+
+/// A curve of a plot; `name` is a CSS class too. Values that are not finite are left out.
+struct Curve {
+  std::string name;
+  std::string cssClass;
+  std::vector<double> values;  ///< one for each x of the plot
+};
+
+struct Plot {
+  std::string title;
+  std::string xLabel;
+  std::vector<double> x;  ///< increasing
+  std::vector<Curve> curves;
+  bool fromZero = false;  ///< the y axis starts at 0
+};
+
+/// An <svg> element. Its colours are those of the CSS classes `axis`, `grid`, and of the curves.
+std::string svgOf(const Plot& plot);
+
+/// The text with what HTML gives a meaning to replaced.
+std::string escaped(const std::string& text);
+
+}  // namespace t4d::tools
