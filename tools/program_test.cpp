@@ -151,7 +151,8 @@ TEST_F(Program, WrongUsageIsExit2) {
 }
 
 TEST_F(Program, HelpHasAnExampleForEachVerb) {
-  for (const char* verb : {"sweep", "slice", "flipbook", "info", "validate", "version"}) {
+  for (const char* verb : {"sweep", "weave", "voxelize", "rasterize", "slice", "flipbook", "info",
+                           "validate", "version"}) {
     const Finished help = run(std::string(verb) + " --help");
     EXPECT_EQ(help.exitCode, 0);
     EXPECT_NE(help.out.find(std::string("Example:\n  t4d ") + verb), std::string::npos) << help.out;
@@ -363,6 +364,76 @@ TEST_F(Program, CompareSaysWhatIsWrong) {
   refuses("compare fx/cube.obj -m nothing.json" + rest, "nothing.json");
   refuses("compare fx/nothing.obj -m fx/rest.json" + rest, "nothing.obj");
   refuses("compare fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1", "voxel4d");
+}
+
+/// Section 5.1, the voxel method.
+TEST_F(Program, PaperVoxelCubeByWayOfFiles) {
+  ASSERT_EQ(run("voxelize fx/paper-cube.obj -m fx/paper-voxel.json --voxel-size 1 --frames 64 "
+                "--mask -o frames")
+                .exitCode,
+            0);
+  const json woven = run("weave frames -o woven.t4d --json").value();
+  EXPECT_EQ(woven["vertices"], 197828);
+  EXPECT_EQ(woven["tetrahedra"], 1185280);
+  EXPECT_EQ(woven["frames"], 64);
+  EXPECT_TRUE(woven.contains("seconds") && woven.contains("peak_bytes"));
+  const json valid = run("validate woven.t4d --json").value();
+  EXPECT_EQ(valid["valid"], true);
+  EXPECT_EQ(valid["closed"], true);
+  EXPECT_EQ(run("info woven.t4d --json").value()["backend"], "voxel4d");
+  const json direct = run("sweep fx/paper-cube.obj -m fx/paper-voxel.json --backend voxel4d "
+                          "--voxel-size 1 --frames 64 --mask -o direct.t4d --json")
+                          .value();
+  EXPECT_EQ(direct["vertices"], 197828);
+  EXPECT_EQ(direct["tetrahedra"], 1185280);
+}
+
+TEST_F(Program, GridsToMeshToGridsKeepsTheVolume) {
+  const std::string motion = " -m fx/skew-axis.json --voxel-size 0.5 --frames 9 ";
+  ASSERT_EQ(run("sweep fx/torus.obj --backend voxel4d" + motion + "-o a.t4d").exitCode, 0);
+  ASSERT_EQ(run("rasterize a.t4d --voxel-size 0.5 --frames 9 -o frames").exitCode, 0);
+  ASSERT_EQ(run("weave frames -o b.t4d").exitCode, 0);
+  const double end = run("info a.t4d --json").value()["time_end"];
+  for (const double time : {0.0, 0.3 * end, end}) {
+    const std::string at = " --json --time " + std::to_string(time);
+    const double a = run("slice a.t4d" + at).value()["volume"];
+    const double b = run("slice b.t4d" + at).value()["volume"];
+    EXPECT_NEAR(a, b, 0.05 * a);
+  }
+}
+
+TEST_F(Program, BadFramesAreRefused) {
+  ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 2 -o two").exitCode,
+            0);
+  fs::create_directories(folder_ / "none");
+  fs::create_directories(folder_ / "one");
+  fs::copy_file(folder_ / "two" / "frame_0000.vdb", folder_ / "one" / "frame_0000.vdb");
+  const std::string whole = contents(folder_ / "two" / "frame_0001.vdb");
+  write("cut.vdb", whole.substr(0, whole.size() / 2));
+  const std::string first = "weave two/frame_0000.vdb ";
+  refuses("weave none -o out.t4d", "none");
+  refuses("weave one -o out.t4d", "one frame only");
+  refuses("weave fx/cube.obj fx/torus.obj -o out.t4d", "is not a VDB file");
+  refuses(first + "cut.vdb -o out.t4d", "cut.vdb");
+  refuses(first + "two/frame_0000.vdb -o out.t4d", "times do not increase");
+  refuses("weave two --iso 1000 -o out.t4d", "1000");
+  refuses(
+      "sweep fx/cube.obj -m fx/rest.json --backend voxel4d --voxel-size 0 --frames 3 -o out.t4d",
+      "voxel size");
+  refuses(
+      "sweep fx/cube.obj -m fx/rest.json --backend voxel4d --voxel-size 1 --frames 1 -o out.t4d",
+      "1");
+}
+
+TEST_F(Program, MemoryDoesNotGrowWithTheFrames) {
+  const auto peak = [&](const std::string& frames) {
+    return run("sweep fx/icosphere.obj -m fx/paper-screw.json --backend voxel4d --voxel-size 0.5 "
+               "--threads 1 -o m.t4d --json --frames " +
+               frames)
+        .value()["peak_bytes"]
+        .get<double>();
+  };
+  EXPECT_LT(peak("200"), 1.15 * peak("20"));
 }
 
 TEST_F(Program, RealMeshesAreJudged) {
