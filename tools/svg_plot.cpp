@@ -113,7 +113,9 @@ std::string svgOf(const Plot& plot) {
                    kLeft, kWidth - kRight, yOf(value), kLeft - 8, yOf(value) + 4,
                    labelOf(value, y.step));
   }
-  for (double value = xTicks.low; value <= xTicks.high + xTicks.step / 2; value += xTicks.step) {
+  const int xCount = static_cast<int>(std::lround((xTicks.high - xTicks.low) / xTicks.step));
+  for (int i = 0; i <= xCount; ++i) {
+    const double value = xTicks.low + i * xTicks.step;
     const double slack = 1e-9 * std::max(xSpan, 1e-300);
     if (value < plot.x.front() - slack || value > plot.x.back() + slack) continue;
     fmt::format_to(out,
