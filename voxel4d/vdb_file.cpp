@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <streambuf>
 
 #include <fmt/format.h>
 
@@ -34,6 +35,38 @@ tl::unexpected<Error> damaged(const std::string& where, const std::exception& er
   return invalid(fmt::format("is damaged, or of a kind that cannot be read: {}", error.what()),
                  where);
 }
+
+/// Part of a file in memory; positions are those in the file.
+class PartInMemory : public std::streambuf {
+ public:
+  PartInMemory(std::istream& file, std::int64_t begin, std::int64_t end)
+      : bytes_(static_cast<std::size_t>(end - begin)), begin_(begin) {
+    file.clear();
+    file.seekg(begin);
+    file.read(bytes_.data(), end - begin);
+    setg(bytes_.data(), bytes_.data(), bytes_.data() + bytes_.size());
+  }
+
+ protected:
+  pos_type seekoff(off_type offset, std::ios::seekdir from, std::ios::openmode which) override {
+    off_type base = begin_;
+    if (from == std::ios::cur) base += gptr() - eback();
+    if (from == std::ios::end) base += static_cast<off_type>(bytes_.size());
+    return seekpos(base + offset, which);
+  }
+  pos_type seekpos(pos_type position, std::ios::openmode /*which*/) override {
+    const off_type at = position - pos_type(begin_);
+    if (at < 0 || at > static_cast<off_type>(bytes_.size())) return pos_type(off_type(-1));
+    setg(eback(), eback() + at, egptr());
+    return position;
+  }
+
+ private:
+  std::vector<char> bytes_;
+  std::int64_t begin_;
+};
+
+constexpr auto kThrowing = std::ios::failbit | std::ios::badbit | std::ios::eofbit;
 
 /// What the writer counted must be there.
 void checkStatistics(const openvdb::GridBase& grid) {
@@ -69,7 +102,7 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
   }
   file->stream_.seekg(0);
   // OpenVDB does not look whether what it reads is there.
-  file->stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+  file->stream_.exceptions(kThrowing);
   try {
     file->readDirectory();
   } catch (const std::exception& exception) {
@@ -78,14 +111,18 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
   return file;
 }
 
+void VdbFile::tie(std::istream& stream) {
+  openvdb::io::setStreamMetadataPtr(stream, metadata_, /*transfer=*/true);
+  setFormatVersion(stream);
+  setLibraryVersion(stream);
+  setDataCompression(stream);
+}
+
 void VdbFile::readDirectory() {
   readHeader(stream_);
   metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
   metadata_->setSeekable(true);
-  openvdb::io::setStreamMetadataPtr(stream_, metadata_, /*transfer=*/true);
-  setFormatVersion(stream_);
-  setLibraryVersion(stream_);
-  setDataCompression(stream_);
+  tie(stream_);
   openvdb::MetaMap ignored;
   ignored.readMeta(stream_);
   const std::int32_t count = readGridCount(stream_);
@@ -125,7 +162,7 @@ void VdbFile::readEntry() {
     stream_.seekg(place.end);
   } else {
     place.begin = stream_.tellg();
-    readGrid(entry.header, descriptor, stream_);
+    readGrid(entry.header, descriptor, stream_, openvdb::CoordBBox());
     place.end = stream_.tellg();
     entry.header = entry.header->copyGridWithNewTree();
   }
@@ -134,14 +171,24 @@ void VdbFile::readEntry() {
 }
 
 openvdb::GridBase::Ptr VdbFile::readTree(std::size_t index) {
-  const auto& [descriptor, begin, end] = places_[index];
-  const auto grid = openvdb::GridBase::createGrid(descriptor.gridType());
-  if (descriptor.saveFloatAsHalf()) grid->setSaveFloatAsHalf(true);
-  stream_.clear();
-  stream_.seekg(begin);
-  readGrid(grid, descriptor, stream_);
-  const std::int64_t stop = stream_.tellg();
-  require(stop == end, fmt::format("is damaged: it ends at byte {} instead of {}", stop, end));
+  const auto& descriptor = places_[index].descriptor;
+  const std::int64_t begin = places_[index].begin;
+  const std::int64_t end = places_[index].end;
+  PartInMemory part(stream_, begin, end);
+  const auto readWith = [&](const auto&... clip) {
+    std::istream stream(&part);
+    stream.exceptions(kThrowing);
+    tie(stream);
+    auto grid = openvdb::GridBase::createGrid(descriptor.gridType());
+    if (descriptor.saveFloatAsHalf()) grid->setSaveFloatAsHalf(true);
+    stream.seekg(begin);
+    readGrid(grid, descriptor, stream, clip...);
+    const std::int64_t stop = stream.tellg();
+    require(stop == end, fmt::format("is damaged: it ends at byte {} instead of {}", stop, end));
+    return grid;
+  };
+  readWith(openvdb::CoordBBox());
+  const auto grid = readWith();
   if (!descriptor.isInstance()) {
     checkStatistics(*grid);
     return grid;

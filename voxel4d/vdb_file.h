@@ -19,6 +19,10 @@ namespace t4d::voxel4d {
 /// Reads a .vdb grid by grid, and distrusts it: OpenVDB's own io::File takes files that are cut off
 /// or damaged for good ones. Here every read must succeed, each grid must lie within the file and
 /// end where the file says, and its counts must be those of its metadata.
+///
+/// OpenVDB 10 writes the values of a leaf node to where it has room for them before it compares
+/// their announced size with that room. So each grid is gone through twice: first all leaf nodes
+/// are skipped, which compares only.
 class VdbFile : private openvdb::io::Archive {
  public:
   struct Entry {
@@ -49,6 +53,7 @@ class VdbFile : private openvdb::io::Archive {
   void readDirectory();
   void readEntry();
   openvdb::GridBase::Ptr readTree(std::size_t index);
+  void tie(std::istream& stream);
 
   std::filesystem::path path_;
   std::ifstream stream_;

@@ -150,12 +150,12 @@ Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOp
       return invalid(
           fmt::format("is a grid of type {}, the first frame one of type {}: frames with "
                       "values cannot follow frames without",
-                      header->valueType(), places[0].header->valueType()),
+                      typeOf(*header), typeOf(*places[0].header)),
           where);
     }
     if (options.iso && *thisKind == GridKind::Mask) {
       return invalid(fmt::format("an iso value is given, but a grid of type {} has no values",
-                                 header->valueType()),
+                                 typeOf(*header)),
                      where);
     }
     if (!options.iso && header->getGridClass() == openvdb::GRID_FOG_VOLUME) {

@@ -211,6 +211,10 @@ void initializeOpenVdb() {
   std::call_once(once, [] { openvdb::initialize(); });
 }
 
+std::string typeOf(const openvdb::GridBase& grid) {
+  return grid.isType<openvdb::MaskGrid>() ? "mask" : grid.valueType();
+}
+
 Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where) {
   if (grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>()) {
     return GridKind::Values;
@@ -218,7 +222,7 @@ Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where)
   if (grid.isType<openvdb::BoolGrid>() || grid.isType<openvdb::MaskGrid>()) return GridKind::Mask;
   return invalid(fmt::format("is a grid of type {} ({}); float, double, bool and mask grids can be "
                              "used",
-                             grid.valueType(), grid.type()),
+                             typeOf(grid), grid.type()),
                  where);
 }
 

@@ -21,6 +21,9 @@ openvdb::Coord cornerOf(const Coord& block);
 
 openvdb::math::Transform::Ptr transformOf(const Lattice& lattice);
 
+/// "float", "mask", ... (OpenVDB calls the values of a mask grid bool).
+std::string typeOf(const openvdb::GridBase& grid);
+
 enum class GridKind : std::uint8_t { Values, Mask };
 
 /// Whether the grid has values (float, double) or only insides (bool, mask); others are refused by
