@@ -38,6 +38,7 @@ struct Options {
   std::string motion;
   std::optional<double> voxelSize;
   std::optional<std::uint64_t> frames;
+  std::optional<double> frameTime;
   bool mask = false;
   std::vector<std::string> caps;
   std::optional<double> rvMin;
@@ -131,6 +132,7 @@ Result<std::variant<Built, int>> build(const Options& options, const fs::path& f
   if (voxels) {
     add("--voxel-size", fmt::format("{}", *options.voxelSize));
     add("--frames", fmt::format("{}", *options.frames));
+    if (options.frameTime) add("--frame-time", fmt::format("{}", *options.frameTime));
     if (options.mask) arguments.emplace_back("--mask");
   } else {
     if (options.rvMin) add("--rv-min", fmt::format("{}", *options.rvMin));
@@ -404,6 +406,8 @@ void addCompare(CLI::App& app, int& exitCode) {
       ->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, in length units")
       ->check(CLI::PositiveNumber);
   command->add_option("--frames", options->frames, "voxel4d: frames, evenly over the motion");
+  command->add_option("--frame-time", options->frameTime,
+                      "voxel4d: frames so far apart, from the first time on");
   command->add_flag("--mask", options->mask,
                     "voxel4d: which lattice points are inside, instead of level sets");
   command

@@ -13,6 +13,7 @@
 #include "tools/console.h"
 #include "tools/t4d_output.h"
 #include "tools/thread_limit.h"
+#include "tools/voxel_series.h"
 #include "voxel4d/voxelize.h"
 #include "voxel4d/weave.h"
 
@@ -31,8 +32,7 @@ struct Options {
   std::string caps;  // "" for the backend's own
   std::optional<int> prism;
   std::optional<double> voxelSize;
-  std::optional<std::uint64_t> frames;
-  std::optional<double> frameTime;
+  voxel4d::FrameTimes times;
   bool mask = false;
   std::optional<int> threads;
   T4dOutput output;
@@ -54,12 +54,12 @@ struct Made {
 std::optional<std::string> misuseOf(const Options& options) {
   if (options.voxels()) {
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
-    if (!options.frames && !options.frameTime) {
+    if (!options.times.count && !options.times.step) {
       return "--backend voxel4d needs --frames or --frame-time";
     }
     return std::nullopt;
   }
-  if (options.voxelSize || options.frames || options.frameTime || options.mask) {
+  if (options.voxelSize || options.times.count || options.times.step || options.mask) {
     return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
   }
   if (options.caps == "flat" || options.caps == "half-step") {
@@ -90,8 +90,8 @@ std::string detailsOf(const Options& options) {
   ordered_json parameters;
   if (options.voxels()) {
     parameters["voxel_size"] = *options.voxelSize;
-    if (options.frames) parameters["frames"] = *options.frames;
-    if (options.frameTime) parameters["frame_time"] = *options.frameTime;
+    if (options.times.count) parameters["frames"] = *options.times.count;
+    if (options.times.step) parameters["frame_time"] = *options.times.step;
     parameters["mask"] = options.mask;
     parameters["caps"] = options.caps == "half-step" ? "half-step" : "flat";
   } else {
@@ -132,8 +132,7 @@ Result<Made> sweepMesh(const Options& options, const model::TriangleMesh& mesh,
 Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh,
                          const model::Motion& motion, model::Sink& sink) {
   const model::TimeSpan span{motion.timeBegin(), motion.timeEnd()};
-  auto times = options.frames ? voxel4d::evenTimes(span, *options.frames)
-                              : voxel4d::steppedTimes(span, *options.frameTime);
+  auto times = voxel4d::frameTimes(span, options.times);
   if (!times) return pass(times.error());
   Made made;
   if (const auto ignored = ignoredBy(options); !ignored.empty()) {
@@ -237,10 +236,7 @@ void addSweep(CLI::App& app, int& exitCode) {
                    "(smallest)")
       ->check(CLI::IsMember({14, 3}));
   command->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, length units");
-  auto* frames =
-      command->add_option("--frames", options->frames, "voxel4d: frames, evenly over the motion");
-  command->add_option("--frame-time", options->frameTime, "voxel4d: time between two frames")
-      ->excludes(frames);
+  addFrameTimes(*command, options->times);
   command->add_flag("--mask", options->mask,
                     "voxel4d: which lattice points are inside, instead of level sets");
   addThreadsOption(*command, options->threads);

@@ -9,15 +9,22 @@
 
 namespace t4d::tools {
 
+void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times) {
+  command.add_option("--frames", times.count, "voxel4d: so many frames, evenly over the motion");
+  command.add_option(
+      "--frame-time", times.step,
+      "voxel4d: frames so far apart, from the first time on; with --frames the first "
+      "so many");
+}
+
 void VoxelSeriesOptions::addTo(CLI::App& command) {
   command
       .add_option("--voxel-size", voxelSize,
                   "Edge of a voxel, in length units; lattice points are its multiples")
       ->required();
-  auto* times = command.add_option_group("frames", "Which times; one of");
-  times->add_option("--frames", frames, "So many frames, evenly from the first time to the last");
-  times->add_option("--frame-time", frameTime, "Frames so far apart, from the first time on");
-  times->require_option(1);
+  auto* when = command.add_option_group("frames", "Which times; one of these, or both");
+  addFrameTimes(*when, times);
+  when->require_option(1, 2);
   command.add_option("-o,--output", folder, "The folder to write frame_0000.vdb, ... into")
       ->required();
   command.add_flag("--mask", mask,
@@ -30,8 +37,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& s
                      const voxel4d::SolidAtTime& solid, const std::string& where) {
   const auto begin = std::chrono::steady_clock::now();
   const ThreadLimit limit(options.threads);
-  const auto times = options.frames ? voxel4d::evenTimes(span, *options.frames)
-                                    : voxel4d::steppedTimes(span, *options.frameTime);
+  const auto times = voxel4d::frameTimes(span, options.times);
   if (!times) return report(times.error());
   Result<voxel4d::VoxelSeries> written;
   {

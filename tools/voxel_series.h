@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -11,11 +10,13 @@
 
 namespace t4d::tools {
 
+/// Adds `--frames` and `--frame-time`.
+void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times);
+
 /// What the verbs that write a time series of .vdb share: their options, and the writing.
 struct VoxelSeriesOptions {
   double voxelSize = 0;
-  std::optional<std::uint64_t> frames;
-  std::optional<double> frameTime;
+  voxel4d::FrameTimes times;
   bool mask = false;
   std::string folder;
   std::optional<int> threads;

@@ -120,6 +120,19 @@ Result<std::vector<double>> steppedTimes(const model::TimeSpan& span, double ste
   return times;
 }
 
+Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when) {
+  if (!when.step) return evenTimes(span, when.count.value_or(0));
+  auto times = steppedTimes(span, *when.step);
+  if (!times || !when.count) return times;
+  if (*when.count < 2 || *when.count > times->size()) {
+    return invalid(
+        fmt::format("{} frames are asked for, {} apart; from {} to {} there can be 2 to {}",
+                    *when.count, *when.step, span.begin, span.end, times->size()));
+  }
+  times->resize(*when.count);
+  return times;
+}
+
 SolidAtTime movingSolid(model::TriangleMesh mesh, model::Motion motion) {
   return [mesh = std::move(mesh), motion = std::move(motion)](double time) {
     const model::Pose pose = motion.at(time);

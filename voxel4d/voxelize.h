@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "model/motion.h"
@@ -23,6 +24,16 @@ Result<std::vector<double>> evenTimes(const model::TimeSpan& span, std::uint64_t
 /// Times from the first of `span` on, `step` apart, as many as fit. Refuses a step that is not
 /// positive, or leaves fewer than two.
 Result<std::vector<double>> steppedTimes(const model::TimeSpan& span, double step);
+
+/// When the frames of a motion are: `count` of them evenly over it; or every `step` from its first
+/// time on, as many as fit, or the first `count` of these.
+struct FrameTimes {
+  std::optional<std::uint64_t> count;
+  std::optional<double> step;
+};
+
+/// Those times. Refuses what evenTimes and steppedTimes do, and a count of steps that do not fit.
+Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when);
 
 /// A solid as a function of time: closed, facing outward; empty where there is none.
 using SolidAtTime = std::function<Result<model::TriangleMesh>(double time)>;
