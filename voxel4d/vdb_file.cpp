@@ -188,7 +188,7 @@ openvdb::GridBase::Ptr VdbFile::readTree(std::size_t index) {
     return grid;
   };
   readWith(openvdb::CoordBBox());
-  const auto grid = readWith();
+  auto grid = readWith();
   if (!descriptor.isInstance()) {
     checkStatistics(*grid);
     return grid;

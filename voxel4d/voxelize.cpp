@@ -116,7 +116,9 @@ Result<std::vector<double>> steppedTimes(const model::TimeSpan& span, double ste
                                step, span.begin, span.end, span.end - span.begin));
   }
   std::vector<double> times;
-  for (double i = 0; i <= steps; ++i) times.push_back(std::min(span.begin + i * step, span.end));
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(steps); ++i) {
+    times.push_back(std::min(span.begin + static_cast<double>(i) * step, span.end));
+  }
   return times;
 }
 
