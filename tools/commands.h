@@ -12,6 +12,7 @@ void addFlipbook(CLI::App& app, int& exitCode);
 void addInfo(CLI::App& app, int& exitCode);
 void addValidate(CLI::App& app, int& exitCode);
 void addCompare(CLI::App& app, int& exitCode);
+void addConform(CLI::App& app, int& exitCode);
 void addVersion(CLI::App& app, int& exitCode);
 void addWeave(CLI::App& app, int& exitCode);
 void addVoxelize(CLI::App& app, int& exitCode);

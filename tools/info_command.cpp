@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/t4d/layout.h"
 #include "formats/t4d/reader.h"
 #include "tools/commands.h"
 #include "tools/console.h"
@@ -28,7 +27,7 @@ int run(const std::string& path, bool json) {
     all.bounds.add(body.bounds.max);
   }
   const std::string version =
-      fmt::format("{}.{}", formats::t4d_layout::kMajorVersion, formats::t4d_layout::kMinorVersion);
+      fmt::format("{}.{}", reader->version().major, reader->version().minor);
   if (json) {
     ordered_json value = {{"format_version", version},
                           {"generator", metadata.generator},

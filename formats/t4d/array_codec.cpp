@@ -1,6 +1,7 @@
 #include "formats/t4d/array_codec.h"
 
 #include <algorithm>
+#include <memory>
 
 #include <fmt/format.h>
 #include <zstd.h>
@@ -10,6 +11,7 @@ namespace {
 
 using t4d_layout::ByteReader;
 using t4d_layout::ByteWriter;
+using t4d_layout::Features;
 
 constexpr std::size_t kBlock = 64;  // rows at a time, so that both sides stay in cache
 
@@ -35,14 +37,29 @@ void transposeBack(std::span<const std::byte> from, std::size_t rowBytes, std::b
   }
 }
 
+/// One zstd frame; nothing where it cannot be made. A `windowLog` of 0 is what the level brings.
+std::vector<std::byte> zstdFrame(std::span<const std::byte> bytes, int level, int windowLog) {
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
+                                                                     &ZSTD_freeCCtx);
+  std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, windowLog);
+  const std::size_t size =
+      ZSTD_compress2(context.get(), frame.data(), frame.size(), bytes.data(), bytes.size());
+  frame.resize(ZSTD_isError(size) != 0 ? 0 : size);
+  return frame;
+}
+
 std::vector<std::byte> compressed(const ArrayView& array, int level) {
   std::vector<std::byte> transposed(array.bytes.size());
   transpose(array.bytes, array.rowBytes(), transposed.data());
-  std::vector<std::byte> stored(ZSTD_compressBound(transposed.size()));
-  const std::size_t size =
-      ZSTD_compress(stored.data(), stored.size(), transposed.data(), transposed.size(), level);
-  stored.resize(ZSTD_isError(size) != 0 ? 0 : size);
-  return stored;
+  std::vector<std::byte> frame = zstdFrame(transposed, level, 0);
+  if (frame.size() * t4d_layout::kMaxExpansion < transposed.size()) {
+    // A block holds no more than the window and takes at least 4 bytes: 4 KiB keep to the limit.
+    constexpr int kSmallWindowLog = 12;
+    frame = zstdFrame(transposed, level, kSmallWindowLog);
+  }
+  return frame;
 }
 
 Result<std::vector<std::byte>> decompressed(std::span<const std::byte> stored, std::size_t rowBytes,
@@ -91,7 +108,7 @@ void putArray(ByteWriter& into, const ArrayView& array, int level) {
   into.pad();
 }
 
-Result<Array> takeArray(ByteReader& from) {
+Result<Array> takeArray(ByteReader& from, Features features) {
   Array array;
   const auto type = from.take<std::uint8_t>();
   array.type = static_cast<model::ScalarType>(type);
@@ -108,6 +125,9 @@ Result<Array> takeArray(ByteReader& from) {
     return invalid(fmt::format("an array has the unknown codec {}", codec));
   }
   if (reserved != 0) return invalid("an array's reserved bytes are not zero");
+  if (codec == static_cast<std::uint8_t>(Codec::Zstd) && !features.zstd) {
+    return invalid("an array is compressed with zstd, a feature that the file does not name");
+  }
   if (storedBytes > from.left()) {
     return invalid(
         fmt::format("an array claims {} stored bytes where {} are left", storedBytes, from.left()));
@@ -141,8 +161,9 @@ Result<Array> takeArray(ByteReader& from) {
   return array;
 }
 
-Result<Array> takeArrayOf(ByteReader& from, model::ScalarType type, std::uint8_t components) {
-  auto array = takeArray(from);
+Result<Array> takeArrayOf(ByteReader& from, model::ScalarType type, std::uint8_t components,
+                          Features features) {
+  auto array = takeArray(from, features);
   if (array && (array->type != type || array->components != components)) {
     return invalid(fmt::format(
         "an array has rows of {} numbers of type {}, where {} of type {} are "

@@ -46,11 +46,11 @@ struct Array {
 };
 
 /// Takes an array record. Everything that it claims is checked before memory is asked for. Errors
-/// say the fault and have no `where`.
-Result<Array> takeArray(t4d_layout::ByteReader& from);
+/// say the fault and have no `where`. `features` are those that the file names.
+Result<Array> takeArray(t4d_layout::ByteReader& from, t4d_layout::Features features = {});
 
 /// takeArray, and what it must be: `type`, `components`.
 Result<Array> takeArrayOf(t4d_layout::ByteReader& from, model::ScalarType type,
-                          std::uint8_t components);
+                          std::uint8_t components, t4d_layout::Features features = {});
 
 }  // namespace t4d::formats

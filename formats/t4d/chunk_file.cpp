@@ -99,10 +99,10 @@ Result<ChunkFile::Header> ChunkFile::readHeader() {
   if (crc != crc32c(bytes->data(), kFileHeaderBytes - sizeof crc)) {
     return damaged(8, "the file header's checksum does not match: the file is damaged");
   }
-  if (header.major != kMajorVersion || header.minor != kMinorVersion) {
+  if (header.major != kMajorVersion) {
     return damaged(8,
-                   fmt::format("is of version {}.{}; this program reads {}.{}", header.major,
-                               header.minor, kMajorVersion, kMinorVersion),
+                   fmt::format("is of version {}.{}; this program reads {}.x", header.major,
+                               header.minor, kMajorVersion),
                    ErrorCode::Unsupported);
   }
   if ((flags & ~kFlagIndexed) != 0 || reserved != 0) {

@@ -19,6 +19,7 @@ using model::Point4;
 using model::ScalarType;
 using t4d_layout::ByteReader;
 using t4d_layout::ByteWriter;
+using t4d_layout::Features;
 
 constexpr std::uint32_t kZero = 0;
 
@@ -59,8 +60,8 @@ std::vector<Scalar> numbersOf(const Array& array) {
 }
 
 /// Vertices whose times are still to be set.
-Result<std::vector<Point4>> takePositions(ByteReader& from) {
-  auto array = takeArray(from);
+Result<std::vector<Point4>> takePositions(ByteReader& from, Features features) {
+  auto array = takeArray(from, features);
   if (!array) return pass(array.error());
   const bool isFloat = array->type == ScalarType::Float32;
   if (array->components != 3 || (!isFloat && array->type != ScalarType::Float64)) {
@@ -94,7 +95,7 @@ void putAttribute(ByteWriter& into, const Attribute& attribute, int level) {
            level);
 }
 
-Result<Attribute> takeAttribute(ByteReader& from) {
+Result<Attribute> takeAttribute(ByteReader& from, Features features) {
   const auto domain = from.take<std::uint8_t>();
   const auto reserved = from.takeBytes(3);
   const auto nameBytes = from.take<std::uint32_t>();
@@ -115,17 +116,18 @@ Result<Attribute> takeAttribute(ByteReader& from) {
   if (from.overrun() || !from.skipPadding()) {
     return invalid("an attribute's name is cut off, or its padding is not zero");
   }
-  auto array = takeArray(from);
+  auto array = takeArray(from, features);
   if (!array) return pass(array.error());
   return Attribute{std::string(reinterpret_cast<const char*>(name.data()), name.size()),
                    static_cast<Domain>(domain), array->type, array->components,
                    std::move(array->bytes)};
 }
 
-Result<std::vector<Attribute>> takeAttributes(ByteReader& from, std::uint32_t count) {
+Result<std::vector<Attribute>> takeAttributes(ByteReader& from, std::uint32_t count,
+                                              Features features) {
   std::vector<Attribute> attributes;
   for (std::uint32_t i = 0; i < count; ++i) {
-    auto attribute = takeAttribute(from);
+    auto attribute = takeAttribute(from, features);
     if (!attribute) return pass(attribute.error());
     attributes.push_back(std::move(*attribute));
   }
@@ -209,7 +211,8 @@ ByteWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOptio
   return payload;
 }
 
-Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const std::byte> payload) {
+Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const std::byte> payload,
+                                                               Features features) {
   ByteReader from(payload);
   auto connectivity = std::make_shared<Connectivity>();
   connectivity->vertexCount = from.take<std::uint32_t>();
@@ -221,16 +224,17 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const s
   if (from.overrun()) return cutOff("a connectivity");
   if (reserved != 0) return invalid("its reserved bytes are not zero");
 
-  auto cells = takeArrayOf(from, ScalarType::UInt32, 4);
+  auto cells = takeArrayOf(from, ScalarType::UInt32, 4, features);
   if (!cells) return pass(cells.error());
   connectivity->cells.resize(cells->rows);
   if (!cells->bytes.empty()) {
     std::memcpy(connectivity->cells.data(), cells->bytes.data(), cells->bytes.size());
   }
   if (meanCount > 0) {
-    auto sizes = takeArrayOf(from, ScalarType::UInt32, 1);
+    if (!features.means) return invalid("it has means, a feature that the file does not name");
+    auto sizes = takeArrayOf(from, ScalarType::UInt32, 1, features);
     if (!sizes) return pass(sizes.error());
-    auto sources = takeArrayOf(from, ScalarType::UInt32, 1);
+    auto sources = takeArrayOf(from, ScalarType::UInt32, 1, features);
     if (!sources) return pass(sources.error());
     if (sizes->rows != meanCount) {
       return invalid(fmt::format("it has {} means but the sizes of {}", meanCount, sizes->rows));
@@ -246,7 +250,7 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const s
       connectivity->means.offsets.push_back(static_cast<std::uint32_t>(end));
     }
   }
-  auto attributes = takeAttributes(from, attributeCount);
+  auto attributes = takeAttributes(from, attributeCount, features);
   if (!attributes) return pass(attributes.error());
   connectivity->cellAttributes = std::move(*attributes);
   if (auto end = checkEnd(from); !end) return pass(end.error());
@@ -261,13 +265,13 @@ ByteWriter encodeLayer(double time, std::span<const Point4> vertices, const Arra
   return payload;
 }
 
-Result<Layer> decodeLayer(std::span<const std::byte> payload) {
+Result<Layer> decodeLayer(std::span<const std::byte> payload, Features features) {
   ByteReader from(payload);
   Layer layer;
   layer.time = from.take<double>();
   if (from.overrun()) return cutOff("a layer");
   if (!std::isfinite(layer.time)) return invalid(fmt::format("it is at time {}", layer.time));
-  auto vertices = takePositions(from);
+  auto vertices = takePositions(from, features);
   if (!vertices) return pass(vertices.error());
   if (vertices->empty()) return invalid("it has no vertices; such a layer is not stored");
   layer.vertices = std::move(*vertices);
@@ -292,7 +296,7 @@ ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
   return payload;
 }
 
-Result<SlabChunk> decodeSlab(std::span<const std::byte> payload) {
+Result<SlabChunk> decodeSlab(std::span<const std::byte> payload, Features features) {
   ByteReader from(payload);
   SlabChunk slab;
   slab.time = takeTime(from);
@@ -300,9 +304,9 @@ Result<SlabChunk> decodeSlab(std::span<const std::byte> payload) {
   const auto attributeCount = from.take<std::uint32_t>();
   if (from.overrun()) return cutOff("a slab");
   if (auto checked = checkTime(slab.time); !checked) return pass(checked.error());
-  auto interior = takePositions(from);
+  auto interior = takePositions(from, features);
   if (!interior) return pass(interior.error());
-  auto times = takeArrayOf(from, ScalarType::Float64, 1);
+  auto times = takeArrayOf(from, ScalarType::Float64, 1, features);
   if (!times) return pass(times.error());
   if (times->rows != interior->size()) {
     return invalid(
@@ -311,11 +315,41 @@ Result<SlabChunk> decodeSlab(std::span<const std::byte> payload) {
   slab.interior = std::move(*interior);
   const std::vector<double> t = numbersOf<double>(*times);
   for (std::size_t i = 0; i < t.size(); ++i) slab.interior[i][3] = t[i];
-  auto attributes = takeAttributes(from, attributeCount);
+  auto attributes = takeAttributes(from, attributeCount, features);
   if (!attributes) return pass(attributes.error());
   slab.attributes = std::move(*attributes);
   if (auto end = checkEnd(from); !end) return pass(end.error());
   return slab;
+}
+
+void addSlab(BodySummary& body, const model::Slab& slab, bool float32) {
+  const Connectivity& connectivity = *slab.connectivity;
+  if (body.slabs++ == 0) {
+    body.time.begin = slab.timeBegin;
+    body.vertices += connectivity.lowerCount;
+  }
+  body.time.end = slab.timeEnd;
+  body.vertices += connectivity.vertexCount - connectivity.lowerCount;
+  body.tetrahedra += connectivity.cells.size();
+  const auto addToBounds = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const model::Point3 point = slab.vertices[i].head<3>();
+      body.bounds.add(float32 ? point.cast<float>().cast<double>() : point);
+    }
+  };
+  addToBounds(0, connectivity.firstMean());
+  addToBounds(connectivity.firstUpper(), connectivity.vertexCount);
+}
+
+Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {
+  if (said.vertices != found.vertices || said.tetrahedra != found.tetrahedra) {
+    return invalid(fmt::format("the file says {} vertices and {} tetrahedra, it has {} and {}",
+                               said.vertices, said.tetrahedra, found.vertices, found.tetrahedra));
+  }
+  if (said.bounds.min != found.bounds.min || said.bounds.max != found.bounds.max) {
+    return invalid("the file states other bounds than it has");
+  }
+  return {};
 }
 
 ByteWriter encodeDone(const Done& done) {

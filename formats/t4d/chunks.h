@@ -10,8 +10,8 @@
 #include "model/slab.h"
 
 /// What is in each chunk of a .t4d file: payloads made and taken apart, side by side (SPEC.md,
-/// section "Chunks"). Decoders check everything they can without the rest of the file; their errors
-/// say the fault and have no `where`.
+/// section "Chunks"). Decoders check everything they can without the rest of the file, of which
+/// they know the features that it names; their errors say the fault and have no `where`.
 namespace t4d::formats {
 
 /// How arrays are stored.
@@ -23,7 +23,7 @@ struct ArrayOptions {
 t4d_layout::ByteWriter encodeConnectivity(const model::Connectivity& connectivity,
                                           const ArrayOptions& options);
 Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
-    std::span<const std::byte> payload);
+    std::span<const std::byte> payload, t4d_layout::Features features = {});
 
 /// Vertices at one time.
 struct Layer {
@@ -33,7 +33,7 @@ struct Layer {
 
 t4d_layout::ByteWriter encodeLayer(double time, std::span<const model::Point4> vertices,
                                    const ArrayOptions& options);
-Result<Layer> decodeLayer(std::span<const std::byte> payload);
+Result<Layer> decodeLayer(std::span<const std::byte> payload, t4d_layout::Features features = {});
 
 /// Where a slab's parts are in the file; 0 for a layer without vertices.
 struct SlabParts {
@@ -57,7 +57,8 @@ t4d_layout::ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& 
                                   std::span<const model::Point4> interior,
                                   std::span<const model::Attribute> attributes,
                                   const ArrayOptions& options);
-Result<SlabChunk> decodeSlab(std::span<const std::byte> payload);
+Result<SlabChunk> decodeSlab(std::span<const std::byte> payload,
+                             t4d_layout::Features features = {});
 
 /// What a file says of one body as a whole.
 struct BodySummary {
@@ -67,6 +68,13 @@ struct BodySummary {
   model::TimeSpan time;
   model::Bounds3 bounds;  ///< of the vertices that are stored: means lie between them
 };
+
+/// Adds a slab to what is known of its body. With `float32` its positions are stored as such.
+void addSlab(BodySummary& body, const model::Slab& slab, bool float32 = false);
+
+/// What a file says of a body must be what its slabs add up to. Slabs and times are judged by
+/// checkDone, which needs no slab for it.
+Result<void> checkSummary(const BodySummary& said, const BodySummary& found);
 
 /// The end of the chunks that hold data.
 struct Done {

@@ -19,6 +19,10 @@ using testing::HasSubstr;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr ArrayOptions kRaw = {0, false};
+// Decoders of files that name all features.
+constexpr auto kConnectivityDecoder = [](auto payload) { return decodeConnectivity(payload); };
+constexpr auto kLayerDecoder = [](auto payload) { return decodeLayer(payload); };
+constexpr auto kSlabDecoder = [](auto payload) { return decodeSlab(payload); };
 
 template <class Decoder>
 std::string fault(const Decoder& decode, const ByteWriter& payload) {
@@ -52,13 +56,13 @@ Connectivity connectivityWithAll() {
 }
 
 TEST(Chunks, RefuseEveryTruncationAndExtraBytes) {
-  refusesEveryTruncationAndExtraBytes(decodeConnectivity,
+  refusesEveryTruncationAndExtraBytes(kConnectivityDecoder,
                                       encodeConnectivity(connectivityWithAll(), kRaw));
   const model::Slab simplex = simplexSlab();
-  refusesEveryTruncationAndExtraBytes(decodeLayer, encodeLayer(0.5, simplex.vertices, kRaw));
+  refusesEveryTruncationAndExtraBytes(kLayerDecoder, encodeLayer(0.5, simplex.vertices, kRaw));
   const std::vector<model::Attribute> attributes = {
       model::makeAttribute<double>("heat", model::Domain::Vertex, {1, 2, 3, 4, 5})};
-  refusesEveryTruncationAndExtraBytes(decodeSlab,
+  refusesEveryTruncationAndExtraBytes(kSlabDecoder,
                                       encodeSlab({0, 1}, {}, simplex.vertices, attributes, kRaw));
   Done done;
   done.bodies.resize(2);
@@ -79,22 +83,22 @@ ByteWriter connectivityWithWord(std::size_t word, std::uint32_t value) {
 
 TEST(Chunks, RefuseConnectivityWhoseCountsLie) {
   const std::uint32_t most = ~std::uint32_t{0};
-  EXPECT_THAT(fault(decodeConnectivity, connectivityWithWord(0, 5)), HasSubstr("exceed"));
-  EXPECT_THAT(fault(decodeConnectivity, connectivityWithWord(1, most)), HasSubstr("exceed"));
-  EXPECT_THAT(fault(decodeConnectivity, connectivityWithWord(2, most)), HasSubstr("exceed"));
-  EXPECT_THAT(fault(decodeConnectivity, connectivityWithWord(3, 1)), HasSubstr("sizes of 2"));
-  EXPECT_THAT(fault(decodeConnectivity, connectivityWithWord(3, most)), HasSubstr("sizes of 2"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(0, 5)), HasSubstr("exceed"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(1, most)), HasSubstr("exceed"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(2, most)), HasSubstr("exceed"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(3, 1)), HasSubstr("sizes of 2"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(3, most)), HasSubstr("sizes of 2"));
   EXPECT_FALSE(decodeConnectivity(connectivityWithWord(3, 0).bytes()));
   EXPECT_FALSE(decodeConnectivity(connectivityWithWord(4, most).bytes()));
-  EXPECT_THAT(fault(decodeConnectivity, connectivityWithWord(4, 0)), HasSubstr("bytes follow"));
-  EXPECT_THAT(fault(decodeConnectivity, connectivityWithWord(5, 1)), HasSubstr("reserved"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(4, 0)), HasSubstr("bytes follow"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(5, 1)), HasSubstr("reserved"));
 }
 
 TEST(Chunks, RefuseConnectivityThatIsUnsound) {
   const auto faultWith = [](const std::function<void(Connectivity&)>& change) {
     Connectivity connectivity = connectivityWithAll();
     change(connectivity);
-    return fault(decodeConnectivity, encodeConnectivity(connectivity, kRaw));
+    return fault(kConnectivityDecoder, encodeConnectivity(connectivity, kRaw));
   };
   EXPECT_EQ(faultWith([](Connectivity&) {}), "");
   EXPECT_THAT(faultWith([](Connectivity& c) { c.cells[2][1] = 9; }), HasSubstr("vertex 9"));
@@ -117,11 +121,11 @@ TEST(Chunks, RefuseConnectivityThatIsUnsound) {
 
 TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
   const std::vector<model::Point4> vertices = simplexSlab().vertices;
-  EXPECT_THAT(fault(decodeLayer, encodeLayer(kNan, vertices, kRaw)), HasSubstr("at time nan"));
-  EXPECT_THAT(fault(decodeLayer, encodeLayer(0, {}, kRaw)), HasSubstr("no vertices"));
-  EXPECT_THAT(fault(decodeSlab, encodeSlab({1, 0}, {}, {}, {}, kRaw)),
+  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(kNan, vertices, kRaw)), HasSubstr("at time nan"));
+  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(0, {}, kRaw)), HasSubstr("no vertices"));
+  EXPECT_THAT(fault(kSlabDecoder, encodeSlab({1, 0}, {}, {}, {}, kRaw)),
               HasSubstr("from time 1 to 0"));
-  EXPECT_THAT(fault(decodeSlab, encodeSlab({0, kNan}, {}, {}, {}, kRaw)), HasSubstr("nan"));
+  EXPECT_THAT(fault(kSlabDecoder, encodeSlab({0, kNan}, {}, {}, {}, kRaw)), HasSubstr("nan"));
 
   ByteWriter twoColumns;
   twoColumns.put(0.0);
@@ -130,14 +134,14 @@ TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
   view = viewOf(six);
   view.components = 2;
   putArray(twoColumns, view, 0);
-  EXPECT_THAT(fault(decodeLayer, twoColumns), HasSubstr("three floating-point"));
+  EXPECT_THAT(fault(kLayerDecoder, twoColumns), HasSubstr("three floating-point"));
   ByteWriter integers;
   integers.put(0.0);
   const std::vector<std::uint64_t> whole(6, 0);
   view = viewOf(whole);
   view.components = 3;
   putArray(integers, view, 0);
-  EXPECT_THAT(fault(decodeLayer, integers), HasSubstr("three floating-point"));
+  EXPECT_THAT(fault(kLayerDecoder, integers), HasSubstr("three floating-point"));
 
   // Positions of five vertices, times of four.
   const ByteWriter four =
@@ -146,7 +150,7 @@ TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
   ByteWriter mixed;
   mixed.putBytes(five.data(), 48 + 24 + 5 * 24);
   mixed.putBytes(four.data() + 48 + 24 + 4 * 24, four.size() - (48 + 24 + 4 * 24));
-  EXPECT_THAT(fault(decodeSlab, mixed), HasSubstr("5 interior positions but 4 times"));
+  EXPECT_THAT(fault(kSlabDecoder, mixed), HasSubstr("5 interior positions but 4 times"));
 }
 
 TEST(Chunks, RefuseAttributesThatCannotBe) {
@@ -163,7 +167,7 @@ TEST(Chunks, RefuseAttributesThatCannotBe) {
     whole.putBytes("heat\0\0\0", 7);
     whole.put(static_cast<std::uint8_t>(pad));
     putArray(whole, viewOf(std::vector<double>()), 0);
-    return fault(decodeSlab, whole);
+    return fault(kSlabDecoder, whole);
   };
   EXPECT_EQ(slabWith(1, 4, std::byte{0}), "");
   EXPECT_THAT(slabWith(0, 4, std::byte{0}), HasSubstr("unknown domain 0"));

@@ -12,8 +12,8 @@ namespace {
 
 class Scanner {
  public:
-  Scanner(ChunkFile& file, std::size_t bodyCount)
-      : file_(file), bodyCount_(bodyCount), judge_(file, bodyCount) {}
+  Scanner(ChunkFile& file, std::size_t bodyCount, Features features)
+      : file_(file), bodyCount_(bodyCount), features_(features), judge_(file, bodyCount) {}
 
   FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
     scan_.end = firstChunk;
@@ -51,9 +51,9 @@ class Scanner {
 
   Result<void> take(const ChunkHeader& header, std::span<const std::byte> payload) {
     if (header.type == kConnectivity) {
-      connectivities_.push_back(header.offset);
+      connectivities_.push_back({header.offset});
     } else if (header.type == kLayer) {
-      layers_.push_back(header.offset);
+      layers_.push_back({header.offset});
     } else if (header.type == kSlab) {
       return takeSlab(header, payload);
     } else if (header.type == kDone) {
@@ -64,6 +64,7 @@ class Scanner {
         return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
       }
       if (auto checked = checkDone(*done, scan_.slabs, bodyCount_); !checked) return checked;
+      if (auto checked = checkAllNamed(); !checked) return checked;
       scan_.doneOffset = header.offset;
       scan_.done = std::move(*done);
     } else if (header.type == kHead || header.type == kIndex) {
@@ -76,15 +77,12 @@ class Scanner {
   }
 
   Result<void> takeSlab(const ChunkHeader& header, std::span<const std::byte> payload) {
-    auto slab = decodeSlab(payload);
+    auto slab = decodeSlab(payload, features_);
     if (!slab) return pass(slab.error());
-    const auto has = [](const std::vector<std::uint64_t>& offsets, std::uint64_t offset) {
-      return std::binary_search(offsets.begin(), offsets.end(), offset);
-    };
     const SlabParts& parts = slab->parts;
-    if (!has(connectivities_, parts.connectivity) ||
-        (parts.lower != 0 && !has(layers_, parts.lower)) ||
-        (parts.upper != 0 && !has(layers_, parts.upper))) {
+    if (!name(connectivities_, parts.connectivity) ||
+        (parts.lower != 0 && !name(layers_, parts.lower)) ||
+        (parts.upper != 0 && !name(layers_, parts.upper))) {
       return invalid("it names a connectivity or a layer that does not come before it");
     }
     const IndexRecord record = {header.offset, header.bytes(), parts, slab->time};
@@ -93,20 +91,49 @@ class Scanner {
     return {};
   }
 
+  /// A CONN or a LAYR.
+  struct Part {
+    std::uint64_t offset = 0;
+    bool named = false;  ///< by a slab
+  };
+
+  /// Notes that a slab names the part at `offset`; false where none is there.
+  static bool name(std::vector<Part>& parts, std::uint64_t offset) {
+    const auto found =
+        std::lower_bound(parts.begin(), parts.end(), offset,
+                         [](const Part& part, std::uint64_t value) { return part.offset < value; });
+    if (found == parts.end() || found->offset != offset) return false;
+    found->named = true;
+    return true;
+  }
+
+  Result<void> checkAllNamed() const {
+    for (const auto* parts : {&connectivities_, &layers_}) {
+      for (const Part& part : *parts) {
+        if (!part.named) {
+          return file_.damaged(part.offset, fmt::format("{}: no slab names it",
+                                                        parts == &layers_ ? "LAYR" : "CONN"));
+        }
+      }
+    }
+    return {};
+  }
+
   ChunkFile& file_;
   std::size_t bodyCount_;
+  Features features_;
   RecordJudge judge_;
   FileScan scan_;
   std::uint64_t chunks_ = 0;
-  std::vector<std::uint64_t> connectivities_;  // offsets, increasing
-  std::vector<std::uint64_t> layers_;
+  std::vector<Part> connectivities_;  // offsets increase
+  std::vector<Part> layers_;
 };
 
 }  // namespace
 
 FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
-                  const model::Progress& progress) {
-  return Scanner(file, bodyCount).run(firstChunk, progress);
+                  Features features, const model::Progress& progress) {
+  return Scanner(file, bodyCount, features).run(firstChunk, progress);
 }
 
 Result<void> RecordJudge::add(const IndexRecord& record) {

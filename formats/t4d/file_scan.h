@@ -38,6 +38,6 @@ struct FileScan {
 /// Reads chunk after chunk from the one after HEAD to DONE, each with its checksum, and judges that
 /// they are in an order that a reader can follow.
 FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
-                  const model::Progress& progress = {});
+                  t4d_layout::Features features, const model::Progress& progress = {});
 
 }  // namespace t4d::formats

@@ -17,8 +17,8 @@ namespace t4d::formats::t4d_layout {
 static_assert(std::endian::native == std::endian::little,
               "arrays are copied between memory and little-endian files");
 
-inline constexpr std::uint16_t kMajorVersion = 0;
-inline constexpr std::uint16_t kMinorVersion = 9;
+inline constexpr std::uint16_t kMajorVersion = 1;
+inline constexpr std::uint16_t kMinorVersion = 0;
 
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'T',  '4',  'D',
                                                            0x0D, 0x0A, 0x1A, 0x0A};
@@ -48,11 +48,17 @@ inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::uint64_t kMaxBodies = 65536;
 inline constexpr int kMaxJsonDepth = 64;
-/// zstd turns no byte into more than this many.
-inline constexpr std::uint64_t kMaxExpansion = 32768;
+/// The size of a compressed array is at most this many times its stored bytes.
+inline constexpr std::uint64_t kMaxExpansion = 1024;
 
 inline constexpr std::string_view kFeatureZstd = "zstd";
 inline constexpr std::string_view kFeatureMeans = "means";
+
+/// The features that a file names in HEAD; what it does not name it may not use.
+struct Features {
+  bool zstd = true;
+  bool means = true;
+};
 
 inline constexpr std::uint64_t padded(std::uint64_t bytes) {
   return (bytes + kAlignment - 1) / kAlignment * kAlignment;

@@ -12,6 +12,8 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 /// Parses JSON that is nested no deeper than allowed: what handles JSON recurses, here and
 /// elsewhere, and a stack is soon full.
 Json parseShallow(const std::string& text) {
@@ -88,6 +90,9 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
 }
 
 Result<Metadata> parseHead(const std::string& text) {
+  if (text.starts_with(kByteOrderMark)) {
+    return invalid("its metadata begins with a byte order mark");
+  }
   const Json head = parseShallow(text);
   if (!head.is_object()) {
     return invalid(fmt::format("its metadata is not a JSON object of at most {} levels",
@@ -105,6 +110,7 @@ Result<Metadata> parseHead(const std::string& text) {
     }
   }
   Metadata metadata;
+  metadata.features = std::move(*features);
   auto bodies = namesOf(head, "bodies");
   if (!bodies) return pass(bodies.error());
   metadata.bodies = std::move(*bodies);

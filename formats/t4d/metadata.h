@@ -16,6 +16,8 @@ struct Metadata {
   std::string up = "y";             ///< the axis that points up: "y" or "z"
   std::vector<std::string> bodies;  ///< names, at least one, all different
   std::string detailsJson = "{}";   ///< a JSON object, free in form: source, parameters, ...
+  /// What a reader must know to read the slabs. Set by readers; writers name what they use.
+  std::vector<std::string> features;
 };
 
 /// The JSON text of a HEAD chunk whose reader must know `features`. Fails where the details are not

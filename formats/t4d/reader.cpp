@@ -20,6 +20,7 @@ namespace {
 /// HEAD, the first chunk.
 struct Head {
   Metadata metadata;
+  Features features;
   std::uint64_t end = 0;
 };
 
@@ -39,7 +40,12 @@ Result<Head> readHead(ChunkFile& file) {
   if (!metadata) {
     return file.damaged(header->offset, metadata.error().message, metadata.error().code);
   }
-  return Head{std::move(*metadata), header->end()};
+  const auto named = [&](std::string_view feature) {
+    const auto& all = metadata->features;
+    return std::find(all.begin(), all.end(), feature) != all.end();
+  };
+  const Features features = {named(kFeatureZstd), named(kFeatureMeans)};
+  return Head{std::move(*metadata), features, header->end()};
 }
 
 /// The end of a file with an index.
@@ -110,13 +116,15 @@ class T4dReader::File {
  public:
   explicit File(ChunkFile file) : file_(std::move(file)) {}
 
-  Result<void> open(T4dOpen how) {
+  Result<void> open(T4dOpen how, const model::Progress& progress) {
     auto header = file_.readHeader();
     if (!header) return pass(header.error());
+    version_ = {header->major, header->minor};
     indexed_ = header->indexed;
     auto head = readHead(file_);
     if (!head) return pass(head.error());
     metadata_ = std::move(head->metadata);
+    features_ = head->features;
     const std::size_t bodyCount = metadata_.bodies.size();
     Done done;
     if (indexed_ && how == T4dOpen::Whole) {
@@ -125,14 +133,16 @@ class T4dReader::File {
       if (auto checked = checkIndex(file_, *index, bodyCount); !checked) return checked;
       records_ = std::move(index->records);
       done = std::move(index->done);
+      doneOffset_ = index->doneOffset;
     } else {
-      FileScan scan = scanFile(file_, head->end, bodyCount);
+      FileScan scan = scanFile(file_, head->end, bodyCount, features_, progress);
       damage_ = std::move(scan.damage);
       if (!damage_) {
         if (auto tail = checkTail(file_, indexed_, scan); !tail) damage_ = tail.error();
       }
-      if (damage_ && how == T4dOpen::Whole) return pass(*damage_);
+      if (damage_ && how != T4dOpen::FromFront) return pass(*damage_);
       records_ = std::move(scan.slabs);
+      doneOffset_ = scan.doneOffset;
       done = scan.done ? std::move(*scan.done) : foundSoFar(bodyCount);
     }
     summaries_ = std::move(done.bodies);
@@ -174,17 +184,20 @@ class T4dReader::File {
   };
 
   ChunkFile file_;
+  T4dVersion version_;
   bool indexed_ = false;
   Metadata metadata_;
+  Features features_;
   std::vector<IndexRecord> records_;
   std::vector<BodySummary> summaries_;
+  std::uint64_t doneOffset_ = 0;
   std::vector<Body> bodies_;
   std::optional<Error> damage_;
 
  private:
   /// A file that promises an index and does not end with one: says how far it can be read.
   Result<void> cutOff(Error error, std::uint64_t firstChunk) {
-    const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size());
+    const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
     if (scan.damage && !scan.done) {
       error.message +=
           fmt::format("; {} whole slabs come before byte {}", scan.slabs.size(), scan.end);
@@ -209,7 +222,7 @@ Result<void> T4dReader::File::Body::readConnectivity(std::uint64_t offset) {
   connectivityOffset_ = 0;
   auto chunk = file_.file_.readChunk(offset, kConnectivity);
   if (!chunk) return pass(chunk.error());
-  auto connectivity = decodeConnectivity(chunk->payload);
+  auto connectivity = decodeConnectivity(chunk->payload, file_.features_);
   if (!connectivity) return file_.file_.damaged(offset, "CONN: " + connectivity.error().message);
   slab_.connectivity = std::move(*connectivity);
   connectivityOffset_ = offset;
@@ -220,7 +233,7 @@ Result<Layer> T4dReader::File::Body::readLayer(std::uint64_t offset) {
   if (offset == 0) return Layer{};
   auto chunk = file_.file_.readChunk(offset, kLayer);
   if (!chunk) return pass(chunk.error());
-  auto layer = decodeLayer(chunk->payload);
+  auto layer = decodeLayer(chunk->payload, file_.features_);
   if (!layer) return file_.file_.damaged(offset, "LAYR: " + layer.error().message);
   return layer;
 }
@@ -232,7 +245,7 @@ Result<void> T4dReader::File::Body::readSlab(const IndexRecord& record) {
   const auto wrong = [&](const std::string& message) {
     return file.damaged(record.slab, "SLAB: " + message);
   };
-  auto decoded = decodeSlab(chunk->payload);
+  auto decoded = decodeSlab(chunk->payload, file_.features_);
   if (!decoded) return wrong(decoded.error().message);
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
     return wrong("the index says something else than the slab itself");
@@ -284,16 +297,18 @@ T4dReader::T4dReader(T4dReader&&) noexcept = default;
 T4dReader& T4dReader::operator=(T4dReader&&) noexcept = default;
 T4dReader::~T4dReader() = default;
 
-Result<T4dReader> T4dReader::open(const std::filesystem::path& path, T4dOpen how) {
+Result<T4dReader> T4dReader::open(const std::filesystem::path& path, T4dOpen how,
+                                  const model::Progress& progress) {
   auto chunkFile = ChunkFile::open(path);
   if (!chunkFile) return pass(chunkFile.error());
   auto file = std::make_unique<File>(std::move(*chunkFile));
-  auto opened = withinMemory(path.string(), [&] { return file->open(how); });
+  auto opened = withinMemory(path.string(), [&] { return file->open(how, progress); });
   if (!opened) return pass(opened.error());
   return T4dReader(std::move(file));
 }
 
 const Metadata& T4dReader::metadata() const { return file_->metadata_; }
+T4dVersion T4dReader::version() const { return file_->version_; }
 bool T4dReader::indexed() const { return file_->indexed_; }
 std::uint64_t T4dReader::fileBytes() const { return file_->file_.size(); }
 std::uint64_t T4dReader::bytesRead() const { return file_->file_.bytesRead(); }
@@ -305,18 +320,39 @@ std::uint64_t T4dReader::slabOffset(std::size_t body, std::size_t slab) const {
 }
 const std::optional<Error>& T4dReader::damage() const { return file_->damage_; }
 
+Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
+                                    const model::Progress& progress) {
+  BodySummary found;
+  class Tally : public model::Sink {
+   public:
+    Tally(BodySummary& sum, model::Sink& next) : sum_(sum), next_(next) {}
+    Result<void> put(const Slab& slab) override {
+      addSlab(sum_, slab);
+      return next_.put(slab);
+    }
+
+   private:
+    BodySummary& sum_;
+    model::Sink& next_;
+  } tally(found, sink);
+  if (auto pumped = pump(body(index), tally, progress); !pumped) return pumped;
+  if (auto checked = checkSummary(summary(index), found); !checked) {
+    return file_->file_.damaged(file_->doneOffset_,
+                                fmt::format("DONE: body {}: {}", index, checked.error().message));
+  }
+  return {};
+}
+
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress) {
-  return withinMemory(path.string(), [&]() -> Result<void> {
-    auto file = ChunkFile::open(path);
-    if (!file) return pass(file.error());
-    auto header = file->readHeader();
-    if (!header) return pass(header.error());
-    auto head = readHead(*file);
-    if (!head) return pass(head.error());
-    const FileScan scan = scanFile(*file, head->end, head->metadata.bodies.size(), progress);
-    if (scan.damage) return pass(*scan.damage);
-    return checkTail(*file, header->indexed, scan);
-  });
+  class : public model::Sink {
+    Result<void> put(const Slab&) override { return {}; }
+  } nowhere;
+  auto reader = T4dReader::open(path, T4dOpen::Checked, progress);
+  if (!reader) return pass(reader.error());
+  for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
+    if (auto read = reader->readThrough(i, nowhere); !read) return read;
+  }
+  return {};
 }
 
 }  // namespace t4d::formats

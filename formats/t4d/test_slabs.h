@@ -303,7 +303,7 @@ class FileBuilder {
     Done done;
     done.chunks = chunks_;
     done.bodies.resize(1);
-    done.bodies[0].slabs = slabs;
+    for (std::uint64_t i = 0; i < slabs; ++i) addSlab(done.bodies[0], simplexSlab());
     done.bodies[0].time = time;
     put(t4d_layout::kDone, encodeDone(done));
   }

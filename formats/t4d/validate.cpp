@@ -1,7 +1,5 @@
 #include "formats/t4d/validate.h"
 
-#include <cmath>
-
 #include <fmt/format.h>
 
 #include "formats/t4d/reader.h"
@@ -27,31 +25,6 @@ void join(MeshReport& all, const MeshReport& one) {
   if (one.vertexLinksOk) all.vertexLinksOk = all.vertexLinksOk.value_or(true) && *one.vertexLinksOk;
 }
 
-/// The mean vertices of a slab are computed, so bounds agree up to their rounding only.
-bool agree(const model::Bounds3& stored, const model::Bounds4& found) {
-  constexpr double kRounding = 1e-12;
-  const double scale = std::max(stored.min.cwiseAbs().maxCoeff(), stored.max.cwiseAbs().maxCoeff());
-  const auto near = [&](const model::Point3& a, const model::Point4& b) {
-    return (a - b.head<3>()).cwiseAbs().maxCoeff() <= kRounding * scale;
-  };
-  return near(stored.min, found.min) && near(stored.max, found.max);
-}
-
-void checkSummary(const BodySummary& summary, const MeshReport& report, model::IssueList& issues) {
-  const auto wrong = [&](const std::string& message) {
-    issues.add({"summary-differs", Severity::Error, message, {}, {}});
-  };
-  if (summary.vertices != report.vertices || summary.tetrahedra != report.tetrahedra) {
-    wrong(fmt::format("the file says {} vertices and {} tetrahedra, it has {} and {}",
-                      summary.vertices, summary.tetrahedra, report.vertices, report.tetrahedra));
-  }
-  if (summary.time.begin != report.time.begin || summary.time.end != report.time.end) {
-    wrong(fmt::format("the file says it lasts from {} to {}, it does from {} to {}",
-                      summary.time.begin, summary.time.end, report.time.begin, report.time.end));
-  }
-  if (!agree(summary.bounds, report.bounds)) wrong("the file states other bounds than it has");
-}
-
 Issue issueOf(const Error& error) {
   // The place is the file's name and the offset, which the issue has by itself.
   return {"file-damaged", Severity::Error, error.message, {}, error.offset};
@@ -69,13 +42,12 @@ Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
     if (!progress) return {};
     return [=, &progress](double fraction) { progress(from + fraction * (to - from)); };
   };
-  if (auto checked = checkT4dFile(path, part(0, kBytesShare)); !checked) {
-    if (checked.error().code == ErrorCode::Io) return pass(checked.error());
-    validation.issues.add(issueOf(checked.error()));
+  auto reader = T4dReader::open(path, T4dOpen::Checked, part(0, kBytesShare));
+  if (!reader) {
+    if (reader.error().code == ErrorCode::Io) return pass(reader.error());
+    validation.issues.add(issueOf(reader.error()));
     return validation;
   }
-  auto reader = T4dReader::open(path);
-  if (!reader) return pass(reader.error());
   MeshReport all;
   const std::size_t count = reader->bodyCount();
   for (std::size_t i = 0; i < count; ++i) {
@@ -83,24 +55,24 @@ Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
       return kBytesShare +
              (1 - kBytesShare) * static_cast<double>(body) / static_cast<double>(count);
     };
-    auto report = checkMesh(reader->body(i), options, part(at(i), at(i + 1)));
-    if (!report) {
-      validation.issues.add(issueOf(report.error()));
+    model::MeshChecker checker(options);
+    if (auto read = reader->readThrough(i, checker, part(at(i), at(i + 1))); !read) {
+      validation.issues.add(issueOf(read.error()));
       return validation;
     }
-    checkSummary(reader->summary(i), *report, report->issues);
+    MeshReport report = checker.finish();
     const std::string prefix =
         count > 1 ? fmt::format("body '{}': ", reader->metadata().bodies[i]) : "";
-    for (Issue& issue : report->issues.issues) {
+    for (Issue& issue : report.issues.issues) {
       issue.message = prefix + issue.message;
       if (issue.slab && *issue.slab < reader->body(i).slabCount()) {
         issue.offset = reader->slabOffset(i, *issue.slab);
       }
       validation.issues.issues.push_back(std::move(issue));
     }
-    validation.issues.errors += report->issues.errors;
-    validation.issues.warnings += report->issues.warnings;
-    join(all, *report);
+    validation.issues.errors += report.issues.errors;
+    validation.issues.warnings += report.issues.warnings;
+    join(all, report);
   }
   validation.mesh = std::move(all);
   return validation;

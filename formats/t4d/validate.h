@@ -17,8 +17,8 @@ struct T4dValidation {
   bool valid() const { return issues.errors == 0; }
 };
 
-/// Judges every byte (checkT4dFile), every body as a 4D mesh (model::MeshChecker), and that the
-/// summaries in the file are true. Memory is that of two slabs. What is wrong with the file is a
+/// Judges a file by all rules of SPEC.md (as checkT4dFile) and every body as a 4D mesh
+/// (model::MeshChecker). Memory is that of two slabs. What is wrong with the file is a
 /// finding; only a file that cannot be opened at all is an error.
 Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
                                       const model::CheckOptions& options = {},

@@ -204,21 +204,7 @@ class T4dWriter::File {
     record.slabBytes = out_.size() - *offset;
     if (indexed_) index_.push_back(record);
 
-    BodySummary& summary = body.summary;
-    if (summary.slabs++ == 0) summary.time.begin = slab.timeBegin;
-    summary.time.end = slab.timeEnd;
-    summary.vertices +=
-        connectivity.vertexCount - (summary.slabs == 1 ? 0 : connectivity.lowerCount);
-    summary.tetrahedra += connectivity.cells.size();
-    const auto addToBounds = [&](std::span<const Point4> vertices) {
-      for (const Point4& vertex : vertices) {
-        const model::Point3 point = vertex.head<3>();
-        summary.bounds.add(arrays_.float32 ? point.cast<float>().cast<double>() : point);
-      }
-    };
-    addToBounds(slab.lowerLayer());
-    addToBounds(interior);
-    addToBounds(slab.upperLayer());
+    addSlab(body.summary, slab, arrays_.float32);
     body.upperLayer.assign(slab.upperLayer().begin(), slab.upperLayer().end());
     body.upperOffset = record.parts.upper;
     return {};

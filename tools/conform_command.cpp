@@ -1,0 +1,12 @@
+#include "tools/commands.h"
+
+namespace t4d::tools {
+
+void addConform(CLI::App& app, int& exitCode) {
+  auto* conform =
+      app.add_subcommand("conform", "Prove backends and readers right: analytic cases, files");
+  conform->require_subcommand(1);
+  (void)exitCode;
+}
+
+}  // namespace t4d::tools
