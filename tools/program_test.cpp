@@ -86,7 +86,7 @@ TEST_F(Program, PaperCubeEndToEnd) {
   EXPECT_TRUE(swept.contains("seconds") && swept.contains("peak_bytes"));
 
   const json info = run("info cube.t4d --json").value();
-  EXPECT_EQ(info["format_version"], "0.9");
+  EXPECT_EQ(info["format_version"], "1.0");
   EXPECT_EQ(info["backend"], "mesh4d");
   EXPECT_EQ(info["slabs"], 66);
   EXPECT_EQ(info["vertices"], 4750);
