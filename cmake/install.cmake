@@ -10,4 +10,9 @@ install(EXPORT t4dTargets NAMESPACE t4d:: DESTINATION ${T4D_CMAKE_DIR})
 install(FILES ${PROJECT_BINARY_DIR}/t4dConfig.cmake ${PROJECT_BINARY_DIR}/t4dConfigVersion.cmake
   cmake/FindTetGen.cmake cmake/FindISAL.cmake cmake/T4dOpenVDB.cmake
   DESTINATION ${T4D_CMAKE_DIR})
+set(T4D_SCHEMA_DIR ${CMAKE_INSTALL_DATADIR}/t4d/schemas)
+install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PATTERN *.schema.json)
+install(FILES formats/motion.schema.json formats/t4d/head.schema.json
+  formats/t4d/reader_describe.schema.json formats/t4d/reader_slice.schema.json
+  DESTINATION ${T4D_SCHEMA_DIR})
 install(FILES LICENSE NOTICE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

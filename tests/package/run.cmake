@@ -18,6 +18,11 @@ endif()
 file(REMOVE_RECURSE ${work_dir})
 file(MAKE_DIRECTORY ${work_dir})
 run(${CMAKE_COMMAND} --install ${t4d_build} --prefix ${work_dir}/installed)
+foreach(schema sweep head reader_slice motion)
+  if(NOT EXISTS ${work_dir}/installed/share/t4d/schemas/${schema}.schema.json)
+    message(FATAL_ERROR "the JSON Schema of ${schema} is not installed")
+  endif()
+endforeach()
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B build -G ${generator}
   -D CMAKE_PREFIX_PATH=${work_dir}/installed -D CMAKE_CXX_COMPILER=${compiler}
   -D CMAKE_BUILD_TYPE=${build_type} "-DCMAKE_CXX_FLAGS=${flags}")

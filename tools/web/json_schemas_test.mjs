@@ -1,0 +1,225 @@
+// What the program prints with --json is as docs/schemas says, to the last member.
+import assert from 'node:assert/strict';
+import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+import test from 'node:test';
+
+import { objectsIn, schemaOf, walkSchema } from './schemas.mjs';
+import { makeFolder, root, t4dRaw } from './t4d.mjs';
+import { chunksOf, exampleOfSpec, reseal } from './t4d_file.mjs';
+
+const folder = makeFolder('schemas');
+const at = (name) => path.join(folder, name);
+const fixture = (name) => at(`fixtures/${name}`);
+
+const suffix = '.schema.json';
+const schemas = new Map(readdirSync(path.join(root, 'docs/schemas'))
+  .filter((name) => name.endsWith(suffix))
+  .map((name) => [name.slice(0, -suffix.length), schemaOf(`docs/schemas/${name}`)]));
+
+const docs = path.join(root, 'docs');
+const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
+
+// Members that are there in some cases only, and those whose content is free.
+const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error'];
+const free = ['details'];
+
+/** Words of the verbs that help lists below `words`. */
+function verbsBelow(words) {
+  const help = t4dRaw(...words, '--help').stdout;
+  const list = /\nSubcommands:\n((?: .*\n)+)/.exec(help)?.[1] ?? '';
+  return [...list.matchAll(/^ {2}(\S+)/gm)].map(([, name]) => [...words, name]);
+}
+
+/** All verbs, those below others too, that have --json. */
+function verbsWithJson(words = []) {
+  const here = words.length > 0 && /^ +--json\b/m.test(t4dRaw(...words, '--help').stdout);
+  return [...(here ? [words.join('-')] : []), ...verbsBelow(words).flatMap(verbsWithJson)];
+}
+
+/** The file of SPEC.md with its cells as `alter` makes them of its own. */
+function writeAltered(name, alter) {
+  const bytes = exampleOfSpec();
+  const cellsAt = 48;
+  const { payload } = chunksOf(bytes).find(({ type }) => type === 'CONN');
+  const cells = Array.from({ length: 5 }, (_, row) =>
+    Array.from({ length: 4 }, (_, i) => payload.readUInt32LE(cellsAt + 16 * row + 4 * i)));
+  alter(cells).flat().forEach((index, i) => payload.writeUInt32LE(index, cellsAt + 4 * i));
+  writeFileSync(at(name), reseal(bytes));
+}
+
+const turned = ([a, b, c, d]) => [b, a, c, d];
+
+function writeInputs() {
+  writeAltered('simplex.t4d', (cells) => cells);
+  writeAltered('open.t4d', (cells) => [[0, 1, 2, 4], ...cells.slice(1)]);
+  writeAltered('twisted.t4d', (cells) => [turned(cells[0]), ...cells.slice(1)]);
+  writeAltered('inside-out.t4d', (cells) => cells.map(turned));
+  const simplex = readFileSync(at('simplex.t4d'));
+  writeFileSync(at('cut.t4d'), simplex.subarray(0, 0x150));
+  writeFileSync(at('flipped.t4d'), simplex.map((byte, i) => (i === 0x100 ? byte ^ 1 : byte)));
+  writeFileSync(at('empty.t4d'), '');
+  writeFileSync(at('not.t4d'), '{"bodies": []}');
+  // Volumes of these numbers are beyond double.
+  writeFileSync(at('huge.obj'), readFileSync(fixture('cube.obj'), 'utf8')
+    .replaceAll(/(?<=^v.*)-?\d+(?=.*$)/gm, '$&e150'));
+}
+writeInputs();
+
+// [verb, arguments, exit code]; in this order, as later ones read what earlier ones have written.
+const sweep = (solid, motion, ...more) =>
+  ['sweep', [fixture(`${solid}.obj`), '--motion', fixture(`${motion}.json`), ...more], 0];
+const voxels = ['--voxel-size', 4, '--frames', 4];
+const runs = [
+  ['version', [], 0],
+  sweep('cube', 'rest', '-o', at('rest.t4d')),
+  sweep('torus', 'several-segments', '--caps', 'cone', '--rv-min', 0.9, '-o', at('torus.t4d')),
+  sweep('paper-cube', 'paper-screw', '--steps', 3, '--prism', 3, '-o', at('screw.t4d')),
+  sweep('paper-cube', 'paper-voxel', '--backend', 'voxel4d', ...voxels, '-o', at('voxels.t4d')),
+  ['sweep', [at('huge.obj'), '--motion', fixture('rest.json'), '--caps', 'cone', '-o', at('huge.t4d')], 0],
+  ['sweep', [at('none.obj'), '--motion', fixture('rest.json'), '-o', at('none.t4d')], 4],
+  ['sweep', [fixture('cube.obj')], 2],
+  ['voxelize', [fixture('torus.obj'), '--motion', fixture('rest.json'), '--voxel-size', 1,
+    '--frames', 2, '-o', at('level-sets')], 0],
+  ['voxelize', [fixture('paper-cube.obj'), '--motion', fixture('paper-voxel.json'), ...voxels,
+    '--mask', '-o', at('masks')], 0],
+  // No lattice point is inside.
+  ['voxelize', [fixture('cube.obj'), '--motion', fixture('rest.json'), '--voxel-size', 1000,
+    '--frames', 2, '--mask', '-o', at('none')], 0],
+  ['weave', [at('level-sets'), '-o', at('woven.t4d')], 0],
+  ['weave', [at('masks'), '--caps', 'half-step', '--precision', 'float32', '-o', at('masks.t4d')], 0],
+  ['weave', [at('no such folder'), '-o', at('none.t4d')], 4],
+  ['rasterize', [at('screw.t4d'), ...voxels, '-o', at('rasterized')], 0],
+  ['rasterize', [at('voxels.t4d'), '--voxel-size', 2, '--frame-time', 1, '--mask', '-o', at('rasterized')], 0],
+  ['rasterize', [at('cut.t4d'), ...voxels, '-o', at('none')], 4],
+  ['slice', [at('simplex.t4d'), '--time', 0.5], 0],
+  ['slice', [at('torus.t4d'), '--x', 0], 0],
+  ['slice', [at('torus.t4d'), '--hyperplane', '1,-2,0.5,0.25,3', '-o', at('plane.ply')], 0],
+  ['slice', [at('simplex.t4d'), '--z', 1000], 0],
+  ['slice', [at('open.t4d'), '--time', 0.5], 0],
+  ['slice', [at('inside-out.t4d'), '--time', 0.5], 0],
+  ['slice', [at('huge.t4d'), '--time', 0.5], 0],
+  ['slice', [at('screw.t4d'), '--time', 1, '--attributes', '-o', at('lossy.stl')], 3],
+  ['slice', [at('simplex.t4d'), '--time', 2], 4],
+  ['flipbook', [at('screw.t4d'), '--frames', 3, '-o', at('screw.glb')], 0],
+  ['flipbook', [at('screw.t4d'), '--times', '1:2:1', '--fps', 0.5, '-o', at('screw.gltf')], 0],
+  ['flipbook', [at('cut.t4d'), '--frames', 3, '-o', at('none.glb')], 4],
+  ['info', [at('simplex.t4d')], 0],
+  ['info', [at('torus.t4d')], 0],
+  ['info', [at('masks.t4d')], 0],
+  ['info', [at('huge.t4d')], 0],
+  ['info', [at('cut.t4d')], 4],
+  ['validate', [at('simplex.t4d')], 0],
+  ['validate', [at('screw.t4d'), '--deep'], 0],
+  ['validate', [at('torus.t4d'), '--deep'], 0, ['cap-vertex-link']],
+  ['validate', [at('open.t4d')], 4, ['facet-not-shared-by-two']],
+  ['validate', [at('twisted.t4d')], 4, ['facet-orientation']],
+  ['validate', [at('inside-out.t4d'), '--deep'], 4, ['inside-out']],
+  ['validate', [at('huge.t4d')], 4, ['degenerate-cell', 'inside-out']],
+  ['validate', [at('cut.t4d'), '--deep'], 4, ['file-damaged']],
+  ['validate', [at('flipped.t4d')], 4, ['file-damaged']],
+  ['validate', [at('empty.t4d')], 4, ['file-damaged']],
+  ['validate', [at('not.t4d')], 4, ['file-damaged']],
+  ['validate', [at('no such file.t4d')], 4],
+  ['compare', [fixture('paper-cube.obj'), '--motion', fixture('paper-voxel.json'), ...voxels,
+    '--slices', 3], 0],
+  ['compare', [at('screw.t4d'), at('voxels.t4d'), '--times', '0:1:2'], 0],
+  // At the last of the times only one of them exists.
+  ['compare', [at('simplex.t4d'), at('rest.t4d'), '--times', '0:10:3'], 0],
+  ['compare', [at('huge.t4d'), at('huge.t4d'), '--slices', 1], 0],
+  ['compare', [at('cut.t4d'), at('voxels.t4d')], 4],
+  ['compare', [fixture('cube.obj')], 2],
+];
+
+const validateIsTheAnswer = (verb, args) => verb === 'validate' && !args[0].includes('no such');
+
+for (const [verb, args, status, codes] of runs) {
+  const words = args.map((arg) => String(arg).replace(`${folder}/`, ''));
+  test(`t4d ${verb} ${words.join(' ')}: exit ${status}`, () => {
+    const done = t4dRaw(...verb.split('-'), ...args, '--json');
+    assert.equal(done.status, status, done.stderr);
+    const answers = status === 0 || status === 3 || validateIsTheAnswer(verb, args);
+    if (!answers) {
+      assert.equal(done.stdout, '');
+      assert.notEqual(done.stderr, '');
+      return;
+    }
+    const said = JSON.parse(done.stdout);
+    const { check, accepts } = schemas.get(verb);
+    check(said, done.stdout);
+    if (codes) assert.deepEqual([...new Set(said.issues.messages.map(({ code }) => code))], codes);
+
+    for (const { object, where } of objectsIn(said, free)) {
+      object['not in the schema'] = 0;
+      assert.ok(!accepts(said), `${where}: a member more`);
+      delete object['not in the schema'];
+      for (const [key, value] of Object.entries(object)) {
+        if (optional.includes(key)) continue;
+        delete object[key];
+        assert.ok(!accepts(said), `${where}/${key} left out`);
+        object[key] = value;
+      }
+    }
+    check(said, 'unchanged again');
+  });
+}
+
+test('every verb with --json has a schema, runs here, and is linked in the pages', () => {
+  const verbs = verbsWithJson();
+  assert.ok(verbs.includes('validate'));
+  assert.deepEqual([...schemas.keys()].sort(), [...verbs].sort());
+  const done = new Set(runs.filter(([, , status]) => status === 0).map(([verb]) => verb));
+  assert.deepEqual([...done].sort(), [...verbs].sort());
+  const linksOf = (name) => [...readFileSync(path.join(docs, name), 'utf8')
+    .matchAll(/\(schemas\/([a-z-]+)\.schema\.json\)/g)].map(([, verb]) => verb);
+  assert.deepEqual(linksOf('json.md').sort(), [...verbs].sort());
+  const onPages = pages.filter((name) => name !== 'json.md').flatMap(linksOf);
+  // A verb without a page.
+  assert.deepEqual([...onPages, 'version'].sort(), [...verbs].sort());
+});
+
+for (const [verb, { schema }] of schemas) {
+  test(`the schema of ${verb} describes every member and leaves none open`, () => {
+    assert.equal(schema.$schema, 'https://json-schema.org/draft/2020-12/schema');
+    assert.equal(schema.title, `t4d ${verb.replaceAll('-', ' ')} --json`);
+    assert.ok(schema.description);
+    const described = (member) => member.description ??
+      (member.$ref && schema.$defs[member.$ref.replace('#/$defs/', '')].description);
+    walkSchema(schema, (part, where) => {
+      // What only narrows a member, below if, then and else, has its description elsewhere.
+      if (part.type !== 'object' || !part.properties || /\/(if|then|else)\b/.test(where)) return;
+      assert.equal(part.additionalProperties, false, where);
+      const members = Object.keys(part.properties);
+      assert.deepEqual(part.required, members.filter((name) => !optional.includes(name)), where);
+      for (const name of members) {
+        assert.match(part.properties[name] && described(part.properties[name]) || '', /./, `${where}/${name}`);
+      }
+    });
+  });
+}
+
+test('the issue codes of docs/validate.md are those of the schema, with their severities', () => {
+  const page = readFileSync(path.join(root, 'docs/validate.md'), 'utf8');
+  const table = [...page.matchAll(/^\| `([a-z-]+)` \| (error|warning|information|hint) \|/gm)];
+  const { issue } = schemas.get('validate').schema.$defs;
+  assert.deepEqual(table.map(([, code]) => code).sort(), [...issue.properties.code.enum].sort());
+  assert.deepEqual(table.filter(([, , severity]) => severity === 'warning').map(([, code]) => code),
+    issue.if.properties.code.enum);
+  assert.ok(table.every(([, , severity]) => severity === 'warning' || severity === 'error'));
+});
+
+test('JSON in the pages is as the schemas say', () => {
+  let found = 0;
+  for (const name of pages) {
+    const page = readFileSync(path.join(docs, name), 'utf8');
+    const examples = [
+      ...[...page.matchAll(/^```json\n([^]*?)^```$/gm)].map(([, json]) => [path.parse(name).name, json]),
+      ...[...page.matchAll(/^\$ t4d (\S+) .*--json\n(\{\n[^]*?^\})$/gm)].map(([, ...both]) => both),
+    ];
+    for (const [verb, json] of examples.filter(([verb]) => schemas.has(verb))) {
+      ++found;
+      schemas.get(verb).check(JSON.parse(json), name);
+    }
+  }
+  assert.ok(found >= 2);
+});

@@ -1,0 +1,42 @@
+// JSON Schemas of the project, in ajv's strictest reading.
+import assert from 'node:assert/strict';
+import path from 'node:path';
+
+import Ajv from 'ajv/dist/2020.js';
+
+import { readJson, root } from './t4d.mjs';
+
+/** The schema FILE of the project, as {schema, check(value, what), accepts(value)}. */
+export function schemaOf(file) {
+  const schema = readJson(path.join(root, file));
+  const fits = new Ajv({
+    strict: true,
+    strictTypes: true,
+    strictTuples: true,
+    strictRequired: true,
+    allowUnionTypes: true,
+    allErrors: true,
+  }).compile(schema);
+  return {
+    schema,
+    accepts: (value) => fits(value),
+    check: (value, what) =>
+      assert.ok(fits(value), `${what}: ${JSON.stringify(fits.errors, null, 1)}`),
+  };
+}
+
+/** Calls visit(subschema, where) for a schema and all that it holds. */
+export function walkSchema(schema, visit, where = '#') {
+  if (typeof schema !== 'object' || schema === null) return;
+  if (!Array.isArray(schema)) visit(schema, where);
+  for (const [key, value] of Object.entries(schema)) walkSchema(value, visit, `${where}/${key}`);
+}
+
+/** Every object in a JSON value, with its path; not what is below a member named in `except`. */
+export function* objectsIn(value, except = [], where = '') {
+  if (typeof value !== 'object' || value === null) return;
+  if (!Array.isArray(value)) yield { object: value, where };
+  for (const [key, member] of Object.entries(value)) {
+    if (!except.includes(key)) yield* objectsIn(member, except, `${where}/${key}`);
+  }
+}
