@@ -5,7 +5,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 export const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
-const build = process.env.T4D_BUILD ?? path.join(root, 'build/release');
+export const build = process.env.T4D_BUILD ?? path.join(root, 'build/release');
 
 /** An empty folder build/web-test/NAME, with the fixtures in NAME/fixtures. */
 export function makeFolder(name) {

@@ -1,11 +1,12 @@
 // The JSON Schemas beside the specification of .t4d: HEAD, and the answers of a reader under test.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
 
 import { schemaOf } from './schemas.mjs';
-import { makeFolder, root, t4d, t4dRaw } from './t4d.mjs';
+import { build, makeFolder, root, t4d, t4dRaw } from './t4d.mjs';
 import { exampleOfSpec, headOf, withHead } from './t4d_file.mjs';
 
 const folder = makeFolder('t4d-schemas');
@@ -158,10 +159,27 @@ test('answers of readers that are not', () => {
   for (const key of Object.keys(piece)) assert.ok(!slice.accepts(cut({ [key]: undefined })), key);
 });
 
-test('the answers in the specification', { skip: spec.includes('DESCRIBE_EXAMPLE') }, () => {
+test('the answers in the specification', () => {
   const appendix = spec.split('\n## Appendix: a reader under test\n')[1];
   const [first, second] = [...appendix.matchAll(/^```json\n([^]*?)^```$/gm)]
     .map(([, json]) => JSON.parse(json));
   describe.check(first, 'describe');
   slice.check(second, 'slice 0.5');
+});
+
+test('the answers of our reader', () => {
+  const ask = (file, ...question) => {
+    const done = spawnSync(path.join(build, 't4d-reader'), [file, ...question.map(String)],
+      { encoding: 'utf8' });
+    assert.equal(done.status, 0, done.stderr);
+    return JSON.parse(done.stdout);
+  };
+  for (const name of Object.keys(written)) {
+    const file = at(`${name}.t4d`);
+    describe.check(ask(file, 'describe'), `describe ${name}`);
+    const { time_begin: begin, time_end: end } = t4d('info', file);
+    for (const time of [begin - 1, begin, 0.3 * begin + 0.7 * end, end]) {
+      slice.check(ask(file, 'slice', time), `slice ${time} of ${name}`);
+    }
+  }
 });
