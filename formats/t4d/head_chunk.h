@@ -1,0 +1,17 @@
+#pragma once
+
+#include "formats/t4d/chunk_file.h"
+#include "formats/t4d/metadata.h"
+
+namespace t4d::formats {
+
+/// HEAD, the first chunk.
+struct Head {
+  Metadata metadata;
+  t4d_layout::Features features;
+  std::uint64_t end = 0;  ///< offset of the next chunk
+};
+
+Result<Head> readHead(ChunkFile& file);
+
+}  // namespace t4d::formats

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/t4d/chunk_file.h"
+#include "formats/t4d/chunks.h"
+#include "model/slab.h"
+
+namespace t4d::formats {
+
+/// Slabs of one body, put together from their chunks one at a time. What two slabs in a row share
+/// is read once.
+class SlabSource : public model::Source {
+ public:
+  /// `file` lives as long as this.
+  SlabSource(ChunkFile& file, t4d_layout::Features features) : file_(&file), features_(features) {}
+
+  void add(const IndexRecord& record) { records_.push_back(record); }
+  const IndexRecord& record(std::size_t index) const { return records_[index]; }
+
+  std::size_t slabCount() const override { return records_.size(); }
+  model::TimeSpan timeSpan(std::size_t index) const override { return records_[index].time; }
+  /// Errors name the slab by its number in the body.
+  Result<const model::Slab*> slab(std::size_t index) override;
+
+  /// Any slab of the file, added or not. It is judged by all that can be said of one slab; it stays
+  /// valid until the next call. Errors have the offset of the chunk that is wrong.
+  Result<const model::Slab*> read(const IndexRecord& record);
+
+ private:
+  Result<void> readSlab(const IndexRecord& record);
+  Result<void> readConnectivity(std::uint64_t offset);
+  Result<Layer> readLayer(std::uint64_t offset);
+
+  ChunkFile* file_;
+  t4d_layout::Features features_;
+  std::vector<IndexRecord> records_;
+  model::Slab slab_;
+  std::uint64_t connectivityOffset_ = 0;
+  std::uint64_t upperOffset_ = 0;  // the layer that `upper_` is
+  Layer upper_;
+};
+
+}  // namespace t4d::formats
