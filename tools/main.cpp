@@ -36,6 +36,12 @@ int main(int argc, char** argv) try {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    // Of a mistyped verb or option CLI11 only says that one is missing.
+    if (error.get_exit_code() != 0 && error.get_name() != "ExtrasError") {
+      for (const std::string& word : app.remaining(true)) {
+        fmt::print(stderr, "t4d: not understood: {}\n", word);
+      }
+    }
     return app.exit(error) == 0 ? kDone : kUsage;
   }
   return exitCode;

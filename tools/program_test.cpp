@@ -150,9 +150,14 @@ TEST_F(Program, WrongUsageIsExit2) {
   }
 }
 
+TEST_F(Program, NamesWhatItDoesNotUnderstand) {
+  EXPECT_NE(run("swep fx/cube.obj").err.find("not understood: swep"), std::string::npos);
+  EXPECT_NE(run("slice cube.t4d --tiem 1").err.find("not understood: --tiem"), std::string::npos);
+}
+
 TEST_F(Program, HelpHasAnExampleForEachVerb) {
   for (const char* verb : {"sweep", "weave", "voxelize", "rasterize", "slice", "flipbook", "info",
-                           "validate", "version"}) {
+                           "validate", "compare", "version"}) {
     const Finished help = run(std::string(verb) + " --help");
     EXPECT_EQ(help.exitCode, 0);
     EXPECT_NE(help.out.find(std::string("Example:\n  t4d ") + verb), std::string::npos) << help.out;
@@ -399,6 +404,17 @@ TEST_F(Program, GridsToMeshToGridsKeepsTheVolume) {
     const double a = run("slice a.t4d" + at).value()["volume"];
     const double b = run("slice b.t4d" + at).value()["volume"];
     EXPECT_NEAR(a, b, 0.05 * a);
+  }
+}
+
+TEST_F(Program, AFolderOfFramesHasItsNameHoweverItIsWritten) {
+  ASSERT_EQ(
+      run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 -o frames/").exitCode, 0);
+  for (const char* folder : {"frames", "frames/", "./frames/.", "fx/../frames"}) {
+    ASSERT_EQ(run(std::string("weave ") + folder + " -o woven.t4d").exitCode, 0) << folder;
+    const json info = run("info woven.t4d --json").value();
+    EXPECT_EQ(info["bodies"][0]["name"], "frames") << folder;
+    EXPECT_EQ(info["details"]["source"]["frames"], "frames") << folder;
   }
 }
 

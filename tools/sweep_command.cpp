@@ -236,7 +236,7 @@ void addSweep(CLI::App& app, int& exitCode) {
                    "(smallest)")
       ->check(CLI::IsMember({14, 3}));
   command->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, length units");
-  addFrameTimes(*command, options->times);
+  addFrameTimes(*command, options->times, "voxel4d: ");
   command->add_flag("--mask", options->mask,
                     "voxel4d: which lattice points are inside, instead of level sets");
   addThreadsOption(*command, options->threads);

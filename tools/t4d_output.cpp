@@ -1,10 +1,14 @@
 #include "tools/t4d_output.h"
 
-#include <filesystem>
-
 #include "tools/version.h"
 
 namespace t4d::tools {
+
+std::filesystem::path nameIn(const std::string& path) {
+  std::error_code error;
+  const auto whole = std::filesystem::absolute(path, error).lexically_normal();
+  return whole.has_filename() ? whole.filename() : whole.parent_path().filename();
+}
 
 void T4dOutput::addTo(CLI::App& command) {
   command.add_option("-o,--output", path, "The .t4d file to write")->required();
@@ -30,7 +34,7 @@ Result<formats::T4dWriter> T4dOutput::create(const std::string& backend, const s
   metadata.lengthUnit = lengthUnit;
   metadata.timeUnit = timeUnit;
   metadata.up = up;
-  metadata.bodies = {body.empty() ? std::filesystem::path(model).stem().string() : body};
+  metadata.bodies = {body.empty() ? nameIn(model).stem().string() : body};
   metadata.detailsJson = detailsJson;
   return formats::T4dWriter::create(
       path, metadata, {.compression = compression, .float32 = precision == "float32"});

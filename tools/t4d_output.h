@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +8,9 @@
 #include "formats/t4d/writer.h"
 
 namespace t4d::tools {
+
+/// The name of a file or folder in the folder above it, also of "frames/" and ".".
+std::filesystem::path nameIn(const std::string& path);
 
 /// The options of every verb that writes a .t4d, and what they lead to.
 struct T4dOutput {

@@ -9,12 +9,12 @@
 
 namespace t4d::tools {
 
-void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times) {
-  command.add_option("--frames", times.count, "voxel4d: so many frames, evenly over the motion");
+void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix) {
+  command.add_option("--frames", times.count,
+                     prefix + "So many frames, evenly from first to last time");
   command.add_option(
       "--frame-time", times.step,
-      "voxel4d: frames so far apart, from the first time on; with --frames the first "
-      "so many");
+      prefix + "Frames so far apart, from the first time on; with --frames the first so many");
 }
 
 void VoxelSeriesOptions::addTo(CLI::App& command) {

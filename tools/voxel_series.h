@@ -10,8 +10,8 @@
 
 namespace t4d::tools {
 
-/// Adds `--frames` and `--frame-time`.
-void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times);
+/// Adds `--frames` and `--frame-time`; `prefix` comes before what help says of them.
+void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix = "");
 
 /// What the verbs that write a time series of .vdb share: their options, and the writing.
 struct VoxelSeriesOptions {

@@ -33,7 +33,7 @@ std::string detailsOf(const Options& options) {
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   parameters["caps"] = options.caps;
   parameters["precision"] = options.output.precision;
-  const std::string first = std::filesystem::path(options.frames.front()).filename().string();
+  const std::string first = nameIn(options.frames.front()).string();
   return ordered_json{{"source", {{"frames", first}}}, {"parameters", parameters}}.dump(
       -1, ' ', false, ordered_json::error_handler_t::replace);
 }
