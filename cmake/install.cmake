@@ -15,4 +15,9 @@ install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PAT
 install(FILES formats/motion.schema.json formats/t4d/head.schema.json
   formats/t4d/reader_describe.schema.json formats/t4d/reader_slice.schema.json
   DESTINATION ${T4D_SCHEMA_DIR})
+# As they lie in the project, so that their links lead somewhere.
 install(FILES LICENSE NOTICE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES formats/motion.schema.json DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats)
+install(DIRECTORY formats/t4d DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats
+  FILES_MATCHING PATTERN SPEC.md PATTERN *.ksy PATTERN *.schema.json)
