@@ -71,68 +71,48 @@ struct Slicer::CutPoint {
   double fraction;  // from below to above
 };
 
-/// Slab-local edges to vertices of the slice: a flat table with linear probing.
+/// Slab-local edges to vertices of the slice: for each vertex a chain of the edges that are cut
+/// above it. Chains are as short as vertices have neighbours, and lie near one another in memory as
+/// the cells do.
 class Slicer::PointTable {
  public:
-  void clear() {
-    std::fill(keys_.begin(), keys_.end(), kEmpty);
-    size_ = 0;
+  /// Empties the table, for a slab of so many vertices.
+  void clear(std::size_t vertexCount) {
+    first_.assign(vertexCount, kNone);
+    entries_.clear();
   }
 
-  /// The value at the edge, kNone when it is new: the caller then sets it.
-  std::uint32_t& at(std::uint32_t a, std::uint32_t b) {
-    if (2 * (size_ + 1) > keys_.size()) grow();
-    const std::uint64_t key = std::uint64_t{a} << 32 | b;
-    std::size_t slot = slotOf(key);
-    while (keys_[slot] != key) {
-      if (keys_[slot] == kEmpty) {
-        keys_[slot] = key;
-        values_[slot] = kNone;
-        ++size_;
-        break;
-      }
-      slot = (slot + 1) & (keys_.size() - 1);
+  /// The value at the edge, kNone when it is new: the caller then sets it, before the next call.
+  std::uint32_t& at(std::uint32_t below, std::uint32_t above) {
+    std::uint32_t* link = &first_[below];
+    while (*link != kNone) {
+      Entry& entry = entries_[*link];
+      if (entry.above == above) return entry.point;
+      link = &entry.next;
     }
-    return values_[slot];
+    *link = static_cast<std::uint32_t>(entries_.size());
+    entries_.push_back({above, kNone, kNone});
+    return entries_.back().point;
   }
 
+  /// Visits the edges from vertices at and after `begin`.
   template <class Visit>
-  void forEach(Visit visit) const {
-    for (std::size_t slot = 0; slot < keys_.size(); ++slot) {
-      if (keys_[slot] == kEmpty) continue;
-      visit(static_cast<std::uint32_t>(keys_[slot] >> 32), static_cast<std::uint32_t>(keys_[slot]),
-            values_[slot]);
+  void forEachFrom(std::uint32_t begin, Visit visit) const {
+    for (std::uint32_t below = begin; below < first_.size(); ++below) {
+      for (std::uint32_t i = first_[below]; i != kNone; i = entries_[i].next) {
+        visit(below, entries_[i].above, entries_[i].point);
+      }
     }
   }
 
  private:
-  static constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
-
-  std::size_t slotOf(std::uint64_t key) const {
-    // Fibonacci hashing: the high bits of a product with 2^64 over the golden ratio.
-    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> shift_);
-  }
-
-  void grow() {
-    std::vector<std::uint64_t> keys(std::max<std::size_t>(64, 2 * keys_.size()), kEmpty);
-    std::vector<std::uint32_t> values(keys.size(), kNone);
-    keys.swap(keys_);
-    values.swap(values_);
-    shift_ = 64;
-    for (std::size_t size = keys_.size(); size > 1; size /= 2) --shift_;
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-      if (keys[i] == kEmpty) continue;
-      std::size_t slot = slotOf(keys[i]);
-      while (keys_[slot] != kEmpty) slot = (slot + 1) & (keys_.size() - 1);
-      keys_[slot] = keys[i];
-      values_[slot] = values[i];
-    }
-  }
-
-  std::vector<std::uint64_t> keys_;
-  std::vector<std::uint32_t> values_;
-  std::size_t size_ = 0;
-  int shift_ = 64;
+  struct Entry {
+    std::uint32_t above;
+    std::uint32_t point;
+    std::uint32_t next;
+  };
+  std::vector<std::uint32_t> first_;  // of each vertex, kNone where no edge is cut
+  std::vector<Entry> entries_;
 };
 
 Slicer::Slicer(const Hyperplane& hyperplane, OnHyperplane rule)
@@ -165,13 +145,13 @@ Result<void> Slicer::put(const Slab& slab) {
   // Points on the seam are known from the slab before, by their numbers in its upper layer.
   std::vector<std::array<std::uint32_t, 3>> seam;
   if (connectivity.lowerCount == lastUpperCount_) {
-    table_->forEach([&](std::uint32_t below, std::uint32_t above, std::uint32_t point) {
-      if (below >= lastFirstUpper_ && above >= lastFirstUpper_) {
-        seam.push_back({below - lastFirstUpper_, above - lastFirstUpper_, point});
-      }
-    });
+    table_->forEachFrom(lastFirstUpper_,
+                        [&](std::uint32_t below, std::uint32_t above, std::uint32_t point) {
+                          if (above < lastFirstUpper_) return;
+                          seam.push_back({below - lastFirstUpper_, above - lastFirstUpper_, point});
+                        });
   }
-  table_->clear();
+  table_->clear(slab.vertices.size());
   for (const auto& [below, above, point] : seam) table_->at(below, above) = point;
   lastFirstUpper_ = connectivity.firstUpper();
   lastUpperCount_ = connectivity.upperCount;
