@@ -1,0 +1,50 @@
+// The manifest of the file corpus, and the answers beside its files, are as their schemas say.
+import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { readFileSync, readdirSync } from 'node:fs';
+import path from 'node:path';
+import test from 'node:test';
+
+import { schemaOf } from './schemas.mjs';
+import { readJson, root } from './t4d.mjs';
+
+const corpus = 'conformance/corpus/files';
+const at = (name) => path.join(root, corpus, name);
+const manifest = readJson(at('manifest.json'));
+const { check } = schemaOf(`${corpus}/manifest.schema.json`);
+
+test('the manifest is as its schema says', () => check(manifest, 'manifest.json'));
+
+test('the manifest names every file, once and in order, with its sum', () => {
+  const ids = manifest.files.map(({ id }) => id);
+  assert.deepEqual(ids, [...new Set(ids)].sort());
+  const named = manifest.files.flatMap(({ file, expected }) => [file, expected ?? []].flat());
+  const there = ['valid', 'invalid', 'impl'].flatMap((folder) =>
+    readdirSync(at('.')).includes(folder)
+      ? readdirSync(at(folder)).map((name) => `${folder}/${name}`) : []);
+  assert.deepEqual(named.sort(), there.sort());
+  for (const { id, file, bytes, sha256 } of manifest.files) {
+    assert.equal(file, `${id}.t4d`);
+    const content = readFileSync(at(file));
+    assert.equal(content.length, bytes, id);
+    assert.equal(createHash('sha256').update(content).digest('hex'), sha256, id);
+  }
+});
+
+test('the expected answers are as the schemas of answers say', () => {
+  const describe = schemaOf('formats/t4d/reader_describe.schema.json');
+  const slice = schemaOf('formats/t4d/reader_slice.schema.json');
+  for (const { expected } of manifest.files.filter((file) => file.expected)) {
+    const answers = readJson(at(expected));
+    describe.check(answers.describe.answer, expected);
+    for (const { time, answer } of answers.slices) slice.check(answer, `${expected} at ${time}`);
+  }
+});
+
+test('clauses are rules of the specification', () => {
+  const spec = readFileSync(path.join(root, 'formats/t4d/SPEC.md'), 'utf8');
+  const rules = new Set([...spec.matchAll(/^\* \*\*([A-Z]+[0-9]+)\*\* /gm)].map(([, rule]) => rule));
+  for (const { id, clause } of manifest.files.filter(({ result }) => result === 'invalid')) {
+    assert.ok(rules.has(clause), id);
+  }
+});
