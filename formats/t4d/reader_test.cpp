@@ -401,6 +401,18 @@ TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
   EXPECT_THAT(faultWith(footer + 24, 1), HasSubstr("reserved"));
 }
 
+/// The offset 0 is "none" for layers only.
+TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
+  std::string bytes =
+      fileContents(writeT4d("no_connectivity.t4d", {{simplexSlab()}}, {0, false, true}));
+  for (const ChunkPlace& chunk : chunksOf(bytes)) {
+    if (chunk.type == "SLAB") overwrite(bytes, chunk.payload() + 16, std::uint64_t{0});
+    if (chunk.type == "INDX") overwrite(bytes, chunk.payload() + 8 + 32, std::uint64_t{0});
+  }
+  repairChecksums(bytes);
+  EXPECT_THAT(faultOf(writeFile("no_connectivity.t4d", bytes)), HasSubstr("no chunk can be here"));
+}
+
 TEST(T4dReader, RefusesLengthsBeyondTheFileWithoutAskingForMemory) {
   const Sample sample("length.t4d", {0, false, true});
   for (const ChunkPlace& chunk : sample.chunks) {

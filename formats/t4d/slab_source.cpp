@@ -30,7 +30,7 @@ Result<const model::Slab*> SlabSource::read(const IndexRecord& record) {
 
 Result<void> SlabSource::readConnectivity(std::uint64_t offset) {
   if (connectivityOffset_ == offset) return {};
-  connectivityOffset_ = 0;
+  connectivityOffset_.reset();
   auto chunk = file_->readChunk(offset, kConnectivity);
   if (!chunk) return pass(chunk.error());
   auto connectivity = decodeConnectivity(chunk->payload, features_);

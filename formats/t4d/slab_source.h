@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "formats/t4d/chunk_file.h"
@@ -36,8 +37,8 @@ class SlabSource : public model::Source {
   t4d_layout::Features features_;
   std::vector<IndexRecord> records_;
   model::Slab slab_;
-  std::uint64_t connectivityOffset_ = 0;
-  std::uint64_t upperOffset_ = 0;  // the layer that `upper_` is
+  std::optional<std::uint64_t> connectivityOffset_;  // of the connectivity in `slab_`
+  std::uint64_t upperOffset_ = 0;                    // the layer that `upper_` is
   Layer upper_;
 };
 
