@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <span>
+#include <string>
+
+/// What the fuzz targets share.
+namespace t4d::fuzz {
+
+/// Ends the process, for libFuzzer a finding, where what must hold does not.
+inline void must(bool holds, const std::string& claim) {
+  if (holds) return;
+  std::fprintf(stderr, "== broken claim: %s\n", claim.c_str());
+  std::abort();
+}
+
+/// A regular file in memory alone, for readers that take a path.
+class MemoryFile {
+ public:
+  MemoryFile();
+  ~MemoryFile();
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  void set(std::span<const std::uint8_t> bytes);
+
+ private:
+  int descriptor_;
+  std::filesystem::path path_;
+};
+
+/// Counts the bytes that are on the heap more than when it was made; one at a time.
+class HeapMeter {
+ public:
+  HeapMeter();
+  std::size_t peak() const;
+};
+
+}  // namespace t4d::fuzz

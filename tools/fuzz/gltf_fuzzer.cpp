@@ -1,0 +1,21 @@
+#include "formats/gltf_reader.h"
+#include "tools/fuzz/loaded_mesh.h"
+
+/// A triangle mesh as glTF, text or binary.
+namespace t4d::fuzz {
+namespace {
+
+int test(std::span<const std::uint8_t> bytes) {
+  if (bytes.empty()) return -1;
+  // In no folder that is there, so that no buffer is looked for on the disk.
+  const formats::InputFile file = {"/nowhere/mesh.gltf", std::string(bytes.begin(), bytes.end())};
+  checkLoaded(formats::readGltf(file), file.path.string());
+  return 0;
+}
+
+}  // namespace
+}  // namespace t4d::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return t4d::fuzz::test({data, size});
+}

@@ -1,0 +1,42 @@
+#include "formats/obj_reader.h"
+#include "formats/off_reader.h"
+#include "formats/ply_reader.h"
+#include "formats/stl_reader.h"
+#include "tools/fuzz/loaded_mesh.h"
+
+/// A triangle mesh as STL, OBJ, PLY or OFF: the first byte says which, the file follows.
+namespace t4d::fuzz {
+namespace {
+
+Result<formats::LoadedMesh> read(char format, const formats::InputFile& file) {
+  switch (format) {
+    case 's':
+      return formats::readStl(file);
+    case 'o':
+      return formats::readObj(file);
+    case 'p':
+      return formats::readPly(file);
+    default:
+      return formats::readOff(file);
+  }
+}
+
+int test(std::span<const std::uint8_t> bytes) {
+  // An empty file never gets as far as the readers.
+  if (bytes.size() < 2) return -1;
+  const char format = static_cast<char>(bytes.front());
+  if (std::string("sopf").find(format) == std::string::npos) return -1;
+  const formats::InputFile file = {"mesh", std::string(bytes.begin() + 1, bytes.end())};
+  const HeapMeter heap;
+  checkLoaded(read(format, file), "mesh");
+  must(heap.peak() <= 256 * bytes.size() + 65536,
+       "reading takes " + std::to_string(heap.peak()) + " bytes");
+  return 0;
+}
+
+}  // namespace
+}  // namespace t4d::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return t4d::fuzz::test({data, size});
+}

@@ -1,0 +1,190 @@
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "convert/slice.h"
+#include "formats/t4d/chunks.h"
+#include "formats/t4d/reader.h"
+#include "formats/t4d/validate.h"
+#include "tools/fuzz/fuzz.h"
+
+/// A .t4d file, read in all the ways there are, validated, sliced.
+namespace t4d::fuzz {
+namespace {
+
+using formats::T4dOpen;
+using formats::T4dReader;
+
+constexpr std::size_t kMemoryPerFileByte = 20 * 1024;
+constexpr std::size_t kMemoryAlways = 1 << 20;
+
+/// All bits of a slab in a row.
+std::string bitsOf(const model::Slab& slab) {
+  std::string bits;
+  const auto add = [&](const auto& values) {
+    const auto bytes = std::as_bytes(std::span(values));
+    bits.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    bits += fmt::format("/{}/", bytes.size());
+  };
+  const model::Connectivity& connectivity = *slab.connectivity;
+  add(std::array{slab.timeBegin, slab.timeEnd});
+  add(std::array{connectivity.vertexCount, connectivity.lowerCount, connectivity.upperCount});
+  add(slab.vertices);
+  add(connectivity.cells);
+  add(connectivity.means.offsets);
+  add(connectivity.means.sources);
+  for (const auto* attributes : {&connectivity.cellAttributes, &slab.attributes}) {
+    for (const model::Attribute& attribute : *attributes) {
+      add(attribute.name);
+      add(std::array{static_cast<std::uint32_t>(attribute.domain),
+                     static_cast<std::uint32_t>(attribute.type), attribute.components});
+      add(attribute.values);
+    }
+  }
+  return bits;
+}
+
+/// What a slab is: nothing where it is refused.
+using SlabMark = std::optional<std::size_t>;
+
+SlabMark markOf(model::Source& body, std::size_t index) {
+  const auto slab = body.slab(index);
+  if (!slab) {
+    must(!slab.error().message.empty() && slab.error().offset, "a refusal says what and where");
+    return {};
+  }
+  must(checkSlab(**slab).has_value(), "a slab given out is sound");
+  must(checkConnectivity(*(*slab)->connectivity).has_value(), "its connectivity is sound");
+  must(formats::checkStorable((*slab)->connectivity->cellAttributes, (*slab)->attributes)
+           .has_value(),
+       "its attributes can be stored");
+  const model::TimeSpan time = body.timeSpan(index);
+  must((*slab)->timeBegin == time.begin && (*slab)->timeEnd == time.end,
+       "a slab has the times that are known without it");
+  return std::hash<std::string>{}(bitsOf(**slab));
+}
+
+/// A slab of a body, with its place in the file.
+struct ReadSlab {
+  std::uint64_t offset = 0;
+  SlabMark mark;
+  friend bool operator==(const ReadSlab&, const ReadSlab&) = default;
+};
+using ReadBodies = std::vector<std::vector<ReadSlab>>;
+
+ReadBodies readAll(T4dReader& reader) {
+  ReadBodies bodies(reader.bodyCount());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    model::Source& body = reader.body(i);
+    for (std::size_t k = 0; k < body.slabCount(); ++k) {
+      bodies[i].push_back({reader.slabOffset(i, k), markOf(body, k)});
+    }
+    for (std::size_t k = body.slabCount(); k-- > 0;) {
+      must(markOf(body, k) == bodies[i][k].mark, "a slab is the same when it is read again");
+    }
+  }
+  return bodies;
+}
+
+bool allRead(const ReadBodies& bodies) {
+  for (const auto& body : bodies) {
+    for (const ReadSlab& slab : body) {
+      if (!slab.mark) return false;
+    }
+  }
+  return true;
+}
+
+/// Slabs at the same place are the same, whoever found them; either way may refuse one, for what
+/// the index says may be wrong.
+void compare(const ReadBodies& a, const ReadBodies& b) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (const ReadSlab& one : a[i]) {
+      for (const ReadSlab& other : b[i]) {
+        if (one.offset != other.offset || !one.mark || !other.mark) continue;
+        must(one.mark == other.mark, "a slab found by the index is the one found from the front");
+      }
+    }
+  }
+}
+
+void checkSlices(T4dReader& reader, bool valid) {
+  for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
+    model::Source& body = reader.body(i);
+    const model::TimeSpan span = timeSpanOf(body);
+    std::vector<Result<convert::Slice>> slices;
+    for (const double part : {0.0, 0.4, 1.0}) {
+      slices.push_back(convert::sliceAtTime(body, std::lerp(span.begin, span.end, part)));
+    }
+    slices.push_back(convert::slice(body, convert::Hyperplane::across(0, 0.3)));
+    slices.push_back(convert::slice(body, {{1, 2, 3, 4}, 0.1}));
+    for (const auto& slice : slices) {
+      if (!slice) {
+        must(!valid, "a valid mesh can be sliced: " + slice.error().text());
+        continue;
+      }
+      const model::TriangleMesh& mesh = slice->mesh;
+      for (const model::Triangle& triangle : mesh.triangles) {
+        for (const std::uint32_t corner : triangle) {
+          must(corner < mesh.vertices.size(), "a slice's triangles have corners");
+        }
+      }
+      must(!valid || isClosed(mesh), "the section of a closed mesh is closed");
+    }
+  }
+}
+
+/// A file that is accepted as a whole is so in every way.
+void checkJudgement(const std::filesystem::path& path, bool wholeFile) {
+  const auto validation = formats::validateT4dFile(path, {.vertexLinks = true});
+  must(validation.has_value(), "a file can be judged");
+  const auto& issues = validation->issues.issues;
+  const bool damaged = std::any_of(issues.begin(), issues.end(), [](const model::Issue& issue) {
+    return issue.code == "file-damaged";
+  });
+  must(damaged == !wholeFile, "validation finds damage where reading does");
+  must(validation->mesh.has_value() == wholeFile, "a whole file has a judgement");
+  if (!wholeFile) return;
+  auto reader = T4dReader::open(path);
+  must(reader.has_value(), "a whole file opens");
+  checkSlices(*reader, validation->valid());
+}
+
+int test(std::span<const std::uint8_t> bytes) {
+  static MemoryFile file;
+  file.set(bytes);
+  const HeapMeter heap;
+  ReadBodies whole;
+  bool opened = false;
+  if (auto reader = T4dReader::open(file.path(), T4dOpen::Whole)) {
+    opened = true;
+    whole = readAll(*reader);
+  }
+  ReadBodies front;
+  bool undamaged = false;
+  if (auto reader = T4dReader::open(file.path(), T4dOpen::FromFront)) {
+    undamaged = !reader->damage();
+    front = readAll(*reader);
+    if (opened) compare(whole, front);
+  }
+  const auto checked = T4dReader::open(file.path(), T4dOpen::Checked);
+  must(checked.has_value() == undamaged, "no damage from the front is a whole file");
+  if (checked) {
+    must(opened && whole == front, "a whole file reads the same by its index and from the front");
+  }
+  const auto judged = formats::checkT4dFile(file.path());
+  must(!judged || (checked && allRead(whole)), "a right file has slabs that can be read");
+  must(heap.peak() <= kMemoryPerFileByte * bytes.size() + kMemoryAlways,
+       fmt::format("reading {} bytes keeps to its multiple in memory; it took {}", bytes.size(),
+                   heap.peak()));
+  checkJudgement(file.path(), judged.has_value());
+  return 0;
+}
+
+}  // namespace
+}  // namespace t4d::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return t4d::fuzz::test({data, size});
+}
