@@ -226,6 +226,7 @@ Result<void> RunCloser::put(const Slab& slab) {
   }
   if (auto put = sink_.put(slab); !put) return put;
   last_ = slab;
+  ++count_;
   return {};
 }
 
@@ -249,6 +250,7 @@ Result<void> RunCloser::endRun(bool another) {
 Result<void> RunCloser::putCap(const Slab& neighbour, bool begin, bool needed) {
   std::vector<Facet> facets = openFacets(*neighbour.connectivity, begin);
   RunEnd end;
+  end.slab = begin ? count_ : count_ - 1;
   end.time = begin ? neighbour.timeBegin : neighbour.timeEnd;
   end.begin = begin;
   auto surface = surfaceOf(facets);

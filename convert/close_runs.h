@@ -11,6 +11,7 @@ namespace t4d::convert {
 
 /// A layer at which a run of slabs began or ended and the mesh was open.
 struct RunEnd {
+  std::uint64_t slab = 0;  ///< of those given, the one that has the layer
   double time = 0;
   bool begin = false;           ///< the run begins here; otherwise it ends here
   std::uint64_t triangles = 0;  ///< facets closed, each by a cell of the cap
@@ -51,6 +52,7 @@ class RunCloser : public model::Sink {
 
   model::Sink& sink_;
   std::optional<model::Slab> last_;
+  std::uint64_t count_ = 0;  // of slabs given
   std::vector<RunEnd> ends_;
 };
 

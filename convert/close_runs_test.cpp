@@ -169,6 +169,7 @@ TEST(CloseRuns, BeginningOfASweepHasTheHypervolumeOfTheLaw) {
                 8000 * 2 * kRelative);
     ASSERT_EQ(closed.ends.size(), 1U);
     EXPECT_FALSE(closed.ends[0].begin);
+    EXPECT_EQ(closed.ends[0].slab, steps);
     EXPECT_EQ(closed.ends[0].triangles, 12U);
     EXPECT_EQ(closed.ends[0].time, mesh.slabs()[steps].timeEnd);
   }

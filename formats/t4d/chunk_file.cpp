@@ -17,6 +17,16 @@ namespace t4d::formats {
 
 using namespace t4d_layout;
 
+namespace {
+
+bool isChunkType(const ChunkType& type) {
+  return std::all_of(type.begin(), type.end(), [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+  });
+}
+
+}  // namespace
+
 Result<ChunkFile> ChunkFile::open(const std::filesystem::path& path) {
   ChunkFile file;
   file.path_ = path.string();
@@ -150,7 +160,36 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) {
   }
   auto bytes = read(offset, kChunkHeaderBytes);
   if (!bytes) return pass(bytes.error());
-  ByteReader from(*bytes);
+  return chunkHeader(offset, *bytes);
+}
+
+std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) {
+  // A block of most disks: where one cannot be read, the next may be.
+  constexpr std::uint64_t kBlock = 4096;
+  constexpr std::size_t kFlagsAt = sizeof(ChunkType);
+  for (std::uint64_t at = padded(from); at < size_;) {
+    const std::uint64_t next = (at / kBlock + 1) * kBlock;
+    const std::uint64_t end = std::min(next + kChunkHeaderBytes - kAlignment, size_);
+    if (const auto bytes = read(at, end - at)) {
+      const std::span<const std::byte> all(*bytes);
+      for (std::size_t i = 0; i + kChunkHeaderBytes <= all.size(); i += kAlignment) {
+        ChunkType type;
+        std::memcpy(type.data(), all.data() + i, type.size());
+        std::uint32_t flags = 0;
+        std::memcpy(&flags, all.data() + i + kFlagsAt, sizeof flags);
+        // The checksum is for the few places that look like a chunk.
+        if (!isChunkType(type) || (flags & ~kFlagCritical) != 0) continue;
+        if (auto header = chunkHeader(at + i, all.subspan(i, kChunkHeaderBytes))) return *header;
+      }
+    }
+    at = next;
+  }
+  return std::nullopt;
+}
+
+Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
+                                           std::span<const std::byte> bytes) const {
+  ByteReader from(bytes);
   ChunkHeader header;
   header.offset = offset;
   const auto type = from.takeBytes(header.type.size());
@@ -159,13 +198,10 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) {
   header.payloadBytes = from.take<std::uint64_t>();
   header.payloadCrc = from.take<std::uint32_t>();
   const std::size_t covered = from.position();
-  if (from.take<std::uint32_t>() != crc32c(bytes->data(), covered)) {
+  if (from.take<std::uint32_t>() != crc32c(bytes.data(), covered)) {
     return damaged(offset, "the checksum of a chunk's header does not match: the file is damaged");
   }
-  const auto isLetterOrDigit = [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
-  };
-  if (!std::all_of(header.type.begin(), header.type.end(), isLetterOrDigit)) {
+  if (!isChunkType(header.type)) {
     return damaged(offset, "the chunk's type is not four letters or digits");
   }
   if ((header.flags & ~kFlagCritical) != 0) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -59,6 +60,9 @@ class ChunkFile {
 
   Result<ChunkHeader> readChunkHeader(std::uint64_t offset);
 
+  /// The first chunk at or after `from` whose header is right, whatever lies before it.
+  std::optional<ChunkHeader> findChunk(std::uint64_t from);
+
   /// The payload of the chunk, its checksum and padding checked.
   Result<std::vector<std::byte>> readPayload(const ChunkHeader& header);
 
@@ -76,6 +80,8 @@ class ChunkFile {
  private:
   ChunkFile() = default;
   Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t bytes);
+  /// Takes the 24 bytes at `offset` apart.
+  Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 
   std::string path_;
   int descriptor_ = -1;
