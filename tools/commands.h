@@ -11,6 +11,7 @@ void addSlice(CLI::App& app, int& exitCode);
 void addFlipbook(CLI::App& app, int& exitCode);
 void addInfo(CLI::App& app, int& exitCode);
 void addValidate(CLI::App& app, int& exitCode);
+void addRecover(CLI::App& app, int& exitCode);
 void addCompare(CLI::App& app, int& exitCode);
 void addConform(CLI::App& app, int& exitCode);
 void addVersion(CLI::App& app, int& exitCode);

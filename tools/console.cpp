@@ -8,11 +8,18 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "tools/recovery_hint.h"
+
 namespace t4d::tools {
 
 int report(const Error& error) {
   fmt::print(stderr, "t4d: {}\n", error.text());
+  suggest(recoveryCommand(error));
   return error.code == ErrorCode::Failed ? kFailed : kInvalid;
+}
+
+void suggest(const std::string& command) {
+  if (!command.empty()) fmt::print(stderr, "t4d: try: {}\n", command);
 }
 
 void printNotices(const std::vector<std::string>& notices) {

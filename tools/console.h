@@ -21,8 +21,12 @@ enum ExitCode : int {
   kInvalid = 4,  ///< the input is invalid, or a file cannot be read or written
 };
 
-/// Prints the error and returns the exit code that goes with it.
+/// Prints the error, with the command to try next where there is one, and returns the exit code
+/// that goes with it.
 int report(const Error& error);
+
+/// Prints the command to try next, unless it is empty.
+void suggest(const std::string& command);
 
 /// Prints a sentence for each thing that a user should know.
 void printNotices(const std::vector<std::string>& notices);

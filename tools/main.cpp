@@ -31,6 +31,7 @@ int main(int argc, char** argv) try {
   addFlipbook(app, exitCode);
   addInfo(app, exitCode);
   addValidate(app, exitCode);
+  addRecover(app, exitCode);
   addCompare(app, exitCode);
   addVersion(app, exitCode);
   try {

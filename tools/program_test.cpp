@@ -137,6 +137,44 @@ TEST_F(Program, WritesEveryFormatAndPlaysTwo) {
   EXPECT_EQ(run("flipbook cube.t4d --times 1:2:3 -o f.gltf --json").value()["frames"], 3);
 }
 
+TEST_F(Program, RecoversWhatIsWhole) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const std::string whole = contents(folder_ / "cube.t4d");
+  const Finished copied = run("recover cube.t4d -o out.t4d");
+  EXPECT_EQ(copied.exitCode, 0) << copied.err;
+  EXPECT_EQ(copied.err, "");
+  EXPECT_NE(copied.out.find("66 of 66 slabs saved"), std::string::npos) << copied.out;
+  fs::remove(folder_ / "out.t4d");
+
+  write("broken.t4d", whole.substr(0, whole.size() / 2));
+  for (const char* verb :
+       {"info", "validate", "slice --time 1", "flipbook --frames 2 -o out.glb"}) {
+    refuses(std::string(verb) + " broken.t4d",
+            "t4d: try: t4d recover broken.t4d -o broken-recovered.t4d");
+  }
+  const Finished saved = run("recover broken.t4d -o saved.t4d --json");
+  EXPECT_EQ(saved.exitCode, 3) << saved.err;
+  EXPECT_NE(saved.err.find("t4d: lost: byte "), std::string::npos) << saved.err;
+  const json said = saved.value();
+  EXPECT_GT(said["slabs_saved"], 10);
+  EXPECT_EQ(said["slabs_known"], nullptr);
+  ASSERT_EQ(said["closed"].size(), 1U);
+  EXPECT_EQ(said["closed"][0]["triangles"], 24);
+  // The start cap, and steps of unit time.
+  const double steps = said["slabs_saved"].get<double>() - 1;
+  EXPECT_EQ(said["closed"][0]["time"], steps);
+  EXPECT_NEAR(said["hypervolume"].get<double>(), steps * 8000, 1e-6);
+  EXPECT_EQ(run("validate saved.t4d --deep").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "broken.t4d"), whole.substr(0, whole.size() / 2));
+
+  EXPECT_EQ(run("recover broken.t4d -o broken.t4d").exitCode, 2);
+  EXPECT_EQ(run("recover broken.t4d").exitCode, 2);
+  write("begin.t4d", whole.substr(0, 500));
+  refuses("recover begin.t4d -o out.t4d", "what is whole of it bounds no solid");
+  refuses("recover fx/cube.obj -o out.t4d", "is not a .t4d file");
+  EXPECT_EQ(run("info fx/cube.obj").err.find("try"), std::string::npos);
+}
+
 TEST_F(Program, WrongUsageIsExit2) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   for (const char* arguments :

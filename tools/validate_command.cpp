@@ -4,6 +4,7 @@
 #include "formats/t4d/validate.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/recovery_hint.h"
 
 namespace t4d::tools {
 namespace {
@@ -80,6 +81,8 @@ int run(const std::string& path, bool deep, bool json) {
   } else {
     printText(path, *validation);
   }
+  // Of a file that can be read to its end nothing is to be recovered.
+  if (!validation->mesh) suggest(recoveryCommand(path));
   return validation->valid() ? kDone : kInvalid;
 }
 

@@ -133,8 +133,7 @@ class T4dSalvage::File {
         const std::uint64_t next = std::min(nextChunk(at_), std::max(end, at_ + kAlignment));
         lose(at_, next < end ? fmt::format("{}; the next chunk is at byte {}",
                                            header.error().message, next)
-                             : fmt::format("{}; {} bytes to the end of the file",
-                                           header.error().message, file_.size() - at_));
+                             : header.error().message);
         at_ = next;
         continue;
       }

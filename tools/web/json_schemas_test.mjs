@@ -63,6 +63,12 @@ function writeInputs() {
   // Volumes of these numbers are beyond double.
   writeFileSync(at('huge.obj'), readFileSync(fixture('cube.obj'), 'utf8')
     .replaceAll(/(?<=^v.*)-?\d+(?=.*$)/gm, '$&e150'));
+  t4dRaw('sweep', fixture('cube.obj'), '--motion', fixture('paper-screw.json'), '--steps', 5, '-o', at('swept.t4d'));
+  const swept = readFileSync(at('swept.t4d'));
+  const { payload } = chunksOf(swept).filter(({ type }) => type === 'SLAB')[3];
+  const hit = payload.byteOffset - swept.byteOffset + 5;
+  writeFileSync(at('swept-cut.t4d'), swept.subarray(0, hit));
+  writeFileSync(at('swept-flipped.t4d'), swept.map((byte, i) => (i === hit ? byte ^ 1 : byte)));
 }
 writeInputs();
 
@@ -121,6 +127,13 @@ const runs = [
   ['validate', [at('empty.t4d')], 4, ['file-damaged']],
   ['validate', [at('not.t4d')], 4, ['file-damaged']],
   ['validate', [at('no such file.t4d')], 4],
+  ['recover', [at('simplex.t4d'), '-o', at('same.t4d')], 0],
+  ['recover', [at('swept-cut.t4d'), '-o', at('swept-saved.t4d')], 3],
+  ['recover', [at('swept-flipped.t4d'), '-o', at('swept-saved.t4d')], 3],
+  ['recover', [at('open.t4d'), '-o', at('open-saved.t4d')], 1],
+  ['recover', [at('cut.t4d'), '-o', at('none.t4d')], 4],
+  ['recover', [at('not.t4d'), '-o', at('none.t4d')], 4],
+  ['recover', [at('simplex.t4d'), '-o', at('simplex.t4d')], 2],
   ['compare', [fixture('paper-cube.obj'), '--motion', fixture('paper-voxel.json'), ...voxels,
     '--slices', 3], 0],
   ['compare', [at('screw.t4d'), at('voxels.t4d'), '--times', '0:1:2'], 0],
@@ -131,14 +144,16 @@ const runs = [
   ['compare', [fixture('cube.obj')], 2],
 ];
 
-const validateIsTheAnswer = (verb, args) => verb === 'validate' && !args[0].includes('no such');
+/** Whether a verb that fails answers all the same. */
+const answersOfDamage = (verb, args) => verb === 'validate' ? !args[0].includes('no such') :
+  verb === 'recover' && (args[0].includes('open') || args[0].includes('cut'));
 
 for (const [verb, args, status, codes] of runs) {
   const words = args.map((arg) => String(arg).replace(`${folder}/`, ''));
   test(`t4d ${verb} ${words.join(' ')}: exit ${status}`, () => {
     const done = t4dRaw(...verb.split('-'), ...args, '--json');
     assert.equal(done.status, status, done.stderr);
-    const answers = status === 0 || status === 3 || validateIsTheAnswer(verb, args);
+    const answers = status === 0 || status === 3 || answersOfDamage(verb, args);
     if (!answers) {
       assert.equal(done.stdout, '');
       assert.notEqual(done.stderr, '');

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "model/error.h"
+
+namespace t4d::tools {
+
+/// The command to try on a damaged .t4d; empty for a file that is none, going by its first bytes.
+std::string recoveryCommand(const std::string& path);
+
+/// The same for the file that an error is about; empty where the error is no damage.
+std::string recoveryCommand(const Error& error);
+
+}  // namespace t4d::tools
