@@ -102,14 +102,19 @@ types:
       - id: len_file
         type: u8
       - id: reserved
-        contents: [0, 0, 0, 0]
-        -rule: F6
+        size: 4
       - id: checksum
         type: u4
         doc: CRC-32C of bytes 0 to 27 of the footer (F2).
       - id: end_signature
         contents: [0x0a, 0x1a, 0x0a, 0x0d, D4T, 0x89]
         -rule: F1
+      - id: end_of_footer
+        size: 0
+        valid:
+          expr: reserved == [0, 0, 0, 0]
+        -rule: F6
+        doc: After the end signature, so that a file that is cut off is called that.
 
   chunk:
     doc-ref: SPEC.md, "Chunks"
