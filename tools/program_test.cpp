@@ -158,11 +158,11 @@ TEST_F(Program, RecoversWhatIsWhole) {
   const json said = saved.value();
   EXPECT_GT(said["slabs_saved"], 10);
   EXPECT_EQ(said["slabs_known"], nullptr);
-  ASSERT_EQ(said["closed"].size(), 1U);
-  EXPECT_EQ(said["closed"][0]["triangles"], 24);
+  ASSERT_EQ(said["caps"].size(), 1U);
+  EXPECT_EQ(said["caps"][0]["triangles"], 24);
   // The start cap, and steps of unit time.
   const double steps = said["slabs_saved"].get<double>() - 1;
-  EXPECT_EQ(said["closed"][0]["time"], steps);
+  EXPECT_EQ(said["caps"][0]["time"], steps);
   EXPECT_NEAR(said["hypervolume"].get<double>(), steps * 8000, 1e-6);
   EXPECT_EQ(run("validate saved.t4d --deep").exitCode, 0);
   EXPECT_EQ(contents(folder_ / "broken.t4d"), whole.substr(0, whole.size() / 2));

@@ -26,12 +26,12 @@ ordered_json jsonOf(const std::string& input, const std::string& output,
                     {"time_begin", loss.time ? ordered_json(loss.time->begin) : ordered_json()},
                     {"time_end", loss.time ? ordered_json(loss.time->end) : ordered_json()}});
   }
-  ordered_json closed = ordered_json::array();
+  ordered_json caps = ordered_json::array();
   for (const convert::RecoverCap& cap : report.closed) {
-    closed.push_back({{"body", cap.body},
-                      {"time", cap.end.time},
-                      {"begin", cap.end.begin},
-                      {"triangles", cap.end.triangles}});
+    caps.push_back({{"body", cap.body},
+                    {"time", cap.end.time},
+                    {"begin", cap.end.begin},
+                    {"triangles", cap.end.triangles}});
   }
   ordered_json value = {{"input", input},
                         {"output", nullptr},
@@ -39,7 +39,7 @@ ordered_json jsonOf(const std::string& input, const std::string& output,
                         {"slabs_known", nullptr},
                         {"metadata_saved", report.metadataSaved},
                         {"lost", lost},
-                        {"closed", closed},
+                        {"caps", caps},
                         {"valid", nullptr},
                         {"hypervolume", nullptr},
                         {"errors", ordered_json::array()}};

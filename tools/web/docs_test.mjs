@@ -1,0 +1,78 @@
+// The pages: their links lead somewhere, and what they show is what the program prints.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import path from 'node:path';
+import test from 'node:test';
+
+import { build, makeFolder, root } from './t4d.mjs';
+
+const folder = makeFolder('docs');
+const foreign = (name) => name.startsWith('.') || ['build', 'node_modules'].includes(name);
+const pagesBelow = (below) => readdirSync(path.join(root, below), { withFileTypes: true })
+  .flatMap((entry) => {
+    const name = path.join(below, entry.name);
+    if (entry.isDirectory()) return foreign(entry.name) ? [] : pagesBelow(name);
+    return name.endsWith('.md') ? [name] : [];
+  });
+const pages = pagesBelow('');
+const read = (page) => readFileSync(path.join(root, page), 'utf8');
+const withoutCode = (text) => text.replaceAll(/^ *```[^]*?^ *```$/gm, '');
+
+/** The anchors of a page, as GitHub makes them of its headings. */
+const anchorsOf = (text) => [...withoutCode(text).matchAll(/^#+ (.*)$/gm)].map(([, heading]) =>
+  heading.toLowerCase().replaceAll(/[^\p{L}\p{N} _-]/gu, '').replaceAll(' ', '-'));
+
+for (const page of pages) {
+  test(`links of ${page}`, () => {
+    for (const [, link] of withoutCode(read(page)).matchAll(/\]\(([^)\s]+)\)/g)) {
+      if (/^https?:/.test(link)) continue;
+      const [file, anchor] = link.split('#');
+      const target = file ? path.join(path.dirname(page), file) : page;
+      assert.ok(existsSync(path.join(root, target)), link);
+      if (anchor) assert.ok(anchorsOf(read(target)).includes(anchor), link);
+    }
+  });
+}
+
+/** Commands and what follows them, in the blocks of a page: [{command, output}]. */
+function examplesOf(page) {
+  const blocks = [...read(page).matchAll(/^( *)```\n([^]*?)^\1```$/gm)]
+    .map(([, indent, text]) => text.replaceAll(new RegExp(`^${indent}`, 'gm'), ''));
+  return blocks.flatMap((text) => [...text.matchAll(/^\$ ((?:.*\\\n)*.*\n)((?:(?!\$ ).*\n)*)/gm)])
+    .map(([, command, output]) => ({ command: command.trim(), output }));
+}
+
+// Times and memory differ from run to run, sizes of files and checksums with the version of zstd.
+const varying = [
+  [/\b[\d.]+ (bytes|kB|MB|GB|s)\b(?! long)/g, 'N $1'],
+  [/"(seconds|peak_bytes|bytes|bytes_read)": [\d.e-]+/g, '"$1": N'],
+  [/\b[0-9a-f]{8}\b/g, 'CHECKSUM'],
+  [/( at byte|"offset":) \d+/g, '$1 N'],
+  [/^(size of the file|construction|peak memory) .*$/gm, '$1'],
+];
+// Both streams reach a terminal, in an order that pipes do not keep.
+const comparable = (text) => varying
+  .reduce((rest, [pattern, by]) => rest.replaceAll(pattern, by), text)
+  .split('\n').map((line) => line.trimEnd()).filter((line) => line !== '').sort();
+
+// In this order: what the first makes, the others use.
+for (const page of ['sweep', 'info', 'validate', 'recover', 'slice', 'flipbook', 'weave', 'compare']) {
+  test(`examples of docs/${page}.md`, async (t) => {
+    const examples = examplesOf(`docs/${page}.md`);
+    assert.ok(examples.length > 0);
+    for (const { command, output } of examples) {
+      // Meshes from elsewhere.
+      const missing = command.split(' ').find((word) => word.endsWith('.obj') &&
+        !existsSync(path.join(folder, 'fixtures', word)));
+      await t.test(command, { skip: missing && `no ${missing}` }, () => {
+        const done = spawnSync('sh', ['-c', command], {
+          cwd: path.join(folder, 'fixtures'),
+          encoding: 'utf8',
+          env: { ...process.env, PATH: `${build}:${process.env.PATH}` },
+        });
+        assert.deepEqual(comparable(done.stdout + done.stderr), comparable(output));
+      });
+    }
+  });
+}
