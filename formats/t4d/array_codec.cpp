@@ -108,8 +108,8 @@ void putArray(ByteWriter& into, const ArrayView& array, int level) {
   into.pad();
 }
 
-Result<Array> takeArray(ByteReader& from, Features features) {
-  Array array;
+Result<PackedArray> takePacked(ByteReader& from, Features features) {
+  PackedArray array;
   const auto type = from.take<std::uint8_t>();
   array.type = static_cast<model::ScalarType>(type);
   array.components = from.take<std::uint8_t>();
@@ -132,10 +132,10 @@ Result<Array> takeArray(ByteReader& from, Features features) {
     return invalid(
         fmt::format("an array claims {} stored bytes where {} are left", storedBytes, from.left()));
   }
-  const std::size_t rowBytes = scalar * array.components;
-  const std::uint64_t limit = codec == static_cast<std::uint8_t>(Codec::Raw)
-                                  ? storedBytes
-                                  : storedBytes * t4d_layout::kMaxExpansion;
+  array.codec = static_cast<Codec>(codec);
+  const std::size_t rowBytes = array.rowBytes();
+  const std::uint64_t limit =
+      array.codec == Codec::Raw ? storedBytes : storedBytes * t4d_layout::kMaxExpansion;
   if (array.rows > limit / rowBytes) {
     return invalid(
         fmt::format("an array claims {} rows of {} bytes, more than its {} stored bytes "
@@ -146,19 +146,27 @@ Result<Array> takeArray(ByteReader& from, Features features) {
   if (size == 0 && storedBytes != 0) {
     return invalid(fmt::format("an array of no rows is stored in {} bytes", storedBytes));
   }
-  const auto stored = from.takeBytes(storedBytes);
+  array.stored = from.takeBytes(storedBytes);
   if (!from.skipPadding()) return invalid("an array's padding is cut off or not zero");
-  if (codec == static_cast<std::uint8_t>(Codec::Raw)) {
-    if (storedBytes != size) {
-      return invalid(fmt::format("an array of {} bytes is stored in {}", size, storedBytes));
-    }
-    array.bytes.assign(stored.begin(), stored.end());
-    return array;
+  if (array.codec == Codec::Raw && storedBytes != size) {
+    return invalid(fmt::format("an array of {} bytes is stored in {}", size, storedBytes));
   }
-  auto bytes = decompressed(stored, rowBytes, size);
-  if (!bytes) return pass(bytes.error());
-  array.bytes = std::move(*bytes);
   return array;
+}
+
+Result<std::vector<std::byte>> unpack(const PackedArray& array) {
+  if (array.codec == Codec::Raw) {
+    return std::vector<std::byte>(array.stored.begin(), array.stored.end());
+  }
+  return decompressed(array.stored, array.rowBytes(), array.rows * array.rowBytes());
+}
+
+Result<Array> takeArray(ByteReader& from, Features features) {
+  auto packed = takePacked(from, features);
+  if (!packed) return pass(packed.error());
+  auto bytes = unpack(*packed);
+  if (!bytes) return pass(bytes.error());
+  return Array{packed->type, packed->components, packed->rows, std::move(*bytes)};
 }
 
 Result<Array> takeArrayOf(ByteReader& from, model::ScalarType type, std::uint8_t components,

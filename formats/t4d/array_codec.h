@@ -38,6 +38,24 @@ ArrayView viewOf(const std::vector<T>& values) {
 /// of every row, and so on. Bytes that vary little, signs and exponents say, so come together.
 void putArray(t4d_layout::ByteWriter& into, const ArrayView& array, int level);
 
+/// An array record that has been judged but not unpacked.
+struct PackedArray {
+  model::ScalarType type = model::ScalarType::Float64;
+  std::uint8_t components = 1;
+  std::uint64_t rows = 0;
+  Codec codec = Codec::Raw;
+  std::span<const std::byte> stored;  ///< in the payload it was taken from
+
+  std::size_t rowBytes() const { return model::scalarSize(type) * components; }
+};
+
+/// Takes an array record. Everything that it claims is held against what is stored; errors say the
+/// fault and have no `where`. `features` are those that the file names.
+Result<PackedArray> takePacked(t4d_layout::ByteReader& from, t4d_layout::Features features = {});
+
+/// The array, row after row. While it works it needs twice the array in memory.
+Result<std::vector<std::byte>> unpack(const PackedArray& array);
+
 struct Array {
   model::ScalarType type = model::ScalarType::Float64;
   std::uint8_t components = 1;
@@ -45,8 +63,7 @@ struct Array {
   std::vector<std::byte> bytes;
 };
 
-/// Takes an array record. Everything that it claims is checked before memory is asked for. Errors
-/// say the fault and have no `where`. `features` are those that the file names.
+/// takePacked and unpack.
 Result<Array> takeArray(t4d_layout::ByteReader& from, t4d_layout::Features features = {});
 
 /// takeArray, and what it must be: `type`, `components`.

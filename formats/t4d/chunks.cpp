@@ -1,13 +1,13 @@
 #include "formats/t4d/chunks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <set>
 #include <string_view>
 
 #include <fmt/format.h>
-
-#include "formats/t4d/array_codec.h"
 
 namespace t4d::formats {
 namespace {
@@ -59,29 +59,35 @@ std::vector<Scalar> numbersOf(const Array& array) {
   return numbers;
 }
 
-/// Vertices whose times are still to be set.
-Result<std::vector<Point4>> takePositions(ByteReader& from, Features features) {
-  auto array = takeArray(from, features);
-  if (!array) return pass(array.error());
-  const bool isFloat = array->type == ScalarType::Float32;
-  if (array->components != 3 || (!isFloat && array->type != ScalarType::Float64)) {
+Result<PackedArray> takePositions(ByteReader& from, Features features) {
+  auto array = takePacked(from, features);
+  if (!array) return array;
+  const bool isFloat = array->type == ScalarType::Float32 || array->type == ScalarType::Float64;
+  if (array->components != 3 || !isFloat) {
     return invalid("its positions are not rows of three floating-point numbers");
   }
-  std::vector<Point4> vertices(array->rows);
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t at = 3 * i + k;
-      if (isFloat) {
-        float number = 0;
-        std::memcpy(&number, array->bytes.data() + at * sizeof number, sizeof number);
-        vertices[i][static_cast<Eigen::Index>(k)] = number;
-      } else {
-        std::memcpy(&vertices[i][static_cast<Eigen::Index>(k)],
-                    array->bytes.data() + at * sizeof(double), sizeof(double));
-      }
-    }
+  return array;
+}
+
+template <class Scalar>
+void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into) {
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    std::array<Scalar, 3> position;
+    std::memcpy(position.data(), bytes.data() + i * sizeof position, sizeof position);
+    into[i].head<3>() = Eigen::Vector3d(position[0], position[1], position[2]);
   }
-  return vertices;
+}
+
+/// `into` has as many vertices as the array rows; their times are left as they are.
+Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
+  const auto bytes = unpack(array);
+  if (!bytes) return pass(bytes.error());
+  if (array.type == ScalarType::Float32) {
+    setPositions<float>(*bytes, into);
+  } else {
+    setPositions<double>(*bytes, into);
+  }
+  return {};
 }
 
 void putAttribute(ByteWriter& into, const Attribute& attribute, int level) {
@@ -241,6 +247,7 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const s
     }
     connectivity->means.sources = numbersOf<std::uint32_t>(*sources);
     std::uint64_t end = 0;
+    connectivity->means.offsets.reserve(meanCount + std::size_t{1});
     connectivity->means.offsets.push_back(0);
     for (const std::uint32_t size : numbersOf<std::uint32_t>(*sizes)) {
       end += size;
@@ -271,13 +278,18 @@ Result<Layer> decodeLayer(std::span<const std::byte> payload, Features features)
   layer.time = from.take<double>();
   if (from.overrun()) return cutOff("a layer");
   if (!std::isfinite(layer.time)) return invalid(fmt::format("it is at time {}", layer.time));
-  auto vertices = takePositions(from, features);
-  if (!vertices) return pass(vertices.error());
-  if (vertices->empty()) return invalid("it has no vertices; such a layer is not stored");
-  layer.vertices = std::move(*vertices);
-  for (Point4& vertex : layer.vertices) vertex[3] = layer.time;
+  auto positions = takePositions(from, features);
+  if (!positions) return pass(positions.error());
+  if (positions->rows == 0) return invalid("it has no vertices; such a layer is not stored");
+  layer.positions = *positions;
   if (auto end = checkEnd(from); !end) return pass(end.error());
   return layer;
+}
+
+Result<void> unpackLayer(const Layer& layer, std::span<Point4> into) {
+  if (auto unpacked = unpackPositions(layer.positions, into); !unpacked) return unpacked;
+  for (Point4& vertex : into) vertex[3] = layer.time;
+  return {};
 }
 
 ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
@@ -304,17 +316,19 @@ Result<SlabChunk> decodeSlab(std::span<const std::byte> payload, Features featur
   const auto attributeCount = from.take<std::uint32_t>();
   if (from.overrun()) return cutOff("a slab");
   if (auto checked = checkTime(slab.time); !checked) return pass(checked.error());
-  auto interior = takePositions(from, features);
-  if (!interior) return pass(interior.error());
+  const auto positions = takePositions(from, features);
+  if (!positions) return pass(positions.error());
   auto times = takeArrayOf(from, ScalarType::Float64, 1, features);
   if (!times) return pass(times.error());
-  if (times->rows != interior->size()) {
+  if (times->rows != positions->rows) {
     return invalid(
-        fmt::format("it has {} interior positions but {} times", interior->size(), times->rows));
+        fmt::format("it has {} interior positions but {} times", positions->rows, times->rows));
   }
-  slab.interior = std::move(*interior);
-  const std::vector<double> t = numbersOf<double>(*times);
-  for (std::size_t i = 0; i < t.size(); ++i) slab.interior[i][3] = t[i];
+  slab.interior.resize(positions->rows);
+  if (auto set = unpackPositions(*positions, slab.interior); !set) return pass(set.error());
+  for (std::size_t i = 0; i < slab.interior.size(); ++i) {
+    std::memcpy(&slab.interior[i][3], times->bytes.data() + i * sizeof(double), sizeof(double));
+  }
   auto attributes = takeAttributes(from, attributeCount, features);
   if (!attributes) return pass(attributes.error());
   slab.attributes = std::move(*attributes);

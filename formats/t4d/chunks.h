@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/t4d/array_codec.h"
 #include "formats/t4d/layout.h"
 #include "model/error.h"
 #include "model/slab.h"
@@ -25,15 +26,20 @@ t4d_layout::ByteWriter encodeConnectivity(const model::Connectivity& connectivit
 Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
     std::span<const std::byte> payload, t4d_layout::Features features = {});
 
-/// Vertices at one time.
-struct Layer {
-  double time = 0;
-  std::vector<model::Point4> vertices;
-};
-
 t4d_layout::ByteWriter encodeLayer(double time, std::span<const model::Point4> vertices,
                                    const ArrayOptions& options);
+
+/// Vertices at one time, as they are stored.
+struct Layer {
+  double time = 0;
+  PackedArray positions;  ///< in the payload
+
+  std::uint64_t size() const { return positions.rows; }
+};
 Result<Layer> decodeLayer(std::span<const std::byte> payload, t4d_layout::Features features = {});
+
+/// Sets the vertices of a layer: `into` has its size.
+Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into);
 
 /// Where a slab's parts are in the file; 0 for a layer without vertices.
 struct SlabParts {

@@ -40,13 +40,16 @@ Result<void> SlabSource::readConnectivity(std::uint64_t offset) {
   return {};
 }
 
-Result<Layer> SlabSource::readLayer(std::uint64_t offset) {
-  if (offset == 0) return Layer{};
+Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) {
+  StoredLayer stored;
+  if (offset == 0) return stored;
   auto chunk = file_->readChunk(offset, kLayer);
   if (!chunk) return pass(chunk.error());
-  auto layer = decodeLayer(chunk->payload, features_);
+  stored.payload = std::move(chunk->payload);
+  auto layer = decodeLayer(stored.payload, features_);
   if (!layer) return file_->damaged(offset, "LAYR: " + layer.error().message);
-  return layer;
+  stored.layer = *layer;
+  return stored;
 }
 
 Result<void> SlabSource::readSlab(const IndexRecord& record) {
@@ -61,44 +64,50 @@ Result<void> SlabSource::readSlab(const IndexRecord& record) {
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
     return wrong("the index says something else than the slab itself");
   }
+  std::vector<model::Point4> kept;  // the layer below, where the slab before ended with it
+  const bool isKept = record.parts.lower != 0 && record.parts.lower == upperOffset_;
+  if (isKept) kept.assign(slab_.upperLayer().begin(), slab_.upperLayer().end());
+  upperOffset_ = 0;
   if (auto read = readConnectivity(record.parts.connectivity); !read) return read;
   const Connectivity& connectivity = *slab_.connectivity;
 
-  Layer lower;
-  if (record.parts.lower != 0 && record.parts.lower == upperOffset_) {
-    lower = std::move(upper_);
-  } else {
-    auto read = readLayer(record.parts.lower);
-    if (!read) return pass(read.error());
-    lower = std::move(*read);
-  }
-  upperOffset_ = 0;
+  auto lower = readLayer(isKept ? 0 : record.parts.lower);
+  if (!lower) return pass(lower.error());
   auto upper = readLayer(record.parts.upper);
   if (!upper) return pass(upper.error());
-  if (lower.vertices.size() != connectivity.lowerCount ||
-      upper->vertices.size() != connectivity.upperCount ||
-      decoded->interior.size() != connectivity.firstMean() - connectivity.lowerCount) {
+  const std::uint64_t lowerCount = isKept ? kept.size() : lower->layer.size();
+  const std::uint64_t interiorCount = connectivity.firstMean() - connectivity.lowerCount;
+  if (lowerCount != connectivity.lowerCount || upper->layer.size() != connectivity.upperCount ||
+      decoded->interior.size() != interiorCount) {
     return wrong(
-        fmt::format("its connectivity has {} lower, {} interior and {} upper vertices, the "
-                    "file {}, {} and {}",
-                    connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount,
-                    connectivity.upperCount, lower.vertices.size(), decoded->interior.size(),
-                    upper->vertices.size()));
+        fmt::format("its connectivity has {} lower, {} interior and {} upper vertices, "
+                    "the file {}, {} and {}",
+                    connectivity.lowerCount, interiorCount, connectivity.upperCount, lowerCount,
+                    decoded->interior.size(), upper->layer.size()));
   }
   slab_.timeBegin = record.time.begin;
   slab_.timeEnd = record.time.end;
+  if (slab_.vertices.capacity() < connectivity.vertexCount) {
+    slab_.vertices = std::vector<model::Point4>();  // not those of two slabs at a time
+  }
   slab_.vertices.resize(connectivity.vertexCount);
-  auto at = std::copy(lower.vertices.begin(), lower.vertices.end(), slab_.vertices.begin());
-  std::copy(decoded->interior.begin(), decoded->interior.end(), at);
-  std::copy(upper->vertices.begin(), upper->vertices.end(),
-            slab_.vertices.begin() + connectivity.firstUpper());
+  const std::span vertices(slab_.vertices);
+  if (isKept) {
+    std::copy(kept.begin(), kept.end(), vertices.begin());
+    kept = std::vector<model::Point4>();
+  } else if (auto set = unpackLayer(lower->layer, vertices.first(lowerCount)); !set) {
+    return file.damaged(record.parts.lower, "LAYR: " + set.error().message);
+  }
+  std::copy(decoded->interior.begin(), decoded->interior.end(), vertices.begin() + lowerCount);
+  if (auto set = unpackLayer(upper->layer, vertices.last(connectivity.upperCount)); !set) {
+    return file.damaged(record.parts.upper, "LAYR: " + set.error().message);
+  }
   setMeans(connectivity, slab_.vertices);
   slab_.attributes = std::move(decoded->attributes);
   if (auto sound = checkSlab(slab_); !sound) return wrong(sound.error().message);
   if (auto sound = checkStorable(connectivity.cellAttributes, slab_.attributes); !sound) {
     return wrong(sound.error().message);
   }
-  upper_ = std::move(*upper);
   upperOffset_ = record.parts.upper;
   return {};
 }

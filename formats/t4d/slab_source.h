@@ -29,9 +29,14 @@ class SlabSource : public model::Source {
   Result<const model::Slab*> read(const IndexRecord& record);
 
  private:
+  struct StoredLayer {
+    std::vector<std::byte> payload;
+    Layer layer;  // in `payload`; of no vertices where there is no layer
+  };
+
   Result<void> readSlab(const IndexRecord& record);
   Result<void> readConnectivity(std::uint64_t offset);
-  Result<Layer> readLayer(std::uint64_t offset);
+  Result<StoredLayer> readLayer(std::uint64_t offset);
 
   ChunkFile* file_;
   t4d_layout::Features features_;

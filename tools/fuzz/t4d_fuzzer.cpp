@@ -16,16 +16,13 @@ namespace {
 using formats::T4dOpen;
 using formats::T4dReader;
 
-constexpr std::size_t kMemoryPerFileByte = 20 * 1024;
-constexpr std::size_t kMemoryAlways = 1 << 20;
-
-/// All bits of a slab in a row.
-std::string bitsOf(const model::Slab& slab) {
-  std::string bits;
+/// A number that tells all bits of a slab, without a copy: memory is counted here.
+std::size_t hashOf(const model::Slab& slab) {
+  std::size_t hash = 0;
   const auto add = [&](const auto& values) {
     const auto bytes = std::as_bytes(std::span(values));
-    bits.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    bits += fmt::format("/{}/", bytes.size());
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    hash = hash * 0x9E3779B97F4A7C15U + std::hash<std::string_view>{}(text) + bytes.size();
   };
   const model::Connectivity& connectivity = *slab.connectivity;
   add(std::array{slab.timeBegin, slab.timeEnd});
@@ -42,7 +39,7 @@ std::string bitsOf(const model::Slab& slab) {
       add(attribute.values);
     }
   }
-  return bits;
+  return hash;
 }
 
 /// What a slab is: nothing where it is refused.
@@ -62,7 +59,7 @@ SlabMark markOf(model::Source& body, std::size_t index) {
   const model::TimeSpan time = body.timeSpan(index);
   must((*slab)->timeBegin == time.begin && (*slab)->timeEnd == time.end,
        "a slab has the times that are known without it");
-  return std::hash<std::string>{}(bitsOf(**slab));
+  return hashOf(**slab);
 }
 
 /// A slab of a body, with its place in the file.
@@ -175,7 +172,7 @@ int test(std::span<const std::uint8_t> bytes) {
   }
   const auto judged = formats::checkT4dFile(file.path());
   must(!judged || (checked && allRead(whole)), "a right file has slabs that can be read");
-  must(heap.peak() <= kMemoryPerFileByte * bytes.size() + kMemoryAlways,
+  must(heap.peak() <= T4dReader::kMemoryPerFileByte * bytes.size() + T4dReader::kMemoryAlways,
        fmt::format("reading {} bytes keeps to its multiple in memory; it took {}", bytes.size(),
                    heap.peak()));
   checkJudgement(file.path(), judged.has_value());
