@@ -212,9 +212,10 @@ class Cone {
 bool hangTogether(const Slab& before, const Slab& after) {
   const auto upper = before.upperLayer();
   const auto lower = after.lowerLayer();
-  return std::equal(
-      upper.begin(), upper.end(), lower.begin(), lower.end(),
-      [](const Point4& a, const Point4& b) { return std::memcmp(&a, &b, sizeof a) == 0; });
+  return std::equal(upper.begin(), upper.end(), lower.begin(), lower.end(),
+                    [](const Point4& a, const Point4& b) {
+                      return std::memcmp(a.data(), b.data(), sizeof a) == 0;
+                    });
 }
 
 }  // namespace

@@ -34,9 +34,8 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   if (direct) {
     file.descriptor_ = ::open(file.target_.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
-    file.part_ = file.target_.parent_path() /
-                 fmt::format(".{}.{}.part", file.target_.filename().string(), ::getpid());
-    file.descriptor_ = ::open(file.part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC,
+    file.part_ = model::PartFile(file.target_);
+    file.descriptor_ = ::open(file.part_.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC,
                               S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH);
   }
   if (file.descriptor_ < 0) return ioError(target, "open for writing");
@@ -48,21 +47,17 @@ OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); 
 
 OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
   if (this == &other) return *this;
-  discard();
+  close();
   target_ = std::move(other.target_);
-  part_ = std::exchange(other.part_, {});
+  part_ = std::move(other.part_);
   descriptor_ = std::exchange(other.descriptor_, -1);
   size_ = other.size_;
   buffer_ = std::move(other.buffer_);
   return *this;
 }
 
-OutputFile::~OutputFile() { discard(); }
-
-void OutputFile::discard() {
-  if (descriptor_ < 0) return;
-  ::close(std::exchange(descriptor_, -1));
-  if (!part_.empty()) ::unlink(part_.c_str());
+void OutputFile::close() noexcept {
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
 }
 
 Result<void> OutputFile::flush() {
@@ -98,19 +93,9 @@ Result<void> OutputFile::write(const void* data, std::size_t size) {
 
 Result<void> OutputFile::commit() {
   if (auto done = flush(); !done) return done;
-  // Devices and pipes cannot be synchronised, and need not be.
-  if (!part_.empty() && ::fsync(descriptor_) != 0) return ioError(target_, "write");
-  if (::close(std::exchange(descriptor_, -1)) != 0) {
-    const auto error = ioError(target_, "write");
-    if (!part_.empty()) ::unlink(part_.c_str());
-    return error;
-  }
-  if (!part_.empty() && ::rename(part_.c_str(), target_.c_str()) != 0) {
-    const auto error = ioError(target_, "put in place");
-    ::unlink(part_.c_str());
-    return error;
-  }
-  return {};
+  if (::close(std::exchange(descriptor_, -1)) != 0) return ioError(target_, "write");
+  // Devices and pipes have their place.
+  return part_ ? model::PartFile::putInPlace({&part_, 1}) : Result<void>();
 }
 
 }  // namespace t4d::formats

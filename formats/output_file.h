@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "model/error.h"
+#include "model/part_file.h"
 
 namespace t4d::formats {
 
-/// A file that appears whole or not at all: bytes go to a hidden part file beside the target, which
-/// `commit` renames. Without `commit` the part file is removed. A target that exists and is not a
-/// regular file (a device, a pipe) is written to directly; a symbolic link is followed.
+/// A file that appears whole or not at all: bytes go to a part file (model::PartFile), which
+/// `commit` puts in place. Without `commit` the part file is removed. A target that exists and is
+/// not a regular file (a device, a pipe) is written to directly; a symbolic link is followed.
 class OutputFile {
  public:
   static Result<OutputFile> create(const std::filesystem::path& target);
@@ -20,7 +21,7 @@ class OutputFile {
   OutputFile& operator=(OutputFile&& other) noexcept;
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
-  ~OutputFile();
+  ~OutputFile() { close(); }
 
   /// Appends; errors name the target and the system's reason (a full disk, say).
   Result<void> write(const void* data, std::size_t size);
@@ -34,10 +35,10 @@ class OutputFile {
  private:
   OutputFile() = default;
   Result<void> flush();
-  void discard();
+  void close() noexcept;
 
   std::filesystem::path target_;
-  std::filesystem::path part_;  // empty when written to directly
+  model::PartFile part_;  // none when written to directly
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
   std::vector<std::byte> buffer_;

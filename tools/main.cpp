@@ -5,10 +5,12 @@
 
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/signals.h"
 #include "tools/version.h"
 
 int main(int argc, char** argv) try {
   using namespace t4d::tools;
+  cleanUpOnSignals();
   CLI::App app(
       "t4d: 4D meshes, the boundary of a moving solid in space-time (x, y, z, t).\n"
       "Sweep a solid along a motion, keep the result as .t4d, slice it, play it, prove it right.");

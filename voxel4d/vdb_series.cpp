@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
-#include <unistd.h>
 
 #include "voxel4d/vdb_grid.h"
 
@@ -70,28 +69,22 @@ VdbSeries::VdbSeries(VdbSeries&& other) noexcept
     : folder_(std::move(other.folder_)),
       madeFolder_(std::exchange(other.madeFolder_, false)),
       names_(std::exchange(other.names_, {})),
-      written_(std::exchange(other.written_, 0)) {}
+      parts_(std::exchange(other.parts_, {})) {}
 
 VdbSeries::~VdbSeries() {
-  std::error_code ignored;
-  for (std::size_t i = 0; i < std::min(written_ + 1, names_.size()); ++i) {
-    fs::remove(partOf(names_[i]), ignored);
-  }
+  parts_.clear();
   // Only an empty folder goes.
+  std::error_code ignored;
   if (madeFolder_) fs::remove(folder_, ignored);
 }
 
-fs::path VdbSeries::partOf(const std::string& name) const {
-  return folder_ / fmt::format(".{}.{}.part", name, ::getpid());
-}
-
 Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
-  const std::string& name = names_.at(written_);
-  const fs::path part = partOf(name);
+  const std::string& name = names_.at(parts_.size());
+  model::PartFile part(folder_ / name);
   try {
     std::ofstream file;
     file.exceptions(std::ios::failbit | std::ios::badbit);
-    file.open(part, std::ios::binary | std::ios::trunc);
+    file.open(part.path(), std::ios::binary | std::ios::trunc);
     Encoder::encode(file, grid);
     file.close();
   } catch (const std::ios_base::failure&) {
@@ -101,19 +94,14 @@ Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
     return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
                 (folder_ / name).string());
   }
-  ++written_;
-  return fs::file_size(part);
+  const std::uint64_t bytes = fs::file_size(part.path());
+  parts_.push_back(std::move(part));
+  return bytes;
 }
 
 Result<void> VdbSeries::commit() {
-  for (const std::string& name : names_) {
-    std::error_code error;
-    fs::rename(partOf(name), folder_ / name, error);
-    if (error) {
-      return fail(ErrorCode::Io, "cannot put in place: " + error.message(),
-                  (folder_ / name).string());
-    }
-  }
+  if (auto put = model::PartFile::putInPlace(parts_); !put) return put;
+  parts_.clear();
   names_.clear();
   madeFolder_ = false;
   return {};

@@ -7,6 +7,7 @@
 #include <openvdb/openvdb.h>
 
 #include "model/error.h"
+#include "model/part_file.h"
 
 namespace t4d::voxel4d {
 
@@ -27,12 +28,10 @@ class VdbSeries {
 
  private:
   VdbSeries() = default;
-  std::filesystem::path partOf(const std::string& name) const;
-
   std::filesystem::path folder_;
   bool madeFolder_ = false;
   std::vector<std::string> names_;
-  std::size_t written_ = 0;
+  std::vector<model::PartFile> parts_;  // of the frames written
 };
 
 }  // namespace t4d::voxel4d

@@ -49,7 +49,7 @@ class T4dSalvage::File {
     judgeEnd();
     compareWithIndex();
     if (lost_.empty()) {
-      const auto checked = checkT4dFile(file_.path(), [&](double fraction) {
+      auto checked = checkT4dFile(file_.path(), [&](double fraction) {
         if (progress) progress(kWalkShare + (1 - kWalkShare) * fraction);
       });
       if (!checked) {
