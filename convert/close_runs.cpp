@@ -212,10 +212,8 @@ class Cone {
 bool hangTogether(const Slab& before, const Slab& after) {
   const auto upper = before.upperLayer();
   const auto lower = after.lowerLayer();
-  return std::equal(upper.begin(), upper.end(), lower.begin(), lower.end(),
-                    [](const Point4& a, const Point4& b) {
-                      return std::memcmp(a.data(), b.data(), sizeof a) == 0;
-                    });
+  return upper.size() == lower.size() &&
+         (upper.empty() || std::memcmp(upper.data(), lower.data(), upper.size_bytes()) == 0);
 }
 
 }  // namespace
