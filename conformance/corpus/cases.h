@@ -1,21 +1,68 @@
 #pragma once
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "conformance/corpus/corpus.h"
 #include "conformance/corpus/image.h"
 
-/// The corpus in parts, and what these share.
+/// The corpus in parts, with what tests of it want to know.
 namespace t4d::conformance {
 
-std::vector<CorpusFile> validFiles();
-std::vector<CorpusFile> invalidFiles();
-std::vector<CorpusFile> implFiles();
+/// A file that can be accepted.
+struct AcceptedCase {
+  CorpusFile file;
+  std::vector<BodySlabs> bodies;
+  /// The closed forms, where there is one: what all bodies together enclose, and their slices.
+  std::optional<double> hypervolume;
+  std::function<double(double time)> sliceVolume;
+};
 
-/// Fills in what a reader must answer of a file of these bodies: the description and slices at
-/// `times`. The positions are given in binary64, and are rounded here for `float32`.
-void expect(CorpusFile& file, const std::vector<BodySlabs>& bodies,
-            const std::vector<std::string>& features, const std::vector<double>& times,
-            const ImageOptions& options = {});
+/// A file with one fault.
+struct InvalidCase {
+  CorpusFile file;
+  std::string repaired;  ///< the file without the fault
+};
+
+std::vector<AcceptedCase> validCases();
+std::vector<InvalidCase> invalidCases();
+std::vector<AcceptedCase> implCases();
+
+/// A file in the making that can be accepted.
+class AcceptedBuilder {
+ public:
+  /// `id` as in CorpusFile, `what` its `fault`.
+  AcceptedBuilder(const std::string& id, Verdict verdict, const std::string& what);
+
+  /// The file as Image::of makes it, with `head` for HEAD where that is not empty.
+  AcceptedBuilder& of(const std::vector<BodySlabs>& bodies, const ImageOptions& options = {},
+                      const std::string& head = "");
+  /// The file `image`, which holds `bodies`.
+  AcceptedBuilder& of(const Image& image, const std::vector<BodySlabs>& bodies,
+                      const ImageOptions& options = {});
+  /// What HEAD names, where that is more than is used.
+  AcceptedBuilder& naming(const std::vector<std::string>& features);
+  /// What the file shows, beside what is seen from its slabs and options.
+  AcceptedBuilder& shows(const std::vector<std::string>& features);
+  AcceptedBuilder& slicedAt(const std::vector<double>& times);
+  AcceptedBuilder& encloses(double hypervolume,
+                            std::function<double(double time)> sliceVolume = {});
+  AcceptedBuilder& leftOpenIn(const std::string& heading);
+  AcceptedBuilder& at(std::uint64_t offset);
+
+  AcceptedCase finish() const;
+
+ private:
+  AcceptedCase case_;
+  ImageOptions options_;
+  std::vector<std::string> named_;
+  std::vector<std::string> shown_;
+  std::vector<double> times_;
+};
+
+/// The features of SPEC.md that the bodies need when they are stored so.
+std::vector<std::string> neededFeatures(const std::vector<BodySlabs>& bodies,
+                                        const ImageOptions& options);
 
 }  // namespace t4d::conformance

@@ -11,7 +11,6 @@
 
 #include "conformance/corpus/cases.h"
 #include "conformance/corpus/texts.h"
-#include "model/slab.h"
 
 namespace t4d::conformance {
 namespace {
@@ -78,36 +77,12 @@ Result<std::string> contents(const std::filesystem::path& path) {
 
 std::vector<CorpusFile> makeCorpus() {
   std::vector<CorpusFile> files;
-  for (auto& part : {validFiles(), invalidFiles(), implFiles()}) {
-    files.insert(files.end(), part.begin(), part.end());
-  }
+  for (AcceptedCase& made : validCases()) files.push_back(std::move(made.file));
+  for (InvalidCase& made : invalidCases()) files.push_back(std::move(made.file));
+  for (AcceptedCase& made : implCases()) files.push_back(std::move(made.file));
   std::sort(files.begin(), files.end(),
             [](const CorpusFile& a, const CorpusFile& b) { return a.id < b.id; });
   return files;
-}
-
-void expect(CorpusFile& file, const std::vector<BodySlabs>& bodies,
-            const std::vector<std::string>& features, const std::vector<double>& times,
-            const ImageOptions& options) {
-  std::vector<model::Mesh> meshes(bodies.size());
-  std::vector<NamedSource> sources;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    for (model::Slab slab : bodies[i].slabs) {
-      if (options.float32) {
-        for (model::Point4& vertex : slab.vertices) {
-          vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
-        }
-        model::setMeans(*slab.connectivity, slab.vertices);
-      }
-      (void)meshes[i].put(slab);
-    }
-    sources.push_back({bodies[i].name, &meshes[i]});
-  }
-  file.describe = *describe(sources, {1, options.minorVersion}, features);
-  for (const double time : times) {
-    Answer answer = *sliceAt(sources, time);
-    file.slices.push_back({time, std::move(answer.json), std::move(answer.within)});
-  }
 }
 
 std::string manifestText(const std::vector<CorpusFile>& files) {

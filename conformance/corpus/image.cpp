@@ -167,7 +167,7 @@ void Image::remove(const std::string& name) {
 }
 
 void Image::move(const std::string& name, const std::string& before) {
-  Chunk moved = std::move(chunk(name));
+  Chunk moved = chunk(name);
   remove(name);
   add(std::move(moved), before);
 }

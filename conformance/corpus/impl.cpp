@@ -2,6 +2,6 @@
 
 namespace t4d::conformance {
 
-std::vector<CorpusFile> implFiles() { return {}; }
+std::vector<AcceptedCase> implCases() { return {}; }
 
 }  // namespace t4d::conformance

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "model/facets.h"
+#include "model/triangle_mesh.h"
 
 namespace t4d::conformance {
 
@@ -73,12 +75,25 @@ Solid cube(double side) {
   return solid;
 }
 
-Solid twoCubes() {
-  Solid solid = cube();
-  const Solid other = cube();
-  for (const Point3& vertex : other.vertices) solid.vertices.push_back(vertex + Point3(3, 0, 0));
-  for (const Cell& cell : other.cells) {
-    solid.cells.push_back({cell[0] + 8, cell[1] + 8, cell[2] + 8, cell[3] + 8});
+Solid cubes(const std::vector<std::array<int, 3>>& corners) {
+  const Solid unit = cube();
+  Solid solid;
+  std::map<std::array<int, 3>, std::uint32_t> numbers;
+  for (const auto& corner : corners) {
+    std::vector<std::uint32_t> vertices;
+    for (const Point3& vertex : unit.vertices) {
+      const std::array<int, 3> place = {corner[0] + static_cast<int>(vertex[0]),
+                                        corner[1] + static_cast<int>(vertex[1]),
+                                        corner[2] + static_cast<int>(vertex[2])};
+      const auto [found, isNew] =
+          numbers.emplace(place, static_cast<std::uint32_t>(solid.vertices.size()));
+      if (isNew) solid.vertices.emplace_back(place[0], place[1], place[2]);
+      vertices.push_back(found->second);
+    }
+    for (const Cell& cell : unit.cells) {
+      solid.cells.push_back(
+          {vertices[cell[0]], vertices[cell[1]], vertices[cell[2]], vertices[cell[3]]});
+    }
   }
   return solid;
 }
@@ -179,17 +194,34 @@ void setLayer(Slab& slab, const Pose& pose, std::uint32_t first) {
   }
 }
 
-Slab capSlab(const Solid& solid, const Pose& pose, bool start) {
+Slab capSlab(const Solid& solid, const Pose& pose, bool start, bool cone) {
   const auto count = static_cast<std::uint32_t>(solid.vertices.size());
   auto connectivity = std::make_shared<Connectivity>();
-  connectivity->vertexCount = count;
+  connectivity->vertexCount = count + (cone ? 1 : 0);
   (start ? connectivity->upperCount : connectivity->lowerCount) = count;
-  addCap(connectivity->cells, solid, start, 0);
+  const std::uint32_t first = start && cone ? 1 : 0;
+  if (cone) {
+    const std::uint32_t apex = start ? 0 : count;
+    std::vector<std::uint32_t> all(count);
+    std::iota(all.begin(), all.end(), first);
+    connectivity->means.add(all);
+    for (const auto& [a, b, c] : surfaceOf(solid)) {
+      // The triangle faces outward, so (apex, a, b, c) has a positive volume.
+      if (start) {
+        connectivity->cells.push_back({apex, a + first, b + first, c + first});
+      } else {
+        connectivity->cells.push_back({a, apex, b, c});
+      }
+    }
+  } else {
+    addCap(connectivity->cells, solid, start, 0);
+  }
   Slab slab;
   slab.timeBegin = slab.timeEnd = pose.time;
   slab.connectivity = connectivity;
-  slab.vertices.resize(count);
-  setLayer(slab, pose, 0);
+  slab.vertices.resize(connectivity->vertexCount);
+  setLayer(slab, pose, first);
+  model::setMeans(*connectivity, slab.vertices);
   return slab;
 }
 
@@ -212,7 +244,7 @@ std::vector<Slab> sweep(const Solid& solid, const std::vector<Pose>& poses,
     step->cells = threeCellPrisms(surface, count);
   }
   std::vector<Slab> slabs;
-  if (options.capSlabs) slabs.push_back(capSlab(solid, poses.front(), true));
+  if (options.capSlabs) slabs.push_back(capSlab(solid, poses.front(), true, options.cones));
   for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
     Slab slab;
     slab.connectivity = step;
@@ -232,7 +264,113 @@ std::vector<Slab> sweep(const Solid& solid, const std::vector<Pose>& poses,
     model::setMeans(*step, slab.vertices);
     slabs.push_back(std::move(slab));
   }
-  if (options.capSlabs) slabs.push_back(capSlab(solid, poses.back(), false));
+  if (options.capSlabs) slabs.push_back(capSlab(solid, poses.back(), false, options.cones));
+  return slabs;
+}
+
+namespace {
+
+using Place = std::array<int, 3>;
+
+constexpr std::array<int, 4> kAxes = {0, 1, 2, 3};
+
+/// The cells of a cubic 3-face of a hypercube whose lowest corner is at `low`, at time `time`. It
+/// has the hypercube's corners with `side` (0 or 1) along `normal` (3 for t), and faces outward.
+/// `number` gives the vertex at a place and a time.
+template <class Number>
+void addCubicFace(std::vector<Cell>& cells, const Place& low, int time, int normal, int side,
+                  Number number) {
+  std::array<int, 3> axes{};
+  std::remove_copy(kAxes.begin(), kAxes.end(), axes.begin(), normal);
+  // det[n, e_i, e_j, e_k] of the axes in their order, n along `normal`.
+  const bool positive = (normal % 2 == 0) == (side == 1);
+  do {
+    int inversions = 0;
+    for (int i = 0; i < 3; ++i) {
+      for (int k = i + 1; k < 3; ++k) inversions += axes[i] > axes[k] ? 1 : 0;
+    }
+    std::array<int, 4> corner = {low[0], low[1], low[2], time};
+    corner[normal] += side;
+    Cell cell{};
+    for (int i = 0; i < 4; ++i) {
+      if (i > 0) ++corner[axes[i - 1]];
+      cell[i] = number(Place{corner[0], corner[1], corner[2]}, corner[3]);
+    }
+    if ((inversions % 2 == 0) != positive) std::swap(cell[0], cell[1]);
+    cells.push_back(cell);
+  } while (std::next_permutation(axes.begin(), axes.end()));
+}
+
+/// Lattice points and their numbers in the order in which they were first asked for.
+struct Lattice {
+  std::map<Place, std::uint32_t> numbers;
+  std::vector<Place> places;
+
+  void add(const Place& place) {
+    if (numbers.emplace(place, static_cast<std::uint32_t>(places.size())).second) {
+      places.push_back(place);
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<Slab> cubesInTime(const std::vector<std::vector<Place>>& frames) {
+  const auto isIn = [&](std::size_t frame, const Place& cube) {
+    return frame < frames.size() &&
+           std::find(frames[frame].begin(), frames[frame].end(), cube) != frames[frame].end();
+  };
+  std::vector<Lattice> layers(frames.size() + 1);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    for (const Place& cube : frames[k]) {
+      for (int corner = 0; corner < 8; ++corner) {
+        const Place place = {cube[0] + (corner & 1), cube[1] + (corner >> 1 & 1),
+                             cube[2] + (corner >> 2)};
+        layers[k].add(place);
+        layers[k + 1].add(place);
+      }
+    }
+  }
+  std::vector<Slab> slabs;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const int time = static_cast<int>(k);
+    auto connectivity = std::make_shared<Connectivity>();
+    connectivity->lowerCount = static_cast<std::uint32_t>(layers[k].places.size());
+    connectivity->upperCount = static_cast<std::uint32_t>(layers[k + 1].places.size());
+    connectivity->vertexCount = connectivity->lowerCount + connectivity->upperCount;
+    const auto number = [&](const Place& place, int at) {
+      return at == time ? layers[k].numbers.at(place)
+                        : connectivity->lowerCount + layers[k + 1].numbers.at(place);
+    };
+    for (const Place& cube : frames[k]) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const int side : {0, 1}) {
+          Place neighbour = cube;
+          neighbour[axis] += side == 1 ? 1 : -1;
+          if (!isIn(k, neighbour)) {
+            addCubicFace(connectivity->cells, cube, time, axis, side, number);
+          }
+        }
+      }
+      if (!isIn(k + 1, cube)) addCubicFace(connectivity->cells, cube, time, 3, 1, number);
+      if (k == 0) addCubicFace(connectivity->cells, cube, time, 3, 0, number);
+    }
+    if (k + 1 < frames.size()) {
+      for (const Place& cube : frames[k + 1]) {
+        if (!isIn(k, cube)) addCubicFace(connectivity->cells, cube, time + 1, 3, 0, number);
+      }
+    }
+    Slab slab;
+    slab.connectivity = connectivity;
+    slab.timeBegin = time;
+    slab.timeEnd = time + 1;
+    for (const auto& [layer, at] : {std::pair{&layers[k], time}, {&layers[k + 1], time + 1}}) {
+      for (const Place& place : layer->places) {
+        slab.vertices.emplace_back(place[0], place[1], place[2], at);
+      }
+    }
+    slabs.push_back(std::move(slab));
+  }
   return slabs;
 }
 

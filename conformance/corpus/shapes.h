@@ -1,9 +1,9 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "model/slab.h"
-#include "model/triangle_mesh.h"
 
 /// Small closed 4D meshes whose hypervolume and slices have closed forms. Positions take no
 /// function but +, -, *, / of decimal numbers, so that they are the same bits everywhere.
@@ -27,8 +27,8 @@ struct Solid {
 Solid cornerTetrahedron();
 /// A cube from the origin to (side, side, side) in six tetrahedra. Volume side^3.
 Solid cube(double side = 1);
-/// Two unit cubes, the second at x from 3 to 4.
-Solid twoCubes();
+/// Unit cubes with these lowest corners, each in six tetrahedra. Their volume is their number.
+Solid cubes(const std::vector<std::array<int, 3>>& corners);
 
 /// Where the vertices of a solid are at a time.
 struct Pose {
@@ -45,6 +45,8 @@ enum class Prism : std::uint8_t {
 struct SweepOptions {
   Prism prism = Prism::Three;
   bool capSlabs = true;  ///< the ends are slabs of their own; else part of the first and last step
+  /// Cap slabs join the solid's surface to a mean of its vertices, instead of taking its cells.
+  bool cones = false;
 };
 
 /// The boundary of a solid that moves through poses, straight from one to the next. Where the
@@ -52,6 +54,11 @@ struct SweepOptions {
 /// the moving solid, with either prism.
 std::vector<model::Slab> sweep(const Solid& solid, const std::vector<Pose>& poses,
                                const SweepOptions& options = {});
+
+/// The boundary of a solid that is made of unit cubes with lowest corners `frames[k]` from time k
+/// to k + 1: cubic 3-faces, six cells each. Cubes of a frame, and of one and the next, must not
+/// meet in edges or corners alone. A slice between k and k + 1 encloses as much as there are cubes.
+std::vector<model::Slab> cubesInTime(const std::vector<std::vector<std::array<int, 3>>>& frames);
 
 /// `solid` scaled and then moved.
 Pose pose(const Solid& solid, double time, const model::Point3& offset, double scale = 1);
