@@ -95,6 +95,7 @@ class Image {
   std::string bytes() const { return assemble().bytes(); }
   /// Where in `bytes()` the place is.
   std::uint64_t offset(const std::string& place) const { return assemble().place(place).offset; }
+  std::size_t size(const std::string& place) const { return assemble().place(place).size; }
 
  private:
   struct Patch {

@@ -31,6 +31,17 @@ void Record::overwrite(const std::string& field, std::string_view bytes, std::si
   bytes_.replace(place(field).offset + at, bytes.size(), bytes);
 }
 
+Record Record::part(const std::string& prefix) const {
+  const Place whole = place(prefix);
+  Record part;
+  part.bytes_ = bytes_.substr(whole.offset, whole.size);
+  for (const auto& [field, place] : fields_) {
+    if (!field.starts_with(prefix + "/")) continue;
+    part.fields_[field.substr(prefix.size() + 1)] = {place.offset - whole.offset, place.size};
+  }
+  return part;
+}
+
 void Record::replace(const std::string& prefix, const Record& record) {
   const Place old = place(prefix);
   std::erase_if(fields_, [&](const auto& field) { return field.first.starts_with(prefix + "/"); });

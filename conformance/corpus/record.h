@@ -46,6 +46,8 @@ class Record {
   Place place(const std::string& field) const;
   /// Overwrites from byte `at` of the field.
   void overwrite(const std::string& field, std::string_view bytes, std::size_t at = 0);
+  /// A record that was added as `prefix`, on its own.
+  Record part(const std::string& prefix) const;
   /// Puts another record in the place of one that was added as `prefix`; what follows moves.
   void replace(const std::string& prefix, const Record& record);
   void truncate(std::size_t size) { bytes_.resize(size); }
