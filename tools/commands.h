@@ -14,6 +14,9 @@ void addValidate(CLI::App& app, int& exitCode);
 void addRecover(CLI::App& app, int& exitCode);
 void addCompare(CLI::App& app, int& exitCode);
 void addConform(CLI::App& app, int& exitCode);
+/// Verbs of `conform`.
+void addConformReader(CLI::App& conform, int& exitCode);
+void addConformCorpus(CLI::App& conform, int& exitCode);
 void addVersion(CLI::App& app, int& exitCode);
 void addWeave(CLI::App& app, int& exitCode);
 void addVoxelize(CLI::App& app, int& exitCode);

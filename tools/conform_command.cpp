@@ -6,7 +6,8 @@ void addConform(CLI::App& app, int& exitCode) {
   auto* conform =
       app.add_subcommand("conform", "Prove backends and readers right: analytic cases, files");
   conform->require_subcommand(1);
-  (void)exitCode;
+  addConformReader(*conform, exitCode);
+  addConformCorpus(*conform, exitCode);
 }
 
 }  // namespace t4d::tools

@@ -35,6 +35,7 @@ int main(int argc, char** argv) try {
   addValidate(app, exitCode);
   addRecover(app, exitCode);
   addCompare(app, exitCode);
+  addConform(app, exitCode);
   addVersion(app, exitCode);
   try {
     app.parse(argc, argv);

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "model/error.h"
+
+/// Damage done to the bytes of whole, valid .t4d files, which a reader must notice, or must not
+/// see.
+namespace t4d::conformance {
+
+/// A part of a file.
+struct Part {
+  std::string name;  ///< "the length of SLAB at byte 304"
+  std::uint64_t offset = 0;
+  std::uint64_t size = 0;
+};
+
+/// The fields of file header and footer, and of each chunk the fields of its header, its payload
+/// and its padding: together all of a valid file's bytes. Those without bytes are left out.
+std::vector<Part> partsOf(const std::string& bytes);
+
+/// The lengths, each less than the file's, to which a file is cut: all of them for a file of at
+/// most `most` bytes, else at most about `most`, in and around the beginning of chunks.
+std::vector<std::uint64_t> cutLengths(const std::string& bytes, std::uint64_t most);
+
+/// One bit of a part, always the same.
+struct Bit {
+  std::uint64_t offset = 0;  ///< of its byte in the file
+  int bit = 0;               ///< from 0, the lowest, to 7
+};
+Bit bitOf(const Part& part);
+
+/// The SLAB, CONN and LAYR chunks, in whole, that a slice at a time does not need. Errors: the file
+/// has no index, or is not valid.
+Result<std::vector<Part>> unneededChunks(const std::string& bytes, double time);
+
+enum class Garbage : std::uint8_t { Ones, Noise };
+
+std::string flipped(std::string bytes, Bit bit);
+std::string overwritten(std::string bytes, const std::vector<Part>& parts, Garbage garbage);
+
+}  // namespace t4d::conformance

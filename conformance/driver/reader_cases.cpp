@@ -1,0 +1,200 @@
+#include "conformance/driver/reader_cases.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+#include <nlohmann/json.hpp>
+
+#include "conformance/driver/damage.h"
+
+namespace t4d::conformance {
+namespace {
+
+using nlohmann::json;
+
+/// Files of up to so many bytes are cut at every length; all valid files together should not take
+/// more starts than a slow reader can make in a minute or two.
+constexpr std::uint64_t kCutEverywhere = 700;
+/// How many lengths larger files are cut to, about.
+constexpr std::uint64_t kCuts = 24;
+constexpr std::uint64_t kFlippedFileBytes = 1200;
+
+std::string nameOf(const CorpusFile& file) { return file.id.substr(file.id.find('/') + 1); }
+
+/// The feature that the file names in HEAD and the reader does not know; mostly empty.
+std::string unknownFeature(const CorpusFile& file, const std::vector<std::string>& without) {
+  if (!file.describe || without.empty()) return {};
+  const json description = json::parse(file.describe->json);
+  for (const std::string feature : description["features"]) {
+    if (std::find(without.begin(), without.end(), feature) != without.end()) return feature;
+  }
+  return {};
+}
+
+std::vector<std::string> sliceRequest(double time) { return {"slice", fmt::format("{}", time)}; }
+
+/// "SLAB at byte 304, CONN at byte 152 and 3 more".
+std::string namesOf(const std::vector<Part>& parts) {
+  constexpr std::size_t kNamed = 3;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(parts.size(), kNamed); ++i) {
+    names += (i == 0 ? "" : ", ") + parts[i].name;
+  }
+  if (parts.size() > kNamed) names += fmt::format(" and {} more", parts.size() - kNamed);
+  return names;
+}
+
+ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
+  ReaderCase test{.id = file.id, .file = &file, .trials = {}, .skipped = {}};
+  Trial trial;
+  trial.about = "describe";
+  trial.request = {"describe"};
+  if (!unknown.empty()) {
+    trial.wrongToAccept =
+        fmt::format("it names the feature {}, which the reader does not know (M6)", unknown);
+  } else if (file.verdict == Verdict::Invalid) {
+    const std::string where = file.offset ? fmt::format(" at byte {}", *file.offset) : "";
+    trial.wrongToAccept = fmt::format("rule {} is broken{}: {}", file.rule, where, file.fault);
+  } else {
+    if (file.verdict == Verdict::Valid) trial.wrongToRefuse = "the file is valid";
+    if (file.describe) trial.answer = *file.describe;
+  }
+  test.trials.push_back(trial);
+  if (!trial.wrongToAccept.empty()) return test;
+  for (const ExpectedSlice& slice : file.slices) {
+    trial.request = sliceRequest(slice.time);
+    trial.about = "slice " + trial.request[1];
+    trial.answer = {slice.answer, slice.within};
+    test.trials.push_back(trial);
+  }
+  return test;
+}
+
+ReaderCase cutCase(const CorpusFile& file) {
+  ReaderCase test{.id = "cut/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+  const std::uint64_t most = file.bytes.size() <= kCutEverywhere ? kCutEverywhere : kCuts;
+  for (const std::uint64_t length : cutLengths(file.bytes, most)) {
+    Trial trial;
+    trial.about = fmt::format("cut to {} bytes", length);
+    trial.request = {"describe"};
+    trial.wrongToAccept = "the end of the file is missing";
+    trial.damage = [length](const std::string& bytes) { return bytes.substr(0, length); };
+    test.trials.push_back(std::move(trial));
+  }
+  return test;
+}
+
+ReaderCase flipCase(const CorpusFile& file) {
+  ReaderCase test{.id = "flip/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+  for (const Part& part : partsOf(file.bytes)) {
+    const Bit bit = bitOf(part);
+    Trial trial;
+    trial.about = fmt::format("bit {} of byte {} flipped", bit.bit, bit.offset);
+    trial.request = {"describe"};
+    trial.wrongToAccept = fmt::format("{} is damaged", part.name);
+    trial.damage = [bit](const std::string& bytes) { return flipped(bytes, bit); };
+    test.trials.push_back(std::move(trial));
+  }
+  return test;
+}
+
+/// No trials where every slice needs all, or the file has no index.
+ReaderCase poisonCase(const CorpusFile& file) {
+  ReaderCase test{.id = "poison/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+  Trial describing;
+  for (const ExpectedSlice& slice : file.slices) {
+    const auto unneeded = unneededChunks(file.bytes, slice.time);
+    if (!unneeded || unneeded->empty()) continue;
+    Trial trial;
+    trial.request = sliceRequest(slice.time);
+    trial.about = fmt::format("slice {} with {} destroyed", trial.request[1], namesOf(*unneeded));
+    trial.wrongToRefuse = "the slice needs none of these";
+    trial.answer = {slice.answer, slice.within};
+    const Garbage garbage = test.trials.size() % 2 == 0 ? Garbage::Ones : Garbage::Noise;
+    trial.damage = [parts = *unneeded, garbage](const std::string& bytes) {
+      return overwritten(bytes, parts, garbage);
+    };
+    describing = trial;
+    describing.about = fmt::format("describe with {} destroyed", namesOf(*unneeded));
+    test.trials.push_back(std::move(trial));
+  }
+  if (test.trials.empty()) return test;
+  describing.request = {"describe"};
+  describing.wrongToRefuse.clear();
+  describing.wrongToAccept = "these are not readable";
+  test.trials.push_back(std::move(describing));
+  return test;
+}
+
+bool matches(const std::string& id, const std::string& pattern) {
+  return fnmatch(pattern.c_str(), id.c_str(), 0) == 0 || id.starts_with(pattern + "/");
+}
+
+/// Which of the cases match one of the patterns; an error is one that matches none.
+Result<std::vector<bool>> matching(const std::vector<ReaderCase>& cases,
+                                   const std::vector<std::string>& patterns) {
+  std::vector<bool> matched(cases.size());
+  for (const std::string& pattern : patterns) {
+    bool any = false;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      if (!matches(cases[i].id, pattern)) continue;
+      any = matched[i] = true;
+    }
+    if (!any) return invalid(fmt::format("no case is called {}", pattern));
+  }
+  return matched;
+}
+
+}  // namespace
+
+std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
+                                    const std::vector<std::string>& without) {
+  std::vector<const CorpusFile*> ordered;
+  for (const CorpusFile& file : files) ordered.push_back(&file);
+  const auto rank = [](Verdict verdict) {
+    return verdict == Verdict::Valid ? 0 : verdict == Verdict::Either ? 1 : 2;
+  };
+  std::stable_sort(ordered.begin(), ordered.end(), [&](const auto* a, const auto* b) {
+    if (a->verdict != b->verdict) return rank(a->verdict) < rank(b->verdict);
+    return a->verdict == Verdict::Valid && a->bytes.size() < b->bytes.size();
+  });
+  std::vector<ReaderCase> cases;
+  std::vector<ReaderCase> cuts;
+  std::vector<ReaderCase> flips;
+  std::vector<ReaderCase> poisons;
+  for (const CorpusFile* file : ordered) {
+    const std::string unknown = unknownFeature(*file, without);
+    cases.push_back(corpusCase(*file, unknown));
+    // A file that is refused for its features says nothing about damage.
+    if (file->verdict != Verdict::Valid || !unknown.empty()) continue;
+    cuts.push_back(cutCase(*file));
+    if (file->bytes.size() <= kFlippedFileBytes) flips.push_back(flipCase(*file));
+    ReaderCase poison = poisonCase(*file);
+    if (!poison.trials.empty()) poisons.push_back(std::move(poison));
+  }
+  for (auto* more : {&cuts, &flips, &poisons}) {
+    std::move(more->begin(), more->end(), std::back_inserter(cases));
+  }
+  return cases;
+}
+
+Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::string>& only,
+                         const std::vector<std::string>& skip) {
+  const auto skipped = matching(cases, skip);
+  if (!skipped) return pass(skipped.error());
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if ((*skipped)[i]) cases[i].skipped = "left out by --skip";
+  }
+  if (only.empty()) return {};
+  const auto kept = matching(cases, only);
+  if (!kept) return pass(kept.error());
+  std::vector<ReaderCase> chosen;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if ((*kept)[i]) chosen.push_back(std::move(cases[i]));
+  }
+  cases = std::move(chosen);
+  return {};
+}
+
+}  // namespace t4d::conformance
