@@ -15,6 +15,7 @@ void addRecover(CLI::App& app, int& exitCode);
 void addCompare(CLI::App& app, int& exitCode);
 void addConform(CLI::App& app, int& exitCode);
 /// Verbs of `conform`.
+void addConformBackends(CLI::App& conform, int& exitCode);
 void addConformReader(CLI::App& conform, int& exitCode);
 void addConformCorpus(CLI::App& conform, int& exitCode);
 void addVersion(CLI::App& app, int& exitCode);

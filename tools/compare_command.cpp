@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <tuple>
@@ -10,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "conformance/temporary_folder.h"
 #include "convert/compare.h"
 #include "formats/motion_reader.h"
 #include "formats/output_file.h"
@@ -77,36 +77,6 @@ std::optional<std::string> misuseOf(const Options& options) {
   }
   return std::nullopt;
 }
-
-/// A folder for files that nobody is to see; gone with the object.
-class TemporaryFolder {
- public:
-  static Result<TemporaryFolder> create() {
-    std::error_code error;
-    std::string name = (fs::temp_directory_path(error) / "t4d-compare-XXXXXX").string();
-    if (error || mkdtemp(name.data()) == nullptr) {
-      return fail(ErrorCode::Io, "cannot make a temporary folder; --keep DIR names another one",
-                  name);
-    }
-    return TemporaryFolder(name);
-  }
-  TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::move(other.path_)) {
-    other.path_.clear();
-  }
-  TemporaryFolder& operator=(TemporaryFolder&& other) noexcept {
-    std::swap(path_, other.path_);
-    return *this;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  explicit TemporaryFolder(fs::path path) : path_(std::move(path)) {}
-  fs::path path_;
-};
 
 /// A 4D mesh that a backend has just made.
 struct Built {
@@ -231,34 +201,17 @@ ordered_json jsonOf(const Comparison& comparison) {
   return {{"a", jsonOf(comparison.a)}, {"b", jsonOf(comparison.b)}, {"slices", slices}};
 }
 
-void printTable(const std::vector<std::vector<std::string>>& rows, bool firstLeft) {
-  std::vector<std::size_t> widths(rows.front().size());
-  for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      if (i > 0) line += "   ";
-      line += i == 0 && firstLeft ? fmt::format("{:<{}}", row[i], widths[i])
-                                  : fmt::format("{:>{}}", row[i], widths[i]);
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    fmt::print("{}\n", line);
-  }
-}
-
 void printText(const Comparison& comparison) {
   std::vector<std::vector<std::string>> meshes = {{"", "a", "b", "b / a"}};
   for (const CompareRow& row : compareRows(comparison)) {
     meshes.push_back({row.label, row.a, row.b, row.ratio});
   }
   fmt::print("{}\n\n", comparison.title);
-  printTable(meshes, true);
+  printTable(meshes, 1);
   fmt::print("\n");
   std::vector<std::vector<std::string>> slices = {sliceColumns()};
   for (const convert::SliceComparison& slice : comparison.slices) slices.push_back(sliceRow(slice));
-  printTable(slices, false);
+  printTable(slices, 0);
 }
 
 /// The solids at the first, a middle and the last of the times.
@@ -339,10 +292,10 @@ int compareFiles(const Options& options, const std::array<std::string, 2>& paths
 int buildAndCompare(const Options& options) {
   auto truth = truthOf(options);
   if (!truth) return report(truth.error());
-  std::optional<TemporaryFolder> temporary;
+  std::optional<conformance::TemporaryFolder> temporary;
   fs::path folder = options.keep;
   if (options.keep.empty()) {
-    auto created = TemporaryFolder::create();
+    auto created = conformance::TemporaryFolder::create();
     if (!created) return report(created.error());
     folder = created->path();
     temporary.emplace(std::move(*created));

@@ -12,6 +12,7 @@
 
 #include "convert/triangle_tree.h"
 #include "tools/console.h"
+#include "tools/html_page.h"
 #include "tools/solid_picture.h"
 #include "tools/svg_plot.h"
 
@@ -32,34 +33,8 @@ constexpr std::array<Colour, 5> kRamp = {{{0.27F, 0.20F, 0.55F},
 constexpr std::uint32_t kPixels = 400;
 
 constexpr std::string_view kStyle = R"(
-:root { color-scheme: light dark; --ink: #1c2330; --soft: #5d6778; --line: #dfe3ea;
-  --page: #ffffff; --card: #f6f7f9; --a: #2a6cb8; --b: #c9651a; --d: #6d4fb3; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e8ebf0; --soft: #9aa5b5; --line: #333b48;
-  --page: #14181f; --card: #1c222b; --a: #6aa9ee; --b: #f0985a; --d: #b59cf0; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 1360px; padding: 32px 24px 64px; background: var(--page);
-  color: var(--ink); font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif; }
-h1 { font-size: 24px; margin: 0 0 4px; overflow-wrap: anywhere; }
-h2 { font-size: 18px; margin: 40px 0 12px; }
-p { margin: 0 0 12px; color: var(--soft); max-width: 75ch; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: 5px 16px 5px 0; text-align: right; border-bottom: 1px solid var(--line);
-  white-space: nowrap; }
-th { font-weight: 600; color: var(--soft); }
-td:first-child, th:first-child { text-align: left; }
 .slices td:first-child, .slices th:first-child { text-align: right; }
-.key { font-weight: 600; }
-.key.a { color: var(--a); } .key.b { color: var(--b); }
-.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
-.plots svg { width: 100%; background: var(--card); border-radius: 8px; }
-svg text { font-size: 12px; fill: var(--soft); }
-svg .title { font-size: 14px; font-weight: 600; fill: var(--ink); }
-svg .grid { stroke: var(--line); }
-.curve { fill: none; stroke-width: 2; }
-.curve.a { stroke: var(--a); } .curve.b { stroke: var(--b); } .curve.d { stroke: var(--d); }
 .curve.true { stroke: var(--soft); stroke-dasharray: 5 4; stroke-width: 1.5; }
-.dot.a { fill: var(--a); } .dot.b { fill: var(--b); } .dot.d { fill: var(--d); }
 .dot.true { fill: none; }
 .pair { display: grid; grid-template-columns: repeat(4, 1fr); gap: 16px; margin: 0 0 16px; }
 figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
@@ -276,15 +251,9 @@ std::vector<std::string> sliceRow(const SliceComparison& slice) {
 
 std::string comparePage(const Comparison& comparison, const std::vector<SolidPair>& pairs,
                         bool zUp) {
-  std::string html;
+  std::string html =
+      "<p>Two 4D meshes: <span class=\"key a\">a</span> and <span class=\"key b\">b</span>.</p>\n";
   auto out = std::back_inserter(html);
-  fmt::format_to(out,
-                 "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-                 "<meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
-                 "<style>{1}</style>\n</head>\n<body>\n<h1>{0}</h1>\n"
-                 "<p>Two 4D meshes: <span class=\"key a\">a</span> and "
-                 "<span class=\"key b\">b</span>.</p>\n",
-                 escaped(comparison.title), kStyle);
   html +=
       "<div class=\"scroll\"><table>\n<tr><th></th><th><span class=\"key a\">a</span></th>"
       "<th><span class=\"key b\">b</span></th><th>b / a</th></tr>\n";
@@ -311,8 +280,8 @@ std::string comparePage(const Comparison& comparison, const std::vector<SolidPai
     }
     html += "</tr>\n";
   }
-  html += "</table></div>\n</body>\n</html>\n";
-  return html;
+  html += "</table></div>\n";
+  return htmlPage(comparison.title, kStyle, html);
 }
 
 }  // namespace t4d::tools

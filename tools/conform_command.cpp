@@ -6,6 +6,7 @@ void addConform(CLI::App& app, int& exitCode) {
   auto* conform =
       app.add_subcommand("conform", "Prove backends and readers right: analytic cases, files");
   conform->require_subcommand(1);
+  addConformBackends(*conform, exitCode);
   addConformReader(*conform, exitCode);
   addConformCorpus(*conform, exitCode);
 }

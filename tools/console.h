@@ -36,6 +36,10 @@ int reportLosses(const std::vector<std::string>& losses);
 
 void printJson(const nlohmann::ordered_json& value);
 
+/// Prints rows of cells in columns, of which the first `leftColumns` are flush left, the others
+/// right.
+void printTable(const std::vector<std::vector<std::string>>& rows, std::size_t leftColumns);
+
 /// "1,234,567".
 std::string grouped(std::uint64_t number);
 

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "tools/html_page.h"
+
 namespace t4d::tools {
 namespace {
 
@@ -48,29 +50,6 @@ std::string labelOf(double value, double step) {
 }
 
 }  // namespace
-
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += c;
-    }
-  }
-  return safe;
-}
 
 std::string svgOf(const Plot& plot) {
   double low = std::numeric_limits<double>::infinity();

@@ -23,7 +23,4 @@ struct Plot {
 /// An <svg> element. Its colours are those of the CSS classes `axis`, `grid`, and of the curves.
 std::string svgOf(const Plot& plot);
 
-/// The text with what HTML gives a meaning to replaced.
-std::string escaped(const std::string& text);
-
 }  // namespace t4d::tools
