@@ -115,6 +115,14 @@ std::optional<double> judgeSlice(model::Source& mesh, const SliceLaw& law,
                          "a slice of a closed 4D mesh is a closed surface"));
   const double volume = signedVolume(slice->mesh);
   if (law.volume) checks.push_back(measureIs(named("volume"), *law.volume, volume));
+  if (law.surface) {
+    double farthest = 0;
+    for (const model::Point3& vertex : slice->mesh.vertices) {
+      farthest = std::max(farthest, std::abs(law.surface->distance(vertex)));
+    }
+    checks.push_back(measureIs(named("farthest vertex from the true surface"),
+                               {0, law.surface->tolerance, law.surface->reason}, farthest));
+  }
   if (!law.genera) return volume;
   const std::vector<double> genera = generaOf(slice->mesh);
   const char* reason = "the topology of the solid; V - E + F = 2 - 2 genus";

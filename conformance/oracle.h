@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -41,10 +42,18 @@ struct Measure {
 
 Check measureIs(std::string name, const Measure& expected, double actual);
 
+/// Where a surface is.
+struct SurfaceLaw {
+  std::function<double(const model::Point3&)> distance;  ///< of a point; of either sign
+  double tolerance = 0;  ///< the most that a vertex of the slice may be off it
+  std::string reason;
+};
+
 /// What is known of the solid at a time.
 struct SliceLaw {
   double time = 0;
   std::optional<Measure> volume;
+  std::optional<SurfaceLaw> surface;
   /// The genus of each of its surfaces, in descending order; a cavity has a surface of its own.
   std::optional<std::vector<int>> genera;
 };

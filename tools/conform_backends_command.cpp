@@ -112,14 +112,20 @@ void printText(const std::vector<CaseResult>& results, std::size_t passed) {
   std::vector<std::vector<std::string>> rows = {conformColumns()};
   for (const CaseResult& result : results) rows.push_back(conformRow(result));
   printTable(rows, 2);
+  constexpr std::size_t kShown = 5;
   for (const CaseResult& result : results) {
+    std::size_t failed = 0;
     for (const Check& check : result.checks) {
-      if (check.passed) continue;
-      std::string differ =
+      if (check.passed || ++failed > kShown) continue;
+      const std::string differ =
           check.tolerance > 0 ? fmt::format(", may differ by {:.2g}", check.tolerance) : "";
       fmt::print("FAILED {} by {}: {}: expected {}, found {}{} ({}){}\n", result.id, result.backend,
                  check.name, valueText(check.expected), valueText(check.actual), differ,
                  check.reason, check.found.empty() ? "" : "\n       " + check.found);
+    }
+    if (failed > kShown) {
+      fmt::print("       and {} more checks of this case; --json and --html show all\n",
+                 failed - kShown);
     }
   }
   fmt::print("{} of {} cases passed\n", passed, results.size());

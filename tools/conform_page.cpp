@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -37,21 +38,44 @@ std::string orderText(const std::optional<double>& order) {
 /// A relative error: as a power where it is one of rounding, else in percent.
 std::string errorText(const std::optional<double>& error) {
   if (!error) return "";
+  if (*error == 0) return "0";
   return *error < 1e-6 ? fmt::format("{:.1e}", *error) : fmt::format("{:.2f} %", 100 * *error);
 }
 
-std::string plotOf(const CaseResult& result) {
-  std::vector<ErrorCurve> curves = {{"hypervolume", "a", {}}, {"slices' volumes", "b", {}}};
-  for (const Level& level : result.levels) {
-    const double size = level.resolution.voxelSize;
-    const auto add = [&](ErrorCurve& curve, const std::optional<double>& error) {
-      if (error && *error > 0) curve.points.emplace_back(size, *error);
-    };
-    add(curves[0], level.hypervolumeError);
-    add(curves[1], level.sliceError);
+/// A plot for each case that was refined, all to one scale.
+std::string plotsOf(std::span<const CaseResult> results) {
+  std::vector<ConvergencePlot> plots;
+  std::pair<double, double> sizes = {std::numeric_limits<double>::infinity(), 0};
+  std::pair<double, double> errors = sizes;
+  const auto widen = [](std::pair<double, double>& range, double value) {
+    range = {std::min(range.first, value), std::max(range.second, value)};
+  };
+  for (const CaseResult& result : results) {
+    if (result.levels.size() < 2) continue;
+    ConvergencePlot plot{
+        result.id, "voxel size", {{"hypervolume", "a", {}}, {"slices' volumes", "b", {}}},
+        2,         {},           {}};
+    for (const Level& level : result.levels) {
+      const double size = level.resolution.voxelSize;
+      const auto add = [&](ErrorCurve& curve, const std::optional<double>& error) {
+        if (!error || !(*error > 0)) return;
+        curve.points.emplace_back(size, *error);
+        widen(sizes, size);
+        widen(errors, *error);
+      };
+      add(plot.curves[0], level.hypervolumeError);
+      add(plot.curves[1], level.sliceError);
+    }
+    plots.push_back(std::move(plot));
   }
-  if (curves[0].points.empty() && curves[1].points.empty()) return {};
-  return convergencePlot(result.id, "voxel size", curves, 2);
+  if (!(errors.second > 0)) return {};
+  std::string html;
+  for (ConvergencePlot& plot : plots) {
+    plot.sizes = sizes;
+    plot.errors = errors;
+    html += svgOf(plot);
+  }
+  return html;
 }
 
 std::string checksOf(const CaseResult& result) {
@@ -76,8 +100,8 @@ std::string checksOf(const CaseResult& result) {
 }  // namespace
 
 std::vector<std::string> conformColumns() {
-  return {"case",        "backend",   "checks",        "hypervolume", "expected",
-          "worst error", "order, 4D", "order, slices", "time"};
+  return {"case",        "backend", "checks",        "hypervolume", "expected",
+          "worst error", "order",   "order, slices", "time"};
 }
 
 std::vector<std::string> conformRow(const CaseResult& result) {
@@ -115,7 +139,6 @@ std::string conformPage(std::span<const CaseResult> results) {
     html += fmt::format("<th>{}</th>", escaped(column));
   }
   html += "</tr>\n";
-  std::string plots;
   std::string details;
   for (const CaseResult& result : results) {
     html += result.passed() ? "<tr>" : "<tr class=\"failed\">";
@@ -123,11 +146,10 @@ std::string conformPage(std::span<const CaseResult> results) {
       html += fmt::format("<td>{}</td>", escaped(cell));
     }
     html += "</tr>\n";
-    if (result.levels.size() > 1) plots += plotOf(result);
     details += checksOf(result);
   }
   html += "</table></div>\n";
-  if (!plots.empty()) {
+  if (const std::string plots = plotsOf(results); !plots.empty()) {
     html +=
         "<h2>Convergence</h2>\n<p>Error of the <span class=\"key a\">hypervolume</span> and of the "
         "<span class=\"key b\">slices' volumes</span> (root of the mean square) over the size of "

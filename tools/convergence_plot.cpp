@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -21,32 +20,25 @@ constexpr double kBottom = 40;
 constexpr double kMargin = 0.12;
 
 struct Range {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-  void add(double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
+  double low = 0;  // powers of ten
+  double high = 0;
 };
+
+Range rangeOf(const std::pair<double, double>& values) {
+  return {std::log10(values.first) - kMargin, std::log10(values.second) + kMargin};
+}
 
 }  // namespace
 
-std::string convergencePlot(const std::string& title, const std::string& xLabel,
-                            const std::vector<ErrorCurve>& curves, double order) {
-  Range x;
-  Range y;
+std::string svgOf(const ConvergencePlot& plot) {
+  const Range x = rangeOf(plot.sizes);
+  const Range y = rangeOf(plot.errors);
   std::vector<double> sizes;
-  for (const ErrorCurve& curve : curves) {
-    for (const auto& [size, error] : curve.points) {
-      x.add(std::log10(size));
-      y.add(std::log10(error));
-      sizes.push_back(size);
-    }
+  for (const ErrorCurve& curve : plot.curves) {
+    for (const auto& point : curve.points) sizes.push_back(point.first);
   }
   std::sort(sizes.begin(), sizes.end());
   sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
-  x = {x.low - kMargin, x.high + kMargin};
-  y = {y.low - kMargin, y.high + kMargin};
   const double scale = (kWidth - kLeft - kRight) / (x.high - x.low);  // pixels a decade
   const double height = kTop + kBottom + scale * (y.high - y.low);
   const auto xOf = [&](double size) { return kLeft + (std::log10(size) - x.low) * scale; };
@@ -57,7 +49,7 @@ std::string convergencePlot(const std::string& title, const std::string& xLabel,
   std::string svg = fmt::format(
       "<svg viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" aria-label=\"{2}\">\n"
       "<text class=\"title\" x=\"12\" y=\"20\">{2}</text>\n",
-      kWidth, height, escaped(title));
+      kWidth, height, escaped(plot.title));
   auto out = std::back_inserter(svg);
   for (int power = static_cast<int>(std::floor(y.low)); power <= static_cast<int>(y.high) + 1;
        ++power) {
@@ -80,14 +72,14 @@ std::string convergencePlot(const std::string& title, const std::string& xLabel,
   }
   fmt::format_to(
       out, "<text class=\"axis\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-      (kLeft + kWidth - kRight) / 2, height - 6, escaped(xLabel));
-  for (const ErrorCurve& curve : curves) {
+      (kLeft + kWidth - kRight) / 2, height - 6, escaped(plot.xLabel));
+  for (const ErrorCurve& curve : plot.curves) {
     if (curve.points.empty()) continue;
     const auto& [size0, error0] = curve.points.front();
     const double size1 = curve.points.back().first;
     fmt::format_to(
         out, "<line class=\"order\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>\n",
-        xOf(size0), yOf(error0), xOf(size1), yOf(error0 * std::pow(size1 / size0, order)));
+        xOf(size0), yOf(error0), xOf(size1), yOf(error0 * std::pow(size1 / size0, plot.order)));
     std::string points;
     for (const auto& [size, error] : curve.points) {
       points += fmt::format("{:.1f},{:.1f} ", xOf(size), yOf(error));

@@ -15,8 +15,15 @@ struct ErrorCurve {
 
 /// An <svg> element: errors over sizes with logarithmic axes of equal scale, so that an error of
 /// order p is a line of slope p; dashed beside each curve, with the class `order`, one of slope
-/// `order`.
-std::string convergencePlot(const std::string& title, const std::string& xLabel,
-                            const std::vector<ErrorCurve>& curves, double order);
+/// `order`. Plots are of equal size that show sizes and errors over equal ranges.
+struct ConvergencePlot {
+  std::string title;
+  std::string xLabel;
+  std::vector<ErrorCurve> curves;
+  double order = 2;
+  std::pair<double, double> sizes;   ///< the smallest and the largest to show
+  std::pair<double, double> errors;  ///< likewise
+};
+std::string svgOf(const ConvergencePlot& plot);
 
 }  // namespace t4d::tools

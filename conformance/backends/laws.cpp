@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <numbers>
 
 #include <fmt/format.h>
 
+#include "convert/triangle_tree.h"
 #include "mesh4d/steps.h"
 #include "voxel4d/frame_layer.h"
 
@@ -27,14 +29,21 @@ struct Speed {
   double angleRadians = 0;  ///< of its orientation, likewise
 };
 
+/// The largest distance of the mesh from the segment's axis, where it begins; turning about the
+/// axis keeps it.
+double radiusAbout(const Segment& segment, const MovingMesh& moving) {
+  double radius = 0;
+  for (const Point3& vertex : moving.mesh.vertices) {
+    const Eigen::Vector3d arm = segment.start(vertex) - segment.screw.axisPoint;
+    radius = std::max(radius, arm.cross(segment.screw.axisDirection).norm());
+  }
+  return radius;
+}
+
 Speed speedOf(const MovingMesh& moving) {
   Speed fastest;
   for (const Segment& segment : moving.motion.segments) {
-    double radius = 0;
-    for (const Point3& vertex : moving.mesh.vertices) {
-      const Eigen::Vector3d arm = segment.start(vertex) - segment.screw.axisPoint;
-      radius = std::max(radius, arm.cross(segment.screw.axisDirection).norm());
-    }
+    const double radius = radiusAbout(segment, moving);
     const double duration = segment.timeEnd - segment.timeBegin;
     const double angle = std::abs(segment.screw.angleDegrees) * kRadiansPerDegree / duration;
     fastest.angleRadians = std::max(fastest.angleRadians, angle);
@@ -76,12 +85,31 @@ std::vector<int> generaOf(const fixtures::Topology& topology) {
   return genera;
 }
 
-/// The slices of a case; `volume` gives the measure at a time.
+/// The distance of a point from the true surface at a time.
+std::function<double(const Point3&)> distanceAt(
+    const Case& given, const std::shared_ptr<const convert::TriangleTree>& tree, double time) {
+  if (given.field) {
+    return [value = given.field->value, time](const Point3& point) { return value(point, time); };
+  }
+  const model::Pose pose = given.mesh->motion.at(time);
+  return [tree, pose](const Point3& point) {
+    return tree->nearest(pose.rotation.transpose() * (point - pose.translation)).distance;
+  };
+}
+
+/// The slices of a case; `volume` gives the measure at a time. Vertices may be `off` the true
+/// surface.
 template <class Volume>
-std::vector<SliceLaw> slicesOf(const Case& given, const Volume& volume) {
+std::vector<SliceLaw> slicesOf(const Case& given, const Volume& volume, double off,
+                               const std::string& reason) {
+  const auto tree =
+      given.mesh ? std::make_shared<convert::TriangleTree>(given.mesh->mesh) : nullptr;
+  const auto surface = [&](double time) {
+    return SurfaceLaw{distanceAt(given, tree, time), off, reason};
+  };
   std::vector<SliceLaw> slices;
   for (const double time : given.sliceTimes()) {
-    slices.push_back({time, volume(time), {}});
+    slices.push_back({time, volume(time), surface(time), {}});
     if (given.mesh) slices.back().genera = given.mesh->genera;
   }
   if (!given.field) return slices;
@@ -89,7 +117,7 @@ std::vector<SliceLaw> slicesOf(const Case& given, const Volume& volume) {
     const auto same = [&](const SliceLaw& slice) { return slice.time == topology.time; };
     auto at = std::find_if(slices.begin(), slices.end(), same);
     if (at == slices.end()) {
-      slices.push_back({topology.time, volume(topology.time), {}});
+      slices.push_back({topology.time, volume(topology.time), surface(topology.time), {}});
       at = std::prev(slices.end());
     }
     at->genera = generaOf(topology);
@@ -155,8 +183,17 @@ Result<Law> sweptLaw(const Case& given, bool cones) {
   Law law;
   law.timeBegin = {motion.timeBegin(), 0, "exact"};
   law.timeEnd = {motion.timeEnd(), 0, "exact"};
+  double longestEdge = 0;
+  for (const model::Triangle& triangle : moving.mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d edge =
+          moving.mesh.vertices[triangle[(i + 1) % 3]] - moving.mesh.vertices[triangle[i]];
+      longestEdge = std::max(longestEdge, edge.norm());
+    }
+  }
   std::uint64_t allSteps = 0;
   double hypervolume = 0;
+  double off = rounding.position;
   Bounds3 box;
   const auto thetaOf = [&](std::size_t i) {
     return motion.segments[i].screw.angleDegrees * kRadiansPerDegree /
@@ -170,10 +207,13 @@ Result<Law> sweptLaw(const Case& given, bool cones) {
       addPosed(box, moving, segment.at(static_cast<double>(k) / static_cast<double>((*steps)[i])));
     }
     allSteps += (*steps)[i];
+    const double theta = std::abs(thetaOf(i));
+    off = std::max(off, radiusAbout(segment, moving) * (1 - std::cos(theta / 2)) +
+                            longestEdge * theta / 4 + rounding.position);
   }
   law.hypervolume = {hypervolume, rounding.hypervolume, reason};
   law.bounds = {box, rounding.position, reason};
-  law.slices = slicesOf(given, [&](double time) {
+  const auto volumeAt = [&](double time) {
     std::size_t i = 0;
     while (i + 1 < motion.segments.size() && time >= motion.segments[i].timeEnd) ++i;
     const Segment& segment = motion.segments[i];
@@ -181,7 +221,8 @@ Result<Law> sweptLaw(const Case& given, bool cones) {
                       static_cast<double>((*steps)[i]);
     return Measure{sliceOfStep(moving.volume, at - std::floor(at), thetaOf(i)), rounding.volume,
                    reason};
-  });
+  };
+  law.slices = slicesOf(given, volumeAt, off, "chords instead of arcs");
 
   const std::uint64_t v = moving.mesh.vertices.size();
   const std::uint64_t f = moving.mesh.triangles.size();
@@ -238,9 +279,12 @@ Law voxelLaw(const Case& given, const Resolution& resolution) {
   Law law;
   law.timeBegin = {span.begin, 0, "flat caps lie exactly at the first frame's time"};
   law.timeEnd = {span.end, 0, "flat caps lie exactly at the last frame's time"};
-  law.slices = slicesOf(given, [&](double time) {
-    return Measure{given.volumeAt(time), errorAt(time), reason};
-  });
+  law.slices = slicesOf(
+      given,
+      [&](double time) {
+        return Measure{given.volumeAt(time), errorAt(time), reason};
+      },
+      std::numbers::sqrt3 * h + motion, "a voxel's diagonal and the motion between two frames");
   if (const auto hypervolume = given.hypervolume()) {
     // The errors of the slices, summed over the frames.
     double error = 0;
@@ -276,9 +320,12 @@ Law maskLaw(const Case& given) {
                      "exact but for rounding: a step encloses the mean of its two layers"};
   law.counts = given.voxels.counts;
   law.countsReason = "the paper's Table 1";
+  const auto tree = std::make_shared<convert::TriangleTree>(moving.mesh);
   for (const double time : {0.0, std::floor(0.37 * last), last}) {
     law.slices.push_back({begin + time,
                           Measure{given.voxels.maskVolume, rounding, "exact but for rounding"},
+                          SurfaceLaw{distanceAt(given, tree, begin + time), std::numbers::sqrt3 * h,
+                                     "a voxel's diagonal"},
                           moving.genera});
   }
   Bounds3 box;
@@ -300,16 +347,20 @@ Law trueLaw(const Case& given, double relativeTolerance) {
   law.timeEnd = {span.end, relativeTolerance * duration, reason};
   law.hypervolume = {moving.volume * duration, relativeTolerance * moving.volume * duration,
                      reason};
-  law.slices = slicesOf(given, [&](double) {
-    return Measure{moving.volume, relativeTolerance * moving.volume, reason};
-  });
   // Between two of so many poses nothing bulges out by a millionth of the path.
   constexpr int kPoses = 1024;
   Bounds3 box;
   for (int i = 0; i <= kPoses; ++i) {
     addPosed(box, moving, moving.motion.at(span.begin + duration * i / kPoses));
   }
-  law.bounds = {box, relativeTolerance * (box.max - box.min).norm(), reason + " of the diagonal"};
+  const double length = relativeTolerance * (box.max - box.min).norm();
+  law.bounds = {box, length, reason + " of the diagonal"};
+  law.slices = slicesOf(
+      given,
+      [&](double) {
+        return Measure{moving.volume, relativeTolerance * moving.volume, reason};
+      },
+      length, reason + " of the diagonal");
   return law;
 }
 

@@ -38,6 +38,9 @@ std::vector<Resolution> voxelResolutions(const Case& given);
 /// * Vertices are kept a thousandth of a voxel off the lattice (voxel4d::kOffLattice), which moves
 /// a
 ///   face that falls on the lattice by as much.
+///
+/// And each vertex of a slice shares its cell with a point inside and one outside: the surface is
+/// no farther away than the diagonal of a voxel and the motion between two frames.
 Law voxelLaw(const Case& given, const Resolution& resolution);
 
 /// The paper's mask frames: the case has `voxels.mask`.
