@@ -78,22 +78,19 @@ ordered_json jsonOf(const CaseResult& result) {
                       {"actual", jsonOf(check.actual)},
                       {"tolerance", check.tolerance},
                       {"passed", check.passed},
-                      {"reason", check.reason}});
-    if (!check.found.empty()) checks.back()["found"] = check.found;
+                      {"reason", check.reason},
+                      {"found", check.found}});
   }
   ordered_json levels = ordered_json::array();
   for (const conformance::Level& level : result.levels) {
-    ordered_json one;
-    if (level.resolution.voxelSize > 0) {
-      one["voxel_size"] = level.resolution.voxelSize;
-      one["steps"] = level.resolution.steps;
-    }
-    one["vertices"] = level.verdict.vertices;
-    one["tetrahedra"] = level.verdict.tetrahedra;
-    one["hypervolume"] = level.verdict.hypervolume;
-    one["hypervolume_error"] = orNull(level.hypervolumeError);
-    one["slice_error"] = orNull(level.sliceError);
-    levels.push_back(std::move(one));
+    const bool voxels = level.resolution.voxelSize > 0;
+    levels.push_back({{"voxel_size", voxels ? ordered_json(level.resolution.voxelSize) : nullptr},
+                      {"steps", voxels ? ordered_json(level.resolution.steps) : nullptr},
+                      {"vertices", level.verdict.vertices},
+                      {"tetrahedra", level.verdict.tetrahedra},
+                      {"hypervolume", level.verdict.hypervolume},
+                      {"hypervolume_error", orNull(level.hypervolumeError)},
+                      {"slice_error", orNull(level.sliceError)}});
   }
   return {{"id", result.id},
           {"backend", result.backend},

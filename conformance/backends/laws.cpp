@@ -353,6 +353,7 @@ Law trueLaw(const Case& given, double relativeTolerance) {
   for (int i = 0; i <= kPoses; ++i) {
     addPosed(box, moving, moving.motion.at(span.begin + duration * i / kPoses));
   }
+  law.manifoldCaps = false;
   const double length = relativeTolerance * (box.max - box.min).norm();
   law.bounds = {box, length, reason + " of the diagonal"};
   law.slices = slicesOf(

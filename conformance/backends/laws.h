@@ -47,7 +47,7 @@ Law voxelLaw(const Case& given, const Resolution& resolution);
 Law maskLaw(const Case& given);
 
 /// The true solid of a mesh case, within a fraction of what is measured: for a backend of which
-/// nothing else is known.
+/// nothing else is known. It may close the ends by cones.
 Law trueLaw(const Case& given, double relativeTolerance);
 
 }  // namespace t4d::conformance

@@ -142,18 +142,23 @@ const runs = [
   ['compare', [at('huge.t4d'), at('huge.t4d'), '--slices', 1], 0],
   ['compare', [at('cut.t4d'), at('voxels.t4d')], 4],
   ['compare', [fixture('cube.obj')], 2],
+  ['conform-backends', ['--case', 'cube-at-rest', '--case', 'growing-sphere', '--quick'], 0],
+  ['conform-backends', ['--case', 'cube-at-rest', '--backend-program', 'false'], 1],
+  ['conform-backends', ['--case', 'no such'], 2],
 ];
 
 /** Whether a verb that fails answers all the same. */
-const answersOfDamage = (verb, args) => verb === 'validate' ? !args[0].includes('no such') :
-  verb === 'recover' && (args[0].includes('open') || args[0].includes('cut'));
+const answersOfFailure = (verb, args, status) =>
+  verb === 'validate' ? !args[0].includes('no such') :
+  verb === 'recover' ? args[0].includes('open') || args[0].includes('cut') :
+  verb.startsWith('conform') && status === 1;
 
 for (const [verb, args, status, codes] of runs) {
   const words = args.map((arg) => String(arg).replace(`${folder}/`, ''));
   test(`t4d ${verb} ${words.join(' ')}: exit ${status}`, () => {
     const done = t4dRaw(...verb.split('-'), ...args, '--json');
     assert.equal(done.status, status, done.stderr);
-    const answers = status === 0 || status === 3 || answersOfDamage(verb, args);
+    const answers = status === 0 || status === 3 || answersOfFailure(verb, args, status);
     if (!answers) {
       assert.equal(done.stdout, '');
       assert.notEqual(done.stderr, '');
