@@ -1,5 +1,5 @@
 # `find_package(t4d)` for other projects: targets t4d::model, t4d::mesh4d, t4d::voxel4d, t4d::formats,
-# t4d::convert, t4d::conformance.
+# t4d::convert, t4d::conformance, t4d::fixtures.
 include(CMakePackageConfigHelpers)
 set(T4D_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/t4d)
 configure_package_config_file(cmake/t4dConfig.cmake.in ${PROJECT_BINARY_DIR}/t4dConfig.cmake

@@ -89,14 +89,14 @@ ordered_json jsonOf(const CaseResult& result) {
                       {"vertices", level.verdict.vertices},
                       {"tetrahedra", level.verdict.tetrahedra},
                       {"hypervolume", level.verdict.hypervolume},
-                      {"hypervolume_error", orNull(level.hypervolumeError)},
-                      {"slice_error", orNull(level.sliceError)}});
+                      {"error_hypervolume", orNull(level.hypervolumeError)},
+                      {"error_slices", orNull(level.sliceError)}});
   }
   return {{"id", result.id},
           {"backend", result.backend},
           {"passed", result.passed()},
           {"description", result.description},
-          {"hypervolume_expected", orNull(result.hypervolumeExpected)},
+          {"expected_hypervolume", orNull(result.hypervolumeExpected)},
           {"worst_error", orNull(result.worstError)},
           {"order_hypervolume", orNull(result.orders.hypervolume)},
           {"order_slices", orNull(result.orders.slices)},

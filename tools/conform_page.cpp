@@ -28,7 +28,8 @@ td:nth-child(2), th:nth-child(2) { text-align: left; }
 details { margin: 0 0 6px; }
 summary { cursor: pointer; }
 .checks td, .checks th { text-align: left; font-size: 13px; padding: 3px 16px 3px 0; }
-.checks td:nth-child(n+2):nth-child(-n+4) { text-align: right; }
+.checks td:nth-child(n+2):nth-child(-n+4), .checks th:nth-child(n+2):nth-child(-n+4) {
+  text-align: right; }
 )";
 
 std::string orderText(const std::optional<double>& order) {

@@ -12,6 +12,7 @@ namespace t4d::tools {
 namespace {
 
 constexpr double kWidth = 340;
+constexpr double kHeight = 300;
 constexpr double kLeft = 62;
 constexpr double kRight = 14;
 constexpr double kTop = 34;
@@ -39,17 +40,18 @@ std::string svgOf(const ConvergencePlot& plot) {
   }
   std::sort(sizes.begin(), sizes.end());
   sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
-  const double scale = (kWidth - kLeft - kRight) / (x.high - x.low);  // pixels a decade
-  const double height = kTop + kBottom + scale * (y.high - y.low);
-  const auto xOf = [&](double size) { return kLeft + (std::log10(size) - x.low) * scale; };
+  const auto xOf = [&](double size) {
+    return kLeft + (std::log10(size) - x.low) / (x.high - x.low) * (kWidth - kLeft - kRight);
+  };
   const auto yOf = [&](double error) {
-    return height - kBottom - (std::log10(error) - y.low) * scale;
+    return kHeight - kBottom -
+           (std::log10(error) - y.low) / (y.high - y.low) * (kHeight - kTop - kBottom);
   };
 
   std::string svg = fmt::format(
       "<svg viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" aria-label=\"{2}\">\n"
       "<text class=\"title\" x=\"12\" y=\"20\">{2}</text>\n",
-      kWidth, height, escaped(plot.title));
+      kWidth, kHeight, escaped(plot.title));
   auto out = std::back_inserter(svg);
   for (int power = static_cast<int>(std::floor(y.low)); power <= static_cast<int>(y.high) + 1;
        ++power) {
@@ -68,11 +70,11 @@ std::string svgOf(const ConvergencePlot& plot) {
                    "<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2:.1f}\"/>"
                    "<text class=\"axis\" x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\">{4:g}"
                    "</text>\n",
-                   xOf(size), kTop, height - kBottom, height - kBottom + 16, size);
+                   xOf(size), kTop, kHeight - kBottom, kHeight - kBottom + 16, size);
   }
   fmt::format_to(
       out, "<text class=\"axis\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-      (kLeft + kWidth - kRight) / 2, height - 6, escaped(plot.xLabel));
+      (kLeft + kWidth - kRight) / 2, kHeight - 6, escaped(plot.xLabel));
   for (const ErrorCurve& curve : plot.curves) {
     if (curve.points.empty()) continue;
     const auto& [size0, error0] = curve.points.front();

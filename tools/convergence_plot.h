@@ -13,9 +13,8 @@ struct ErrorCurve {
   std::vector<std::pair<double, double>> points;  ///< size, error
 };
 
-/// An <svg> element: errors over sizes with logarithmic axes of equal scale, so that an error of
-/// order p is a line of slope p; dashed beside each curve, with the class `order`, one of slope
-/// `order`. Plots are of equal size that show sizes and errors over equal ranges.
+/// An <svg> element: errors over sizes with logarithmic axes, so that errors of one order are
+/// parallel lines; dashed beside each curve, with the class `order`, one of order `order`.
 struct ConvergencePlot {
   std::string title;
   std::string xLabel;

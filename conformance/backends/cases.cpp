@@ -76,6 +76,7 @@ Case meshCase(std::string id, std::string description, Solid solid, std::string 
 Case meshCase(std::string id, std::string description, Solid solid, const std::vector<Turn>& turns,
               std::vector<double> voxelSizes) {
   std::vector<ScrewRun> runs;
+  runs.reserve(turns.size());
   for (const Turn& turn : turns) runs.push_back(runOf(turn));
   return meshCase(std::move(id), std::move(description), std::move(solid),
                   fixtures::motionText(runs), std::move(voxelSizes));

@@ -104,23 +104,23 @@ std::vector<SliceLaw> slicesOf(const Case& given, const Volume& volume, double o
                                const std::string& reason) {
   const auto tree =
       given.mesh ? std::make_shared<convert::TriangleTree>(given.mesh->mesh) : nullptr;
-  const auto surface = [&](double time) {
-    return SurfaceLaw{distanceAt(given, tree, time), off, reason};
-  };
   std::vector<SliceLaw> slices;
-  for (const double time : given.sliceTimes()) {
-    slices.push_back({time, volume(time), surface(time), {}});
-    if (given.mesh) slices.back().genera = given.mesh->genera;
-  }
+  const auto add = [&](double time) {
+    SliceLaw& slice = slices.emplace_back();
+    slice.time = time;
+    slice.volume = volume(time);
+    slice.surface.emplace();
+    slice.surface->distance = distanceAt(given, tree, time);
+    slice.surface->tolerance = off;
+    slice.surface->reason = reason;
+    if (given.mesh) slice.genera = given.mesh->genera;
+  };
+  for (const double time : given.sliceTimes()) add(time);
   if (!given.field) return slices;
   for (const fixtures::Topology& topology : given.field->topology) {
     const auto same = [&](const SliceLaw& slice) { return slice.time == topology.time; };
-    auto at = std::find_if(slices.begin(), slices.end(), same);
-    if (at == slices.end()) {
-      slices.push_back({topology.time, volume(topology.time), surface(topology.time), {}});
-      at = std::prev(slices.end());
-    }
-    at->genera = generaOf(topology);
+    if (std::none_of(slices.begin(), slices.end(), same)) add(topology.time);
+    std::find_if(slices.begin(), slices.end(), same)->genera = generaOf(topology);
   }
   return slices;
 }
@@ -322,11 +322,14 @@ Law maskLaw(const Case& given) {
   law.countsReason = "the paper's Table 1";
   const auto tree = std::make_shared<convert::TriangleTree>(moving.mesh);
   for (const double time : {0.0, std::floor(0.37 * last), last}) {
-    law.slices.push_back({begin + time,
-                          Measure{given.voxels.maskVolume, rounding, "exact but for rounding"},
-                          SurfaceLaw{distanceAt(given, tree, begin + time), std::numbers::sqrt3 * h,
-                                     "a voxel's diagonal"},
-                          moving.genera});
+    SliceLaw& slice = law.slices.emplace_back();
+    slice.time = begin + time;
+    slice.volume = {given.voxels.maskVolume, rounding, "exact but for rounding"};
+    slice.surface.emplace();
+    slice.surface->distance = distanceAt(given, tree, slice.time);
+    slice.surface->tolerance = std::numbers::sqrt3 * h;
+    slice.surface->reason = "a voxel's diagonal";
+    slice.genera = moving.genera;
   }
   Bounds3 box;
   for (const double time : {0.0, last}) addPosed(box, moving, moving.motion.at(begin + time));
