@@ -19,7 +19,7 @@ constexpr std::size_t kQuotedBytes = 300;
 constexpr std::size_t kShownDifferences = 3;
 
 /// The end of what it wrote to standard error, where Python and others say what went wrong.
-std::string lastWords(const Run& run, const std::string& path) {
+std::string lastWords(const ProgramRun& run, const std::string& path) {
   std::string text = run.message;
   for (std::size_t at = 0; (at = text.find(path, at)) != std::string::npos; at += 4) {
     text.replace(at, path.size(), "FILE");
@@ -40,7 +40,7 @@ std::string signalName(int number) {
   return name == nullptr ? "" : fmt::format(" (SIG{})", name);
 }
 
-Judgement judgeAnswer(const Trial& trial, const Run& run) {
+Judgement judgeAnswer(const Trial& trial, const ProgramRun& run) {
   if (trial.answer.json.empty()) return {};
   const json actual = json::parse(run.output, nullptr, false);
   if (actual.is_discarded()) {
@@ -82,17 +82,18 @@ const char* nameOf(Outcome outcome) {
   return "crashed";
 }
 
-Judgement judge(const Trial& trial, const Run& run, const std::string& path, double seconds) {
+Judgement judge(const Trial& trial, const ProgramRun& run, const std::string& path,
+                double seconds) {
   switch (run.end) {
-    case Run::End::Stopped:
+    case ProgramRun::End::Stopped:
       return {Outcome::Skipped, "stopped"};
-    case Run::End::TimedOut:
+    case ProgramRun::End::TimedOut:
       return {Outcome::TimedOut,
               fmt::format("did not end within {} s; {}", seconds, lastWords(run, path))};
-    case Run::End::Signalled:
+    case ProgramRun::End::Signalled:
       return {Outcome::Crashed, fmt::format("ended by signal {}{}; {}", run.code,
                                             signalName(run.code), lastWords(run, path))};
-    case Run::End::Exited:
+    case ProgramRun::End::Exited:
       break;
   }
   if (run.code != 0 && run.code != 1) {

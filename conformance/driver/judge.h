@@ -26,6 +26,6 @@ struct Judgement {
 
 /// What a run of the reader is worth. `path` is the file that it was given, called FILE in
 /// messages; `seconds` how long it was given.
-Judgement judge(const Trial& trial, const Run& run, const std::string& path, double seconds);
+Judgement judge(const Trial& trial, const ProgramRun& run, const std::string& path, double seconds);
 
 }  // namespace t4d::conformance

@@ -140,8 +140,8 @@ tl::unexpected<Error> cannotStart(const std::string& path, int reason) {
 }
 
 /// Waits for the process to end while taking what it prints. Returns why we must end it, if so.
-std::optional<Run::End> watch(int process, Stream& output, Stream& message,
-                              const RunLimits& limits) {
+std::optional<ProgramRun::End> watch(int process, Stream& output, Stream& message,
+                                     const RunLimits& limits) {
   const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                            std::chrono::duration<double>(limits.seconds));
   while (true) {
@@ -149,13 +149,13 @@ std::optional<Run::End> watch(int process, Stream& output, Stream& message,
         pollfd{process, POLLIN, 0}, {output.ours(), POLLIN, 0}, {message.ours(), POLLIN, 0}};
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    if (left <= 0) return Run::End::TimedOut;
+    if (left <= 0) return ProgramRun::End::TimedOut;
     const int wait = left < kLookMilliseconds ? static_cast<int>(left) + 1 : kLookMilliseconds;
     poll(waiting.data(), waiting.size(), wait);
     if (waiting[1].revents != 0) output.drain();
     if (waiting[2].revents != 0) message.drain();
     if (waiting[0].revents != 0) return std::nullopt;
-    if (limits.stop != nullptr && *limits.stop) return Run::End::Stopped;
+    if (limits.stop != nullptr && *limits.stop) return ProgramRun::End::Stopped;
   }
 }
 
@@ -228,8 +228,8 @@ Result<std::vector<std::string>> readerCommand(const std::string& text) {
                  program);
 }
 
-Result<Run> runProgram(const std::vector<std::string>& words, const RunLimits& limits) {
-  Run run;
+Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunLimits& limits) {
+  ProgramRun run;
   Stream output(run.output, limits.outputBytes);
   Stream message(run.message, limits.outputBytes);
   if (auto open = output.open(); !open) return pass(open.error());
@@ -244,7 +244,7 @@ Result<Run> runProgram(const std::vector<std::string>& words, const RunLimits& l
 
   const Descriptor process(static_cast<int>(syscall(SYS_pidfd_open, child, 0)));
   const int noDescriptor = errno;
-  std::optional<Run::End> ended = Run::End::Stopped;
+  std::optional<ProgramRun::End> ended = ProgramRun::End::Stopped;
   if (process.get() >= 0) ended = watch(process.get(), output, message, limits);
   // Before it is waited for: then the number of its group cannot be another's.
   kill(-child, SIGKILL);
@@ -258,7 +258,7 @@ Result<Run> runProgram(const std::vector<std::string>& words, const RunLimits& l
   if (ended) {
     run.end = *ended;
   } else if (WIFSIGNALED(status)) {
-    run.end = Run::End::Signalled;
+    run.end = ProgramRun::End::Signalled;
     run.code = WTERMSIG(status);
   } else {
     run.code = WEXITSTATUS(status);

@@ -17,7 +17,7 @@ struct RunLimits {
 };
 
 /// How a program ended.
-struct Run {
+struct ProgramRun {
   enum class End : std::uint8_t {
     Exited,     ///< with the exit code `code`
     Signalled,  ///< by the signal `code`
@@ -39,6 +39,6 @@ Result<std::vector<std::string>> readerCommand(const std::string& text);
 /// Runs `words[0]`, a path, with the other words as arguments, in a process group of its own and
 /// with an empty standard input. Whatever it has started and left behind is ended with it. Any
 /// number may run at a time, from any threads. Errors: it cannot be started.
-Result<Run> runProgram(const std::vector<std::string>& words, const RunLimits& limits = {});
+Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunLimits& limits = {});
 
 }  // namespace t4d::conformance
