@@ -207,11 +207,11 @@ void printText(const Comparison& comparison) {
     meshes.push_back({row.label, row.a, row.b, row.ratio});
   }
   fmt::print("{}\n\n", comparison.title);
-  printTable(meshes, 1);
+  printTable(meshes, "lr");
   fmt::print("\n");
   std::vector<std::vector<std::string>> slices = {sliceColumns()};
   for (const convert::SliceComparison& slice : comparison.slices) slices.push_back(sliceRow(slice));
-  printTable(slices, 0);
+  printTable(slices, "r");
 }
 
 /// The solids at the first, a middle and the last of the times.

@@ -108,7 +108,7 @@ ordered_json jsonOf(const CaseResult& result) {
 void printText(const std::vector<CaseResult>& results, std::size_t passed) {
   std::vector<std::vector<std::string>> rows = {conformColumns()};
   for (const CaseResult& result : results) rows.push_back(conformRow(result));
-  printTable(rows, 2);
+  printTable(rows, "llrrrrrrl");
   constexpr std::size_t kShown = 5;
   for (const CaseResult& result : results) {
     std::size_t failed = 0;
@@ -139,7 +139,7 @@ int list(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Backe
     }
     rows.push_back({given.id, fmt::format("{}", fmt::join(names, ", ")), given.description});
   }
-  if (!rows.empty()) printTable(rows, 3);
+  if (!rows.empty()) printTable(rows, "l");
   return kDone;
 }
 

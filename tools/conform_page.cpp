@@ -36,11 +36,12 @@ std::string orderText(const std::optional<double>& order) {
   return order ? fmt::format("{:.2f}", *order) : "";
 }
 
-/// A relative error: as a power where it is one of rounding, else in percent.
+/// A relative error in percent, where it is more than rounding.
 std::string errorText(const std::optional<double>& error) {
+  constexpr double kRounding = 1e-12;
   if (!error) return "";
-  if (*error == 0) return "0";
-  return *error < 1e-6 ? fmt::format("{:.1e}", *error) : fmt::format("{:.2f} %", 100 * *error);
+  return *error < kRounding ? fmt::format("< {:g}", kRounding)
+                            : fmt::format("{:.2f} %", 100 * *error);
 }
 
 /// A plot for each case that was refined, all to one scale.

@@ -1,5 +1,6 @@
 #include "tools/console.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
@@ -35,7 +36,7 @@ void printJson(const nlohmann::ordered_json& value) {
   fmt::print("{}\n", value.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-void printTable(const std::vector<std::vector<std::string>>& rows, std::size_t leftColumns) {
+void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment) {
   std::vector<std::size_t> widths(rows.front().size());
   for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
@@ -44,8 +45,9 @@ void printTable(const std::vector<std::vector<std::string>>& rows, std::size_t l
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) {
       if (i > 0) line += "   ";
-      line += i < leftColumns ? fmt::format("{:<{}}", row[i], widths[i])
-                              : fmt::format("{:>{}}", row[i], widths[i]);
+      line += alignment[std::min(i, alignment.size() - 1)] == 'l'
+                  ? fmt::format("{:<{}}", row[i], widths[i])
+                  : fmt::format("{:>{}}", row[i], widths[i]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     fmt::print("{}\n", line);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -36,9 +37,9 @@ int reportLosses(const std::vector<std::string>& losses);
 
 void printJson(const nlohmann::ordered_json& value);
 
-/// Prints rows of cells in columns, of which the first `leftColumns` are flush left, the others
-/// right.
-void printTable(const std::vector<std::vector<std::string>>& rows, std::size_t leftColumns);
+/// Prints rows of cells in columns that are flush left or right, as `alignment` has a letter, l or
+/// r, for each; the last is for all others too.
+void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment);
 
 /// "1,234,567".
 std::string grouped(std::uint64_t number);

@@ -57,7 +57,7 @@ const comparable = (text) => varying
   .split('\n').map((line) => line.trimEnd()).filter((line) => line !== '').sort();
 
 // In this order: what the first makes, the others use.
-for (const page of ['sweep', 'info', 'validate', 'recover', 'slice', 'flipbook', 'weave', 'compare']) {
+for (const page of ['sweep', 'info', 'validate', 'recover', 'slice', 'flipbook', 'weave', 'compare', 'conform']) {
   test(`examples of docs/${page}.md`, async (t) => {
     const examples = examplesOf(`docs/${page}.md`);
     assert.ok(examples.length > 0);
