@@ -311,7 +311,8 @@ Result<Slice> sliceAtTime(model::Source& source, double time) {
     }
   }
   Slicer slicer(Hyperplane::atTime(time), atEnd ? OnHyperplane::Above : OnHyperplane::Below);
-  if (low < source.slabCount()) {
+  // Between runs of slabs there is nothing, and nothing to read.
+  if (low < source.slabCount() && source.timeSpan(low).begin <= time) {
     auto slab = source.slab(low);
     if (!slab) return pass(slab.error());
     if (auto put = slicer.put(**slab); !put) return pass(put.error());

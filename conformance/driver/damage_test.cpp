@@ -119,7 +119,7 @@ TEST_F(Damage, AFileOfTwoSlabsKeepsTheOneThatASliceNeeds) {
 }
 
 TEST_F(Damage, AFileWithoutIndexHasNoChunksThatASliceDoesNotNeed) {
-  EXPECT_FALSE(unneededChunks(validFile("valid/one-simplex-no-index").bytes, 0.5));
+  EXPECT_FALSE(unneededChunks(validFile("valid/no-index").bytes, 0.5));
 }
 
 TEST_F(Damage, SlicesDoNotMissWhatTheyDoNotNeed) {
