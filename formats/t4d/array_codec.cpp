@@ -1,6 +1,7 @@
 #include "formats/t4d/array_codec.h"
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 
 #include <fmt/format.h>
@@ -64,13 +65,16 @@ std::vector<std::byte> compressed(const ArrayView& array, int level) {
 
 Result<std::vector<std::byte>> decompressed(std::span<const std::byte> stored, std::size_t rowBytes,
                                             std::uint64_t size) {
-  const unsigned long long declared = ZSTD_getFrameContentSize(stored.data(), stored.size());
-  if (declared != size) {
+  // The library may know frames from before the standard, and skips what is to be skipped.
+  std::uint32_t magic = 0;
+  if (stored.size() >= sizeof magic) std::memcpy(&magic, stored.data(), sizeof magic);
+  if (magic != ZSTD_MAGICNUMBER ||
+      ZSTD_findFrameCompressedSize(stored.data(), stored.size()) != stored.size()) {
+    return invalid("a compressed array is not one whole zstd frame");
+  }
+  if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != size) {
     return invalid(
         fmt::format("a compressed array does not declare the {} bytes of its rows", size));
-  }
-  if (ZSTD_findFrameCompressedSize(stored.data(), stored.size()) != stored.size()) {
-    return invalid("a compressed array is not one whole zstd frame");
   }
   std::vector<std::byte> transposed(size);
   const std::size_t got =
@@ -143,8 +147,9 @@ Result<PackedArray> takePacked(ByteReader& from, Features features) {
                     array.rows, rowBytes, storedBytes));
   }
   const std::uint64_t size = array.rows * rowBytes;
-  if (size == 0 && storedBytes != 0) {
-    return invalid(fmt::format("an array of no rows is stored in {} bytes", storedBytes));
+  if (size == 0 && (storedBytes != 0 || array.codec != Codec::Raw)) {
+    return invalid(
+        fmt::format("an array of no rows is stored by codec {} in {} bytes", codec, storedBytes));
   }
   array.stored = from.takeBytes(storedBytes);
   if (!from.skipPadding()) return invalid("an array's padding is cut off or not zero");
