@@ -22,7 +22,10 @@ Result<Head> readHead(ChunkFile& file) {
   if (!payload) return pass(payload.error());
   auto metadata = parseHead({reinterpret_cast<const char*>(payload->data()), payload->size()});
   if (!metadata) {
-    return file.damaged(header->offset, metadata.error().message, metadata.error().code);
+    const Error& error = metadata.error();
+    const std::uint64_t at =
+        error.offset ? header->offset + kChunkHeaderBytes + *error.offset : header->offset;
+    return file.damaged(at, "HEAD: " + error.message, error.code);
   }
   const auto named = [&](std::string_view feature) {
     const auto& all = metadata->features;

@@ -14,9 +14,9 @@ using Json = nlohmann::json;
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Parses JSON that is nested no deeper than allowed: what handles JSON recurses, here and
+/// A JSON object that is nested no deeper than allowed: what handles JSON recurses, here and
 /// elsewhere, and a stack is soon full.
-Json parseShallow(const std::string& text) {
+Result<Json> parseObject(const std::string& text) {
   bool tooDeep = false;
   const Json::parser_callback_t check = [&](int depth, Json::parse_event_t event, Json&) {
     const bool opens =
@@ -24,8 +24,28 @@ Json parseShallow(const std::string& text) {
     if (opens && depth >= t4d_layout::kMaxJsonDepth) tooDeep = true;
     return !tooDeep;
   };
-  Json json = Json::parse(text, check, false);
-  return tooDeep ? Json(Json::value_t::discarded) : json;
+  const auto wrongAt = [](std::size_t byte) {
+    Error error{ErrorCode::InvalidInput,
+                fmt::format("is not a JSON object: byte {} of it is wrong", byte),
+                {}};
+    error.offset = byte;
+    return pass(std::move(error));
+  };
+  // The parser would take a zero byte for the end of the text.
+  if (const auto zero = text.find('\0'); zero != std::string::npos) return wrongAt(zero);
+  Json json;
+  try {
+    json = Json::parse(text, check);
+  } catch (const Json::parse_error& error) {
+    return wrongAt(error.byte > 0 ? error.byte - 1 : 0);
+  } catch (const Json::exception&) {
+    return invalid("has a number that binary64 cannot hold");
+  }
+  if (tooDeep || !json.is_object()) {
+    return invalid(
+        fmt::format("is not a JSON object of at most {} levels", t4d_layout::kMaxJsonDepth));
+  }
+  return json;
 }
 
 Result<std::vector<std::string>> namesOf(const Json& head, const char* key) {
@@ -64,11 +84,8 @@ Result<void> checkBodies(const std::vector<std::string>& names) {
 }  // namespace
 
 Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features) {
-  const Json details = parseShallow(metadata.detailsJson);
-  if (!details.is_object()) {
-    return invalid(fmt::format("the details are not a JSON object of at most {} levels",
-                               t4d_layout::kMaxJsonDepth - 1));
-  }
+  const auto details = parseObject(metadata.detailsJson);
+  if (!details) return invalid("what is to be 'details' " + details.error().message);
   Json head;
   head["features"] = features;
   head["bodies"] = metadata.bodies;
@@ -80,7 +97,7 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
   optional("length_unit", metadata.lengthUnit);
   optional("time_unit", metadata.timeUnit);
   optional("up", metadata.up);
-  if (!details.empty()) head["details"] = details;
+  if (!details->empty()) head["details"] = *details;
   std::string text = head.dump(1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > t4d_layout::kMaxHeadBytes) {
     return invalid(fmt::format("the metadata has {} bytes; at most {} are allowed", text.size(),
@@ -93,11 +110,13 @@ Result<Metadata> parseHead(const std::string& text) {
   if (text.starts_with(kByteOrderMark)) {
     return invalid("its metadata begins with a byte order mark");
   }
-  const Json head = parseShallow(text);
-  if (!head.is_object()) {
-    return invalid(fmt::format("its metadata is not a JSON object of at most {} levels",
-                               t4d_layout::kMaxJsonDepth));
+  const auto parsed = parseObject(text);
+  if (!parsed) {
+    Error error = parsed.error();
+    error.message = "its metadata " + error.message;
+    return pass(std::move(error));
   }
+  const Json& head = *parsed;
   auto features = namesOf(head, "features");
   if (!features) return pass(features.error());
   for (const std::string& feature : *features) {

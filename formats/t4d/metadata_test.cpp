@@ -71,6 +71,17 @@ TEST(Metadata, RefusesWhatIsNotAHead) {
   EXPECT_THAT(faultOfHead(R"({"features":[],"bodies":["b"],"details":1})"), HasSubstr("'details'"));
 }
 
+TEST(Metadata, SaysWhichByteIsWrong) {
+  const std::string right = R"({"features":[],"bodies":["b"]})";
+  const auto offsetOf = [](const std::string& text) { return parseHead(text).error().offset; };
+  EXPECT_EQ(offsetOf(right + " {}"), right.size() + 1);
+  EXPECT_EQ(offsetOf(R"({"features":[],})"), 15);
+  // To the JSON library a zero byte is the end of the text.
+  EXPECT_EQ(offsetOf(right + '\0'), right.size());
+  EXPECT_THAT(faultOfHead(R"({"features":[],"bodies":["b"],"details":{"a":1e999}})"),
+              HasSubstr("binary64"));
+}
+
 TEST(Metadata, StandsJsonMadeToFillTheStackOrTheDay) {
   const auto nested = [](std::size_t depth) {
     return R"({"features":[],"bodies":["b"],"details":{"a":)" + std::string(depth, '[') +
