@@ -115,10 +115,11 @@ Result<ChunkFile::Header> ChunkFile::readHeader() {
                                header.minor, kMajorVersion),
                    ErrorCode::Unsupported);
   }
-  if ((flags & ~kFlagIndexed) != 0 || reserved != 0) {
+  if ((flags & ~kFlagIndexed) != 0) {
     return damaged(12, fmt::format("the file header has unknown flags {:#x}", flags),
                    ErrorCode::Unsupported);
   }
+  if (reserved != 0) return damaged(16, "the file header's reserved bytes are not zero");
   header.indexed = (flags & kFlagIndexed) != 0;
   return header;
 }

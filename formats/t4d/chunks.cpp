@@ -256,12 +256,19 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const s
       }
       connectivity->means.offsets.push_back(static_cast<std::uint32_t>(end));
     }
+    if (end != connectivity->means.sources.size()) {
+      return invalid(fmt::format("its means have {} sources, of which {} are listed", end,
+                                 connectivity->means.sources.size()));
+    }
   }
   auto attributes = takeAttributes(from, attributeCount, features);
   if (!attributes) return pass(attributes.error());
   connectivity->cellAttributes = std::move(*attributes);
   if (auto end = checkEnd(from); !end) return pass(end.error());
   if (auto sound = checkConnectivity(*connectivity); !sound) return pass(sound.error());
+  if (auto sound = checkStorable(connectivity->cellAttributes, {}); !sound) {
+    return pass(sound.error());
+  }
   return connectivity;
 }
 

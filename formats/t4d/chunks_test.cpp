@@ -111,7 +111,8 @@ TEST(Chunks, RefuseConnectivityThatIsUnsound) {
   EXPECT_THAT(faultWith([](Connectivity& c) { c.means.sources[1] = 5; }), HasSubstr("mean itself"));
   EXPECT_THAT(faultWith([](Connectivity& c) { c.means.offsets[1] = 0; }), HasSubstr("no vertex"));
   EXPECT_THAT(faultWith([](Connectivity& c) { c.means.offsets[2] = 6; }), HasSubstr("than are"));
-  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.offsets[2] = 4; }), HasSubstr("not span"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.offsets[2] = 4; }),
+              HasSubstr("4 sources, of which 5"));
   EXPECT_THAT(faultWith([](Connectivity& c) { c.cellAttributes[0].values.pop_back(); }),
               HasSubstr("'kind'"));
   EXPECT_THAT(

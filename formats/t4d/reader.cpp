@@ -1,6 +1,7 @@
 #include "formats/t4d/reader.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -22,23 +23,37 @@ struct Index {
   std::vector<IndexRecord> records;
   Done done;
   std::uint64_t doneOffset = 0;
+  std::uint64_t offset = 0;
 };
+
+/// A chunk that the footer names.
+Result<ChunkFile::Chunk> readNamed(ChunkFile& file, std::uint64_t offset, ChunkType type) {
+  const std::uint64_t footer = file.size() - kFooterBytes;
+  if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset >= footer) {
+    return file.damaged(footer, fmt::format("the footer says that {} is at byte {}",
+                                            std::string(type.begin(), type.end()), offset));
+  }
+  return file.readChunk(offset, type);
+}
 
 Result<Index> readIndex(ChunkFile& file) {
   auto footer = file.readFooter();
   if (!footer) return pass(footer.error());
-  auto done = file.readChunk(footer->done, kDone);
+  auto done = readNamed(file, footer->done, kDone);
   if (!done) return pass(done.error());
-  auto index = file.readChunk(footer->index, kIndex);
+  auto index = readNamed(file, footer->index, kIndex);
   if (!index) return pass(index.error());
-  if (done->header.end() != footer->index || index->header.end() != file.size() - kFooterBytes) {
-    return file.damaged(footer->done, "end mark, index and footer do not follow one another");
+  if (done->header.end() != footer->index) {
+    return file.damaged(done->header.end(), "the index does not follow the end mark at once");
+  }
+  if (index->header.end() != file.size() - kFooterBytes) {
+    return file.damaged(index->header.end(), "the footer does not follow the index at once");
   }
   auto decodedDone = decodeDone(done->payload);
   if (!decodedDone) return file.damaged(footer->done, "DONE: " + decodedDone.error().message);
   auto records = decodeIndex(index->payload);
   if (!records) return file.damaged(footer->index, "INDX: " + records.error().message);
-  return Index{std::move(*records), std::move(*decodedDone), footer->done};
+  return Index{std::move(*records), std::move(*decodedDone), footer->done, footer->index};
 }
 
 /// Judges the index by itself: whether the slabs are where it says is seen when they are read.
@@ -63,8 +78,21 @@ Result<void> checkTail(ChunkFile& file, bool indexed, const FileScan& scan) {
   }
   auto index = readIndex(file);
   if (!index) return pass(index.error());
-  if (index->doneOffset != scan.doneOffset || index->records != scan.slabs) {
-    return file.damaged(scan.end, "the index does not say where the slabs are");
+  if (index->doneOffset != scan.doneOffset) {
+    return file.damaged(index->doneOffset, "DONE: an end mark has been before, at byte " +
+                                               std::to_string(scan.doneOffset));
+  }
+  const auto& [said, found] = std::tie(index->records, scan.slabs);
+  if (said.size() != found.size()) {
+    return file.damaged(index->offset,
+                        fmt::format("INDX: it has records of {} slabs; the file has {} slabs",
+                                    said.size(), found.size()));
+  }
+  const auto [record, slab] = std::mismatch(said.begin(), said.end(), found.begin());
+  if (record != said.end()) {
+    return file.damaged(index->offset,
+                        fmt::format("INDX: record {} is not what the slab at byte {} says",
+                                    record - said.begin(), slab->slab));
   }
   return {};
 }
