@@ -82,7 +82,8 @@ AcceptedBuilder::AcceptedBuilder(const std::string& id, Verdict verdict, const s
 }
 
 AcceptedBuilder& AcceptedBuilder::of(const std::vector<BodySlabs>& bodies,
-                                     const ImageOptions& options, const std::string& head) {
+                                     const ImageOptions& options,
+                                     const std::optional<std::string>& head) {
   return of(Image::of(bodies, options, head), bodies, options);
 }
 

@@ -35,9 +35,9 @@ class AcceptedBuilder {
   /// `id` as in CorpusFile, `what` its `fault`.
   AcceptedBuilder(const std::string& id, Verdict verdict, const std::string& what);
 
-  /// The file as Image::of makes it, with `head` for HEAD where that is not empty.
+  /// The file as Image::of makes it, with `head` for HEAD where it is given.
   AcceptedBuilder& of(const std::vector<BodySlabs>& bodies, const ImageOptions& options = {},
-                      const std::string& head = "");
+                      const std::optional<std::string>& head = {});
   /// The file `image`, which holds `bodies`.
   AcceptedBuilder& of(const Image& image, const std::vector<BodySlabs>& bodies,
                       const ImageOptions& options = {});

@@ -65,8 +65,8 @@ Image::Image(const std::string& head, const ImageOptions& options) : options_(op
 }
 
 Image Image::of(const std::vector<BodySlabs>& bodies, const ImageOptions& options,
-                const std::string& head) {
-  Image image(head.empty() ? headOf(bodies, options) : head, options);
+                const std::optional<std::string>& head) {
+  Image image(head ? *head : headOf(bodies, options), options);
   std::vector<Shared> shared(bodies.size());
   std::size_t connectivities = 0;
   std::size_t layers = 0;

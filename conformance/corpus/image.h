@@ -55,10 +55,10 @@ class Image {
   explicit Image(const std::string& head, const ImageOptions& options = {});
 
   /// A whole file, as the writer makes it: parts directly before the first slab that needs them,
-  /// bodies taking turns. HEAD is `head`, or names the bodies and the features that are used.
-  /// Chunks are called HEAD, CONN 0, LAYR 0, SLAB 0, ..., DONE, INDX.
+  /// bodies taking turns. HEAD is `head`; without it, it names the bodies and the features that are
+  /// used. Chunks are called HEAD, CONN 0, LAYR 0, SLAB 0, ..., DONE, INDX.
   static Image of(const std::vector<BodySlabs>& bodies, const ImageOptions& options = {},
-                  const std::string& head = "");
+                  const std::optional<std::string>& head = {});
 
   /// Appends a chunk; with `before`, in front of the one of that name.
   void add(Chunk chunk, const std::string& before = "");

@@ -83,7 +83,7 @@ void addFrameFaults(InvalidCases& cases) {
       zstdSkippableFrame("skip me") + frame);
   add("A10-skippable-frame-after", "A skippable frame follows the frame.",
       frame + zstdSkippableFrame("skip me"), frame.size());
-  add("A10-byte-after", "A zero byte follows the frame.", frame + "\0", frame.size());
+  add("A10-byte-after", "A zero byte follows the frame.", frame + "\0"s, frame.size());
   add("A10-byte-before", "A zero byte stands before the frame.", "\0"s + frame);
   add("A10-cut-off", "The frame lacks its last byte.", frame.substr(0, frame.size() - 1),
       frame.size() - 1);
@@ -91,10 +91,9 @@ void addFrameFaults(InvalidCases& cases) {
   unfinished[6] = static_cast<char>(unfinished[6] & ~1);
   add("A10-no-last-block", "No block of the frame is marked as the last.", unfinished, 6);
   add("A10-raw", "The array itself stands where a frame should.", content);
-  std::string older = frame;
-  older[0] = '\x27';
-  add("A10-frame-of-zstd-0.7", "The frame has the signature of a version before the standard.",
-      older);
+  // A stored block of the 80 bytes, then the end.
+  add("A10-frame-of-zstd-0.7", "The frame is of a version of zstd from before the standard.",
+      "\x27\xB5\x2F\xFD\x20\x50\x40\x00\x50"s + content + "\xC0\0\0"s);
   add("A10-zlib", "The stored bytes are compressed with zlib.",
       "\x78\x9C\x63\x60\x60\x60\x60\x64\x60\x00\x00\x00\x05\x00\x02");
   add("A10-dictionary", "The frame names a dictionary.", zstdFrame(content, {.dictionaryId = 1}),
@@ -116,7 +115,7 @@ void addFrameFaults(InvalidCases& cases) {
   add("A12-too-few-bytes", "The frame declares 80 bytes and holds 79.",
       zstdFrame(content.substr(1), {.declaredSize = 80}), 6);
   add("A12-too-many-bytes", "The frame declares 80 bytes and holds 81.",
-      zstdFrame(content + "\0", {.declaredSize = 80}), 6);
+      zstdFrame(content + "\0"s, {.declaredSize = 80}), 6);
   std::string block = frame;
   block[6] = static_cast<char>(block[6] | 6);
   add("A12-reserved-block-type", "The frame has a block of the reserved type.", block, 6);
@@ -275,23 +274,21 @@ void addArrayFaults(InvalidCases& cases) {
   Attribute zeros{"zeros", Domain::Vertex, ScalarType::Float64, 128, {}};
   zeros.values.resize(64 * zeros.rowBytes());
   room[0].attributes = {zeros};
-  const Base roomy = baseOf({{"simplex", room}}, {.storage = Storage::Library});
   const std::string content(zeros.values.size(), '\0');
+  const auto expanding = [&](std::size_t blockBytes) {
+    Image image = Image::of({{"simplex", room}}, {}, headJson({"zstd"}, {"simplex"}));
+    image.chunk("SLAB 0").payload.replace(
+        "attribute 0/values",
+        arrayRecord(10, 128, 1, 64, zstdFrame(content, {.blockBytes = blockBytes})));
+    return image;
+  };
+  const Base roomy = {expanding(4096), {"zstd", "index"}};
   cases.add(
       "A9-63-bytes-for-65536", "An array expands by more than 1,024 times.", roomy,
-      [&](Image& image) {
-        const std::string frame = zstdFrame(content, {.blockBytes = 4682});
-        image.chunk("SLAB 0").payload.replace("attribute 0/values",
-                                              arrayRecord(10, 128, 1, 64, frame));
-      },
-      values + "rows");
+      [&](Image& image) { image = expanding(4682); }, values + "rows");
   cases.add(
       "A9-largest-blocks", "An array expands by as much as zstd can.", roomy,
-      [&](Image& image) {
-        image.chunk("SLAB 0").payload.replace("attribute 0/values",
-                                              arrayRecord(10, 128, 1, 64, zstdFrame(content)));
-      },
-      values + "rows");
+      [&](Image& image) { image = expanding(128U << 10); }, values + "rows");
   const Base framed = Compressed().right();
   for (const auto& [name, rows] : {std::pair<const char*, std::uint64_t>{"2-to-the-32", 1ULL << 32},
                                    {"2-to-the-60-and-5", (1ULL << 60) + 5},

@@ -44,7 +44,7 @@ void addHeadFaults(InvalidCases& cases) {
       },
       "HEAD/header/length");
   add("M2-byte-order-mark", "A byte order mark stands before the object.", "\xEF\xBB\xBF" + right);
-  std::string wide;
+  std::string wide = "\xFF\xFE";
   for (const char character : right) wide += {character, '\0'};
   add("M2-utf-16", "The text is in UTF-16.", wide);
   for (const auto& [name, what, bytes] : notUtf8()) {
@@ -61,7 +61,7 @@ void addHeadFaults(InvalidCases& cases) {
   add("M3-null", "The text is null.", "null");
   add("M3-two-objects", "Another object follows the object.", right + "{}", "{}");
   add("M3-zero-byte-after", "A zero byte follows the object.", right + "\0"s, "\0"s);
-  add("M3-cut-off", "The object is not closed.", right.substr(0, right.size() - 1));
+  add("M3-cut-off", "The object is not closed.", right.substr(0, right.size() - 1) + " ", " ");
   add("M3-comma-at-the-end", "A comma stands before the closing brace.",
       right.substr(0, right.size() - 1) + ",}", ",}");
   with("M3-comma-at-the-end-of-array", "A comma stands before the closing bracket.",
@@ -101,7 +101,7 @@ void addHeadFaults(InvalidCases& cases) {
        "\"other\":" + nested(64, '[', ']'), "[]");
   with("M4-50000-levels", "Arrays are 50,000 levels deep.", "\"other\":" + nested(50000, '[', ']'),
        "[]");
-  with("M4-50000-levels-not-closed", "50,000 arrays are opened and not closed.",
+  with("M3-50000-arrays-not-closed", "50,000 arrays are opened and not closed.",
        "\"other\":" + std::string(50000, '['), "[[");
 
   const auto features = [&](const std::string& name, const std::string& fault,

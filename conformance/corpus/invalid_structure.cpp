@@ -165,10 +165,18 @@ void addStructureFaults(InvalidCases& cases) {
   cases.add(
       "O3-done-twice-no-index", "DONE occurs twice.", open,
       [&](Image& image) { secondDone(image, "DONE"); }, "DONE/header");
+  std::vector<model::Slab> runs = {simplex()[0], simplex(1, {0, 0, 0, 1})[0]};
+  runs[1].connectivity = runs[0].connectivity;
   cases.add(
-      "O3-slab-after-done", "A slab comes after DONE.",
-      baseOf({{"cross", crossPolytope()}}, {.index = false}),
-      [](Image& image) { image.move("DONE", "SLAB 1"); }, "SLAB 1/header");
+      "O3-slab-after-done", "A slab comes after DONE, which is right for those before it.",
+      baseOf({{"simplex", runs}}, {.index = false}),
+      [&](Image& image) {
+        image.summaries() = {{}};
+        formats::addSlab(image.summaries()[0], runs[0]);
+        image.chunk("SLAB 1").slabOf.reset();
+        image.move("DONE", "SLAB 1");
+      },
+      "SLAB 1/header");
   cases.add(
       "O3-optional-chunk-after-done", "An optional chunk stands between DONE and INDX.", annotated,
       [](Image& image) { image.move("note", "INDX"); }, "note/header");
@@ -415,8 +423,8 @@ void addFooterFaults(InvalidCases& cases) {
   cases.addBytes("F1-last-byte-missing", "The last byte of the file is missing.", base,
                  right.substr(0, right.size() - 1), right.size() - 1);
   cases.addBytes("F1-line-end-added", "A transfer in text mode has made LF of CR LF.", base,
-                 replaced(right, base.image.offset("footer/end signature"), 1, "\r\n"),
-                 base.image.offset("footer/end signature"));
+                 replaced(right, base.image.offset("footer/end signature") + 2, 1, "\r\n"),
+                 base.image.offset("footer/end signature") + 2);
   cases.add(
       "F2-bit-flipped", "One bit of the checksum is another.", base,
       [](Image& image) { image.flip("footer/checksum"); }, "footer/checksum");

@@ -1,5 +1,6 @@
 #include "conformance/corpus/record.h"
 
+#include <stdexcept>
 #include <vector>
 
 #include "conformance/corpus/zstd_frame.h"
@@ -25,7 +26,11 @@ void Record::add(const std::string& prefix, const Record& record) {
   }
 }
 
-Record::Place Record::place(const std::string& field) const { return fields_.at(field); }
+Record::Place Record::place(const std::string& field) const {
+  const auto found = fields_.find(field);
+  if (found == fields_.end()) throw std::out_of_range("no field " + field);
+  return found->second;
+}
 
 void Record::overwrite(const std::string& field, std::string_view bytes, std::size_t at) {
   bytes_.replace(place(field).offset + at, bytes.size(), bytes);

@@ -45,7 +45,8 @@ class ValidCases {
 double simplexSlice(double time) { return time < 0 || time > 1 ? 0 : cubed(1 - time) / 6; }
 
 AcceptedBuilder& simplexFile(ValidCases& cases, const std::string& name, const std::string& what,
-                             const ImageOptions& options = {}, const std::string& head = "") {
+                             const ImageOptions& options = {},
+                             const std::optional<std::string>& head = {}) {
   return cases.add(name, what)
       .of({{"simplex", simplex()}}, options, head)
       .slicedAt({0.5})
