@@ -1,3 +1,4 @@
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <thread>
@@ -20,7 +21,7 @@ struct Options {
   std::string reader;
   std::vector<std::string> only;
   std::vector<std::string> skip;
-  std::vector<std::string> without;
+  CaseOptions cases;
   unsigned parallel = std::max(1U, std::thread::hardware_concurrency());
   double seconds = 10;
   std::string junit;
@@ -31,26 +32,34 @@ struct Options {
 };
 
 std::atomic<bool> interrupted = false;
+volatile std::sig_atomic_t interruptedBy = 0;
 
-/// While it lives, Ctrl-C ends the readers that run and lets this program put its things away.
+extern "C" void interrupt(int signal) {
+  interruptedBy = signal;
+  interrupted = true;
+}
+
+/// While it lives, a signal that would end the program ends the readers that run instead.
 class Interruptible {
  public:
   Interruptible() {
-    struct sigaction action {};
-    action.sa_handler = [](int) { interrupted = true; };
-    sigaction(SIGINT, &action, &interrupt_);
-    sigaction(SIGTERM, &action, &terminate_);
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      sigaction(kSignals[i], nullptr, &before_[i]);
+      if (before_[i].sa_handler == SIG_IGN) continue;
+      struct sigaction action {};
+      action.sa_handler = interrupt;
+      sigaction(kSignals[i], &action, nullptr);
+    }
   }
   ~Interruptible() {
-    sigaction(SIGINT, &interrupt_, nullptr);
-    sigaction(SIGTERM, &terminate_, nullptr);
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
   }
   Interruptible(const Interruptible&) = delete;
   Interruptible& operator=(const Interruptible&) = delete;
 
  private:
-  struct sigaction interrupt_ {};
-  struct sigaction terminate_ {};
+  static constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP};
+  std::array<struct sigaction, kSignals.size()> before_{};
 };
 
 /// A reader that crashes a hundred times should not leave a hundred core dumps.
@@ -70,11 +79,18 @@ int wrongUsage(const Error& error) {
   return kUsage;
 }
 
+/// What to type for the same cases once more.
+std::string commandOf(const Options& options) {
+  std::string command = fmt::format("t4d conform reader --reader '{}'", options.reader);
+  for (const std::string& feature : options.cases.without) command += " --without " + feature;
+  return command + (options.cases.thorough ? " --thorough" : "");
+}
+
 int run(const Options& options) {
   const auto command = readerCommand(options.reader);
   if (!command) return wrongUsage(command.error());
   const std::vector<CorpusFile> files = makeCorpus();
-  std::vector<ReaderCase> cases = readerCases(files, options.without);
+  std::vector<ReaderCase> cases = readerCases(files, options.cases);
   if (auto done = selectCases(cases, options.only, options.skip); !done) {
     fmt::print(stderr, "t4d: {}; `t4d conform list` lists them\n", done.error().text());
     return kUsage;
@@ -92,10 +108,7 @@ int run(const Options& options) {
     return results.error().code == ErrorCode::InvalidInput ? wrongUsage(results.error())
                                                            : report(results.error());
   }
-  if (interrupted) {
-    fmt::print(stderr, "t4d: interrupted\n");
-    return kFailed;
-  }
+  if (interrupted) std::raise(interruptedBy);
   if (!options.junit.empty()) {
     const auto written = writeText(options.junit, reportJunit(options.reader, cases, *results));
     if (!written) return report(written.error());
@@ -109,8 +122,8 @@ int run(const Options& options) {
     printJson(reportJson(options.reader, cases, *results));
   } else {
     constexpr std::size_t kShown = 20;
-    fmt::print(
-        "{}", reportText(options.reader, cases, *results, options.verbose ? cases.size() : kShown));
+    fmt::print("{}", reportText(options.reader, commandOf(options), cases, *results,
+                                options.verbose ? cases.size() : kShown));
   }
   const OutcomeCounts counts = countsOf(*results);
   const auto count = [&](Outcome outcome) { return counts[static_cast<std::size_t>(outcome)]; };
@@ -135,7 +148,7 @@ void addConformReader(CLI::App& conform, int& exitCode) {
       ->type_name("GLOB");
   command->add_option("--skip", options->skip, "Leave these cases out")->type_name("GLOB");
   command
-      ->add_option("--without", options->without,
+      ->add_option("--without", options->cases.without,
                    "A feature that the reader does not know: it must refuse files that name it")
       ->check(CLI::IsMember({"zstd", "means"}))
       ->type_name("FEATURE");
@@ -150,6 +163,9 @@ void addConformReader(CLI::App& conform, int& exitCode) {
       ->type_name("FILE");
   command->add_option("--keep", options->keep, "Leave the files of cases that are not right here")
       ->type_name("DIR");
+  command->add_flag(
+      "--thorough", options->cases.thorough,
+      "Ten times as many damaged files, for a reader that starts in some milliseconds");
   command->add_flag("--first", options->first, "End at the first start that is not right");
   command->add_flag("--verbose", options->verbose, "Say all cases that are not right");
   command->add_flag("--json", options->json, "Print JSON");

@@ -1,6 +1,7 @@
 #include "conformance/driver/damage.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <span>
@@ -99,26 +100,26 @@ std::vector<Part> partsOf(const std::string& bytes) {
   return parts;
 }
 
-std::vector<std::uint64_t> cutLengths(const std::string& bytes, std::uint64_t most) {
-  std::vector<std::uint64_t> lengths;
-  if (bytes.size() <= most) {
-    for (std::uint64_t length = 0; length < bytes.size(); ++length) lengths.push_back(length);
-    return lengths;
-  }
-  std::set<std::uint64_t> chosen = {0, bytes.size() - 1};
-  if (hasIndex(bytes)) chosen.insert(bytes.size() - kFooterBytes);
-  // Before a chunk, in its header, in its payload and before its last byte.
+std::vector<std::uint64_t> cutLengths(const std::string& bytes) {
+  std::set<std::uint64_t> lengths = {0, 8, kFileHeaderBytes - 1, bytes.size() - 1};
+  if (hasIndex(bytes)) lengths.insert({bytes.size() - kFooterBytes, bytes.size() - 8});
   for (const Chunk& chunk : chunksOf(bytes)) {
-    chosen.insert({chunk.offset, chunk.offset + 4, chunk.payload(),
-                   chunk.payload() + chunk.length / 2, chunk.end() - 1});
+    lengths.insert({chunk.offset, chunk.offset + 4, chunk.payload(),
+                    chunk.payload() + chunk.length / 2, chunk.end() - 1});
   }
-  lengths.assign(chosen.begin(), chosen.end());
-  if (lengths.size() <= most) return lengths;
-  std::vector<std::uint64_t> some;
-  for (std::uint64_t i = 0; i < most; ++i) {
-    some.push_back(lengths[i * (lengths.size() - 1) / (most - 1)]);
-  }
-  return some;
+  return {lengths.begin(), lengths.end()};
+}
+
+std::vector<std::size_t> someOf(std::size_t count, std::size_t most, std::uint64_t seed) {
+  std::vector<std::size_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  if (count <= most) return numbers;
+  std::sort(numbers.begin(), numbers.end(), [&](std::size_t a, std::size_t b) {
+    return mixed(mixed(seed) + a) < mixed(mixed(seed) + b);
+  });
+  numbers.resize(most);
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
 }
 
 Bit bitOf(const Part& part) {

@@ -21,9 +21,9 @@ struct Part {
 /// and its padding: together all of a valid file's bytes. Those without bytes are left out.
 std::vector<Part> partsOf(const std::string& bytes);
 
-/// The lengths, each less than the file's, to which a file is cut: all of them for a file of at
-/// most `most` bytes, else at most about `most`, in and around the beginning of chunks.
-std::vector<std::uint64_t> cutLengths(const std::string& bytes, std::uint64_t most);
+/// Lengths less than the file's that lie before, in and behind the headers of chunks, in payloads
+/// and in the footer: where cutting a file off may do something of its own.
+std::vector<std::uint64_t> cutLengths(const std::string& bytes);
 
 /// One bit of a part, always the same.
 struct Bit {
@@ -35,6 +35,10 @@ Bit bitOf(const Part& part);
 /// The SLAB, CONN and LAYR chunks, in whole, that a slice at a time does not need. Errors: the file
 /// has no index, or is not valid.
 Result<std::vector<Part>> unneededChunks(const std::string& bytes, double time);
+
+/// At most `most` of the numbers below `count`, ascending, as if drawn by lot; by `seed` always the
+/// same.
+std::vector<std::size_t> someOf(std::size_t count, std::size_t most, std::uint64_t seed);
 
 enum class Garbage : std::uint8_t { Ones, Noise };
 

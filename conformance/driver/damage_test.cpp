@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using testing::ElementsAre;
 using testing::IsEmpty;
 
 const std::vector<CorpusFile>& validFiles() {
@@ -82,22 +83,34 @@ TEST_F(Damage, EveryFlippedBitAndEveryCutMakesAFileInvalid) {
     for (const Part& part : partsOf(valid.bytes)) {
       EXPECT_FALSE(describeFile(file(flipped(valid.bytes, bitOf(part))))) << part.name;
     }
-    for (const std::uint64_t length : cutLengths(valid.bytes, 30)) {
+    for (const std::uint64_t length : cutLengths(valid.bytes)) {
       EXPECT_FALSE(describeFile(file(valid.bytes.substr(0, length)))) << length;
     }
   }
 }
 
-TEST_F(Damage, SmallFilesAreCutEverywhereAndOthersAtAsManyLengthsAsAsked) {
+TEST_F(Damage, FilesAreCutInEveryChunk) {
   for (const CorpusFile& valid : validFiles()) {
-    const std::uint64_t size = valid.bytes.size();
-    EXPECT_EQ(cutLengths(valid.bytes, size).size(), size);
-    const auto lengths = cutLengths(valid.bytes, 10);
-    EXPECT_EQ(std::set(lengths.begin(), lengths.end()).size(), 10U) << valid.id;
+    const auto lengths = cutLengths(valid.bytes);
     EXPECT_TRUE(std::is_sorted(lengths.begin(), lengths.end()));
     EXPECT_EQ(lengths.front(), 0U);
-    EXPECT_EQ(lengths.back(), size - 1);
+    EXPECT_EQ(lengths.back(), valid.bytes.size() - 1);
+    for (const Part& part : partsOf(valid.bytes)) {
+      if (!part.name.starts_with("the payload of")) continue;
+      EXPECT_TRUE(std::binary_search(lengths.begin(), lengths.end(), part.offset)) << part.name;
+    }
   }
+}
+
+TEST_F(Damage, SomeAreAsManyAsAskedAndOthersForAnotherSeed) {
+  EXPECT_THAT(someOf(4, 4, 1), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(someOf(0, 4, 1), IsEmpty());
+  const auto some = someOf(1000, 10, 1);
+  EXPECT_EQ(std::set(some.begin(), some.end()).size(), 10U);
+  EXPECT_TRUE(std::is_sorted(some.begin(), some.end()));
+  EXPECT_LT(some.back(), 1000U);
+  EXPECT_EQ(some, someOf(1000, 10, 1));
+  EXPECT_NE(some, someOf(1000, 10, 2));
 }
 
 TEST_F(Damage, AFileOfTwoSlabsKeepsTheOneThatASliceNeeds) {

@@ -1,6 +1,7 @@
 #include "conformance/driver/reader_cases.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include <fmt/format.h>
 #include <fnmatch.h>
@@ -13,12 +14,15 @@ namespace {
 
 using nlohmann::json;
 
-/// Files of up to so many bytes are cut at every length; all valid files together should not take
-/// more starts than a slow reader can make in a minute or two.
-constexpr std::uint64_t kCutEverywhere = 700;
-/// How many lengths larger files are cut to, about.
-constexpr std::uint64_t kCuts = 24;
-constexpr std::uint64_t kFlippedFileBytes = 1200;
+/// How much damage is done to valid files. All together should not take more starts than a reader
+/// in Python (some 30 ms a start) makes in a minute or two; or, thorough, one in C++ (1 ms).
+struct DamageLimits {
+  std::uint64_t smallBytes;  ///< a file of up to so many is cut at every byte
+  std::size_t cuts;          ///< of each larger file
+  std::size_t flips;         ///< of each larger file; of a small one in every part
+};
+constexpr DamageLimits kUsual = {730, 6, 8};
+constexpr DamageLimits kThorough = {1000, 100, 100};
 
 std::string nameOf(const CorpusFile& file) { return file.id.substr(file.id.find('/') + 1); }
 
@@ -71,10 +75,21 @@ ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
   return test;
 }
 
-ReaderCase cutCase(const CorpusFile& file) {
+std::vector<std::uint64_t> cutLengthsOf(const std::string& bytes, const DamageLimits& limits) {
+  std::vector<std::uint64_t> lengths(bytes.size());
+  std::iota(lengths.begin(), lengths.end(), 0);
+  if (bytes.size() <= limits.smallBytes) return lengths;
+  lengths.clear();
+  const std::vector<std::uint64_t> all = cutLengths(bytes);
+  for (const std::size_t i : someOf(all.size(), limits.cuts, bytes.size())) {
+    lengths.push_back(all[i]);
+  }
+  return lengths;
+}
+
+ReaderCase cutCase(const CorpusFile& file, const DamageLimits& limits) {
   ReaderCase test{.id = "cut/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
-  const std::uint64_t most = file.bytes.size() <= kCutEverywhere ? kCutEverywhere : kCuts;
-  for (const std::uint64_t length : cutLengths(file.bytes, most)) {
+  for (const std::uint64_t length : cutLengthsOf(file.bytes, limits)) {
     Trial trial;
     trial.about = fmt::format("cut to {} bytes", length);
     trial.request = {"describe"};
@@ -85,14 +100,17 @@ ReaderCase cutCase(const CorpusFile& file) {
   return test;
 }
 
-ReaderCase flipCase(const CorpusFile& file) {
+ReaderCase flipCase(const CorpusFile& file, const DamageLimits& limits) {
   ReaderCase test{.id = "flip/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
-  for (const Part& part : partsOf(file.bytes)) {
-    const Bit bit = bitOf(part);
+  const std::vector<Part> parts = partsOf(file.bytes);
+  const bool small = file.bytes.size() <= limits.smallBytes;
+  const std::size_t most = small ? parts.size() : limits.flips;
+  for (const std::size_t i : someOf(parts.size(), most, file.bytes.size())) {
+    const Bit bit = bitOf(parts[i]);
     Trial trial;
     trial.about = fmt::format("bit {} of byte {} flipped", bit.bit, bit.offset);
     trial.request = {"describe"};
-    trial.wrongToAccept = fmt::format("{} is damaged", part.name);
+    trial.wrongToAccept = fmt::format("{} is damaged", parts[i].name);
     trial.damage = [bit](const std::string& bytes) { return flipped(bytes, bit); };
     test.trials.push_back(std::move(trial));
   }
@@ -149,7 +167,8 @@ Result<std::vector<bool>> matching(const std::vector<ReaderCase>& cases,
 }  // namespace
 
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
-                                    const std::vector<std::string>& without) {
+                                    const CaseOptions& options) {
+  const DamageLimits& limits = options.thorough ? kThorough : kUsual;
   std::vector<const CorpusFile*> ordered;
   for (const CorpusFile& file : files) ordered.push_back(&file);
   const auto rank = [](Verdict verdict) {
@@ -164,12 +183,12 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   std::vector<ReaderCase> flips;
   std::vector<ReaderCase> poisons;
   for (const CorpusFile* file : ordered) {
-    const std::string unknown = unknownFeature(*file, without);
+    const std::string unknown = unknownFeature(*file, options.without);
     cases.push_back(corpusCase(*file, unknown));
     // A file that is refused for its features says nothing about damage.
     if (file->verdict != Verdict::Valid || !unknown.empty()) continue;
-    cuts.push_back(cutCase(*file));
-    if (file->bytes.size() <= kFlippedFileBytes) flips.push_back(flipCase(*file));
+    cuts.push_back(cutCase(*file, limits));
+    flips.push_back(flipCase(*file, limits));
     ReaderCase poison = poisonCase(*file);
     if (!poison.trials.empty()) poisons.push_back(std::move(poison));
   }

@@ -31,12 +31,18 @@ struct ReaderCase {
   std::string skipped;  ///< why it is not to be run; mostly empty
 };
 
+struct CaseOptions {
+  /// Features of HEAD that the reader does not know: it must refuse a file that names one of them.
+  std::vector<std::string> without;
+  /// Ten times as many starts: some 30,000.
+  bool thorough = false;
+};
+
 /// All cases, in the order in which somebody who writes a reader will want to look at them: valid
 /// files, the smallest first, what readers may decide, invalid files, damage. They point to
-/// `files`. `without` are the features of HEAD that the reader does not know: a file that names one
-/// of them must be refused.
+/// `files`.
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
-                                    const std::vector<std::string>& without = {});
+                                    const CaseOptions& options = {});
 
 /// Keeps the cases that match one of `only`, where there are any, and marks those that match one of
 /// `skip`. A pattern is a glob ("invalid/H*", where * matches / too), or a folder ("cut"). Errors:

@@ -96,14 +96,14 @@ std::string junitCase(const ReaderCase& test, const ReaderResult& result) {
 }
 
 /// How to see the first wrong trial of a case without this program between.
-std::string byHand(const std::string& reader, const ReaderCase& test, const Trial& trial) {
+std::string byHand(const std::string& reader, const std::string& command, const ReaderCase& test,
+                   const Trial& trial) {
   std::string request;
   for (const std::string& word : trial.request) request += " " + word;
   const std::string file = "corpus/" + keptFile(test, trial).string();
   std::string text;
   if (trial.damage) {
-    text = fmt::format("  t4d conform reader --reader '{}' --only '{}' --keep corpus\n", reader,
-                       test.id);
+    text = fmt::format("  {} --only {} --keep corpus\n", command, test.id);
   } else {
     text = "  t4d conform copy corpus\n";
   }
@@ -166,7 +166,8 @@ std::string reportJunit(const std::string& reader, const std::vector<ReaderCase>
   return xml + "</testsuites>\n";
 }
 
-std::string reportText(const std::string& reader, const std::vector<ReaderCase>& cases,
+std::string reportText(const std::string& reader, const std::string& command,
+                       const std::vector<ReaderCase>& cases,
                        const std::vector<ReaderResult>& results, std::size_t most) {
   std::string text;
   std::size_t wrong = 0;
@@ -185,7 +186,7 @@ std::string reportText(const std::string& reader, const std::vector<ReaderCase>&
   text += table(kindsOf(cases), results);
   if (wrong == 0) return text;
   text += fmt::format("\nLook first at {}:\n", cases[first].id);
-  return text + byHand(reader, cases[first], cases[first].trials[results[first].wrong[0]]);
+  return text + byHand(reader, command, cases[first], cases[first].trials[results[first].wrong[0]]);
 }
 
 }  // namespace t4d::conformance

@@ -27,9 +27,11 @@ nlohmann::ordered_json reportJson(const std::string& reader, const std::vector<R
 std::string reportJunit(const std::string& reader, const std::vector<ReaderCase>& cases,
                         const std::vector<ReaderResult>& results);
 
-/// Text for a terminal: a table of outcomes by kind of case; the cases that are not right, at most
-/// `most` of them; and how to look at the first of them by hand.
-std::string reportText(const std::string& reader, const std::vector<ReaderCase>& cases,
+/// Text for a terminal: the cases that are not right, at most `most` of them; a table of outcomes
+/// by kind of case; and how to look at the first by hand. `command` is what ran the cases, for
+/// another time: "t4d conform reader --reader ./my-reader".
+std::string reportText(const std::string& reader, const std::string& command,
+                       const std::vector<ReaderCase>& cases,
                        const std::vector<ReaderResult>& results, std::size_t most);
 
 }  // namespace t4d::conformance
