@@ -6,7 +6,7 @@ import path from 'node:path';
 import test from 'node:test';
 
 import { schemaOf } from './schemas.mjs';
-import { readJson, root } from './t4d.mjs';
+import { readJson, root, t4dRaw } from './t4d.mjs';
 
 const corpus = 'conformance/corpus/files';
 const at = (name) => path.join(root, corpus, name);
@@ -46,5 +46,17 @@ test('clauses are rules of the specification', () => {
   const rules = new Set([...spec.matchAll(/^\* \*\*([A-Z]+[0-9]+)\*\* /gm)].map(([, rule]) => rule));
   for (const { id, clause } of manifest.files.filter(({ result }) => result === 'invalid')) {
     assert.ok(rules.has(clause), id);
+  }
+});
+
+test('what t4d validate and t4d info say of the files is as their schemas say', () => {
+  const validate = schemaOf('docs/schemas/validate.schema.json');
+  const info = schemaOf('docs/schemas/info.schema.json');
+  for (const { id, file, result } of manifest.files) {
+    const said = JSON.parse(t4dRaw('validate', at(file), '--json').stdout);
+    validate.check(said, id);
+    const damaged = said.issues.messages.some(({ code }) => code === 'file-damaged');
+    if (result !== 'either') assert.equal(damaged, result === 'invalid', id);
+    if (result === 'valid') info.check(JSON.parse(t4dRaw('info', at(file), '--json').stdout), id);
   }
 });

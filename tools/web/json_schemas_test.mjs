@@ -218,6 +218,29 @@ for (const [verb, { schema }] of schemas) {
   });
 }
 
+test('info: a body without vertices, first or last, does not count for the bounds of all', () => {
+  const bytes = readFileSync(path.join(root, 'conformance/corpus/files/valid/body-without-vertices.t4d'));
+  const swapped = Buffer.from(bytes);
+  const bodyAt = { SLAB: 40, INDX: 8 + 56 };
+  for (const { type, payload } of chunksOf(swapped)) {
+    for (let offset = bodyAt[type]; offset < payload.length; offset += 64) {
+      payload.writeUInt32LE(1 - payload.readUInt32LE(offset), offset);
+      if (type === 'SLAB') break;
+    }
+    const summary = 88;
+    if (type === 'DONE') payload.set([...payload.subarray(16 + summary), ...payload.subarray(16, 16 + summary)], 16);
+  }
+  writeFileSync(at('empty-first.t4d'), bytes);
+  writeFileSync(at('empty-last.t4d'), reseal(swapped));
+  for (const name of ['empty-first.t4d', 'empty-last.t4d']) {
+    const done = t4dRaw('info', at(name), '--json');
+    assert.equal(done.status, 0, done.stderr);
+    const info = JSON.parse(done.stdout);
+    schemas.get('info').check(info, name);
+    assert.deepEqual([info.bounds_min, info.bounds_max], [[0, 0, 0], [1, 1, 1]], name);
+  }
+});
+
 test('the issue codes of docs/validate.md are those of the schema, with their severities', () => {
   const page = readFileSync(path.join(root, 'docs/validate.md'), 'utf8');
   const table = [...page.matchAll(/^\| `([a-z-]+)` \| (error|warning|information|hint) \|/gm)];
