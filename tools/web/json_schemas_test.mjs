@@ -251,6 +251,18 @@ test('the issue codes of docs/validate.md are those of the schema, with their se
   assert.ok(table.every(([, , severity]) => severity === 'warning' || severity === 'error'));
 });
 
+test('the page that links a schema names all its members', () => {
+  for (const name of pages.filter((page) => page !== 'json.md')) {
+    const page = readFileSync(path.join(docs, name), 'utf8');
+    const words = new Set(page.match(/\w+/g));
+    for (const [verb, { schema }] of schemas) {
+      if (!page.includes(`(schemas/${verb}${suffix})`)) continue;
+      walkSchema(schema, (part, where) => Object.keys(part.properties ?? {}).forEach((member) =>
+        assert.ok(words.has(member), `${name}: ${verb} ${where}/${member}`)));
+    }
+  }
+});
+
 test('JSON in the pages is as the schemas say', () => {
   let found = 0;
   for (const name of pages) {
