@@ -32,8 +32,8 @@ struct CorpusFile {
   /// What the file uses: "zstd", "means", "no-index", "float32", ... A reader's tests can be told
   /// to leave out what it does not do.
   std::vector<std::string> features;
-  /// The number of the broken rule of SPEC.md; of what a reader may decide, the anchor of the section
-  /// that leaves it open ("head"). Empty for valid files.
+  /// The number of the broken rule of SPEC.md; of what a reader may decide, the anchor of the
+  /// section that leaves it open ("head"). Empty for valid files.
   std::string rule;
   std::string fault;  ///< one sentence: what the file shows, what is wrong, or what may be decided
   std::optional<std::uint64_t> offset;  ///< of the fault, in bytes
@@ -58,8 +58,8 @@ std::string expectedText(const CorpusFile& file);
 /// manifest with its schema, and a README.
 Result<void> writeCorpus(const std::filesystem::path& directory);
 
-/// What is different between `directory` and what writeCorpus writes, a sentence each. Files of more
-/// than 1 MiB may be missing: the project's sources are without them.
+/// What is different between `directory` and what writeCorpus writes, a sentence each. Files of
+/// more than 1 MiB may be missing: the project's sources are without them.
 Result<std::vector<std::string>> verifyCorpus(const std::filesystem::path& directory);
 
 }  // namespace t4d::conformance

@@ -25,8 +25,8 @@ struct Metadata {
 Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features);
 
 /// Takes a HEAD chunk apart. Refuses text that is not UTF-8 JSON of the right form, and, by name,
-/// features that this reader does not know. The error's offset is the byte of the text, where one is
-/// to blame.
+/// features that this reader does not know. The error's offset is the byte of the text, where one
+/// is to blame.
 Result<Metadata> parseHead(const std::string& text);
 
 }  // namespace t4d::formats
