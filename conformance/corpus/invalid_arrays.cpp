@@ -203,6 +203,8 @@ void addArrayFaults(InvalidCases& cases) {
         std::uint64_t{1} << 63);
   claim("A5-stored-2-to-the-64-less-16", "2^64 - 16 bytes are stored.",
         (std::uint64_t{1} << 60) - 1, kLargest - 15);
+  claim("A5-2-to-the-32-bytes-more", "An array of 80 bytes says that 2^32 + 80 are stored.",
+        (std::uint64_t{1} << 28) + 5, (std::uint64_t{1} << 32) + 80);
   claim("A5-stored-2-to-the-32", "2^32 bytes are stored.", std::uint64_t{1} << 28,
         std::uint64_t{1} << 32);
   set("A5-stored-2-to-the-64-less-1", "2^64 - 1 bytes are stored; with padding that is 0.",
@@ -240,6 +242,8 @@ void addArrayFaults(InvalidCases& cases) {
                                               arrayRecord(5, 4, 0, std::uint64_t{1} << 60, ""));
       },
       cells + "rows");
+  set("A7-2-to-the-32-rows-more", "An array of 5 rows says that it has 2^32 + 5.", base,
+      cells + "rows", (std::uint64_t{1} << 32) + 5);
   set("A7-rows-2-to-the-64-less-1", "The array has 2^64 - 1 rows.", base, cells + "rows"s,
       kLargest);
 

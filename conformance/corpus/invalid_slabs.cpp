@@ -299,6 +299,8 @@ void addSlabFaults(InvalidCases& cases) {
                offsetIn(two, "CONN 1/header") + 1);
   connectivity("of-done", "the offset of DONE", offsetIn(two, "DONE/header"));
   connectivity("of-the-end", "the length of the file", length);
+  connectivity("2-to-the-32-more", "2^32 more than the offset of a CONN",
+               offsetIn(two, "CONN 1/header") + (std::uint64_t{1} << 32));
   connectivity("2-to-the-63", "2^63", std::uint64_t{1} << 63);
   connectivity("2-to-the-64-less-8", "2^64 - 8", kLargest - 7);
   part("S2", "connectivity", annotated, "SLAB 0", "of-optional-chunk",
@@ -325,6 +327,8 @@ void addSlabFaults(InvalidCases& cases) {
   layer("of-done", "the offset of DONE", offsetIn(two, "DONE/header"));
   layer("of-the-end", "the length of the file", length);
   layer("1", "1", 1);
+  layer("2-to-the-32-more", "2^32 more than the offset of a LAYR",
+        offsetIn(two, "LAYR 0/header") + (std::uint64_t{1} << 32));
   layer("2-to-the-63", "2^63", std::uint64_t{1} << 63);
   layer("2-to-the-64-less-24", "2^64 - 24", kLargest - 23);
   cases.add(

@@ -13,6 +13,8 @@ namespace {
 
 using namespace std::string_literals;
 
+using NamedNumber = std::pair<const char*, std::uint64_t>;
+
 constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
 
 std::uint32_t crc32c(std::string_view bytes) { return formats::crc32c(bytes.data(), bytes.size()); }
@@ -297,11 +299,11 @@ void addChunkFaults(InvalidCases& cases) {
         "SLAB 1/header/flags", bit / 8);
   }
 
-  const std::pair<const char*, std::uint64_t> lengths[] = {{"2-to-the-63", std::uint64_t{1} << 63},
-                                                           {"2-to-the-64-less-1", kLargest},
-                                                           {"2-to-the-64-less-8", kLargest - 7},
-                                                           {"2-to-the-64-less-24", kLargest - 23},
-                                                           {"2-to-the-32", std::uint64_t{1} << 32}};
+  const NamedNumber lengths[] = {{"2-to-the-63", std::uint64_t{1} << 63},
+                                 {"2-to-the-64-less-1", kLargest},
+                                 {"2-to-the-64-less-8", kLargest - 7},
+                                 {"2-to-the-64-less-24", kLargest - 23},
+                                 {"2-to-the-32", std::uint64_t{1} << 32}};
   for (const auto& [name, length] : lengths) {
     for (const char* chunk : {"CONN 0", "SLAB 0"}) {
       cases.add(
@@ -317,6 +319,13 @@ void addChunkFaults(InvalidCases& cases) {
       "C3-length-of-head-2-to-the-63", "The length of HEAD is 2^63.", open,
       [](Image& image) { image.set("HEAD/header/length", std::uint64_t{1} << 63); },
       "HEAD/header/length");
+  cases.add(
+      "C3-2-to-the-32-too-long", "The length of a CONN is 2^32 more than it is.", open,
+      [](Image& image) {
+        image.set("CONN 0/header/length",
+                  (std::uint64_t{1} << 32) + image.chunk("CONN 0").payload.size());
+      },
+      "CONN 0/header/length");
   cases.add(
       "C3-one-byte-too-long", "The last chunk ends a byte behind the file.", open,
       [](Image& image) { image.set("DONE/header/length", std::uint64_t{105}); },
@@ -447,26 +456,28 @@ void addFooterFaults(InvalidCases& cases) {
   const std::uint64_t index = base.image.offset("INDX/header");
   const std::uint64_t done = base.image.offset("DONE/header");
   const std::uint64_t slab = base.image.offset("SLAB 0/header");
-  const std::pair<const char*, std::uint64_t> indexes[] = {{"zero", 0},
-                                                           {"of-payload", index + 24},
-                                                           {"of-done", done},
-                                                           {"of-slab", slab},
-                                                           {"off-by-one", index + 1},
-                                                           {"of-the-end", length},
-                                                           {"2-to-the-63", std::uint64_t{1} << 63},
-                                                           {"2-to-the-64-less-8", kLargest - 7}};
+  const NamedNumber indexes[] = {{"zero", 0},
+                                 {"of-payload", index + 24},
+                                 {"of-done", done},
+                                 {"of-slab", slab},
+                                 {"off-by-one", index + 1},
+                                 {"2-to-the-32-more", index + (std::uint64_t{1} << 32)},
+                                 {"of-the-end", length},
+                                 {"2-to-the-63", std::uint64_t{1} << 63},
+                                 {"2-to-the-64-less-8", kLargest - 7}};
   for (const auto& [name, offset] : indexes) {
     set(fmt::format("F4-index-{}", name),
         fmt::format("The footer says that INDX is at {}.", offset), "footer/index", offset);
   }
-  const std::pair<const char*, std::uint64_t> dones[] = {{"zero", 0},
-                                                         {"of-payload", done + 24},
-                                                         {"of-index", index},
-                                                         {"of-head", 24},
-                                                         {"off-by-one", done - 1},
-                                                         {"of-the-end", length},
-                                                         {"2-to-the-63", std::uint64_t{1} << 63},
-                                                         {"2-to-the-64-less-24", kLargest - 23}};
+  const NamedNumber dones[] = {{"zero", 0},
+                               {"of-payload", done + 24},
+                               {"of-index", index},
+                               {"of-head", 24},
+                               {"off-by-one", done - 1},
+                               {"2-to-the-32-more", done + (std::uint64_t{1} << 32)},
+                               {"of-the-end", length},
+                               {"2-to-the-63", std::uint64_t{1} << 63},
+                               {"2-to-the-64-less-24", kLargest - 23}};
   for (const auto& [name, offset] : dones) {
     set(fmt::format("F5-done-{}", name), fmt::format("The footer says that DONE is at {}.", offset),
         "footer/done", offset);

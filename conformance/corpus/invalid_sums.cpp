@@ -30,6 +30,8 @@ void addDoneFaults(InvalidCases& cases) {
   set("D1-one-less", "One chunk less is counted: HEAD, as it seems.", "chunks", std::uint64_t{5});
   set("D1-one-more", "One chunk more is counted: DONE, as it seems.", "chunks", std::uint64_t{7});
   set("D1-zero", "No chunks are counted.", "chunks", std::uint64_t{0});
+  set("D1-2-to-the-32-more", "2^32 chunks more are counted.", "chunks",
+      (std::uint64_t{1} << 32) + 6);
   set("D1-2-to-the-64-less-1", "2^64 - 1 chunks are counted.", "chunks", kLargest);
   setIn(open, "D1-no-index", "One chunk more is counted.", "chunks", std::uint64_t{7});
   Base annotated = layered();
@@ -95,6 +97,8 @@ void addDoneFaults(InvalidCases& cases) {
   set("D5-one-less", "One slab less is counted.", "body 0/slabs", std::uint64_t{1});
   set("D5-one-more", "One slab more is counted.", "body 0/slabs", std::uint64_t{3});
   set("D5-zero", "No slab is counted.", "body 0/slabs", std::uint64_t{0});
+  set("D5-2-to-the-32-more", "2^32 slabs more are counted.", "body 0/slabs",
+      (std::uint64_t{1} << 32) + 2);
   set("D5-2-to-the-63", "2^63 slabs are counted.", "body 0/slabs", std::uint64_t{1} << 63);
   cases.add(
       "D5-body-without-slab", "The second body has no slab.",
@@ -120,6 +124,10 @@ void addDoneFaults(InvalidCases& cases) {
         std::uint64_t{7});
   set("D6-a-cell-less", "One cell less is counted.", "body 0/cells", std::uint64_t{15});
   set("D6-a-cell-more", "One cell more is counted.", "body 0/cells", std::uint64_t{17});
+  set("D6-2-to-the-32-vertices-more", "2^32 vertices more are counted.", "body 0/vertices",
+      (std::uint64_t{1} << 32) + 8);
+  set("D6-2-to-the-32-cells-more", "2^32 cells more are counted.", "body 0/cells",
+      (std::uint64_t{1} << 32) + 16);
   set("D6-2-to-the-64-less-1", "2^64 - 1 cells are counted.", "body 0/cells", kLargest);
   set("D7-begin-earlier", "begin is earlier than that of the first slab.", "body 0/begin", -2.0);
   set("D7-begin-of-second-slab", "begin is that of the second slab.", "body 0/begin", 0.0);
@@ -184,6 +192,7 @@ void addIndexFaults(InvalidCases& cases) {
   };
   set("I1-one-less", "One slab is counted, two records are there.", "slabs", std::uint64_t{1});
   set("I1-one-more", "Three slabs are counted, two records are there.", "slabs", std::uint64_t{3});
+  set("I1-2-to-the-32-more", "2^32 + 2 slabs are counted.", "slabs", (std::uint64_t{1} << 32) + 2);
   set("I1-2-to-the-58-more", "2^58 + 2 slabs are counted: 64 bytes each are 128 modulo 2^64.",
       "slabs", (std::uint64_t{1} << 58) + 2);
   changed(
@@ -235,11 +244,15 @@ void addIndexFaults(InvalidCases& cases) {
       offset("SLAB 0/header") + 1);
   set("I2-offset-of-the-end", "The offset is the length of the file.", "record 1/slab",
       std::uint64_t{base.image.bytes().size()});
+  set("I2-offset-2-to-the-32-more", "The offset is 2^32 too large.", "record 1/slab",
+      offset("SLAB 1/header") + (std::uint64_t{1} << 32));
   set("I2-offset-2-to-the-64-less-8", "The offset is 2^64 - 8.", "record 1/slab", kLargest - 7);
   const std::uint64_t size =
       base.image.offset("CONN 1/header") - base.image.offset("SLAB 0/header");
   set("I2-size-8-less", "The size is 8 bytes too small.", "record 0/size", size - 8);
   set("I2-size-without-header", "The size does not count the header.", "record 0/size", size - 24);
+  set("I2-size-2-to-the-32-more", "The size is 2^32 too large.", "record 0/size",
+      size + (std::uint64_t{1} << 32));
   set("I2-size-zero", "The size is 0.", "record 0/size", std::uint64_t{0});
   set("I2-size-2-to-the-64-less-1", "The size is 2^64 - 1.", "record 0/size", kLargest);
   changed(

@@ -304,6 +304,13 @@ void addNumbers(ValidCases& cases) {
   cases.add("float32", "Positions in binary32, times in binary64 all the same.")
       .of({{"simplex", tenths}}, {.float32 = true})
       .slicedAt({0.1});
+  std::vector<Slab> extreme = simplex();
+  extreme[0].vertices[1][0] = std::numeric_limits<float>::denorm_min();
+  extreme[0].vertices[2][1] = std::numeric_limits<float>::max();
+  cases.add("float32-extremes", "The least and the largest number of binary32.")
+      .of({{"simplex", extreme}}, {.float32 = true})
+      .slicedAt({0.5})
+      .encloses(std::ldexp(1.0, -149) * std::numeric_limits<float>::max() / 24);
   const Solid box = cube();
   const std::vector<Slab> moving = rise(box, 2, {.prism = Prism::Fourteen});
   cases.add("float32-with-means", "Means are made in binary64 of positions in binary32.")
@@ -363,6 +370,10 @@ void addCompression(ValidCases& cases) {
               {}, headJson({"zstd", "means"}, {"simplex"}))
       .naming({"zstd", "means"});
 
+  simplexFile(cases, "zstd-named-twice", "HEAD names a feature twice.",
+              {.storage = Storage::Blocks}, headJson({"zstd", "zstd"}, {"simplex"}))
+      .naming({"zstd", "zstd"});
+
   // One CONN, stored in many ways.
   const auto cells = [] {
     const std::vector<Slab> slabs = simplex();
@@ -389,6 +400,8 @@ void addCompression(ValidCases& cases) {
             zstdFrame(cells, {.windowLog = 10}));
   withFrame("zstd-window-of-8-MiB", "A frame with the largest window that every decoder takes.",
             zstdFrame(cells, {.windowLog = 23}));
+  withFrame("zstd-dictionary-0", "A frame with a dictionary ID of 0, which is none.",
+            zstdFrame(cells, {.dictionaryId = 0}));
   withFrame("zstd-with-checksum", "A frame with a checksum of its content.",
             zstdByLibrary(cells, true));
 

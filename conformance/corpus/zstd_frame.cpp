@@ -41,11 +41,11 @@ std::string zstdFrame(std::string_view content, const FrameOptions& options) {
   std::uint32_t sizeFlag = size < 256 ? 0 : size < 65536 + 256 ? 1 : size >> 32 == 0 ? 2 : 3;
   if (!oneSegment && sizeFlag == 0) sizeFlag = 2;
   if (!options.declareSize) sizeFlag = 0;
-  const std::uint32_t dictionaryFlag = options.dictionaryId != 0 ? 3 : 0;
+  const std::uint32_t dictionaryFlag = options.dictionaryId ? 3 : 0;  // 4 bytes, or none
   std::string frame = littleEndian(kMagic, 4);
   frame += littleEndian(sizeFlag << 6 | (oneSegment ? 1U : 0U) << 5 | dictionaryFlag, 1);
   if (options.windowLog) frame += littleEndian((*options.windowLog - 10U) << 3, 1);
-  if (options.dictionaryId != 0) frame += littleEndian(options.dictionaryId, 4);
+  if (options.dictionaryId) frame += littleEndian(*options.dictionaryId, 4);
   if (options.declareSize) {
     frame += littleEndian(sizeFlag == 1 ? size - 256 : size, std::size_t{1} << sizeFlag);
   }

@@ -14,7 +14,7 @@ struct FrameOptions {
   std::optional<std::uint64_t> declaredSize = {};  ///< where it is not that of the content
   /// 2^windowLog bytes, at least 10; none for a frame in one segment, which has no window.
   std::optional<int> windowLog = {};
-  std::uint32_t dictionaryId = 0;  ///< 0 for none
+  std::optional<std::uint32_t> dictionaryId = {};
   /// Content bytes in a block; a block of one byte repeated takes one byte.
   std::size_t blockBytes = 128U << 10;
 };
