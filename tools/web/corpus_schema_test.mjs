@@ -6,12 +6,14 @@ import path from 'node:path';
 import test from 'node:test';
 
 import { schemaOf } from './schemas.mjs';
-import { readJson, root, t4dRaw } from './t4d.mjs';
+import { makeFolder, readJson, root, t4dRaw } from './t4d.mjs';
 
-const corpus = 'conformance/corpus/files';
-const at = (name) => path.join(root, corpus, name);
+// As users get it: the sources are without the largest file.
+const corpus = path.join(makeFolder('corpus'), 'copy');
+assert.equal(t4dRaw('conform', 'copy', corpus).status, 0);
+const at = (name) => path.join(corpus, name);
 const manifest = readJson(at('manifest.json'));
-const { check } = schemaOf(`${corpus}/manifest.schema.json`);
+const { check } = schemaOf('conformance/corpus/files/manifest.schema.json');
 
 test('the manifest is as its schema says', () => check(manifest, 'manifest.json'));
 
@@ -52,7 +54,9 @@ test('clauses are rules of the specification', () => {
 test('what t4d validate and t4d info say of the files is as their schemas say', () => {
   const validate = schemaOf('docs/schemas/validate.schema.json');
   const info = schemaOf('docs/schemas/info.schema.json');
-  for (const { id, file, result } of manifest.files) {
+  // C++ tests put all of them to the reader; starting the program so often would take a minute.
+  const some = manifest.files.filter(({ result }, i) => result !== 'invalid' || i % 8 === 0);
+  for (const { id, file, result } of some) {
     const said = JSON.parse(t4dRaw('validate', at(file), '--json').stdout);
     validate.check(said, id);
     const damaged = said.issues.messages.some(({ code }) => code === 'file-damaged');
