@@ -36,7 +36,7 @@ struct Options {
   std::optional<int> threads;
 };
 
-std::vector<std::unique_ptr<Backend>> backendsOf(const Options& options) {
+Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const Options& options) {
   const auto asked = [&](const char* name) {
     if (options.backends.empty()) return options.program.command.empty();
     return std::find(options.backends.begin(), options.backends.end(), name) !=
@@ -48,7 +48,9 @@ std::vector<std::unique_ptr<Backend>> backendsOf(const Options& options) {
   if (!options.program.command.empty()) {
     conformance::ProgramOptions program = options.program;
     program.keep = options.keep;
-    backends.push_back(conformance::programBackend(std::move(program)));
+    auto backend = conformance::programBackend(std::move(program));
+    if (!backend) return pass(backend.error());
+    backends.push_back(std::move(*backend));
   }
   return backends;
 }
@@ -147,11 +149,15 @@ int run(const Options& options) {
   const ThreadLimit limit(options.threads);
   const std::vector<Case> cases = conformance::analyticCases();
   const auto backends = backendsOf(options);
-  if (options.list) return list(cases, backends, options);
+  if (!backends) {
+    fmt::print(stderr, "t4d: {}\n", backends.error().text());
+    return kUsage;
+  }
+  if (options.list) return list(cases, *backends, options);
   std::vector<conformance::Job> jobs;
   for (const Case& given : cases) {
     if (!isWanted(given, options)) continue;
-    for (const auto& backend : backends) {
+    for (const auto& backend : *backends) {
       if (backend->supports(given)) jobs.push_back({&given, backend.get()});
     }
   }

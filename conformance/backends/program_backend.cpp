@@ -1,20 +1,11 @@
 #include "conformance/backends/program_backend.h"
 
 #include <array>
-#include <cerrno>
-#include <chrono>
-#include <csignal>
-#include <cstring>
-#include <fstream>
 #include <optional>
-#include <thread>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
+#include "conformance/driver/reader_process.h"
 #include "conformance/temporary_folder.h"
 #include "formats/output_file.h"
 #include "formats/t4d/reader.h"
@@ -25,74 +16,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The last line of a text file that is not empty, cut to a readable length.
-std::string lastLineOf(const fs::path& path) {
+/// The last line that is not empty, cut to a readable length.
+std::string lastLineOf(const std::string& text) {
   constexpr std::size_t kShown = 300;
-  std::ifstream in(path);
-  std::string last;
-  for (std::string line; std::getline(in, line);) {
-    if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;
-  }
-  return last.size() > kShown ? last.substr(0, kShown) + "..." : last;
+  const std::size_t end = text.find_last_not_of(" \t\r\n");
+  if (end == std::string::npos) return {};
+  const std::size_t before = text.find_last_of('\n', end);
+  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  const std::string line = text.substr(begin, end + 1 - begin);
+  return line.size() > kShown ? line.substr(0, kShown) + "..." : line;
 }
 
-/// Runs `command` with arguments in a process group of its own, which is killed when time is up.
-/// Its output goes to `log`.
-Result<void> runCommand(const std::string& command, const std::array<std::string, 3>& arguments,
-                        const fs::path& log, double timeoutSeconds) {
-  std::array<std::string, 7> words = {"sh",         "-c",         command + " \"$@\"", "sh",
-                                      arguments[0], arguments[1], arguments[2]};
-  std::array<char*, 8> argv{};
-  for (std::size_t i = 0; i < words.size(); ++i) argv[i] = words[i].data();
-
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(),
-                                   O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  pid_t child = 0;
-  const int spawned = posix_spawn(&child, "/bin/sh", &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  if (spawned != 0) {
-    return fail(ErrorCode::Failed, fmt::format("cannot be started: {}", std::strerror(spawned)));
+/// Says how a run ended that was not right; empty for one that was.
+std::string faultOf(const ProgramRun& run, double timeoutSeconds) {
+  if (run.end == ProgramRun::End::TimedOut) {
+    return fmt::format("was ended after {:g} s (--timeout)", timeoutSeconds);
   }
-
-  const auto begin = std::chrono::steady_clock::now();
-  const std::chrono::duration<double> timeout(timeoutSeconds);
-  bool timedOut = false;
-  int status = 0;
-  while (true) {
-    const pid_t ended = waitpid(child, &status, timedOut ? 0 : WNOHANG);
-    if (ended == child) break;
-    if (ended < 0 && errno != EINTR) {
-      return fail(ErrorCode::Failed, fmt::format("cannot be waited for: {}", std::strerror(errno)));
-    }
-    if (!timedOut && std::chrono::steady_clock::now() - begin > timeout) {
-      timedOut = true;
-      kill(-child, SIGKILL);
-      continue;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  const std::string said = lastLineOf(log);
-  const std::string quoted = said.empty() ? "and printed nothing" : "and said last: " + said;
-  if (timedOut) {
-    return fail(ErrorCode::Failed,
-                fmt::format("was ended after {:g} s (--timeout)", timeoutSeconds));
-  }
-  if (WIFSIGNALED(status)) {
-    return fail(ErrorCode::Failed,
-                fmt::format("was ended by signal {} {}", WTERMSIG(status), quoted));
-  }
-  if (WEXITSTATUS(status) != 0) {
-    return fail(ErrorCode::Failed, fmt::format("exited with {} {}", WEXITSTATUS(status), quoted));
-  }
-  return {};
+  if (run.end == ProgramRun::End::Exited && run.code == 0) return {};
+  const std::string said = lastLineOf(run.message.empty() ? run.output : run.message);
+  return fmt::format("{} {} {}",
+                     run.end == ProgramRun::End::Exited ? "exited with" : "was ended by signal",
+                     run.code, said.empty() ? "and printed nothing" : "and said last: " + said);
 }
 
 Result<void> writeText(const fs::path& path, const std::string& text) {
@@ -103,7 +47,8 @@ Result<void> writeText(const fs::path& path, const std::string& text) {
 
 class ProgramBackend : public Backend {
  public:
-  explicit ProgramBackend(ProgramOptions options) : options_(std::move(options)) {}
+  ProgramBackend(ProgramOptions options, std::vector<std::string> words)
+      : options_(std::move(options)), words_(std::move(words)) {}
 
   std::string name() const override { return "program"; }
   bool supports(const Case& given) const override { return given.mesh.has_value(); }
@@ -130,9 +75,19 @@ class ProgramBackend : public Backend {
     std::error_code ignored;
     fs::remove(paths[2], ignored);  // of an earlier run
 
-    auto ran = runCommand(options_.command, {paths[0], paths[1], paths[2]},
-                          folder / (given.id + ".log"), options_.timeoutSeconds);
-    if (!ran) return fail(ran.error().code, ran.error().message, options_.command);
+    std::vector<std::string> words = words_;
+    for (const fs::path& path : paths) words.push_back(path.string());
+    RunLimits limits;
+    limits.seconds = options_.timeoutSeconds;
+    const auto ran = runProgram(words, limits);
+    if (!ran) return pass(ran.error());
+    if (auto written = writeText(folder / (given.id + ".log"), ran->output + ran->message);
+        !written) {
+      return written;
+    }
+    if (const std::string fault = faultOf(*ran, options_.timeoutSeconds); !fault.empty()) {
+      return fail(ErrorCode::Failed, fault, options_.command);
+    }
     if (!fs::exists(paths[2])) {
       return fail(ErrorCode::Failed, "exited with 0 and wrote no " + paths[2].filename().string(),
                   options_.command);
@@ -148,12 +103,15 @@ class ProgramBackend : public Backend {
 
  private:
   ProgramOptions options_;
+  std::vector<std::string> words_;
 };
 
 }  // namespace
 
-std::unique_ptr<Backend> programBackend(ProgramOptions options) {
-  return std::make_unique<ProgramBackend>(std::move(options));
+Result<std::unique_ptr<Backend>> programBackend(ProgramOptions options) {
+  auto words = readerCommand(options.command);
+  if (!words) return pass(words.error());
+  return std::make_unique<ProgramBackend>(std::move(options), std::move(*words));
 }
 
 }  // namespace t4d::conformance

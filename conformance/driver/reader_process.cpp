@@ -207,7 +207,7 @@ Result<std::vector<std::string>> readerCommand(const std::string& text) {
     if (!fs::is_regular_file(program, error)) return invalid("is not a file", program);
     return invalid(
         fmt::format("is not executable: `chmod +x {}` makes it so, or name what runs it, "
-                    "as in --reader 'python3 {}'",
+                    "as in 'python3 {}'",
                     program, program),
         program);
   }

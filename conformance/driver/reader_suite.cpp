@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <mutex>
 #include <optional>
@@ -12,6 +9,8 @@
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "conformance/temporary_folder.h"
 
 namespace t4d::conformance {
 namespace {
@@ -23,32 +22,6 @@ constexpr int kSlowTrialsOfCase = 2;
 constexpr int kSlowTrials = 20;
 /// How many wrong trials of a case are named, and their files kept.
 constexpr std::size_t kNamed = 4;
-
-/// A folder for temporary files that goes when this does.
-class Folder {
- public:
-  static Result<Folder> make() {
-    std::error_code error;
-    std::string name = (fs::temp_directory_path(error) / "t4d-conform-XXXXXX").string();
-    if (error || mkdtemp(name.data()) == nullptr) {
-      return fail(ErrorCode::Io, std::strerror(error ? error.value() : errno), name);
-    }
-    Folder folder;
-    folder.path_ = name;
-    return folder;
-  }
-  Folder(Folder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
-  Folder& operator=(Folder&&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  Folder() = default;
-  fs::path path_;
-};
 
 Result<void> write(const fs::path& path, const std::string& bytes) {
   std::ofstream file(path, std::ios::binary);
@@ -203,7 +176,7 @@ ReaderResult resultOf(const ReaderCase& test, const TrialResults& trials) {
 Result<std::vector<ReaderResult>> runReaderCases(const std::vector<ReaderCase>& cases,
                                                  const SuiteOptions& options,
                                                  const model::Progress& progress) {
-  const auto folder = Folder::make();
+  const auto folder = TemporaryFolder::create();
   if (!folder) return pass(folder.error());
   SuiteRun run(cases, options, folder->path(), progress);
   if (auto done = run.run(); !done) return pass(done.error());
