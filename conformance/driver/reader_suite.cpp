@@ -1,12 +1,10 @@
 #include "conformance/driver/reader_suite.h"
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <mutex>
 #include <optional>
 #include <thread>
-#include <utility>
 
 #include <fmt/format.h>
 

@@ -134,7 +134,7 @@ TEST_F(ReaderSuite, LeavesNoFiles) {
   const auto count = [] {
     std::size_t found = 0;
     for (const auto& entry : fs::directory_iterator(fs::temp_directory_path())) {
-      found += entry.path().filename().string().starts_with("t4d-conform-") ? 1 : 0;
+      found += entry.path().filename().string().starts_with("t4d-") ? 1 : 0;
     }
     return found;
   };

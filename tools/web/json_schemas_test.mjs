@@ -5,7 +5,7 @@ import path from 'node:path';
 import test from 'node:test';
 
 import { objectsIn, schemaOf, walkSchema } from './schemas.mjs';
-import { makeFolder, root, t4dRaw } from './t4d.mjs';
+import { build, makeFolder, root, t4dRaw } from './t4d.mjs';
 import { chunksOf, exampleOfSpec, reseal } from './t4d_file.mjs';
 
 const folder = makeFolder('schemas');
@@ -145,6 +145,11 @@ const runs = [
   ['conform-backends', ['--case', 'cube-at-rest', '--case', 'growing-sphere', '--quick'], 0],
   ['conform-backends', ['--case', 'cube-at-rest', '--backend-program', 'false'], 1],
   ['conform-backends', ['--case', 'no such'], 2],
+  ['conform-list', [], 0],
+  ['conform-list', ['--only', 'no such'], 2],
+  ['conform-reader', ['--reader', path.join(build, 't4d-reader'), '--only', 'valid', '--skip', '*zstd*'], 0],
+  ['conform-reader', ['--reader', 'false'], 1],
+  ['conform-reader', ['--reader', './no-such'], 2],
 ];
 
 /** Whether a verb that fails answers all the same. */
