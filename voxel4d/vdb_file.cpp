@@ -1,12 +1,14 @@
 #include "voxel4d/vdb_file.h"
 
 #include <algorithm>
-#include <stdexcept>
 #include <streambuf>
 
 #include <fmt/format.h>
+#include <openvdb/io/Compression.h>
+#include <openvdb/io/GridDescriptor.h>
 
 #include "voxel4d/vdb_grid.h"
+#include "voxel4d/vdb_tree.h"
 
 namespace t4d::voxel4d {
 
@@ -18,17 +20,14 @@ constexpr std::string_view kMagic("\x20\x42\x44\x56\0\0\0\0", 8);
 /// Where more grids than this are announced the count is damaged.
 constexpr std::int32_t kMaxGrids = 10'000'000;
 
-/// What our own checks throw; its text is a sentence that needs nothing before it.
-struct Damage : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+/// Versions of the format: since 222 compression is said of each grid.
+constexpr std::uint32_t kOldestVersion = 222;
+constexpr std::uint32_t kNewestVersion = 224;
 
-void require(bool condition, const std::string& otherwise) {
-  if (!condition) throw Damage(otherwise);
-}
+constexpr std::string_view kHalfSuffix = "_HalfFloat";
 
 tl::unexpected<Error> damaged(const std::string& where, const std::exception& error) {
-  if (dynamic_cast<const Damage*>(&error) != nullptr) return invalid(error.what(), where);
+  if (dynamic_cast<const VdbDamage*>(&error) != nullptr) return invalid(error.what(), where);
   if (dynamic_cast<const std::ios_base::failure*>(&error) != nullptr) {
     return invalid("is cut off or damaged: it ends before what it announces", where);
   }
@@ -68,14 +67,78 @@ class PartInMemory : public std::streambuf {
 
 constexpr auto kThrowing = std::ios::failbit | std::ios::badbit | std::ios::eofbit;
 
+/// A grid up to its tree.
+struct Beginning {
+  openvdb::GridBase::Ptr grid;
+  VdbCoding coding;
+};
+
+/// Metadata of the types that any of ours are of; others are left out.
+void readMetadata(VdbStream& stream, openvdb::MetaMap& into) {
+  const auto count = stream.take<std::uint32_t>();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::string name = stream.text();
+    const std::string type = stream.text();
+    const auto number = [&]<class Metadata>(Metadata metadata) {
+      if (type != Metadata::staticTypeName()) return false;
+      const auto size = stream.take<std::uint32_t>();
+      require(size == sizeof metadata.value(), "is damaged: its metadata '{}' has {} bytes", name,
+              size);
+      metadata.value() = stream.take<std::decay_t<decltype(metadata.value())>>();
+      into.insertMeta(name, metadata);
+      return true;
+    };
+    if (number(openvdb::DoubleMetadata()) || number(openvdb::FloatMetadata()) ||
+        number(openvdb::Int32Metadata()) || number(openvdb::Int64Metadata())) {
+      continue;
+    }
+    if (type == openvdb::StringMetadata::staticTypeName()) {
+      into.insertMeta(name, openvdb::StringMetadata(stream.text()));
+    } else if (type == openvdb::BoolMetadata::staticTypeName()) {
+      const auto size = stream.take<std::uint32_t>();
+      const auto flag = stream.take<std::uint8_t>();
+      require(size == 1 && flag <= 1, "is damaged: its metadata '{}' is not true or false", name);
+      into.insertMeta(name, openvdb::BoolMetadata(flag == 1));
+    } else {
+      stream.skip(stream.take<std::uint32_t>());
+    }
+  }
+}
+
+openvdb::math::Transform::Ptr readTransform(VdbStream& stream) {
+  const std::string type = stream.text();
+  if (type == openvdb::math::NonlinearFrustumMap::mapType()) {
+    // Nobody here uses one, and it holds another map, which may be one again, and so on.
+    return openvdb::math::Transform::createFrustumTransform({{0, 0, 0}, {1, 1, 1}}, 1, 1);
+  }
+  require(openvdb::math::MapRegistry::isRegistered(type), "has a transform of the unknown type {}",
+          type);
+  const auto map = openvdb::math::MapRegistry::createMap(type);
+  map->read(stream.stream());
+  return std::make_shared<openvdb::math::Transform>(map);
+}
+
+Beginning readBeginning(VdbStream& stream, const std::string& gridType) {
+  Beginning beginning;
+  beginning.grid = openvdb::GridBase::createGrid(gridType);
+  beginning.coding.compression = stream.take<std::uint32_t>();
+  constexpr std::uint32_t kKnown =
+      openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC;
+  require((beginning.coding.compression & ~kKnown) == 0, "is compressed in an unknown way, {:#x}",
+          beginning.coding.compression);
+  readMetadata(stream, *beginning.grid);
+  beginning.coding.half = beginning.grid->saveFloatAsHalf();
+  beginning.grid->setTransform(readTransform(stream));
+  return beginning;
+}
+
 /// What the writer counted must be there.
 void checkStatistics(const openvdb::GridBase& grid) {
   const auto voxels = grid.getMetadata<openvdb::Int64Metadata>("file_voxel_count");
   const auto count = static_cast<std::int64_t>(grid.activeVoxelCount());
-  if (voxels && voxels->value() != count) {
-    throw Damage(fmt::format("is damaged: it announces {} active voxels and has {}",
-                             voxels->value(), count));
-  }
+  require(!voxels || voxels->value() == count,
+          "is damaged: it announces {} active voxels and has {}", voxels ? voxels->value() : 0,
+          count);
 }
 
 }  // namespace
@@ -111,101 +174,97 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
   return file;
 }
 
-void VdbFile::tie(std::istream& stream) {
-  openvdb::io::setStreamMetadataPtr(stream, metadata_, /*transfer=*/true);
-  setFormatVersion(stream);
-  setLibraryVersion(stream);
-  setDataCompression(stream);
-}
-
 void VdbFile::readDirectory() {
-  readHeader(stream_);
-  metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
-  metadata_->setSeekable(true);
-  tie(stream_);
+  VdbStream stream(stream_, size_);
+  stream.skip(kMagic.size());
+  const auto version = stream.take<std::uint32_t>();
+  require(version >= kOldestVersion && version <= kNewestVersion,
+          "is of version {} of the VDB format; versions {} to {} can be read", version,
+          kOldestVersion, kNewestVersion);
+  constexpr std::uint64_t kLibraryVersion = 8;
+  stream.skip(kLibraryVersion);
+  hasOffsets_ = stream.take<std::uint8_t>() != 0;
+  constexpr std::uint64_t kUuid = 36;
+  stream.skip(kUuid);
   openvdb::MetaMap ignored;
-  ignored.readMeta(stream_);
-  const std::int32_t count = readGridCount(stream_);
-  require(count >= 0 && count <= kMaxGrids,
-          fmt::format("is damaged: it announces {} grids", count));
-  for (std::int32_t i = 0; i < count; ++i) readEntry();
+  readMetadata(stream, ignored);
+  const auto count = stream.take<std::int32_t>();
+  require(count >= 0 && count <= kMaxGrids, "is damaged: it announces {} grids", count);
+  for (std::int32_t i = 0; i < count; ++i) readEntry(stream);
 }
 
-void VdbFile::readEntry() {
+void VdbFile::readEntry(VdbStream& stream) {
+  using openvdb::io::GridDescriptor;
   Entry entry;
   Place place;
-  try {
-    entry.header = place.descriptor.read(stream_);
-  } catch (const openvdb::LookupError&) {
-    throw Damage(
-        fmt::format("its grid '{}' is of type {}; float, double, bool and mask grids can "
-                    "be used",
-                    place.descriptor.gridName(), place.descriptor.gridType()));
+  place.uniqueName = stream.text();
+  place.gridType = stream.text();
+  // Whether the numbers are halves is said in the metadata too.
+  if (place.gridType.ends_with(kHalfSuffix)) {
+    place.gridType.resize(place.gridType.size() - kHalfSuffix.size());
   }
-  const auto& descriptor = place.descriptor;
-  entry.name = openvdb::io::GridDescriptor::stripSuffix(descriptor.gridName());
-  entry.label = openvdb::io::GridDescriptor::nameAsString(descriptor.uniqueName());
+  place.parent = stream.text();
+  entry.name = GridDescriptor::stripSuffix(place.uniqueName);
+  entry.label = GridDescriptor::nameAsString(place.uniqueName);
   entry.where = fmt::format("{}: grid '{}'", path_.string(), entry.label);
-  if (inputHasGridOffsets()) {
-    place.begin = descriptor.getGridPos();
-    place.end = descriptor.getEndPos();
-    require(place.end <= size_,
-            fmt::format("is cut off: its grid '{}' ends at byte {}, the file has {}", entry.label,
-                        place.end, size_));
-    require(place.begin >= stream_.tellg() && place.begin <= place.end,
-            fmt::format("is damaged: its grid '{}' is said to go from byte {} to {}", entry.label,
-                        place.begin, place.end));
-    stream_.seekg(place.begin);
-    readGridCompression(stream_);
-    entry.header->readMeta(stream_);
-    entry.header->readTransform(stream_);
-    stream_.seekg(place.end);
+  require(openvdb::GridBase::isRegistered(place.gridType) &&
+              (hasOffsets_ || canReadVdbTree(place.gridType)),
+          "its grid '{}' is of type {}; float, double, bool and mask grids can be used", entry.name,
+          place.gridType);
+  const auto begin = stream.take<std::int64_t>();
+  stream.take<std::int64_t>();  // where the values of the leaf nodes begin
+  const auto end = stream.take<std::int64_t>();
+  if (hasOffsets_) {
+    require(end <= size_, "is cut off: its grid '{}' ends at byte {}, the file has {}", entry.label,
+            end, size_);
+    require(begin >= stream.position() && begin <= end,
+            "is damaged: its grid '{}' is said to go from byte {} to {}", entry.label, begin, end);
+    place.begin = begin;
+    place.end = end;
+    VdbStream part(stream_, end);
+    part.seek(begin);
+    entry.header = readBeginning(part, place.gridType).grid;
+    stream.seek(end);
   } else {
-    place.begin = stream_.tellg();
-    readGrid(entry.header, descriptor, stream_, openvdb::CoordBBox());
-    place.end = stream_.tellg();
-    entry.header = entry.header->copyGridWithNewTree();
+    place.begin = stream.position();
+    const auto [grid, coding] = readBeginning(stream, place.gridType);
+    if (place.parent.empty()) readVdbTree(stream, place.gridType, coding);
+    place.end = stream.position();
+    entry.header = grid;
   }
   entries_.push_back(std::move(entry));
   places_.push_back(std::move(place));
 }
 
-openvdb::GridBase::Ptr VdbFile::readTree(std::size_t index) {
-  const auto& descriptor = places_[index].descriptor;
-  const std::int64_t begin = places_[index].begin;
-  const std::int64_t end = places_[index].end;
-  PartInMemory part(stream_, begin, end);
-  const auto readWith = [&](const auto&... clip) {
-    std::istream stream(&part);
-    stream.exceptions(kThrowing);
-    tie(stream);
-    auto grid = openvdb::GridBase::createGrid(descriptor.gridType());
-    if (descriptor.saveFloatAsHalf()) grid->setSaveFloatAsHalf(true);
-    stream.seekg(begin);
-    readGrid(grid, descriptor, stream, clip...);
-    const std::int64_t stop = stream.tellg();
-    require(stop == end, fmt::format("is damaged: it ends at byte {} instead of {}", stop, end));
-    return grid;
-  };
-  readWith(openvdb::CoordBBox());
-  auto grid = readWith();
-  if (!descriptor.isInstance()) {
+openvdb::GridBase::Ptr VdbFile::readWhole(std::size_t index) {
+  const Place& place = places_[index];
+  require(canReadVdbTree(place.gridType),
+          "is of type {}; float, double, bool and mask grids can be used", place.gridType);
+  PartInMemory part(stream_, place.begin, place.end);
+  std::istream file(&part);
+  file.exceptions(kThrowing);
+  VdbStream stream(file, place.end);
+  stream.seek(place.begin);
+  auto [grid, coding] = readBeginning(stream, place.gridType);
+  if (place.parent.empty()) grid->setTree(readVdbTree(stream, place.gridType, coding));
+  require(stream.position() == place.end, "is damaged: it ends at byte {} instead of {}",
+          stream.position(), place.end);
+  if (place.parent.empty()) {
     checkStatistics(*grid);
     return grid;
   }
   // Its tree is another grid's.
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    const auto& other = places_[i].descriptor;
-    if (other.uniqueName() != descriptor.instanceParentName() || other.isInstance()) continue;
-    grid->setTree(readTree(i)->baseTreePtr());
+    if (places_[i].uniqueName != place.parent || !places_[i].parent.empty()) continue;
+    grid->setTree(readWhole(i)->baseTreePtr());
     return grid;
   }
-  throw Damage("is damaged: it shares the tree of a grid that is not there");
+  throw VdbDamage("is damaged: it shares the tree of a grid that is not there");
 }
 
 Result<openvdb::GridBase::Ptr> VdbFile::read(std::size_t index) {
   try {
-    return readTree(index);
+    return readWhole(index);
   } catch (const std::exception& exception) {
     return damaged(entries_[index].where, exception);
   }

@@ -7,23 +7,18 @@
 #include <string>
 #include <vector>
 
-#include <openvdb/io/Archive.h>
-#include <openvdb/io/GridDescriptor.h>
-#include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 
 #include "model/error.h"
+#include "voxel4d/vdb_stream.h"
 
 namespace t4d::voxel4d {
 
-/// Reads a .vdb grid by grid, and distrusts it: OpenVDB's own io::File takes files that are cut off
-/// or damaged for good ones. Here every read must succeed, each grid must lie within the file and
+/// Reads a .vdb of the format's versions 222 to 224 (OpenVDB from 1.0 on) grid by grid, and
+/// distrusts it: OpenVDB's own io::File takes files that are cut off or damaged for good ones, or
+/// crashes. Here every number is judged before it is used, each grid must lie within the file and
 /// end where the file says, and its counts must be those of its metadata.
-///
-/// OpenVDB 10 writes the values of a leaf node to where it has room for them before it compares
-/// their announced size with that room. So each grid is gone through twice: first all leaf nodes
-/// are skipped, which compares only.
-class VdbFile : private openvdb::io::Archive {
+class VdbFile {
  public:
   struct Entry {
     std::string name;               ///< as the grid calls itself
@@ -43,22 +38,24 @@ class VdbFile : private openvdb::io::Archive {
   Result<openvdb::GridBase::Ptr> read(std::size_t index);
 
  private:
+  /// What the file says of a grid before it begins.
   struct Place {
-    openvdb::io::GridDescriptor descriptor;
+    std::string uniqueName;
+    std::string gridType;
+    std::string parent;  ///< unique name of the grid whose tree it shares; "" for none
     std::int64_t begin = 0;
     std::int64_t end = 0;
   };
 
   VdbFile() = default;
   void readDirectory();
-  void readEntry();
-  openvdb::GridBase::Ptr readTree(std::size_t index);
-  void tie(std::istream& stream);
+  void readEntry(VdbStream& stream);
+  openvdb::GridBase::Ptr readWhole(std::size_t index);
 
   std::filesystem::path path_;
   std::ifstream stream_;
-  openvdb::io::StreamMetadata::Ptr metadata_;  // the stream points to this
   std::int64_t size_ = 0;
+  bool hasOffsets_ = false;
   std::vector<Entry> entries_;
   std::vector<Place> places_;
 };

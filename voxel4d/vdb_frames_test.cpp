@@ -430,6 +430,17 @@ TEST_F(VdbFrames, RefusesOtherTransforms) {
             std::string::npos);
 }
 
+TEST_F(VdbFrames, RefusesATransformThatCannotBeUndone) {
+  const auto files = afterGood(sphereAt(1));
+  std::ifstream in(files[1], std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string type = "UniformScaleMap";
+  bytes.replace(bytes.find(type) + type.size(), 24, 24, '\0');
+  std::ofstream(files[1], std::ios::binary) << bytes;
+  EXPECT_EQ(refusal(files),
+            "frame2.vdb: grid 'ball': its transform cannot be undone: voxels have no size");
+}
+
 TEST_F(VdbFrames, RefusesTimesThatAreMissingOrDoNotIncrease) {
   EXPECT_EQ(refusal({write("a.vdb", {sphereAt(0), sphere(10)})}),
             "a.vdb: grid 'ball[1]': has no time: no number 't4d_time' in its metadata; give the "

@@ -234,7 +234,12 @@ Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& wher
                                map.type()),
                    where);
   }
-  const openvdb::math::Mat4d matrix = map.getAffineMap()->getMat4();
+  openvdb::math::Mat4d matrix;
+  try {
+    matrix = map.getAffineMap()->getMat4();
+  } catch (const openvdb::ArithmeticError&) {
+    return invalid("its transform cannot be undone: voxels have no size", where);
+  }
   double scale = 0;
   bool finite = true;
   for (int i = 0; i < 3; ++i) {

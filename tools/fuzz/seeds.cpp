@@ -11,6 +11,7 @@
 #include "formats/triangle_mesh_writer.h"
 #include "mesh4d/sweep.h"
 #include "voxel4d/sampled_frames.h"
+#include "voxel4d/vdb_samples.h"
 #include "voxel4d/weave.h"
 
 /// Writes the files that the fuzzers begin with, a folder for each: `fuzz_seeds FOLDER`. They are
@@ -190,6 +191,10 @@ void writeGltfSeeds(const fs::path& folder) {
         R"(AAAAAAAAAAABAAAAAAAAAAAAAQAAAAAAAAAAAAEAAAAAAQIDAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
 }
 
+void writeVdbSeeds(const fs::path& folder) {
+  for (const auto& [name, bytes] : voxel4d::vdbSamples()) write(folder / (name + ".vdb"), bytes);
+}
+
 }  // namespace
 }  // namespace t4d::fuzz
 
@@ -208,4 +213,5 @@ int main(int count, char** arguments) {
   fill("motion", t4d::fuzz::writeMotionSeeds);
   fill("mesh", t4d::fuzz::writeMeshSeeds);
   fill("gltf", t4d::fuzz::writeGltfSeeds);
+  fill("vdb", t4d::fuzz::writeVdbSeeds);
 }

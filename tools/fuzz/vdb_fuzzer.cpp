@@ -1,0 +1,125 @@
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include <fmt/format.h>
+
+#include "tools/fuzz/fuzz.h"
+#include "voxel4d/occupancy.h"
+#include "voxel4d/vdb_frames.h"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t maxSize);
+
+/// A .vdb file, as all frames or as each of two.
+namespace t4d::fuzz {
+namespace {
+
+using voxel4d::Coord;
+using voxel4d::Frame;
+
+// A byte is a child of a node at most, and a node of 32^3 children takes 64 KiB of masks.
+constexpr std::size_t kMemoryPerFileByte = 256;
+constexpr std::size_t kMemoryAlways = std::size_t{4} << 20;
+
+bool within(const Coord& low, std::int32_t size) {
+  constexpr std::int32_t kMost = voxel4d::kMaxCoordinate / voxel4d::kBlockSize;
+  const auto in = [&](std::int32_t from) { return from >= -kMost && from <= kMost - size; };
+  return in(low.x) && in(low.y) && in(low.z);
+}
+
+void checkFrame(const Frame& frame) {
+  must(std::isfinite(frame.time), "times are finite");
+  must(std::isfinite(frame.outsideValue) && frame.outsideValue >= 0, "outside is outside");
+  const voxel4d::Block* before = nullptr;
+  for (const voxel4d::Block& block : frame.blocks) {
+    must(before == nullptr || before->coord < block.coord, "blocks are in order");
+    must(within(block.coord, 1), "blocks are within reach");
+    must(block.values.empty() || frame.hasValues(), "values are in frames with values");
+    for (unsigned i = 0; i < 512 && !block.values.empty(); ++i) {
+      const double value = block.values.at(i);
+      must(std::isfinite(value), "values are finite");
+      must((value < 0) == ((block.inside[i / 64] >> (i % 64) & 1) != 0),
+           "inside is where values are negative");
+    }
+    before = &block;
+  }
+  const voxel4d::InsideTile* last = nullptr;
+  for (const voxel4d::InsideTile& tile : frame.tiles) {
+    must(last == nullptr || last->coord < tile.coord, "tiles are in order");
+    must(within(tile.coord, tile.size), "tiles are within reach");
+    must(tile.coord.x % tile.size == 0 && tile.coord.y % tile.size == 0 &&
+             tile.coord.z % tile.size == 0,
+         "tiles are at multiples of their size");
+    must(std::isfinite(tile.value) && tile.value <= 0, "tiles are inside");
+    last = &tile;
+  }
+}
+
+void readFrames(const std::vector<std::filesystem::path>& files,
+                const voxel4d::VdbFramesOptions& options) {
+  auto frames = voxel4d::openVdbFrames(files, options);
+  if (!frames) {
+    must(!frames.error().message.empty(), "a refusal says what");
+    return;
+  }
+  must((*frames)->frameCount() >= 2, "there are two frames or more");
+  must((*frames)->lattice().voxelSize > 0, "voxels have a size");
+  for (std::size_t i = 0; i < (*frames)->frameCount(); ++i) {
+    const auto frame = (*frames)->frame(i);
+    if (!frame) {
+      must(!frame.error().message.empty() && !frame.error().where.empty(),
+           "a refusal says what and where");
+      return;
+    }
+    checkFrame(*frame);
+  }
+}
+
+int test(std::span<const std::uint8_t> bytes) {
+  static MemoryFile file;
+  file.set(bytes);
+  const HeapMeter heap;
+  // The last byte is as good as any to choose by.
+  const bool density = !bytes.empty() && bytes.back() % 2 == 1;
+  readFrames({file.path()}, {});
+  readFrames({file.path(), file.path()},
+             {.iso = density ? std::optional(0.5) : std::nullopt, .frameTime = 1});
+  must(heap.peak() <= kMemoryPerFileByte * bytes.size() + kMemoryAlways,
+       fmt::format("reading {} bytes takes {} of memory", bytes.size(), heap.peak()));
+  return 0;
+}
+
+}  // namespace
+}  // namespace t4d::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return t4d::fuzz::test({data, size});
+}
+
+/// Most of a small .vdb are the empty masks of its nodes: changes are made mostly where something
+/// is.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t maxSize, unsigned seed) {
+  std::minstd_rand random(seed);
+  std::vector<std::size_t> telling;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (data[i] != 0) telling.push_back(i);
+  }
+  if (telling.empty() || random() % 8 == 0) return LLVMFuzzerMutate(data, size, maxSize);
+  constexpr std::size_t kBefore = 8;
+  constexpr std::size_t kLength = 32;
+  const std::size_t at = telling[random() % telling.size()];
+  const std::size_t begin = at < kBefore ? 0 : at - kBefore;
+  const std::size_t length = std::min(kLength, size - begin);
+  // In place, or all that follows would be somewhere else.
+  std::uint8_t part[kLength];
+  std::memcpy(part, data + begin, length);
+  const std::size_t now = LLVMFuzzerMutate(part, length, length);
+  if (random() % 8 != 0) {
+    std::memcpy(data + begin, part, now);
+    return size;
+  }
+  std::memmove(data + begin + now, data + begin + length, size - begin - length);
+  std::memcpy(data + begin, part, now);
+  return size - length + now;
+}

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+/// Small .vdb files for tests and fuzzers.
+namespace t4d::voxel4d {
+
+struct VdbSample {
+  std::string name;
+  std::string bytes;
+};
+
+/// Float, double, bool and mask grids in every way that OpenVDB stores them: each compression,
+/// halves, each way of storing inactive values, with offsets and streamed, several grids, shared
+/// trees.
+std::vector<VdbSample> vdbSamples();
+
+}  // namespace t4d::voxel4d
