@@ -1,5 +1,6 @@
 #include "formats/t4d/reader.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <limits>
@@ -411,6 +412,20 @@ TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
   }
   repairChecksums(bytes);
   EXPECT_THAT(faultOf(writeFile("no_connectivity.t4d", bytes)), HasSubstr("no chunk can be here"));
+}
+
+/// -0 equals 0, and so the index may have one where the slab has the other.
+TEST(T4dReader, GivesTheTimesOfTheSlabWhereTheIndexHasAnotherZero) {
+  std::string bytes = fileContents(writeT4d("zero.t4d", {{simplexSlab()}}, {0, false, true}));
+  for (const ChunkPlace& chunk : chunksOf(bytes)) {
+    if (chunk.type == "INDX") overwrite(bytes, chunk.payload() + 8 + 16, -0.0);
+  }
+  repairChecksums(bytes);
+  auto reader = T4dReader::open(writeFile("zero.t4d", bytes));
+  ASSERT_TRUE(reader) << reader.error().text();
+  const auto slab = reader->body(0).slab(0);
+  ASSERT_TRUE(slab) << slab.error().text();
+  EXPECT_FALSE(std::signbit((*slab)->timeBegin));
 }
 
 TEST(T4dReader, RefusesLengthsBeyondTheFileWithoutAskingForMemory) {

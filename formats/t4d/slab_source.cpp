@@ -85,8 +85,9 @@ Result<void> SlabSource::readSlab(const IndexRecord& record) {
                     connectivity.lowerCount, interiorCount, connectivity.upperCount, lowerCount,
                     decoded->interior.size(), upper->layer.size()));
   }
-  slab_.timeBegin = record.time.begin;
-  slab_.timeEnd = record.time.end;
+  // Those of the slab itself: the index may say -0 where it says 0.
+  slab_.timeBegin = decoded->time.begin;
+  slab_.timeEnd = decoded->time.end;
   if (slab_.vertices.capacity() < connectivity.vertexCount) {
     slab_.vertices = std::vector<model::Point4>();  // not those of two slabs at a time
   }
