@@ -197,7 +197,8 @@ TEST_F(ConformReader, CasesAreListed) {
   const json list = json::parse(conform("list --json").output);
   EXPECT_EQ(list["corpus_version"], conformance::kCorpusVersion);
   EXPECT_GT(list["cases"].size(), 500U);
-  for (const json& test : json::parse(conform("list --json --only 'invalid/H2*'").output)["cases"]) {
+  for (const json& test :
+       json::parse(conform("list --json --only 'invalid/H2*'").output)["cases"]) {
     EXPECT_EQ(test["result"], "invalid");
     EXPECT_EQ(test["clause"], "H2");
     EXPECT_EQ(test["offset"], 20);
