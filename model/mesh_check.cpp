@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -182,7 +182,7 @@ void MeshChecker::compareLayers(const Slab& slab) {
   }
   const auto lower = slab.lowerLayer();
   for (std::size_t i = 0; i < lower.size(); ++i) {
-    if (std::memcmp(lower[i].data(), upperLayer_[i].data(), sizeof(Point4)) != 0) {
+    if (lower[i] != upperLayer_[i]) {
       report_.issues.add(
           {"seam-differs",
            Severity::Error,
@@ -200,9 +200,8 @@ void MeshChecker::compareLayers(const Slab& slab) {
     const auto same = [&](const Attribute& other) { return other.name == attribute.name; };
     const auto kept = std::find_if(upperAttributes_.begin(), upperAttributes_.end(), same);
     if (attribute.domain != Domain::Vertex || kept == upperAttributes_.end()) continue;
-    const std::size_t bytes = lower.size() * attribute.rowBytes();
-    if (kept->values.size() != bytes ||
-        std::memcmp(kept->values.data(), attribute.values.data(), bytes) != 0) {
+    const std::span<const std::byte> values(attribute.values);
+    if (!std::ranges::equal(kept->values, values.first(lower.size() * attribute.rowBytes()))) {
       report_.issues.add({"seam-differs",
                           Severity::Error,
                           fmt::format("the attribute '{}' of the lower layer differs from that in "

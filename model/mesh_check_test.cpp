@@ -210,6 +210,14 @@ TEST(MeshCheck, SeamThatDiffersInOneBitIsFound) {
   EXPECT_EQ(report.issues.issues.front().slab, 2U);
 }
 
+TEST(MeshCheck, BothZerosAreTheSamePlace) {
+  auto slabs = restingTetrahedron(2);
+  double& zero = slabs[2].vertices[0][0];
+  ASSERT_EQ(zero, 0);
+  zero = -0.0;
+  EXPECT_TRUE(check(slabs).valid());
+}
+
 TEST(MeshCheck, MissingSlabIsFound) {
   auto slabs = restingTetrahedron(4);
   slabs.erase(slabs.begin() + 2);

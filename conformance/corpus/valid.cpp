@@ -137,6 +137,25 @@ void addShapes(ValidCases& cases) {
       .of({{"pair", rise(two, 2)}}, {.storage = Storage::Blocks})
       .slicedAt({0.5, 1})
       .encloses(4, [](double) { return 2; });
+  // The second is the first, turned by 180 degrees about the z axis.
+  const Slab one = simplex()[0];
+  Slab pair = one;
+  auto cellsOfBoth = std::make_shared<model::Connectivity>(*one.connectivity);
+  cellsOfBoth->vertexCount = 10;
+  for (const model::Cell& cell : one.connectivity->cells) {
+    cellsOfBoth->cells.push_back({cell[0] + 5, cell[1] + 5, cell[2] + 5, cell[3] + 5});
+  }
+  pair.connectivity = cellsOfBoth;
+  for (const Point4& vertex : one.vertices) {
+    pair.vertices.push_back({-vertex[0], -vertex[1], vertex[2], vertex[3]});
+  }
+  cases
+      .add("vertices-at-one-place",
+           "Two simplices that touch in a triangle, each with vertices of its own there: points of a "
+           "slice are at one place and are not the same.")
+      .of({{"pair", {pair}}})
+      .slicedAt({0, 0.25, 0.5})
+      .encloses(2.0 / 24, [](double t) { return 2 * simplexSlice(t); });
   cases
       .add("cubes-that-merge",
            "A solid of cubes whose slices are two, one, with a hole, and none; cells in layers.")
@@ -540,8 +559,8 @@ void addAttributes(ValidCases& cases) {
   nothing.attributes = {attribute("none", Domain::Vertex, ScalarType::Float64, 3, 0),
                         attribute("none", Domain::Cell, ScalarType::UInt16, 255, 0)};
   std::vector<Slab> withNothing = simplex();
-  withNothing.push_back(nothing);
-  cases.add("attribute-of-no-rows", "Attributes of a slab without vertices and cells.")
+  withNothing.insert(withNothing.end(), {nothing, nothing});
+  cases.add("attribute-of-no-rows", "Attributes of two slabs without vertices and cells.")
       .of({{"simplex", withNothing}})
       .slicedAt({0.5})
       .encloses(1.0 / 24, simplexSlice);
