@@ -151,7 +151,8 @@ void addShapes(ValidCases& cases) {
   }
   cases
       .add("vertices-at-one-place",
-           "Two simplices that touch in a triangle, each with vertices of its own there: points of a "
+           "Two simplices that touch in a triangle, each with vertices of its own there: points of "
+           "a "
            "slice are at one place and are not the same.")
       .of({{"pair", {pair}}})
       .slicedAt({0, 0.25, 0.5})
