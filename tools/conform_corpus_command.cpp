@@ -34,15 +34,7 @@ int copy(const std::string& directory, bool force) {
 std::string resultOf(const ReaderCase& test) {
   if (test.id.starts_with("poison/")) return "valid";
   if (test.id.starts_with("cut/") || test.id.starts_with("flip/")) return "invalid";
-  switch (test.file->verdict) {
-    case Verdict::Valid:
-      return "valid";
-    case Verdict::Invalid:
-      return "invalid";
-    case Verdict::Either:
-      break;
-  }
-  return "either";
+  return conformance::nameOf(test.file->verdict);
 }
 
 std::string faultOf(const ReaderCase& test) {

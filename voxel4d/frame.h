@@ -81,6 +81,9 @@ struct Frame {
   bool hasValues() const { return outsideValue != 0; }
 };
 
+/// How many lattice points are inside.
+std::uint64_t countInside(const Frame& frame);
+
 /// From lattice points to space: origin + voxelSize * point, the same along every axis.
 struct Lattice {
   double voxelSize = 1;  ///< length units

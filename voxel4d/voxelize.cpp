@@ -1,7 +1,6 @@
 #include "voxel4d/voxelize.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -17,18 +16,6 @@ namespace {
 
 /// A step that misses the last time by less than this part of itself reaches it.
 constexpr double kStepTolerance = 1e-9;
-
-std::uint64_t insidePoints(const Frame& frame) {
-  std::uint64_t count = 0;
-  for (const Block& block : frame.blocks) {
-    for (const std::uint64_t word : block.inside) count += std::popcount(word);
-  }
-  for (const InsideTile& tile : frame.tiles) {
-    const auto points = static_cast<std::uint64_t>(tile.size) * kBlockSize;
-    count += points * points * points;
-  }
-  return count;
-}
 
 /// One frame of a solid: where it is inside, and its level set unless only the mask is wanted.
 struct Voxels {
@@ -175,7 +162,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     auto bytes = files->put(grid);
     if (!bytes) return pass(bytes.error());
     series.bytes += *bytes;
-    series.insidePoints += insidePoints(voxels->inside);
+    series.insidePoints += countInside(voxels->inside);
     series.mostActiveVoxels =
         std::max<std::uint64_t>(series.mostActiveVoxels, grid->activeVoxelCount());
     ++series.frames;

@@ -155,4 +155,15 @@ AcceptedCase AcceptedBuilder::finish() const {
   return made;
 }
 
+AcceptedBuilder& AcceptedCases::add(const std::string& name, const std::string& what) {
+  const std::string folder = verdict_ == Verdict::Valid ? "valid/" : "impl/";
+  return builders_.emplace_back(folder + name, verdict_, what);
+}
+
+std::vector<AcceptedCase> AcceptedCases::finish() const {
+  std::vector<AcceptedCase> cases;
+  for (const AcceptedBuilder& builder : builders_) cases.push_back(builder.finish());
+  return cases;
+}
+
 }  // namespace t4d::conformance

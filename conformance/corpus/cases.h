@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <string>
 #include <vector>
@@ -59,6 +60,20 @@ class AcceptedBuilder {
   std::vector<std::string> named_;
   std::vector<std::string> shown_;
   std::vector<double> times_;
+};
+
+/// Files in the making, of one verdict: Valid or Either.
+class AcceptedCases {
+ public:
+  explicit AcceptedCases(Verdict verdict) : verdict_(verdict) {}
+
+  /// Further calls do not move it.
+  AcceptedBuilder& add(const std::string& name, const std::string& what);
+  std::vector<AcceptedCase> finish() const;
+
+ private:
+  Verdict verdict_;
+  std::deque<AcceptedBuilder> builders_;
 };
 
 /// The features of SPEC.md that the bodies need when they are stored so.

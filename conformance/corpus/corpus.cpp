@@ -30,18 +30,6 @@ std::string sha256(std::string_view bytes) {
   return text;
 }
 
-const char* nameOf(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::Valid:
-      return "valid";
-    case Verdict::Invalid:
-      return "invalid";
-    case Verdict::Either:
-      break;
-  }
-  return "either";
-}
-
 template <class T>
 ordered_json orNull(const T& value, bool there) {
   return there ? ordered_json(value) : ordered_json();
@@ -76,6 +64,18 @@ Result<std::string> contents(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+const char* nameOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Valid:
+      return "valid";
+    case Verdict::Invalid:
+      return "invalid";
+    case Verdict::Either:
+      break;
+  }
+  return "either";
+}
 
 std::vector<CorpusFile> makeCorpus() {
   std::vector<CorpusFile> files;

@@ -19,6 +19,9 @@ enum class Verdict : std::uint8_t {
   Either,   ///< a reader may do one or the other; if it accepts, its answers must be right
 };
 
+/// "valid", "invalid", "either".
+const char* nameOf(Verdict verdict);
+
 /// What `slice TIME` must answer.
 struct ExpectedSlice {
   double time = 0;

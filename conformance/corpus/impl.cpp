@@ -1,5 +1,3 @@
-#include <deque>
-
 #include "conformance/corpus/cases.h"
 #include "conformance/corpus/shapes.h"
 #include "conformance/corpus/zstd_frame.h"
@@ -14,27 +12,12 @@ using model::Connectivity;
 using model::Domain;
 using model::Slab;
 
-class ImplCases {
- public:
-  AcceptedBuilder& add(const std::string& name, const std::string& section,
-                       const std::string& what) {
-    return builders_.emplace_back("impl/" + name, Verdict::Either, what).leftOpenIn(section);
-  }
-  std::vector<AcceptedCase> finish() const {
-    std::vector<AcceptedCase> cases;
-    for (const AcceptedBuilder& builder : builders_) cases.push_back(builder.finish());
-    return cases;
-  }
-
- private:
-  std::deque<AcceptedBuilder> builders_;
-};
-
-void addHeads(ImplCases& cases) {
+void addHeads(AcceptedCases& cases) {
   const auto add = [&](const std::string& name, const std::string& what, const std::string& head,
                        const std::string& mark) {
     const Image image = Image::of({{"simplex", simplex()}}, {}, head);
-    cases.add(name, "head", what)
+    cases.add(name, what)
+        .leftOpenIn("head")
         .of(image, {{"simplex", simplex()}})
         .shows({"json"})
         .slicedAt({0.5})
@@ -71,7 +54,7 @@ void addHeads(ImplCases& cases) {
        R"("details":{"a":18446744073709551616})", "184467");
 }
 
-void addArrays(ImplCases& cases) {
+void addArrays(AcceptedCases& cases) {
   std::string bytes;
   const std::vector<Slab> slabs = simplex();
   for (const Cell& cell : slabs[0].connectivity->cells) {
@@ -83,9 +66,10 @@ void addArrays(ImplCases& cases) {
         "cells",
         arrayRecord(5, 4, 1, 5, zstdFrame(transposed(bytes, 16), {.windowLog = windowLog})));
     cases
-        .add("window-of-2-to-the-" + std::to_string(windowLog), "limits",
+        .add("window-of-2-to-the-" + std::to_string(windowLog),
              "A frame of 80 bytes says that decoding takes a window of 2^" +
                  std::to_string(windowLog) + " bytes.")
+        .leftOpenIn("limits")
         .of(image, {{"simplex", simplex()}})
         .naming({"zstd"})
         .shows({"zstd"})
@@ -120,8 +104,9 @@ void addArrays(ImplCases& cases) {
   compress("attribute 0/values", model::ScalarType::Float64, 128,
            std::string(zeros.values.size(), '\0'));
   cases
-      .add("expansion-to-4-MiB", "limits",
+      .add("expansion-to-4-MiB",
            "An attribute of 4 MiB in a file of 6 KB: a reader without so much memory says so.")
+      .leftOpenIn("limits")
       .of(image, {{"simplex", large}})
       .naming({"zstd"})
       .shows({"zstd", "large"})
@@ -138,10 +123,11 @@ std::vector<Slab> simplexOf(const std::vector<Cell>& cells) {
   return slabs;
 }
 
-void addMeshes(ImplCases& cases) {
+void addMeshes(AcceptedCases& cases) {
   const auto add = [&](const std::string& name, const std::string& what,
                        const std::vector<Slab>& slabs, const std::vector<double>& times) {
-    cases.add("mesh-" + name, "the-mesh", what)
+    cases.add("mesh-" + name, what)
+        .leftOpenIn("the-mesh")
         .of({{"faulty", slabs}})
         .shows({"faulty-mesh"})
         .slicedAt(times);
@@ -198,8 +184,9 @@ void addMeshes(ImplCases& cases) {
   differing[1].attributes = {
       model::makeAttribute<std::uint8_t>("a", Domain::Vertex, {1, 2, 3, 4, 5, 7, 8})};
   cases
-      .add("attributes-differ-at-layer", "attributes",
+      .add("attributes-differ-at-layer",
            "A vertex of the layer between two slabs has one value below and another above.")
+      .leftOpenIn("attributes")
       .of({{"cross", differing}})
       .shows({"faulty-mesh"})
       .slicedAt({0, 0.5});
@@ -208,7 +195,7 @@ void addMeshes(ImplCases& cases) {
 }  // namespace
 
 std::vector<AcceptedCase> implCases() {
-  ImplCases cases;
+  AcceptedCases cases(Verdict::Either);
   addHeads(cases);
   addArrays(cases);
   addMeshes(cases);

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <deque>
 #include <limits>
 
 #include <fmt/format.h>
@@ -26,25 +25,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double cubed(double x) { return x * x * x; }
 
-class ValidCases {
- public:
-  AcceptedBuilder& add(const std::string& name, const std::string& what) {
-    return builders_.emplace_back("valid/" + name, Verdict::Valid, what);
-  }
-  std::vector<AcceptedCase> finish() const {
-    std::vector<AcceptedCase> cases;
-    for (const AcceptedBuilder& builder : builders_) cases.push_back(builder.finish());
-    return cases;
-  }
-
- private:
-  std::deque<AcceptedBuilder> builders_;
-};
-
 /// Of the unit simplex at the origin: a tetrahedron that shrinks.
 double simplexSlice(double time) { return time < 0 || time > 1 ? 0 : cubed(1 - time) / 6; }
 
-AcceptedBuilder& simplexFile(ValidCases& cases, const std::string& name, const std::string& what,
+AcceptedBuilder& simplexFile(AcceptedCases& cases, const std::string& name, const std::string& what,
                              const ImageOptions& options = {},
                              const std::optional<std::string>& head = {}) {
   return cases.add(name, what)
@@ -60,7 +44,7 @@ std::vector<Slab> rise(const Solid& solid, int steps, const SweepOptions& option
   return sweep(solid, poses, options);
 }
 
-void addShapes(ValidCases& cases) {
+void addShapes(AcceptedCases& cases) {
   simplexFile(cases, "one-simplex", "One slab with empty layers, nothing compressed.")
       .slicedAt({-1, 0, 0.25, 0.5, 1, 2});
   cases.add("cross-polytope", "Two slabs that share a layer of six vertices.")
@@ -178,7 +162,7 @@ void addShapes(ValidCases& cases) {
       });
 }
 
-void addSlabs(ValidCases& cases) {
+void addSlabs(AcceptedCases& cases) {
   std::vector<Slab> apart = simplex();
   std::vector<Slab> later = simplex(1, {5, 0, 0, 2});
   apart.push_back(later[0]);
@@ -265,7 +249,7 @@ void addSlabs(ValidCases& cases) {
       .encloses(1.0 / 24, simplexSlice);
 }
 
-void addNumbers(ValidCases& cases) {
+void addNumbers(AcceptedCases& cases) {
   constexpr double kLarge = 1e70;
   cases.add("coordinates-of-1e70", "The hypervolume is near the largest number of binary64.")
       .of({{"large", simplex(kLarge)}})
@@ -381,7 +365,7 @@ std::vector<Slab> simplexWithRoom() {
   return slabs;
 }
 
-void addCompression(ValidCases& cases) {
+void addCompression(AcceptedCases& cases) {
   simplexFile(cases, "zstd-stored-blocks", "Frames of stored blocks.",
               {.storage = Storage::Blocks});
   simplexFile(cases, "zstd-by-the-library", "Frames as the zstd library makes them.",
@@ -480,7 +464,7 @@ std::vector<Slab> simplexWith(const std::vector<Attribute>& own,
   return slabs;
 }
 
-void addAttributes(ValidCases& cases) {
+void addAttributes(AcceptedCases& cases) {
   const auto simplexAttributes = [&](const std::string& name, const std::string& what,
                                      const std::vector<Slab>& slabs,
                                      const ImageOptions& options = {}) -> AcceptedBuilder& {
@@ -567,7 +551,7 @@ void addAttributes(ValidCases& cases) {
       .encloses(1.0 / 24, simplexSlice);
 }
 
-void addMeans(ValidCases& cases) {
+void addMeans(AcceptedCases& cases) {
   // A mean that is more than any of its sources, by rounding; with the reciprocal of 3 it is not.
   auto third = std::make_shared<model::Connectivity>(*simplex()[0].connectivity);
   third->vertexCount = 9;
@@ -658,7 +642,7 @@ Image bodyByBody(const std::vector<BodySlabs>& bodies, const std::vector<std::ui
   return image;
 }
 
-void addContainer(ValidCases& cases) {
+void addContainer(AcceptedCases& cases) {
   simplexFile(cases, "no-index", "A file without index and footer.", {.index = false});
   cases.add("no-index-many-slabs", "Slabs are found from the front.")
       .of({{"cross", crossPolytope()}}, {.index = false})
@@ -761,7 +745,7 @@ void addContainer(ValidCases& cases) {
       .encloses(40.0 / 24);
 }
 
-void addHeads(ValidCases& cases) {
+void addHeads(AcceptedCases& cases) {
   const auto withHead = [&](const std::string& name, const std::string& what,
                             const std::string& head,
                             const std::string& body = "simplex") -> AcceptedBuilder& {
@@ -830,7 +814,7 @@ void addHeads(ValidCases& cases) {
 }  // namespace
 
 std::vector<AcceptedCase> validCases() {
-  ValidCases cases;
+  AcceptedCases cases(Verdict::Valid);
   addShapes(cases);
   addSlabs(cases);
   addNumbers(cases);
