@@ -189,9 +189,7 @@ class Comparison {
     if (expected.is_object()) {
       if (!actual.is_object()) return differ(path, "is not an object");
       for (const auto& [key, value] : expected.items()) {
-        std::string member = path;
-        if (!path.empty()) member += ".";
-        member += key;
+        const std::string member = path.empty() ? key : path + "." + key;
         if (!actual.contains(key)) {
           differ(member, "is missing");
         } else if (isText(key)) {

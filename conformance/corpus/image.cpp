@@ -39,6 +39,7 @@ std::string headOf(const std::vector<BodySlabs>& bodies, const ImageOptions& opt
   if (hasMeans(bodies)) features.emplace_back(kFeatureMeans);
   if (options.storage != Storage::Raw) features.emplace_back(kFeatureZstd);
   std::vector<std::string> names;
+  names.reserve(bodies.size());
   for (const BodySlabs& body : bodies) names.push_back(body.name);
   return headJson(features, names);
 }
@@ -73,7 +74,7 @@ Image Image::of(const std::vector<BodySlabs>& bodies, const ImageOptions& option
   std::size_t slabs = 0;
   const auto layer = [&](double time, std::span<const model::Point4> vertices) -> std::string {
     if (vertices.empty()) return "";
-    const std::string name = fmt::format("LAYR {}", layers++);
+    std::string name = fmt::format("LAYR {}", layers++);
     image.addLayer(name, time, vertices);
     return name;
   };

@@ -95,7 +95,7 @@ void addFrameFaults(InvalidCases& cases) {
   add("A10-frame-of-zstd-0.7", "The frame is of a version of zstd from before the standard.",
       "\x27\xB5\x2F\xFD\x20\x50\x40\x00\x50"s + content + "\xC0\0\0"s);
   add("A10-zlib", "The stored bytes are compressed with zlib.",
-      "\x78\x9C\x63\x60\x60\x60\x60\x64\x60\x00\x00\x00\x05\x00\x02");
+      "\x78\x9C\x63\x60\x60\x60\x60\x64\x60\x00\x00\x00\x05\x00\x02"s);
   add("A10-dictionary", "The frame names a dictionary.", zstdFrame(content, {.dictionaryId = 1}),
       5);
 
@@ -146,7 +146,8 @@ void addFrameFaults(InvalidCases& cases) {
         {"slab", "SLAB 1", "interior times"}}) {
     cases.add(
         "A13-" + name, "The file does not name the feature zstd, which it uses.",
-        {with(chunk, {"zstd"}), {"zstd", "index"}}, [&](Image& image) { image = with(chunk, {}); },
+        {with(chunk, {"zstd"}), {"zstd", "index"}},
+        [&, chunk = chunk](Image& image) { image = with(chunk, {}); },
         chunk + "/" + array + "/codec");
   }
 }

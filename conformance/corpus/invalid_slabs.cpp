@@ -115,11 +115,11 @@ void addConnectivityFaults(InvalidCases& cases) {
   set("N4-2-to-the-32-less-1", "A cell has the vertex 2^32 - 1.", base, "cells/stored", ~0U, 76);
   set("N4-2-to-the-31", "A cell has the vertex 2^31.", base, "cells/stored", 1U << 31, 0);
   // Cell 4 is 0, 1, 2, 3.
-  for (const auto& [name, value, corner] : {std::tuple{"first-and-second", 0U, 1},
-                                            {"first-and-last", 0U, 3},
-                                            {"third-and-last", 2U, 3}}) {
+  for (const auto& [name, value, corner] : {std::tuple{"first-and-second", 0U, 1U},
+                                            {"first-and-last", 0U, 3U},
+                                            {"third-and-last", 2U, 3U}}) {
     set(fmt::format("N5-{}", name), fmt::format("A cell has the vertex {} twice.", value), base,
-        "cells/stored", value, static_cast<std::size_t>(64 + 4 * corner));
+        "cells/stored", value, 64 + std::size_t{4} * corner);
   }
   cases.add(
       "N5-all-four", "A cell has the vertex 0 four times.", base,
@@ -504,8 +504,9 @@ void addAssemblyFaults(InvalidCases& cases) {
   const std::string positions = "SLAB 0/interior positions/stored";
   for (const auto& [name, value] : kNotFinite) {
     // Unused by the sums: DONE keeps the bounds of the other vertices.
-    const auto set = [&](const std::string& where, const Base& of, const std::string& place,
-                         std::size_t at, const std::string& bytes) {
+    const auto set = [&, name = name, value = value](const std::string& where, const Base& of,
+                                                     const std::string& place, std::size_t at,
+                                                     const std::string& bytes) {
       cases.add(
           fmt::format("P2-{}-{}", where, name), fmt::format("A coordinate is {}.", value), of,
           [&](Image& image) { image.setBytes(place, bytes, at); }, place, at);

@@ -284,7 +284,8 @@ void addChunkFaults(InvalidCases& cases) {
     cases.add(
         fmt::format("C1-type-with-{}", name),
         "The type of an optional chunk is not four letters or digits.", annotated,
-        [&](Image& image) { image.setBytes("note/header/type", type); }, "note/header/type");
+        [type = type](Image& image) { image.setBytes("note/header/type", type); },
+        "note/header/type");
   }
   for (const int bit : {1, 31}) {
     cases.add(

@@ -624,6 +624,7 @@ void addMeans(AcceptedCases& cases) {
 /// A file that has one body after the other, in this order; every slab has its own CONN.
 Image bodyByBody(const std::vector<BodySlabs>& bodies, const std::vector<std::uint32_t>& order) {
   std::vector<std::string> names;
+  names.reserve(bodies.size());
   for (const BodySlabs& body : bodies) names.push_back(body.name);
   Image image(headJson({}, names));
   for (const std::uint32_t body : order) {
@@ -736,6 +737,7 @@ void addContainer(AcceptedCases& cases) {
       .encloses(4.0 / 3, [](double t) { return 8.0 / 3 * cubed(1 - std::abs(t)); });
 
   std::vector<BodySlabs> many;
+  many.reserve(40);
   for (int i = 0; i < 40; ++i) {
     many.push_back({fmt::format("body {}", i), simplex(1, {2.0 * i, 0, 0, 0.5 * i})});
   }
