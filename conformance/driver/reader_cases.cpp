@@ -30,7 +30,7 @@ std::string nameOf(const CorpusFile& file) { return file.id.substr(file.id.find(
 std::string unknownFeature(const CorpusFile& file, const std::vector<std::string>& without) {
   if (!file.describe || without.empty()) return {};
   const json description = json::parse(file.describe->json);
-  for (const std::string feature : description["features"]) {
+  for (std::string feature : description["features"]) {
     if (std::find(without.begin(), without.end(), feature) != without.end()) return feature;
   }
   return {};
@@ -170,6 +170,7 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
                                     const CaseOptions& options) {
   const DamageLimits& limits = options.thorough ? kThorough : kUsual;
   std::vector<const CorpusFile*> ordered;
+  ordered.reserve(files.size());
   for (const CorpusFile& file : files) ordered.push_back(&file);
   const auto rank = [](Verdict verdict) {
     return verdict == Verdict::Valid ? 0 : verdict == Verdict::Either ? 1 : 2;
