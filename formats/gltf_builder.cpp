@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -154,7 +155,8 @@ Result<int> GltfBuilder::addFloats(std::span<const float> numbers, int component
                                    int target) {
   const int type = components == 1 ? TINYGLTF_TYPE_SCALAR : components;  // VEC2 to VEC4 are 2 to 4
   const auto width = static_cast<std::size_t>(components);
-  const auto index =
+  assert(components > 0);
+  auto index =
       addAccessor({reinterpret_cast<const unsigned char*>(numbers.data()), numbers.size_bytes()},
                   TINYGLTF_COMPONENT_TYPE_FLOAT, type, numbers.size() / width, target);
   if (!index || !bounds) return index;
@@ -325,7 +327,7 @@ Result<void> GltfBuilder::writeBinary(std::string_view document) {
   if (auto done = chunk(json.size(), "JSON"); !done) return done;
   if (auto done = file_.write(json.data(), json.size()); !done) return done;
   if (!hasBuffer) return {};
-  if (auto done = chunk(bufferBytes_, "BIN\0"); !done) return done;
+  if (auto done = chunk(bufferBytes_, "BIN"); !done) return done;  // and a zero byte
   for (const auto& piece : pieces_) {
     if (auto done = file_.write(piece.data(), piece.size()); !done) return done;
   }

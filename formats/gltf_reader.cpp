@@ -62,6 +62,7 @@ class Reader {
 
   Result<std::vector<Instance>> allMeshes() const {
     std::vector<Instance> all;
+    all.reserve(model_.meshes.size());
     for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i) {
       all.push_back({i, Eigen::Affine3d::Identity()});
     }

@@ -154,13 +154,13 @@ class Reader {
   Result<void> readList(const PlyProperty& property) {
     double count = 0;
     if (!rows_.next(property.countType, count, "the length of a list")) return pass(rows_.error());
-    const auto most = static_cast<double>(rows_.bytesLeft() / Rows::leastBytes(property.type));
-    if (!isIndex(count) || count > most) {
+    const std::uint64_t most = rows_.bytesLeft() / Rows::leastBytes(property.type);
+    if (!isIndex(count) || count > static_cast<double>(most)) {
       return invalid(fmt::format("a list of length {}, expected 0 to {}", count, most),
                      rows_.where());
     }
     corners_.clear();
-    for (double i = 0; i < count; ++i) {
+    for (auto left = static_cast<std::uint64_t>(count); left > 0; --left) {
       double corner = 0;
       if (!rows_.next(property.type, corner, "an entry of a list")) return pass(rows_.error());
       if (!isCornerList(property)) continue;

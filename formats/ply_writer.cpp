@@ -174,6 +174,7 @@ class Writer {
                                                                const model::TriangleMesh& mesh,
                                                                Domain domain) {
     std::vector<std::pair<const Attribute*, bool>> found;
+    found.reserve(columns.size());
     for (const auto& [name, asDouble] : columns) {
       found.emplace_back(find(mesh, domain, name), asDouble);
     }

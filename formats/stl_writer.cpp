@@ -33,10 +33,10 @@ Result<std::vector<std::string>> writeStl(OutputFile& file, std::span<const Name
     for (const auto& [a, b, c] : named.mesh.triangles) {
       const auto& v = named.mesh.vertices;
       const Eigen::Vector3d normal = (v[b] - v[a]).cross(v[c] - v[a]).stableNormalized();
-      const std::array<Eigen::Vector3f, 4> numbers{normal.cast<float>(), (*vertices)[a],
-                                                   (*vertices)[b], (*vertices)[c]};
+      Eigen::Matrix<float, 3, 4> numbers;
+      numbers << normal.cast<float>(), (*vertices)[a], (*vertices)[b], (*vertices)[c];
       std::array<char, 50> record{};
-      std::memcpy(record.data(), numbers.data(), sizeof(numbers));
+      std::memcpy(record.data(), numbers.data(), numbers.size() * sizeof(float));
       if (auto done = file.write(record.data(), record.size()); !done) return pass(done.error());
     }
   }

@@ -126,7 +126,7 @@ void MeshChecker::reportFacets(const std::vector<Facet>& facets, const char* whe
 }
 
 /// Judges the layer between the slab before and `after`; either is absent at an end of the mesh.
-void MeshChecker::judgeSeam(const Slab* after, std::shared_ptr<const Judged> judgedAfter) {
+void MeshChecker::judgeSeam(const Slab* after, const std::shared_ptr<const Judged>& judgedAfter) {
   const std::uint32_t upper = before_ ? before_->connectivity->upperCount : 0;
   if (after != nullptr && before_) {
     if (upper == after->connectivity->lowerCount) {

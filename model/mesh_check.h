@@ -86,7 +86,7 @@ class MeshChecker : public Sink {
   struct Seam;    // two of them in a row
 
   void reportFacets(const std::vector<Facet>& facets, const char* where);
-  void judgeSeam(const Slab* after, std::shared_ptr<const Judged> judgedAfter);
+  void judgeSeam(const Slab* after, const std::shared_ptr<const Judged>& judgedAfter);
   void compareLayers(const Slab& slab);
   void measure(const Slab& slab);
   void keepUpperLayer(const Slab& slab);

@@ -1,7 +1,6 @@
 #include "formats/t4d/writer.h"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -150,18 +149,14 @@ class T4dWriter::File {
         return invalid(fmt::format("begins at time {}, the one before ends at {}", slab.timeBegin,
                                    body.summary.time.end));
       }
-      const bool same = std::equal(
-          lower.begin(), lower.end(), body.upperLayer.begin(), body.upperLayer.end(),
-          [](const Point4& a, const Point4& b) { return std::memcmp(&a, &b, sizeof a) == 0; });
-      if (!same) {
+      if (!std::ranges::equal(lower, body.upperLayer)) {
         return invalid("its lower layer is not the upper layer of the one before");
       }
     }
     if (slab.connectivity->means.size() > 0) {
       scratch_ = slab.vertices;
       setMeans(*slab.connectivity, scratch_);
-      if (std::memcmp(scratch_.data(), slab.vertices.data(), scratch_.size() * sizeof(Point4)) !=
-          0) {
+      if (scratch_ != slab.vertices) {
         return invalid("a vertex is not the mean that its connectivity says it is");
       }
     }

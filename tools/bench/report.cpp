@@ -36,8 +36,8 @@ Row compare(int repetitions, std::string what, const std::function<void()>& run,
 }
 
 double medianSeconds(int repetitions, const std::function<void()>& run) {
-  std::vector<double> seconds;
-  for (int i = 0; i < repetitions; ++i) seconds.push_back(secondsOf(run));
+  std::vector<double> seconds(static_cast<std::size_t>(repetitions));
+  for (double& each : seconds) each = secondsOf(run);
   return medianOf(seconds);
 }
 
