@@ -41,7 +41,8 @@ std::string hexFloat(double number);
 
 /// What is different between an answer and what was expected, a sentence each with the path of the
 /// member ("bodies[0].slabs[2].end"); empty where the answer is right. `within` as in Answer.
-std::vector<std::string> differences(const nlohmann::json& expected, const nlohmann::json& within,
-                                     const nlohmann::json& actual);
+std::vector<std::string> differences(const nlohmann::ordered_json& expected,
+                                     const nlohmann::ordered_json& within,
+                                     const nlohmann::ordered_json& actual);
 
 }  // namespace t4d::conformance

@@ -150,6 +150,7 @@ void addConformReader(CLI::App& conform, int& exitCode) {
   command
       ->add_option("--without", options->cases.without,
                    "A feature that the reader does not know: it must refuse files that name it")
+      ->delimiter(',')
       ->check(CLI::IsMember({"zstd", "means"}))
       ->type_name("FEATURE");
   command
@@ -161,7 +162,9 @@ void addConformReader(CLI::App& conform, int& exitCode) {
       ->type_name("SECONDS");
   command->add_option("--junit", options->junit, "Write the results as JUnit's XML")
       ->type_name("FILE");
-  command->add_option("--keep", options->keep, "Leave the files of cases that are not right here")
+  command
+      ->add_option("--keep", options->keep,
+                   "Leave files of cases that are not right here, up to four of each")
       ->type_name("DIR");
   command->add_flag(
       "--thorough", options->cases.thorough,

@@ -56,11 +56,21 @@ void addFileHeaderFaults(InvalidCases& cases) {
         1);
   bytes("H1-seven-bytes", "The file ends within its signature.", right.substr(0, 7), 7);
   bytes("H1-text", "The file is a text.", "solid cube\n  facet normal 0 0 1\n    outer loop\n", 0);
-  bytes("H1-png", "The file is a PNG.", replaced(right, 0, 4, "\x89PNG"), 1);
-  bytes("H1-lower-case", "The letters of the signature are in lower case.",
-        replaced(right, 1, 3, "t4d"), 1);
-  bytes("H1-backwards", "The signature is that of the footer.",
-        replaced(right, 0, 8, "\x0A\x1A\x0A\x0D"s + "D4T\x89"), 0);
+  // The checksum of the header is right.
+  const auto signature = [&](const std::string& name, const std::string& fault,
+                             const std::string& wrong, std::size_t at) {
+    cases.add(
+        name, fault, base, [&](Image& image) { image.setBytes("file/signature", wrong); },
+        "file/signature", at);
+  };
+  signature("H1-png", "The signature is that of PNG.", "\x89PNG\r\n\x1A\n", 1);
+  signature("H1-lower-case", "The letters of the signature are in lower case.", "\x89t4d\r\n\x1A\n",
+            1);
+  signature("H1-backwards", "The signature is that of the footer.", "\x0A\x1A\x0A\x0D"s + "D4T\x89",
+            0);
+  signature("H1-last-byte", "The last byte of the signature is another.", "\x89T4D\r\n\x1A\r", 7);
+  signature("H1-last-four-bytes", "The last four bytes of the signature are zero.",
+            "\x89T4D\0\0\0\0"s, 4);
   bytes(
       "H1-eighth-bit-lost", "A transfer has cleared the highest bit of every byte.",
       [&] {

@@ -65,6 +65,27 @@ std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexReco
   return std::nullopt;
 }
 
+/// What the end of a file with index says.
+struct Sums {
+  std::vector<formats::IndexRecord> records;
+  formats::Done done;
+};
+
+Result<Sums> sumsOf(const std::string& bytes) {
+  const std::vector<Chunk> chunks = chunksOf(bytes);
+  const auto payloadOf = [&](const char* type) -> Result<std::span<const std::byte>> {
+    const auto found = std::find_if(chunks.begin(), chunks.end(),
+                                    [&](const Chunk& chunk) { return chunk.type == type; });
+    if (found == chunks.end()) return invalid(fmt::format("the file has no {}", type));
+    return view(bytes, found->payload(), found->length);
+  };
+  auto records = payloadOf("INDX").and_then(formats::decodeIndex);
+  if (!records) return pass(records.error());
+  auto done = payloadOf("DONE").and_then(formats::decodeDone);
+  if (!done) return pass(done.error());
+  return Sums{std::move(*records), std::move(*done)};
+}
+
 }  // namespace
 
 std::vector<Part> partsOf(const std::string& bytes) {
@@ -127,33 +148,39 @@ Bit bitOf(const Part& part) {
   return {part.offset + chance / 8 % part.size, static_cast<int>(chance % 8)};
 }
 
-Result<std::vector<Part>> unneededChunks(const std::string& bytes, double time) {
-  const std::vector<Chunk> chunks = chunksOf(bytes);
-  const auto payloadOf = [&](const char* type) -> Result<std::span<const std::byte>> {
-    const auto found = std::find_if(chunks.begin(), chunks.end(),
-                                    [&](const Chunk& chunk) { return chunk.type == type; });
-    if (found == chunks.end()) return invalid(fmt::format("the file has no {}", type));
-    return view(bytes, found->payload(), found->length);
-  };
-  const auto records = payloadOf("INDX").and_then(formats::decodeIndex);
-  if (!records) return pass(records.error());
-  const auto done = payloadOf("DONE").and_then(formats::decodeDone);
-  if (!done) return pass(done.error());
-
+Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
+  const auto sums = sumsOf(bytes);
+  if (!sums) return pass(sums.error());
   std::set<std::uint64_t> needed;
-  for (std::uint32_t body = 0; body < done->bodies.size(); ++body) {
-    const auto slab = slabFor(*records, body, time, done->bodies[body].time.end);
+  for (std::uint32_t body = 0; body < sums->done.bodies.size(); ++body) {
+    const auto slab = slabFor(sums->records, body, time, sums->done.bodies[body].time.end);
     if (!slab) continue;
     needed.insert({slab->slab, slab->parts.connectivity, slab->parts.lower, slab->parts.upper});
   }
-  std::vector<Part> parts;
-  for (const Chunk& chunk : chunks) {
+  SliceParts parts;
+  parts.read.push_back({"the file header", 0, kFileHeaderBytes});
+  for (const Chunk& chunk : chunksOf(bytes)) {
+    const Part part = {fmt::format("{} at byte {}", chunk.type, chunk.offset), chunk.offset,
+                       chunk.end() - chunk.offset};
     const bool data = chunk.type == "SLAB" || chunk.type == "CONN" || chunk.type == "LAYR";
-    if (!data || needed.contains(chunk.offset)) continue;
-    parts.push_back({fmt::format("{} at byte {}", chunk.type, chunk.offset), chunk.offset,
-                     chunk.end() - chunk.offset});
+    const bool always = chunk.type == "HEAD" || chunk.type == "DONE" || chunk.type == "INDX";
+    if (always || needed.contains(chunk.offset)) {
+      parts.read.push_back(part);
+    } else if (data) {
+      parts.unneeded.push_back(part);
+    }
   }
+  parts.read.push_back({"the footer", bytes.size() - kFooterBytes, kFooterBytes});
   return parts;
+}
+
+std::optional<double> timeThatNeedsAll(const std::string& bytes) {
+  const auto sums = sumsOf(bytes);
+  if (!sums || sums->records.empty()) return std::nullopt;
+  const model::TimeSpan& first = sums->records.front().time;
+  const double middle = first.begin + (first.end - first.begin) / 2;
+  const auto parts = partsForSlice(bytes, middle);
+  return parts && parts->unneeded.empty() ? std::optional(middle) : std::nullopt;
 }
 
 std::string flipped(std::string bytes, Bit bit) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,9 +33,17 @@ struct Bit {
 };
 Bit bitOf(const Part& part);
 
-/// The SLAB, CONN and LAYR chunks, in whole, that a slice at a time does not need. Errors: the file
-/// has no index, or is not valid.
-Result<std::vector<Part>> unneededChunks(const std::string& bytes, double time);
+/// What a slice at a time reads of a file with index, and what it does not need.
+struct SliceParts {
+  std::vector<Part> read;      ///< file header, HEAD, DONE, INDX, footer, and what it is made of
+  std::vector<Part> unneeded;  ///< SLAB, CONN and LAYR chunks, in whole
+};
+/// Errors: the file has no index, or is not valid.
+Result<SliceParts> partsForSlice(const std::string& bytes, double time);
+
+/// A time at which a slice needs all slabs and parts; none where the file has no index, or there is
+/// no such time in the middle of its first slab.
+std::optional<double> timeThatNeedsAll(const std::string& bytes);
 
 /// At most `most` of the numbers below `count`, ascending, as if drawn by lot; by `seed` always the
 /// same.

@@ -117,34 +117,40 @@ TEST_F(Damage, AFileOfTwoSlabsKeepsTheOneThatASliceNeeds) {
   const std::string& bytes = validFile("valid/cross-polytope").bytes;
   const auto names = [&](double time) {
     std::set<std::string> types;
-    const auto parts = unneededChunks(bytes, time);
+    const auto parts = partsForSlice(bytes, time);
     EXPECT_TRUE(parts);
-    for (const Part& part : *parts) types.insert(part.name.substr(0, 4));
-    return std::pair(parts->size(), types);
+    for (const Part& part : parts->unneeded) types.insert(part.name.substr(0, 4));
+    return std::pair(parts->unneeded.size(), types);
   };
   // Both slabs share the layer; each has a CONN of its own. Outside of their times all goes.
   const std::pair<std::size_t, std::set<std::string>> one = {2, {"CONN", "SLAB"}};
   const std::pair<std::size_t, std::set<std::string>> all = {5, {"CONN", "LAYR", "SLAB"}};
   for (const double time : {-1.0, -0.5, 0.0, 0.5, 1.0}) EXPECT_EQ(names(time), one) << time;
   for (const double time : {-2.0, 2.0}) EXPECT_EQ(names(time), all) << time;
-  EXPECT_EQ(unneededChunks(bytes, -0.5)->at(0).offset, unneededChunks(bytes, -1)->at(0).offset);
-  EXPECT_NE(unneededChunks(bytes, -0.5)->at(0).offset, unneededChunks(bytes, 0)->at(0).offset);
+  const auto first = [&](double time) {
+    return partsForSlice(bytes, time)->unneeded.front().offset;
+  };
+  EXPECT_EQ(first(-0.5), first(-1));
+  EXPECT_NE(first(-0.5), first(0));
+  EXPECT_EQ(timeThatNeedsAll(bytes), std::nullopt);
+  EXPECT_EQ(timeThatNeedsAll(validFile("valid/one-simplex").bytes), 0.5);
 }
 
 TEST_F(Damage, AFileWithoutIndexHasNoChunksThatASliceDoesNotNeed) {
-  EXPECT_FALSE(unneededChunks(validFile("valid/no-index").bytes, 0.5));
+  EXPECT_FALSE(partsForSlice(validFile("valid/no-index").bytes, 0.5));
+  EXPECT_EQ(timeThatNeedsAll(validFile("valid/no-index").bytes), std::nullopt);
 }
 
 TEST_F(Damage, SlicesDoNotMissWhatTheyDoNotNeed) {
   int poisoned = 0;
   for (const CorpusFile& valid : validFiles()) {
     for (const ExpectedSlice& slice : valid.slices) {
-      const auto unneeded = unneededChunks(valid.bytes, slice.time);
-      if (!unneeded || unneeded->empty()) continue;
+      const auto parts = partsForSlice(valid.bytes, slice.time);
+      if (!parts || parts->unneeded.empty()) continue;
       ++poisoned;
       for (const Garbage garbage : {Garbage::Ones, Garbage::Noise}) {
         SCOPED_TRACE(valid.id + " at " + std::to_string(slice.time));
-        const std::string bytes = overwritten(valid.bytes, *unneeded, garbage);
+        const std::string bytes = overwritten(valid.bytes, parts->unneeded, garbage);
         EXPECT_EQ(bytes.size(), valid.bytes.size());
         const auto answer = sliceFile(file(bytes), slice.time);
         ASSERT_TRUE(answer) << answer.error().text();
@@ -156,6 +162,18 @@ TEST_F(Damage, SlicesDoNotMissWhatTheyDoNotNeed) {
     }
   }
   EXPECT_GT(poisoned, 5);
+}
+
+TEST_F(Damage, SlicesMissWhatTheyRead) {
+  for (const CorpusFile& valid : validFiles()) {
+    const double time = valid.slices.front().time;
+    const auto parts = partsForSlice(valid.bytes, time);
+    if (!parts) continue;
+    for (const Part& part : parts->read) {
+      SCOPED_TRACE(valid.id + ", " + part.name);
+      EXPECT_FALSE(sliceFile(file(flipped(valid.bytes, bitOf(part))), time));
+    }
+  }
 }
 
 }  // namespace

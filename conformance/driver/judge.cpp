@@ -13,7 +13,7 @@
 namespace t4d::conformance {
 namespace {
 
-using nlohmann::json;
+using nlohmann::ordered_json;
 
 constexpr std::size_t kQuotedBytes = 300;
 constexpr std::size_t kShownDifferences = 3;
@@ -42,17 +42,22 @@ std::string signalName(int number) {
 
 Judgement judgeAnswer(const Trial& trial, const ProgramRun& run) {
   if (trial.answer.json.empty()) return {};
-  const json actual = json::parse(run.output, nullptr, false);
-  if (actual.is_discarded()) {
+  ordered_json actual;
+  try {
+    actual = ordered_json::parse(run.output);
+  } catch (const ordered_json::parse_error& error) {
     if (run.output.find_first_not_of(" \n\r\t") == std::string::npos) {
       return {Outcome::Failed, "accepted, but it printed nothing"};
     }
-    constexpr std::size_t kStart = 80;
+    constexpr std::size_t kShown = 80;
+    const std::size_t at = error.byte > 0 ? error.byte - 1 : 0;
     return {Outcome::Failed,
-            fmt::format("accepted, but it printed no JSON: \"{}\"", plain(run.output, kStart))};
+            fmt::format("accepted, but what it printed is not one JSON object: wrong from byte {}, "
+                        "\"{}\"",
+                        at, plain(std::string_view(run.output).substr(at), kShown))};
   }
-  const std::vector<std::string> wrong =
-      differences(json::parse(trial.answer.json), json::parse(trial.answer.within), actual);
+  const std::vector<std::string> wrong = differences(
+      ordered_json::parse(trial.answer.json), ordered_json::parse(trial.answer.within), actual);
   if (wrong.empty()) return {};
   std::string message;
   for (std::size_t i = 0; i < std::min(wrong.size(), kShownDifferences); ++i) {

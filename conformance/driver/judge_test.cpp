@@ -56,10 +56,12 @@ TEST(Judge, NamesTheMemberThatIsWrong) {
 
 TEST(Judge, ShowsWhatIsPrintedInsteadOfJson) {
   EXPECT_EQ(said(valid(), exited(0, "14 vertices\n\x1b[0m")),
-            "accepted, but it printed no JSON: \"14 vertices\\n\\x1b[0m\"");
+            "accepted, but what it printed is not one JSON object: wrong from byte 3, "
+            "\"vertices\\n\\x1b[0m\"");
   EXPECT_EQ(said(valid(), exited(0, " \n")), "accepted, but it printed nothing");
   EXPECT_THAT(said(valid(), exited(0, std::string(100000, 'x'))), HasSubstr("xxx...\""));
-  EXPECT_THAT(said(valid(), exited(0, R"({"version": 1} and more)")), HasSubstr("no JSON"));
+  EXPECT_THAT(said(valid(), exited(0, R"({"version": 1} and more)")),
+              HasSubstr("wrong from byte 15, \"and more"));
 }
 
 TEST(Judge, SaysWhyAFileMustBeAcceptedOrRefused) {

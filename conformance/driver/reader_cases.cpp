@@ -49,6 +49,27 @@ std::string namesOf(const std::vector<Part>& parts) {
   return names;
 }
 
+/// The trial again, for a slice instead of a description.
+Trial sliceInstead(Trial trial, double time) {
+  trial.request = sliceRequest(time);
+  trial.about = trial.about == "describe"
+                    ? "slice " + trial.request[1]
+                    : fmt::format("slice {}, {}", trial.request[1], trial.about);
+  return trial;
+}
+
+/// A time for which a slice must be refused, too: the broken rule is one of what is always read, or
+/// of arrays and parts where all are needed. Rules that hold between chunks can take more to see
+/// than is read for a slice.
+std::optional<double> timeToRefuse(const CorpusFile& file) {
+  constexpr std::string_view kOfWhatIsAlwaysRead = "HFM";
+  constexpr std::string_view kOfWhatASliceIsMadeOf = "ATNLP";
+  const char section = file.rule[0];
+  if (kOfWhatIsAlwaysRead.find(section) != std::string_view::npos) return 0.5;
+  if (kOfWhatASliceIsMadeOf.find(section) == std::string_view::npos) return std::nullopt;
+  return timeThatNeedsAll(file.bytes);
+}
+
 ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
   ReaderCase test{.id = file.id, .file = &file, .trials = {}, .skipped = {}};
   Trial trial;
@@ -65,6 +86,9 @@ ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
     if (file.describe) trial.answer = *file.describe;
   }
   test.trials.push_back(trial);
+  if (file.verdict == Verdict::Invalid && unknown.empty()) {
+    if (const auto time = timeToRefuse(file)) test.trials.push_back(sliceInstead(trial, *time));
+  }
   if (!trial.wrongToAccept.empty()) return test;
   for (const ExpectedSlice& slice : file.slices) {
     trial.request = sliceRequest(slice.time);
@@ -87,15 +111,26 @@ std::vector<std::uint64_t> cutLengthsOf(const std::string& bytes, const DamageLi
   return lengths;
 }
 
+/// One of the times at which the file is sliced.
+double timeOf(const CorpusFile& file) { return file.slices[file.slices.size() / 2].time; }
+
 ReaderCase cutCase(const CorpusFile& file, const DamageLimits& limits) {
   ReaderCase test{.id = "cut/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
-  for (const std::uint64_t length : cutLengthsOf(file.bytes, limits)) {
+  const auto parts = partsForSlice(file.bytes, timeOf(file));
+  const std::vector<std::uint64_t> lengths = cutLengthsOf(file.bytes, limits);
+  // A slice finds all that it reads from the footer, so that a few lengths will do.
+  const std::size_t step = std::max<std::size_t>(1, lengths.size() / limits.cuts);
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
     Trial trial;
-    trial.about = fmt::format("cut to {} bytes", length);
+    trial.about = fmt::format("cut to {} bytes", lengths[i]);
     trial.request = {"describe"};
-    trial.wrongToAccept = "the end of the file is missing";
-    trial.damage = [length](const std::string& bytes) { return bytes.substr(0, length); };
-    test.trials.push_back(std::move(trial));
+    trial.wrongToAccept =
+        fmt::format("the end of the file is missing ({})", parts ? "F1" : "O3 and O5");
+    trial.damage = [length = lengths[i]](const std::string& bytes) {
+      return bytes.substr(0, length);
+    };
+    test.trials.push_back(trial);
+    if (parts && i % step == 0) test.trials.push_back(sliceInstead(trial, timeOf(file)));
   }
   return test;
 }
@@ -103,6 +138,12 @@ ReaderCase cutCase(const CorpusFile& file, const DamageLimits& limits) {
 ReaderCase flipCase(const CorpusFile& file, const DamageLimits& limits) {
   ReaderCase test{.id = "flip/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
   const std::vector<Part> parts = partsOf(file.bytes);
+  const auto forSlice = partsForSlice(file.bytes, timeOf(file));
+  const auto isRead = [&](std::uint64_t offset) {
+    return forSlice && std::ranges::any_of(forSlice->read, [&](const Part& part) {
+             return offset >= part.offset && offset < part.offset + part.size;
+           });
+  };
   const bool small = file.bytes.size() <= limits.smallBytes;
   const std::size_t most = small ? parts.size() : limits.flips;
   for (const std::size_t i : someOf(parts.size(), most, file.bytes.size())) {
@@ -112,7 +153,8 @@ ReaderCase flipCase(const CorpusFile& file, const DamageLimits& limits) {
     trial.request = {"describe"};
     trial.wrongToAccept = fmt::format("{} is damaged", parts[i].name);
     trial.damage = [bit](const std::string& bytes) { return flipped(bytes, bit); };
-    test.trials.push_back(std::move(trial));
+    test.trials.push_back(trial);
+    if (isRead(bit.offset)) test.trials.push_back(sliceInstead(trial, timeOf(file)));
   }
   return test;
 }
@@ -122,19 +164,20 @@ ReaderCase poisonCase(const CorpusFile& file) {
   ReaderCase test{.id = "poison/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
   Trial describing;
   for (const ExpectedSlice& slice : file.slices) {
-    const auto unneeded = unneededChunks(file.bytes, slice.time);
-    if (!unneeded || unneeded->empty()) continue;
+    const auto parts = partsForSlice(file.bytes, slice.time);
+    if (!parts || parts->unneeded.empty()) continue;
     Trial trial;
     trial.request = sliceRequest(slice.time);
-    trial.about = fmt::format("slice {} with {} destroyed", trial.request[1], namesOf(*unneeded));
+    trial.about =
+        fmt::format("slice {} with {} destroyed", trial.request[1], namesOf(parts->unneeded));
     trial.wrongToRefuse = "the slice needs none of these";
     trial.answer = {slice.answer, slice.within};
     const Garbage garbage = test.trials.size() % 2 == 0 ? Garbage::Ones : Garbage::Noise;
-    trial.damage = [parts = *unneeded, garbage](const std::string& bytes) {
-      return overwritten(bytes, parts, garbage);
+    trial.damage = [unneeded = parts->unneeded, garbage](const std::string& bytes) {
+      return overwritten(bytes, unneeded, garbage);
     };
     describing = trial;
-    describing.about = fmt::format("describe with {} destroyed", namesOf(*unneeded));
+    describing.about = fmt::format("describe with {} destroyed", namesOf(parts->unneeded));
     test.trials.push_back(std::move(trial));
   }
   if (test.trials.empty()) return test;
@@ -145,8 +188,19 @@ ReaderCase poisonCase(const CorpusFile& file) {
   return test;
 }
 
+/// A glob of the id or of the name in it, or a folder.
 bool matches(const std::string& id, const std::string& pattern) {
-  return fnmatch(pattern.c_str(), id.c_str(), 0) == 0 || id.starts_with(pattern + "/");
+  const std::string name = id.substr(id.find('/') + 1);
+  return fnmatch(pattern.c_str(), id.c_str(), 0) == 0 ||
+         fnmatch(pattern.c_str(), name.c_str(), 0) == 0 || id.starts_with(pattern + "/");
+}
+
+/// What a shell makes of a pattern that names a folder or file.
+std::string withoutEnding(std::string pattern) {
+  for (const std::string_view ending : {"/", ".t4d"}) {
+    if (pattern.ends_with(ending)) pattern.resize(pattern.size() - ending.size());
+  }
+  return pattern;
 }
 
 /// Which of the cases match one of the patterns; an error is one that matches none.
@@ -156,7 +210,7 @@ Result<std::vector<bool>> matching(const std::vector<ReaderCase>& cases,
   for (const std::string& pattern : patterns) {
     bool any = false;
     for (std::size_t i = 0; i < cases.size(); ++i) {
-      if (!matches(cases[i].id, pattern)) continue;
+      if (!matches(cases[i].id, withoutEnding(pattern))) continue;
       any = matched[i] = true;
     }
     if (!any) return invalid(fmt::format("no case is called {}", pattern));
@@ -177,7 +231,9 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   };
   std::stable_sort(ordered.begin(), ordered.end(), [&](const auto* a, const auto* b) {
     if (a->verdict != b->verdict) return rank(a->verdict) < rank(b->verdict);
-    return a->verdict == Verdict::Valid && a->bytes.size() < b->bytes.size();
+    if (a->verdict != Verdict::Valid) return false;
+    return std::pair(a->features.size(), a->bytes.size()) <
+           std::pair(b->features.size(), b->bytes.size());
   });
   std::vector<ReaderCase> cases;
   std::vector<ReaderCase> cuts;
@@ -186,12 +242,17 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   for (const CorpusFile* file : ordered) {
     const std::string unknown = unknownFeature(*file, options.without);
     cases.push_back(corpusCase(*file, unknown));
-    // A file that is refused for its features says nothing about damage.
-    if (file->verdict != Verdict::Valid || !unknown.empty()) continue;
+    if (file->verdict != Verdict::Valid) continue;
     cuts.push_back(cutCase(*file, limits));
     flips.push_back(flipCase(*file, limits));
     ReaderCase poison = poisonCase(*file);
     if (!poison.trials.empty()) poisons.push_back(std::move(poison));
+    // A file that is refused for its features says nothing about damage.
+    if (unknown.empty()) continue;
+    for (auto* damaged : {&cuts, &flips, &poisons}) {
+      if (damaged->empty() || damaged->back().file != file) continue;
+      damaged->back().skipped = "the file names a feature left out by --without";
+    }
   }
   for (auto* more : {&cuts, &flips, &poisons}) {
     std::move(more->begin(), more->end(), std::back_inserter(cases));
@@ -203,16 +264,17 @@ Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::
                          const std::vector<std::string>& skip) {
   const auto skipped = matching(cases, skip);
   if (!skipped) return pass(skipped.error());
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    if ((*skipped)[i]) cases[i].skipped = "left out by --skip";
-  }
-  if (only.empty()) return {};
   const auto kept = matching(cases, only);
   if (!kept) return pass(kept.error());
   std::vector<ReaderCase> chosen;
+  bool any = false;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if ((*kept)[i]) chosen.push_back(std::move(cases[i]));
+    if (!only.empty() && !(*kept)[i]) continue;
+    if ((*skipped)[i]) cases[i].skipped = "left out by --skip";
+    any = any || cases[i].skipped.empty();
+    chosen.push_back(std::move(cases[i]));
   }
+  if (!any) return invalid("nothing is left to try: all cases are left out");
   cases = std::move(chosen);
   return {};
 }

@@ -39,14 +39,14 @@ struct CaseOptions {
 };
 
 /// All cases, in the order in which somebody who writes a reader will want to look at them: valid
-/// files, the smallest first, what readers may decide, invalid files, damage. They point to
-/// `files`.
+/// files, those with the fewest features first, what readers may decide, invalid files, damage.
+/// They point to `files`.
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
                                     const CaseOptions& options = {});
 
 /// Keeps the cases that match one of `only`, where there are any, and marks those that match one of
-/// `skip`. A pattern is a glob ("invalid/H*", where * matches / too), or a folder ("cut"). Errors:
-/// a pattern that matches nothing.
+/// `skip`. A pattern is a glob of the id ("invalid/H*", where * matches / too) or of the name in it
+/// ("one-simplex"), or a folder ("cut"). Errors: a pattern that matches nothing; no case is left.
 Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::string>& only,
                          const std::vector<std::string>& skip);
 

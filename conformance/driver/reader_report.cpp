@@ -1,6 +1,7 @@
 #include "conformance/driver/reader_report.h"
 
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -105,7 +106,7 @@ std::string byHand(const std::string& reader, const std::string& command, const 
   if (trial.damage) {
     text = fmt::format("  {} --only {} --keep corpus\n", command, test.id);
   } else {
-    text = "  t4d conform copy corpus\n";
+    text = "  t4d conform copy corpus   # once\n";
   }
   text += fmt::format("  {} {}{}; echo $?\n", reader, file, request);
   if (trial.answer.json.empty() || trial.damage) return text;
@@ -126,6 +127,17 @@ std::string table(const std::vector<Kind>& kinds, const std::vector<ReaderResult
   for (const Kind& kind : kinds) row(kind.name, countsOf(kind, results));
   row("all", countsOf(results));
   return text + "\n";
+}
+
+/// Why cases were skipped, a line for each reason.
+std::string skippedFor(const std::vector<ReaderResult>& results) {
+  std::map<std::string, std::size_t> counts;
+  for (const ReaderResult& result : results) {
+    if (result.outcome == Outcome::Skipped) ++counts[result.message];
+  }
+  std::string text;
+  for (const auto& [reason, count] : counts) text += fmt::format("skipped {}: {}\n", count, reason);
+  return text;
 }
 
 }  // namespace
@@ -178,13 +190,22 @@ std::string reportText(const std::string& reader, const std::string& command,
     if (++wrong > most) continue;
     std::string name = nameOf(results[i].outcome);
     std::replace(name.begin(), name.end(), '_', ' ');
-    text += fmt::format("{} {}\n  {}\n  {}\n", name, cases[i].id, cases[i].file->fault,
-                        results[i].message);
+    text += fmt::format("{} {}\n", name, cases[i].id);
+    // Of other cases the message says it.
+    const CorpusFile& file = *cases[i].file;
+    if (cases[i].id == file.id && file.verdict != Verdict::Invalid) {
+      text += fmt::format("  {}\n", file.fault);
+    }
+    text += fmt::format("  {}\n", results[i].message);
   }
   if (wrong > most) text += fmt::format("and {} more (--verbose says all)\n", wrong - most);
   if (wrong > 0) text += "\n";
-  text += table(kindsOf(cases), results);
-  if (wrong == 0) return text;
+  text += table(kindsOf(cases), results) + skippedFor(results);
+  if (wrong == 0) {
+    return text + fmt::format("{} of {} cases of the corpus {} passed, none is wrong\n",
+                              countOf(countsOf(results), Outcome::Passed), cases.size(),
+                              kCorpusVersion);
+  }
   text += fmt::format("\nLook first at {}:\n", cases[first].id);
   return text + byHand(reader, command, cases[first], cases[first].trials[results[first].wrong[0]]);
 }
