@@ -1,9 +1,7 @@
 #include "model/part_file.h"
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <memory>
 #include <string>
 #include <utility>
 
@@ -13,51 +11,10 @@
 
 namespace t4d::model {
 
-/// An element of a list that only grows, so that a signal handler can walk along it at any time.
-/// Entries are used again, but never one that a handler has begun to remove.
-struct PartFile::Entry {
-  enum class State : std::uint8_t { Free, Filling, Used, Removing };
-  std::atomic<State> state = State::Filling;
-  std::unique_ptr<char[]> path;
-  std::size_t capacity = 0;
-  Entry* next = nullptr;
-};
-
 namespace {
 
-using Entry = PartFile::Entry;
-using State = Entry::State;
-
-std::atomic<Entry*> entries = nullptr;
-static_assert(std::atomic<Entry*>::is_always_lock_free && std::atomic<State>::is_always_lock_free,
-              "signal handlers read these");
-
-bool change(Entry& entry, State from, State to) {
-  return entry.state.compare_exchange_strong(from, to);
-}
-
-Entry* addEntry(const std::string& path) {
-  const std::size_t size = path.size() + 1;
-  Entry* entry = entries.load();
-  while (entry != nullptr &&
-         !(entry->capacity >= size && change(*entry, State::Free, State::Filling))) {
-    entry = entry->next;
-  }
-  if (entry == nullptr) {
-    entry = new Entry;
-    entry->path = std::make_unique<char[]>(size);
-    entry->capacity = size;
-    entry->next = entries.load();
-    while (!entries.compare_exchange_weak(entry->next, entry)) {
-    }
-  }
-  std::memcpy(entry->path.get(), path.c_str(), size);
-  entry->state.store(State::Used);
-  return entry;
-}
-
 tl::unexpected<Error> ioError(const std::filesystem::path& target, const char* doing) {
-  return fail(ErrorCode::Io, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
+  return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
               target.string());
 }
 
@@ -78,7 +35,7 @@ PartFile::PartFile(std::filesystem::path target)
     : target_(std::move(target)),
       path_(target_.parent_path() /
             fmt::format(".{}.{}.part", target_.filename().string(), ::getpid())),
-      entry_(addEntry(path_.string())) {}
+      note_(Cleanup::file(path_)) {}
 
 PartFile::PartFile(PartFile&& other) noexcept { *this = std::move(other); }
 
@@ -87,7 +44,7 @@ PartFile& PartFile::operator=(PartFile&& other) noexcept {
   remove();
   target_ = std::move(other.target_);
   path_ = std::move(other.path_);
-  entry_ = std::exchange(other.entry_, nullptr);
+  note_ = std::move(other.note_);
   return *this;
 }
 
@@ -99,7 +56,7 @@ Result<void> PartFile::sync() const {
 
 Result<void> PartFile::rename() {
   if (::rename(path_.c_str(), target_.c_str()) != 0) return ioError(target_, "put in place");
-  change(*std::exchange(entry_, nullptr), State::Used, State::Free);
+  note_.release();
   return {};
 }
 
@@ -120,17 +77,9 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
 }
 
 void PartFile::remove() noexcept {
-  if (entry_ == nullptr) return;
+  if (!note_) return;
   ::unlink(path_.c_str());
-  change(*std::exchange(entry_, nullptr), State::Used, State::Free);
-}
-
-void removePartFiles() noexcept {
-  const int reason = errno;
-  for (Entry* entry = entries.load(); entry != nullptr; entry = entry->next) {
-    if (change(*entry, State::Used, State::Removing)) ::unlink(entry->path.get());
-  }
-  errno = reason;
+  note_.release();
 }
 
 }  // namespace t4d::model

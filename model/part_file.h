@@ -3,13 +3,14 @@
 #include <filesystem>
 #include <span>
 
+#include "model/cleanup.h"
 #include "model/error.h"
 
 namespace t4d::model {
 
 /// A file on its way to its name: it is written to a hidden file beside it, `.NAME.PID.part`, and
 /// renamed when it is whole. So there is never half a file under the name, whatever happens; a part
-/// that is not put in place is removed at the end of its life here.
+/// that is not put in place is removed at the end of its life here, or by cleanUp.
 class PartFile {
  public:
   /// None.
@@ -21,7 +22,7 @@ class PartFile {
   PartFile& operator=(PartFile&& other) noexcept;
   ~PartFile() { remove(); }
 
-  explicit operator bool() const { return entry_ != nullptr; }
+  explicit operator bool() const { return static_cast<bool>(note_); }
   /// Where to write.
   const std::filesystem::path& path() const { return path_; }
 
@@ -32,20 +33,13 @@ class PartFile {
 
   void remove() noexcept;
 
-  struct Entry;  // what removePartFiles knows of a part
-
  private:
   Result<void> sync() const;
   Result<void> rename();
 
   std::filesystem::path target_;
   std::filesystem::path path_;
-  Entry* entry_ = nullptr;
+  Cleanup note_;
 };
-
-/// Removes the parts of all PartFiles there are. For handlers of signals that end the process:
-/// it is async-signal-safe, and the PartFiles cannot be put in place afterwards. This library
-/// installs no handlers.
-void removePartFiles() noexcept;
 
 }  // namespace t4d::model

@@ -61,7 +61,7 @@ TEST_F(PartFiles, StayWhereTheyCannotBePut) {
     PartFile part = write("taken", "one");
     const auto put = PartFile::putInPlace({&part, 1});
     ASSERT_FALSE(put);
-    EXPECT_EQ(put.error().code, ErrorCode::Io);
+    EXPECT_EQ(put.error().code, ErrorCode::Failed);
     EXPECT_EQ(put.error().where, (folder_ / "taken").string());
     EXPECT_EQ(files(), 2);
   }
@@ -73,13 +73,13 @@ TEST_F(PartFiles, RemovedAllAtOnceLeaveWhatHasItsName) {
   ASSERT_TRUE(PartFile::putInPlace({&done, 1}));
   PartFile a = write("a", "half");
   const PartFile b = write("b with a much longer name than the other", "half");
-  removePartFiles();
+  cleanUp();
   EXPECT_EQ(files(), 1);
   EXPECT_FALSE(PartFile::putInPlace({&a, 1}));
   // Later ones are files like any.
   PartFile later = write("later", "whole");
   ASSERT_TRUE(PartFile::putInPlace({&later, 1}));
-  removePartFiles();
+  cleanUp();
   EXPECT_EQ(contents("done"), "whole");
   EXPECT_EQ(contents("later"), "whole");
 }
@@ -97,7 +97,7 @@ TEST_F(PartFiles, OfManyThreadsAreAllRemoved) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(files(), 4 * 67);
-  removePartFiles();
+  cleanUp();
   EXPECT_EQ(files(), 0);
 }
 

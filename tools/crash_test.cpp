@@ -17,6 +17,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -330,6 +331,64 @@ TEST_F(Signalled, AFolderOfFramesLeavesNoParts) {
   }
 }
 
+/// Ends a command at many moments, which makes its temporary folders in `target`: nothing of them
+/// is left, and no process that it has started.
+class SignalledParent : public Signalled {
+ protected:
+  void endsWithAllItHasStarted(const Words& words, double seconds) {
+    // Orphans become children of ours.
+    ASSERT_EQ(::prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> moment(0, seconds);
+    for (int i = 0; i < 12; ++i) {
+      const int signal = i % 2 == 0 ? SIGINT : SIGTERM;
+      const Seconds after(moment(random));
+      SCOPED_TRACE(std::string(strsignal(signal)) + " after " + std::to_string(after.count()));
+      const pid_t child =
+          start(t4d(words), [&] { ::setenv("TMPDIR", (folder_ / "target").c_str(), 1); });
+      std::this_thread::sleep_for(after);
+      ::kill(child, signal);
+      const Ended done = wait(child);
+      EXPECT_TRUE(done.exitCode == 0 || done.signal == signal) << done.exitCode << done.err;
+      EXPECT_TRUE(fs::is_empty(folder_ / "target"));
+      // Of what has been killed the end may take a moment.
+      bool alive = true;
+      for (int look = 0; look < 100 && alive; ++look) {
+        while (::waitpid(-1, nullptr, WNOHANG) > 0) {
+        }
+        alive = ::waitpid(-1, nullptr, WNOHANG) == 0;
+        if (alive) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+      EXPECT_FALSE(alive);
+      clear();
+    }
+    ::prctl(PR_SET_CHILD_SUBREAPER, 0);
+  }
+};
+
+TEST_F(SignalledParent, ACompareEndsItsSweeps) {
+  endsWithAllItHasStarted({"compare", "fx/torus.obj", "-m", "fx/paper-screw.json", "--voxel-size",
+                           "0.3", "--frames", "200", "--steps", "500", "--caps", "cone"},
+                          1.5);
+}
+
+TEST_F(SignalledParent, AJudgeEndsTheProgram) {
+  std::ofstream(folder_ / "slow") << "#!/bin/sh\nsleep 60 & wait\n";
+  fs::permissions(folder_ / "slow", fs::perms::owner_all);
+  endsWithAllItHasStarted({"conform", "backends", "--backend-program", "./slow"}, 0.5);
+}
+
+TEST_F(Signalled, AFolderThatWasMadeGoes) {
+  const Words words = {"voxelize",     "fx/torus.obj", "-m",       "fx/paper-screw.json",
+                       "--voxel-size", "0.1",          "--frames", "500",
+                       "-o",           "target/made"};
+  const pid_t child = start(t4d(words));
+  while (parts().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  ::kill(child, SIGINT);
+  EXPECT_EQ(wait(child).signal, SIGINT);
+  EXPECT_TRUE(fs::is_empty(folder_ / "target"));
+}
+
 TEST_F(Signalled, WhatIgnoresTheSignalGoesOn) {
   const Words words = sweep(2000);
   const Reference reference = referenceOf(words);
@@ -358,7 +417,7 @@ class Full : public Crash {
   }
 
   static void expectRefusal(const Ended& ended, const Words& words, const std::string& reason) {
-    EXPECT_EQ(ended.exitCode, 4) << ended.signal << ended.err;
+    EXPECT_EQ(ended.exitCode, 1) << ended.signal << ended.err;
     EXPECT_THAT(ended.err, testing::HasSubstr(reason));
     // A folder's file is the one that did not fit.
     const std::string named = words.back() == "target" ? "target/frame_" : words.back();
@@ -438,7 +497,7 @@ TEST_F(FailingDisk, NeverLeavesAWrongFile) {
           break;
         }
         ASSERT_LT(from, 1000);
-        EXPECT_EQ(ended.exitCode, 4) << ended.signal << ended.err;
+        EXPECT_EQ(ended.exitCode, 1) << ended.signal << ended.err;
         EXPECT_THAT(ended.err, testing::HasSubstr(output));
         EXPECT_THAT(ended.err, testing::HasSubstr(std::strerror(reason)));
         if (found == whole) {

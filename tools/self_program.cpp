@@ -10,6 +10,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "model/cleanup.h"
+
 namespace t4d::tools {
 
 Result<Finished> runSelf(const std::vector<std::string>& arguments) {
@@ -38,6 +40,7 @@ Result<Finished> runSelf(const std::vector<std::string>& arguments) {
     return failed("start another process", spawned);
   }
 
+  model::Cleanup note = model::Cleanup::process(child);
   Finished finished;
   std::array<char, 4096> buffer;
   while (true) {
@@ -47,6 +50,11 @@ Result<Finished> runSelf(const std::vector<std::string>& arguments) {
     finished.output.append(buffer.data(), static_cast<std::size_t>(size));
   }
   close(ends[0]);
+  siginfo_t ended{};
+  while (waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOWAIT) != 0) {
+    if (errno != EINTR) return failed("wait for another process", errno);
+  }
+  note.release();
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) return failed("wait for another process", errno);

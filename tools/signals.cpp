@@ -2,13 +2,13 @@
 
 #include <csignal>
 
-#include "model/part_file.h"
+#include "model/cleanup.h"
 
 namespace t4d::tools {
 namespace {
 
-extern "C" void removePartsAndDie(int signal) {
-  model::removePartFiles();
+extern "C" void cleanUpAndDie(int signal) {
+  model::cleanUp();
   // What the signal did before: whoever waits for us sees that it was this signal.
   std::signal(signal, SIG_DFL);
   std::raise(signal);
@@ -21,7 +21,7 @@ void cleanUpOnSignals() {
     struct sigaction action {};
     if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
     action = {};
-    action.sa_handler = removePartsAndDie;
+    action.sa_handler = cleanUpAndDie;
     sigfillset(&action.sa_mask);
     sigaction(signal, &action, nullptr);
   }

@@ -38,7 +38,7 @@ Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) 
   std::error_code error;
   if (fs::exists(folder, error)) {
     if (!fs::is_directory(folder, error)) {
-      return fail(ErrorCode::Io, "is not a folder", folder.string());
+      return fail(ErrorCode::Failed, "is not a folder", folder.string());
     }
     const std::set<std::string> names(series.names_.begin(), series.names_.end());
     std::set<std::string> others;
@@ -46,9 +46,9 @@ Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) 
       const std::string name = entry.path().filename().string();
       if (entry.path().extension() == ".vdb" && !names.contains(name)) others.insert(name);
     }
-    if (error) return fail(ErrorCode::Io, "cannot read the folder: " + error.message(), folder);
+    if (error) return fail(ErrorCode::Failed, "cannot read the folder: " + error.message(), folder);
     if (!others.empty()) {
-      return fail(ErrorCode::Io,
+      return fail(ErrorCode::Failed,
                   fmt::format("the folder has other .vdb files ({}{}), which would pass for frames "
                               "of this series; remove them or name another folder",
                               *others.begin(), others.size() > 1 ? ", ..." : ""),
@@ -57,9 +57,9 @@ Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) 
   } else {
     fs::create_directories(folder, error);
     if (error) {
-      return fail(ErrorCode::Io, "cannot make the folder: " + error.message(), folder.string());
+      return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(), folder.string());
     }
-    series.madeFolder_ = true;
+    series.madeFolder_ = model::Cleanup::emptyFolder(folder);
   }
   series.folder_ = folder;
   return series;
@@ -67,7 +67,7 @@ Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) 
 
 VdbSeries::VdbSeries(VdbSeries&& other) noexcept
     : folder_(std::move(other.folder_)),
-      madeFolder_(std::exchange(other.madeFolder_, false)),
+      madeFolder_(std::move(other.madeFolder_)),
       names_(std::exchange(other.names_, {})),
       parts_(std::exchange(other.parts_, {})) {}
 
@@ -88,7 +88,7 @@ Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
     Encoder::encode(file, grid);
     file.close();
   } catch (const std::ios_base::failure&) {
-    return fail(ErrorCode::Io, fmt::format("cannot write: {}", std::strerror(errno)),
+    return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
                 (folder_ / name).string());
   } catch (const std::exception& exception) {
     return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
@@ -103,7 +103,7 @@ Result<void> VdbSeries::commit() {
   if (auto put = model::PartFile::putInPlace(parts_); !put) return put;
   parts_.clear();
   names_.clear();
-  madeFolder_ = false;
+  madeFolder_.release();
   return {};
 }
 

@@ -6,6 +6,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include "model/cleanup.h"
 #include "model/error.h"
 #include "model/part_file.h"
 
@@ -29,7 +30,7 @@ class VdbSeries {
  private:
   VdbSeries() = default;
   std::filesystem::path folder_;
-  bool madeFolder_ = false;
+  model::Cleanup madeFolder_;  // none where it was there
   std::vector<std::string> names_;
   std::vector<model::PartFile> parts_;  // of the frames written
 };

@@ -19,6 +19,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "model/cleanup.h"
+
 namespace t4d::conformance {
 namespace {
 
@@ -239,6 +241,7 @@ Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunLi
   if (const int failed = Spawning(output, message).start(words, child); failed != 0) {
     return cannotStart(words[0], failed);
   }
+  model::Cleanup note = model::Cleanup::process(-child);
   output.closeTheirs();
   message.closeTheirs();
 
@@ -248,6 +251,7 @@ Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunLi
   if (process.get() >= 0) ended = watch(process.get(), output, message, limits);
   // Before it is waited for: then the number of its group cannot be another's.
   kill(-child, SIGKILL);
+  note.release();
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
