@@ -1,8 +1,11 @@
 #include "mesh4d/sweep.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -36,6 +39,23 @@ Result<std::optional<TriangleMesh>> turnedRound(const TriangleMesh& mesh) {
   return invalid("the mesh encloses no volume");
 }
 
+/// What to say of the first step that turns so far that it is hardly the motion any more.
+std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
+                                             const std::vector<std::uint64_t>& counts) {
+  // Then the volume in the middle of the step is half the solid's. Not for rounding alone.
+  constexpr double kLargeDegrees = 90 * (1 + 1e-9);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double degrees =
+        std::abs(motion.segments[i].screw.angleDegrees) / static_cast<double>(counts[i]);
+    if (degrees <= kLargeDegrees) continue;
+    return fmt::format(
+        "a step of segment {} turns by {:.4g} degrees; vertices move on a straight line in a step, "
+        "so between its times the mesh is far from the motion: more steps are needed",
+        i, degrees);
+  }
+  return std::nullopt;
+}
+
 class Sweeper {
  public:
   Sweeper(const TriangleMesh& mesh, const model::Motion& motion, const SweepOptions& options,
@@ -46,6 +66,9 @@ class Sweeper {
     auto counts = stepsOf(motion_, options_.steps, mesh_.vertices);
     if (!counts) return pass(counts.error());
     report_.steps = std::accumulate(counts->begin(), counts->end(), std::uint64_t{0});
+    if (auto notice = noticeOfLargeTurn(motion_, *counts)) {
+      report_.notices.push_back(std::move(*notice));
+    }
     auto cap = fillSolid(mesh_, options_.caps);
     if (!cap) return pass(cap.error());
     report_.capTetrahedra = {cap->cells.size(), cap->cells.size()};

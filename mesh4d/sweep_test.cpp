@@ -113,6 +113,21 @@ TEST(Sweep, InsideOutMeshIsTurnedRoundWithANotice) {
   EXPECT_GT(checkMesh(swept)->hypervolume, 0);
 }
 
+TEST(Sweep, StepsOfMoreThanAQuarterTurnAreReported) {
+  const auto noticesOf = [](double degrees, std::uint64_t steps) {
+    model::Mesh swept;
+    SweepOptions options;
+    options.steps = StepsPerSegment{steps};
+    return sweep(fixtures::cube(2), turnAbout(Eigen::Vector3d::UnitX(), degrees), options, swept)
+        ->notices;
+  };
+  EXPECT_TRUE(noticesOf(360, 4).empty());
+  for (const auto& notices : {noticesOf(-360, 3), noticesOf(360, 1)}) {
+    ASSERT_EQ(notices.size(), 1U);
+    EXPECT_NE(notices[0].find("a step of segment 0 turns by"), std::string::npos);
+  }
+}
+
 TEST(Sweep, ConesAreReported) {
   model::Mesh swept;
   SweepOptions options;
