@@ -16,8 +16,17 @@ install(FILES formats/motion.schema.json formats/t4d/head.schema.json
   formats/t4d/reader_describe.schema.json formats/t4d/reader_slice.schema.json
   DESTINATION ${T4D_SCHEMA_DIR})
 # As they lie in the project, so that their links lead somewhere.
-install(FILES LICENSE NOTICE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE NOTICE README.md CHANGELOG.md CONTRIBUTING.md
+  DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES formats/motion.schema.json DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats)
+install(FILES tools/fuzz/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/tools/fuzz)
+install(FILES conformance/backends/backend.h
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance/backends)
+install(DIRECTORY conformance/readers DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance
+  USE_SOURCE_PERMISSIONS
+  PATTERN node_modules EXCLUDE PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY tests/package DESTINATION ${CMAKE_INSTALL_DOCDIR}/tests
+  FILES_MATCHING PATTERN CMakeLists.txt PATTERN *.cpp)
 install(DIRECTORY formats/t4d DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats
   FILES_MATCHING PATTERN SPEC.md PATTERN *.ksy PATTERN *.schema.json)

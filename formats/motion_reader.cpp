@@ -157,6 +157,7 @@ Result<model::Motion> motionOf(const json& value, const std::string& name) {
     }
     motion = joinPoses(poses);
   } else {
+    if (!file.has("segments")) refuse("lacks the key 'segments' or 'poses'", file.where());
     std::vector<model::ScrewRun> runs;
     for (const json& segment : file.array("segments")) {
       runs.push_back(screwRun(segment, fmt::format("{}.segments[{}]", file.where(), runs.size())));

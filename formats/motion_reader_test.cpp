@@ -42,7 +42,7 @@ TEST(MotionReader, EveryFaultIsNamedWithItsPlace) {
       {"", "m.json: is not JSON"},
       {"{\"segments\": [", "m.json: is not JSON: parse error at line 1, column 15"},
       {"[]", "m.json: motion: is an array of 0 values, where an object is expected"},
-      {"{}", "m.json: motion: lacks the key 'segments'"},
+      {"{}", "m.json: motion: lacks the key 'segments' or 'poses'"},
       {R"({"segments": []})", "no segment"},
       {R"({"segments": {}})", "motion.segments: is an object, where an array is expected"},
       {R"({"segments": [{}]})", "motion.segments[0]: lacks the key 'duration'"},

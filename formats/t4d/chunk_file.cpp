@@ -38,6 +38,7 @@ Result<ChunkFile> ChunkFile::open(const std::filesystem::path& path) {
   if (file.descriptor_ < 0) return error("open");
   struct stat status {};
   if (::fstat(file.descriptor_, &status) != 0) return error("open");
+  if (S_ISDIR(status.st_mode)) return fail(ErrorCode::Io, "is a folder", file.path_);
   if (!S_ISREG(status.st_mode)) {
     return fail(ErrorCode::Io, "is not a regular file; slabs are read at their offsets",
                 file.path_);
