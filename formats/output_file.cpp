@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 
 tl::unexpected<Error> ioError(const std::filesystem::path& target, const char* doing) {
-  return fail(ErrorCode::Io, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
+  return fail(ErrorCode::Failed, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
               target.string());
 }
 
@@ -27,7 +27,7 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
                      ? std::filesystem::weakly_canonical(target, ignored)
                      : target;
   if (std::filesystem::is_directory(file.target_, ignored)) {
-    return fail(ErrorCode::Io, "is a folder; name a file in it", target.string());
+    return fail(ErrorCode::Failed, "is a folder; name a file in it", target.string());
   }
   const bool direct = std::filesystem::exists(file.target_, ignored) &&
                       !std::filesystem::is_regular_file(file.target_, ignored);

@@ -63,7 +63,7 @@ TEST(OutputFile, SaysThatTheDiskIsFull) {
   ASSERT_TRUE(file->write("x", 1));
   const auto done = file->commit();
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().code, ErrorCode::Io);
+  EXPECT_EQ(done.error().code, ErrorCode::Failed);
   EXPECT_EQ(done.error().text(), "/dev/full: cannot write: No space left on device");
 }
 

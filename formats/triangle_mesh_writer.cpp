@@ -62,7 +62,8 @@ Result<std::vector<std::string>> writeTriangleMeshes(const std::filesystem::path
   auto file = OutputFile::create(path);
   if (!file) return pass(file.error());
   auto lost = writer->write(*file, meshes, options);
-  if (!lost) return lost.error().code == ErrorCode::Io ? pass(lost.error()) : atPath(lost.error());
+  if (!lost)
+    return lost.error().code == ErrorCode::Failed ? pass(lost.error()) : atPath(lost.error());
   if (auto done = file->commit(); !done) return pass(done.error());
   return lost;
 }

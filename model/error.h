@@ -12,9 +12,9 @@ namespace t4d {
 /// What kind of thing went wrong; the program's exit code follows from it.
 enum class ErrorCode {
   InvalidInput,  ///< the data given is not what it must be (exit 4)
-  Io,            ///< a file cannot be opened, read or written (exit 4)
+  Io,            ///< a file cannot be opened or read (exit 4)
   Unsupported,   ///< valid, but beyond what this build or version can do (exit 4)
-  Failed,        ///< our own or a library's failure on valid input (exit 1)
+  Failed,        ///< a failure on valid input, or of an output's place (exit 1)
 };
 
 /// Every public function that can fail returns one of these instead of throwing.

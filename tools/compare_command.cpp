@@ -14,13 +14,16 @@
 #include "formats/motion_reader.h"
 #include "formats/output_file.h"
 #include "formats/triangle_mesh_reader.h"
+#include "mesh4d/steps.h"
 #include "model/mesh_check.h"
 #include "tools/commands.h"
 #include "tools/compare_page.h"
 #include "tools/console.h"
 #include "tools/input_bodies.h"
 #include "tools/numbers.h"
+#include "tools/option_checks.h"
 #include "tools/self_program.h"
+#include "voxel4d/voxelize.h"
 
 namespace t4d::tools {
 namespace {
@@ -114,7 +117,7 @@ Result<std::variant<Built, int>> build(const Options& options, const fs::path& f
   auto finished = runSelf(arguments);
   if (!finished) return pass(finished.error());
   if (finished->exitCode != kDone) {
-    fmt::print(stderr, "t4d: the backend {} made no 4D mesh\n", backend);
+    say("the backend " + backend + " made no 4D mesh");
     return finished->exitCode;
   }
   const auto said = ordered_json::parse(finished->output, nullptr, false);
@@ -304,14 +307,15 @@ int buildAndCompare(const Options& options) {
     fs::create_directories(folder, error);
     if (error) {
       return report(
-          {ErrorCode::Io, "cannot make the folder: " + error.message(), options.keep, {}});
+          {ErrorCode::Failed, "cannot make the folder: " + error.message(), options.keep, {}});
     }
   }
 
   Comparison comparison;
-  comparison.title = fmt::format(
-      "{} moved by {}, voxels of {}, {} frames", fs::path(options.input).filename().string(),
-      fs::path(options.motion).filename().string(), *options.voxelSize, *options.frames);
+  comparison.title =
+      fmt::format("{} moved by {}, voxels of {}, {}", fs::path(options.input).filename().string(),
+                  fs::path(options.motion).filename().string(), *options.voxelSize,
+                  counted(*options.frames, "frame"));
   comparison.volumeExpected = truth->volume;
   comparison.lengthUnit = truth->lengthUnit;
   comparison.timeUnit = truth->timeUnit;
@@ -331,9 +335,10 @@ int buildAndCompare(const Options& options) {
 }
 
 int run(const Options& options) {
-  if (const auto misuse = misuseOf(options)) {
-    fmt::print(stderr, "t4d: {}\n", *misuse);
-    return kUsage;
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  if (const auto misuse =
+          misuseOfOutput(options.html, std::array{options.input, options.other, options.motion})) {
+    return wrongUsage(*misuse);
   }
   if (options.builds()) return buildAndCompare(options);
   Comparison comparison;
@@ -357,10 +362,13 @@ void addCompare(CLI::App& app, int& exitCode) {
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)");
   command
       ->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, in length units")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--frames", options->frames, "voxel4d: frames, evenly over the motion");
-  command->add_option("--frame-time", options->frameTime,
-                      "voxel4d: frames so far apart, from the first time on");
+      ->check(numberAboveZero());
+  command->add_option("--frames", options->frames, "voxel4d: frames, evenly over the motion")
+      ->check(wholeNumber(2, voxel4d::kMaxFrames));
+  command
+      ->add_option("--frame-time", options->frameTime,
+                   "voxel4d: frames so far apart, from the first time on")
+      ->check(numberAboveZero());
   command->add_flag("--mask", options->mask,
                     "voxel4d: which lattice points are inside, instead of level sets");
   command
@@ -369,16 +377,20 @@ void addCompare(CLI::App& app, int& exitCode) {
                    "half-step); may be given for each")
       ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step"}))
       ->allow_extra_args(false);
-  auto* rvMin = command->add_option("--rv-min", options->rvMin,
-                                    "mesh4d: smallest volume of any slice, as a fraction");
-  command->add_option("--steps", options->steps, "mesh4d: steps for each segment")->excludes(rvMin);
+  auto* rvMin = command
+                    ->add_option("--rv-min", options->rvMin,
+                                 "mesh4d: smallest volume of any slice, as a fraction")
+                    ->check(fractionBelowOne());
+  command->add_option("--steps", options->steps, "mesh4d: steps for each segment")
+      ->check(wholeNumber(1, mesh4d::kMaxSteps))
+      ->excludes(rvMin);
   command->add_option("--up", options->up, "The solid's axis that points up: y or z")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
   auto* slices = command
                      ->add_option("--slices", options->slices,
                                   "Times to compare at, evenly from first to last")
-                     ->check(CLI::Range(std::uint64_t{1}, kMaxSlices))
+                     ->check(wholeNumber(1, kMaxSlices))
                      ->capture_default_str();
   command->add_option("--times", options->times, "a:b:n, n times evenly from a to b, both included")
       ->check(CLI::Validator(
@@ -387,9 +399,12 @@ void addCompare(CLI::App& app, int& exitCode) {
           },
           "A:B:N"))
       ->excludes(slices);
-  command->add_option("--keep", options->keep, "A folder to leave the two .t4d files in");
-  command->add_option("--html", options->html,
-                      "A page to write: the tables, plots over time, pictures of the solids");
+  command->add_option("--keep", options->keep, "A folder to leave the two .t4d files in")
+      ->check(someName());
+  command
+      ->add_option("--html", options->html,
+                   "A page to write: the tables, plots over time, pictures of the solids")
+      ->check(someName());
   command->add_flag("--json", options->json, "Print the comparison as JSON");
   command->footer(
       "Example:\n"

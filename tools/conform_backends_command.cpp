@@ -13,6 +13,7 @@
 #include "tools/commands.h"
 #include "tools/conform_page.h"
 #include "tools/console.h"
+#include "tools/option_checks.h"
 #include "tools/thread_limit.h"
 
 namespace t4d::tools {
@@ -26,6 +27,7 @@ using nlohmann::ordered_json;
 
 struct Options {
   std::vector<std::string> backends;
+  bool programGiven = false;
   conformance::ProgramOptions program;
   std::string keep;
   std::vector<std::string> cases;  // globs
@@ -38,14 +40,14 @@ struct Options {
 
 Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const Options& options) {
   const auto asked = [&](const char* name) {
-    if (options.backends.empty()) return options.program.command.empty();
+    if (options.backends.empty()) return !options.programGiven;
     return std::find(options.backends.begin(), options.backends.end(), name) !=
            options.backends.end();
   };
   std::vector<std::unique_ptr<Backend>> backends;
   if (asked("mesh4d")) backends.push_back(conformance::meshBackend());
   if (asked("voxel4d")) backends.push_back(conformance::voxelBackend());
-  if (!options.program.command.empty()) {
+  if (options.programGiven) {
     conformance::ProgramOptions program = options.program;
     program.keep = options.keep;
     auto backend = conformance::programBackend(std::move(program));
@@ -123,8 +125,8 @@ void printText(const std::vector<CaseResult>& results, std::size_t passed) {
                  check.reason, check.found.empty() ? "" : "\n       " + check.found);
     }
     if (failed > kShown) {
-      fmt::print("       and {} more checks of this case; --json and --html show all\n",
-                 failed - kShown);
+      fmt::print("       and {} more of this case; --json and --html show all\n",
+                 counted(failed - kShown, "check"));
     }
   }
   fmt::print("{} of {} cases passed\n", passed, results.size());
@@ -141,7 +143,7 @@ int list(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Backe
     }
     rows.push_back({given.id, fmt::format("{}", fmt::join(names, ", ")), given.description});
   }
-  if (!rows.empty()) printTable(rows, "l");
+  printTable(rows, "l");
   return kDone;
 }
 
@@ -149,11 +151,7 @@ int run(const Options& options) {
   const ThreadLimit limit(options.threads);
   const std::vector<Case> cases = conformance::analyticCases();
   const auto backends = backendsOf(options);
-  if (!backends) {
-    fmt::print(stderr, "t4d: {}\n", backends.error().text());
-    return kUsage;
-  }
-  if (options.list) return list(cases, *backends, options);
+  if (!backends) return wrongUsage(backends.error().text());
   std::vector<conformance::Job> jobs;
   for (const Case& given : cases) {
     if (!isWanted(given, options)) continue;
@@ -162,15 +160,17 @@ int run(const Options& options) {
     }
   }
   if (jobs.empty()) {
-    fmt::print(stderr, "t4d: no case is left for these options; --list says which there are\n");
-    return kUsage;
+    return wrongUsage(
+        "no case is left for these options; `t4d conform backends --list` says which "
+        "there are");
   }
+  if (options.list) return list(cases, *backends, options);
   if (!options.keep.empty()) {
     std::error_code error;
     std::filesystem::create_directories(options.keep, error);
     if (error) {
       return report(
-          {ErrorCode::Io, "cannot make the folder: " + error.message(), options.keep, {}});
+          {ErrorCode::Failed, "cannot make the folder: " + error.message(), options.keep, {}});
     }
   }
   std::optional<formats::OutputFile> page;
@@ -224,16 +224,17 @@ void addConformBackends(CLI::App& conform, int& exitCode) {
   command
       ->add_option("--tolerance", options->program.tolerance,
                    "How far the program's times, lengths and volumes may be off, as a fraction")
-      ->check(CLI::PositiveNumber)
+      ->check(numberAboveZero())
       ->capture_default_str()
       ->needs(program);
   command
       ->add_option("--timeout", options->program.timeoutSeconds,
                    "Seconds that the program may take for a case")
-      ->check(CLI::PositiveNumber)
+      ->check(numberAboveZero())
       ->capture_default_str()
       ->needs(program);
   command->add_option("--keep", options->keep, "A folder to leave the program's files in")
+      ->check(someName())
       ->needs(program);
   command
       ->add_option(
@@ -243,8 +244,10 @@ void addConformBackends(CLI::App& conform, int& exitCode) {
   command->add_flag("--quick", options->quick, "Leave out the smallest voxels and the large case");
   addThreadsOption(*command, options->threads);
   auto* json = command->add_flag("--json", options->json, "Print every check as JSON");
-  auto* html = command->add_option("--html", options->html,
-                                   "A page to write: the table, plots of convergence, every check");
+  auto* html = command
+                   ->add_option("--html", options->html,
+                                "A page to write: the table, plots of convergence, every check")
+                   ->check(someName());
   command->add_flag("--list", options->list, "Say what would run, and run nothing")
       ->excludes(json)
       ->excludes(html);
@@ -254,7 +257,10 @@ void addConformBackends(CLI::App& conform, int& exitCode) {
       "  t4d conform backends --backend voxel4d --case 'cube-*'\n"
       "  t4d conform backends --backend-program ./my-sweep\n\n"
       "Exit codes: 0 every case passed, 1 some failed, 2 wrong usage.");
-  command->callback([=, &exitCode] { exitCode = run(*options); });
+  command->callback([=, &exitCode] {
+    options->programGiven = program->count() > 0;
+    exitCode = run(*options);
+  });
 }
 
 }  // namespace t4d::tools

@@ -175,13 +175,14 @@ TEST_F(ConformBackends, WrongUsageIsExit2) {
        {"--case nothing", "--backend squirrel", "--tolerance 0.1", "--keep x", "--list --json",
         "--backend-program true --tolerance 0", "--case squirrel-size --quick",
         "--case squirrel-size --backend voxel4d", "--backend-program ./none",
-        "--backend-program 'none at all'"}) {
+        "--backend-program 'none at all'", "--backend-program ''", "--list --case nothing"}) {
     const Finished done = run(arguments);
     EXPECT_EQ(done.exitCode, 2) << arguments;
     EXPECT_EQ(done.out, "") << arguments;
     EXPECT_NE(done.err, "") << arguments;
   }
-  EXPECT_EQ(run("--case cube-at-rest --html no/such/folder.html").exitCode, 4);
+  EXPECT_THAT(run("--backend-program ''").err, HasSubstr("the command is empty"));
+  EXPECT_EQ(run("--case cube-at-rest --html no/such/folder.html").exitCode, 1);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "conformance/driver/reader_cases.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/option_checks.h"
 
 namespace t4d::tools {
 namespace {
@@ -19,9 +20,9 @@ int copy(const std::string& directory, bool force) {
   if (fs::exists(directory, error)) {
     const bool empty = fs::is_directory(directory, error) && fs::is_empty(directory, error);
     if (!empty && !(force && fs::is_directory(directory, error))) {
-      fmt::print(stderr, "t4d: {}: is not an empty folder{}\n", directory,
-                 fs::is_directory(directory, error) ? "; --force writes over what is there" : "");
-      return kUsage;
+      return wrongUsage(
+          directory + ": is not an empty folder" +
+          (fs::is_directory(directory, error) ? "; --force writes over what is there" : ""));
     }
   }
   if (auto written = writeCorpus(directory); !written) return report(written.error());
@@ -40,14 +41,14 @@ std::string resultOf(const ReaderCase& test) {
 std::string faultOf(const ReaderCase& test) {
   const std::size_t starts = test.trials.size();
   if (test.id.starts_with("cut/")) {
-    return fmt::format("{} cut off, at {} lengths.", test.file->id, starts);
+    return fmt::format("{} cut off, at {}.", test.file->id, counted(starts, "length"));
   }
   if (test.id.starts_with("flip/")) {
-    return fmt::format("{} with a bit flipped, in {} places.", test.file->id, starts);
+    return fmt::format("{} with a bit flipped, in {}.", test.file->id, counted(starts, "place"));
   }
   if (test.id.starts_with("poison/")) {
-    return fmt::format("{} with all destroyed that a slice does not need, at {} times.",
-                       test.file->id, starts - 1);
+    return fmt::format("{} with all destroyed that a slice does not need, at {}.", test.file->id,
+                       counted(starts - 1, "time"));
   }
   return test.file->fault;
 }
@@ -56,8 +57,7 @@ int list(const std::vector<std::string>& only, const std::vector<std::string>& s
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files);
   if (auto done = selectCases(cases, only, skip); !done) {
-    fmt::print(stderr, "t4d: {}\n", done.error().text());
-    return kUsage;
+    return wrongUsage(done.error().text());
   }
   std::erase_if(cases, [](const ReaderCase& test) { return !test.skipped.empty(); });
   if (json) {
@@ -91,7 +91,9 @@ void addConformCorpus(CLI::App& conform, int& exitCode) {
       "Write the files that readers are tried on into a folder, with what to expect of each");
   auto directory = std::make_shared<std::string>();
   auto force = std::make_shared<bool>(false);
-  copying->add_option("DIR", *directory, "The folder; it is made where it is missing")->required();
+  copying->add_option("DIR", *directory, "The folder; it is made where it is missing")
+      ->required()
+      ->check(someName());
   copying->add_flag("--force", *force, "Also into a folder that is not empty");
   copying->footer("Example:\n  t4d conform copy corpus");
   copying->callback([=, &exitCode] { exitCode = copy(*directory, *force); });

@@ -13,22 +13,38 @@
 
 namespace t4d::tools {
 
+namespace {
+
+/// fmt::print throws where nothing can be written.
+void printOnStandardError(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
+}  // namespace
+
+void say(const std::string& message) { printOnStandardError("t4d: " + message + "\n"); }
+
+int wrongUsage(const std::string& message) {
+  say(message);
+  return kUsage;
+}
+
 int report(const Error& error) {
-  fmt::print(stderr, "t4d: {}\n", error.text());
+  say(error.text());
   suggest(recoveryCommand(error));
   return error.code == ErrorCode::Failed ? kFailed : kInvalid;
 }
 
 void suggest(const std::string& command) {
-  if (!command.empty()) fmt::print(stderr, "t4d: try: {}\n", command);
+  if (!command.empty()) say("try: " + command);
 }
 
 void printNotices(const std::vector<std::string>& notices) {
-  for (const std::string& notice : notices) fmt::print(stderr, "t4d: note: {}\n", notice);
+  for (const std::string& notice : notices) say("note: " + notice);
 }
 
 int reportLosses(const std::vector<std::string>& losses) {
-  for (const std::string& loss : losses) fmt::print(stderr, "t4d: lost: {}\n", loss);
+  for (const std::string& loss : losses) say("lost: " + loss);
   return losses.empty() ? kDone : kLoss;
 }
 
@@ -62,6 +78,11 @@ std::string grouped(std::uint64_t number) {
   return text;
 }
 
+std::string counted(std::uint64_t number, std::string_view one, std::string_view many) {
+  if (number == 1) return fmt::format("1 {}", one);
+  return grouped(number) + " " + (many.empty() ? fmt::format("{}s", one) : std::string(many));
+}
+
 std::string sizeText(std::uint64_t bytes) {
   const auto number = static_cast<double>(bytes);
   if (number < 1e3) return fmt::format("{} bytes", bytes);
@@ -80,7 +101,7 @@ ProgressBar::ProgressBar(std::string title)
     : title_(std::move(title)), terminal_(isatty(STDERR_FILENO) == 1), begun_(now()) {}
 
 ProgressBar::~ProgressBar() {
-  if (drawn_ > 0) fmt::print(stderr, "\r\033[K");
+  if (drawn_ > 0) printOnStandardError("\r\033[K");
 }
 
 double ProgressBar::now() const {
@@ -101,8 +122,8 @@ void ProgressBar::show(double fraction) {
   drawn_ = time;
   const int filled = static_cast<int>(fraction * kWidth);
   const double left = fraction > 0 ? (time - begun_) * (1 - fraction) / fraction : 0;
-  fmt::print(stderr, "\r\033[K{} [{:=<{}}{:{}}] {:3.0f} %  {:.0f} s left", title_, "", filled, "",
-             kWidth - filled, fraction * 100, left);
+  printOnStandardError(fmt::format("\r\033[K{} [{:=<{}}{:{}}] {:3.0f} %  {:.0f} s left", title_, "",
+                                   filled, "", kWidth - filled, fraction * 100, left));
   std::fflush(stderr);
 }
 

@@ -16,11 +16,18 @@ namespace t4d::tools {
 /// Exit codes, the same for every verb.
 enum ExitCode : int {
   kDone = 0,
-  kFailed = 1,
+  kFailed = 1,  ///< also: a file cannot be written
   kUsage = 2,
   kLoss = 3,     ///< done, but something was lost; it has been listed
-  kInvalid = 4,  ///< the input is invalid, or a file cannot be read or written
+  kInvalid = 4,  ///< the input is invalid or cannot be read
 };
+
+/// Prints "t4d: ", the message and a line's end on standard error. Where that takes nothing, the
+/// message is lost.
+void say(const std::string& message);
+
+/// Says that options have no sense and returns kUsage.
+int wrongUsage(const std::string& message);
 
 /// Prints the error, with the command to try next where there is one, and returns the exit code
 /// that goes with it.
@@ -43,6 +50,9 @@ void printTable(const std::vector<std::vector<std::string>>& rows, std::string_v
 
 /// "1,234,567".
 std::string grouped(std::uint64_t number);
+
+/// "1 slab", "2,000 slabs"; `many` where the plural is not `one` with an s.
+std::string counted(std::uint64_t number, std::string_view one, std::string_view many = {});
 
 /// "12.3 MB".
 std::string sizeText(std::uint64_t bytes);

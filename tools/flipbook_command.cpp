@@ -9,6 +9,7 @@
 #include "tools/console.h"
 #include "tools/input_bodies.h"
 #include "tools/numbers.h"
+#include "tools/option_checks.h"
 
 namespace t4d::tools {
 namespace {
@@ -37,9 +38,8 @@ std::optional<std::vector<double>> timesOf(const std::string& text) {
 }
 
 int run(const Options& options) {
-  if (!formats::canWriteGltf(options.output)) {
-    return report(
-        {ErrorCode::InvalidInput, "a flipbook is written as .glb or .gltf", options.output, {}});
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return wrongUsage(*misuse);
   }
   auto input = openBodies(options.input, options.body);
   if (!input) return report(input.error());
@@ -73,9 +73,9 @@ int run(const Options& options) {
                {"seconds", seconds},
                {"bytes", bytes}});
   } else {
-    fmt::print("{}: {} frames of time {} to {}, plays for {:.4g} s\n  {} triangles in all, {}\n",
-               options.output, written->frames, times.front(), times.back(), seconds,
-               grouped(written->triangles), sizeText(bytes));
+    fmt::print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n", options.output,
+               counted(written->frames, "frame"), times.front(), times.back(), seconds,
+               counted(written->triangles, "triangle"), sizeText(bytes));
   }
   return reportLosses(written->losses);
 }
@@ -89,7 +89,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_option("FILE", options->input, "The .t4d file")->required();
   auto* which = command->add_option_group("frames", "Which; one of");
   which->add_option("-n,--frames", options->frames, "So many, evenly from first to last time")
-      ->check(CLI::Range(std::uint64_t{1}, kMaxFrames));
+      ->check(wholeNumber(1, kMaxFrames));
   which->add_option("--times", options->times, "a:b:n, n times evenly from a to b, both included")
       ->check(CLI::Validator(
           [](std::string& text) {
@@ -98,9 +98,18 @@ void addFlipbook(CLI::App& app, int& exitCode) {
           "A:B:N"));
   which->require_option(1);
   command->add_option("-o,--output", options->output, "The .glb or .gltf file to write")
-      ->required();
+      ->required()
+      ->check(someName())
+      ->check(CLI::Validator(
+          [](std::string& path) {
+            return formats::canWriteGltf(path)
+                       ? std::string()
+                       : "'" + path +
+                             "' is not named .glb or .gltf, which a flipbook is written as";
+          },
+          ""));
   command->add_option("--fps", options->framesPerSecond, "Frames shown in a second")
-      ->check(CLI::PositiveNumber)
+      ->check(numberAboveZero())
       ->capture_default_str();
   addBodyOption(*command, options->body);
   command->add_flag("--attributes", options->attributes,

@@ -64,8 +64,8 @@ int run(const std::string& path, bool json) {
   fmt::print("{}: .t4d {}, {}, by {}{}\n", path, version, sizeText(reader->fileBytes()),
              metadata.generator.empty() ? "an unknown program" : metadata.generator,
              metadata.backend.empty() ? "" : " (" + metadata.backend + ")");
-  fmt::print("  {} vertices, {} tetrahedra in {} slabs\n", grouped(all.vertices),
-             grouped(all.tetrahedra), grouped(all.slabs));
+  fmt::print("  {}, {} in {}\n", counted(all.vertices, "vertex", "vertices"),
+             counted(all.tetrahedra, "tetrahedron", "tetrahedra"), counted(all.slabs, "slab"));
   fmt::print("  time {} to {}{}\n", all.time.begin, all.time.end, unit(metadata.timeUnit));
   const model::Point3& low = all.bounds.min;
   const model::Point3& high = all.bounds.max;
@@ -74,8 +74,9 @@ int run(const std::string& path, bool json) {
              metadata.up);
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     const formats::BodySummary& body = reader->summary(i);
-    fmt::print("  body '{}': {} tetrahedra, time {} to {}\n", metadata.bodies[i],
-               grouped(body.tetrahedra), body.time.begin, body.time.end);
+    fmt::print("  body '{}': {}, time {} to {}\n", metadata.bodies[i],
+               counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin,
+               body.time.end);
   }
   return kDone;
 }

@@ -1,16 +1,33 @@
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/signals.h"
 #include "tools/version.h"
 
-int main(int argc, char** argv) try {
-  using namespace t4d::tools;
-  cleanUpOnSignals();
+namespace t4d::tools {
+namespace {
+
+/// A file that we open must not get the number of a standard stream that is closed: messages would
+/// go into it. What is written to a stream that was closed is an error, as it is without this.
+void keepStandardStreams() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(number, F_GETFD) >= 0) continue;
+    // It gets the lowest number that is free, which is this one.
+    const int opened = open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+    if (opened < 0) return;
+  }
+}
+
+int run(int argc, char** argv) {
   CLI::App app(
       "t4d: 4D meshes, the boundary of a moving solid in space-time (x, y, z, t).\n"
       "Sweep a solid along a motion, keep the result as .t4d, slice it, play it, prove it right.");
@@ -43,16 +60,38 @@ int main(int argc, char** argv) try {
     // Of a mistyped verb or option CLI11 only says that one is missing.
     if (error.get_exit_code() != 0 && error.get_name() != "ExtrasError") {
       for (const std::string& word : app.remaining(true)) {
-        fmt::print(stderr, "t4d: not understood: {}\n", word);
+        say("not understood: " + word);
       }
     }
     return app.exit(error) == 0 ? kDone : kUsage;
   }
   return exitCode;
-} catch (const std::bad_alloc&) {
-  fmt::print(stderr, "t4d: out of memory\n");
-  return t4d::tools::kFailed;
-} catch (const std::exception& error) {
-  fmt::print(stderr, "t4d: {}\n", error.what());
-  return t4d::tools::kFailed;
+}
+
+/// Results that did not reach standard output are no results.
+int exitCodeOf(int exitCode) {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && std::ferror(stdout) == 0) return exitCode;
+  say(errno == 0 ? "cannot write to standard output"
+                 : fmt::format("cannot write to standard output: {}", std::strerror(errno)));
+  return exitCode == kDone || exitCode == kLoss ? kFailed : exitCode;
+}
+
+}  // namespace
+}  // namespace t4d::tools
+
+int main(int argc, char** argv) {
+  using namespace t4d::tools;
+  keepStandardStreams();
+  cleanUpOnSignals();
+  int exitCode = kFailed;
+  try {
+    exitCode = run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    say("out of memory");
+  } catch (const std::exception& error) {
+    if (std::ferror(stdout) == 0) say(error.what());
+  }
+  return exitCodeOf(exitCode);
 }

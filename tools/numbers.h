@@ -8,18 +8,25 @@
 
 namespace t4d::tools {
 
+/// The finite number that a text is; nothing where it is none.
+inline std::optional<double> numberOf(std::string_view word) {
+  if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
+  double number = 0;
+  const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(number)) {
+    return std::nullopt;
+  }
+  return number;
+}
+
 /// The numbers of a text like "1,0,0,0,2.5" or "0:5:11"; nothing where it is none such.
 inline std::optional<std::vector<double>> numbersBetween(std::string_view text, char separator) {
   std::vector<double> numbers;
   while (true) {
     const std::size_t end = text.find(separator);
-    const std::string_view word = text.substr(0, end);
-    double number = 0;
-    const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(number)) {
-      return std::nullopt;
-    }
-    numbers.push_back(number);
+    const auto number = numberOf(text.substr(0, end));
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
     if (end == std::string_view::npos) return numbers;
     text.remove_prefix(end + 1);
   }

@@ -54,22 +54,40 @@ class Program : public testing::Test {
             contents(folder_ / "stdout.txt"), contents(folder_ / "stderr.txt")};
   }
 
+  /// The exit code where "$t4d" is the program; -signal where one ended it.
+  int shell(const std::string& script) {
+    const std::string command =
+        "cd " + folder_.string() + " && t4d=" + T4D_PROGRAM + " && " + script;
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+
   fs::path write(const std::string& name, const std::string& text) {
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return folder_ / name;
   }
 
   /// Invalid input: exit 4, an error that names what and where, and no output file.
-  void refuses(const std::string& arguments, const std::string& expected) {
+  void refuses(const std::string& arguments, const std::string& expected, int exitCode = 4) {
     SCOPED_TRACE(arguments);
     const Finished done = run(arguments);
-    EXPECT_EQ(done.exitCode, 4) << done.err;
+    EXPECT_EQ(done.exitCode, exitCode) << done.err;
     EXPECT_NE(done.err.find(expected), std::string::npos) << done.err;
     EXPECT_FALSE(fs::exists(folder_ / "out.t4d"));
     EXPECT_FALSE(fs::exists(folder_ / "out.glb"));
     for (const auto& entry : fs::directory_iterator(folder_)) {
       EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
     }
+  }
+
+  /// Wrong usage: exit 2, and the option is named.
+  void misused(const std::string& arguments, const std::string& expected) {
+    refuses(arguments, expected, 2);
+  }
+
+  /// An output that cannot be made: exit 1.
+  void cannot(const std::string& arguments, const std::string& expected) {
+    refuses(arguments, expected, 1);
   }
 
   fs::path folder_;
@@ -204,6 +222,42 @@ TEST_F(Program, HelpHasAnExampleForEachVerb) {
   }
 }
 
+TEST_F(Program, MessagesThatCannotBePrintedChangeNothing) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const std::string lost : {" > out.txt 2>&-", " > out.txt 2> /dev/full"}) {
+    EXPECT_EQ(shell("$t4d info nosuch" + lost), 4) << lost;
+    EXPECT_EQ(shell("$t4d swep" + lost), 2) << lost;
+    EXPECT_EQ(shell("$t4d sweep fx/cube.obj -o a.t4d -m fx/rest.json --voxel-size 1" + lost), 2);
+    EXPECT_EQ(shell("$t4d slice cube.t4d --time 1 --attributes -o a.stl" + lost), 3) << lost;
+    EXPECT_EQ(shell("$t4d conform list --only nothing" + lost), 2) << lost;
+  }
+  // No message gets into a file that is written.
+  ASSERT_EQ(run("slice cube.t4d --time 1 --attributes -o a.stl").exitCode, 3);
+  const std::string whole = contents(folder_ / "a.stl");
+  EXPECT_EQ(shell("$t4d slice cube.t4d --time 1 --attributes -o b.stl >&- 2>&- <&-"), 1);
+  EXPECT_EQ(contents(folder_ / "b.stl"), whole);
+}
+
+TEST_F(Program, ResultsThatCannotBePrintedAreExit1) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const std::string arguments :
+       {"info cube.t4d", "info cube.t4d --json", "validate cube.t4d", "slice cube.t4d --time 1",
+        "slice cube.t4d --time 1 --json", "compare cube.t4d cube.t4d --slices 1",
+        "flipbook cube.t4d --frames 2 -o a.glb", "recover cube.t4d -o b.t4d --json",
+        "sweep fx/cube.obj -m fx/rest.json -o c.t4d --json", "version", "version --json", "--help",
+        "--version", "sweep --help", "conform backends --list", "conform list"}) {
+    for (const std::string lost : {" > /dev/full", " >&-"}) {
+      EXPECT_EQ(shell("$t4d " + arguments + lost + " 2> err.txt"), 1) << arguments << lost;
+      EXPECT_THAT(contents(folder_ / "err.txt"),
+                  testing::HasSubstr("t4d: cannot write to standard output"))
+          << arguments << lost;
+    }
+  }
+  // Who reads no more of it has enough.
+  EXPECT_EQ(shell("$t4d conform list 2> err.txt | head -1 > out.txt"), 0);
+  EXPECT_EQ(contents(folder_ / "err.txt"), "");
+}
+
 TEST_F(Program, RefusesBadMeshes) {
   const auto sweep = [](const std::string& mesh) {
     return "sweep " + mesh + " -m fx/paper-screw.json -o out.t4d";
@@ -267,11 +321,14 @@ TEST_F(Program, RefusesBadMotionsAndRules) {
   motion(R"({"segments": [{"duration": 1, "axis": [0, 0, 1]}]})", "unknown key 'axis'");
   motion("{", "not JSON");
   const std::string base = "sweep fx/cube.obj -m fx/paper-screw.json -o out.t4d ";
-  refuses(base + "--rv-min 1", "R_Vmin is 1; it must lie in [0, 1)");
-  refuses(base + "--rv-min -0.5", "R_Vmin");
-  refuses(base + "--rv-min nan", "R_Vmin");
-  refuses(base + "--steps 0", "0 steps");
-  refuses(base + "--max-deviation 0", "deviation");
+  misused(base + "--rv-min 1", "--rv-min: '1' is not a number from 0 to less than 1");
+  misused(base + "--rv-min -0.5", "--rv-min: '-0.5'");
+  misused(base + "--rv-min nan", "--rv-min: 'nan'");
+  misused(base + "--steps 0", "--steps: '0' is not a whole number from 1 to 100000000");
+  misused(base + "--steps -1", "--steps: '-1'");
+  misused(base + "--steps ''", "--steps: ''");
+  misused(base + "--max-deviation 0", "--max-deviation: '0' is not a number above 0");
+  misused(base + "--threads 0", "--threads: '0' is not a whole number from 1 to 1024");
   refuses("sweep fx/cube.obj -m missing.json -o out.t4d", "missing.json");
 }
 
@@ -280,24 +337,68 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   refuses("slice cube.t4d --time 65 -o out.glb",
           "cube.t4d: time 65 is outside the mesh, which lasts from 0 to 64");
   refuses("slice cube.t4d --time -1 -o out.glb", "lasts from 0 to 64");
-  refuses("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "normal not zero");
-  refuses("slice cube.t4d --time 1 -o out.xyz", ".glb, .gltf, .stl, .obj, .ply");
+  misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
+  misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
+  misused("slice cube.t4d --time 1 -o out.xyz", ".glb, .gltf, .stl, .obj, .ply");
+  misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
+  misused("flipbook cube.t4d --frames 2.5 -o out.glb",
+          "--frames: '2.5' is not a whole number from 1 to 100000");
+  misused("flipbook cube.t4d --frames 2 --fps 0 -o out.glb", "--fps: '0' is not a number above 0");
   refuses("slice cube.t4d --time 1 --body lid -o out.glb", "has no body 'lid'; it has paper-cube");
   refuses("flipbook cube.t4d --times 60:70:3 -o out.glb", "time 65 is outside");
   refuses("slice missing.t4d --time 1 -o out.glb", "missing.t4d: cannot open: No such file");
   refuses("info fx/cube.obj", "is not a .t4d file");
+  refuses("info fx", "fx: is a folder");
 }
 
 TEST_F(Program, FullDiskAndUnwritablePathsAreErrors) {
-  refuses("sweep fx/bolt.obj -m fx/screw-in.json -o /dev/full", "No space left on device");
+  cannot("sweep fx/bolt.obj -m fx/screw-in.json -o /dev/full", "No space left on device");
   ASSERT_EQ(run(kPaper).exitCode, 0);
   for (const char* verb : {"slice cube.t4d --time 1", "flipbook cube.t4d --frames 3"}) {
-    refuses(std::string(verb) + " -o nowhere/out.glb", "nowhere/out.glb");
+    cannot(std::string(verb) + " -o nowhere/out.glb", "nowhere/out.glb");
   }
   fs::create_symlink("/dev/full", folder_ / "full.stl");
-  refuses("slice cube.t4d --time 1 -o full.stl", "No space left on device");
-  refuses("sweep fx/cube.obj -m fx/rest.json -o nowhere/out.t4d", "No such file or directory");
-  refuses("sweep fx/cube.obj -m fx/rest.json -o fx", "is a folder");
+  cannot("slice cube.t4d --time 1 -o full.stl", "No space left on device");
+  cannot("sweep fx/cube.obj -m fx/rest.json -o nowhere/out.t4d", "No such file or directory");
+  cannot("sweep fx/cube.obj -m fx/rest.json -o fx", "is a folder");
+  cannot("compare cube.t4d cube.t4d --slices 1 --html nowhere/page", "nowhere/page");
+  misused("sweep fx/cube.obj -m fx/rest.json -o ''", "--output: the name is empty");
+  misused("slice cube.t4d --time 1 -o ''", "--output: the name is empty");
+}
+
+TEST_F(Program, NoInputIsWrittenOver) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 -o two").exitCode,
+            0);
+  fs::create_symlink(folder_ / "cube.t4d", folder_ / "link.glb");
+  fs::create_hard_link(folder_ / "fx" / "cube.obj", folder_ / "hard.t4d");
+  const auto keeps = [&](const std::string& arguments, const std::string& file) {
+    const std::string before = contents(folder_ / file);
+    misused(arguments, "name another file");
+    EXPECT_EQ(contents(folder_ / file), before);
+  };
+  for (const char* output : {"fx/cube.obj", "./fx/../fx/cube.obj", "hard.t4d"}) {
+    keeps(std::string("sweep fx/cube.obj -m fx/rest.json -o ") + output, "fx/cube.obj");
+  }
+  keeps("sweep fx/cube.obj -m fx/rest.json -o fx/rest.json", "fx/rest.json");
+  keeps("slice cube.t4d --time 1 -o link.glb", "cube.t4d");
+  keeps("flipbook cube.t4d --frames 2 -o link.glb", "cube.t4d");
+  keeps("compare cube.t4d cube.t4d --html cube.t4d", "cube.t4d");
+  keeps("weave two -o two/frame_0001.vdb", "two/frame_0001.vdb");
+  keeps("weave two/frame_0000.vdb two/frame_0001.vdb -o two/frame_0000.vdb", "two/frame_0000.vdb");
+}
+
+TEST_F(Program, OneThingIsNoMore) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json --steps 1 -o one.t4d").exitCode, 0);
+  EXPECT_THAT(run("slice one.t4d --time 0").out, testing::HasSubstr(", 1 slab\n"));
+  EXPECT_THAT(run("info one.t4d").out, testing::HasSubstr(" in 3 slabs\n"));
+  EXPECT_THAT(run("flipbook one.t4d --frames 1 -o a.glb").out, testing::HasSubstr(": 1 frame of"));
+}
+
+TEST_F(Program, AStepThatTurnsFarHasANote) {
+  const std::string base = "sweep fx/cube.obj -m fx/paper-screw.json -o a.t4d --steps ";
+  EXPECT_THAT(run(base + "1").err, testing::HasSubstr("t4d: note: a step of segment 0 turns by "));
+  EXPECT_EQ(run(base + "8").err, "");
 }
 
 TEST_F(Program, EveryTruncationAndEveryAlteredByteIsFound) {
@@ -408,7 +509,8 @@ TEST_F(Program, CompareSaysWhatIsWrong) {
   const std::string rest = " --voxel-size 1 --frames 9 --html out.glb";
   refuses("compare fx/cube.obj -m nothing.json" + rest, "nothing.json");
   refuses("compare fx/nothing.obj -m fx/rest.json" + rest, "nothing.obj");
-  refuses("compare fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1", "voxel4d");
+  misused("compare fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1",
+          "--frames: '1' is not a whole number from 2 to 1000000");
 }
 
 /// Section 5.1, the voxel method.
@@ -473,12 +575,11 @@ TEST_F(Program, BadFramesAreRefused) {
   refuses(first + "cut.vdb -o out.t4d", "cut.vdb");
   refuses(first + "two/frame_0000.vdb -o out.t4d", "times do not increase");
   refuses("weave two --iso 1000 -o out.t4d", "1000");
-  refuses(
-      "sweep fx/cube.obj -m fx/rest.json --backend voxel4d --voxel-size 0 --frames 3 -o out.t4d",
-      "voxel size");
-  refuses(
-      "sweep fx/cube.obj -m fx/rest.json --backend voxel4d --voxel-size 1 --frames 1 -o out.t4d",
-      "1");
+  const std::string voxels = "sweep fx/cube.obj -m fx/rest.json --backend voxel4d -o out.t4d ";
+  misused(voxels + "--voxel-size 0 --frames 3", "--voxel-size: '0' is not a number above 0");
+  misused(voxels + "--voxel-size 1 --frames 1", "--frames: '1'");
+  misused(voxels + "--voxel-size 1 --frame-time inf", "--frame-time: 'inf'");
+  misused("voxelize fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1 -o out", "--frames: '1'");
 }
 
 TEST_F(Program, MemoryDoesNotGrowWithTheFrames) {

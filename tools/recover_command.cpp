@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <filesystem>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -7,6 +6,7 @@
 #include "convert/recover.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/option_checks.h"
 #include "tools/version.h"
 
 namespace t4d::tools {
@@ -109,11 +109,7 @@ void printLosses(const std::vector<formats::T4dLoss>& lost) {
 }
 
 int run(const std::string& input, const std::string& output, bool json) {
-  std::error_code ignored;
-  if (std::filesystem::equivalent(input, output, ignored)) {
-    fmt::print(stderr, "t4d: -o is the input itself; name another file\n");
-    return kUsage;
-  }
+  if (const auto misuse = misuseOfOutput(output, {&input, 1})) return wrongUsage(*misuse);
   Result<convert::RecoverReport> recovered;
   {
     ProgressBar bar("recovering");
@@ -124,8 +120,7 @@ int run(const std::string& input, const std::string& output, bool json) {
   printLosses(recovered->lost);
   if (json) printJson(jsonOf(input, output, *recovered));
   if (!recovered->validation) {
-    fmt::print(stderr, "t4d: {}: what is whole of it bounds no solid; nothing was written\n",
-               input);
+    say(input + ": what is whole of it bounds no solid; nothing was written");
     return kInvalid;
   }
   if (!json) printText(output, *recovered);
@@ -142,7 +137,9 @@ void addRecover(CLI::App& app, int& exitCode) {
   auto output = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   command->add_option("FILE", *input, "The damaged .t4d file, which stays as it is")->required();
-  command->add_option("-o,--output", *output, "The .t4d file to write")->required();
+  command->add_option("-o,--output", *output, "The .t4d file to write")
+      ->required()
+      ->check(someName());
   command->add_flag("--json", *json, "Print what was saved and lost as JSON");
   command->footer("Example:\n  t4d recover broken.t4d -o fixed.t4d");
   command->callback([=, &exitCode] { exitCode = run(*input, *output, *json); });

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "tools/console.h"
 #include "tools/input_bodies.h"
 #include "tools/numbers.h"
+#include "tools/option_checks.h"
 
 namespace t4d::tools {
 namespace {
@@ -89,14 +91,8 @@ Result<std::vector<std::string>> write(const Options& options, const Sections& s
 }
 
 int run(const Options& options) {
-  if (!options.output.empty() && !formats::canWriteGltf(options.output) &&
-      !formats::canWriteTriangleMesh(options.output)) {
-    return report({ErrorCode::InvalidInput,
-                   fmt::format("the extension says no format that can be written; these can: .glb, "
-                               ".gltf, {}",
-                               formats::writableTriangleMeshExtensions()),
-                   options.output,
-                   {}});
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return wrongUsage(*misuse);
   }
   auto input = openBodies(options.input, options.body);
   if (!input) return report(input.error());
@@ -135,12 +131,12 @@ int run(const Options& options) {
                {"slabs_read", sections->slabsRead},
                {"bytes_read", input->reader.bytesRead()}});
   } else {
-    fmt::print("{}{} vertices, {} triangles, {}; volume {:.12g}, area {:.12g}\n",
-               options.output.empty() ? "" : options.output + ": ", grouped(vertices),
-               grouped(triangles), closed ? "closed" : "NOT CLOSED", volume, area);
-    fmt::print("  read {} of {}, {} slab{}\n", sizeText(input->reader.bytesRead()),
-               sizeText(input->reader.fileBytes()), sections->slabsRead,
-               sections->slabsRead == 1 ? "" : "s");
+    fmt::print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
+               options.output.empty() ? "" : options.output + ": ",
+               counted(vertices, "vertex", "vertices"), counted(triangles, "triangle"),
+               closed ? "closed" : "NOT CLOSED", volume, area);
+    fmt::print("  read {} of {}, {}\n", sizeText(input->reader.bytesRead()),
+               sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"));
   }
   return reportLosses(losses);
 }
@@ -152,25 +148,42 @@ void addSlice(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<Options>();
   command->add_option("FILE", options->input, "The .t4d file")->required();
   auto* cuts = command->add_option_group("hyperplane", "Which; one of");
-  cuts->add_option("-t,--time", options->time, "The solid at a time, in (x, y, z)");
-  cuts->add_option("--x", options->x, "What passes through the plane x = V, in (y, z, t)");
-  cuts->add_option("--y", options->y, "The same for y = V, in (x, z, t)");
-  cuts->add_option("--z", options->z, "The same for z = V, in (x, y, t)");
+  cuts->add_option("-t,--time", options->time, "The solid at a time, in (x, y, z)")
+      ->check(finiteNumber());
+  cuts->add_option("--x", options->x, "What passes through the plane x = V, in (y, z, t)")
+      ->check(finiteNumber());
+  cuts->add_option("--y", options->y, "The same for y = V, in (x, z, t)")->check(finiteNumber());
+  cuts->add_option("--z", options->z, "The same for z = V, in (x, y, t)")->check(finiteNumber());
   cuts->add_option("--hyperplane", options->hyperplane,
                    "a,b,c,d,offset: a x + b y + c z + d t = offset, in an orthonormal basis of it "
                    "(docs/slice.md)")
       ->check(CLI::Validator(
           [](std::string& text) {
             const auto numbers = numbersBetween(text, ',');
-            return numbers && numbers->size() == 5
-                       ? std::string()
-                       : "'" + text + "' is not five numbers a,b,c,d,offset";
+            if (!numbers || numbers->size() != 5) {
+              return "'" + text + "' is not five numbers a,b,c,d,offset";
+            }
+            const bool zero = std::all_of(numbers->begin(), numbers->begin() + 4,
+                                          [](double component) { return component == 0; });
+            return zero ? "'" + text + "' has the normal 0,0,0,0" : std::string();
           },
           "A,B,C,D,OFFSET"));
   cuts->require_option(1);
-  command->add_option("-o,--output", options->output,
-                      "The file to write: .glb, .gltf, .stl, .ply or .obj (default: none, only "
-                      "measure)");
+  command
+      ->add_option("-o,--output", options->output,
+                   "The file to write: .glb, .gltf, .stl, .ply or .obj (default: none, only "
+                   "measure)")
+      ->check(someName())
+      ->check(CLI::Validator(
+          [](std::string& path) {
+            return formats::canWriteGltf(path) || formats::canWriteTriangleMesh(path)
+                       ? std::string()
+                       : fmt::format(
+                             "the extension of '{}' says no format that can be written; "
+                             "these can: .glb, .gltf, {}",
+                             path, formats::writableTriangleMeshExtensions());
+          },
+          ""));
   addBodyOption(*command, options->body);
   command->add_flag("--attributes", options->attributes,
                     "Write attributes too; what the format has no room for is listed (exit 3)");

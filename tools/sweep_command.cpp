@@ -1,3 +1,4 @@
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "mesh4d/sweep.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/option_checks.h"
 #include "tools/t4d_output.h"
 #include "tools/thread_limit.h"
 #include "tools/voxel_series.h"
@@ -154,9 +156,10 @@ Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh
 }
 
 int run(const Options& options) {
-  if (const auto misuse = misuseOf(options)) {
-    fmt::print(stderr, "t4d: {}\n", *misuse);
-    return kUsage;
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  if (const auto misuse =
+          misuseOfOutput(options.output.path, std::array{options.model, options.motion})) {
+    return wrongUsage(*misuse);
   }
   const auto begin = std::chrono::steady_clock::now();
   const ThreadLimit limit(options.threads);
@@ -194,7 +197,7 @@ int run(const Options& options) {
   } else {
     fmt::print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(made->vertices),
                grouped(made->tetrahedra));
-    fmt::print("  {} steps, caps of {} and {} tetrahedra\n", grouped(made->steps),
+    fmt::print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
                grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
                sizeText(peakBytes()));
@@ -217,12 +220,17 @@ void addSweep(CLI::App& app, int& exitCode) {
                    "mesh4d (the triangles are swept) or voxel4d (by way of a time series of grids)")
       ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
       ->capture_default_str();
-  auto* rvMin = command->add_option(
-      "--rv-min", options->rvMin,
-      "Smallest volume of any slice, as a fraction of the solid's, in [0, 1) (default: 0.998)");
-  auto* steps = command->add_option("--steps", options->steps, "Steps for each segment");
-  auto* deviation = command->add_option("--max-deviation", options->maxDeviation,
-                                        "Largest distance of a point from its true path");
+  auto* rvMin = command
+                    ->add_option("--rv-min", options->rvMin,
+                                 "Smallest volume of any slice, as a fraction of the solid's, in "
+                                 "[0, 1) (default: 0.998)")
+                    ->check(fractionBelowOne());
+  auto* steps = command->add_option("--steps", options->steps, "Steps for each segment")
+                    ->check(wholeNumber(1, mesh4d::kMaxSteps));
+  auto* deviation = command
+                        ->add_option("--max-deviation", options->maxDeviation,
+                                     "Largest distance of a point from its true path")
+                        ->check(numberAboveZero());
   rvMin->excludes(steps)->excludes(deviation);
   steps->excludes(deviation);
   command
@@ -235,7 +243,8 @@ void addSweep(CLI::App& app, int& exitCode) {
                    "Cells of a triangle's prism: 14 (symmetric, exact volumes; default) or 3 "
                    "(smallest)")
       ->check(CLI::IsMember({14, 3}));
-  command->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, length units");
+  command->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, length units")
+      ->check(numberAboveZero());
   addFrameTimes(*command, options->times, "voxel4d: ");
   command->add_flag("--mask", options->mask,
                     "voxel4d: which lattice points are inside, instead of level sets");

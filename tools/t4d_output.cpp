@@ -1,5 +1,6 @@
 #include "tools/t4d_output.h"
 
+#include "tools/option_checks.h"
 #include "tools/version.h"
 
 namespace t4d::tools {
@@ -11,12 +12,12 @@ std::filesystem::path nameIn(const std::string& path) {
 }
 
 void T4dOutput::addTo(CLI::App& command) {
-  command.add_option("-o,--output", path, "The .t4d file to write")->required();
+  command.add_option("-o,--output", path, "The .t4d file to write")->required()->check(someName());
   command.add_option("--precision", precision, "Positions as float64 or float32")
       ->check(CLI::IsMember({"float64", "float32"}))
       ->capture_default_str();
   command.add_option("--compression", compression, "zstd level, 0 for none")
-      ->check(CLI::Range(0, 19))
+      ->check(wholeNumber(0, 19))
       ->capture_default_str();
   command.add_option("--up", up, "The axis that points up, for glTF: y or z")
       ->check(CLI::IsMember({"y", "z"}))

@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <tbb/global_control.h>
 
+#include "tools/option_checks.h"
+
 namespace t4d::tools {
 
 /// While it lives, no more than `threads` threads work at a time; nothing for as many as there are
@@ -24,7 +26,7 @@ class ThreadLimit {
 /// Adds `--threads`.
 inline void addThreadsOption(CLI::App& command, std::optional<int>& threads) {
   command.add_option("--threads", threads, "At most so many (default: one a processor)")
-      ->check(CLI::Range(1, 1024));
+      ->check(wholeNumber(1, 1024));
 }
 
 }  // namespace t4d::tools

@@ -53,11 +53,11 @@ void printText(const std::string& path, const formats::T4dValidation& validation
     const auto yes = [](bool value) { return value ? "yes" : "NO"; };
     fmt::print("  closed {}, oriented {}", yes(mesh.closed), yes(mesh.oriented));
     if (mesh.vertexLinksOk) fmt::print(", vertex links are spheres {}", yes(*mesh.vertexLinksOk));
-    fmt::print("\n  {} vertices, {} tetrahedra in {} slabs, {} component{}\n",
-               grouped(mesh.vertices), grouped(mesh.tetrahedra), grouped(mesh.slabs),
-               mesh.components, mesh.components == 1 ? "" : "s");
-    fmt::print("  hypervolume {:.12g}, 3-volume of the boundary {:.12g}, {} degenerate cells\n",
-               mesh.hypervolume, mesh.boundaryVolume, grouped(mesh.degenerateCells));
+    fmt::print("\n  {}, {} in {}, {}\n", counted(mesh.vertices, "vertex", "vertices"),
+               counted(mesh.tetrahedra, "tetrahedron", "tetrahedra"), counted(mesh.slabs, "slab"),
+               counted(mesh.components, "component"));
+    fmt::print("  hypervolume {:.12g}, 3-volume of the boundary {:.12g}, {}\n", mesh.hypervolume,
+               mesh.boundaryVolume, counted(mesh.degenerateCells, "degenerate cell"));
   }
   for (const model::Issue& issue : validation.issues.issues) {
     static constexpr const char* kNames[] = {"error", "warning", "information", "hint"};

@@ -6,27 +6,34 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/console.h"
+#include "tools/option_checks.h"
 
 namespace t4d::tools {
 
 void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix) {
-  command.add_option("--frames", times.count,
-                     prefix + "So many frames, evenly from first to last time");
-  command.add_option(
-      "--frame-time", times.step,
-      prefix + "Frames so far apart, from the first time on; with --frames the first so many");
+  command
+      .add_option("--frames", times.count,
+                  prefix + "So many frames, evenly from first to last time")
+      ->check(wholeNumber(2, voxel4d::kMaxFrames));
+  command
+      .add_option(
+          "--frame-time", times.step,
+          prefix + "Frames so far apart, from the first time on; with --frames the first so many")
+      ->check(numberAboveZero());
 }
 
 void VoxelSeriesOptions::addTo(CLI::App& command) {
   command
       .add_option("--voxel-size", voxelSize,
                   "Edge of a voxel, in length units; lattice points are its multiples")
-      ->required();
+      ->required()
+      ->check(numberAboveZero());
   auto* when = command.add_option_group("frames", "Which times; one of these, or both");
   addFrameTimes(*when, times);
   when->require_option(1, 2);
   command.add_option("-o,--output", folder, "The folder to write frame_0000.vdb, ... into")
-      ->required();
+      ->required()
+      ->check(someName());
   command.add_flag("--mask", mask,
                    "Write which lattice points are strictly inside, instead of level sets");
   addThreadsOption(command, threads);
@@ -64,10 +71,11 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& s
                {"peak_bytes", peakBytes()},
                {"bytes", written->bytes}});
   } else {
-    fmt::print("{}: {} frames of {} from time {} to {}\n", options.folder, grouped(written->frames),
-               options.mask ? "inside points" : "level sets", times->front(), times->back());
-    fmt::print("  {} points inside, at most {} active voxels in a frame\n",
-               grouped(written->insidePoints), grouped(written->mostActiveVoxels));
+    fmt::print("{}: {} of {} from time {} to {}\n", options.folder,
+               counted(written->frames, "frame"), options.mask ? "inside points" : "level sets",
+               times->front(), times->back());
+    fmt::print("  {} inside, at most {} in a frame\n", counted(written->insidePoints, "point"),
+               counted(written->mostActiveVoxels, "active voxel"));
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,
                sizeText(peakBytes()));
   }

@@ -7,6 +7,7 @@
 
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/option_checks.h"
 #include "tools/t4d_output.h"
 #include "tools/thread_limit.h"
 #include "voxel4d/vdb_frames.h"
@@ -39,6 +40,9 @@ std::string detailsOf(const Options& options) {
 }
 
 int run(const Options& options) {
+  if (const auto misuse = misuseOfOutput(options.output.path, options.frames)) {
+    return wrongUsage(*misuse);
+  }
   const auto begin = std::chrono::steady_clock::now();
   const ThreadLimit limit(options.threads);
   const std::vector<std::filesystem::path> inputs(options.frames.begin(), options.frames.end());
@@ -69,8 +73,9 @@ int run(const Options& options) {
                {"cap_tetrahedra", woven->capTetrahedra},
                {"bytes", *bytes}});
   } else {
-    fmt::print("{}: {} vertices, {} tetrahedra from {} frames\n", options.output.path,
-               grouped(woven->vertices), grouped(woven->tetrahedra), grouped(woven->frames));
+    fmt::print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path,
+               grouped(woven->vertices), grouped(woven->tetrahedra),
+               counted(woven->frames, "frame"));
     fmt::print("  caps of {} and {} tetrahedra\n", grouped(woven->capTetrahedra[0]),
                grouped(woven->capTetrahedra[1]));
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
@@ -90,13 +95,18 @@ void addWeave(CLI::App& app, int& exitCode) {
                    "Grids: .vdb files of one frame each, a folder of them, or one file of several "
                    "grids")
       ->required();
-  command->add_option("--iso", options->input.iso,
-                      "Densities: inside is where values are above this (default: level sets, "
-                      "inside is below 0)");
-  auto* frameTime = command->add_option("--frame-time", options->input.frameTime,
-                                        "Time between two frames (default: each grid's metadata "
-                                        "t4d_time)");
+  command
+      ->add_option("--iso", options->input.iso,
+                   "Densities: inside is where values are above this (default: level sets, "
+                   "inside is below 0)")
+      ->check(finiteNumber());
+  auto* frameTime = command
+                        ->add_option("--frame-time", options->input.frameTime,
+                                     "Time between two frames (default: each grid's metadata "
+                                     "t4d_time)")
+                        ->check(numberAboveZero());
   command->add_option("--start-time", options->input.startTime, "Of the first frame")
+      ->check(finiteNumber())
       ->needs(frameTime);
   command->add_option("--grid", options->input.grid, "Only grids of this name (default: all)");
   command
