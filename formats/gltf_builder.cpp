@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -154,8 +153,7 @@ Result<int> GltfBuilder::addAccessor(std::span<const unsigned char> bytes, int c
 Result<int> GltfBuilder::addFloats(std::span<const float> numbers, int components, bool bounds,
                                    int target) {
   const int type = components == 1 ? TINYGLTF_TYPE_SCALAR : components;  // VEC2 to VEC4 are 2 to 4
-  const auto width = static_cast<std::size_t>(components);
-  assert(components > 0);
+  const std::size_t width = std::max<std::size_t>(1, components);
   auto index =
       addAccessor({reinterpret_cast<const unsigned char*>(numbers.data()), numbers.size_bytes()},
                   TINYGLTF_COMPONENT_TYPE_FLOAT, type, numbers.size() / width, target);

@@ -58,7 +58,7 @@ bool changes(int flags) { return (flags & O_ACCMODE) != O_RDONLY; }
 
 }  // namespace
 
-#define NEXT(function) next(&function, #function)
+#define NEXT(function) next(&(function), #function)
 
 extern "C" {
 

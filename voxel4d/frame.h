@@ -20,7 +20,7 @@ struct Coord {
   std::int32_t y = 0;
   std::int32_t z = 0;
 
-  friend auto operator<=>(const Coord&, const Coord&) = default;
+  friend auto operator<=>(const Coord&, const Coord&) = default;  // NOLINT(modernize-use-nullptr)
 };
 
 struct CoordHash {

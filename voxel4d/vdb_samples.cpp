@@ -13,9 +13,6 @@ namespace t4d::voxel4d {
 
 namespace {
 
-using openvdb::Coord;
-using openvdb::GridBase;
-
 /// Writes what io::Stream cannot: files with offsets, into memory.
 struct Archive : private openvdb::io::Archive {
   static std::string bytesOf(const openvdb::GridCPtrVec& grids, std::uint32_t compression,
