@@ -12,8 +12,26 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// Of the metadata, which has to stay small.
+constexpr std::size_t kMostGaps = 1000;
+
+/// Times between slabs at which a body is not.
+ordered_json gapsOf(formats::T4dSalvage& salvage) {
+  ordered_json gaps = ordered_json::array();
+  for (std::size_t i = 0; i < salvage.metadata().bodies.size(); ++i) {
+    const model::Source& slabs = salvage.body(i);
+    for (std::size_t k = 1; k < slabs.slabCount(); ++k) {
+      const double begin = slabs.timeSpan(k - 1).end;
+      const double end = slabs.timeSpan(k).begin;
+      if (begin == end || gaps.size() == kMostGaps) continue;
+      gaps.push_back({{"body", salvage.metadata().bodies[i]}, {"begin", begin}, {"end", end}});
+    }
+  }
+  return gaps;
+}
+
 /// The metadata of the recovered file: as it was, made by us, with a note of where it comes from.
-formats::Metadata metadataOf(const formats::T4dSalvage& salvage, const std::filesystem::path& input,
+formats::Metadata metadataOf(formats::T4dSalvage& salvage, const std::filesystem::path& input,
                              const std::string& generator) {
   formats::Metadata metadata = salvage.metadata();
   ordered_json details = ordered_json::parse(metadata.detailsJson);
@@ -21,10 +39,15 @@ formats::Metadata metadataOf(const formats::T4dSalvage& salvage, const std::file
                             {"slabs_saved", salvage.slabsSaved()}};
   if (const auto known = salvage.slabsKnown()) recovered["slabs_known"] = *known;
   if (!metadata.generator.empty()) recovered["generator"] = metadata.generator;
+  if (!salvage.losses().empty()) recovered["gaps"] = gapsOf(salvage);
   details["recovered"] = std::move(recovered);
   metadata.detailsJson = details.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
   metadata.generator = generator;
   return metadata;
+}
+
+std::string atEnd(const RunEnd& end) {
+  return fmt::format("where it {} at time {}", end.begin ? "begins" : "ends", end.time);
 }
 
 }  // namespace
@@ -45,6 +68,7 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
   report.metadataSaved = salvage->metadataSaved();
   report.lost = salvage->losses();
   if (report.slabsSaved == 0) return report;
+  const bool damaged = !report.lost.empty();
 
   const formats::Metadata metadata = metadataOf(*salvage, input, options.generator);
   auto writer = formats::T4dWriter::create(output, metadata);
@@ -63,14 +87,20 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
     auto ends = closer.finish();
     if (!ends) return pass(ends.error());
     for (const RunEnd& end : *ends) {
+      const std::string& name = metadata.bodies[i];
+      const std::uint64_t offset = salvage->slabOffset(i, end.slab);
       if (end.open) {
-        const std::uint64_t offset = salvage->slabOffset(i, end.slab);
-        report.lost.push_back({offset,
-                               fmt::format("the body '{}' stays open at time {}: {}",
-                                           metadata.bodies[i], end.time, *end.open),
-                               {}});
-      } else {
-        report.closed.push_back({metadata.bodies[i], end});
+        const std::string what =
+            fmt::format("the body '{}' stays open {}: {}", name, atEnd(end), *end.open);
+        report.lost.push_back({offset, what, {}});
+        continue;
+      }
+      report.closed.push_back({name, end});
+      // Nothing is missing there: the cap makes another mesh of what the file had.
+      if (!damaged) {
+        const std::string what =
+            fmt::format("the body '{}' was open {}, and has a cap there now", name, atEnd(end));
+        report.lost.push_back({offset, what, {}});
       }
     }
   }

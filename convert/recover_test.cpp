@@ -135,6 +135,21 @@ TEST(Recover, AWholeFileLosesNothing) {
   }
 }
 
+TEST(Recover, ListsTheCapsOfAMeshThatWasOpen) {
+  const Written original = sweptCube();
+  const auto slabs = original.mesh.slabs();
+  const std::vector<model::Slab> open(slabs.begin(), slabs.end() - 1);  // without its end cap
+  const auto input = formats::writeT4d("open.t4d", {open});
+  const auto report = recoverT4d(input, temporaryPath("recovered.t4d"));
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_EQ(report->slabsSaved, open.size());
+  ASSERT_EQ(report->closed.size(), 1U);
+  ASSERT_EQ(report->lost.size(), 1U);
+  EXPECT_THAT(report->lost[0].what,
+              testing::HasSubstr("was open where it ends at time 24, and has a cap there now"));
+  EXPECT_TRUE(report->validation->valid());
+}
+
 TEST(Recover, BeginningOfASweepHasTheHypervolumeOfTheLaw) {
   Written original = sweptCube();
   std::mt19937 random(6);
@@ -218,6 +233,7 @@ TEST(Recover, KeepsTheMetadataAndSaysWhereItComesFrom) {
   EXPECT_EQ(note["generator"], "test");
   EXPECT_EQ(note["slabs_saved"], report->slabsSaved);
   EXPECT_FALSE(note.contains("slabs_known"));
+  EXPECT_TRUE(note["gaps"].empty());
 }
 
 TEST(Recover, SlabsOfNoClosedMeshAreWrittenAllTheSame) {

@@ -59,7 +59,7 @@ Result<void> MeshChecker::put(const Slab& slab) {
   if (auto sound = checkSlab(slab); !sound) return invalid(sound.error().message, where());
 
   const Connectivity& connectivity = *slab.connectivity;
-  reportFacets(judged->facets.unmatched, "in the slab");
+  reportFacets(judged->facets.unmatched, "in the slab", report_.slabs);
   if (!judged->interiorLinks.empty()) {
     report_.vertexLinksOk = false;
     // The apex of a cone over a surface that is not one sphere; the cap encloses nothing, so
@@ -88,7 +88,8 @@ Result<void> MeshChecker::put(const Slab& slab) {
   return {};
 }
 
-void MeshChecker::reportFacets(const std::vector<Facet>& facets, const char* where) {
+void MeshChecker::reportFacets(const std::vector<Facet>& facets, const char* where,
+                               std::uint64_t slab) {
   std::uint64_t open = 0;
   std::uint64_t twisted = 0;
   const Facet* firstOpen = nullptr;
@@ -109,7 +110,7 @@ void MeshChecker::reportFacets(const std::vector<Facet>& facets, const char* whe
                         Severity::Error,
                         fmt::format("{} has {} cells, not 2 ({} such facets)", name(*firstOpen),
                                     firstOpen->even + firstOpen->odd, open),
-                        report_.slabs,
+                        slab,
                         {}},
                        open);
   }
@@ -119,7 +120,7 @@ void MeshChecker::reportFacets(const std::vector<Facet>& facets, const char* whe
                         Severity::Error,
                         fmt::format("{} has both its cells on the same side ({} such facets)",
                                     name(*firstTwisted), twisted),
-                        report_.slabs,
+                        slab,
                         {}},
                        twisted);
   }
@@ -155,7 +156,10 @@ void MeshChecker::judgeSeam(const Slab* after, const std::shared_ptr<const Judge
                                      judgedAfter ? judgedAfter->connectivity.get() : nullptr);
     }
   }
-  reportFacets(seam_->unmatched, judgedAfter ? "in the lower layer" : "in the last layer");
+  // The last layer belongs to the last slab.
+  const std::uint64_t number =
+      judgedAfter || report_.slabs == 0 ? report_.slabs : report_.slabs - 1;
+  reportFacets(seam_->unmatched, judgedAfter ? "in the lower layer" : "in the last layer", number);
   if (!seam_->links.empty()) {
     report_.vertexLinksOk = false;
     report_.issues.add(
@@ -163,7 +167,7 @@ void MeshChecker::judgeSeam(const Slab* after, const std::shared_ptr<const Judge
          Severity::Error,
          fmt::format("the link of vertex {} of the {} layer is not a sphere ({} such vertices)",
                      seam_->links.front(), judgedAfter ? "lower" : "last", seam_->links.size()),
-         report_.slabs,
+         number,
          {}},
         seam_->links.size());
   }

@@ -85,7 +85,7 @@ class MeshChecker : public Sink {
   struct Judged;  // a connectivity and what was found out about it
   struct Seam;    // two of them in a row
 
-  void reportFacets(const std::vector<Facet>& facets, const char* where);
+  void reportFacets(const std::vector<Facet>& facets, const char* where, std::uint64_t slab);
   void judgeSeam(const Slab* after, const std::shared_ptr<const Judged>& judgedAfter);
   void compareLayers(const Slab& slab);
   void measure(const Slab& slab);

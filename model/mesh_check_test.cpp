@@ -227,7 +227,9 @@ TEST(MeshCheck, MissingSlabIsFound) {
 TEST(MeshCheck, MissingEndCapOpensTheMesh) {
   auto slabs = restingTetrahedron(2);
   slabs.pop_back();
-  EXPECT_FALSE(check(slabs).closed);
+  const MeshReport report = check(slabs);
+  EXPECT_FALSE(report.closed);
+  EXPECT_EQ(report.issues.issues.front().slab, slabs.size() - 1);
 }
 
 TEST(MeshCheck, CollapsedCellIsAWarning) {

@@ -12,6 +12,28 @@ using nlohmann::ordered_json;
 
 ordered_json triple(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
 
+/// Where `t4d recover` made the file: from what, and what is missing; otherwise empty.
+std::string recoveredText(const std::string& detailsJson) {
+  try {
+    const ordered_json details = ordered_json::parse(detailsJson);
+    const ordered_json& noted = details.at("recovered");
+    std::string text = fmt::format("recovered from {}: ", noted.at("from").get<std::string>());
+    text += grouped(noted.at("slabs_saved").get<std::uint64_t>());
+    if (noted.contains("slabs_known")) {
+      text += " of " + grouped(noted.at("slabs_known").get<std::uint64_t>());
+    }
+    text += " slabs";
+    const ordered_json gaps = noted.value("gaps", ordered_json::array());
+    if (gaps.empty()) return text;
+    return text +
+           fmt::format("; nothing between time {} and {}{}", gaps.at(0).at("begin").get<double>(),
+                       gaps.at(0).at("end").get<double>(),
+                       gaps.size() > 1 ? fmt::format(", and {} more gaps", gaps.size() - 1) : "");
+  } catch (const ordered_json::exception&) {
+    return {};  // details are free in form
+  }
+}
+
 int run(const std::string& path, bool json) {
   auto reader = formats::T4dReader::open(path);
   if (!reader) return report(reader.error());
@@ -78,6 +100,8 @@ int run(const std::string& path, bool json) {
                counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin,
                body.time.end);
   }
+  const std::string recovered = recoveredText(metadata.detailsJson);
+  if (!recovered.empty()) fmt::print("  {}\n", recovered);
   return kDone;
 }
 

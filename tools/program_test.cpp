@@ -193,6 +193,54 @@ TEST_F(Program, RecoversWhatIsWhole) {
   EXPECT_EQ(run("info fx/cube.obj").err.find("try"), std::string::npos);
 }
 
+TEST_F(Program, SuggestsRecoveryOnlyWhereItSavesSomething) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const std::string whole = contents(folder_ / "cube.t4d");
+  const auto hint = [&](const std::string& command) {
+    const std::string err = run(command).err;
+    const std::size_t at = err.find("t4d: try: ");
+    return at == std::string::npos ? "" : err.substr(at + 10, err.find('\n', at) - at - 10);
+  };
+  std::string connectivity = whole;  // that all slabs but the caps share
+  connectivity[whole.find("CONN", whole.find("CONN") + 1) + 40] ^= 1;
+  const std::size_t afterHead = whole.find("CONN") + 8;
+  for (const std::string& lost : {whole.substr(0, 8), whole.substr(0, 23), connectivity,
+                                  whole.substr(0, afterHead), std::string(9000, '\0')}) {
+    write("lost.t4d", lost);
+    for (const char* command :
+         {"info lost.t4d", "validate lost.t4d", "recover lost.t4d -o out.t4d"}) {
+      EXPECT_EQ(hint(command), "") << command << ", " << lost.size() << " bytes";
+    }
+  }
+
+  std::string zeros = whole;
+  zeros.replace(0, 512, 512, '\0');
+  write("zeros.t4d", zeros);
+  EXPECT_EQ(hint("info zeros.t4d"), "t4d recover zeros.t4d -o zeros-recovered.t4d");
+  EXPECT_EQ(run("recover zeros.t4d -o zeros-recovered.t4d").exitCode, 3);
+  EXPECT_EQ(hint("info zeros.t4d"), "t4d recover zeros.t4d -o zeros-recovered-2.t4d");
+
+  write("-x.t4d", zeros);
+  EXPECT_EQ(hint("info -- -x.t4d"), "t4d recover ./-x.t4d -o ./-x-recovered.t4d");
+  EXPECT_EQ(run("recover ./-x.t4d -o ./-x-recovered.t4d").exitCode, 3);
+  fs::create_directory(folder_ / "a b");
+  write("a b/x.t4d", zeros);
+  EXPECT_EQ(hint("info 'a b/x.t4d'"), "t4d recover 'a b/x.t4d' -o 'a b/x-recovered.t4d'");
+}
+
+TEST_F(Program, InfoTellsOfARecoveredFile) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  std::string bytes = contents(folder_ / "cube.t4d");
+  EXPECT_EQ(run("info cube.t4d").out.find("recovered"), std::string::npos);
+  bytes[bytes.find("SLAB", bytes.size() / 2) + 40] ^= 1;
+  write("broken.t4d", bytes);
+  EXPECT_EQ(run("recover broken.t4d -o saved.t4d").exitCode, 3);
+  const Finished info = run("info saved.t4d");
+  EXPECT_NE(info.out.find("recovered from broken.t4d: 65 of 66 slabs; nothing between time "),
+            std::string::npos)
+      << info.out;
+}
+
 TEST_F(Program, WrongUsageIsExit2) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   for (const char* arguments :

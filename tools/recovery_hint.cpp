@@ -3,32 +3,24 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
-#include "formats/t4d/layout.h"
+#include "formats/t4d/salvage.h"
 
 namespace t4d::tools {
 namespace {
 
-using namespace formats::t4d_layout;
+/// Of the file are looked at, so that the hint does not keep anyone waiting.
+constexpr std::uint64_t kLooked = std::uint64_t{256} << 20;
 
-/// The signature, or what follows a damaged file header.
-bool beginsAsT4d(const std::string& path) {
-  std::array<char, kFileHeaderBytes + sizeof(ChunkType)> begin{};
-  std::ifstream file(path, std::ios::binary);
-  file.read(begin.data(), begin.size());
-  return std::memcmp(begin.data(), kSignature.data(), kSignature.size()) == 0 ||
-         std::memcmp(begin.data() + kFileHeaderBytes, kHead.data(), kHead.size()) == 0;
-}
-
-/// As one word for a shell.
-std::string quoted(const std::string& word) {
+/// A path as one word for a shell, and no option.
+std::string quoted(std::string word) {
+  if (word.starts_with('-')) word.insert(0, "./");
   const auto plain = [](unsigned char c) {
     return std::isalnum(c) != 0 || c >= 0x80 || std::strchr("/._-+,:@%=", c) != nullptr;
   };
-  if (!word.empty() && word[0] != '-' && std::all_of(word.begin(), word.end(), plain)) return word;
+  if (std::all_of(word.begin(), word.end(), plain)) return word;
   std::string text = "'";
   for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return text + "'";
@@ -37,11 +29,16 @@ std::string quoted(const std::string& word) {
 }  // namespace
 
 std::string recoveryCommand(const std::string& path) {
-  if (!beginsAsT4d(path)) return {};
-  std::string name = std::filesystem::path(path).stem().string();
+  namespace fs = std::filesystem;
+  if (!formats::T4dSalvage::finds(path, kLooked)) return {};
+  std::string name = fs::path(path).stem().string();
   // A part file that was left behind is hidden.
   name.erase(0, name.find_first_not_of('.'));
-  return fmt::format("t4d recover {} -o {}", quoted(path), quoted(name + "-recovered.t4d"));
+  const std::string output = (fs::path(path).parent_path() / (name + "-recovered")).string();
+  std::string free = output + ".t4d";
+  std::error_code ignored;
+  for (int i = 2; fs::exists(free, ignored); ++i) free = fmt::format("{}-{}.t4d", output, i);
+  return fmt::format("t4d recover {} -o {}", quoted(path), quoted(free));
 }
 
 std::string recoveryCommand(const Error& error) {

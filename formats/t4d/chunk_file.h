@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -42,6 +43,8 @@ class ChunkFile {
 
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
+  /// Takes the file as one that was cut off after so many bytes.
+  void cutAfter(std::uint64_t bytes) { size_ = std::min(size_, bytes); }
   /// Bytes read so far: what a client of a web server would have asked it for.
   std::uint64_t bytesRead() const { return bytesRead_; }
 

@@ -39,8 +39,9 @@ class T4dSalvage::File {
  public:
   explicit File(ChunkFile file) : file_(std::move(file)) {}
 
-  Result<void> run(const model::Progress& progress) {
-    // A file that seems whole is judged by all rules of the format as well.
+  /// With `judged` a file that seems whole is judged by all rules of the format as well; otherwise
+  /// it is known to be damaged.
+  Result<void> run(bool judged, const model::Progress& progress) {
     constexpr double kWalkShare = 0.5;
     if (auto begun = readBeginning(); !begun) return begun;
     walk([&](double fraction) {
@@ -48,7 +49,7 @@ class T4dSalvage::File {
     });
     judgeEnd();
     compareWithIndex();
-    if (lost_.empty()) {
+    if (judged && lost_.empty()) {
       auto checked = checkT4dFile(file_.path(), [&](double fraction) {
         if (progress) progress(kWalkShare + (1 - kWalkShare) * fraction);
       });
@@ -57,7 +58,7 @@ class T4dSalvage::File {
         lose(*checked.error().offset, checked.error().message);
       }
     }
-    chooseBodies();
+    chooseBodies(!judged || !lost_.empty());
     if (chosen_.empty() && notT4d_ && !foundChunk_) return pass(*notT4d_);
     std::stable_sort(lost_.begin(), lost_.end(),
                      [](const T4dLoss& a, const T4dLoss& b) { return a.offset < b.offset; });
@@ -90,7 +91,7 @@ class T4dSalvage::File {
     } else {
       if (header.error().code == ErrorCode::Unsupported) return pass(header.error());
       notT4d_ = header.error();
-      lose(0, header.error().message);
+      lose(header.error().offset.value_or(0), header.error().message);
     }
     auto head = readHead(file_);
     if (head) {
@@ -283,9 +284,8 @@ class T4dSalvage::File {
     }
   }
 
-  void chooseBodies() {
+  void chooseBodies(bool damaged) {
     const std::vector<std::string> names = std::exchange(metadata_.bodies, {});
-    const bool damaged = !lost_.empty();
     const auto nameOf = [&](std::uint32_t number) {
       return metadataSaved_ ? names[number] : fmt::format("body {}", number);
     };
@@ -333,9 +333,18 @@ Result<T4dSalvage> T4dSalvage::open(const std::filesystem::path& path,
   auto chunkFile = ChunkFile::open(path);
   if (!chunkFile) return pass(chunkFile.error());
   auto file = std::make_unique<File>(std::move(*chunkFile));
-  auto done = withinMemory(path.string(), [&] { return file->run(progress); });
+  auto done = withinMemory(path.string(), [&] { return file->run(true, progress); });
   if (!done) return pass(done.error());
   return T4dSalvage(std::move(file));
+}
+
+bool T4dSalvage::finds(const std::filesystem::path& path, std::uint64_t bytes) {
+  auto chunkFile = ChunkFile::open(path);
+  if (!chunkFile) return false;
+  chunkFile->cutAfter(bytes);
+  auto file = std::make_unique<File>(std::move(*chunkFile));
+  const auto done = withinMemory(path.string(), [&] { return file->run(false, {}); });
+  return done && !file->chosen_.empty();
 }
 
 const Metadata& T4dSalvage::metadata() const { return file_->metadata_; }

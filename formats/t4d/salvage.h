@@ -30,6 +30,9 @@ class T4dSalvage {
   static Result<T4dSalvage> open(const std::filesystem::path& path,
                                  const model::Progress& progress = {});
 
+  /// Whether a slab can be saved, going by the first `bytes` of the file.
+  static bool finds(const std::filesystem::path& path, std::uint64_t bytes);
+
   T4dSalvage(T4dSalvage&&) noexcept;
   T4dSalvage& operator=(T4dSalvage&&) noexcept;
   ~T4dSalvage();

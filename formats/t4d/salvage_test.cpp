@@ -255,6 +255,21 @@ TEST(T4dSalvage, RefusesWhatIsNotDamagedButForOthers) {
   EXPECT_FALSE(T4dSalvage::open("/nowhere/at.all"));
 }
 
+TEST(T4dSalvage, FindsWhetherASlabCanBeSavedFromTheBeginningAlone) {
+  const auto finds = [](const std::string& bytes, std::uint64_t first) {
+    return T4dSalvage::finds(writeFile("damaged.t4d", bytes), first);
+  };
+  for (const std::uint16_t version : {1, 2}) {
+    FileBuilder file(R"({"features":[],"bodies":["b"]})", version);
+    file.putSimplex(file.putSimplexConnectivity());
+    const std::size_t size = file.bytes().size();
+    EXPECT_EQ(finds(file.bytes(), size), version == 1);
+    EXPECT_EQ(finds(file.bytes() + "more", size + 100), version == 1);
+    EXPECT_FALSE(finds(file.bytes(), size - 1));
+  }
+  EXPECT_FALSE(T4dSalvage::finds("/nowhere/at.all", 1));
+}
+
 TEST(T4dSalvage, LeavesOutABodyThatEnclosesNothing) {
   FileBuilder file(R"({"features":[],"bodies":["cap","solid"]})");
   SlabParts parts = file.putSimplexConnectivity();
