@@ -1,8 +1,8 @@
 #include "tools/option_checks.h"
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
+#include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
 
