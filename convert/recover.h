@@ -27,8 +27,8 @@ struct RecoverReport {
   std::uint64_t slabsSaved = 0;
   std::optional<std::uint64_t> slabsKnown;  ///< as formats::T4dSalvage
   bool metadataSaved = false;
-  /// By offset; empty where the file was valid. Of a file that was not damaged, caps that were added
-  /// because the mesh was open.
+  /// By offset; empty where the file was valid. Of a file that was not damaged, caps that were
+  /// added because the mesh was open.
   std::vector<formats::T4dLoss> lost;
   std::vector<RecoverCap> closed;
   /// Of the file written; nothing where no slab could be saved, and no file was written.

@@ -74,11 +74,6 @@ Result<void> writeText(const std::string& path, const std::string& text) {
   return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
 }
 
-int wrongUsage(const Error& error) {
-  fmt::print(stderr, "t4d: {}\n", error.text());
-  return kUsage;
-}
-
 /// What to type for the same cases once more.
 std::string commandOf(const Options& options) {
   std::string command = fmt::format("t4d conform reader --reader '{}'", options.reader);
@@ -88,12 +83,11 @@ std::string commandOf(const Options& options) {
 
 int run(const Options& options) {
   const auto command = readerCommand(options.reader);
-  if (!command) return wrongUsage(command.error());
+  if (!command) return wrongUsage(command.error().text());
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files, options.cases);
   if (auto done = selectCases(cases, options.only, options.skip); !done) {
-    fmt::print(stderr, "t4d: {}; `t4d conform list` lists them\n", done.error().text());
-    return kUsage;
+    return wrongUsage(done.error().text() + "; `t4d conform list` lists them");
   }
   leaveNoCoreDumps();
   Result<std::vector<ReaderResult>> results;
@@ -105,7 +99,7 @@ int run(const Options& options) {
         bar.callback());
   }
   if (!results) {
-    return results.error().code == ErrorCode::InvalidInput ? wrongUsage(results.error())
+    return results.error().code == ErrorCode::InvalidInput ? wrongUsage(results.error().text())
                                                            : report(results.error());
   }
   if (interrupted) std::raise(interruptedBy);
@@ -116,7 +110,7 @@ int run(const Options& options) {
   if (!options.keep.empty()) {
     const auto kept = keepWrongFiles(cases, *results, options.keep);
     if (!kept) return report(kept.error());
-    if (*kept > 0) fmt::print(stderr, "t4d: {} files are in {}\n", *kept, options.keep);
+    if (*kept > 0) say(fmt::format("{} in {}", counted(*kept, "file"), options.keep));
   }
   if (options.json) {
     printJson(reportJson(options.reader, cases, *results));

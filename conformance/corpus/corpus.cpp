@@ -131,7 +131,7 @@ Result<void> writeCorpus(const std::filesystem::path& directory) {
     std::ofstream file(path, std::ios::binary);
     file << text;
     file.close();
-    if (!file) return fail(ErrorCode::Io, "cannot be written", path.string());
+    if (!file) return fail(ErrorCode::Failed, "cannot be written", path.string());
   }
   return {};
 }

@@ -25,7 +25,7 @@ Result<void> write(const fs::path& path, const std::string& bytes) {
   std::ofstream file(path, std::ios::binary);
   file << bytes;
   file.close();
-  if (!file) return fail(ErrorCode::Io, "cannot be written", path.string());
+  if (!file) return fail(ErrorCode::Failed, "cannot be written", path.string());
   return {};
 }
 

@@ -155,8 +155,9 @@ class T4dReader::File {
   Result<void> cutOff(Error error, std::uint64_t firstChunk) {
     const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
     if (scan.damage && !scan.done) {
-      error.message +=
-          fmt::format("; {} whole slabs come before byte {}", scan.slabs.size(), scan.end);
+      const std::size_t whole = scan.slabs.size();
+      error.message += fmt::format("; {} whole {} before byte {}", whole,
+                                   whole == 1 ? "slab comes" : "slabs come", scan.end);
     }
     return pass(std::move(error));
   }
