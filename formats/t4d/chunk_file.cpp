@@ -125,11 +125,11 @@ Result<ChunkFile::Header> ChunkFile::readHeader() {
   return header;
 }
 
-Result<ChunkFile::Footer> ChunkFile::readFooter() {
-  if (size_ < kFileHeaderBytes + kFooterBytes) {
-    return damaged(size_, "the file is cut off before its footer");
+Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) {
+  if (end < kFileHeaderBytes + kFooterBytes) {
+    return damaged(end, "the file is cut off before its footer");
   }
-  const std::uint64_t offset = size_ - kFooterBytes;
+  const std::uint64_t offset = end - kFooterBytes;
   auto bytes = read(offset, kFooterBytes);
   if (!bytes) return pass(bytes.error());
   ByteReader from(*bytes);
@@ -147,9 +147,9 @@ Result<ChunkFile::Footer> ChunkFile::readFooter() {
   if (crc != crc32c(bytes->data(), covered)) {
     return damaged(offset, "the footer's checksum does not match: the file is damaged");
   }
-  if (length != size_) {
-    return damaged(offset, fmt::format("the footer says that the file has {} bytes; it has {}",
-                                       length, size_));
+  if (length != end) {
+    return damaged(
+        offset, fmt::format("the footer says that the file has {} bytes; it has {}", length, end));
   }
   if (reserved != 0) return damaged(offset, "the footer's reserved bytes are not zero");
   return footer;

@@ -59,7 +59,9 @@ class ChunkFile {
     std::uint64_t index = 0;
     std::uint64_t done = 0;
   };
-  Result<Footer> readFooter();
+  Result<Footer> readFooter() { return readFooter(size_); }
+  /// Of a file that ends at `end`, at most size().
+  Result<Footer> readFooter(std::uint64_t end);
 
   Result<ChunkHeader> readChunkHeader(std::uint64_t offset);
 

@@ -8,8 +8,8 @@ namespace t4d::formats {
 
 using namespace t4d_layout;
 
-Result<Head> readHead(ChunkFile& file) {
-  auto header = file.readChunkHeader(kFileHeaderBytes);
+Result<Head> readHead(ChunkFile& file, std::uint64_t offset) {
+  auto header = file.readChunkHeader(offset);
   if (!header) return pass(header.error());
   if (header->type != kHead) {
     return file.damaged(header->offset, "the first chunk is not HEAD");

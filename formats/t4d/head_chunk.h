@@ -12,6 +12,6 @@ struct Head {
   std::uint64_t end = 0;  ///< offset of the next chunk
 };
 
-Result<Head> readHead(ChunkFile& file);
+Result<Head> readHead(ChunkFile& file, std::uint64_t offset = t4d_layout::kFileHeaderBytes);
 
 }  // namespace t4d::formats

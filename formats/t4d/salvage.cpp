@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "formats/t4d/found_chunks.h"
 #include "formats/t4d/head_chunk.h"
 #include "formats/t4d/reader.h"
 #include "formats/t4d/slab_source.h"
@@ -14,26 +16,6 @@
 namespace t4d::formats {
 
 using namespace t4d_layout;
-
-namespace {
-
-/// Offsets of chunks, which come in increasing order.
-class Offsets {
- public:
-  void add(std::uint64_t offset) { offsets_.push_back(offset); }
-  bool has(std::uint64_t offset) const {
-    return std::binary_search(offsets_.begin(), offsets_.end(), offset);
-  }
-  void remove(std::uint64_t offset) {
-    const auto [begin, end] = std::equal_range(offsets_.begin(), offsets_.end(), offset);
-    offsets_.erase(begin, end);
-  }
-
- private:
-  std::vector<std::uint64_t> offsets_;
-};
-
-}  // namespace
 
 class T4dSalvage::File {
  public:
@@ -48,7 +30,9 @@ class T4dSalvage::File {
       if (progress) progress(kWalkShare * fraction);
     });
     judgeEnd();
-    compareWithIndex();
+    found_.compareWith(index_ ? std::span<const IndexRecord>(*index_)
+                              : std::span<const IndexRecord>());
+    takeSlabs();
     if (judged && lost_.empty()) {
       auto checked = checkT4dFile(file_.path(), [&](double fraction) {
         if (progress) progress(kWalkShare + (1 - kWalkShare) * fraction);
@@ -94,6 +78,16 @@ class T4dSalvage::File {
       lose(header.error().offset.value_or(0), header.error().message);
     }
     auto head = readHead(file_);
+    if (!head && head.error().code != ErrorCode::Unsupported &&
+        !file_.readChunkHeader(kFileHeaderBytes)) {
+      // Bytes may have been inserted before it.
+      const std::uint64_t next = nextChunk(kFileHeaderBytes);
+      if (auto moved = readHead(file_, next)) {
+        lose(kFileHeaderBytes, fmt::format("{}; HEAD is at byte {}", head.error().message, next));
+        found_.addGap();
+        head = std::move(moved);
+      }
+    }
     if (head) {
       metadata_ = std::move(head->metadata);
       features_ = head->features;
@@ -110,6 +104,7 @@ class T4dSalvage::File {
     } else {
       at_ = chunk ? chunk->end() : nextChunk(kFileHeaderBytes);
     }
+    found_.addGap();
     lose(kFileHeaderBytes, fmt::format("{}; names of bodies, units and all else that HEAD says",
                                        head.error().message));
     return {};
@@ -126,11 +121,11 @@ class T4dSalvage::File {
     footerSaved_ = footer.has_value();
     if (!footer) footerError_ = footer.error();
     const std::uint64_t end = file_.size() - (footerSaved_ ? kFooterBytes : 0);
-    while (at_ < end) {
+    while (at_ < end && !atEnd()) {
       progress(static_cast<double>(at_) / static_cast<double>(file_.size()));
       const auto header = file_.readChunkHeader(at_);
       if (!header) {
-        if (sawIndex_ && file_.size() - at_ == kFooterBytes) break;
+        found_.addGap();
         const std::uint64_t next = std::min(nextChunk(at_), std::max(end, at_ + kAlignment));
         lose(at_, next < end ? fmt::format("{}; the next chunk is at byte {}",
                                            header.error().message, next)
@@ -140,24 +135,46 @@ class T4dSalvage::File {
       }
       foundChunk_ = true;
       at_ = header->end();
+      last_ = header->type;
       sawDone_ = sawDone_ || header->type == kDone;
       sawIndex_ = sawIndex_ || header->type == kIndex;
       if (const auto payload = file_.readPayload(*header)) {
         take(*header, *payload);
       } else {
+        found_.addGap();
         lose(header->offset, payload.error().message);
       }
     }
+  }
+
+  /// Whether the chunk before was the last of the file. Says what follows, and what is left of the
+  /// footer.
+  bool atEnd() {
+    const auto follows = [&](std::uint64_t end) {
+      lose(end, fmt::format("{} bytes follow the end of the file", file_.size() - end));
+      return true;
+    };
+    if (last_ == kDone && indexed_ == false) return follows(at_);
+    if (last_ != kIndex || footerSaved_) return false;
+    const std::uint64_t left = file_.size() - at_;
+    if (left > kFooterBytes) {
+      footerSaved_ = file_.readFooter(at_ + kFooterBytes).has_value();
+      return footerSaved_ && follows(at_ + kFooterBytes);
+    }
+    if (left < kFooterBytes) {
+      footerError_.message = fmt::format(
+          "the file is cut off: of its footer are {} of {} bytes left", left, kFooterBytes);
+      footerError_.offset = at_;
+    }
+    return true;
   }
 
   void take(const ChunkHeader& header, std::span<const std::byte> payload) {
     const auto wrong = [&](const std::string& message) {
       lose(header.offset, fmt::format("{}: {}", header.name(), message));
     };
-    if (header.type == kConnectivity) {
-      connectivities_.add(header.offset);
-    } else if (header.type == kLayer) {
-      layers_.add(header.offset);
+    if (header.type == kConnectivity || header.type == kLayer) {
+      found_.addPart(header.offset);
     } else if (header.type == kSlab) {
       takeSlab(header, payload);
     } else if (header.type == kDone) {
@@ -182,25 +199,59 @@ class T4dSalvage::File {
   void takeSlab(const ChunkHeader& header, std::span<const std::byte> payload) {
     auto decoded = decodeSlab(payload, features_);
     if (!decoded) return lose(header.offset, "SLAB: " + decoded.error().message);
-    const IndexRecord record = {header.offset, header.bytes(), decoded->parts, decoded->time};
-    *decoded = {};  // it is read again, with its parts
-    if (auto taken = takeRecord(record); !taken) {
-      lose(header.offset, "SLAB: " + taken.error().message, record.time);
+    found_.addSlab({header.offset, header.bytes(), decoded->parts, decoded->time});
+  }
+
+  /// Reads what was found, and names the slabs that the index knows and that are not whole.
+  void takeSlabs() {
+    std::map<std::uint64_t, std::size_t> lostAt;
+    for (std::size_t i = 0; i < lost_.size(); ++i) lostAt.emplace(lost_[i].offset, i);
+    for (const auto& slab : found_.slabs()) {
+      if (auto taken = takeRecord(slab.record); !taken) {
+        lose(slab.record.slab, "SLAB: " + taken.error().message, slab.record.time);
+      }
+    }
+    for (const auto& [record, before] : found_.missing()) {
+      const auto known = lostAt.find(record.slab);
+      if (known == lostAt.end() || lost_[known->second].time) {
+        lose(record.slab, "SLAB: known from the index, not found whole", record.time);
+      } else {
+        lost_[known->second].time = record.time;
+      }
+    }
+    if (index_) {
+      slabsKnown_ = found_.slabs().size() + found_.missing().size();
+    } else if (done_) {
+      // Each slab takes some bytes: more than that many are a lie, and could overflow the sum.
+      const std::uint64_t most = file_.size() / kChunkHeaderBytes;
+      std::uint64_t known = 0;
+      for (const BodySummary& body : done_->bodies) {
+        if (body.slabs > most) return;
+        known += body.slabs;
+      }
+      slabsKnown_ = std::max<std::uint64_t>(known, found_.slabs().size());
     }
   }
 
-  Result<void> takeRecord(const IndexRecord& record) {
-    const SlabParts& parts = record.parts;
+  /// Takes the parts to where they are now.
+  Result<void> takeRecord(IndexRecord record) {
+    SlabParts& parts = record.parts;
     const std::uint64_t bodyCount = metadataSaved_ ? metadata_.bodies.size() : kMaxBodies;
     if (parts.body >= bodyCount) {
       return invalid(fmt::format("it belongs to body {}, of {}", parts.body, bodyCount));
     }
-    if (!connectivities_.has(parts.connectivity)) {
+    const auto locate = [&](std::uint64_t& offset) {
+      const auto now = found_.part(offset);
+      if (!now || broken_.contains(*now)) return false;
+      offset = *now;
+      return true;
+    };
+    if (!locate(parts.connectivity)) {
       return invalid(fmt::format("its CONN at byte {} is not whole", parts.connectivity));
     }
-    for (const std::uint64_t layer : {parts.lower, parts.upper}) {
-      if (layer != 0 && !layers_.has(layer)) {
-        return invalid(fmt::format("its LAYR at byte {} is not whole", layer));
+    for (std::uint64_t* layer : {&parts.lower, &parts.upper}) {
+      if (*layer != 0 && !locate(*layer)) {
+        return invalid(fmt::format("its LAYR at byte {} is not whole", *layer));
       }
     }
     const auto found = bodies_.find(parts.body);
@@ -215,13 +266,13 @@ class T4dSalvage::File {
     Body& body =
         found != bodies_.end()
             ? found->second
-            : bodies_.try_emplace(parts.body, Body{SlabSource(file_, features_)}).first->second;
+            : bodies_.try_emplace(parts.body, Body{SlabSource(file_, features_, PartsAt::Record)})
+                  .first->second;
     auto slab = body.slabs.read(record);
     if (!slab) {
       // Other slabs that name the same part need not read it.
       const std::uint64_t at = slab.error().offset.value_or(0);
-      connectivities_.remove(at);
-      layers_.remove(at);
+      broken_.insert(at);
       if (body.slabs.slabCount() == 0) bodies_.erase(parts.body);
       return invalid(at == record.slab ? slab.error().message
                                        : fmt::format("byte {}: {}", at, slab.error().message));
@@ -248,42 +299,6 @@ class T4dSalvage::File {
     }
   }
 
-  /// Names the slabs that the index knows and that were not found whole.
-  void compareWithIndex() {
-    std::uint64_t saved = 0;
-    std::vector<std::uint64_t> whole;
-    for (const auto& [number, body] : bodies_) {
-      saved += body.slabs.slabCount();
-      for (std::size_t i = 0; i < body.slabs.slabCount(); ++i) {
-        whole.push_back(body.slabs.record(i).slab);
-      }
-    }
-    std::sort(whole.begin(), whole.end());
-    if (index_) {
-      std::map<std::uint64_t, std::size_t> lostAt;
-      for (std::size_t i = 0; i < lost_.size(); ++i) lostAt.emplace(lost_[i].offset, i);
-      for (const IndexRecord& record : *index_) {
-        if (std::binary_search(whole.begin(), whole.end(), record.slab)) continue;
-        const auto found = lostAt.find(record.slab);
-        if (found == lostAt.end()) {
-          lose(record.slab, "SLAB: known from the index, not found whole", record.time);
-        } else {
-          lost_[found->second].time = record.time;
-        }
-      }
-      slabsKnown_ = std::max<std::uint64_t>(index_->size(), saved);
-    } else if (done_) {
-      // Each slab takes some bytes: more than that many are a lie, and could overflow the sum.
-      const std::uint64_t most = file_.size() / kChunkHeaderBytes;
-      std::uint64_t known = 0;
-      for (const BodySummary& body : done_->bodies) {
-        if (body.slabs > most) return;
-        known += body.slabs;
-      }
-      slabsKnown_ = std::max(known, saved);
-    }
-  }
-
   void chooseBodies(bool damaged) {
     const std::vector<std::string> names = std::exchange(metadata_.bodies, {});
     const auto nameOf = [&](std::uint32_t number) {
@@ -295,11 +310,12 @@ class T4dSalvage::File {
     }
     for (auto& [number, body] : bodies_) {
       if (damaged && !body.encloses) {
-        const IndexRecord& first = body.slabs.record(0);
-        lose(first.slab,
-             fmt::format("the body '{}': what is whole of it encloses nothing", nameOf(number)),
-             model::TimeSpan{first.time.begin,
-                             body.slabs.record(body.slabs.slabCount() - 1).time.end});
+        for (std::size_t i = 0; i < body.slabs.slabCount(); ++i) {
+          const IndexRecord& slab = body.slabs.record(i);
+          lose(slab.slab,
+               fmt::format("the body '{}': what is whole of it encloses nothing", nameOf(number)),
+               slab.time);
+        }
         continue;
       }
       metadata_.bodies.push_back(nameOf(number));
@@ -317,8 +333,9 @@ class T4dSalvage::File {
   bool sawIndex_ = false;
   bool footerSaved_ = false;
   Error footerError_;
-  Offsets connectivities_;  // that are whole
-  Offsets layers_;
+  ChunkType last_{};  // of the chunk before
+  FoundChunks found_;
+  std::set<std::uint64_t> broken_;  // parts that cannot be read for all their checksums
   std::optional<Done> done_;
   std::optional<std::vector<IndexRecord>> index_;
 };

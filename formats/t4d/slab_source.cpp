@@ -61,6 +61,7 @@ Result<void> SlabSource::readSlab(const IndexRecord& record) {
   };
   auto decoded = decodeSlab(chunk->payload, features_);
   if (!decoded) return wrong(decoded.error().message);
+  if (partsAt_ == PartsAt::Record) decoded->parts = record.parts;
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
     return wrong("the index says something else than the slab itself");
   }

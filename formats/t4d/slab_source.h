@@ -9,12 +9,17 @@
 
 namespace t4d::formats {
 
+/// Where the parts of a slab are: where the slab says, or, in a file that has lost bytes, where its
+/// record says.
+enum class PartsAt : std::uint8_t { Slab, Record };
+
 /// Slabs of one body, put together from their chunks one at a time. What two slabs in a row share
 /// is read once.
 class SlabSource : public model::Source {
  public:
   /// `file` lives as long as this.
-  SlabSource(ChunkFile& file, t4d_layout::Features features) : file_(&file), features_(features) {}
+  SlabSource(ChunkFile& file, t4d_layout::Features features, PartsAt partsAt = PartsAt::Slab)
+      : file_(&file), features_(features), partsAt_(partsAt) {}
 
   void add(const IndexRecord& record) { records_.push_back(record); }
   const IndexRecord& record(std::size_t index) const { return records_[index]; }
@@ -40,6 +45,7 @@ class SlabSource : public model::Source {
 
   ChunkFile* file_;
   t4d_layout::Features features_;
+  PartsAt partsAt_;
   std::vector<IndexRecord> records_;
   model::Slab slab_;
   std::optional<std::uint64_t> connectivityOffset_;  // of the connectivity in `slab_`
