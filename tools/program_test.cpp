@@ -306,6 +306,14 @@ TEST_F(Program, ResultsThatCannotBePrintedAreExit1) {
   EXPECT_EQ(contents(folder_ / "err.txt"), "");
 }
 
+TEST_F(Program, SaysThatASliceIsEmpty) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o cube.t4d").exitCode, 0);
+  const Finished empty = run("slice cube.t4d --x 1000");
+  EXPECT_EQ(empty.exitCode, 0);
+  EXPECT_NE(empty.err.find("note: the slice is empty"), std::string::npos) << empty.err;
+  EXPECT_EQ(run("slice cube.t4d --x 0.1").err, "");
+}
+
 TEST_F(Program, RefusesBadMeshes) {
   const auto sweep = [](const std::string& mesh) {
     return "sweep " + mesh + " -m fx/paper-screw.json -o out.t4d";

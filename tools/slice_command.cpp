@@ -138,6 +138,7 @@ int run(const Options& options) {
     fmt::print("  read {} of {}, {}\n", sizeText(input->reader.bytesRead()),
                sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"));
   }
+  if (triangles == 0) printNotices({"the slice is empty: nothing of the solid is there"});
   return reportLosses(losses);
 }
 
