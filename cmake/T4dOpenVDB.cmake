@@ -1,8 +1,7 @@
-# OpenVDB::openvdb and TBB::tbb. OpenVDB comes with a find module of its own, which must not find
-# another TBB and sets BUILD_SHARED_LIBS for whoever calls it.
-find_package(TBB CONFIG REQUIRED)
-block(SCOPE_FOR VARIABLES)
+# OpenVDB::openvdb. OpenVDB comes with a find module of its own, which sets BUILD_SHARED_LIBS for its
+# caller.
+block(SCOPE_FOR VARIABLES PROPAGATE OpenVDB_FOUND)
   list(APPEND CMAKE_MODULE_PATH
     "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB" "/usr/local/lib/cmake/OpenVDB")
-  find_package(OpenVDB 10 REQUIRED COMPONENTS openvdb)
+  t4d_find(OpenVDB 10 COMPONENTS openvdb)
 endblock()

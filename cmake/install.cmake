@@ -1,32 +1,34 @@
-# `find_package(t4d)` for other projects: targets t4d::model, t4d::mesh4d, t4d::voxel4d, t4d::formats,
-# t4d::convert, t4d::conformance, t4d::fixtures.
+# `find_package(t4d COMPONENTS ...)` for other projects, the schemas, and the pages.
 include(CMakePackageConfigHelpers)
 set(T4D_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/t4d)
 configure_package_config_file(cmake/t4dConfig.cmake.in ${PROJECT_BINARY_DIR}/t4dConfig.cmake
   INSTALL_DESTINATION ${T4D_CMAKE_DIR})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/t4dConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
-install(EXPORT t4dTargets NAMESPACE t4d:: DESTINATION ${T4D_CMAKE_DIR})
 install(FILES ${PROJECT_BINARY_DIR}/t4dConfig.cmake ${PROJECT_BINARY_DIR}/t4dConfigVersion.cmake
-  cmake/FindTetGen.cmake cmake/FindISAL.cmake cmake/T4dOpenVDB.cmake
+  cmake/components.cmake cmake/FindTetGen.cmake cmake/FindISAL.cmake cmake/FindLibMd.cmake
+  cmake/T4dOpenVDB.cmake
   DESTINATION ${T4D_CMAKE_DIR})
+# Results are tl::expected, which is one header in the public domain: users need no package for it.
+find_path(T4D_EXPECTED_DIR tl/expected.hpp REQUIRED)
+install(FILES ${T4D_EXPECTED_DIR}/tl/expected.hpp
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/t4d/third_party/tl)
+
 set(T4D_SCHEMA_DIR ${CMAKE_INSTALL_DATADIR}/t4d/schemas)
 install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PATTERN *.schema.json)
-install(FILES formats/motion.schema.json formats/t4d/head.schema.json
-  formats/t4d/reader_describe.schema.json formats/t4d/reader_slice.schema.json
+install(FILES t4d/formats/motion.schema.json t4d/formats/t4d/head.schema.json
+  t4d/formats/t4d/reader_describe.schema.json t4d/formats/t4d/reader_slice.schema.json
   DESTINATION ${T4D_SCHEMA_DIR})
 # As they lie in the project, so that their links lead somewhere.
 install(FILES LICENSE NOTICE README.md CHANGELOG.md CONTRIBUTING.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(FILES formats/motion.schema.json DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats)
+install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES t4d/formats/motion.schema.json DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats)
 install(FILES tools/fuzz/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/tools/fuzz)
-install(FILES conformance/backends/backend.h
-  DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance/backends)
-install(DIRECTORY conformance/readers DESTINATION ${CMAKE_INSTALL_DOCDIR}/conformance
+install(FILES t4d/conformance/backends/backend.h
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/conformance/backends)
+install(DIRECTORY t4d/conformance/readers DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/conformance
   USE_SOURCE_PERMISSIONS
   PATTERN node_modules EXCLUDE PATTERN __pycache__ EXCLUDE)
-install(DIRECTORY tests/package DESTINATION ${CMAKE_INSTALL_DOCDIR}/tests
-  FILES_MATCHING PATTERN CMakeLists.txt PATTERN *.cpp)
-install(DIRECTORY formats/t4d DESTINATION ${CMAKE_INSTALL_DOCDIR}/formats
+install(DIRECTORY t4d/formats/t4d DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats
   FILES_MATCHING PATTERN SPEC.md PATTERN *.ksy PATTERN *.schema.json)

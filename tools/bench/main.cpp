@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "fixtures/solids.h"
-#include "formats/triangle_mesh_reader.h"
+#include "t4d/fixtures/solids.h"
+#include "t4d/formats/triangle_mesh_reader.h"
 #include "tools/bench/swept_mesh.h"
 #include "tools/bench/woven_voxels.h"
 

@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "convert/slice.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/writer.h"
-#include "mesh4d/sweep.h"
+#include "t4d/convert/slice.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/mesh4d/sweep.h"
 
 namespace t4d::bench {
 namespace {

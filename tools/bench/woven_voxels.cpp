@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include "voxel4d/pattern_table.h"
-#include "voxel4d/sampled_frames.h"
-#include "voxel4d/weave.h"
+#include "t4d/voxel4d/pattern_table.h"
+#include "t4d/voxel4d/sampled_frames.h"
+#include "t4d/voxel4d/weave.h"
 
 namespace t4d::bench {
 namespace {

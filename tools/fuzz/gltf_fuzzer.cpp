@@ -1,4 +1,4 @@
-#include "formats/gltf_reader.h"
+#include "t4d/formats/gltf_reader.h"
 #include "tools/fuzz/loaded_mesh.h"
 
 /// A triangle mesh as glTF, text or binary.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle_mesh_reader.h"
 #include "tools/fuzz/fuzz.h"
 
 namespace t4d::fuzz {

@@ -1,7 +1,7 @@
-#include "formats/obj_reader.h"
-#include "formats/off_reader.h"
-#include "formats/ply_reader.h"
-#include "formats/stl_reader.h"
+#include "t4d/formats/obj_reader.h"
+#include "t4d/formats/off_reader.h"
+#include "t4d/formats/ply_reader.h"
+#include "t4d/formats/stl_reader.h"
 #include "tools/fuzz/loaded_mesh.h"
 
 /// A triangle mesh as STL, OBJ, PLY or OFF: the first byte says which, the file follows.

@@ -1,7 +1,7 @@
 #include <cctype>
 #include <string>
 
-#include "formats/motion_reader.h"
+#include "t4d/formats/motion_reader.h"
 #include "tools/fuzz/fuzz.h"
 
 /// A motion file: what is accepted is one motion without a gap, in finite numbers.

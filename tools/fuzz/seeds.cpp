@@ -3,16 +3,16 @@
 #include <functional>
 #include <iostream>
 
-#include "fixtures/fields.h"
-#include "fixtures/motions.h"
-#include "formats/gltf_writer.h"
-#include "formats/motion_reader.h"
-#include "formats/t4d/writer.h"
-#include "formats/triangle_mesh_writer.h"
-#include "mesh4d/sweep.h"
-#include "voxel4d/sampled_frames.h"
-#include "voxel4d/vdb_samples.h"
-#include "voxel4d/weave.h"
+#include "t4d/fixtures/fields.h"
+#include "t4d/fixtures/motions.h"
+#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/voxel4d/sampled_frames.h"
+#include "t4d/voxel4d/vdb_samples.h"
+#include "t4d/voxel4d/weave.h"
 
 /// Writes the files that the fuzzers begin with, a folder for each: `fuzz_seeds FOLDER`. They are
 /// as small as files with everything in them can be, for a fuzzer does the more the smaller they

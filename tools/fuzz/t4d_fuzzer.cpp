@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include "convert/slice.h"
-#include "formats/t4d/chunks.h"
-#include "formats/t4d/reader.h"
-#include "formats/t4d/validate.h"
+#include "t4d/convert/slice.h"
+#include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/measure/validate.h"
 #include "tools/fuzz/fuzz.h"
 
 /// A .t4d file, read in all the ways there are, validated, sliced.
@@ -134,10 +134,10 @@ void checkSlices(T4dReader& reader, bool valid) {
 
 /// A file that is accepted as a whole is so in every way.
 void checkJudgement(const std::filesystem::path& path, bool wholeFile) {
-  const auto validation = formats::validateT4dFile(path, {.vertexLinks = true});
+  const auto validation = measure::validateT4dFile(path, {.vertexLinks = true});
   must(validation.has_value(), "a file can be judged");
   const auto& issues = validation->issues.issues;
-  const bool damaged = std::any_of(issues.begin(), issues.end(), [](const model::Issue& issue) {
+  const bool damaged = std::any_of(issues.begin(), issues.end(), [](const measure::Issue& issue) {
     return issue.code == "file-damaged";
   });
   must(damaged == !wholeFile, "validation finds damage where reading does");

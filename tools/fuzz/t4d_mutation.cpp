@@ -5,11 +5,11 @@
 #include <map>
 #include <random>
 
-#include "formats/t4d/array_codec.h"
-#include "formats/t4d/chunks.h"
-#include "formats/t4d/crc32c.h"
-#include "formats/t4d/layout.h"
-#include "formats/t4d/reader.h"
+#include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/reader.h"
 #include "tools/fuzz/fuzz.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t maxSize);

@@ -224,7 +224,7 @@ for (const [verb, { schema }] of schemas) {
 }
 
 test('info: a body without vertices, first or last, does not count for the bounds of all', () => {
-  const bytes = readFileSync(path.join(root, 'conformance/corpus/files/valid/body-without-vertices.t4d'));
+  const bytes = readFileSync(path.join(root, 't4d/conformance/corpus/files/valid/body-without-vertices.t4d'));
   const swapped = Buffer.from(bytes);
   const bodyAt = { SLAB: 40, INDX: 8 + 56 };
   for (const { type, payload } of chunksOf(swapped)) {

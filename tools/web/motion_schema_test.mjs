@@ -10,7 +10,7 @@ import { fixturesIn, makeFolder, readJson, root, t4dRaw } from './t4d.mjs';
 
 const folder = makeFolder('motion');
 const isMotion = new Ajv({ strict: true, strictTypes: false, strictRequired: false })
-  .compile(readJson(path.join(root, 'formats/motion.schema.json')));
+  .compile(readJson(path.join(root, 't4d/formats/motion.schema.json')));
 
 const programAccepts = (motionFile) =>
   t4dRaw('sweep', path.join(folder, 'fixtures/cube.obj'), '--motion', motionFile, '--steps', 1,

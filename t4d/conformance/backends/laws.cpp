@@ -1,0 +1,371 @@
+#include "t4d/conformance/backends/laws.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "t4d/measure/triangle_tree.h"
+#include "t4d/mesh4d/steps.h"
+#include "t4d/voxel4d/frame_layer.h"
+
+namespace t4d::conformance {
+namespace {
+
+using model::Bounds3;
+using model::Point3;
+using model::Segment;
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRadiansPerDegree = std::numbers::pi / 180;
+
+/// How fast a moving mesh moves at most.
+struct Speed {
+  double length = 0;        ///< of any of its points, in length units a unit of time
+  double angleRadians = 0;  ///< of its orientation, likewise
+};
+
+/// The largest distance of the mesh from the segment's axis, where it begins; turning about the
+/// axis keeps it.
+double radiusAbout(const Segment& segment, const MovingMesh& moving) {
+  double radius = 0;
+  for (const Point3& vertex : moving.mesh.vertices) {
+    const Eigen::Vector3d arm = segment.start(vertex) - segment.screw.axisPoint;
+    radius = std::max(radius, arm.cross(segment.screw.axisDirection).norm());
+  }
+  return radius;
+}
+
+Speed speedOf(const MovingMesh& moving) {
+  Speed fastest;
+  for (const Segment& segment : moving.motion.segments) {
+    const double radius = radiusAbout(segment, moving);
+    const double duration = segment.timeEnd - segment.timeBegin;
+    const double angle = std::abs(segment.screw.angleDegrees) * kRadiansPerDegree / duration;
+    fastest.angleRadians = std::max(fastest.angleRadians, angle);
+    fastest.length =
+        std::max(fastest.length, angle * radius + segment.screw.translation.norm() / duration);
+  }
+  return fastest;
+}
+
+double speedOf(const Case& given) {
+  return given.mesh ? speedOf(*given.mesh).length : given.field->speed;
+}
+
+void addPosed(Bounds3& bounds, const MovingMesh& moving, const model::Pose& pose) {
+  for (const Point3& vertex : moving.mesh.vertices) bounds.add(pose(vertex));
+}
+
+Surface surfaceOf(const model::TriangleMesh& mesh) {
+  Surface surface;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Eigen::Vector3d> normals;
+  for (const model::Triangle& triangle : mesh.triangles) {
+    const auto corner = [&](int i) { return mesh.vertices[triangle[i % 3]]; };
+    const Eigen::Vector3d normal =
+        (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+    for (int i = 0; i < 3; ++i) {
+      const auto edge = std::minmax(triangle[i], triangle[(i + 1) % 3]);
+      const auto [other, isNew] = normals.try_emplace(edge, normal);
+      if (isNew) continue;
+      surface.bending += (corner(i + 1) - corner(i)).norm() * (normal - other->second).norm();
+    }
+  }
+  surface.area = surfaceArea(mesh);
+  return surface;
+}
+
+std::vector<int> generaOf(const fixtures::Topology& topology) {
+  std::vector<int> genera(static_cast<std::size_t>(topology.components), 0);
+  if (!genera.empty()) genera.front() = topology.genus;
+  return genera;
+}
+
+/// The distance of a point from the true surface at a time.
+std::function<double(const Point3&)> distanceAt(
+    const Case& given, const std::shared_ptr<const measure::TriangleTree>& tree, double time) {
+  if (given.field) {
+    return [value = given.field->value, time](const Point3& point) { return value(point, time); };
+  }
+  const model::Pose pose = given.mesh->motion.at(time);
+  return [tree, pose](const Point3& point) {
+    return tree->nearest(pose.rotation.transpose() * (point - pose.translation)).distance;
+  };
+}
+
+/// The slices of a case; `volume` gives the measure at a time. Vertices may be `off` the true
+/// surface.
+template <class Volume>
+std::vector<SliceLaw> slicesOf(const Case& given, const Volume& volume, double off,
+                               const std::string& reason) {
+  const auto tree =
+      given.mesh ? std::make_shared<measure::TriangleTree>(given.mesh->mesh) : nullptr;
+  std::vector<SliceLaw> slices;
+  const auto add = [&](double time) {
+    SliceLaw& slice = slices.emplace_back();
+    slice.time = time;
+    slice.volume = volume(time);
+    slice.surface.emplace();
+    slice.surface->distance = distanceAt(given, tree, time);
+    slice.surface->tolerance = off;
+    slice.surface->reason = reason;
+    if (given.mesh) slice.genera = given.mesh->genera;
+  };
+  for (const double time : given.sliceTimes()) add(time);
+  if (!given.field) return slices;
+  for (const fixtures::Topology& topology : given.field->topology) {
+    const auto same = [&](const SliceLaw& slice) { return slice.time == topology.time; };
+    if (std::none_of(slices.begin(), slices.end(), same)) add(topology.time);
+    std::find_if(slices.begin(), slices.end(), same)->genera = generaOf(topology);
+  }
+  return slices;
+}
+
+/// What rounding does to a swept mesh.
+struct Rounding {
+  double position = 0;  ///< of a vertex, in length units
+  double volume = 0;    ///< of a slice
+  double hypervolume = 0;
+};
+
+/// A pose is a product of at most all segments' and a translation, each within a few roundings of
+/// the largest coordinate. A slice of F triangles cuts at most 14 cells over each, into at most two
+/// triangles; the sum over them errs by their number of roundings of its largest partial sum. So
+/// does that over the 14 F cells of a slab for the hypervolume, by roundings of the measure of the
+/// boundary times its reach over four.
+Rounding roundingOf(const MovingMesh& moving) {
+  constexpr double kRoundingsOfAPose = 16;
+  Bounds3 bounds;
+  double largest = 0;
+  for (const Segment& segment : moving.motion.segments) {
+    addPosed(bounds, moving, segment.start);
+    addPosed(bounds, moving, segment.end);
+    largest = std::max(largest, segment.screw.axisPoint.cwiseAbs().maxCoeff());
+  }
+  const Speed speed = speedOf(moving);
+  const double duration = moving.motion.timeEnd() - moving.motion.timeBegin();
+  const double area = surfaceArea(moving.mesh);
+  const double halfSize = 0.5 * (boundsOf(moving.mesh).max - boundsOf(moving.mesh).min).norm();
+  const auto triangles = static_cast<double>(moving.mesh.triangles.size());
+  largest = std::max({largest, bounds.min.cwiseAbs().maxCoeff(), bounds.max.cwiseAbs().maxCoeff()});
+
+  Rounding rounding;
+  rounding.position =
+      kRoundingsOfAPose * kEpsilon * largest * static_cast<double>(moving.motion.segments.size());
+  rounding.volume = area * rounding.position + 28 * triangles * kEpsilon * area * halfSize / 3;
+  const double reach = std::hypot((bounds.max - bounds.min).norm() + 2 * halfSize, duration);
+  const double boundary = area * duration * std::hypot(1, speed.length) + 2 * moving.volume;
+  rounding.hypervolume =
+      duration * area * rounding.position + 14 * triangles * kEpsilon * boundary * reach / 4;
+  return rounding;
+}
+
+/// V0 (1 - 2 s (1 - s) (1 - cos theta)).
+double sliceOfStep(double volume, double s, double theta) {
+  return volume * (1 - 2 * s * (1 - s) * (1 - std::cos(theta)));
+}
+
+}  // namespace
+
+Result<Law> sweptLaw(const Case& given, bool cones) {
+  const MovingMesh& moving = *given.mesh;
+  const model::Motion& motion = moving.motion;
+  const auto steps =
+      mesh4d::stepsOf(motion, mesh4d::MinVolumeRatio{given.minVolumeRatio}, moving.mesh.vertices);
+  if (!steps) return pass(steps.error());
+  const Rounding rounding = roundingOf(moving);
+  const std::string reason = "exact but for rounding";
+
+  Law law;
+  law.timeBegin = {motion.timeBegin(), 0, "exact"};
+  law.timeEnd = {motion.timeEnd(), 0, "exact"};
+  double longestEdge = 0;
+  for (const model::Triangle& triangle : moving.mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d edge =
+          moving.mesh.vertices[triangle[(i + 1) % 3]] - moving.mesh.vertices[triangle[i]];
+      longestEdge = std::max(longestEdge, edge.norm());
+    }
+  }
+  std::uint64_t allSteps = 0;
+  double hypervolume = 0;
+  double off = rounding.position;
+  Bounds3 box;
+  const auto thetaOf = [&](std::size_t i) {
+    return motion.segments[i].screw.angleDegrees * kRadiansPerDegree /
+           static_cast<double>((*steps)[i]);
+  };
+  for (std::size_t i = 0; i < steps->size(); ++i) {
+    const Segment& segment = motion.segments[i];
+    hypervolume +=
+        moving.volume * (segment.timeEnd - segment.timeBegin) * (2 + std::cos(thetaOf(i))) / 3;
+    for (std::uint64_t k = 0; k <= (*steps)[i]; ++k) {
+      addPosed(box, moving, segment.at(static_cast<double>(k) / static_cast<double>((*steps)[i])));
+    }
+    allSteps += (*steps)[i];
+    const double theta = std::abs(thetaOf(i));
+    off = std::max(off, radiusAbout(segment, moving) * (1 - std::cos(theta / 2)) +
+                            longestEdge * theta / 4 + rounding.position);
+  }
+  law.hypervolume = {hypervolume, rounding.hypervolume, reason};
+  law.bounds = {box, rounding.position, reason};
+  const auto volumeAt = [&](double time) {
+    std::size_t i = 0;
+    while (i + 1 < motion.segments.size() && time >= motion.segments[i].timeEnd) ++i;
+    const Segment& segment = motion.segments[i];
+    const double at = (time - segment.timeBegin) / (segment.timeEnd - segment.timeBegin) *
+                      static_cast<double>((*steps)[i]);
+    return Measure{sliceOfStep(moving.volume, at - std::floor(at), thetaOf(i)), rounding.volume,
+                   reason};
+  };
+  law.slices = slicesOf(given, volumeAt, off, "chords instead of arcs");
+
+  const std::uint64_t v = moving.mesh.vertices.size();
+  const std::uint64_t f = moving.mesh.triangles.size();
+  const std::uint64_t e = 3 * f / 2;
+  law.sideCounts = {(allSteps + 1) * v + allSteps * (e + f), 14 * f * allSteps};
+  law.countsReason = "(steps + 1) V + steps (E + F) vertices, 14 F steps tetrahedra";
+  law.manifoldCaps = !cones;
+  if (cones) {
+    law.counts = {law.sideCounts->vertices + 2, law.sideCounts->tetrahedra + 2 * f};
+    law.countsReason += ", and two cones";
+  } else if (given.meshCounts) {
+    law.counts = given.meshCounts;
+    law.countsReason += "; the paper's Table 1";
+  }
+  return law;
+}
+
+std::vector<Resolution> voxelResolutions(const Case& given) {
+  constexpr std::uint64_t kLeastSteps = 4;
+  const model::TimeSpan span = given.time();
+  std::vector<Resolution> resolutions;
+  std::uint64_t steps = 0;
+  for (const double size : given.voxels.voxelSizes) {
+    if (given.voxels.mask) {
+      steps = given.voxels.maskFrames - 1;
+    } else if (steps == 0) {
+      const double voxels = (span.end - span.begin) * speedOf(given) / size;
+      steps = std::max(kLeastSteps, static_cast<std::uint64_t>(std::ceil(voxels)));
+    } else {
+      steps *= 2;
+    }
+    resolutions.push_back({size, steps});
+  }
+  return resolutions;
+}
+
+Law voxelLaw(const Case& given, const Resolution& resolution) {
+  const double h = resolution.voxelSize;
+  const model::TimeSpan span = given.time();
+  const double duration = span.end - span.begin;
+  const double frameTime = duration / static_cast<double>(resolution.steps);
+  const double motion = speedOf(given) * frameTime;
+  const double diameter2 = 3 * h * h + motion * motion;
+  const double turn = given.mesh ? speedOf(*given.mesh).angleRadians * frameTime : 0;
+  const Surface ofMesh = given.mesh ? surfaceOf(given.mesh->mesh) : Surface{};
+  const auto errorAt = [&](double time) {
+    const Surface surface = given.mesh ? ofMesh : given.fieldSurface(time);
+    const double normalError =
+        turn * h * (2 * std::numbers::sqrt3 + 1) / 8 + voxel4d::kOffLattice * h;
+    return surface.bending * diameter2 / 4 + surface.area * normalError;
+  };
+  const std::string reason = "bound of order h^2 for linear interpolation of the distance";
+
+  Law law;
+  law.timeBegin = {span.begin, 0, "flat caps lie exactly at the first frame's time"};
+  law.timeEnd = {span.end, 0, "flat caps lie exactly at the last frame's time"};
+  law.slices = slicesOf(
+      given,
+      [&](double time) {
+        return Measure{given.volumeAt(time), errorAt(time), reason};
+      },
+      std::numbers::sqrt3 * h + motion, "a voxel's diagonal and the motion between two frames");
+  if (const auto hypervolume = given.hypervolume()) {
+    // The errors of the slices, summed over the frames.
+    double error = 0;
+    for (std::uint64_t i = 0; i < resolution.steps; ++i) {
+      error += frameTime * errorAt(span.begin + (static_cast<double>(i) + 0.5) * frameTime);
+    }
+    law.hypervolume = {*hypervolume, error, reason};
+  }
+  if (given.mesh) {
+    Bounds3 box;
+    for (std::uint64_t i = 0; i <= resolution.steps; ++i) {
+      addPosed(box, *given.mesh,
+               given.mesh->motion.at(span.begin + static_cast<double>(i) * frameTime));
+    }
+    // A ball of radius sqrt(3)/2 voxels always holds a lattice point, and touches the three faces
+    // of a cube's corner when its centre is sqrt(3) times that from the tip.
+    const double tip = (1 + std::numbers::sqrt3) * std::numbers::sqrt3 / 2 * h;
+    law.bounds = {box, tip, "a cube's tip in which no lattice point lies is cut off"};
+  }
+  return law;
+}
+
+Law maskLaw(const Case& given) {
+  const MovingMesh& moving = *given.mesh;
+  const double h = given.voxels.voxelSizes.front();
+  const double last = static_cast<double>(given.voxels.maskFrames - 1);
+  const double begin = moving.motion.timeBegin();
+  const double rounding = 1e3 * kEpsilon * given.voxels.maskVolume;
+  Law law;
+  law.timeBegin = {begin, 0, "flat caps lie exactly at the first frame's time"};
+  law.timeEnd = {begin + last, 0, "flat caps lie exactly at the last frame's time"};
+  law.hypervolume = {given.voxels.maskVolume * last, rounding * last,
+                     "exact but for rounding: a step encloses the mean of its two layers"};
+  law.counts = given.voxels.counts;
+  law.countsReason = "the paper's Table 1";
+  const auto tree = std::make_shared<measure::TriangleTree>(moving.mesh);
+  for (const double time : {0.0, std::floor(0.37 * last), last}) {
+    SliceLaw& slice = law.slices.emplace_back();
+    slice.time = begin + time;
+    slice.volume = {given.voxels.maskVolume, rounding, "exact but for rounding"};
+    slice.surface.emplace();
+    slice.surface->distance = distanceAt(given, tree, slice.time);
+    slice.surface->tolerance = std::numbers::sqrt3 * h;
+    slice.surface->reason = "a voxel's diagonal";
+    slice.genera = moving.genera;
+  }
+  Bounds3 box;
+  for (const double time : {0.0, last}) addPosed(box, moving, moving.motion.at(begin + time));
+  box.min.array() += 0.5 * h;
+  box.max.array() -= 0.5 * h;
+  law.bounds = {box, 1e3 * kEpsilon * box.max.cwiseAbs().maxCoeff(),
+                "half a voxel within the cube, whose faces lie on lattice points"};
+  return law;
+}
+
+Law trueLaw(const Case& given, double relativeTolerance) {
+  const MovingMesh& moving = *given.mesh;
+  const model::TimeSpan span = given.time();
+  const double duration = span.end - span.begin;
+  const std::string reason = fmt::format("the true solid, within {:g}", relativeTolerance);
+  Law law;
+  law.timeBegin = {span.begin, relativeTolerance * duration, reason};
+  law.timeEnd = {span.end, relativeTolerance * duration, reason};
+  law.hypervolume = {moving.volume * duration, relativeTolerance * moving.volume * duration,
+                     reason};
+  // Between two of so many poses nothing bulges out by a millionth of the path.
+  constexpr int kPoses = 1024;
+  Bounds3 box;
+  for (int i = 0; i <= kPoses; ++i) {
+    addPosed(box, moving, moving.motion.at(span.begin + duration * i / kPoses));
+  }
+  law.manifoldCaps = false;
+  const double length = relativeTolerance * (box.max - box.min).norm();
+  law.bounds = {box, length, reason + " of the diagonal"};
+  law.slices = slicesOf(
+      given,
+      [&](double) {
+        return Measure{moving.volume, relativeTolerance * moving.volume, reason};
+      },
+      length, reason + " of the diagonal");
+  return law;
+}
+
+}  // namespace t4d::conformance

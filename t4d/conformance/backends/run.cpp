@@ -1,0 +1,119 @@
+#include "t4d/conformance/backends/run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace t4d::conformance {
+namespace {
+
+std::optional<double> relativeError(const Measure& expected, double actual) {
+  if (!(expected.value > 0)) return std::nullopt;
+  return std::abs(actual - expected.value) / expected.value;
+}
+
+/// The order of convergence as a check.
+void judgeOrder(const std::string& of, const std::vector<Level>& levels,
+                std::optional<double> Level::*error, std::optional<double>& order,
+                std::vector<Check>& checks) {
+  const Level& coarse = levels.front();
+  const Level& fine = levels.back();
+  if (!(coarse.*error) || !(fine.*error)) return;
+  const double refinement = std::log(coarse.resolution.voxelSize / fine.resolution.voxelSize);
+  order = std::log(*(coarse.*error) / *(fine.*error)) / refinement;
+  checks.push_back(measureIs(
+      fmt::format("order of convergence of the {}", of),
+      {2, std::log(2) / refinement,
+       "the error is of order h^2; its factor may change by two with how the lattice lies"},
+      *order));
+}
+
+}  // namespace
+
+bool CaseResult::passed() const {
+  return std::all_of(checks.begin(), checks.end(), [](const Check& check) { return check.passed; });
+}
+
+std::size_t CaseResult::passedChecks() const {
+  return static_cast<std::size_t>(
+      std::count_if(checks.begin(), checks.end(), [](const Check& check) { return check.passed; }));
+}
+
+CaseResult runCase(const Case& given, const Backend& backend, bool quick,
+                   const model::Progress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  CaseResult result{given.id, given.description, backend.name(), {}, {}, {}, {}, {}, 0};
+  std::vector<Resolution> resolutions = backend.resolutions(given);
+  if (quick && resolutions.size() > 2) resolutions.pop_back();
+  for (std::size_t i = 0; i < resolutions.size(); ++i) {
+    const Resolution& resolution = resolutions[i];
+    const std::string prefix =
+        resolutions.size() > 1 ? fmt::format("h = {:g}: ", resolution.voxelSize) : std::string();
+    model::Mesh mesh;
+    const auto law = backend.law(given, resolution);
+    const auto built =
+        law ? backend.build(given, resolution, mesh) : Result<void>(pass(law.error()));
+    result.checks.push_back(holds(prefix + "made", true, built.has_value(),
+                                  "the backend makes a mesh of the case",
+                                  built ? std::string() : built.error().text()));
+    if (!built) break;
+
+    Level level{resolution, judge(mesh, *law), {}, {}};
+    for (const Check& check : level.verdict.checks) {
+      result.checks.push_back(check);
+      result.checks.back().name = prefix + check.name;
+    }
+    if (law->hypervolume) {
+      level.hypervolumeError = relativeError(*law->hypervolume, level.verdict.hypervolume);
+      result.hypervolumeExpected = law->hypervolume->value;
+    }
+    result.worstError = level.hypervolumeError;
+    double squares = 0;
+    int count = 0;
+    for (std::size_t k = 0; k < level.verdict.sliceVolumes.size(); ++k) {
+      const auto& expected = law->slices[k].volume;
+      const auto& actual = level.verdict.sliceVolumes[k];
+      if (!expected || !actual) continue;
+      const auto error = relativeError(*expected, *actual);
+      if (!error) continue;
+      squares += *error * *error;
+      ++count;
+      result.worstError = std::max(result.worstError.value_or(0), *error);
+    }
+    if (count > 0) level.sliceError = std::sqrt(squares / count);
+    result.levels.push_back(std::move(level));
+    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(resolutions.size()));
+  }
+  if (result.levels.size() == resolutions.size() && resolutions.size() > 1) {
+    judgeOrder("hypervolume", result.levels, &Level::hypervolumeError, result.orders.hypervolume,
+               result.checks);
+    judgeOrder("slices' volumes", result.levels, &Level::sliceError, result.orders.slices,
+               result.checks);
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
+
+std::vector<CaseResult> runCases(std::span<const Job> jobs, bool quick,
+                                 const std::function<void(const CaseResult&)>& finished) {
+  std::vector<CaseResult> results(jobs.size());
+  std::mutex oneAtATime;
+  tbb::parallel_for(
+      std::size_t{0}, jobs.size(),
+      [&](std::size_t i) {
+        // A thread that waits for the parts of its case must not begin another case meanwhile.
+        tbb::this_task_arena::isolate(
+            [&] { results[i] = runCase(*jobs[i].given, *jobs[i].backend, quick); });
+        const std::scoped_lock lock(oneAtATime);
+        if (finished) finished(results[i]);
+      },
+      tbb::simple_partitioner());
+  return results;
+}
+
+}  // namespace t4d::conformance

@@ -1,0 +1,184 @@
+#include "t4d/conformance/backends/run.h"
+
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/voxel4d/voxelize.h"
+#include "t4d/voxel4d/weave.h"
+
+namespace t4d::conformance {
+namespace {
+
+Case caseOf(const std::string& id) {
+  for (Case& given : analyticCases()) {
+    if (given.id == id) return given;
+  }
+  ADD_FAILURE() << id;
+  return {};
+}
+
+std::string whyFailed(const CaseResult& result) {
+  std::string text;
+  for (const Check& check : result.checks) {
+    if (!check.passed) text += result.id + " by " + result.backend + ": " + check.name + "\n";
+  }
+  return text;
+}
+
+std::vector<std::string> failedOf(const CaseResult& result) {
+  std::vector<std::string> names;
+  for (const Check& check : result.checks) {
+    if (!check.passed) names.push_back(check.name);
+  }
+  return names;
+}
+
+TEST(Cases, AreNamedOnceAndKnowWhatTheyAre) {
+  std::set<std::string> ids;
+  for (const Case& given : analyticCases()) {
+    SCOPED_TRACE(given.id);
+    EXPECT_TRUE(ids.insert(given.id).second);
+    EXPECT_EQ(given.id.find_first_not_of("abcdefghijklmnopqrstuvwxyz-"), std::string::npos);
+    EXPECT_NE(given.mesh.has_value(), given.field.has_value());
+    EXPECT_TRUE(given.mesh || given.field->volume);
+    if (given.mesh) {
+      EXPECT_NEAR(given.mesh->volume, signedVolume(given.mesh->mesh), 1e-12 * given.mesh->volume);
+    }
+    const auto resolutions = voxelResolutions(given);
+    for (std::size_t i = 1; i < resolutions.size(); ++i) {
+      EXPECT_EQ(2 * resolutions[i].voxelSize, resolutions[i - 1].voxelSize);
+      EXPECT_EQ(resolutions[i].steps, 2 * resolutions[i - 1].steps);
+    }
+  }
+}
+
+TEST(Cases, SquirrelSizeHasThePapersCounts) {
+  // 3,909,554 vertices and 18,266,982 tetrahedra are those of its 65 steps and the paper's caps.
+  const Law law = *meshBackend()->law(caseOf("squirrel-size"), {});
+  EXPECT_EQ(3'909'554 - law.sideCounts->vertices, 2 * 102U);
+  EXPECT_EQ(18'266'982 - law.sideCounts->tetrahedra, 2 * 35'311U);
+}
+
+TEST(Backends, PassAllCasesQuickly) {
+  const std::vector<Case> cases = analyticCases();
+  const auto mesh = meshBackend();
+  const auto voxels = voxelBackend();
+  std::vector<Job> jobs;
+  for (const Case& given : cases) {
+    for (const Backend* backend : {mesh.get(), voxels.get()}) {
+      if (backend->supports(given) && !given.large) jobs.push_back({&given, backend});
+    }
+  }
+  const auto results = runCases(jobs, true);
+  ASSERT_EQ(results.size(), jobs.size());
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    EXPECT_EQ(results[i].id, jobs[i].given->id);
+    EXPECT_EQ(results[i].backend, jobs[i].backend->name());
+    EXPECT_TRUE(results[i].passed()) << whyFailed(results[i]);
+    EXPECT_GE(results[i].checks.size(), 20U);
+  }
+}
+
+TEST(Backends, AreJudgedTheSameByAnyNumberOfThreads) {
+  const Case given = caseOf("merging-spheres");
+  const auto backend = voxelBackend();
+  const auto run = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return runCase(given, *backend, true);
+  };
+  const CaseResult one = run(1);
+  const CaseResult many = run(8);
+  ASSERT_EQ(one.checks.size(), many.checks.size());
+  for (std::size_t i = 0; i < one.checks.size(); ++i) {
+    EXPECT_EQ(one.checks[i].name, many.checks[i].name);
+    EXPECT_EQ(one.checks[i].actual, many.checks[i].actual);
+  }
+}
+
+/// A backend of one's own: the interface is all that it takes. Wrong ones are caught.
+class OwnBackend : public Backend {
+ public:
+  using Build = std::function<Result<void>(const Case&, const Resolution&, model::Sink&)>;
+  OwnBackend(std::unique_ptr<Backend> like, Build build)
+      : like_(std::move(like)), build_(std::move(build)) {}
+
+  std::string name() const override { return "own"; }
+  bool supports(const Case& given) const override { return like_->supports(given); }
+  std::vector<Resolution> resolutions(const Case& given) const override {
+    return like_->resolutions(given);
+  }
+  Result<Law> law(const Case& given, const Resolution& resolution) const override {
+    return like_->law(given, resolution);
+  }
+  Result<void> build(const Case& given, const Resolution& resolution,
+                     model::Sink& sink) const override {
+    return build_(given, resolution, sink);
+  }
+
+ private:
+  std::unique_ptr<Backend> like_;
+  Build build_;
+};
+
+Result<void> sweptBy(const Case& given, const mesh4d::SweepOptions& options, model::Sink& sink) {
+  return mesh4d::sweep(given.mesh->mesh, given.mesh->motion, options, sink)
+      .map([](const mesh4d::SweepReport&) {});
+}
+
+TEST(Backends, WrongSweepsAreCaught) {
+  const Case given = caseOf("cube-screw");
+  // Three cells a prism, not fourteen.
+  const OwnBackend three(meshBackend(), [](const Case& c, const Resolution&, model::Sink& sink) {
+    return sweptBy(
+        c, {.caps = mesh4d::CapMethod::Cone, .prism = mesh4d::PrismSplit::Three, .progress = {}},
+        sink);
+  });
+  EXPECT_THAT(failedOf(runCase(given, three, false)),
+              testing::IsSupersetOf({"vertices between the caps", "tetrahedra between the caps"}));
+  // A step fewer.
+  const OwnBackend coarse(meshBackend(), [](const Case& c, const Resolution&, model::Sink& sink) {
+    return sweptBy(
+        c, {.steps = mesh4d::StepsPerSegment{23}, .caps = mesh4d::CapMethod::Cone, .progress = {}},
+        sink);
+  });
+  EXPECT_THAT(failedOf(runCase(given, coarse, false)),
+              testing::IsSupersetOf({"hypervolume", "vertices between the caps"}));
+  const OwnBackend none(meshBackend(), [](const Case&, const Resolution&, model::Sink&) {
+    return Result<void>(invalid("cannot do it"));
+  });
+  const CaseResult result = runCase(given, none, false);
+  EXPECT_THAT(failedOf(result), testing::ElementsAre("made"));
+  EXPECT_EQ(result.checks[0].found, "cannot do it");
+}
+
+/// Woven at the wrong voxel size or the wrong times.
+OwnBackend weaver(double sizeFactor, double late) {
+  return {voxelBackend(), [=](const Case& given, const Resolution& at, model::Sink& sink) {
+            auto times = *voxel4d::evenTimes(given.time(), at.steps + 1);
+            const model::Motion& motion = given.mesh->motion;
+            const auto frames = voxel4d::voxelFrames(
+                [&](double time) {
+                  return voxel4d::movingSolid(given.mesh->mesh, motion)(time - late);
+                },
+                times, {.voxelSize = at.voxelSize * sizeFactor});
+            return voxel4d::weave(*frames, {}, sink).map([](const voxel4d::WeaveReport&) {});
+          }};
+}
+
+TEST(Backends, WrongVoxelsAreCaught) {
+  const Case given = caseOf("cube-about-skew-axis");
+  EXPECT_TRUE(runCase(given, weaver(1, 0), true).passed());
+  // Voxels four times as large as said: the bounds of order h^2 notice.
+  EXPECT_THAT(failedOf(runCase(given, weaver(4, 0), true)),
+              testing::Contains("h = 1: hypervolume"));
+  // A mesh that follows its motion too late.
+  EXPECT_THAT(failedOf(runCase(given, weaver(1, 0.2), true)),
+              testing::Contains("h = 1: slice at 2: farthest vertex from the true surface"));
+}
+
+}  // namespace
+}  // namespace t4d::conformance

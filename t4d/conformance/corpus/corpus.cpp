@@ -1,0 +1,163 @@
+#include "t4d/conformance/corpus/corpus.h"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <set>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sha2.h>
+
+#include "t4d/conformance/corpus/cases.h"
+#include "t4d/conformance/corpus/texts.h"
+
+namespace t4d::conformance {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kSpecVersion = "1.0";
+/// Larger files need not be there to be verified: they are made, and not kept with the sources.
+constexpr std::size_t kKeptBytes = std::size_t{1} << 20;
+
+std::string sha256(std::string_view bytes) {
+  char text[SHA256_DIGEST_STRING_LENGTH];
+  return SHA256Data(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), text);
+}
+
+template <class T>
+ordered_json orNull(const T& value, bool there) {
+  return there ? ordered_json(value) : ordered_json();
+}
+
+/// The shortest decimal text that reads back as the same number.
+std::string decimal(double number) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, number).ptr;
+  return {text, end};
+}
+
+/// Every file of the corpus by its path in the directory.
+std::vector<std::pair<std::string, std::string>> allTexts() {
+  const std::vector<CorpusFile> files = makeCorpus();
+  std::vector<std::pair<std::string, std::string>> texts;
+  for (const CorpusFile& file : files) {
+    texts.emplace_back(file.id + ".t4d", file.bytes);
+    if (file.describe) texts.emplace_back(file.id + ".json", expectedText(file));
+  }
+  texts.emplace_back("manifest.json", manifestText(files));
+  texts.emplace_back("manifest.schema.json", kManifestSchema);
+  texts.emplace_back("README.md", kReadme);
+  return texts;
+}
+
+Result<std::string> contents(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (!file) return fail(ErrorCode::Io, "cannot be read", path.string());
+  return bytes;
+}
+
+}  // namespace
+
+const char* nameOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Valid:
+      return "valid";
+    case Verdict::Invalid:
+      return "invalid";
+    case Verdict::Either:
+      break;
+  }
+  return "either";
+}
+
+std::vector<CorpusFile> makeCorpus() {
+  std::vector<CorpusFile> files;
+  for (AcceptedCase& made : validCases()) files.push_back(std::move(made.file));
+  for (InvalidCase& made : invalidCases()) files.push_back(std::move(made.file));
+  for (AcceptedCase& made : implCases()) files.push_back(std::move(made.file));
+  std::sort(files.begin(), files.end(),
+            [](const CorpusFile& a, const CorpusFile& b) { return a.id < b.id; });
+  return files;
+}
+
+std::string manifestText(const std::vector<CorpusFile>& files) {
+  ordered_json manifest = {{"corpus_version", kCorpusVersion},
+                           {"spec_version", kSpecVersion},
+                           {"files", ordered_json::array()}};
+  for (const CorpusFile& file : files) {
+    manifest["files"].push_back(
+        {{"id", file.id},
+         {"file", file.id + ".t4d"},
+         {"sha256", sha256(file.bytes)},
+         {"bytes", file.bytes.size()},
+         {"result", nameOf(file.verdict)},
+         {"features", file.features},
+         {"spec_version", kSpecVersion},
+         {"clause", orNull(file.rule, !file.rule.empty())},
+         {"fault", file.fault},
+         {"offset", orNull(file.offset.value_or(0), file.offset.has_value())},
+         {"expected", orNull(file.id + ".json", file.describe.has_value())}});
+  }
+  return manifest.dump(1) + "\n";
+}
+
+std::string expectedText(const CorpusFile& file) {
+  const auto json = [](const std::string& answer, const std::string& within) {
+    return ordered_json{{"answer", ordered_json::parse(answer)},
+                        {"within", ordered_json::parse(within)}};
+  };
+  ordered_json expected = {{"describe", json(file.describe->json, file.describe->within)},
+                           {"slices", ordered_json::array()}};
+  for (const ExpectedSlice& slice : file.slices) {
+    ordered_json entry = {{"time", decimal(slice.time)}};
+    entry.update(json(slice.answer, slice.within));
+    expected["slices"].push_back(std::move(entry));
+  }
+  return expected.dump(1) + "\n";
+}
+
+Result<void> writeCorpus(const std::filesystem::path& directory) {
+  for (const auto& [name, text] : allTexts()) {
+    const std::filesystem::path path = directory / name;
+    std::error_code error;
+    std::filesystem::create_directories(path.parent_path(), error);
+    std::ofstream file(path, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) return fail(ErrorCode::Failed, "cannot be written", path.string());
+  }
+  return {};
+}
+
+Result<std::vector<std::string>> verifyCorpus(const std::filesystem::path& directory) {
+  std::vector<std::string> differences;
+  std::set<std::filesystem::path> expected;
+  for (const auto& [name, text] : allTexts()) {
+    expected.insert(name);
+    if (!std::filesystem::exists(directory / name)) {
+      if (text.size() <= kKeptBytes) differences.push_back(fmt::format("{} is missing", name));
+      continue;
+    }
+    auto found = contents(directory / name);
+    if (!found) return pass(found.error());
+    if (*found == text) continue;
+    const auto [at, end] = std::mismatch(found->begin(), found->end(), text.begin(), text.end());
+    differences.push_back(fmt::format("{} is different from byte {} on", name,
+                                      static_cast<std::size_t>(at - found->begin())));
+  }
+  std::error_code error;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(directory, error)) {
+    if (!entry.is_regular_file()) continue;
+    const auto name = entry.path().lexically_relative(directory);
+    if (!expected.contains(name)) {
+      differences.push_back(fmt::format("{} is no file of the corpus", name.string()));
+    }
+  }
+  if (error) return fail(ErrorCode::Io, error.message(), directory.string());
+  return differences;
+}
+
+}  // namespace t4d::conformance

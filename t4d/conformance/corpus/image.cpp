@@ -1,0 +1,362 @@
+#include "t4d/conformance/corpus/image.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/formats/t4d/layout.h"
+
+namespace t4d::conformance {
+
+using namespace formats::t4d_layout;
+
+namespace {
+
+std::string textOf(const std::array<std::uint8_t, 8>& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string textOf(const ChunkType& type) { return {type.begin(), type.end()}; }
+
+std::uint32_t checksumOf(std::string_view bytes) {
+  return formats::crc32c(bytes.data(), bytes.size());
+}
+
+bool hasMeans(const std::vector<BodySlabs>& bodies) {
+  for (const BodySlabs& body : bodies) {
+    for (const model::Slab& slab : body.slabs) {
+      if (slab.connectivity->means.size() > 0) return true;
+    }
+  }
+  return false;
+}
+
+std::string headOf(const std::vector<BodySlabs>& bodies, const ImageOptions& options) {
+  std::vector<std::string> features;
+  if (hasMeans(bodies)) features.emplace_back(kFeatureMeans);
+  if (options.storage != Storage::Raw) features.emplace_back(kFeatureZstd);
+  std::vector<std::string> names;
+  names.reserve(bodies.size());
+  for (const BodySlabs& body : bodies) names.push_back(body.name);
+  return headJson(features, names);
+}
+
+/// What the slabs of a body have in common with those before.
+struct Shared {
+  std::shared_ptr<const model::Connectivity> connectivity;
+  std::string connectivityName;
+  std::string upper;
+};
+
+}  // namespace
+
+std::string headJson(const std::vector<std::string>& features,
+                     const std::vector<std::string>& bodies, const std::string& more) {
+  return fmt::format(R"({{"features":{},"bodies":{}{}{}}})", nlohmann::json(features).dump(),
+                     nlohmann::json(bodies).dump(), more.empty() ? "" : ",", more);
+}
+
+Image::Image(const std::string& head, const ImageOptions& options) : options_(options) {
+  Record payload;
+  payload.putBytes("json", head);
+  add({"HEAD", textOf(kHead), payload, kFlagCritical, {}, {}, Chunk::Sum::None});
+}
+
+Image Image::of(const std::vector<BodySlabs>& bodies, const ImageOptions& options,
+                const std::optional<std::string>& head) {
+  Image image(head ? *head : headOf(bodies, options), options);
+  std::vector<Shared> shared(bodies.size());
+  std::size_t connectivities = 0;
+  std::size_t layers = 0;
+  std::size_t slabs = 0;
+  const auto layer = [&](double time, std::span<const model::Point4> vertices) -> std::string {
+    if (vertices.empty()) return "";
+    std::string name = fmt::format("LAYR {}", layers++);
+    image.addLayer(name, time, vertices);
+    return name;
+  };
+  std::size_t most = 0;
+  for (const BodySlabs& body : bodies) most = std::max(most, body.slabs.size());
+  for (std::size_t k = 0; k < most; ++k) {
+    for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+      if (k >= bodies[i].slabs.size()) continue;
+      const model::Slab& slab = bodies[i].slabs[k];
+      Shared& before = shared[i];
+      if (slab.connectivity != before.connectivity) {
+        before.connectivity = slab.connectivity;
+        before.connectivityName = fmt::format("CONN {}", connectivities++);
+        image.addConnectivity(before.connectivityName, *slab.connectivity);
+      }
+      const std::string lower = k == 0 ? layer(slab.timeBegin, slab.lowerLayer()) : before.upper;
+      before.upper = layer(slab.timeEnd, slab.upperLayer());
+      image.addSlab(fmt::format("SLAB {}", slabs++), i, slab, before.connectivityName, lower,
+                    before.upper);
+    }
+  }
+  image.addEnd();
+  return image;
+}
+
+void Image::add(Chunk chunk, const std::string& before) {
+  const std::size_t at = before.empty() ? chunks_.size() : position(before);
+  chunks_.insert(chunks_.begin() + static_cast<std::ptrdiff_t>(at), std::move(chunk));
+}
+
+void Image::addConnectivity(const std::string& name, const model::Connectivity& connectivity) {
+  add({name,
+       textOf(kConnectivity),
+       connectivityRecord(connectivity, options_.storage),
+       kFlagCritical,
+       {},
+       {},
+       Chunk::Sum::None});
+}
+
+void Image::addLayer(const std::string& name, double time,
+                     std::span<const model::Point4> vertices) {
+  add({name,
+       textOf(kLayer),
+       layerRecord(time, vertices, options_.float32, options_.storage),
+       kFlagCritical,
+       {},
+       {},
+       Chunk::Sum::None});
+}
+
+void Image::addSlab(const std::string& name, std::uint32_t body, const model::Slab& slab,
+                    const std::string& connectivity, const std::string& lower,
+                    const std::string& upper) {
+  const model::Connectivity& shared = *slab.connectivity;
+  const auto interior =
+      std::span(slab.vertices).subspan(shared.lowerCount, shared.firstMean() - shared.lowerCount);
+  Chunk chunk{name,
+              textOf(kSlab),
+              slabRecord({slab.timeBegin, slab.timeEnd}, body, interior, slab.attributes,
+                         options_.float32, options_.storage),
+              kFlagCritical,
+              {{"connectivity", connectivity}},
+              body,
+              Chunk::Sum::None};
+  if (!lower.empty()) chunk.offsets["lower"] = lower;
+  if (!upper.empty()) chunk.offsets["upper"] = upper;
+  add(std::move(chunk));
+  if (summaries_.size() <= body) summaries_.resize(body + 1);
+  formats::addSlab(summaries_[body], slab, options_.float32);
+}
+
+void Image::addEnd() {
+  add({"DONE", textOf(kDone), {}, kFlagCritical, {}, {}, Chunk::Sum::Done});
+  if (options_.index) {
+    add({"INDX", textOf(kIndex), {}, kFlagCritical, {}, {}, Chunk::Sum::Index});
+  }
+}
+
+std::size_t Image::position(const std::string& name) const {
+  const auto found = std::find_if(chunks_.begin(), chunks_.end(),
+                                  [&](const Chunk& chunk) { return chunk.name == name; });
+  if (found == chunks_.end()) throw std::out_of_range("no chunk " + name);
+  return static_cast<std::size_t>(found - chunks_.begin());
+}
+
+Image::Chunk& Image::chunk(const std::string& name) { return chunks_[position(name)]; }
+
+void Image::remove(const std::string& name) {
+  chunks_.erase(chunks_.begin() + static_cast<std::ptrdiff_t>(position(name)));
+}
+
+void Image::move(const std::string& name, const std::string& before) {
+  Chunk moved = chunk(name);
+  remove(name);
+  add(std::move(moved), before);
+}
+
+void Image::setBytes(const std::string& place, std::string_view bytes, std::size_t at) {
+  patches_.push_back({place, std::string(bytes), at, false});
+}
+
+void Image::flip(const std::string& place, std::size_t at) {
+  patches_.push_back({place, "", at, true});
+}
+
+/// Applies what has been set to PREFIX + FIELD; with `field` to that one alone.
+void Image::patch(Record& record, const std::string& prefix, const std::string& field) const {
+  for (const Patch& patch : patches_) {
+    if (!patch.place.starts_with(prefix)) continue;
+    const std::string inner = patch.place.substr(prefix.size());
+    if (!record.has(inner) || (!field.empty() && inner != field)) continue;
+    if (patch.flip) {
+      const char byte = record.bytes()[record.place(inner).offset + patch.at];
+      record.overwrite(inner, std::string(1, static_cast<char>(byte ^ 1)), patch.at);
+    } else {
+      record.overwrite(inner, patch.bytes, patch.at);
+    }
+  }
+}
+
+std::size_t Image::payloadBytes(const Chunk& chunk) const {
+  const auto slabs = static_cast<std::size_t>(std::count_if(
+      chunks_.begin(), chunks_.end(), [](const Chunk& other) { return other.slabOf.has_value(); }));
+  switch (chunk.sum) {
+    case Chunk::Sum::Done:
+      return 16 + summaries_.size() * kBodySummaryBytes;
+    case Chunk::Sum::Index:
+      return 8 + slabs * kIndexRecordBytes;
+    case Chunk::Sum::None:
+      break;
+  }
+  return chunk.payload.size();
+}
+
+Record Image::header() const {
+  Record record;
+  record.putBytes("signature", textOf(kSignature));
+  record.put("major", kMajorVersion);
+  record.put("minor", options_.minorVersion);
+  record.put("flags", options_.index ? kFlagIndexed : std::uint32_t{0});
+  record.put("reserved", std::uint32_t{0});
+  patch(record, "file/");
+  record.put("checksum", checksumOf(record.bytes()));
+  patch(record, "file/", "checksum");
+  return record;
+}
+
+Record Image::footer(std::uint64_t offset, const std::vector<std::uint64_t>& chunkOffsets) const {
+  const auto last = [&](const ChunkType& type) {
+    std::uint64_t found = 0;
+    for (std::size_t i = 0; i < chunks_.size(); ++i) {
+      if (chunks_[i].type == textOf(type)) found = chunkOffsets[i];
+    }
+    return found;
+  };
+  Record record;
+  record.put("index", last(kIndex));
+  record.put("done", last(kDone));
+  record.put("file length", offset + kFooterBytes);
+  record.put("reserved", std::uint32_t{0});
+  patch(record, "footer/");
+  record.put("checksum", checksumOf(record.bytes()));
+  patch(record, "footer/", "checksum");
+  record.putBytes("end signature", textOf(kEndSignature));
+  patch(record, "footer/", "end signature");
+  return record;
+}
+
+Record Image::chunkHeader(const Chunk& chunk, const Record& payload) const {
+  const std::string prefix = chunk.name + "/header/";
+  Record record;
+  record.putBytes("type", chunk.type);
+  record.put("flags", chunk.flags);
+  record.put("length", std::uint64_t{payload.size()});
+  record.put("payload checksum", checksumOf(payload.bytes()));
+  patch(record, prefix);
+  record.put("header checksum", checksumOf(record.bytes()));
+  patch(record, prefix, "header checksum");
+  return record;
+}
+
+Record Image::donePayload(std::size_t chunksBefore,
+                          const std::vector<formats::BodySummary>& summaries) {
+  Record payload;
+  payload.put("chunks", std::uint64_t{chunksBefore});
+  payload.put("bodies", static_cast<std::uint32_t>(summaries.size()));
+  payload.put("reserved", std::uint32_t{0});
+  for (std::size_t i = 0; i < summaries.size(); ++i) {
+    const formats::BodySummary& body = summaries[i];
+    Record record;
+    record.put("slabs", body.slabs);
+    record.put("vertices", body.vertices);
+    record.put("cells", body.tetrahedra);
+    record.put("begin", body.time.begin);
+    record.put("end", body.time.end);
+    for (int k = 0; k < 3; ++k) record.put(fmt::format("minimum {}", k), body.bounds.min[k]);
+    for (int k = 0; k < 3; ++k) record.put(fmt::format("maximum {}", k), body.bounds.max[k]);
+    payload.add(fmt::format("body {}", i), record);
+  }
+  return payload;
+}
+
+Record Image::indexRecord(const Record& slab, std::uint64_t offset, std::uint64_t size) {
+  Record record;
+  record.put("slab", offset);
+  record.put("size", size);
+  for (const char* field : {"begin", "end"}) record.put(field, slab.get<double>(field));
+  for (const char* field : {"connectivity", "lower", "upper"}) {
+    record.put(field, slab.get<std::uint64_t>(field));
+  }
+  record.put("body", slab.get<std::uint32_t>("body"));
+  record.put("reserved", std::uint32_t{0});
+  return record;
+}
+
+std::vector<Record> Image::payloads(const std::vector<std::uint64_t>& offsets) const {
+  std::vector<Record> payloads;
+  std::vector<formats::BodySummary> summaries = summaries_;
+  std::vector<bool> begun(summaries.size());
+  std::vector<Record> records;
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    const Chunk& chunk = chunks_[i];
+    Record payload = chunk.payload;
+    for (const auto& [field, name] : chunk.offsets) {
+      payload.overwrite(field, bytesOf(offsets[position(name)]));
+    }
+    patch(payload, chunk.name + "/");
+    if (chunk.slabOf) {
+      records.push_back(indexRecord(payload, offsets[i], offsets[i + 1] - offsets[i]));
+      model::TimeSpan& time = summaries[*chunk.slabOf].time;
+      if (!begun[*chunk.slabOf]) time.begin = payload.get<double>("begin");
+      begun[*chunk.slabOf] = true;
+      time.end = payload.get<double>("end");
+    }
+    payloads.push_back(std::move(payload));
+  }
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    const Chunk& chunk = chunks_[i];
+    if (chunk.sum == Chunk::Sum::None) continue;
+    Record& payload = payloads[i];
+    if (chunk.sum == Chunk::Sum::Done) {
+      payload = donePayload(i, summaries);
+    } else {
+      payload.put("slabs", std::uint64_t{records.size()});
+      for (std::size_t k = 0; k < records.size(); ++k) {
+        payload.add(fmt::format("record {}", k), records[k]);
+      }
+    }
+    patch(payload, chunk.name + "/");
+  }
+  return payloads;
+}
+
+std::vector<std::uint64_t> Image::chunkOffsets() const {
+  std::vector<std::uint64_t> offsets = {kFileHeaderBytes};
+  for (const Chunk& chunk : chunks_) {
+    offsets.push_back(offsets.back() + kChunkHeaderBytes + padded(payloadBytes(chunk)));
+  }
+  return offsets;
+}
+
+Record Image::assemble() const {
+  const std::vector<std::uint64_t> offsets = chunkOffsets();
+  const std::vector<Record> all = payloads(offsets);
+  Record file;
+  file.add("file", header());
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    const std::string& name = chunks_[i].name;
+    file.add(name + "/header", chunkHeader(chunks_[i], all[i]));
+    file.add(name, all[i]);
+    file.pad(name + "/padding");
+    patch(file, "", name + "/padding");
+  }
+  if (options_.index) file.add("footer", footer(file.size(), offsets));
+  return file;
+}
+
+void Image::freeze(const std::string& name) {
+  Chunk& frozen = chunk(name);
+  frozen.payload = payloads(chunkOffsets())[position(name)];
+  frozen.sum = Chunk::Sum::None;
+}
+
+}  // namespace t4d::conformance

@@ -1,0 +1,81 @@
+#include "t4d/conformance/corpus/image.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "t4d/conformance/corpus/shapes.h"
+#include "t4d/conformance/corpus/temporary_file.h"
+#include "t4d/formats/t4d/writer.h"
+
+namespace t4d::conformance {
+namespace {
+
+std::string written(const std::vector<BodySlabs>& bodies, const formats::T4dWriteOptions& options) {
+  const TemporaryFile file("");
+  formats::Metadata metadata;
+  for (const BodySlabs& body : bodies) metadata.bodies.push_back(body.name);
+  auto writer = formats::T4dWriter::create(file.path(), metadata, options);
+  EXPECT_TRUE(writer);
+  std::size_t most = 0;
+  for (const BodySlabs& body : bodies) most = std::max(most, body.slabs.size());
+  for (std::size_t k = 0; k < most; ++k) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (k < bodies[i].slabs.size()) {
+        EXPECT_TRUE(writer->body(i).put(bodies[i].slabs[k]));
+      }
+    }
+  }
+  EXPECT_TRUE(writer->finish());
+  std::ifstream in(file.path(), std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// HEAD as the writer writes it.
+std::string headIn(const std::string& file) {
+  std::uint64_t length = 0;
+  file.copy(reinterpret_cast<char*>(&length), sizeof length, 32);
+  return file.substr(48, length);
+}
+
+TEST(Image, IsWhatTheWriterWrites) {
+  const Solid box = cube();
+  const std::vector<BodySlabs> bodies = {
+      {"cross", crossPolytope()},
+      {"cube",
+       sweep(box, {pose(box, 0, {0, 0, 0}), pose(box, 1, {0.1, 0, 0}), pose(box, 2, {0, 3, 0})},
+             {.prism = Prism::Fourteen, .cones = true})}};
+  for (const bool index : {true, false}) {
+    for (const bool float32 : {true, false}) {
+      const std::string file = written(bodies, {0, float32, index});
+      const Image image = Image::of(bodies, {.index = index, .float32 = float32}, headIn(file));
+      EXPECT_EQ(image.bytes(), file) << index << float32;
+    }
+  }
+}
+
+TEST(Image, ChangesWhatIsSetAndTheSumsOverIt) {
+  const Image right = Image::of({{"simplex", simplex()}});
+  Image image = right;
+  image.set("SLAB 0/begin", -1.0);
+  const std::string a = right.bytes();
+  const std::string b = image.bytes();
+  ASSERT_EQ(a.size(), b.size());
+  std::vector<std::size_t> changed;
+  for (std::size_t i = 0; i < a.size(); i += 4) {
+    if (a.substr(i, 4) != b.substr(i, 4)) changed.push_back(i);
+  }
+  // Begin in SLAB, DONE and INDX, with the two checksums of each.
+  std::vector<std::size_t> expected;
+  for (const auto& [chunk, field] : {std::pair<std::string, std::string>{"SLAB 0", "begin"},
+                                     {"DONE", "body 0/begin"},
+                                     {"INDX", "record 0/begin"}}) {
+    expected.push_back(right.offset(chunk + "/header/payload checksum"));
+    expected.push_back(right.offset(chunk + "/header/header checksum"));
+    expected.push_back(right.offset(chunk + "/" + field) + 4);
+  }
+  EXPECT_EQ(changed, expected);
+}
+
+}  // namespace
+}  // namespace t4d::conformance

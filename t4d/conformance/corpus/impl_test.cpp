@@ -1,0 +1,73 @@
+#include <map>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/conformance/corpus/cases.h"
+#include "t4d/conformance/corpus/temporary_file.h"
+#include "t4d/measure/validate.h"
+
+namespace t4d::conformance {
+namespace {
+
+using nlohmann::json;
+using testing::IsEmpty;
+
+TEST(ImplFiles, AreReadRightWhereOurReaderAcceptsThem) {
+  std::size_t accepted = 0;
+  for (const AcceptedCase& made : implCases()) {
+    SCOPED_TRACE(made.file.id);
+    const TemporaryFile file(made.file.bytes);
+    const auto description = describeFile(file.path());
+    if (!description) {
+      EXPECT_EQ(description.error().code, ErrorCode::InvalidInput) << description.error().text();
+      continue;
+    }
+    ++accepted;
+    EXPECT_THAT(
+        differences(json::parse(made.file.describe->json), json::parse(made.file.describe->within),
+                    json::parse(description->json)),
+        IsEmpty());
+    for (const ExpectedSlice& expected : made.file.slices) {
+      const auto slice = sliceFile(file.path(), expected.time);
+      ASSERT_TRUE(slice) << slice.error().text();
+      EXPECT_THAT(differences(json::parse(expected.answer), json::parse(expected.within),
+                              json::parse(slice->json)),
+                  IsEmpty());
+    }
+  }
+  EXPECT_GT(accepted, 0U);
+}
+
+TEST(ImplFiles, WhoseMeshesAreFaultyAreFoundByTheValidator) {
+  const std::map<std::string, std::string> codes = {
+      {"impl/mesh-open", "facet-not-shared-by-two"},
+      {"impl/mesh-doubled-cell", "facet-not-shared-by-two"},
+      {"impl/mesh-cell-turned", "facet-orientation"},
+      {"impl/mesh-inside-out", "inside-out"},
+      {"impl/mesh-pinched", "vertex-link"},
+      {"impl/mesh-half", "facet-not-shared-by-two"},
+      {"impl/mesh-open-at-layer", "facet-not-shared-by-two"},
+      {"impl/mesh-turned-above-layer", "facet-orientation"},
+      {"impl/attributes-differ-at-layer", "seam-differs"},
+  };
+  std::size_t found = 0;
+  for (const AcceptedCase& made : implCases()) {
+    SCOPED_TRACE(made.file.id);
+    const auto code = codes.find(made.file.id);
+    EXPECT_EQ(code != codes.end(),
+              testing::Value(made.file.features, testing::Contains("faulty-mesh")));
+    if (code == codes.end()) continue;
+    ++found;
+    const TemporaryFile file(made.file.bytes);
+    const auto validation = measure::validateT4dFile(file.path(), {.vertexLinks = true});
+    ASSERT_TRUE(validation);
+    EXPECT_FALSE(validation->valid());
+    EXPECT_THAT(validation->issues.issues,
+                testing::Contains(testing::Field(&measure::Issue::code, code->second)));
+  }
+  EXPECT_EQ(found, codes.size());
+}
+
+}  // namespace
+}  // namespace t4d::conformance

@@ -1,0 +1,413 @@
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "t4d/conformance/corpus/invalid.h"
+#include "t4d/conformance/corpus/shapes.h"
+#include "t4d/conformance/corpus/zstd_frame.h"
+
+/// Faults of array records and attributes.
+namespace t4d::conformance {
+namespace {
+
+using namespace std::string_literals;
+using model::Attribute;
+using model::Domain;
+using model::ScalarType;
+
+constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
+
+std::vector<model::Slab> simplexWith(const std::vector<Attribute>& own,
+                                     const std::vector<Attribute>& ofConnectivity = {}) {
+  std::vector<model::Slab> slabs = simplex();
+  auto connectivity = std::make_shared<model::Connectivity>(*slabs[0].connectivity);
+  connectivity->cellAttributes = ofConnectivity;
+  slabs[0].connectivity = connectivity;
+  slabs[0].attributes = own;
+  return slabs;
+}
+
+Attribute numbers(const std::string& name, Domain domain, std::size_t rows) {
+  Attribute made{name, domain, ScalarType::UInt8, 1, {}};
+  for (std::size_t i = 0; i < rows; ++i) made.values.push_back(std::byte(i));
+  return made;
+}
+
+/// A simplex with the cell attribute "a" of five bytes.
+Base withAttribute() { return baseOf({{"simplex", simplexWith({numbers("a", Domain::Cell, 5)})}}); }
+
+/// A simplex with the attribute.
+Base withAttribute(const Attribute& attribute) {
+  return baseOf({{"simplex", simplexWith({attribute})}});
+}
+
+/// A simplex that names zstd in HEAD and stores the indices of its cells as `frame`.
+struct Compressed {
+  std::string content;  ///< the indices, transposed: 80 bytes
+
+  Compressed() {
+    std::string bytes;
+    const std::vector<model::Slab> slabs = simplex();
+    for (const model::Cell& cell : slabs[0].connectivity->cells) {
+      for (const std::uint32_t index : cell) bytes += bytesOf(index);
+    }
+    content = transposed(bytes, 16);
+  }
+
+  static Base withFrame(const std::string& frame) {
+    Base base{Image::of({{"simplex", simplex()}}, {}, headJson({"zstd"}, {"simplex"})),
+              {"zstd", "index"}};
+    base.image.chunk("CONN 0").payload.replace("cells", arrayRecord(5, 4, 1, 5, frame));
+    return base;
+  }
+  Base right() const { return withFrame(zstdFrame(content)); }
+};
+
+void addFrameFaults(InvalidCases& cases) {
+  const Compressed compressed;
+  const std::string& content = compressed.content;
+  const Base right = compressed.right();
+  const std::string frame = zstdFrame(content);
+  const auto add = [&](const std::string& name, const std::string& fault, const std::string& wrong,
+                       std::size_t at = 0) {
+    cases.add(
+        name, fault, right, [&](Image& image) { image = Compressed::withFrame(wrong).image; },
+        "CONN 0/cells/stored", at);
+  };
+  const std::string half = content.substr(0, 40);
+  add("A10-two-frames", "The array is in two frames, one half each.",
+      zstdFrame(half) + zstdFrame(content.substr(40)), zstdFrame(half).size());
+  add("A10-empty-frame-after", "A frame of no bytes follows the frame.", frame + zstdFrame(""),
+      frame.size());
+  add("A10-skippable-frame-before", "A skippable frame stands before the frame.",
+      zstdSkippableFrame("skip me") + frame);
+  add("A10-skippable-frame-after", "A skippable frame follows the frame.",
+      frame + zstdSkippableFrame("skip me"), frame.size());
+  add("A10-byte-after", "A zero byte follows the frame.", frame + "\0"s, frame.size());
+  add("A10-byte-before", "A zero byte stands before the frame.", "\0"s + frame);
+  add("A10-cut-off", "The frame lacks its last byte.", frame.substr(0, frame.size() - 1),
+      frame.size() - 1);
+  std::string unfinished = frame;
+  unfinished[6] = static_cast<char>(unfinished[6] & ~1);
+  add("A10-no-last-block", "No block of the frame is marked as the last.", unfinished, 6);
+  add("A10-raw", "The array itself stands where a frame should.", content);
+  // A stored block of the 80 bytes, then the end.
+  add("A10-frame-of-zstd-0.7", "The frame is of a version of zstd from before the standard.",
+      "\x27\xB5\x2F\xFD\x20\x50\x40\x00\x50"s + content + "\xC0\0\0"s);
+  add("A10-zlib", "The stored bytes are compressed with zlib.",
+      "\x78\x9C\x63\x60\x60\x60\x60\x64\x60\x00\x00\x00\x05\x00\x02"s);
+  add("A10-dictionary", "The frame names a dictionary.", zstdFrame(content, {.dictionaryId = 1}),
+      5);
+
+  add("A11-no-size", "The frame does not declare its size.",
+      zstdFrame(content, {.declareSize = false, .windowLog = 10}), 4);
+  add("A11-size-too-small", "The frame declares 79 bytes and holds 80.",
+      zstdFrame(content, {.declaredSize = 79}), 5);
+  add("A11-size-too-large", "The frame declares 81 bytes and holds 80.",
+      zstdFrame(content, {.declaredSize = 81}), 5);
+  add("A11-size-2-to-the-63", "The frame declares 2^63 bytes.",
+      zstdFrame(content, {.declaredSize = std::uint64_t{1} << 63}), 5);
+  add("A11-fewer-rows", "The frame declares and holds 64 bytes, of an array of 80.",
+      zstdFrame(content.substr(16)), 5);
+  add("A11-more-rows", "The frame declares and holds 96 bytes, of an array of 80.",
+      zstdFrame(content + content.substr(0, 16)), 5);
+
+  add("A12-too-few-bytes", "The frame declares 80 bytes and holds 79.",
+      zstdFrame(content.substr(1), {.declaredSize = 80}), 6);
+  add("A12-too-many-bytes", "The frame declares 80 bytes and holds 81.",
+      zstdFrame(content + "\0"s, {.declaredSize = 80}), 6);
+  std::string block = frame;
+  block[6] = static_cast<char>(block[6] | 6);
+  add("A12-reserved-block-type", "The frame has a block of the reserved type.", block, 6);
+  std::string literals = frame;
+  literals[6] = static_cast<char>(literals[6] | 4);
+  literals[9] = 3;
+  add("A12-no-table", "A compressed block repeats a Huffman table where there was none.", literals,
+      9);
+  std::string reserved = frame;
+  reserved[4] = static_cast<char>(reserved[4] | 8);
+  add("A12-reserved-bit", "The reserved bit of the frame's header is set.", reserved, 4);
+  std::string summed = zstdByLibrary(content, true);
+  const std::size_t sum = summed.size() - 4;
+  summed[sum] = static_cast<char>(summed[sum] ^ 1);
+  add("A12-checksum", "The frame's own checksum is wrong.", summed, sum);
+
+  // One array is compressed, and the feature not named.
+  const auto with = [](const std::string& chunk, const std::vector<std::string>& features) {
+    const std::vector<BodySlabs> cross = {{"cross", crossPolytope()}};
+    Image stored = Image::of(cross, {.storage = Storage::Blocks});
+    Image image = Image::of(cross, {}, headJson(features, {"cross"}));
+    image.chunk(chunk).payload = stored.chunk(chunk).payload;
+    return image;
+  };
+  for (const auto& [name, chunk, array] :
+       {std::array<std::string, 3>{"connectivity", "CONN 1", "cells"},
+        {"layer", "LAYR 0", "positions"},
+        {"slab", "SLAB 1", "interior times"}}) {
+    cases.add(
+        "A13-" + name, "The file does not name the feature zstd, which it uses.",
+        {with(chunk, {"zstd"}), {"zstd", "index"}},
+        [&, chunk = chunk](Image& image) { image = with(chunk, {}); },
+        chunk + "/" + array + "/codec");
+  }
+}
+
+}  // namespace
+
+void addArrayFaults(InvalidCases& cases) {
+  const Base attribute = withAttribute();
+  const Base base = plain();
+  const std::string values = "SLAB 0/attribute 0/values/";
+  const std::string cells = "CONN 0/cells/";
+  const auto set = [&](const std::string& name, const std::string& fault, const Base& of,
+                       const std::string& place, auto value) {
+    cases.add(
+        name, fault, of, [&](Image& image) { image.set(place, value); }, place);
+  };
+  for (const int type : {0, 11, 255}) {
+    set(fmt::format("A1-scalar-type-{}", type), fmt::format("The scalar type is {}.", type),
+        attribute, values + "scalar type", static_cast<std::uint8_t>(type));
+  }
+  set("A1-scalar-type-of-cells", "The scalar type of the cells is 12.", base, cells + "scalar type",
+      std::uint8_t{12});
+  cases.add(
+      "A2-no-components", "Rows have no numbers, and nothing is stored.", attribute,
+      [](Image& image) {
+        image.chunk("SLAB 0").payload.replace("attribute 0/values", arrayRecord(1, 0, 0, 5, ""));
+      },
+      values + "components");
+  set("A2-no-components-of-cells", "The cells have no indices.", base, cells + "components"s,
+      std::uint8_t{0});
+  for (const int codec : {2, 255}) {
+    set(fmt::format("A3-codec-{}", codec), fmt::format("The codec is {}.", codec), attribute,
+        values + "codec", static_cast<std::uint8_t>(codec));
+  }
+  for (const int byte : {0, 4}) {
+    cases.add(
+        fmt::format("A4-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
+        [&](Image& image) { image.setBytes(cells + "reserved", "\x01", byte); }, cells + "reserved",
+        byte);
+  }
+
+  const auto claim = [&](const std::string& name, const std::string& fault, std::uint64_t rows,
+                         std::uint64_t stored) {
+    cases.add(
+        name, fault, base,
+        [&](Image& image) {
+          image.set(cells + "rows", rows);
+          image.set(cells + "stored bytes", stored);
+        },
+        cells + "stored bytes");
+  };
+  claim("A5-one-row-too-many", "The array ends 16 bytes behind the payload.", 6, 96);
+  claim("A5-stored-2-to-the-63", "2^63 bytes are stored.", std::uint64_t{1} << 59,
+        std::uint64_t{1} << 63);
+  claim("A5-stored-2-to-the-64-less-16", "2^64 - 16 bytes are stored.",
+        (std::uint64_t{1} << 60) - 1, kLargest - 15);
+  claim("A5-2-to-the-32-bytes-more", "An array of 80 bytes says that 2^32 + 80 are stored.",
+        (std::uint64_t{1} << 28) + 5, (std::uint64_t{1} << 32) + 80);
+  claim("A5-stored-2-to-the-32", "2^32 bytes are stored.", std::uint64_t{1} << 28,
+        std::uint64_t{1} << 32);
+  set("A5-stored-2-to-the-64-less-1", "2^64 - 1 bytes are stored; with padding that is 0.",
+      attribute, values + "stored bytes", kLargest);
+  const auto shorten = [](Image& image, const std::string& chunk, std::size_t bytes) {
+    Record& payload = image.chunk(chunk).payload;
+    payload.truncate(payload.size() - bytes);
+  };
+  cases.add(
+      "A5-padding-outside", "The payload ends before the padding of its last array.", attribute,
+      [&](Image& image) { shorten(image, "SLAB 0", 3); }, values + "padding");
+  cases.add(
+      "A5-header-cut-off", "The payload ends within the header of an array.", base,
+      [&](Image& image) { shorten(image, "CONN 0", 88); }, cells + "rows");
+  cases.add(
+      "A5-no-array", "The payload ends where an array should begin.", base,
+      [&](Image& image) { shorten(image, "CONN 0", 104); }, "CONN 0/cells");
+  for (const int byte : {0, 2}) {
+    cases.add(
+        fmt::format("A6-padding-byte-{}", byte), "A byte of padding is not zero.", attribute,
+        [&](Image& image) { image.setBytes(values + "padding", "\xFF", byte); }, values + "padding",
+        byte);
+  }
+
+  set("A7-stored-less", "An array of 80 bytes is stored in 64.", base, cells + "stored bytes"s,
+      std::uint64_t{64});
+  set("A7-stored-more", "An array of 64 bytes is stored in 80.", base, cells + "rows"s,
+      std::uint64_t{4});
+  set("A7-size-wraps", "2^60 + 5 rows of 16 bytes are 80 bytes modulo 2^64.", base, cells + "rows",
+      (std::uint64_t{1} << 60) + 5);
+  cases.add(
+      "A7-size-wraps-to-0", "2^60 rows of 16 bytes are no bytes modulo 2^64.", base,
+      [](Image& image) {
+        image.chunk("CONN 0").payload.replace("cells",
+                                              arrayRecord(5, 4, 0, std::uint64_t{1} << 60, ""));
+      },
+      cells + "rows");
+  set("A7-2-to-the-32-rows-more", "An array of 5 rows says that it has 2^32 + 5.", base,
+      cells + "rows", (std::uint64_t{1} << 32) + 5);
+  set("A7-rows-2-to-the-64-less-1", "The array has 2^64 - 1 rows.", base, cells + "rows"s,
+      kLargest);
+
+  const Base step = [] {
+    const Solid solid = cornerTetrahedron();
+    return baseOf(
+        {{"tetrahedron", sweep(solid, {pose(solid, 0, {0, 0, 0}), pose(solid, 1, {0, 0, 0})},
+                               {.capSlabs = false})}},
+        {.storage = Storage::Blocks});
+  }();
+  const auto noRows = [&](const std::string& name, const std::string& fault, std::uint8_t codec,
+                          const std::string& stored) {
+    cases.add(
+        name, fault, step,
+        [&](Image& image) {
+          image.chunk("SLAB 0").payload.replace("interior positions",
+                                                arrayRecord(10, 3, codec, 0, stored));
+        },
+        "SLAB 0/interior positions");
+  };
+  noRows("A8-stored-raw", "An array of no rows is stored in 8 bytes.", 0, std::string(8, '\0'));
+  noRows("A8-frame-of-no-bytes", "An array of no rows is stored as a frame of no bytes.", 1,
+         zstdFrame(""));
+  noRows("A8-codec-1-and-no-bytes", "An array of no rows has codec 1.", 1, "");
+
+  // 128 numbers for each of 64 vertices: 65,536 bytes.
+  std::vector<model::Slab> room = simplex();
+  auto connectivity = std::make_shared<model::Connectivity>(*room[0].connectivity);
+  connectivity->vertexCount = 64;
+  room[0].connectivity = connectivity;
+  room[0].vertices.resize(64, model::Point4(0, 0, 0, 0));
+  Attribute zeros{"zeros", Domain::Vertex, ScalarType::Float64, 128, {}};
+  zeros.values.resize(64 * zeros.rowBytes());
+  room[0].attributes = {zeros};
+  const std::string content(zeros.values.size(), '\0');
+  const auto expanding = [&](std::size_t blockBytes) {
+    Image image = Image::of({{"simplex", room}}, {}, headJson({"zstd"}, {"simplex"}));
+    image.chunk("SLAB 0").payload.replace(
+        "attribute 0/values",
+        arrayRecord(10, 128, 1, 64, zstdFrame(content, {.blockBytes = blockBytes})));
+    return image;
+  };
+  const Base roomy = {expanding(4096), {"zstd", "index"}};
+  cases.add(
+      "A9-63-bytes-for-65536", "An array expands by more than 1,024 times.", roomy,
+      [&](Image& image) { image = expanding(4682); }, values + "rows");
+  cases.add(
+      "A9-largest-blocks", "An array expands by as much as zstd can.", roomy,
+      [&](Image& image) { image = expanding(128U << 10); }, values + "rows");
+  const Base framed = Compressed().right();
+  for (const auto& [name, rows] : {std::pair<const char*, std::uint64_t>{"2-to-the-32", 1ULL << 32},
+                                   {"2-to-the-60-and-5", (1ULL << 60) + 5},
+                                   {"2-to-the-64-less-1", kLargest}}) {
+    set(fmt::format("A9-rows-{}", name),
+        fmt::format("A frame of 80 bytes is to have {} rows.", rows), framed, cells + "rows", rows);
+  }
+  cases.add(
+      "A9-no-bytes", "Five rows of codec 1 are stored in no bytes.", framed,
+      [](Image& image) { image = Compressed::withFrame("").image; }, cells + "stored bytes");
+  addFrameFaults(cases);
+}
+
+void addAttributeFaults(InvalidCases& cases) {
+  const Base base = withAttribute();
+  const std::string attribute = "SLAB 0/attribute 0/";
+  for (const int domain : {0, 3, 255}) {
+    cases.add(
+        fmt::format("T1-domain-{}", domain), fmt::format("The domain is {}.", domain), base,
+        [&](Image& image) { image.set(attribute + "domain", static_cast<std::uint8_t>(domain)); },
+        attribute + "domain");
+  }
+  for (const int byte : {0, 2}) {
+    cases.add(
+        fmt::format("T2-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
+        [&](Image& image) { image.setBytes(attribute + "reserved", "\x01", byte); },
+        attribute + "reserved", byte);
+  }
+  const auto named = [&](const std::string& name, const std::string& fault,
+                         const std::string& wrong) {
+    cases.add(
+        name, fault, base,
+        [&](Image& image) { image = withAttribute(numbers(wrong, Domain::Cell, 5)).image; },
+        attribute + "name");
+  };
+  named("T3-no-name", "The name has no bytes.", "");
+  named("T3-name-of-256-bytes", "The name has 256 bytes.", std::string(256, 'n'));
+  cases.add(
+      "T3-name-outside", "The name ends behind the payload.", base,
+      [&](Image& image) { image.set(attribute + "name length", 200U); }, attribute + "name length");
+  cases.add(
+      "T3-name-length-2-to-the-32-less-1", "The name has 2^32 - 1 bytes.", base,
+      [&](Image& image) { image.set(attribute + "name length", ~0U); }, attribute + "name length");
+  cases.add(
+      "T3-cut-off", "The payload ends within the first 8 bytes of an attribute.", base,
+      [&](Image& image) {
+        Record& payload = image.chunk("SLAB 0").payload;
+        payload.truncate(payload.place("attribute 0").offset + 4);
+      },
+      attribute + "domain", 4);
+  for (const auto& [name, what, bytes] : notUtf8()) {
+    named(fmt::format("T4-{}", name), fmt::format("The name has {}.", what), "a" + bytes);
+  }
+  for (const int byte : {0, 6}) {
+    cases.add(
+        fmt::format("T5-padding-byte-{}", byte), "A byte of padding is not zero.", base,
+        [&](Image& image) { image.setBytes(attribute + "name padding", "\x01", byte); },
+        attribute + "name padding", byte);
+  }
+
+  const auto rows = [&](const std::string& name, const std::string& fault, Domain domain,
+                        std::size_t count) {
+    cases.add(
+        name, fault, withAttribute(numbers("a", domain, 5)),
+        [&](Image& image) { image = withAttribute(numbers("a", domain, count)).image; },
+        attribute + "values/rows");
+  };
+  rows("T6-a-cell-too-few", "A cell attribute has 4 rows for 5 cells.", Domain::Cell, 4);
+  rows("T6-a-cell-too-many", "A cell attribute has 6 rows for 5 cells.", Domain::Cell, 6);
+  rows("T6-a-vertex-too-few", "A vertex attribute has 4 rows for 5 vertices.", Domain::Vertex, 4);
+  rows("T6-no-rows", "A vertex attribute has no rows.", Domain::Vertex, 0);
+  const auto ofMeans = [](std::size_t count) {
+    std::vector<model::Slab> slabs = {meansSlab()};
+    slabs[0].attributes = {numbers("a", Domain::Vertex, count)};
+    return baseOf({{"simplex", slabs}});
+  };
+  cases.add(
+      "T6-means-left-out", "A vertex attribute has no rows for the means.", ofMeans(9),
+      [&](Image& image) { image = ofMeans(7).image; }, attribute + "values/rows");
+  const auto ofConnectivity = [](std::size_t count) {
+    return baseOf({{"simplex", simplexWith({}, {numbers("a", Domain::Cell, count)})}});
+  };
+  cases.add(
+      "T6-of-connectivity", "An attribute of a CONN has 4 rows for 5 cells.", ofConnectivity(5),
+      [&](Image& image) { image = ofConnectivity(4).image; }, "CONN 0/attribute 0/values/rows");
+
+  const Attribute a = numbers("a", Domain::Cell, 5);
+  const Attribute b = numbers("b", Domain::Cell, 5);
+  const auto both = [](const std::vector<Attribute>& own, const std::vector<Attribute>& shared) {
+    return baseOf({{"simplex", simplexWith(own, shared)}});
+  };
+  cases.add(
+      "T7-twice-in-slab", "A SLAB has two cell attributes of one name.", both({a, b}, {}),
+      [&](Image& image) {
+        image = both({a, a}, {}).image;
+      },
+      "SLAB 0/attribute 1/name");
+  cases.add(
+      "T7-twice-in-connectivity", "A CONN has two attributes of one name.", both({}, {a, b}),
+      [&](Image& image) {
+        image = both({}, {a, a}).image;
+      },
+      "CONN 0/attribute 1/name");
+  cases.add(
+      "T7-in-connectivity-and-slab", "CONN and SLAB have a cell attribute of one name.",
+      both({b}, {a}), [&](Image& image) { image = both({a}, {a}).image; },
+      "SLAB 0/attribute 0/name");
+  const auto vertices = [](const std::string& second) {
+    return baseOf({{"simplex", simplexWith({numbers("a", Domain::Vertex, 5),
+                                            numbers(second, Domain::Vertex, 5)})}});
+  };
+  cases.add(
+      "T7-vertex-attributes", "A SLAB has two vertex attributes of one name.", vertices("b"),
+      [&](Image& image) { image = vertices("a").image; }, "SLAB 0/attribute 1/name");
+}
+
+}  // namespace t4d::conformance

@@ -1,0 +1,209 @@
+#include "t4d/conformance/corpus/invalid.h"
+
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+
+#include <gmock/gmock.h>
+
+#include "t4d/conformance/corpus/temporary_file.h"
+#include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/reader.h"
+#include "tests/paths.h"
+
+namespace t4d::conformance {
+namespace {
+
+using namespace formats::t4d_layout;
+
+/// The rules of SPEC.md that a file can break: all but those of slicing.
+std::set<std::string> rulesOfFiles() {
+  std::ifstream spec(T4D_SPEC);
+  std::set<std::string> rules;
+  const std::regex rule(R"(^\* \*\*([A-Z])([0-9]+)\*\* .*)");
+  std::smatch match;
+  for (std::string line; std::getline(spec, line);) {
+    if (std::regex_match(line, match, rule) && match[1] != "X") {
+      rules.insert(match[1].str() + match[2].str());
+    }
+  }
+  return rules;
+}
+
+TEST(InvalidFiles, BreakEveryRule) {
+  std::set<std::string> broken;
+  for (const InvalidCase& made : invalidCases()) broken.insert(made.file.rule);
+  EXPECT_THAT(broken, testing::ContainerEq(rulesOfFiles()));
+}
+
+TEST(InvalidFiles, AreRightWithoutTheirFault) {
+  std::set<std::string> seen;
+  for (const InvalidCase& made : invalidCases()) {
+    EXPECT_NE(made.file.bytes, made.repaired) << made.file.id;
+    if (!seen.insert(made.repaired).second) continue;
+    const TemporaryFile file(made.repaired);
+    const auto checked = formats::checkT4dFile(file.path());
+    EXPECT_TRUE(checked) << made.file.id << ": " << checked.error().text();
+  }
+}
+
+/// The offsets of the header, the chunks as far as they can be followed, and what comes after them.
+std::vector<std::uint64_t> partsOf(const std::string& bytes) {
+  std::vector<std::uint64_t> parts = {0};
+  std::uint64_t at = kFileHeaderBytes;
+  while (at + kChunkHeaderBytes <= bytes.size()) {
+    parts.push_back(at);
+    std::uint64_t length = 0;
+    bytes.copy(reinterpret_cast<char*>(&length), sizeof length, at + 8);
+    if (length > bytes.size()) break;
+    at += kChunkHeaderBytes + padded(length);
+  }
+  if (at < bytes.size()) parts.push_back(at);
+  return parts;
+}
+
+/// Whether the error lies in the part of the file that the fault is in, or that ends where it is.
+bool isInPartOf(const Error& error, const CorpusFile& file) {
+  const std::vector<std::uint64_t> parts = partsOf(file.bytes);
+  const auto partAt = [&](std::uint64_t offset) {
+    return std::upper_bound(parts.begin(), parts.end(), offset) - parts.begin();
+  };
+  const std::uint64_t fault = *file.offset;
+  // A footer that is missing is looked for before the end.
+  if (fault == file.bytes.size() && *error.offset + kFooterBytes == fault) return true;
+  return partAt(*error.offset) == partAt(fault) ||
+         (fault > 0 && partAt(*error.offset) == partAt(fault - 1));
+}
+
+/// What our reader says where a rule is broken. Some faults break two rules, or look like another.
+const std::map<std::string, std::string>& messages() {
+  static const std::map<std::string, std::string> all = {
+      {"H1", "not a .t4d file|signature is damaged|the file has [0-7] bytes"},
+      {"H2", "header's checksum|the file has 23 bytes"},
+      {"H3", "is of version"},
+      {"H4", "file header has unknown flags"},
+      {"H5", "file header's reserved bytes"},
+      {"O1", "first chunk is not HEAD|no chunk can be here: the file has 24 bytes"},
+      {"O2", "HEAD: this chunk cannot be here"},
+      {"O3",
+       "ends before its end mark|an end mark has been before|index does not follow the end mark"
+       "|follow the end mark of a file without index"},
+      {"O4",
+       "footer is missing|INDX: this chunk cannot be here|index does not follow the end mark"
+       "|footer does not follow the index|footer says that INDX is"},
+      {"O5", "follow the end mark of a file without index|INDX: this chunk cannot be here"},
+      {"O6", "no slab names it"},
+      {"C1", "type is not four letters"},
+      {"C2", "chunk has unknown flags"},
+      {"C3", "claims [0-9]+ bytes where [0-9]+ are left|no chunk can be here"},
+      {"C4", "checksum of a chunk's header"},
+      {"C5", "checksum of the chunk"},
+      {"C6", "padding of the chunk"},
+      {"C7", "lacks its critical flag"},
+      {"C8", "(note|slab): a chunk of this type must be understood"},
+      {"F1", "footer is missing"},
+      {"F2", "footer's checksum"},
+      {"F3", "footer says that the file has"},
+      {"F4", "footer says that INDX is|where INDX is expected|checksum of a chunk's header"},
+      {"F5", "footer says that DONE is|where DONE is expected|checksum of a chunk's header"},
+      {"F6", "footer's reserved bytes"},
+      {"A1", "unknown number type"},
+      {"A2", "rows of no numbers"},
+      {"A3", "unknown codec"},
+      {"A4", "array's reserved bytes"},
+      {"A5", "array claims [0-9]+ stored bytes|array's header is cut off|padding is cut off"},
+      {"A6", "padding is cut off or not zero"},
+      {"A7", "more than its [0-9]+ stored bytes can hold|bytes is stored in"},
+      {"A8", "array of no rows"},
+      {"A9", "more than its [0-9]+ stored bytes can hold"},
+      {"A10", "not one whole zstd frame|Dictionary mismatch"},
+      {"A11", "does not declare"},
+      {"A12", "cannot be decompressed|not one whole zstd frame"},
+      {"A13", "zstd, a feature that the file does not name"},
+      {"T1", "unknown domain"},
+      {"T2", "attribute's reserved bytes"},
+      {"T3", "name of [0-9]+ bytes|name is cut off|an attribute is cut off"},
+      {"T4", "name is not UTF-8"},
+      {"T5", "padding is not zero"},
+      {"T6", "attribute 'a' has [0-9] bytes"},
+      {"T7", "two attributes 'a'"},
+      {"M1", "HEAD has 16777217 bytes"},
+      {"M2", "not a JSON object: byte|byte order mark"},
+      {"M3", "not a JSON object"},
+      {"M4", "at most 64 levels|not a JSON object: byte"},
+      {"M5", "'features'"},
+      {"M6", "needs the feature '(wavelets|Zstd||zstd [\\s\\S]*|zstd[\\s\\S])'"},
+      {"M7", "'bodies'|names (0|65537) bodies"},
+      {"M8", "body name of (0|256|258) bytes"},
+      {"M9", "names the body 'a' twice"},
+      {"M10", "'(generator|backend|length_unit|time_unit|up|details)' is"},
+      {"N1", "exceed the [15] vertices"},
+      {"N2", "CONN: its reserved bytes"},
+      {"N3", "where 4 of type 5 are expected"},
+      {"N4", "cell [0-4] has the vertex [0-9]+, of 5"},
+      {"N5", "cell [0-4] has the vertex [0-4] twice"},
+      {"N6", "where 1 of type 5 are expected|2 means but the sizes of [13]"},
+      {"N7", "mean 1 is the mean of no vertex"},
+      {"N8", "its means have"},
+      {"N9", "mean's source"},
+      {"N10", "is not per cell"},
+      {"N11", "CONN: .*(follow its last part|is cut off|shorter than its fixed part)"},
+      {"N12", "means, a feature that the file does not name"},
+      {"L1", "LAYR: it is at time"},
+      {"L2", "LAYR: its positions are not"},
+      {"L3", "LAYR: it has no vertices"},
+      {"L4", "LAYR: .*(follow its last part|shorter than its fixed part)"},
+      {"S1", "SLAB: it lasts from time"},
+      {"S2", "does not come before it"},
+      {"S3", "does not come before it"},
+      {"S4", "belongs to body"},
+      {"S5", "SLAB: its positions are not"},
+      {"S6", "of type 10 are expected|5 interior positions but [046] times"},
+      {"S7", "not the upper layer of the slab before"},
+      {"S8", "SLAB: it begins at time"},
+      {"S9", "SLAB: .*(follow its last part|is cut off)"},
+      {"D1", "DONE: [67] chunks come before it"},
+      {"D2", "DONE: it has"},
+      {"D3", "DONE: its reserved bytes"},
+      {"D4", "DONE: .*(for the summaries of|shorter than its fixed part)"},
+      {"D5", "DONE: (body|it says that body)"},
+      {"D6", "DONE: body 0: the file says"},
+      {"D7", "DONE: (body 0 has|it lasts)"},
+      {"D8", "DONE: .*bounds"},
+      {"I1", "INDX: (it has|the index is shorter)"},
+      {"I2", "INDX: record [01] is not what"},
+      {"I3", "INDX: record [01](: it lasts| is not what)"},
+      {"I4", "INDX: its reserved bytes"},
+      {"P1", "its connectivity has"},
+      {"P2", "vertex [0-9] is \\(.*(nan|inf)"},
+      {"P3", "vertex [0-9] of the (lower|upper) layer is at time"},
+      {"P4", "vertex [0-9] is at time .*, outside"},
+  };
+  return all;
+}
+
+TEST(InvalidFiles, AreRefusedByOurReaderForWhatIsWrong) {
+  for (const InvalidCase& made : invalidCases()) {
+    SCOPED_TRACE(made.file.id + ": " + made.file.fault);
+    const TemporaryFile file(made.file.bytes);
+    const auto description = describeFile(file.path());
+    ASSERT_FALSE(description);
+    const Error& error = description.error();
+    const std::regex message(messages().at(made.file.rule));
+    EXPECT_TRUE(std::regex_search(error.message, message)) << error.text();
+    ASSERT_TRUE(error.offset) << error.text();
+    // Rules P are about a slab and its parts, which our reader reports where the slab is. What the
+    // footer names, rules F4 and F5, is to blame where it is not what it should be.
+    const char section = made.file.rule[0];
+    if (section == 'P') {
+      EXPECT_EQ(made.file.bytes.substr(*error.offset, 4), "SLAB");
+    } else if (made.file.rule != "F4" && made.file.rule != "F5") {
+      EXPECT_TRUE(isInPartOf(error, made.file))
+          << error.text() << "; the fault is at byte " << *made.file.offset;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace t4d::conformance

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "t4d/formats/t4d/layout.h"
+#include "t4d/model/attribute.h"
+#include "t4d/model/slab.h"
+
+/// Payloads of chunks whose fields have names, so that one of them can be made wrong.
+namespace t4d::conformance {
+
+/// The little-endian bytes of a number.
+template <class T>
+std::string bytesOf(T value) {
+  static_assert(std::is_arithmetic_v<T>);
+  return {reinterpret_cast<const char*>(&value), sizeof value};
+}
+
+/// Bytes that follow one another, with names for their places.
+class Record {
+ public:
+  struct Place {
+    std::size_t offset = 0;
+    std::size_t size = 0;
+  };
+
+  template <class T>
+  void put(const std::string& field, T value) {
+    putBytes(field, bytesOf(value));
+  }
+  void putBytes(const std::string& field, std::string_view bytes);
+  /// Zeros up to a multiple of 8.
+  void pad(const std::string& field = "padding");
+  /// Appends another record; its fields are then called PREFIX/FIELD. It must begin at a multiple
+  /// of 8.
+  void add(const std::string& prefix, const Record& record);
+
+  const std::string& bytes() const { return bytes_; }
+  std::size_t size() const { return bytes_.size(); }
+  bool has(const std::string& field) const { return fields_.contains(field); }
+  /// Throws std::out_of_range for a name that is not there, as the corpus is never without it.
+  Place place(const std::string& field) const;
+  /// Overwrites from byte `at` of the field.
+  void overwrite(const std::string& field, std::string_view bytes, std::size_t at = 0);
+  /// A record that was added as `prefix`, on its own.
+  Record part(const std::string& prefix) const;
+  /// Puts another record in the place of one that was added as `prefix`; what follows moves.
+  void replace(const std::string& prefix, const Record& record);
+  void truncate(std::size_t size) { bytes_.resize(size); }
+  template <class T>
+  T get(const std::string& field) const {
+    T value{};
+    bytes_.copy(reinterpret_cast<char*>(&value), sizeof value, place(field).offset);
+    return value;
+  }
+
+ private:
+  std::string bytes_;
+  std::map<std::string, Place> fields_;
+};
+
+/// How the arrays of a file are stored.
+enum class Storage : std::uint8_t {
+  Raw,
+  Blocks,   ///< zstd frames of stored blocks, made by hand
+  Library,  ///< zstd frames as the library makes them
+};
+
+/// An array record as its fields say, whether they fit one another or not. Fields: "scalar type",
+/// "components", "codec", "reserved", "rows", "stored bytes", "stored", "padding".
+Record arrayRecord(std::uint8_t scalarType, std::uint8_t components, std::uint8_t codec,
+                   std::uint64_t rows, std::string_view stored);
+
+/// The right record of an array, row after row.
+Record arrayRecord(model::ScalarType type, std::uint8_t components, std::string_view bytes,
+                   Storage storage);
+
+/// First the first byte of all rows, then the second of all rows and so on.
+std::string transposed(std::string_view bytes, std::size_t rowBytes);
+
+/// Fields: "domain", "reserved", "name length", "name", "name padding", "values/...".
+Record attributeRecord(const model::Attribute& attribute, Storage storage);
+
+/// Fields as in the table of SPEC.md, then "cells/...", "mean sizes/...", "mean sources/...",
+/// "attribute 0/...".
+Record connectivityRecord(const model::Connectivity& connectivity, Storage storage);
+
+/// Fields: "time", "positions/...".
+Record layerRecord(double time, std::span<const model::Point4> vertices, bool float32,
+                   Storage storage);
+
+/// Fields as in the table of SPEC.md, then "interior positions/...", "interior times/...",
+/// "attribute 0/...". Offsets are 0.
+Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
+                  std::span<const model::Point4> interior,
+                  std::span<const model::Attribute> attributes, bool float32, Storage storage);
+
+}  // namespace t4d::conformance

@@ -1,0 +1,90 @@
+#include <cmath>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/conformance/corpus/cases.h"
+#include "t4d/conformance/corpus/temporary_file.h"
+#include "t4d/measure/validate.h"
+
+namespace t4d::conformance {
+namespace {
+
+using nlohmann::json;
+using testing::IsEmpty;
+
+double numberOf(const json& text) { return std::strtod(text.get<std::string>().c_str(), nullptr); }
+
+/// The sum of a member over the bodies of an answer, or of what it may be off.
+double sumOf(const std::string& text, const char* member) {
+  double sum = 0;
+  const json parsed = json::parse(text);
+  for (const json& body : parsed.is_array() ? parsed : parsed["bodies"])
+    sum += numberOf(body[member]);
+  return sum;
+}
+
+TEST(ValidFiles, AreReadByOurReaderAsTheyMustBe) {
+  for (const AcceptedCase& made : validCases()) {
+    SCOPED_TRACE(made.file.id);
+    const TemporaryFile file(made.file.bytes);
+    const auto description = describeFile(file.path());
+    ASSERT_TRUE(description) << description.error().text();
+    EXPECT_THAT(
+        differences(json::parse(made.file.describe->json), json::parse(made.file.describe->within),
+                    json::parse(description->json)),
+        IsEmpty());
+    for (const ExpectedSlice& expected : made.file.slices) {
+      const auto slice = sliceFile(file.path(), expected.time);
+      ASSERT_TRUE(slice) << slice.error().text();
+      EXPECT_THAT(differences(json::parse(expected.answer), json::parse(expected.within),
+                              json::parse(slice->json)),
+                  IsEmpty());
+    }
+  }
+}
+
+TEST(ValidFiles, EncloseWhatTheirClosedFormsSay) {
+  for (const AcceptedCase& made : validCases()) {
+    SCOPED_TRACE(made.file.id);
+    const auto expectNear = [](const Answer& answer, const char* member, double expected) {
+      // Far narrower than what readers are allowed.
+      const double within = 1e-5 * sumOf(answer.within, member);
+      EXPECT_NEAR(sumOf(answer.json, member), expected, 1e-13 * std::abs(expected) + within);
+    };
+    if (made.hypervolume) expectNear(*made.file.describe, "hypervolume", *made.hypervolume);
+    if (!made.sliceVolume) continue;
+    for (const ExpectedSlice& slice : made.file.slices) {
+      SCOPED_TRACE(slice.time);
+      expectNear({slice.answer, slice.within}, "volume", made.sliceVolume(slice.time));
+    }
+  }
+}
+
+TEST(ValidFiles, AreClosedOrientedManifolds) {
+  // Nothing is enclosed; numbers so far from 1 that a cell's volume is lost beside its other sides.
+  const std::map<std::string, std::string> exceptions = {
+      {"valid/caps-alone", "inside-out"},
+      {"valid/body-without-vertices", "no-cells"},
+      {"valid/float32-extremes", "degenerate-cell"},
+      {"valid/means-are-summed-in-order", "degenerate-cell"},
+      {"valid/neighbouring-times", "degenerate-cell"},
+      {"valid/subnormal-numbers", "degenerate-cell"},
+      {"valid/times-of-1e300", "degenerate-cell"},
+  };
+  for (const AcceptedCase& made : validCases()) {
+    SCOPED_TRACE(made.file.id);
+    const TemporaryFile file(made.file.bytes);
+    const auto validation = measure::validateT4dFile(file.path(), {.vertexLinks = true});
+    ASSERT_TRUE(validation);
+    for (const measure::Issue& issue : validation->issues.issues) {
+      const auto known = exceptions.find(made.file.id);
+      if (known != exceptions.end() && known->second == issue.code) continue;
+      ADD_FAILURE() << issue.code << ": " << issue.message;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace t4d::conformance

@@ -1,0 +1,200 @@
+#include "t4d/conformance/driver/damage.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <span>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/layout.h"
+
+namespace t4d::conformance {
+namespace {
+
+using namespace formats::t4d_layout;
+
+struct Chunk {
+  std::string type;
+  std::uint64_t offset = 0;
+  std::uint64_t length = 0;  // of the payload
+  std::uint64_t payload() const { return offset + kChunkHeaderBytes; }
+  std::uint64_t end() const { return payload() + padded(length); }
+};
+
+std::span<const std::byte> view(const std::string& bytes, std::uint64_t offset,
+                                std::uint64_t size) {
+  return std::as_bytes(std::span(bytes)).subspan(offset, size);
+}
+
+bool hasIndex(const std::string& bytes) {
+  ByteReader header(view(bytes, 12, 4));
+  return (header.take<std::uint32_t>() & kFlagIndexed) != 0;
+}
+
+/// The chunks of a valid file.
+std::vector<Chunk> chunksOf(const std::string& bytes) {
+  const std::uint64_t end = bytes.size() - (hasIndex(bytes) ? kFooterBytes : 0);
+  std::vector<Chunk> chunks;
+  for (std::uint64_t at = kFileHeaderBytes; at + kChunkHeaderBytes <= end;
+       at = chunks.back().end()) {
+    ByteReader length(view(bytes, at + 8, 8));
+    chunks.push_back({bytes.substr(at, 4), at, length.take<std::uint64_t>()});
+  }
+  return chunks;
+}
+
+/// A number that looks as if it was drawn by lot, from another number (splitmix64).
+std::uint64_t mixed(std::uint64_t number) {
+  number += 0x9E3779B97F4A7C15;
+  number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9;
+  number = (number ^ (number >> 27)) * 0x94D049BB133111EB;
+  return number ^ (number >> 31);
+}
+
+/// The slab that answers a slice of a body at a time (SPEC.md, X2).
+std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexRecord>& records,
+                                            std::uint32_t body, double time, double last) {
+  for (const formats::IndexRecord& record : records) {
+    if (record.parts.body != body) continue;
+    const bool reaches = time == last ? record.time.end == time : record.time.end > time;
+    if (reaches) return record.time.begin <= time ? std::optional(record) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+/// What the end of a file with index says.
+struct Sums {
+  std::vector<formats::IndexRecord> records;
+  formats::Done done;
+};
+
+Result<Sums> sumsOf(const std::string& bytes) {
+  const std::vector<Chunk> chunks = chunksOf(bytes);
+  const auto payloadOf = [&](const char* type) -> Result<std::span<const std::byte>> {
+    const auto found = std::find_if(chunks.begin(), chunks.end(),
+                                    [&](const Chunk& chunk) { return chunk.type == type; });
+    if (found == chunks.end()) return invalid(fmt::format("the file has no {}", type));
+    return view(bytes, found->payload(), found->length);
+  };
+  auto records = payloadOf("INDX").and_then(formats::decodeIndex);
+  if (!records) return pass(records.error());
+  auto done = payloadOf("DONE").and_then(formats::decodeDone);
+  if (!done) return pass(done.error());
+  return Sums{std::move(*records), std::move(*done)};
+}
+
+}  // namespace
+
+std::vector<Part> partsOf(const std::string& bytes) {
+  std::vector<Part> parts = {{"the signature", 0, 8},
+                             {"the version", 8, 4},
+                             {"the flags of the file", 12, 4},
+                             {"the reserved bytes of the file header", 16, 4},
+                             {"the checksum of the file header", 20, 4}};
+  const std::vector<Chunk> chunks = chunksOf(bytes);
+  for (const Chunk& chunk : chunks) {
+    const auto add = [&](const char* what, std::uint64_t offset, std::uint64_t size) {
+      parts.push_back(
+          {fmt::format("the {} of {} at byte {}", what, chunk.type, chunk.offset), offset, size});
+    };
+    add("type", chunk.offset, 4);
+    add("flags", chunk.offset + 4, 4);
+    add("length", chunk.offset + 8, 8);
+    add("payload checksum", chunk.offset + 16, 4);
+    add("header checksum", chunk.offset + 20, 4);
+    add("payload", chunk.payload(), chunk.length);
+    add("padding", chunk.payload() + chunk.length, padded(chunk.length) - chunk.length);
+  }
+  if (hasIndex(bytes)) {
+    const std::uint64_t footer = bytes.size() - kFooterBytes;
+    parts.insert(parts.end(), {{"the offset of INDX in the footer", footer, 8},
+                               {"the offset of DONE in the footer", footer + 8, 8},
+                               {"the file length in the footer", footer + 16, 8},
+                               {"the reserved bytes of the footer", footer + 24, 4},
+                               {"the checksum of the footer", footer + 28, 4},
+                               {"the end signature", footer + 32, 8}});
+  }
+  std::erase_if(parts, [](const Part& part) { return part.size == 0; });
+  return parts;
+}
+
+std::vector<std::uint64_t> cutLengths(const std::string& bytes) {
+  std::set<std::uint64_t> lengths = {0, 8, kFileHeaderBytes - 1, bytes.size() - 1};
+  if (hasIndex(bytes)) lengths.insert({bytes.size() - kFooterBytes, bytes.size() - 8});
+  for (const Chunk& chunk : chunksOf(bytes)) {
+    lengths.insert({chunk.offset, chunk.offset + 4, chunk.payload(),
+                    chunk.payload() + chunk.length / 2, chunk.end() - 1});
+  }
+  return {lengths.begin(), lengths.end()};
+}
+
+std::vector<std::size_t> someOf(std::size_t count, std::size_t most, std::uint64_t seed) {
+  std::vector<std::size_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  if (count <= most) return numbers;
+  std::sort(numbers.begin(), numbers.end(), [&](std::size_t a, std::size_t b) {
+    return mixed(mixed(seed) + a) < mixed(mixed(seed) + b);
+  });
+  numbers.resize(most);
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
+}
+
+Bit bitOf(const Part& part) {
+  const std::uint64_t chance = mixed(part.offset * 64 + part.size);
+  return {part.offset + chance / 8 % part.size, static_cast<int>(chance % 8)};
+}
+
+Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
+  const auto sums = sumsOf(bytes);
+  if (!sums) return pass(sums.error());
+  std::set<std::uint64_t> needed;
+  for (std::uint32_t body = 0; body < sums->done.bodies.size(); ++body) {
+    const auto slab = slabFor(sums->records, body, time, sums->done.bodies[body].time.end);
+    if (!slab) continue;
+    needed.insert({slab->slab, slab->parts.connectivity, slab->parts.lower, slab->parts.upper});
+  }
+  SliceParts parts;
+  parts.read.push_back({"the file header", 0, kFileHeaderBytes});
+  for (const Chunk& chunk : chunksOf(bytes)) {
+    const Part part = {fmt::format("{} at byte {}", chunk.type, chunk.offset), chunk.offset,
+                       chunk.end() - chunk.offset};
+    const bool data = chunk.type == "SLAB" || chunk.type == "CONN" || chunk.type == "LAYR";
+    const bool always = chunk.type == "HEAD" || chunk.type == "DONE" || chunk.type == "INDX";
+    if (always || needed.contains(chunk.offset)) {
+      parts.read.push_back(part);
+    } else if (data) {
+      parts.unneeded.push_back(part);
+    }
+  }
+  parts.read.push_back({"the footer", bytes.size() - kFooterBytes, kFooterBytes});
+  return parts;
+}
+
+std::optional<double> timeThatNeedsAll(const std::string& bytes) {
+  const auto sums = sumsOf(bytes);
+  if (!sums || sums->records.empty()) return std::nullopt;
+  const model::TimeSpan& first = sums->records.front().time;
+  const double middle = first.begin + (first.end - first.begin) / 2;
+  const auto parts = partsForSlice(bytes, middle);
+  return parts && parts->unneeded.empty() ? std::optional(middle) : std::nullopt;
+}
+
+std::string flipped(std::string bytes, Bit bit) {
+  bytes[bit.offset] = static_cast<char>(bytes[bit.offset] ^ (1 << bit.bit));
+  return bytes;
+}
+
+std::string overwritten(std::string bytes, const std::vector<Part>& parts, Garbage garbage) {
+  for (const Part& part : parts) {
+    for (std::uint64_t at = part.offset; at < part.offset + part.size; ++at) {
+      bytes[at] = static_cast<char>(garbage == Garbage::Ones ? 0xFF : mixed(at));
+    }
+  }
+  return bytes;
+}
+
+}  // namespace t4d::conformance

@@ -1,0 +1,282 @@
+#include "t4d/conformance/driver/reader_cases.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/conformance/driver/damage.h"
+
+namespace t4d::conformance {
+namespace {
+
+using nlohmann::json;
+
+/// How much damage is done to valid files. All together should not take more starts than a reader
+/// in Python (some 30 ms a start) makes in a minute or two; or, thorough, one in C++ (1 ms).
+struct DamageLimits {
+  std::uint64_t smallBytes;  ///< a file of up to so many is cut at every byte
+  std::size_t cuts;          ///< of each larger file
+  std::size_t flips;         ///< of each larger file; of a small one in every part
+};
+constexpr DamageLimits kUsual = {730, 6, 8};
+constexpr DamageLimits kThorough = {1000, 100, 100};
+
+std::string nameOf(const CorpusFile& file) { return file.id.substr(file.id.find('/') + 1); }
+
+/// The feature that the file names in HEAD and the reader does not know; mostly empty.
+std::string unknownFeature(const CorpusFile& file, const std::vector<std::string>& without) {
+  if (!file.describe || without.empty()) return {};
+  const json description = json::parse(file.describe->json);
+  for (std::string feature : description["features"]) {
+    if (std::find(without.begin(), without.end(), feature) != without.end()) return feature;
+  }
+  return {};
+}
+
+std::vector<std::string> sliceRequest(double time) { return {"slice", fmt::format("{}", time)}; }
+
+/// "SLAB at byte 304, CONN at byte 152 and 3 more".
+std::string namesOf(const std::vector<Part>& parts) {
+  constexpr std::size_t kNamed = 3;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(parts.size(), kNamed); ++i) {
+    names += (i == 0 ? "" : ", ") + parts[i].name;
+  }
+  if (parts.size() > kNamed) names += fmt::format(" and {} more", parts.size() - kNamed);
+  return names;
+}
+
+/// The trial again, for a slice instead of a description.
+Trial sliceInstead(Trial trial, double time) {
+  trial.request = sliceRequest(time);
+  trial.about = trial.about == "describe"
+                    ? "slice " + trial.request[1]
+                    : fmt::format("slice {}, {}", trial.request[1], trial.about);
+  return trial;
+}
+
+/// A time for which a slice must be refused, too: the broken rule is one of what is always read, or
+/// of arrays and parts where all are needed. Rules that hold between chunks can take more to see
+/// than is read for a slice.
+std::optional<double> timeToRefuse(const CorpusFile& file) {
+  constexpr std::string_view kOfWhatIsAlwaysRead = "HFM";
+  constexpr std::string_view kOfWhatASliceIsMadeOf = "ATNLP";
+  const char section = file.rule[0];
+  if (kOfWhatIsAlwaysRead.find(section) != std::string_view::npos) return 0.5;
+  if (kOfWhatASliceIsMadeOf.find(section) == std::string_view::npos) return std::nullopt;
+  return timeThatNeedsAll(file.bytes);
+}
+
+ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
+  ReaderCase test{.id = file.id, .file = &file, .trials = {}, .skipped = {}};
+  Trial trial;
+  trial.about = "describe";
+  trial.request = {"describe"};
+  if (!unknown.empty()) {
+    trial.wrongToAccept =
+        fmt::format("it names the feature {}, which the reader does not know (M6)", unknown);
+  } else if (file.verdict == Verdict::Invalid) {
+    const std::string where = file.offset ? fmt::format(" at byte {}", *file.offset) : "";
+    trial.wrongToAccept = fmt::format("rule {} is broken{}: {}", file.rule, where, file.fault);
+  } else {
+    if (file.verdict == Verdict::Valid) trial.wrongToRefuse = "the file is valid";
+    if (file.describe) trial.answer = *file.describe;
+  }
+  test.trials.push_back(trial);
+  if (file.verdict == Verdict::Invalid && unknown.empty()) {
+    if (const auto time = timeToRefuse(file)) test.trials.push_back(sliceInstead(trial, *time));
+  }
+  if (!trial.wrongToAccept.empty()) return test;
+  for (const ExpectedSlice& slice : file.slices) {
+    trial.request = sliceRequest(slice.time);
+    trial.about = "slice " + trial.request[1];
+    trial.answer = {slice.answer, slice.within};
+    test.trials.push_back(trial);
+  }
+  return test;
+}
+
+std::vector<std::uint64_t> cutLengthsOf(const std::string& bytes, const DamageLimits& limits) {
+  std::vector<std::uint64_t> lengths(bytes.size());
+  std::iota(lengths.begin(), lengths.end(), 0);
+  if (bytes.size() <= limits.smallBytes) return lengths;
+  lengths.clear();
+  const std::vector<std::uint64_t> all = cutLengths(bytes);
+  for (const std::size_t i : someOf(all.size(), limits.cuts, bytes.size())) {
+    lengths.push_back(all[i]);
+  }
+  return lengths;
+}
+
+/// One of the times at which the file is sliced.
+double timeOf(const CorpusFile& file) { return file.slices[file.slices.size() / 2].time; }
+
+ReaderCase cutCase(const CorpusFile& file, const DamageLimits& limits) {
+  ReaderCase test{.id = "cut/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+  const auto parts = partsForSlice(file.bytes, timeOf(file));
+  const std::vector<std::uint64_t> lengths = cutLengthsOf(file.bytes, limits);
+  // A slice finds all that it reads from the footer, so that a few lengths will do.
+  const std::size_t step = std::max<std::size_t>(1, lengths.size() / limits.cuts);
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    Trial trial;
+    trial.about = fmt::format("cut to {} bytes", lengths[i]);
+    trial.request = {"describe"};
+    trial.wrongToAccept =
+        fmt::format("the end of the file is missing ({})", parts ? "F1" : "O3 and O5");
+    trial.damage = [length = lengths[i]](const std::string& bytes) {
+      return bytes.substr(0, length);
+    };
+    test.trials.push_back(trial);
+    if (parts && i % step == 0) test.trials.push_back(sliceInstead(trial, timeOf(file)));
+  }
+  return test;
+}
+
+ReaderCase flipCase(const CorpusFile& file, const DamageLimits& limits) {
+  ReaderCase test{.id = "flip/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+  const std::vector<Part> parts = partsOf(file.bytes);
+  const auto forSlice = partsForSlice(file.bytes, timeOf(file));
+  const auto isRead = [&](std::uint64_t offset) {
+    return forSlice && std::ranges::any_of(forSlice->read, [&](const Part& part) {
+             return offset >= part.offset && offset < part.offset + part.size;
+           });
+  };
+  const bool small = file.bytes.size() <= limits.smallBytes;
+  const std::size_t most = small ? parts.size() : limits.flips;
+  for (const std::size_t i : someOf(parts.size(), most, file.bytes.size())) {
+    const Bit bit = bitOf(parts[i]);
+    Trial trial;
+    trial.about = fmt::format("bit {} of byte {} flipped", bit.bit, bit.offset);
+    trial.request = {"describe"};
+    trial.wrongToAccept = fmt::format("{} is damaged", parts[i].name);
+    trial.damage = [bit](const std::string& bytes) { return flipped(bytes, bit); };
+    test.trials.push_back(trial);
+    if (isRead(bit.offset)) test.trials.push_back(sliceInstead(trial, timeOf(file)));
+  }
+  return test;
+}
+
+/// No trials where every slice needs all, or the file has no index.
+ReaderCase poisonCase(const CorpusFile& file) {
+  ReaderCase test{.id = "poison/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+  Trial describing;
+  for (const ExpectedSlice& slice : file.slices) {
+    const auto parts = partsForSlice(file.bytes, slice.time);
+    if (!parts || parts->unneeded.empty()) continue;
+    Trial trial;
+    trial.request = sliceRequest(slice.time);
+    trial.about =
+        fmt::format("slice {} with {} destroyed", trial.request[1], namesOf(parts->unneeded));
+    trial.wrongToRefuse = "the slice needs none of these";
+    trial.answer = {slice.answer, slice.within};
+    const Garbage garbage = test.trials.size() % 2 == 0 ? Garbage::Ones : Garbage::Noise;
+    trial.damage = [unneeded = parts->unneeded, garbage](const std::string& bytes) {
+      return overwritten(bytes, unneeded, garbage);
+    };
+    describing = trial;
+    describing.about = fmt::format("describe with {} destroyed", namesOf(parts->unneeded));
+    test.trials.push_back(std::move(trial));
+  }
+  if (test.trials.empty()) return test;
+  describing.request = {"describe"};
+  describing.wrongToRefuse.clear();
+  describing.wrongToAccept = "these are not readable";
+  test.trials.push_back(std::move(describing));
+  return test;
+}
+
+/// A glob of the id or of the name in it, or a folder.
+bool matches(const std::string& id, const std::string& pattern) {
+  const std::string name = id.substr(id.find('/') + 1);
+  return fnmatch(pattern.c_str(), id.c_str(), 0) == 0 ||
+         fnmatch(pattern.c_str(), name.c_str(), 0) == 0 || id.starts_with(pattern + "/");
+}
+
+/// What a shell makes of a pattern that names a folder or file.
+std::string withoutEnding(std::string pattern) {
+  for (const std::string_view ending : {"/", ".t4d"}) {
+    if (pattern.ends_with(ending)) pattern.resize(pattern.size() - ending.size());
+  }
+  return pattern;
+}
+
+/// Which of the cases match one of the patterns; an error is one that matches none.
+Result<std::vector<bool>> matching(const std::vector<ReaderCase>& cases,
+                                   const std::vector<std::string>& patterns) {
+  std::vector<bool> matched(cases.size());
+  for (const std::string& pattern : patterns) {
+    bool any = false;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      if (!matches(cases[i].id, withoutEnding(pattern))) continue;
+      any = matched[i] = true;
+    }
+    if (!any) return invalid(fmt::format("no case is called {}", pattern));
+  }
+  return matched;
+}
+
+}  // namespace
+
+std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
+                                    const CaseOptions& options) {
+  const DamageLimits& limits = options.thorough ? kThorough : kUsual;
+  std::vector<const CorpusFile*> ordered;
+  ordered.reserve(files.size());
+  for (const CorpusFile& file : files) ordered.push_back(&file);
+  const auto rank = [](Verdict verdict) {
+    return verdict == Verdict::Valid ? 0 : verdict == Verdict::Either ? 1 : 2;
+  };
+  std::stable_sort(ordered.begin(), ordered.end(), [&](const auto* a, const auto* b) {
+    if (a->verdict != b->verdict) return rank(a->verdict) < rank(b->verdict);
+    if (a->verdict != Verdict::Valid) return false;
+    return std::pair(a->features.size(), a->bytes.size()) <
+           std::pair(b->features.size(), b->bytes.size());
+  });
+  std::vector<ReaderCase> cases;
+  std::vector<ReaderCase> cuts;
+  std::vector<ReaderCase> flips;
+  std::vector<ReaderCase> poisons;
+  for (const CorpusFile* file : ordered) {
+    const std::string unknown = unknownFeature(*file, options.without);
+    cases.push_back(corpusCase(*file, unknown));
+    if (file->verdict != Verdict::Valid) continue;
+    cuts.push_back(cutCase(*file, limits));
+    flips.push_back(flipCase(*file, limits));
+    ReaderCase poison = poisonCase(*file);
+    if (!poison.trials.empty()) poisons.push_back(std::move(poison));
+    // A file that is refused for its features says nothing about damage.
+    if (unknown.empty()) continue;
+    for (auto* damaged : {&cuts, &flips, &poisons}) {
+      if (damaged->empty() || damaged->back().file != file) continue;
+      damaged->back().skipped = "the file names a feature left out by --without";
+    }
+  }
+  for (auto* more : {&cuts, &flips, &poisons}) {
+    std::move(more->begin(), more->end(), std::back_inserter(cases));
+  }
+  return cases;
+}
+
+Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::string>& only,
+                         const std::vector<std::string>& skip) {
+  const auto skipped = matching(cases, skip);
+  if (!skipped) return pass(skipped.error());
+  const auto kept = matching(cases, only);
+  if (!kept) return pass(kept.error());
+  std::vector<ReaderCase> chosen;
+  bool any = false;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if (!only.empty() && !(*kept)[i]) continue;
+    if ((*skipped)[i]) cases[i].skipped = "left out by --skip";
+    any = any || cases[i].skipped.empty();
+    chosen.push_back(std::move(cases[i]));
+  }
+  if (!any) return invalid("nothing is left to try: all cases are left out");
+  cases = std::move(chosen);
+  return {};
+}
+
+}  // namespace t4d::conformance

@@ -1,0 +1,215 @@
+#include "t4d/conformance/driver/reader_suite.h"
+
+#include <algorithm>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "t4d/system/temporary_folder.h"
+
+namespace t4d::conformance {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A reader that does not end costs RunLimits::seconds each time.
+constexpr int kSlowTrialsOfCase = 2;
+constexpr int kSlowTrials = 20;
+/// How many wrong trials of a case are named, and their files kept.
+constexpr std::size_t kNamed = 4;
+
+Result<void> write(const fs::path& path, const std::string& bytes) {
+  std::ofstream file(path, std::ios::binary);
+  file << bytes;
+  file.close();
+  if (!file) return fail(ErrorCode::Failed, "cannot be written", path.string());
+  return {};
+}
+
+/// "slice 0.5" of "slice 0.5 with CONN at byte 88 destroyed".
+std::string shortly(const Trial& trial) {
+  return trial.about.substr(0, trial.about.find(" with "));
+}
+
+struct TrialResult {
+  Judgement judgement;
+  double seconds = 0;
+};
+/// Of the trials of one case; none where it was not run.
+using TrialResults = std::vector<std::optional<TrialResult>>;
+
+/// Runs the trials of all cases, taken one after the other by as many threads as may run.
+class SuiteRun {
+ public:
+  SuiteRun(const std::vector<ReaderCase>& cases, const SuiteOptions& options,
+           const fs::path& folder, const model::Progress& progress)
+      : cases_(cases),
+        options_(options),
+        folder_(folder),
+        progress_(progress),
+        results_(cases.size()),
+        slow_(cases.size()) {
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      results_[i].resize(cases[i].trials.size());
+      if (!cases[i].skipped.empty()) continue;
+      for (std::size_t j = 0; j < cases[i].trials.size(); ++j) queue_.emplace_back(i, j);
+    }
+  }
+
+  Result<void> run() {
+    std::vector<std::thread> threads;
+    for (unsigned i = 0; i < std::max(1U, options_.parallel); ++i) {
+      threads.emplace_back([this, i] { work(folder_ / fmt::format("{}.t4d", i)); });
+    }
+    for (std::thread& thread : threads) thread.join();
+    if (error_) return tl::unexpected(*error_);
+    return {};
+  }
+
+  const std::vector<TrialResults>& results() const { return results_; }
+
+ private:
+  void work(const fs::path& path) {
+    while (!failed_ && !found_ && !(options_.stop != nullptr && *options_.stop)) {
+      const std::size_t next = next_++;
+      if (next >= queue_.size()) return;
+      const auto [i, j] = queue_[next];
+      if (slow_[i] >= kSlowTrialsOfCase || allSlow_ >= kSlowTrials) continue;
+      auto result = tried(*cases_[i].file, cases_[i].trials[j], path);
+      if (!result) {
+        const std::lock_guard lock(mutex_);
+        error_ = result.error();
+        failed_ = true;
+        return;
+      }
+      const Outcome outcome = result->judgement.outcome;
+      if (outcome == Outcome::TimedOut) {
+        ++slow_[i];
+        ++allSlow_;
+      }
+      if (outcome != Outcome::Passed && options_.first) found_ = true;
+      if (outcome != Outcome::Skipped) results_[i][j] = std::move(*result);
+      if (progress_ && mutex_.try_lock()) {
+        progress_(static_cast<double>(next) / static_cast<double>(queue_.size()));
+        mutex_.unlock();
+      }
+    }
+  }
+
+  Result<TrialResult> tried(const CorpusFile& file, const Trial& trial,
+                            const fs::path& path) const {
+    const auto written = write(path, trial.damage ? trial.damage(file.bytes) : file.bytes);
+    if (!written) return pass(written.error());
+    std::vector<std::string> words = options_.command;
+    words.push_back(path.string());
+    words.insert(words.end(), trial.request.begin(), trial.request.end());
+    system::RunLimits limits;
+    limits.seconds = options_.seconds;
+    limits.stop = options_.stop;
+    const auto run = system::runProgram(words, limits);
+    if (!run) return pass(run.error());
+    return TrialResult{judge(trial, *run, path.string(), options_.seconds), run->seconds};
+  }
+
+  const std::vector<ReaderCase>& cases_;
+  const SuiteOptions& options_;
+  const fs::path& folder_;
+  const model::Progress& progress_;
+  std::vector<std::pair<std::size_t, std::size_t>> queue_;  // of case and trial
+  std::vector<TrialResults> results_;
+  std::vector<std::atomic<int>> slow_;  // trials of the case
+  std::atomic<int> allSlow_ = 0;
+  std::atomic<std::size_t> next_ = 0;
+  std::atomic<bool> failed_ = false;  // there is an error
+  std::atomic<bool> found_ = false;   // the first wrong trial, where that is all we look for
+  std::mutex mutex_;                  // of error_ and progress_
+  std::optional<Error> error_;
+};
+
+ReaderResult resultOf(const ReaderCase& test, const TrialResults& trials) {
+  ReaderResult result;
+  if (!test.skipped.empty()) {
+    result.outcome = Outcome::Skipped;
+    result.message = test.skipped;
+    return result;
+  }
+  std::size_t notRun = 0;
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    notRun += trials[i] ? 0 : 1;
+    if (!trials[i]) continue;
+    result.seconds += trials[i]->seconds;
+    if (trials[i]->judgement.outcome != Outcome::Passed) result.wrong.push_back(i);
+  }
+  if (result.wrong.empty()) {
+    if (notRun == 0) return result;
+    result.outcome = Outcome::Skipped;
+    result.message = "not run: the run ended before, or too many starts took too long";
+    return result;
+  }
+  std::stable_sort(result.wrong.begin(), result.wrong.end(), [&](std::size_t a, std::size_t b) {
+    return trials[a]->judgement.outcome > trials[b]->judgement.outcome;
+  });
+  const Judgement& worst = trials[result.wrong[0]]->judgement;
+  result.outcome = worst.outcome;
+  result.message = fmt::format("{}: {}", test.trials[result.wrong[0]].about, worst.message);
+  for (std::size_t i = 1; i < std::min(result.wrong.size(), kNamed); ++i) {
+    result.message += fmt::format("{}{}", i == 1 ? "; also wrong: " : ", ",
+                                  shortly(test.trials[result.wrong[i]]));
+  }
+  if (result.wrong.size() > kNamed) {
+    result.message += fmt::format(" and {} more", result.wrong.size() - kNamed);
+  }
+  if (trials.size() > 1) {
+    result.message += fmt::format(" ({} of {} wrong", result.wrong.size(), trials.size());
+    result.message += notRun > 0 ? fmt::format(", {} not run)", notRun) : ")";
+  }
+  return result;
+}
+
+}  // namespace
+
+Result<std::vector<ReaderResult>> runReaderCases(const std::vector<ReaderCase>& cases,
+                                                 const SuiteOptions& options,
+                                                 const model::Progress& progress) {
+  const auto folder = system::TemporaryFolder::create();
+  if (!folder) return pass(folder.error());
+  SuiteRun run(cases, options, folder->path(), progress);
+  if (auto done = run.run(); !done) return pass(done.error());
+  std::vector<ReaderResult> results;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    results.push_back(resultOf(cases[i], run.results()[i]));
+  }
+  return results;
+}
+
+fs::path keptFile(const ReaderCase& test, const Trial& trial) {
+  if (!trial.damage) return test.id + ".t4d";
+  std::string name = shortly(trial);
+  std::replace(name.begin(), name.end(), ' ', '-');
+  return fs::path(test.id) / (name + ".t4d");
+}
+
+Result<std::size_t> keepWrongFiles(const std::vector<ReaderCase>& cases,
+                                   const std::vector<ReaderResult>& results,
+                                   const fs::path& directory) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const std::string& bytes = cases[i].file->bytes;
+    const std::vector<std::size_t>& wrong = results[i].wrong;
+    for (std::size_t j = 0; j < std::min(wrong.size(), kNamed); ++j) {
+      const Trial& trial = cases[i].trials[wrong[j]];
+      const fs::path path = directory / keptFile(cases[i], trial);
+      std::error_code error;
+      fs::create_directories(path.parent_path(), error);
+      const auto written = write(path, trial.damage ? trial.damage(bytes) : bytes);
+      if (!written) return pass(written.error());
+      kept += !trial.damage && j > 0 ? 0 : 1;
+    }
+  }
+  return kept;
+}
+
+}  // namespace t4d::conformance

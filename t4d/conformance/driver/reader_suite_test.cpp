@@ -1,0 +1,275 @@
+#include "t4d/conformance/driver/reader_suite.h"
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "t4d/conformance/driver/reader_report.h"
+
+namespace t4d::conformance {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr const char* kAnswer = R"({"version": "1.0", "features": [], "bodies": []})";
+
+/// Three cases for readers that are shell scripts: "good" must be answered, "bad" refused, and what
+/// is left of "good" when it is cut.
+class ReaderSuite : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("t4d_suite_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    good_.id = "valid/good";
+    good_.bytes = "good";
+    good_.fault = "A file.";
+    bad_.id = "invalid/bad";
+    bad_.bytes = "bad";
+    bad_.fault = "It is <bad> & worse.";
+    Trial trial;
+    trial.about = "describe";
+    trial.request = {"describe"};
+    trial.wrongToRefuse = "the file is valid";
+    trial.answer = {kAnswer, "[]"};
+    cases_.push_back({good_.id, &good_, {trial}, {}});
+    trial.wrongToRefuse.clear();
+    trial.wrongToAccept = "it is bad";
+    cases_.push_back({bad_.id, &bad_, {trial}, {}});
+    cases_.push_back({"cut/good", &good_, {}, {}});
+    for (std::size_t length = 0; length < 4; ++length) {
+      trial.about = "cut to " + std::to_string(length) + " bytes";
+      trial.damage = [length](const std::string& bytes) { return bytes.substr(0, length); };
+      cases_.back().trials.push_back(trial);
+    }
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::vector<ReaderResult> run(const std::string& script, SuiteOptions options = {}) {
+    const fs::path reader = folder_ / "reader";
+    std::ofstream(reader) << "#!/bin/sh\nanswer='" << kAnswer << "'\ntext=$(cat \"$1\")\n"
+                          << script << "\n";
+    fs::permissions(reader, fs::perms::owner_all);
+    options.command = {reader.string()};
+    options.parallel = 2;
+    const auto results = runReaderCases(cases_, options);
+    EXPECT_TRUE(results) << results.error().text();
+    return results.value_or(std::vector<ReaderResult>{});
+  }
+  static std::vector<Outcome> outcomes(const std::vector<ReaderResult>& results) {
+    std::vector<Outcome> all;
+    for (const ReaderResult& result : results) all.push_back(result.outcome);
+    return all;
+  }
+
+  static constexpr const char* kRight = R"([ x$text = xgood ] && echo "$answer")";
+
+  fs::path folder_;
+  CorpusFile good_;
+  CorpusFile bad_;
+  std::vector<ReaderCase> cases_;
+};
+
+TEST_F(ReaderSuite, ARightReaderPasses) {
+  const auto results = run(kRight);
+  EXPECT_THAT(outcomes(results), ElementsAre(Outcome::Passed, Outcome::Passed, Outcome::Passed));
+  for (const ReaderResult& result : results) EXPECT_EQ(result.message, "");
+  EXPECT_THAT(reportText("r", "t4d", cases_, results, 20), Not(HasSubstr("Look first")));
+}
+
+TEST_F(ReaderSuite, WrongReadersFailByTheRightCases) {
+  const auto accepting = run(R"(echo "$answer")");
+  EXPECT_THAT(outcomes(accepting), ElementsAre(Outcome::Passed, Outcome::Failed, Outcome::Failed));
+  EXPECT_EQ(accepting[1].message, "describe: accepted, but it is bad");
+  EXPECT_EQ(accepting[2].message,
+            "cut to 0 bytes: accepted, but it is bad; also wrong: cut to 1 bytes, cut to 2 bytes, "
+            "cut to 3 bytes (4 of 4 wrong)");
+  const auto refusing = run("exit 1");
+  EXPECT_THAT(outcomes(refusing), ElementsAre(Outcome::Failed, Outcome::Passed, Outcome::Passed));
+  // The worst of a case's trials is what it is called by.
+  const auto crashing = run(R"(case x$text in
+      xgood) echo "$answer" ;; xgoo) kill -ABRT $$ ;; xgo) echo "$answer" ;; *) exit 1 ;; esac)");
+  EXPECT_THAT(outcomes(crashing), ElementsAre(Outcome::Passed, Outcome::Passed, Outcome::Crashed));
+  EXPECT_THAT(crashing[2].message, StartsWith("cut to 3 bytes: ended by signal 6 (SIGABRT)"));
+  EXPECT_THAT(crashing[2].message, HasSubstr("also wrong: cut to 2 bytes (2 of 4 wrong)"));
+}
+
+TEST_F(ReaderSuite, AReaderThatSleepsIsLeftAloneSoon) {
+  SuiteOptions options;
+  options.seconds = 0.3;
+  const auto results = run(R"([ x$text = xgood ] && echo "$answer" || sleep 60)", options);
+  ASSERT_EQ(results.size(), 3U);
+  EXPECT_EQ(results[1].outcome, Outcome::TimedOut);
+  EXPECT_EQ(results[2].outcome, Outcome::TimedOut);
+  EXPECT_THAT(results[2].message, HasSubstr(" not run)"));
+}
+
+TEST_F(ReaderSuite, EndsAtTheFirstWhereAskedTo) {
+  SuiteOptions options;
+  options.first = true;
+  const auto results = run("exit 3", options);
+  EXPECT_EQ(results[0].outcome, Outcome::Crashed);
+  EXPECT_EQ(results[2].outcome, Outcome::Skipped);
+}
+
+TEST_F(ReaderSuite, SkipsWhatIsToBeSkippedAndWhatComesAfterAnInterruption) {
+  cases_[1].skipped = "left out";
+  EXPECT_THAT(outcomes(run(R"(echo "$answer")")),
+              ElementsAre(Outcome::Passed, Outcome::Skipped, Outcome::Failed));
+  const std::atomic<bool> stop = true;
+  SuiteOptions options;
+  options.stop = &stop;
+  EXPECT_THAT(outcomes(run("sleep 60", options)),
+              ElementsAre(Outcome::Skipped, Outcome::Skipped, Outcome::Skipped));
+}
+
+TEST_F(ReaderSuite, LeavesNoFiles) {
+  const auto count = [] {
+    std::size_t found = 0;
+    for (const auto& entry : fs::directory_iterator(fs::temp_directory_path())) {
+      found += entry.path().filename().string().starts_with("t4d-") ? 1 : 0;
+    }
+    return found;
+  };
+  const std::string before = std::getenv("TMPDIR") == nullptr ? "" : std::getenv("TMPDIR");
+  setenv("TMPDIR", folder_.c_str(), 1);
+  run(kRight);
+  EXPECT_EQ(count(), 0U);
+  before.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", before.c_str(), 1);
+}
+
+TEST_F(ReaderSuite, KeepsTheFilesThatWentWrong) {
+  const auto results = run("kill -SEGV $$");
+  const auto kept = keepWrongFiles(cases_, results, folder_ / "kept");
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(*kept, 6U);
+  std::string text;
+  std::ifstream(folder_ / "kept/cut/good/cut-to-3-bytes.t4d") >> text;
+  EXPECT_EQ(text, "goo");
+  EXPECT_TRUE(fs::exists(folder_ / "kept/valid/good.t4d"));
+  EXPECT_THAT(reportText("./r", "t4d", cases_, results, 20),
+              HasSubstr("Look first at valid/good:\n  t4d conform copy corpus   # once\n"
+                        "  ./r corpus/valid/good.t4d describe"));
+}
+
+TEST_F(ReaderSuite, ReportsInJsonWithTheseMembers) {
+  cases_[1].skipped = "left out";
+  const auto json = reportJson("sh reader", cases_, run("exit 1"));
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.push_back(key);
+  EXPECT_THAT(keys, ElementsAre("reader", "corpus_version", "passed", "failed", "crashed",
+                                "timed_out", "skipped", "cases"));
+  EXPECT_EQ(json["reader"], "sh reader");
+  EXPECT_EQ(json["passed"], 1);
+  EXPECT_EQ(json["failed"], 1);
+  EXPECT_EQ(json["skipped"], 1);
+  EXPECT_EQ(json["cases"][2].dump(), R"({"id":"cut/good","outcome":"passed","message":""})");
+  EXPECT_EQ(json["cases"][0]["outcome"], "failed");
+}
+
+TEST_F(ReaderSuite, ReportsInXmlThatHoldsWhateverAReaderSays) {
+  cases_[2].skipped = "left out";
+  const std::string xml =
+      reportJunit("a \"b\" <c>", cases_, run(R"(printf '<&"\001\377]]>' >&2; [ x$text = xbad ])"));
+  EXPECT_THAT(xml, HasSubstr("name=\"t4d conform reader: a &quot;b&quot; &lt;c&gt;\" tests=\"3\" "
+                             "failures=\"2\" errors=\"0\" skipped=\"1\""));
+  EXPECT_THAT(xml, HasSubstr("it said: &lt;&amp;&quot;\\x01\\xff]]&gt;</failure>"));
+  EXPECT_THAT(xml, HasSubstr("<testsuite name=\"cut\" tests=\"1\" failures=\"0\" errors=\"0\" "
+                             "skipped=\"1\">\n    <testcase classname=\"t4d.cut\" name=\"good\""));
+}
+
+TEST(ReaderCases, AreInOrderAndHaveNamesOfTheirOwn) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  const std::vector<ReaderCase> cases = readerCases(files);
+  std::set<std::string> ids;
+  std::vector<std::string> kinds;
+  for (const ReaderCase& test : cases) {
+    EXPECT_TRUE(ids.insert(test.id).second) << test.id;
+    EXPECT_FALSE(test.trials.empty()) << test.id;
+    if (kinds.empty() || kinds.back() != kindOf(test.id)) kinds.push_back(kindOf(test.id));
+    for (const Trial& trial : test.trials) {
+      EXPECT_TRUE(trial.wrongToAccept.empty() || trial.wrongToRefuse.empty()) << test.id;
+    }
+  }
+  EXPECT_EQ(std::set(kinds.begin(), kinds.end()).size(), kinds.size());
+  EXPECT_EQ(kinds.front(), "valid");
+  for (const CorpusFile& file : files) EXPECT_TRUE(ids.contains(file.id)) << file.id;
+}
+
+TEST(ReaderCases, OfAFeatureThatAReaderDoesNotKnowAreRefusals) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  int refusals = 0;
+  for (const ReaderCase& test : readerCases(files, {.without = {"zstd"}})) {
+    const auto features = nlohmann::json::parse(
+        test.file->describe ? test.file->describe->json : R"({"features": []})")["features"];
+    const bool compressed = std::find(features.begin(), features.end(), "zstd") != features.end();
+    if (!compressed) continue;
+    if (test.id != test.file->id) {
+      EXPECT_NE(test.skipped, "") << test.id;
+      continue;
+    }
+    ++refusals;
+    ASSERT_EQ(test.trials.size(), 1U);
+    EXPECT_THAT(test.trials[0].wrongToAccept, HasSubstr("names the feature zstd"));
+    EXPECT_EQ(test.trials[0].wrongToRefuse, "");
+  }
+  EXPECT_GT(refusals, 0);
+}
+
+TEST(ReaderCases, AreChosenByGlobsAndFolders) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  std::vector<ReaderCase> cases = readerCases(files);
+  ASSERT_TRUE(selectCases(cases, {"valid/one-simplex*", "poison"}, {"*/one-simplex"}));
+  for (const ReaderCase& test : cases) {
+    EXPECT_TRUE(test.id.starts_with("valid/one-simplex") || test.id.starts_with("poison/"));
+    EXPECT_EQ(test.skipped.empty(), !test.id.ends_with("/one-simplex")) << test.id;
+  }
+  EXPECT_THAT(selectCases(cases, {}, {"nothing/like*"}).error().text(),
+              HasSubstr("no case is called nothing/like*"));
+}
+
+TEST(ReaderCases, AreChosenByNamesAndByWhatAShellMakesOfThem) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  const auto chosen = [&](const std::string& pattern) {
+    std::vector<ReaderCase> cases = readerCases(files);
+    EXPECT_TRUE(selectCases(cases, {pattern}, {})) << pattern;
+    return cases.size();
+  };
+  EXPECT_EQ(chosen("one-simplex"), 4U);  // in valid, cut, flip and poison
+  EXPECT_EQ(chosen("valid/one-simplex.t4d"), 1U);
+  EXPECT_EQ(chosen("invalid/"), chosen("invalid"));
+}
+
+TEST(ReaderCases, SomeMustBeLeft) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  std::vector<ReaderCase> cases = readerCases(files);
+  EXPECT_THAT(selectCases(cases, {"cut"}, {"cut"}).error().text(), HasSubstr("nothing is left"));
+}
+
+/// A slice, too, must see what is broken in what it reads.
+TEST(ReaderCases, FilesAreSlicedWhereASliceMustBeRefused) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  std::map<std::string, int> slices;
+  for (const ReaderCase& test : readerCases(files)) {
+    for (const Trial& trial : test.trials) {
+      if (trial.request[0] == "slice" && !trial.wrongToAccept.empty()) {
+        ++slices[test.id.substr(0, test.id.find('/'))];
+        EXPECT_TRUE(trial.wrongToRefuse.empty());
+      }
+    }
+  }
+  EXPECT_GT(slices["invalid"], 250);
+  EXPECT_GT(slices["cut"], 250);
+  EXPECT_GT(slices["flip"], 250);
+}
+
+}  // namespace
+}  // namespace t4d::conformance

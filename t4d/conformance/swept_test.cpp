@@ -1,0 +1,292 @@
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "t4d/convert/slice.h"
+#include "t4d/fixtures/motions.h"
+#include "t4d/fixtures/solids.h"
+#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/mesh4d/sweep.h"
+#include "tests/paths.h"
+
+/// What must hold for every swept solid, whatever the mesh and the motion: DESIGN.md's law of slice
+/// volumes, exact layers, closed sections by any hyperplane.
+namespace t4d::convert {
+namespace {
+
+constexpr double kRelative = 1e-9;
+
+struct Solid {
+  std::string name;
+  model::TriangleMesh mesh;
+  mesh4d::CapMethod caps = mesh4d::CapMethod::TetGen;
+};
+
+/// The fixtures, and the real meshes where they are.
+const std::vector<Solid>& solids() {
+  static const std::vector<Solid> all = [] {
+    std::vector<Solid> list;
+    for (const fixtures::NamedSolid& solid : fixtures::allSolids({})) {
+      list.push_back({solid.name, solid.mesh});
+    }
+    const std::filesystem::path folder = T4D_SHARED_MESHES;
+    if (!std::filesystem::exists(folder)) {
+      std::cout << "real meshes are left out: no folder " << folder << "\n";
+      return list;
+    }
+    for (const char* name : {"spot_low_resolution", "fish_low_resolution", "goathead", "wingnut"}) {
+      auto loaded = formats::readTriangleMesh(folder / (std::string(name) + ".obj"));
+      EXPECT_TRUE(loaded) << loaded.error().text();
+      const bool intersects = std::string(name) == "wingnut";
+      list.push_back(
+          {name, loaded->mesh, intersects ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen});
+    }
+    return list;
+  }();
+  return all;
+}
+
+std::vector<std::pair<std::string, model::Motion>> motions() {
+  std::vector<std::pair<std::string, model::Motion>> list;
+  for (const fixtures::NamedMotion& motion : fixtures::allMotions()) {
+    auto parsed = formats::parseMotion(motion.json, motion.name);
+    EXPECT_TRUE(parsed) << parsed.error().text();
+    list.emplace_back(motion.name, *parsed);
+  }
+  return list;
+}
+
+/// A sweep, and for each of its steps the angle that it turns by.
+struct Swept {
+  model::Mesh mesh;
+  mesh4d::SweepReport report;
+  std::vector<double> angle;  // radians, of slab i + 1
+};
+
+Swept sweepOf(const Solid& solid, const model::Motion& motion, const mesh4d::StepRule& rule,
+              mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen) {
+  Swept swept;
+  auto report = mesh4d::sweep(solid.mesh, motion, {rule, solid.caps, prism, {}}, swept.mesh);
+  EXPECT_TRUE(report) << solid.name << ": " << report.error().text();
+  if (!report) return swept;
+  swept.report = *report;
+  const auto counts = *mesh4d::stepsOf(motion, rule, solid.mesh.vertices);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double degrees = motion.segments[i].screw.angleDegrees;
+    for (std::uint64_t k = 0; k < counts[i]; ++k) {
+      swept.angle.push_back(degrees / static_cast<double>(counts[i]) * std::numbers::pi / 180);
+    }
+  }
+  return swept;
+}
+
+/// V0 (1 - 2 s (1 - s) (1 - cos theta)) at fraction s of a step.
+double sliceVolume(double volume, double s, double theta) {
+  return volume * (1 - 2 * s * (1 - s) * (1 - std::cos(theta)));
+}
+
+TEST(Swept, PaperCubeHasThePapersCounts) {
+  Solid cube{"paper-cube", fixtures::paperCube(20)};
+  model::Screw up;
+  up.translation = {0, 0, 1};
+  const model::ScrewRun run{1, up, 64};
+  Swept swept = sweepOf(cube, *model::chainScrews(0, std::span(&run, 1)), {});
+  EXPECT_EQ(swept.report.vertices, 4750U);
+  EXPECT_EQ(swept.report.tetrahedra, 21552U);
+  EXPECT_EQ(swept.report.capTetrahedra, (std::array<std::uint64_t, 2>{24, 24}));
+  const auto report = *measure::checkMesh(swept.mesh, {.vertexLinks = true});
+  EXPECT_TRUE(report.valid() && *report.vertexLinksOk);
+  EXPECT_EQ(report.vertices, 4750U);
+  EXPECT_EQ(report.tetrahedra, 21552U);
+  EXPECT_NEAR(report.hypervolume, 512000, 512000 * kRelative);
+}
+
+TEST(Swept, EverySolidAndMotionIsClosedOrientedAndObeysTheLaw) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> fraction(0.01, 0.99);
+  for (const Solid& solid : solids()) {
+    const double volume = signedVolume(solid.mesh);
+    const auto v = solid.mesh.vertices.size();
+    const auto f = solid.mesh.triangles.size();
+    for (const auto& [name, motion] : motions()) {
+      SCOPED_TRACE(solid.name + " along " + name);
+      Swept swept = sweepOf(solid, motion, mesh4d::MinVolumeRatio{0.98});
+      ASSERT_FALSE(swept.mesh.slabs().empty());
+      const std::size_t steps = swept.angle.size();
+      ASSERT_EQ(swept.report.steps, steps);
+
+      const auto report = *measure::checkMesh(swept.mesh, {.vertexLinks = true});
+      ASSERT_TRUE(report.closed && report.oriented) << report.issues.issues.front().message;
+      EXPECT_EQ(report.issues.errors, 0U);
+      EXPECT_EQ(report.vertices, swept.report.vertices);
+      EXPECT_EQ(report.tetrahedra, swept.report.tetrahedra);
+      EXPECT_EQ(report.tetrahedra,
+                14 * f * steps + swept.report.capTetrahedra[0] + swept.report.capTetrahedra[1]);
+      // E = 3 F / 2; the caps may have points inside.
+      EXPECT_GE(report.vertices, (steps + 1) * v + steps * (3 * f / 2 + f));
+
+      double expected = 0;
+      for (std::size_t i = 0; i < steps; ++i) {
+        const model::TimeSpan span = swept.mesh.timeSpan(i + 1);
+        expected += volume * (span.end - span.begin) * (2 + std::cos(swept.angle[i])) / 3;
+      }
+      EXPECT_NEAR(report.hypervolume, expected, expected * kRelative);
+
+      for (std::size_t i = 0; i < steps; i += 1 + steps / 5) {
+        const model::TimeSpan span = swept.mesh.timeSpan(i + 1);
+        for (const double s : {0.0, 0.5, fraction(random), fraction(random)}) {
+          const auto slice = sliceAtTime(swept.mesh, span.begin + s * (span.end - span.begin));
+          ASSERT_TRUE(slice);
+          EXPECT_TRUE(isClosed(slice->mesh));
+          EXPECT_NEAR(signedVolume(slice->mesh), sliceVolume(volume, s, swept.angle[i]),
+                      volume * kRelative);
+        }
+      }
+    }
+  }
+}
+
+TEST(Swept, SliceAtALayerIsThePosedInput) {
+  for (const Solid& solid : solids()) {
+    for (const auto& [name, motion] : motions()) {
+      SCOPED_TRACE(solid.name + " along " + name);
+      Swept swept = sweepOf(solid, motion, mesh4d::MinVolumeRatio{0.9});
+      const std::size_t slabs = swept.mesh.slabCount();
+      for (const std::size_t i : {std::size_t{1}, slabs / 2, slabs - 2, slabs - 1}) {
+        const double time = swept.mesh.timeSpan(i).begin;
+        const auto slice = sliceAtTime(swept.mesh, time);
+        ASSERT_TRUE(slice);
+        // Same vertices in the same order, bit for bit, and the same triangles.
+        const auto layer = swept.mesh.slabs()[i].lowerLayer();
+        ASSERT_EQ(slice->mesh.vertices.size(), solid.mesh.vertices.size());
+        for (std::size_t k = 0; k < layer.size(); ++k) {
+          ASSERT_EQ(slice->mesh.vertices[k], model::Point3(layer[k].head<3>()));
+        }
+        const auto canonical = [](std::vector<model::Triangle> triangles) {
+          for (model::Triangle& t : triangles) {
+            std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+          }
+          std::sort(triangles.begin(), triangles.end());
+          return triangles;
+        };
+        EXPECT_EQ(canonical(slice->mesh.triangles), canonical(solid.mesh.triangles));
+      }
+    }
+  }
+}
+
+TEST(Swept, SectionByAnyHyperplaneIsClosedAndFacesOutward) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (const Solid& solid : solids()) {
+    if (solid.mesh.triangles.size() > 2000) continue;
+    for (const auto& [name, motion] : motions()) {
+      SCOPED_TRACE(solid.name + " along " + name);
+      Swept swept = sweepOf(solid, motion, mesh4d::MinVolumeRatio{0.9});
+      const auto report = *measure::checkMesh(swept.mesh);
+      const model::Point4 middle = 0.5 * (report.bounds.min + report.bounds.max);
+      for (int i = 0; i < 8; ++i) {
+        // The three axes, then any direction.
+        Hyperplane hyperplane;
+        hyperplane.normal =
+            i < 3 ? Eigen::Vector4d(Eigen::Vector4d::Unit(i))
+                  : Eigen::Vector4d(number(random), number(random), number(random), number(random));
+        hyperplane.offset = hyperplane.normal.dot(middle) + 0.01 * number(random);
+        const auto section = slice(swept.mesh, hyperplane);
+        ASSERT_TRUE(section);
+        EXPECT_TRUE(isClosed(section->mesh));
+        EXPECT_GE(signedVolume(section->mesh), -1e-9);
+      }
+    }
+  }
+}
+
+/// The hypervolume is the integral of the section's volume over the offset, for any direction.
+TEST(Swept, SectionsIntegrateToTheHypervolume) {
+  const Solid solid{"torus", fixtures::torus(2, 0.7, 12, 8)};
+  const auto motion = formats::parseMotion(fixtures::allMotions()[4].json, "motion");
+  Swept swept = sweepOf(solid, *motion, mesh4d::MinVolumeRatio{0.99});
+  const auto report = *measure::checkMesh(swept.mesh);
+  for (const Eigen::Vector4d& normal :
+       {Eigen::Vector4d(1, 0, 0, 0), Eigen::Vector4d(0, 0, 1, 0), Eigen::Vector4d(1, 2, -1, 1.5)}) {
+    double low = 1e300;
+    double high = -1e300;
+    for (const model::Slab& slab : swept.mesh.slabs()) {
+      for (const model::Point4& vertex : slab.vertices) {
+        low = std::min(low, normal.dot(vertex));
+        high = std::max(high, normal.dot(vertex));
+      }
+    }
+    constexpr int kSections = 200;
+    double sum = 0;
+    for (int i = 0; i < kSections; ++i) {
+      const double offset = low + (high - low) * (i + 0.5) / kSections;
+      sum += signedVolume(slice(swept.mesh, {normal, offset})->mesh);
+    }
+    const double integral = sum * (high - low) / kSections / normal.norm();
+    EXPECT_NEAR(integral, report.hypervolume, 1e-3 * report.hypervolume);
+  }
+}
+
+TEST(Swept, ThreeCellSplitIsClosedAndOriented) {
+  for (const Solid& solid : solids()) {
+    for (const auto& [name, motion] : motions()) {
+      SCOPED_TRACE(solid.name + " along " + name);
+      Swept swept = sweepOf(solid, motion, mesh4d::MinVolumeRatio{0.9}, mesh4d::PrismSplit::Three);
+      const auto report = *measure::checkMesh(swept.mesh);
+      EXPECT_TRUE(report.closed && report.oriented);
+      EXPECT_EQ(report.tetrahedra, 3 * solid.mesh.triangles.size() * swept.report.steps +
+                                       swept.report.capTetrahedra[0] +
+                                       swept.report.capTetrahedra[1]);
+      EXPECT_TRUE(isClosed(sliceAtTime(swept.mesh, 0.37 * motion.timeEnd())->mesh));
+    }
+  }
+}
+
+TEST(Swept, MaxDeviationIsKeptAndReached) {
+  const Solid solid{"cube", fixtures::cube(2)};
+  const auto motion = formats::parseMotion(
+      R"({"segments": [{"duration": 1, "axis_point": [5, 0, 0], "axis_direction": [0, 0, 1],
+          "angle_degrees": 90}]})",
+      "motion");
+  for (const double allowed : {1.0, 0.1, 0.01, 1e-4}) {
+    Swept swept = sweepOf(solid, *motion, mesh4d::MaxDeviation{allowed});
+    double worst = 0;
+    for (std::size_t i = 1; i + 1 < swept.mesh.slabCount(); ++i) {
+      const model::Slab& slab = swept.mesh.slabs()[i];
+      const model::Pose pose = motion->at(0.5 * (slab.timeBegin + slab.timeEnd));
+      for (std::size_t k = 0; k < solid.mesh.vertices.size(); ++k) {
+        const model::Point4 chord = 0.5 * (slab.lowerLayer()[k] + slab.upperLayer()[k]);
+        worst = std::max(worst, (pose(solid.mesh.vertices[k]) - chord.head<3>()).norm());
+      }
+    }
+    EXPECT_LE(worst, allowed * (1 + 1e-9));
+    // One step fewer would leave the path too far.
+    const auto steps = static_cast<double>(swept.report.steps);
+    if (steps > 1) {
+      EXPECT_GT(worst * std::pow(steps / (steps - 1), 2), allowed * 0.99);
+    }
+  }
+}
+
+TEST(Swept, AttributesNameTheTriangleThatATriangleCameFrom) {
+  const Solid solid{"icosphere", fixtures::icosphere(1, 1)};
+  const auto motion = formats::parseMotion(fixtures::allMotions()[4].json, "motion");
+  Swept swept = sweepOf(solid, *motion, {});
+  const auto atLayer = *sliceAtTime(swept.mesh, 0);
+  ASSERT_EQ(atLayer.mesh.attributes.size(), 2U);
+  EXPECT_EQ(atLayer.mesh.attributes[0].name, "triangle");
+  for (std::size_t i = 0; i < atLayer.mesh.triangles.size(); ++i) {
+    std::uint32_t from = 0;
+    std::memcpy(&from, atLayer.mesh.attributes[0].row(i), sizeof from);
+    EXPECT_EQ(atLayer.mesh.triangles[i], solid.mesh.triangles[from]);
+  }
+}
+
+}  // namespace
+}  // namespace t4d::convert

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/formats/gltf_writer.h"
+#include "t4d/model/body.h"
+
+namespace t4d::convert {
+
+/// `count` times from `begin` to `end`, evenly spaced, both included exactly; `begin` alone for
+/// one.
+std::vector<double> evenTimes(double begin, double end, std::size_t count);
+
+struct FlipbookReport {
+  std::uint64_t frames = 0;
+  std::uint64_t triangles = 0;      ///< of all frames together
+  std::vector<std::string> losses;  ///< attributes that could not be written
+};
+
+/// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter). A body that does
+/// not exist at a time is left out of that frame. Fails for a time at which no body exists.
+Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
+                                     std::span<const double> times,
+                                     const std::filesystem::path& path,
+                                     const formats::GltfPlacement& placement,
+                                     double framesPerSecond,
+                                     const formats::MeshWriteOptions& options = {},
+                                     const model::Progress& progress = {});
+
+}  // namespace t4d::convert

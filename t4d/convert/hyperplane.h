@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "t4d/model/error.h"
+#include "t4d/model/geometry.h"
+
+namespace t4d::convert {
+
+/// All points p of space-time with normal . p = offset. The side to which the normal points is
+/// "above".
+struct Hyperplane {
+  Eigen::Vector4d normal = Eigen::Vector4d::UnitW();
+  double offset = 0;
+
+  static Hyperplane atTime(double time) { return {Eigen::Vector4d::UnitW(), time}; }
+  /// Axis 0 to 3 for x, y, z, t.
+  static Hyperplane across(int axis, double value) { return {Eigen::Vector4d::Unit(axis), value}; }
+};
+
+/// Orthonormal coordinates within a hyperplane: the rows times a point of space-time.
+///
+/// The axis along which the normal is largest is left out (of equal ones the last); the other
+/// three, in the order x, y, z, t, are made orthonormal to the normal and to those before
+/// (Gram-Schmidt). For x = c that gives (y, z, t), for t = c plain (x, y, z).
+struct HyperplaneBasis {
+  Eigen::Matrix<double, 3, 4> axes;
+  /// Whether (axis 1, axis 2, axis 3, normal) is oriented like (x, y, z, t).
+  bool rightHanded;
+};
+
+HyperplaneBasis basisOf(const Hyperplane& hyperplane);
+
+/// Refuses a normal that is zero or not finite.
+Result<void> checkHyperplane(const Hyperplane& hyperplane);
+
+}  // namespace t4d::convert

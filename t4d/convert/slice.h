@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "t4d/convert/hyperplane.h"
+#include "t4d/model/slab.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::convert {
+
+/// The section of a 4D mesh by a hyperplane: a closed triangle mesh facing outward, in the
+/// coordinates of basisOf(hyperplane).
+struct Slice {
+  model::TriangleMesh mesh;
+  std::uint64_t slabsRead = 0;
+  /// Attributes that could not be carried, a sentence each.
+  std::vector<std::string> losses;
+};
+
+/// Whether a vertex exactly on the hyperplane counts as below it or as above.
+enum class OnHyperplane : std::uint8_t { Below, Above };
+
+/// Marching tetrahedra over slabs in time order.
+///
+/// A cut point is known by the edge it lies on, and where it falls on a vertex it is that vertex;
+/// triangles whose corners coincide so are dropped. The section by a layer is therefore exactly the
+/// layer's triangles, without slivers, and always closed.
+///
+/// A triangle has the rows of its cell in attributes per cell. Attributes per vertex are
+/// interpolated along the edge where they are floating point, and taken from the vertex below
+/// otherwise.
+class Slicer : public model::Sink {
+ public:
+  explicit Slicer(const Hyperplane& hyperplane, OnHyperplane rule = OnHyperplane::Below);
+  ~Slicer() override;
+
+  Result<void> put(const model::Slab& slab) override;
+  Slice finish();
+
+ private:
+  class PointTable;
+  struct CutPoint;
+
+  std::uint32_t cutPoint(const model::Slab& slab, std::uint32_t below, std::uint32_t above);
+  void numberAsInLayer(std::size_t firstPoint, std::size_t firstTriangle);
+  void carryAttributes(const model::Slab& slab, const std::vector<std::uint32_t>& cells);
+
+  Hyperplane hyperplane_;
+  HyperplaneBasis basis_;
+  OnHyperplane rule_;
+  Slice slice_;
+  std::vector<double> height_;         // of each vertex of the slab over the hyperplane
+  std::unique_ptr<PointTable> table_;  // cut points of this slab, by edge
+  std::vector<CutPoint> points_;       // of this slab, in the order of the slice's vertices
+  std::size_t firstPoint_ = 0;         // vertices of the slice that earlier slabs made
+  std::uint32_t lastFirstUpper_ = 0;
+  std::uint32_t lastUpperCount_ = 0;
+  bool hasAttributes_ = false;
+};
+
+/// The solid at `time`: the limit from later times, and at the last time of the mesh the limit from
+/// earlier ones. Reads one slab. Fails when `time` is outside the mesh; the error says the range.
+Result<Slice> sliceAtTime(model::Source& source, double time);
+
+/// The section by any hyperplane, all slabs that it can meet. For a hyperplane of constant time
+/// this is sliceAtTime.
+Result<Slice> slice(model::Source& source, const Hyperplane& hyperplane,
+                    const model::Progress& progress = {});
+
+}  // namespace t4d::convert

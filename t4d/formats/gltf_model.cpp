@@ -1,0 +1,163 @@
+#include "t4d/formats/gltf_model.h"
+
+#include <algorithm>
+#include <limits>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+namespace {
+
+constexpr std::size_t kGlbHeaderBytes = 20;  // magic, version, length; length and type of the JSON
+// tinygltf decodes embedded buffers with 32-bit counters.
+constexpr std::size_t kMostTextBytes = std::numeric_limits<std::int32_t>::max();
+constexpr std::size_t kMostBinaryBytes = std::numeric_limits<std::uint32_t>::max();
+// tinygltf walks `extras` recursively: deeper nesting could end the stack. Real files stay
+// below 20.
+constexpr int kDeepestNesting = 200;
+
+/// The JSON text of the file, after a check of what stands around it.
+Result<std::string_view> jsonOf(const InputFile& file) {
+  const std::string_view bytes = file.bytes;
+  if (!bytes.starts_with("glTF")) {
+    if (bytes.size() > kMostTextBytes) {
+      return fail(ErrorCode::Unsupported, "text glTF of more than 2 GiB is not supported; use .glb",
+                  file.path.string());
+    }
+    return bytes;
+  }
+  if (bytes.size() < kGlbHeaderBytes) {
+    return invalid(fmt::format("the file ends in the header of {} bytes", kGlbHeaderBytes),
+                   file.atByte(bytes.size()));
+  }
+  if (bytes.size() > kMostBinaryBytes) {
+    return fail(ErrorCode::Unsupported, "is larger than the 4 GiB that a .glb can have",
+                file.path.string());
+  }
+  const auto number = [&](std::size_t at) { return loadNumber<std::uint32_t>(bytes.data() + at); };
+  if (number(4) != 2) {
+    return fail(ErrorCode::Unsupported,
+                fmt::format("says version {} of binary glTF, expected 2", number(4)),
+                file.atByte(4));
+  }
+  if (number(8) > bytes.size()) {
+    return invalid(
+        fmt::format("says a length of {} bytes; the file has {}", number(8), bytes.size()),
+        file.atByte(8));
+  }
+  if (number(12) > bytes.size() - kGlbHeaderBytes) {
+    return invalid(fmt::format("says {} bytes of JSON; only {} follow", number(12),
+                               bytes.size() - kGlbHeaderBytes),
+                   file.atByte(12));
+  }
+  return bytes.substr(kGlbHeaderBytes, number(12));
+}
+
+Result<void> checkNesting(const InputFile& file, std::string_view json) {
+  int depth = 0;
+  bool inString = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (inString) {
+      if (c == '\\') ++i;
+      if (c == '"') inString = false;
+    } else if (c == '"') {
+      inString = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kDeepestNesting) {
+        return invalid(fmt::format("JSON nested more than {} levels deep", kDeepestNesting),
+                       file.atByte(static_cast<std::size_t>(json.data() - file.bytes.data()) + i));
+      }
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return {};
+}
+
+/// Buffers are looked for in the file's folder only; tinygltf would go on in the working directory.
+bool isBeside(const std::string& path, void* folder) {
+  const auto& prefix = *static_cast<const std::string*>(folder);
+  std::error_code ignored;
+  return path.starts_with(prefix) && path.find("..") == path.npos &&
+         std::filesystem::is_regular_file(path, ignored);
+}
+
+std::string samePath(const std::string& path, void*) { return path; }
+
+bool readWhole(std::vector<unsigned char>* out, std::string* problem, const std::string& path,
+               void*) {
+  const auto file = readInputFile(path);
+  if (!file) {
+    *problem = file.error().text();
+    return false;
+  }
+  out->assign(file->bytes.begin(), file->bytes.end());
+  return true;
+}
+
+bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
+                 int, void*) {
+  return true;
+}
+
+std::string oneLine(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+/// Extensions that leave positions and triangles as they are, by the start of their names.
+bool leavesGeometry(const std::string& extension) {
+  constexpr std::string_view kHarmless[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_",
+                                            "KHR_lights_", "KHR_mesh_quantization"};
+  return std::any_of(std::begin(kHarmless), std::end(kHarmless),
+                     [&](std::string_view start) { return extension.starts_with(start); });
+}
+
+}  // namespace
+
+Result<tinygltf::Model> loadGltfModel(const InputFile& file) {
+  const auto json = jsonOf(file);
+  if (!json) return pass(json.error());
+  if (auto flat = checkNesting(file, *json); !flat) return pass(flat.error());
+
+  std::string folder = file.path.parent_path().string();
+  if (folder.empty()) folder = ".";
+  tinygltf::TinyGLTF loader;
+  loader.SetFsCallbacks({isBeside, samePath, readWhole, nullptr, &folder});
+  loader.SetImageLoader(ignoreImage, nullptr);
+  tinygltf::Model model;
+  std::string problem;
+  std::string warning;
+  bool loaded = false;
+  try {
+    const auto size = static_cast<unsigned int>(file.bytes.size());
+    loaded = file.bytes.starts_with("glTF")
+                 ? loader.LoadBinaryFromMemory(
+                       &model, &problem, &warning,
+                       reinterpret_cast<const unsigned char*>(file.bytes.data()), size, folder)
+                 : loader.LoadASCIIFromString(&model, &problem, &warning, file.bytes.data(), size,
+                                              folder);
+  } catch (const std::exception& exception) {
+    problem = exception.what();
+  }
+  if (!loaded) {
+    return invalid(fmt::format("is not glTF 2.0: {}", oneLine(problem)), file.path.string());
+  }
+  if (!model.asset.version.starts_with("2.")) {
+    return fail(ErrorCode::Unsupported,
+                fmt::format("says version '{}' of glTF, expected 2.0", model.asset.version),
+                file.path.string());
+  }
+  for (const std::string& extension : model.extensionsRequired) {
+    if (leavesGeometry(extension)) continue;
+    return fail(ErrorCode::Unsupported,
+                fmt::format("requires the extension {}, which is not supported", extension),
+                file.path.string());
+  }
+  return model;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "t4d/formats/input_file.h"
+#include "t4d/formats/triangle_mesh_reader.h"
+
+namespace t4d::formats {
+
+/// Reads a glTF 2.0 file, text or binary, with buffers inside or beside it: the triangles of its
+/// default scene (without scenes: of all nodes; without nodes: of all meshes), placed by their
+/// nodes. Nodes of scale zero are hidden and left out. Skins, morph targets, animations and
+/// everything but positions are ignored. Compressed geometry is refused.
+Result<LoadedMesh> readGltf(const InputFile& file);
+
+}  // namespace t4d::formats

@@ -1,0 +1,216 @@
+#include "t4d/formats/gltf_reader.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/test_files.h"
+
+namespace t4d::formats {
+namespace {
+
+using nlohmann::json;
+
+/// Two triangles of a unit square in a .glb: positions (48 bytes), then 16-bit indices (12 bytes).
+json squareDocument() {
+  return json::parse(R"({
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "buffers": [{"byteLength": 60}],
+    "bufferViews": [{"buffer": 0, "byteLength": 48},
+                    {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+    "accessors": [
+      {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+      {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}]})");
+}
+
+std::string squareBuffer(std::vector<std::uint16_t> indices = {0, 1, 2, 2, 1, 3}) {
+  std::string bytes;
+  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}) bytes += bytesOf(x);
+  for (const std::uint16_t index : indices) bytes += bytesOf(index);
+  return bytes;
+}
+
+std::string glb(const json& document, const std::string& buffer = squareBuffer()) {
+  std::string text = document.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string padded = buffer;
+  padded.resize((padded.size() + 3) / 4 * 4);
+  const auto size = [](std::size_t bytes) { return bytesOf(static_cast<std::uint32_t>(bytes)); };
+  return "glTF" + size(2) + size(28 + text.size() + padded.size()) + size(text.size()) + "JSON" +
+         text + size(padded.size()) + std::string("BIN\0", 4) + padded;
+}
+
+/// The document with a patch (RFC 6902) written as JSON.
+json patched(const char* patch) { return squareDocument().patch(json::parse(patch)); }
+
+std::string errorWith(const char* patch) { return errorOf("a.glb", glb(patched(patch))); }
+
+double areaAlongZ(const model::TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto& v = mesh.vertices;
+    sum += (v[b] - v[a]).cross(v[c] - v[a]).z() / 2;
+  }
+  return sum;
+}
+
+double areaWith(const char* patch) {
+  return areaAlongZ(readBytes("a.glb", glb(patched(patch))).mesh);
+}
+
+TEST(GltfReader, ReadsASquare) {
+  const auto loaded = readBytes("a.glb", glb(squareDocument()));
+  EXPECT_EQ(loaded.mesh.triangles, (std::vector<model::Triangle>{{0, 1, 2}, {2, 1, 3}}));
+  EXPECT_EQ(areaAlongZ(loaded.mesh), 1);
+}
+
+TEST(GltfReader, ReadsABufferBesideTheFileAndNoneElsewhere) {
+  auto document = squareDocument();
+  document["buffers"][0]["uri"] = "square%20data.bin";
+  writeFile("square data.bin", squareBuffer());
+  EXPECT_EQ(readBytes("a.gltf", document.dump()).mesh.triangles.size(), 2u);
+  document["buffers"][0]["uri"] = "../square.bin";
+  EXPECT_EQ(errorOf("a.gltf", document.dump()),
+            "a.gltf: is not glTF 2.0: File not found : ../square.bin");
+}
+
+TEST(GltfReader, AppliesTheTransformsOfNodes) {
+  EXPECT_EQ(areaWith(R"([{"op": "add", "path": "/nodes/0/scale", "value": [2, 3, 1]}])"), 6);
+  EXPECT_NEAR(areaWith(R"([{"op": "add", "path": "/nodes/0/rotation", "value": [1, 0, 0, 0]}])"),
+              -1, 1e-15);
+  EXPECT_EQ(areaWith(R"([{"op": "add", "path": "/nodes/0/matrix",
+                          "value": [0,2,0,0, -2,0,0,0, 0,0,2,0, 9,9,9,1]}])"),
+            4);
+  // Children stand in their parents: move by (1, 0, 0), then double.
+  const auto child = readBytes("a.glb", glb(patched(R"([
+        {"op": "add", "path": "/nodes/-", "value": {"children": [0], "scale": [2, 2, 2]}},
+        {"op": "add", "path": "/nodes/0/translation", "value": [1, 0, 0]},
+        {"op": "replace", "path": "/scenes/0/nodes", "value": [1]}])")));
+  EXPECT_EQ(child.mesh.vertices[0], model::Point3(2, 0, 0));
+}
+
+TEST(GltfReader, TurnsTrianglesOverWhereATransformMirrors) {
+  EXPECT_EQ(areaWith(R"([{"op": "add", "path": "/nodes/0/scale", "value": [-1, 1, 1]}])"), 1);
+}
+
+TEST(GltfReader, ReadsStripsFansAndTrianglesWithoutIndices) {
+  const char* kStrip = R"([{"op": "add", "path": "/meshes/0/primitives/0/mode", "value": 5},
+                           {"op": "remove", "path": "/meshes/0/primitives/0/indices"}])";
+  EXPECT_EQ(areaWith(kStrip), 1);
+  auto fan = patched(R"([{"op": "add", "path": "/meshes/0/primitives/0/mode", "value": 6},
+                         {"op": "replace", "path": "/accessors/1/count", "value": 4}])");
+  const auto mesh = readBytes("a.glb", glb(fan, squareBuffer({0, 1, 3, 2, 0, 0}))).mesh;
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(areaAlongZ(mesh), 1);
+}
+
+TEST(GltfReader, ReadsNormalizedIntegersAndSparseValues) {
+  // Bytes 48 to 52 of the buffer, as normalised 8-bit numbers: (1, 0.2, 0) for vertex 3.
+  auto document = patched(R"([
+    {"op": "add", "path": "/bufferViews/-", "value": {"buffer": 0, "byteLength": 32}},
+    {"op": "replace", "path": "/accessors/0", "value":
+      {"bufferView": 2, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC3"}},
+    {"op": "add", "path": "/bufferViews/2/byteStride", "value": 4},
+    {"op": "replace", "path": "/accessors/1/count", "value": 3}])");
+  std::string buffer(60, '\0');
+  buffer[4] = '\xff';
+  buffer[9] = '\x33';
+  buffer.replace(48, 6,
+                 bytesOf<std::uint16_t>(0) + bytesOf<std::uint16_t>(1) + bytesOf<std::uint16_t>(2));
+  EXPECT_EQ(readBytes("a.glb", glb(document, buffer)).mesh.vertices,
+            (std::vector<model::Point3>{{0, 0, 0}, {1, 0, 0}, {0, 0.2, 0}}));
+
+  auto sparse = patched(R"([{"op": "add", "path": "/accessors/0/sparse", "value":
+    {"count": 1, "indices": {"bufferView": 1, "componentType": 5123, "byteOffset": 4},
+     "values": {"bufferView": 0, "byteOffset": 36}}}])");
+  // Element 2 takes the values of element 3.
+  EXPECT_EQ(readBytes("a.glb", glb(sparse)).mesh.vertices.size(), 3u);
+}
+
+TEST(GltfReader, NotesWhatItLeavesOut) {
+  const auto document = patched(R"([
+    {"op": "add", "path": "/meshes/0/primitives/-", "value":
+      {"attributes": {"POSITION": 0}, "mode": 1}},
+    {"op": "add", "path": "/nodes/-", "value": {"mesh": 0, "scale": [0, 0, 0]}},
+    {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}])");
+  EXPECT_EQ(readBytes("a.glb", glb(document)).notices,
+            (std::vector<std::string>{"left out 1 hidden nodes, whose scale is zero",
+                                      "left out 1 sets of points or lines"}));
+}
+
+TEST(GltfReader, ChecksEveryRange) {
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/count", "value": 5}])"),
+            "a.glb: accessors[0]: 5 elements of 12 bytes from byte 0, 12 bytes apart, but buffer "
+            "view 0 has 48 bytes");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/count",
+                           "value": 1537228672809129302}])"),
+            "a.glb: accessors[0]: 1537228672809129302 elements of 12 bytes from byte 0, 12 bytes "
+            "apart, but buffer view 0 has 48 bytes");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/bufferViews/0/byteLength", "value": 61}])"),
+            "a.glb: accessors[0]: buffer view 0 is 61 bytes from byte 0, but its buffer has 60");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/bufferViews/0/buffer", "value": 1}])"),
+            "a.glb: accessors[0]: buffer view 0 names buffer 1, but there are 1");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/bufferView", "value": 7}])"),
+            "a.glb: accessors[0]: names buffer view 7, but there are 2");
+  EXPECT_EQ(errorWith(R"([{"op": "remove", "path": "/accessors/0/bufferView"},
+                          {"op": "replace", "path": "/accessors/0/count", "value": 4000000000}])"),
+            "a.glb: accessors[0]: 4000000000 elements without a buffer view");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/type", "value": "VEC2"}])"),
+            "a.glb: accessors[0]: elements of 2 numbers, expected 3");
+  EXPECT_EQ(
+      errorWith(R"([{"op": "replace", "path": "/accessors/0/componentType", "value": 5130}])"),
+      "a.glb: accessors[0]: component type 5130, which glTF 2.0 does not have");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/meshes/0/primitives/0/attributes/POSITION",
+                           "value": 9}])"),
+            "a.glb: accessors[9]: does not exist; there are 2");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/nodes/0/mesh", "value": 3}])"),
+            "a.glb: meshes[3]: does not exist; there are 1");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/scenes/0/nodes", "value": [4]}])"),
+            "a.glb: nodes[4]: does not exist; there are 1");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/scene", "value": 1}])"),
+            "a.glb: scenes[1]: does not exist; there are 1");
+  EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/nodes/0/children", "value": [0]}])"),
+            "a.glb: nodes[0]: has two parents, or is below itself");
+  EXPECT_EQ(errorOf("a.glb", glb(squareDocument(), squareBuffer({0, 1, 2, 2, 1, 4}))),
+            "a.glb: accessors[1]: index 5 is 4, but a.glb: meshes[0].primitives[0] has 4 "
+            "positions");
+}
+
+TEST(GltfReader, RefusesWhatItCannotRead) {
+  EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/extensionsRequired",
+                           "value": ["KHR_draco_mesh_compression"]}])"),
+            "a.glb: requires the extension KHR_draco_mesh_compression, which is not supported");
+  EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/meshes/0/primitives/0/extensions",
+                           "value": {"KHR_draco_mesh_compression": {"bufferView": 0}}}])"),
+            "a.glb: meshes[0].primitives[0]: is compressed by KHR_draco_mesh_compression, which "
+            "is not supported");
+  EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/asset/version", "value": "1.0"}])"),
+            "a.glb: says version '1.0' of glTF, expected 2.0");
+  const std::string deep(100'000, '[');
+  EXPECT_EQ(errorOf("a.gltf", R"({"extras":)" + deep),
+            "a.gltf: byte 209: JSON nested more than 200 levels deep");
+  EXPECT_EQ(errorOf("a.gltf", "{\"scene\": 0}"),
+            "a.gltf: is not glTF 2.0: \"asset\" object not found in .gltf or not an object type");
+  auto bytes = glb(squareDocument());
+  EXPECT_EQ(errorOf("a.glb", bytes.substr(0, bytes.size() - 1)),
+            fmt::format("a.glb: byte 8: says a length of {} bytes; the file has {}", bytes.size(),
+                        bytes.size() - 1));
+  bytes.replace(4, 4, bytesOf(1));
+  EXPECT_EQ(errorOf("a.glb", bytes), "a.glb: byte 4: says version 1 of binary glTF, expected 2");
+}
+
+TEST(GltfReader, RefusesGeometryThatAFewBytesMultiply) {
+  auto document = squareDocument();
+  const std::size_t points = 1'000'000;
+  document["buffers"][0]["byteLength"] = 12 * points;
+  document["bufferViews"][0]["byteLength"] = 12 * points;
+  document["accessors"][0]["count"] = points;
+  const auto primitive = document["meshes"][0]["primitives"][0];
+  for (int i = 0; i < 1000; ++i) document["meshes"][0]["primitives"].push_back(primitive);
+  EXPECT_EQ(errorOf("a.glb", glb(document, std::string(12 * points, '\0'))),
+            "a.glb: meshes[0]: its nodes place more geometry than the file can "
+            "hold; make them into one mesh");
+}
+
+}  // namespace
+}  // namespace t4d::formats

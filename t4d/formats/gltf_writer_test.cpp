@@ -1,0 +1,242 @@
+#include "t4d/formats/gltf_writer.h"
+
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/gltf_builder.h"
+#include "t4d/formats/input_file.h"
+#include "t4d/formats/test_files.h"
+
+namespace t4d::formats {
+namespace {
+
+NamedMesh box(double width, double height = 1, const std::string& name = "box") {
+  NamedMesh named{name, {}};
+  for (int i = 0; i < 8; ++i) {
+    named.mesh.vertices.push_back(cubeCorner(i).cwiseProduct(model::Point3(width, 1, height)));
+  }
+  for (const auto& s : kCubeSquares) {
+    for (const auto& [b, c] : {std::pair{1, 2}, std::pair{2, 3}}) {
+      named.mesh.triangles.push_back({static_cast<std::uint32_t>(s[0]),
+                                      static_cast<std::uint32_t>(s[b]),
+                                      static_cast<std::uint32_t>(s[c])});
+    }
+  }
+  return named;
+}
+
+nlohmann::json documentOf(const std::filesystem::path& path) {
+  const std::string bytes = fileContents(path);
+  if (path.extension() == ".gltf") return nlohmann::json::parse(bytes);
+  return nlohmann::json::parse(bytes.substr(20, loadNumber<std::uint32_t>(bytes.data() + 12)));
+}
+
+/// The numbers of a float32 accessor of a .glb file.
+std::vector<float> floatsOf(const std::filesystem::path& path, int index) {
+  const std::string bytes = fileContents(path);
+  const auto document = documentOf(path);
+  const auto& accessor = document["accessors"][static_cast<std::size_t>(index)];
+  const auto& view = document["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+  const std::size_t begin =
+      28 + loadNumber<std::uint32_t>(bytes.data() + 12) + view.value("byteOffset", 0u);
+  std::vector<float> numbers;
+  for (std::size_t i = 0; i < view["byteLength"]; i += 4) {
+    numbers.push_back(loadNumber<float>(bytes.data() + begin + i));
+  }
+  return numbers;
+}
+
+TEST(GltfWriter, WritesWhatTheReaderReads) {
+  const auto named = box(0.1);
+  for (const char* file : {"a.glb", "a.gltf"}) {
+    const auto path = temporaryPath(file);
+    const auto lost = writeGltf(path, std::vector{named, box(3, 1, "other"), {"empty", {}}});
+    ASSERT_TRUE(lost) << lost.error().text();
+    EXPECT_TRUE(lost->empty());
+    const auto loaded = readTriangleMesh(path);
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    EXPECT_NEAR(model::signedVolume(loaded->mesh), 3.1, 1e-8);
+    EXPECT_EQ(documentOf(path)["meshes"].size(), 2u);
+    EXPECT_EQ(loaded->mesh.vertices[1], model::Point3(0.1F, 0, 0));
+  }
+}
+
+TEST(GltfWriter, PlacesInMetresWithYUp) {
+  const auto path = temporaryPath("placed.glb");
+  ASSERT_TRUE(writeGltf(path, std::vector{box(2, 5)}, {0.001, true, R"({"lengthUnit": "mm"})"}));
+  const auto loaded = readTriangleMesh(path);
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  const auto bounds = model::boundsOf(loaded->mesh);
+  EXPECT_TRUE(bounds.min.isApprox(model::Point3(0, 0, -0.001), 1e-12)) << bounds.min;
+  EXPECT_TRUE(bounds.max.isApprox(model::Point3(0.002, 0.005, 0), 1e-12)) << bounds.max;
+  EXPECT_NEAR(model::signedVolume(loaded->mesh), 10e-9, 1e-18);
+  const auto root = documentOf(path)["nodes"][0];
+  EXPECT_EQ(
+      root["extras"],
+      (nlohmann::json{{"metresPerUnit", 0.001}, {"upAxisOfSource", "z"}, {"lengthUnit", "mm"}}));
+}
+
+TEST(GltfWriter, WritesVertexAttributesAndListsTheOthers) {
+  auto named = box(1);
+  using model::Domain;
+  named.mesh.attributes = {
+      model::makeAttribute<double>("heat flux", Domain::Vertex, {1, 2, 3, 4, 5, 6, 7, 8}),
+      model::makeAttribute<float>("bad", Domain::Vertex, {1, 2, 3, 4, 5, 6, 7, NAN}),
+      model::makeAttribute<std::uint8_t>("kind", Domain::Cell,
+                                         {0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1})};
+  const auto path = temporaryPath("attributes.glb");
+  const auto lost = writeGltf(path, std::vector{named}, {}, {.attributes = true});
+  ASSERT_TRUE(lost) << lost.error().text();
+  EXPECT_EQ(*lost, (std::vector<std::string>{
+                       "vertex attribute 'bad': some of its numbers are not finite in float32, the "
+                       "only type that fits all",
+                       "triangle attribute 'kind': glTF has attributes of vertices only"}));
+  const auto attributes = documentOf(path)["meshes"][0]["primitives"][0]["attributes"];
+  EXPECT_EQ(attributes.size(), 2u);
+  EXPECT_EQ(floatsOf(path, attributes["_HEAT_FLUX"]), (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}));
+}
+
+TEST(GltfWriter, TakesWideIndicesOnlyWhereTheyAreNeeded) {
+  for (const std::uint32_t count : {65535u, 65536u}) {
+    NamedMesh named{"fan", {}};
+    for (std::uint32_t i = 0; i < count; ++i) named.mesh.vertices.emplace_back(i, i % 7, 1);
+    for (std::uint32_t i = 2; i < count; ++i) named.mesh.triangles.push_back({0, i - 1, i});
+    const auto path = temporaryPath("wide.glb");
+    ASSERT_TRUE(writeGltf(path, std::vector{named}));
+    EXPECT_EQ(documentOf(path)["accessors"][1]["componentType"], count == 65535 ? 5123 : 5125);
+    EXPECT_EQ(readTriangleMesh(path)->mesh.triangles, named.mesh.triangles);
+  }
+}
+
+TEST(GltfWriter, WritesAValidSceneOfNothing) {
+  for (const char* file : {"nothing.glb", "nothing.gltf"}) {
+    const auto path = temporaryPath(file);
+    ASSERT_TRUE(writeGltf(path, {}));
+    EXPECT_FALSE(documentOf(path).contains("nodes"));
+    EXPECT_EQ(readTriangleMesh(path).error().message, "holds no triangles");
+  }
+}
+
+TEST(GltfWriter, RefusesWhatCannotBeWritten) {
+  const auto path = temporaryPath("refused.glb");
+  auto named = box(1e39);
+  EXPECT_EQ(writeGltf(path, std::vector{named}).error().where, path.string() + ": mesh 'box'");
+  EXPECT_EQ(writeGltf(path, {}, {0}).error().message,
+            "0 metres for a unit of length, expected more than 0");
+  EXPECT_EQ(writeGltf(path, {}, {1, false, "[1]"}).error().message,
+            "the extras are not a JSON object");
+  EXPECT_NE(writeGltf(path, std::vector{box(1, 1, "\xff")}).error().message.find("UTF-8"),
+            std::string::npos);
+  EXPECT_EQ(writeGltf("a.usd", {}).error().text(), "a.usd: glTF can be written to .glb, .gltf");
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(GltfWriter, StopsBeforeAFileGrowsBeyondItsLimit) {
+  const auto path = temporaryPath("large.glb");
+  const auto meshesThatFit = [&](std::uint64_t bytes) -> Result<int> {
+    auto builder = GltfBuilder::create(path, {}, {}, {.binaryBytes = bytes});
+    for (int i = 0; i < 3; ++i) {
+      if (auto mesh = builder->addMesh(box(1)); !mesh) return mesh;
+    }
+    auto lost = builder->finish();
+    if (!lost) return pass(lost.error());
+    return static_cast<int>(std::filesystem::file_size(path));
+  };
+  const auto size = meshesThatFit(1'000'000);
+  ASSERT_TRUE(size);
+  const auto exact = static_cast<std::uint64_t>(*size);
+  EXPECT_TRUE(meshesThatFit(exact));
+  for (const std::uint64_t limit : {exact - 1, std::uint64_t{400}}) {
+    const auto refused = meshesThatFit(limit);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().message,
+              "more than the 4 GiB that a .glb can have; write fewer frames or meshes");
+  }
+}
+
+/// The scale of a node at a time, from a file's animation.
+double scaleAt(const std::filesystem::path& path, int node, double time) {
+  const auto animation = documentOf(path)["animations"][0];
+  for (const auto& channel : animation["channels"]) {
+    if (channel["target"]["node"] != node) continue;
+    const auto& sampler = animation["samplers"][channel["sampler"].get<std::size_t>()];
+    EXPECT_EQ(sampler["interpolation"], "STEP");
+    const auto times = floatsOf(path, sampler["input"]);
+    const auto scales = floatsOf(path, sampler["output"]);
+    EXPECT_EQ(scales.size(), 3 * times.size());
+    EXPECT_EQ(times.front(), 0);
+    std::size_t key = 0;
+    while (key + 1 < times.size() && times[key + 1] <= time) ++key;
+    return scales[3 * key];
+  }
+  return -1;
+}
+
+TEST(FlipbookWriter, ShowsExactlyOneFrameAtAnyTime) {
+  for (const int frames : {1, 2, 3, 7}) {
+    const auto path = temporaryPath("flipbook.glb");
+    auto writer = FlipbookWriter::create(path, {}, 25);
+    ASSERT_TRUE(writer) << writer.error().text();
+    for (int i = 0; i < frames; ++i) {
+      ASSERT_TRUE(writer->add(100.5 + i, std::vector{box(1 + i)}));
+    }
+    const auto lost = writer->finish();
+    ASSERT_TRUE(lost) << lost.error().text();
+    const auto document = documentOf(path);
+    ASSERT_EQ(document["nodes"].size(), static_cast<std::size_t>(frames) + 1);
+    for (int i = 0; i < frames; ++i) {
+      const auto& node = document["nodes"][static_cast<std::size_t>(i) + 1];
+      EXPECT_EQ(node["extras"]["time"], 100.5 + i);
+      EXPECT_EQ(node.contains("scale"), i > 0);
+      for (int at = 0; at < frames; ++at) {
+        EXPECT_EQ(scaleAt(path, i + 1, (at + 0.5) / 25), at == i) << i << " of " << frames;
+      }
+    }
+    const auto input = document["animations"][0]["samplers"].back()["input"];
+    EXPECT_FLOAT_EQ(floatsOf(path, input).back(), static_cast<float>(frames) / 25);
+  }
+}
+
+TEST(FlipbookWriter, RestsAtTheFirstFrame) {
+  const auto path = temporaryPath("rest.glb");
+  auto writer = FlipbookWriter::create(path, {}, 10);
+  ASSERT_TRUE(writer->add(0, std::vector{box(2), box(3, 1, "other")}));
+  ASSERT_TRUE(writer->add(1, std::vector{box(5), box(7, 1, "other")}));
+  ASSERT_TRUE(writer->finish());
+  const auto loaded = readTriangleMesh(path);
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  EXPECT_EQ(model::signedVolume(loaded->mesh), 5);
+  EXPECT_EQ(loaded->notices,
+            std::vector<std::string>{"left out 1 hidden nodes, whose scale is zero"});
+}
+
+TEST(FlipbookWriter, HasNoNodeForAnEmptyFrame) {
+  const auto path = temporaryPath("gap.glb");
+  auto writer = FlipbookWriter::create(path, {}, 10);
+  for (const auto& meshes :
+       {std::vector<NamedMesh>{{"box", {}}}, std::vector{box(1)}, std::vector<NamedMesh>{},
+        std::vector{box(2), NamedMesh{"b", {}}}, std::vector<NamedMesh>{{"box", {}}}}) {
+    ASSERT_TRUE(writer->add(0, meshes));
+  }
+  ASSERT_TRUE(writer->finish());
+  EXPECT_EQ(documentOf(path)["animations"][0]["channels"].size(), 2u);
+  for (int at = 0; at < 5; ++at) {
+    EXPECT_EQ(scaleAt(path, 1, 0.1 * (at + 0.5)), at == 1);
+    EXPECT_EQ(scaleAt(path, 2, 0.1 * (at + 0.5)), at == 3);
+  }
+}
+
+TEST(FlipbookWriter, RefusesWhatMakesNoFlipbook) {
+  const auto path = temporaryPath("none.glb");
+  EXPECT_EQ(FlipbookWriter::create(path, {}, 0).error().message,
+            "0 frames a second, expected more than 0");
+  EXPECT_FALSE(FlipbookWriter::create(temporaryPath("missing") / "a.glb", {}, 1));
+  auto writer = FlipbookWriter::create(path, {}, 1e30);
+  EXPECT_EQ(writer->finish().error().message, "a flipbook without frames");
+  EXPECT_FALSE(writer->add(NAN, {}));
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(writer->add(i, std::vector{box(1)}));
+  EXPECT_TRUE(writer->finish());  // times of 1e-30 s are still apart in float32
+  EXPECT_FALSE(std::filesystem::exists(path.parent_path() / "none.gltf"));
+}
+
+}  // namespace
+}  // namespace t4d::formats

@@ -1,0 +1,47 @@
+#include "t4d/formats/input_file.h"
+
+#include <cerrno>
+#include <fstream>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+
+std::string InputFile::atLine(std::uint64_t line) const {
+  return fmt::format("{}:{}", path.string(), line);
+}
+
+std::string InputFile::atByte(std::uint64_t offset) const {
+  return fmt::format("{}: byte {}", path.string(), offset);
+}
+
+Result<InputFile> readInputFile(const std::filesystem::path& path) {
+  const auto ioError = [&](std::string message) {
+    return fail(ErrorCode::Io, std::move(message), path.string());
+  };
+  std::error_code problem;
+  const auto status = std::filesystem::status(path, problem);
+  if (status.type() == std::filesystem::file_type::not_found) return ioError("no such file");
+  if (problem) return ioError(fmt::format("cannot open: {}", problem.message()));
+  if (std::filesystem::is_directory(status)) return ioError("is a folder; name a file in it");
+  // A device or a pipe may never end.
+  if (!std::filesystem::is_regular_file(status)) return ioError("is not a regular file");
+  const std::uintmax_t size = std::filesystem::file_size(path, problem);
+  if (problem) return ioError(fmt::format("cannot read: {}", problem.message()));
+  if (size == 0) return invalid("is empty", path.string());
+
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return ioError(fmt::format("cannot open: {}", std::strerror(errno)));
+  InputFile file{path, {}};
+  try {
+    file.bytes.resize(size);
+  } catch (const std::exception&) {
+    return ioError(fmt::format("cannot keep its {} bytes in memory", size));
+  }
+  if (!in.read(file.bytes.data(), static_cast<std::streamsize>(size))) {
+    return ioError(fmt::format("cannot read: only {} of {} bytes came", in.gcount(), size));
+  }
+  return file;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,176 @@
+#include "t4d/formats/mesh_builder.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/polygon_triangulation.h"
+
+namespace t4d::formats {
+namespace {
+
+using model::Point3;
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+std::uint64_t hashOf(const Point3& point) {
+  std::uint64_t hash = 0;
+  for (int i = 0; i < 3; ++i) {
+    // The finaliser of splitmix64: neighbouring coordinates land far apart.
+    hash += std::bit_cast<std::uint64_t>(point[i]) + 0x9e3779b97f4a7c15;
+    hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;
+    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
+    hash ^= hash >> 31;
+  }
+  return hash;
+}
+
+/// Corners of a polygon without those that equal the one before.
+void dropRepeats(std::vector<std::uint32_t>& corners) {
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  while (corners.size() > 1 && corners.front() == corners.back()) corners.pop_back();
+}
+
+bool hasEqualCorners(const model::Triangle& triangle) {
+  return triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
+}
+
+std::string droppedNotice(std::size_t count, const char* one, const char* many, const char* why) {
+  return fmt::format("dropped {} {} {}", count, count == 1 ? one : many, why);
+}
+
+/// Keeps the vertices that triangles use, in their order; returns how many went.
+std::size_t dropUnused(std::vector<Point3>& points, std::vector<model::Triangle>& triangles,
+                       std::span<const std::uint32_t> firstEqual) {
+  std::vector<std::uint32_t> newNumber(points.size(), kNone);
+  for (const auto& triangle : triangles) {
+    for (const std::uint32_t corner : triangle) newNumber[corner] = 0;
+  }
+  std::uint32_t kept = 0;
+  std::size_t dropped = 0;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (newNumber[i] == kNone) {
+      dropped += firstEqual[i] == i;
+      continue;
+    }
+    newNumber[i] = kept;
+    points[kept++] = points[i];
+  }
+  points.resize(kept);
+  for (auto& triangle : triangles) {
+    for (std::uint32_t& corner : triangle) corner = newNumber[corner];
+  }
+  return dropped;
+}
+
+}  // namespace
+
+void MeshBuilder::reserve(std::size_t points, std::size_t polygons) {
+  points_.reserve(points);
+  corners_.reserve(3 * polygons);
+  polygons_.reserve(polygons);
+}
+
+Result<void> MeshBuilder::addPoint(const Point3& point, Place place) {
+  if (!point.allFinite()) {
+    return invalid(fmt::format("vertex {} is ({}, {}, {}), expected finite coordinates",
+                               points_.size() + firstIndex_, point.x(), point.y(), point.z()),
+                   placeText_(place));
+  }
+  if (points_.size() == kNone) {
+    return fail(ErrorCode::Unsupported, "holds more vertices than 32-bit indices can count",
+                placeText_(place));
+  }
+  // Adding zero turns -0 into +0, so that equal coordinates have equal bits.
+  points_.push_back(point + Point3::Zero());
+  return {};
+}
+
+Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Place place) {
+  if (corners.size() < 3) {
+    return invalid(fmt::format("a face of {} corners, expected at least 3", corners.size()),
+                   placeText_(place));
+  }
+  for (const std::uint64_t corner : corners) {
+    if (corner >= kNone) {
+      return invalid(
+          fmt::format("a face names vertex {}, beyond any that can exist", corner + firstIndex_),
+          placeText_(place));
+    }
+    corners_.push_back(static_cast<std::uint32_t>(corner));
+  }
+  polygons_.push_back({corners_.size(), place});
+  return {};
+}
+
+Result<void> MeshBuilder::checkCorners() const {
+  std::size_t i = 0;
+  for (const Polygon& polygon : polygons_) {
+    for (; i < polygon.end; ++i) {
+      if (corners_[i] < points_.size()) continue;
+      return invalid(
+          fmt::format("a face names vertex {}, but there are {} (counted from {})",
+                      std::uint64_t{corners_[i]} + firstIndex_, points_.size(), firstIndex_),
+          placeText_(polygon.place));
+    }
+  }
+  return {};
+}
+
+std::vector<std::uint32_t> MeshBuilder::firstEquals() const {
+  // An open hash table of point numbers, at most half full.
+  const std::size_t mask = std::bit_ceil(2 * points_.size() + 1) - 1;
+  std::vector<std::uint32_t> table(mask + 1, kNone);
+  std::vector<std::uint32_t> first(points_.size());
+  for (std::uint32_t i = 0; i < points_.size(); ++i) {
+    std::size_t slot = hashOf(points_[i]) & mask;
+    while (table[slot] != kNone && points_[table[slot]] != points_[i]) slot = (slot + 1) & mask;
+    if (table[slot] == kNone) table[slot] = i;
+    first[i] = table[slot];
+  }
+  return first;
+}
+
+Result<LoadedMesh> MeshBuilder::finish() && {
+  if (auto checked = checkCorners(); !checked) return pass(checked.error());
+
+  const auto first = firstEquals();
+  LoadedMesh loaded;
+  auto& triangles = loaded.mesh.triangles;
+  triangles.reserve(corners_.size() - 2 * polygons_.size());
+  PolygonTriangulator triangulator;
+  std::vector<std::uint32_t> corners;
+  std::size_t degenerate = 0;
+  std::size_t begin = 0;
+  for (const auto& [end, place] : polygons_) {
+    corners.clear();
+    for (; begin < end; ++begin) corners.push_back(first[corners_[begin]]);
+    dropRepeats(corners);
+    if (corners.size() < 3) {
+      ++degenerate;
+    } else if (!triangulator.add(points_, corners, triangles)) {
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("a concave face of {} corners takes too long to split into "
+                              "triangles; split it before",
+                              corners.size()),
+                  placeText_(place));
+    }
+  }
+  degenerate += std::erase_if(triangles, hasEqualCorners);
+  if (degenerate > 0) {
+    loaded.notices.push_back(
+        droppedNotice(degenerate, "triangle", "triangles", "with two equal corners"));
+  }
+  if (triangles.empty()) return invalid("holds no triangles", file_);
+
+  const std::size_t unused = dropUnused(points_, triangles, first);
+  if (unused > 0) {
+    loaded.notices.push_back(droppedNotice(unused, "vertex", "vertices", "that no triangle uses"));
+  }
+  loaded.mesh.vertices = std::move(points_);
+  return loaded;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,66 @@
+#include "t4d/formats/test_files.h"
+
+namespace t4d::formats {
+namespace {
+
+const std::string kPoints = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+
+TEST(ObjReader, ReadsEveryFormOfACorner) {
+  const auto loaded =
+      readBytes("corners.obj", kPoints +
+                                   "vt 0 0\nvn 0 0 1\nf 1 2 3\nf 1/1 2/1 4/1\nf 1//1 3//1 "
+                                   "4//1\nf 2/1/1 3/1/1 4/-1/-1\nf -4 -3 -2\n");
+  const std::vector<model::Triangle> expected{
+      {0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}, {0, 1, 2}};
+  EXPECT_EQ(loaded.mesh.triangles, expected);
+}
+
+TEST(ObjReader, KeepsTheNearestDouble) {
+  const auto loaded = readBytes("digits.obj",
+                                "v 0.1 +1.0 1e5 0.5\nv 1.7976931348623157e308 5e-324 "
+                                "1e-400 1 0 0\nv .5 -1. 0.30000000000000004\nf 1 2 3");
+  EXPECT_EQ(loaded.mesh.vertices[0], model::Point3(0.1, 1, 100000));
+  EXPECT_EQ(loaded.mesh.vertices[1], model::Point3(1.7976931348623157e308, 5e-324, 0));
+  EXPECT_EQ(loaded.mesh.vertices[2], model::Point3(0.5, -1, 0.1 + 0.2));
+}
+
+TEST(ObjReader, CopesWithTheLooseEndsOfRealFiles) {
+  const auto loaded = readBytes(
+      "loose.obj", "\xEF\xBB\xBF# comment\r\n#0 86\r\nmtllib a.mtl\r\no thing\r\n" + kPoints +
+                       "\r\ns off\r\nusemtl m\r\nl 1 2\r\nf 1 \\\r\n 2 3\\\r\n"
+                       "# no more\r\n\t f 1 2 4 # the end");
+  EXPECT_EQ(loaded.mesh.triangles.size(), 2u);
+  const auto mac = readBytes("mac.obj", "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r");
+  EXPECT_EQ(mac.mesh.triangles.size(), 1u);
+}
+
+TEST(ObjReader, SaysWhatIsWrongAndWhere) {
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 abc\n"),
+            "a.obj:5: found 'abc', expected a corner V, V/VT, V//VN or V/VT/VN");
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 3/x\n"),
+            "a.obj:5: found '3/x', expected a corner V, V/VT, V//VN or V/VT/VN");
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 5\n"),
+            "a.obj:5: a face names vertex 5, but there are 4 (counted from 1)");
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 -5\n"),
+            "a.obj:5: a face names vertex -5, but only 4 stand before it");
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 0\n"),
+            "a.obj:5: a face names vertex 0, but OBJ counts from 1");
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 5000000000\n"),
+            "a.obj:5: a face names vertex 5000000000, beyond any that can exist");
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 99999999999999999999\n"),
+            "a.obj:5: found '99999999999999999999', expected a corner V, V/VT, V//VN or V/VT/VN");
+  EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2\n"),
+            "a.obj:5: a face of 2 corners, expected at "
+            "least 3");
+  EXPECT_EQ(errorOf("a.obj", "v 0 0\n"), "a.obj:1: the line ends, expected a coordinate");
+  EXPECT_EQ(errorOf("a.obj", "v 0 0 1,5\n"), "a.obj:1: found '1,5', expected a coordinate");
+  EXPECT_EQ(errorOf("a.obj", "v 0 0 0x1p3\n"), "a.obj:1: found '0x1p3', expected a coordinate");
+  EXPECT_EQ(errorOf("a.obj", "v 0 0 nan\n"),
+            "a.obj:1: vertex 1 is (0, 0, nan), expected finite coordinates");
+  EXPECT_EQ(errorOf("a.obj", "v 0 0 -1e999\n"),
+            "a.obj:1: vertex 1 is (0, 0, -inf), expected finite coordinates");
+  EXPECT_EQ(errorOf("a.obj", kPoints), "a.obj: holds no triangles");
+}
+
+}  // namespace
+}  // namespace t4d::formats

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/system/part_file.h"
+
+namespace t4d::formats {
+
+/// A file that appears whole or not at all: bytes go to a part file (system::PartFile), which
+/// `commit` puts in place. Without `commit` the part file is removed. A target that exists and is
+/// not a regular file (a device, a pipe) is written to directly; a symbolic link is followed.
+class OutputFile {
+ public:
+  static Result<OutputFile> create(const std::filesystem::path& target);
+
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile& operator=(OutputFile&& other) noexcept;
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile() { close(); }
+
+  /// Appends; errors name the target and the system's reason (a full disk, say).
+  Result<void> write(const void* data, std::size_t size);
+
+  /// Bytes written so far.
+  std::uint64_t size() const { return size_; }
+
+  /// Flushes everything to the disk and puts the file in its place.
+  Result<void> commit();
+
+ private:
+  OutputFile() = default;
+  Result<void> flush();
+  void close() noexcept;
+
+  std::filesystem::path target_;
+  system::PartFile part_;  // none when written to directly
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  std::vector<std::byte> buffer_;
+};
+
+}  // namespace t4d::formats

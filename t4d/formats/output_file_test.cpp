@@ -1,0 +1,79 @@
+#include "t4d/formats/output_file.h"
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace t4d::formats {
+namespace {
+
+std::filesystem::path emptyFolder(const std::string& name) {
+  auto folder = std::filesystem::path(testing::TempDir()) /
+                ("t4d_" + name + "_" + std::to_string(::getpid()));
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+std::string contents(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(OutputFile, AppearsWholeOnCommit) {
+  const auto folder = emptyFolder("commit");
+  auto file = OutputFile::create(folder / "out");
+  ASSERT_TRUE(file) << file.error().text();
+  const std::string large(3'000'000, 'x');
+  ASSERT_TRUE(file->write(large.data(), large.size()));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  ASSERT_TRUE(file->commit());
+  EXPECT_EQ(contents(folder / "out"), large);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+}
+
+TEST(OutputFile, LeavesTheOldFileAndNothingElseWithoutCommit) {
+  const auto folder = emptyFolder("discard");
+  std::ofstream(folder / "out") << "old";
+  {
+    auto file = OutputFile::create(folder / "out");
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->write("new", 3));
+  }
+  EXPECT_EQ(contents(folder / "out"), "old");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+}
+
+TEST(OutputFile, WritesThroughASymbolicLink) {
+  const auto folder = emptyFolder("link");
+  std::ofstream(folder / "real") << "old";
+  std::filesystem::create_symlink(folder / "real", folder / "link");
+  auto file = OutputFile::create(folder / "link");
+  ASSERT_TRUE(file && file->write("new", 3) && file->commit());
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(contents(folder / "real"), "new");
+}
+
+TEST(OutputFile, SaysThatTheDiskIsFull) {
+  auto file = OutputFile::create("/dev/full");
+  ASSERT_TRUE(file);
+  ASSERT_TRUE(file->write("x", 1));
+  const auto done = file->commit();
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().code, ErrorCode::Failed);
+  EXPECT_EQ(done.error().text(), "/dev/full: cannot write: No space left on device");
+}
+
+TEST(OutputFile, RefusesAFolderAndAMissingFolder) {
+  const auto folder = emptyFolder("refuse");
+  EXPECT_FALSE(OutputFile::create(folder));
+  const auto missing = OutputFile::create(folder / "no" / "out");
+  ASSERT_FALSE(missing);
+  EXPECT_NE(missing.error().message.find("No such file"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace t4d::formats

@@ -1,0 +1,207 @@
+#include "t4d/formats/ply_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/mesh_builder.h"
+#include "t4d/formats/ply_header.h"
+#include "t4d/formats/text_scanner.h"
+
+namespace t4d::formats {
+namespace {
+
+/// The rows of text data: one a line.
+class TextRows {
+ public:
+  TextRows(const InputFile&, TextScanner& scanner) : scanner_(scanner) {}
+
+  static std::size_t leastBytes(PlyType) { return 2; }  // a digit and what separates it
+  std::size_t bytesLeft() const { return scanner_.bytesLeft() + 1; }
+  std::uint64_t place() const { return scanner_.line(); }
+  std::string where() const { return scanner_.where(); }
+  const Error& error() const { return scanner_.error(); }
+
+  bool nextRow() { return scanner_.nextLine(); }
+  bool next(PlyType, double& value, const char* what) { return scanner_.number(value, what); }
+  Result<void> endRow() {
+    if (!scanner_.hasWord()) return {};
+    return scanner_.unexpectedWord(scanner_.word(), "the end of the line");
+  }
+
+ private:
+  TextScanner& scanner_;
+};
+
+/// The rows of binary data: nothing between them.
+class BinaryRows {
+ public:
+  BinaryRows(const InputFile& file, TextScanner& scanner, std::endian order)
+      : file_(file), order_(order), at_(scanner.skipLineBreak()) {}
+
+  static std::size_t leastBytes(PlyType type) { return plySize(type); }
+  std::size_t bytesLeft() const { return file_.bytes.size() - at_; }
+  std::uint64_t place() const { return at_; }
+  std::string where() const { return file_.atByte(at_); }
+  const Error& error() const { return error_; }
+
+  bool nextRow() { return true; }
+  bool next(PlyType type, double& value, const char* what) {
+    if (bytesLeft() < plySize(type)) {
+      error_ = {ErrorCode::InvalidInput, fmt::format("the file ends, expected {}", what), where()};
+      return false;
+    }
+    value = load(type, file_.bytes.data() + at_);
+    at_ += plySize(type);
+    return true;
+  }
+  Result<void> endRow() { return {}; }
+
+ private:
+  double load(PlyType type, const char* from) const {
+    switch (type) {
+      case PlyType::Int8:
+        return loadNumber<std::int8_t>(from, order_);
+      case PlyType::UInt8:
+        return loadNumber<std::uint8_t>(from, order_);
+      case PlyType::Int16:
+        return loadNumber<std::int16_t>(from, order_);
+      case PlyType::UInt16:
+        return loadNumber<std::uint16_t>(from, order_);
+      case PlyType::Int32:
+        return loadNumber<std::int32_t>(from, order_);
+      case PlyType::UInt32:
+        return loadNumber<std::uint32_t>(from, order_);
+      case PlyType::Float32:
+        return loadNumber<float>(from, order_);
+      case PlyType::Float64:
+        return loadNumber<double>(from, order_);
+    }
+    return 0;
+  }
+
+  const InputFile& file_;
+  std::endian order_;
+  std::size_t at_;
+  Error error_;
+};
+
+template <class Rows>
+class Reader {
+ public:
+  Reader(const InputFile& file, Rows rows, MeshBuilder::PlaceText placeText)
+      : rows_(std::move(rows)), builder_(file.path.string(), std::move(placeText)) {}
+
+  Result<LoadedMesh> read(const PlyHeader& header) {
+    for (const PlyElement& element : header.elements) {
+      if (auto done = readElement(element); !done) return pass(done.error());
+    }
+    return std::move(builder_).finish();
+  }
+
+ private:
+  Result<void> readElement(const PlyElement& element) {
+    if (element.properties.empty()) return {};  // nothing stands in the file
+    std::size_t rowBytes = 0;
+    for (const PlyProperty& property : element.properties) {
+      rowBytes += Rows::leastBytes(property.isList ? property.countType : property.type);
+    }
+    if (element.count > rows_.bytesLeft() / rowBytes) {
+      return invalid(fmt::format("says {} of element {}, which cannot stand in the {} bytes that "
+                                 "follow the header",
+                                 element.count, inQuotes(element.name), rows_.bytesLeft()),
+                     rows_.where());
+    }
+    if (element.name == "vertex") builder_.reserve(element.count, 0);
+    for (std::uint64_t row = 0; row < element.count; ++row) {
+      if (!rows_.nextRow()) {
+        return invalid(fmt::format("the file ends after {} of {} of element {}", row, element.count,
+                                   inQuotes(element.name)),
+                       rows_.where());
+      }
+      if (auto done = readRow(element); !done) return done;
+    }
+    return {};
+  }
+
+  Result<void> readRow(const PlyElement& element) {
+    const auto place = rows_.place();
+    const bool isVertex = element.name == "vertex";
+    const bool isFace = element.name == "face";
+    model::Point3 point = model::Point3::Zero();
+    for (const PlyProperty& property : element.properties) {
+      if (property.isList) {
+        if (auto done = readList(property); !done) return done;
+        if (!isFace || !isCornerList(property)) continue;
+        if (auto done = builder_.addPolygon(corners_, place); !done) return done;
+      } else {
+        double value = 0;
+        if (!rows_.next(property.type, value, "a number")) return pass(rows_.error());
+        const std::size_t axis = std::string_view("xyz").find(property.name);
+        if (isVertex && property.name.size() == 1 && axis < 3) {
+          point[static_cast<Eigen::Index>(axis)] = value;
+        }
+      }
+    }
+    if (auto done = rows_.endRow(); !done) return done;
+    if (!isVertex) return {};
+    return builder_.addPoint(point, place);
+  }
+
+  /// Reads into corners_; what is skipped need not be whole numbers.
+  Result<void> readList(const PlyProperty& property) {
+    double count = 0;
+    if (!rows_.next(property.countType, count, "the length of a list")) return pass(rows_.error());
+    const std::uint64_t most = rows_.bytesLeft() / Rows::leastBytes(property.type);
+    if (!isIndex(count) || count > static_cast<double>(most)) {
+      return invalid(fmt::format("a list of length {}, expected 0 to {}", count, most),
+                     rows_.where());
+    }
+    corners_.clear();
+    for (auto left = static_cast<std::uint64_t>(count); left > 0; --left) {
+      double corner = 0;
+      if (!rows_.next(property.type, corner, "an entry of a list")) return pass(rows_.error());
+      if (!isCornerList(property)) continue;
+      if (!isIndex(corner)) {
+        return invalid(
+            fmt::format("a face names vertex {}, expected a whole number from 0 on", corner),
+            rows_.where());
+      }
+      corners_.push_back(static_cast<std::uint64_t>(corner));
+    }
+    return {};
+  }
+
+  static bool isCornerList(const PlyProperty& property) {
+    return property.name == "vertex_indices" || property.name == "vertex_index";
+  }
+
+  static bool isIndex(double value) {
+    constexpr double kMost = 4294967295.0;  // of a 32-bit number, the largest that PLY has
+    return value >= 0 && value <= kMost && value == std::floor(value);
+  }
+
+  Rows rows_;
+  MeshBuilder builder_;
+  std::vector<std::uint64_t> corners_;
+};
+
+}  // namespace
+
+Result<LoadedMesh> readPly(const InputFile& file) {
+  TextScanner scanner(file);
+  auto header = readPlyHeader(scanner);
+  if (!header) return pass(header.error());
+  if (header->encoding == PlyEncoding::Text) {
+    return Reader(file, TextRows(file, scanner), [&](auto line) { return file.atLine(line); })
+        .read(*header);
+  }
+  const auto order =
+      header->encoding == PlyEncoding::BigEndian ? std::endian::big : std::endian::little;
+  return Reader(file, BinaryRows(file, scanner, order), [&](auto at) { return file.atByte(at); })
+      .read(*header);
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <random>
+
+#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/test_files.h"
+#include "t4d/formats/triangle_mesh_writer.h"
+
+/// Damaged files must be read or refused, never crash, hang or ask for much memory: run under
+/// AddressSanitizer this is a small fuzzer.
+namespace t4d::formats {
+namespace {
+
+NamedMesh cube() {
+  NamedMesh named{"cube", {}};
+  for (int i = 0; i < 8; ++i) named.mesh.vertices.push_back(cubeCorner(i));
+  for (const auto& s : kCubeSquares) {
+    for (const auto& [b, c] : {std::pair{1, 2}, std::pair{2, 3}}) {
+      named.mesh.triangles.push_back({static_cast<std::uint32_t>(s[0]),
+                                      static_cast<std::uint32_t>(s[b]),
+                                      static_cast<std::uint32_t>(s[c])});
+    }
+  }
+  return named;
+}
+
+struct Sample {
+  std::string file;
+  std::string bytes;
+};
+
+std::vector<Sample> samples() {
+  std::vector<Sample> all;
+  for (const char* file : {"cube.stl", "cube.obj", "cube.ply"}) {
+    const auto path = temporaryPath(file);
+    EXPECT_TRUE(writeTriangleMeshes(path, std::vector{cube()}));
+    all.push_back({file, fileContents(path)});
+  }
+  for (const char* file : {"cube.glb", "cube.gltf"}) {
+    const auto path = temporaryPath(file);
+    EXPECT_TRUE(writeGltf(path, std::vector{cube()}, {0.5, true}));
+    all.push_back({file, fileContents(path)});
+  }
+  all.push_back({"text.stl",
+                 "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                 "vertex 0 1 0\nendloop\nendfacet\nendsolid a\n"});
+  all.push_back({"text.ply",
+                 "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                 "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                 "end_header\n0 0 0\n1 0 0\n0.2 0.2 0\n0 1 0\n-1 -1 0\n5 0 1 2 3 4\n"});
+  all.push_back({"text.off",
+                 "OFF\n# comment\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 3 2\n3 0 1 "
+                 "2 1.0 0 0\n"});
+  all.push_back(
+      {"text.obj", "v 0 0 0\nv 1 0 0\nv 0.2 0.2 0 1\nv 0 1 0\nf 1/1 2//2 \\\n -2/1/1 4\n"});
+  return all;
+}
+
+/// What is read from a damaged file must still be a mesh. True when the file was not refused.
+bool readAndJudge(const std::string& file, const std::string& bytes) {
+  const auto loaded = readTriangleMesh(writeFile("damaged_" + file, bytes));
+  if (!loaded) {
+    EXPECT_FALSE(loaded.error().message.empty());
+    EXPECT_TRUE(loaded.error().where.starts_with(temporaryPath("damaged_").string()));
+    return false;
+  }
+  EXPECT_FALSE(loaded->mesh.triangles.empty());
+  for (const auto& vertex : loaded->mesh.vertices) EXPECT_TRUE(vertex.allFinite());
+  for (const auto& triangle : loaded->mesh.triangles) {
+    EXPECT_LT(*std::ranges::max_element(triangle), loaded->mesh.vertices.size());
+  }
+  return true;
+}
+
+TEST(DamagedFiles, CutAtEveryByteAreReadOrRefused) {
+  for (const auto& [file, bytes] : samples()) {
+    const bool isBinary = file == "cube.stl" || file == "cube.ply" || file == "cube.glb";
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      EXPECT_FALSE(readAndJudge(file, bytes.substr(0, size)) && isBinary) << file << " " << size;
+    }
+  }
+}
+
+TEST(DamagedFiles, WithOtherBytesAreReadOrRefused) {
+  constexpr int kRounds = 400;
+  std::mt19937 random(7);
+  const auto below = [&](std::size_t count) { return random() % count; };
+  const std::string telling = "0123456789+-.eE/\\#\n\r {}[]\",:\xff" + std::string(1, '\0');
+  for (const auto& [file, bytes] : samples()) {
+    for (int round = 0; round < kRounds; ++round) {
+      std::string damaged = bytes;
+      for (std::size_t i = 1 + below(4); i > 0; --i) {
+        const std::size_t at = below(damaged.size());
+        switch (below(4)) {
+          case 0:
+            damaged[at] = static_cast<char>(random());
+            break;
+          case 1:
+            damaged[at] = telling[below(telling.size())];
+            break;
+          case 2:
+            damaged.erase(at, 1 + below(8));
+            break;
+          default:
+            damaged.insert(at, damaged.substr(below(damaged.size()), 1 + below(12)));
+        }
+        if (damaged.empty()) damaged = " ";
+      }
+      readAndJudge(file, damaged);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace t4d::formats

@@ -1,0 +1,265 @@
+#include "t4d/formats/t4d/chunk_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iterator>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "t4d/formats/t4d/crc32c.h"
+
+namespace t4d::formats {
+
+using namespace t4d_layout;
+
+namespace {
+
+bool isChunkType(const ChunkType& type) {
+  return std::all_of(type.begin(), type.end(), [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+  });
+}
+
+}  // namespace
+
+Result<ChunkFile> ChunkFile::open(const std::filesystem::path& path) {
+  ChunkFile file;
+  file.path_ = path.string();
+  const auto error = [&](const char* doing) {
+    return fail(ErrorCode::Io, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
+                file.path_);
+  };
+  file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file.descriptor_ < 0) return error("open");
+  struct stat status {};
+  if (::fstat(file.descriptor_, &status) != 0) return error("open");
+  if (S_ISDIR(status.st_mode)) return fail(ErrorCode::Io, "is a folder", file.path_);
+  if (!S_ISREG(status.st_mode)) {
+    return fail(ErrorCode::Io, "is not a regular file; slabs are read at their offsets",
+                file.path_);
+  }
+  file.size_ = static_cast<std::uint64_t>(status.st_size);
+  return file;
+}
+
+ChunkFile::ChunkFile(ChunkFile&& other) noexcept { *this = std::move(other); }
+
+ChunkFile& ChunkFile::operator=(ChunkFile&& other) noexcept {
+  if (this == &other) return *this;
+  if (descriptor_ >= 0) ::close(descriptor_);
+  path_ = std::move(other.path_);
+  descriptor_ = std::exchange(other.descriptor_, -1);
+  size_ = other.size_;
+  bytesRead_ = other.bytesRead_;
+  return *this;
+}
+
+ChunkFile::~ChunkFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string& message,
+                                         ErrorCode code) const {
+  return pass(Error{code, message, fmt::format("{}: byte {}", path_, offset), offset});
+}
+
+/// Callers have held `offset` and `bytes` against the file's size.
+Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64_t bytes) {
+  std::vector<std::byte> data(bytes);
+  std::size_t have = 0;
+  while (have < data.size()) {
+    const ssize_t got = ::pread(descriptor_, data.data() + have, data.size() - have,
+                                static_cast<off_t>(offset + have));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      return damaged(offset, fmt::format("cannot read: {}", std::strerror(errno)), ErrorCode::Io);
+    }
+    if (got == 0) return damaged(offset + have, "the file has become shorter while it was read");
+    have += static_cast<std::size_t>(got);
+  }
+  bytesRead_ += bytes;
+  return data;
+}
+
+Result<ChunkFile::Header> ChunkFile::readHeader() {
+  if (size_ < kFileHeaderBytes) {
+    return damaged(0, fmt::format("the file has {} bytes; a .t4d file has at least {}", size_,
+                                  kFileHeaderBytes + kChunkHeaderBytes));
+  }
+  auto bytes = read(0, kFileHeaderBytes);
+  if (!bytes) return pass(bytes.error());
+  if (std::memcmp(bytes->data(), kSignature.data(), kSignature.size()) != 0) {
+    const bool almost = std::memcmp(bytes->data() + 1, kSignature.data() + 1, 3) == 0;
+    return damaged(0, almost ? "the signature is damaged, as by a transfer in text mode; copy the "
+                               "file again in binary mode"
+                             : "is not a .t4d file: the signature is missing");
+  }
+  ByteReader from(*bytes);
+  from.takeBytes(kSignature.size());
+  Header header;
+  header.major = from.take<std::uint16_t>();
+  header.minor = from.take<std::uint16_t>();
+  const auto flags = from.take<std::uint32_t>();
+  const auto reserved = from.take<std::uint32_t>();
+  const auto crc = from.take<std::uint32_t>();
+  if (crc != crc32c(bytes->data(), kFileHeaderBytes - sizeof crc)) {
+    return damaged(8, "the file header's checksum does not match: the file is damaged");
+  }
+  if (header.major != kMajorVersion) {
+    return damaged(8,
+                   fmt::format("is of version {}.{}; this program reads {}.x", header.major,
+                               header.minor, kMajorVersion),
+                   ErrorCode::Unsupported);
+  }
+  if ((flags & ~kFlagIndexed) != 0) {
+    return damaged(12, fmt::format("the file header has unknown flags {:#x}", flags),
+                   ErrorCode::Unsupported);
+  }
+  if (reserved != 0) return damaged(16, "the file header's reserved bytes are not zero");
+  header.indexed = (flags & kFlagIndexed) != 0;
+  return header;
+}
+
+Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) {
+  if (end < kFileHeaderBytes + kFooterBytes) {
+    return damaged(end, "the file is cut off before its footer");
+  }
+  const std::uint64_t offset = end - kFooterBytes;
+  auto bytes = read(offset, kFooterBytes);
+  if (!bytes) return pass(bytes.error());
+  ByteReader from(*bytes);
+  Footer footer;
+  footer.index = from.take<std::uint64_t>();
+  footer.done = from.take<std::uint64_t>();
+  const auto length = from.take<std::uint64_t>();
+  const auto reserved = from.take<std::uint32_t>();
+  const std::size_t covered = from.position();
+  const auto crc = from.take<std::uint32_t>();
+  if (std::memcmp(bytes->data() + from.position(), kEndSignature.data(), kEndSignature.size()) !=
+      0) {
+    return damaged(offset, "the footer is missing: the file is cut off, or something follows it");
+  }
+  if (crc != crc32c(bytes->data(), covered)) {
+    return damaged(offset, "the footer's checksum does not match: the file is damaged");
+  }
+  if (length != end) {
+    return damaged(
+        offset, fmt::format("the footer says that the file has {} bytes; it has {}", length, end));
+  }
+  if (reserved != 0) return damaged(offset, "the footer's reserved bytes are not zero");
+  return footer;
+}
+
+Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) {
+  if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset > size_ ||
+      size_ - offset < kChunkHeaderBytes) {
+    return damaged(offset, fmt::format("no chunk can be here: the file has {} bytes", size_));
+  }
+  auto bytes = read(offset, kChunkHeaderBytes);
+  if (!bytes) return pass(bytes.error());
+  return chunkHeader(offset, *bytes);
+}
+
+std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) {
+  // A block of most disks: where one cannot be read, the next may be.
+  constexpr std::uint64_t kBlock = 4096;
+  constexpr std::size_t kFlagsAt = sizeof(ChunkType);
+  for (std::uint64_t at = padded(from); at < size_;) {
+    const std::uint64_t next = (at / kBlock + 1) * kBlock;
+    const std::uint64_t end = std::min(next + kChunkHeaderBytes - kAlignment, size_);
+    if (const auto bytes = read(at, end - at)) {
+      const std::span<const std::byte> all(*bytes);
+      for (std::size_t i = 0; i + kChunkHeaderBytes <= all.size(); i += kAlignment) {
+        ChunkType type;
+        std::memcpy(type.data(), all.data() + i, type.size());
+        std::uint32_t flags = 0;
+        std::memcpy(&flags, all.data() + i + kFlagsAt, sizeof flags);
+        // The checksum is for the few places that look like a chunk.
+        if (!isChunkType(type) || (flags & ~kFlagCritical) != 0) continue;
+        if (auto header = chunkHeader(at + i, all.subspan(i, kChunkHeaderBytes))) return *header;
+      }
+    }
+    at = next;
+  }
+  return std::nullopt;
+}
+
+Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
+                                           std::span<const std::byte> bytes) const {
+  ByteReader from(bytes);
+  ChunkHeader header;
+  header.offset = offset;
+  const auto type = from.takeBytes(header.type.size());
+  std::memcpy(header.type.data(), type.data(), type.size());
+  header.flags = from.take<std::uint32_t>();
+  header.payloadBytes = from.take<std::uint64_t>();
+  header.payloadCrc = from.take<std::uint32_t>();
+  const std::size_t covered = from.position();
+  if (from.take<std::uint32_t>() != crc32c(bytes.data(), covered)) {
+    return damaged(offset, "the checksum of a chunk's header does not match: the file is damaged");
+  }
+  if (!isChunkType(header.type)) {
+    return damaged(offset, "the chunk's type is not four letters or digits");
+  }
+  if ((header.flags & ~kFlagCritical) != 0) {
+    return damaged(offset, fmt::format("the chunk has unknown flags {:#x}", header.flags),
+                   ErrorCode::Unsupported);
+  }
+  constexpr ChunkType kKnown[] = {kHead, kConnectivity, kLayer, kSlab, kDone, kIndex};
+  const bool known =
+      std::find(std::begin(kKnown), std::end(kKnown), header.type) != std::end(kKnown);
+  if (known && !header.critical()) {
+    return damaged(offset, fmt::format("the chunk {} lacks its critical flag", header.name()));
+  }
+  const std::uint64_t left = size_ - offset - kChunkHeaderBytes;
+  // Rounding up to the padding cannot overflow once the length is within the file.
+  if (header.payloadBytes > left || padded(header.payloadBytes) > left) {
+    return damaged(offset,
+                   fmt::format("the chunk {} claims {} bytes where {} are left: the file is "
+                               "cut off",
+                               header.name(), header.payloadBytes, left));
+  }
+  return header;
+}
+
+Result<std::vector<std::byte>> ChunkFile::readPayload(const ChunkHeader& header) {
+  auto payload = read(header.offset + kChunkHeaderBytes, padded(header.payloadBytes));
+  if (!payload) return payload;
+  const bool zeros =
+      std::all_of(payload->begin() + static_cast<std::ptrdiff_t>(header.payloadBytes),
+                  payload->end(), [](std::byte byte) { return byte == std::byte{0}; });
+  if (!zeros) {
+    return damaged(header.offset,
+                   fmt::format("the padding of the chunk {} is not zero: the file is "
+                               "damaged",
+                               header.name()));
+  }
+  payload->resize(header.payloadBytes);
+  const std::uint32_t crc = crc32c(payload->data(), payload->size());
+  if (crc != header.payloadCrc) {
+    return damaged(header.offset,
+                   fmt::format("the checksum of the chunk {} is {:08x}, not {:08x}: the file is "
+                               "damaged",
+                               header.name(), crc, header.payloadCrc));
+  }
+  return payload;
+}
+
+Result<ChunkFile::Chunk> ChunkFile::readChunk(std::uint64_t offset, ChunkType type) {
+  auto header = readChunkHeader(offset);
+  if (!header) return pass(header.error());
+  if (header->type != type) {
+    return damaged(offset, fmt::format("a chunk {} is here, where {} is expected", header->name(),
+                                       std::string(type.begin(), type.end())));
+  }
+  auto payload = readPayload(*header);
+  if (!payload) return pass(payload.error());
+  return Chunk{*header, std::move(*payload)};
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,482 @@
+#include "t4d/formats/t4d/chunks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+namespace {
+
+using model::Attribute;
+using model::Connectivity;
+using model::Domain;
+using model::Point4;
+using model::ScalarType;
+using t4d_layout::ByteReader;
+using t4d_layout::ByteWriter;
+using t4d_layout::Features;
+
+constexpr std::uint32_t kZero = 0;
+
+tl::unexpected<Error> cutOff(const char* what) {
+  return invalid(fmt::format("{} is shorter than its fixed part", what));
+}
+
+Result<void> checkEnd(const ByteReader& from) {
+  if (from.left() == 0) return {};
+  return invalid(fmt::format("{} bytes follow its last part", from.left()));
+}
+
+template <class Scalar>
+void putPositionsAs(ByteWriter& into, std::span<const Point4> vertices, int level) {
+  std::vector<Scalar> numbers;
+  numbers.reserve(3 * vertices.size());
+  for (const Point4& vertex : vertices) {
+    for (int k = 0; k < 3; ++k) numbers.push_back(static_cast<Scalar>(vertex[k]));
+  }
+  ArrayView view = viewOf(numbers);
+  view.components = 3;
+  putArray(into, view, level);
+}
+
+void putPositions(ByteWriter& into, std::span<const Point4> vertices, const ArrayOptions& options) {
+  if (options.float32) {
+    putPositionsAs<float>(into, vertices, options.level);
+  } else {
+    putPositionsAs<double>(into, vertices, options.level);
+  }
+}
+
+template <class Scalar>
+std::vector<Scalar> numbersOf(const Array& array) {
+  std::vector<Scalar> numbers(array.bytes.size() / sizeof(Scalar));
+  if (!numbers.empty()) std::memcpy(numbers.data(), array.bytes.data(), array.bytes.size());
+  return numbers;
+}
+
+Result<PackedArray> takePositions(ByteReader& from, Features features) {
+  auto array = takePacked(from, features);
+  if (!array) return array;
+  const bool isFloat = array->type == ScalarType::Float32 || array->type == ScalarType::Float64;
+  if (array->components != 3 || !isFloat) {
+    return invalid("its positions are not rows of three floating-point numbers");
+  }
+  return array;
+}
+
+template <class Scalar>
+void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into) {
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    std::array<Scalar, 3> position;
+    std::memcpy(position.data(), bytes.data() + i * sizeof position, sizeof position);
+    into[i].head<3>() = Eigen::Vector3d(position[0], position[1], position[2]);
+  }
+}
+
+/// `into` has as many vertices as the array rows; their times are left as they are.
+Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
+  const auto bytes = unpack(array);
+  if (!bytes) return pass(bytes.error());
+  if (array.type == ScalarType::Float32) {
+    setPositions<float>(*bytes, into);
+  } else {
+    setPositions<double>(*bytes, into);
+  }
+  return {};
+}
+
+void putAttribute(ByteWriter& into, const Attribute& attribute, int level) {
+  into.put(static_cast<std::uint8_t>(attribute.domain));
+  into.putBytes("\0\0\0", 3);
+  into.put(static_cast<std::uint32_t>(attribute.name.size()));
+  into.putBytes(attribute.name.data(), attribute.name.size());
+  into.pad();
+  putArray(into,
+           {attribute.type, static_cast<std::uint8_t>(attribute.components), attribute.values},
+           level);
+}
+
+Result<Attribute> takeAttribute(ByteReader& from, Features features) {
+  const auto domain = from.take<std::uint8_t>();
+  const auto reserved = from.takeBytes(3);
+  const auto nameBytes = from.take<std::uint32_t>();
+  if (from.overrun()) return invalid("an attribute is cut off");
+  if (domain != static_cast<std::uint8_t>(Domain::Vertex) &&
+      domain != static_cast<std::uint8_t>(Domain::Cell)) {
+    return invalid(fmt::format("an attribute has the unknown domain {}", domain));
+  }
+  const auto isZero = [](std::byte byte) { return byte == std::byte{0}; };
+  if (!std::all_of(reserved.begin(), reserved.end(), isZero)) {
+    return invalid("an attribute's reserved bytes are not zero");
+  }
+  if (nameBytes == 0 || nameBytes > t4d_layout::kMaxNameBytes) {
+    return invalid(fmt::format("an attribute has a name of {} bytes; 1 to {} are allowed",
+                               nameBytes, t4d_layout::kMaxNameBytes));
+  }
+  const auto name = from.takeBytes(nameBytes);
+  if (from.overrun() || !from.skipPadding()) {
+    return invalid("an attribute's name is cut off, or its padding is not zero");
+  }
+  auto array = takeArray(from, features);
+  if (!array) return pass(array.error());
+  return Attribute{std::string(reinterpret_cast<const char*>(name.data()), name.size()),
+                   static_cast<Domain>(domain), array->type, array->components,
+                   std::move(array->bytes)};
+}
+
+Result<std::vector<Attribute>> takeAttributes(ByteReader& from, std::uint32_t count,
+                                              Features features) {
+  std::vector<Attribute> attributes;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    auto attribute = takeAttribute(from, features);
+    if (!attribute) return pass(attribute.error());
+    attributes.push_back(std::move(*attribute));
+  }
+  return attributes;
+}
+
+/// Names go into messages and JSON, which must be UTF-8.
+bool isUtf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i++]);
+    const int more = lead < 0x80 ? 0 : lead < 0xC2 ? -1 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    if (more < 0 || lead > 0xF4 || text.size() - i < static_cast<std::size_t>(more)) return false;
+    std::uint32_t point = more == 0 ? lead : lead & (0x3FU >> more);
+    for (int k = 0; k < more; ++k) {
+      const auto next = static_cast<unsigned char>(text[i++]);
+      if (next >> 6 != 2) return false;
+      point = point << 6 | (next & 0x3FU);
+    }
+    constexpr std::uint32_t kLeast[] = {0, 0x80, 0x800, 0x10000};
+    if (point < kLeast[more] || point > 0x10FFFF || point >> 11 == 0x1B) return false;
+  }
+  return true;
+}
+
+void putTime(ByteWriter& into, const model::TimeSpan& time) {
+  into.put(time.begin);
+  into.put(time.end);
+}
+
+model::TimeSpan takeTime(ByteReader& from) {
+  model::TimeSpan time;
+  time.begin = from.take<double>();
+  time.end = from.take<double>();
+  return time;
+}
+
+Result<void> checkTime(const model::TimeSpan& time) {
+  if (std::isfinite(time.begin) && std::isfinite(time.end) && time.begin <= time.end) return {};
+  return invalid(fmt::format("it lasts from time {} to {}", time.begin, time.end));
+}
+
+void putParts(ByteWriter& into, const SlabParts& parts) {
+  into.put(parts.connectivity);
+  into.put(parts.lower);
+  into.put(parts.upper);
+  into.put(parts.body);
+}
+
+SlabParts takeParts(ByteReader& from) {
+  SlabParts parts;
+  parts.connectivity = from.take<std::uint64_t>();
+  parts.lower = from.take<std::uint64_t>();
+  parts.upper = from.take<std::uint64_t>();
+  parts.body = from.take<std::uint32_t>();
+  return parts;
+}
+
+}  // namespace
+
+ByteWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOptions& options) {
+  const int level = options.level;
+  ByteWriter payload;
+  payload.put(connectivity.vertexCount);
+  payload.put(connectivity.lowerCount);
+  payload.put(connectivity.upperCount);
+  payload.put(connectivity.means.size());
+  payload.put(static_cast<std::uint32_t>(connectivity.cellAttributes.size()));
+  payload.put(kZero);
+  putArray(payload, {ScalarType::UInt32, 4, std::as_bytes(std::span(connectivity.cells))}, level);
+  if (connectivity.means.size() > 0) {
+    std::vector<std::uint32_t> sizes;
+    for (std::uint32_t i = 0; i < connectivity.means.size(); ++i) {
+      sizes.push_back(connectivity.means.offsets[i + 1] - connectivity.means.offsets[i]);
+    }
+    putArray(payload, viewOf(sizes), level);
+    putArray(payload, viewOf(connectivity.means.sources), level);
+  }
+  for (const Attribute& attribute : connectivity.cellAttributes) {
+    putAttribute(payload, attribute, level);
+  }
+  return payload;
+}
+
+Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const std::byte> payload,
+                                                               Features features) {
+  ByteReader from(payload);
+  auto connectivity = std::make_shared<Connectivity>();
+  connectivity->vertexCount = from.take<std::uint32_t>();
+  connectivity->lowerCount = from.take<std::uint32_t>();
+  connectivity->upperCount = from.take<std::uint32_t>();
+  const auto meanCount = from.take<std::uint32_t>();
+  const auto attributeCount = from.take<std::uint32_t>();
+  const auto reserved = from.take<std::uint32_t>();
+  if (from.overrun()) return cutOff("a connectivity");
+  if (reserved != 0) return invalid("its reserved bytes are not zero");
+
+  auto cells = takeArrayOf(from, ScalarType::UInt32, 4, features);
+  if (!cells) return pass(cells.error());
+  connectivity->cells.resize(cells->rows);
+  if (!cells->bytes.empty()) {
+    std::memcpy(connectivity->cells.data(), cells->bytes.data(), cells->bytes.size());
+  }
+  if (meanCount > 0) {
+    if (!features.means) return invalid("it has means, a feature that the file does not name");
+    auto sizes = takeArrayOf(from, ScalarType::UInt32, 1, features);
+    if (!sizes) return pass(sizes.error());
+    auto sources = takeArrayOf(from, ScalarType::UInt32, 1, features);
+    if (!sources) return pass(sources.error());
+    if (sizes->rows != meanCount) {
+      return invalid(fmt::format("it has {} means but the sizes of {}", meanCount, sizes->rows));
+    }
+    connectivity->means.sources = numbersOf<std::uint32_t>(*sources);
+    std::uint64_t end = 0;
+    connectivity->means.offsets.reserve(meanCount + std::size_t{1});
+    connectivity->means.offsets.push_back(0);
+    for (const std::uint32_t size : numbersOf<std::uint32_t>(*sizes)) {
+      end += size;
+      if (end > connectivity->means.sources.size()) {
+        return invalid("its means have more sources than are listed");
+      }
+      connectivity->means.offsets.push_back(static_cast<std::uint32_t>(end));
+    }
+    if (end != connectivity->means.sources.size()) {
+      return invalid(fmt::format("its means have {} sources, of which {} are listed", end,
+                                 connectivity->means.sources.size()));
+    }
+  }
+  auto attributes = takeAttributes(from, attributeCount, features);
+  if (!attributes) return pass(attributes.error());
+  connectivity->cellAttributes = std::move(*attributes);
+  if (auto end = checkEnd(from); !end) return pass(end.error());
+  if (auto sound = checkConnectivity(*connectivity); !sound) return pass(sound.error());
+  if (auto sound = checkStorable(connectivity->cellAttributes, {}); !sound) {
+    return pass(sound.error());
+  }
+  return connectivity;
+}
+
+ByteWriter encodeLayer(double time, std::span<const Point4> vertices, const ArrayOptions& options) {
+  ByteWriter payload;
+  payload.put(time);
+  putPositions(payload, vertices, options);
+  return payload;
+}
+
+Result<Layer> decodeLayer(std::span<const std::byte> payload, Features features) {
+  ByteReader from(payload);
+  Layer layer;
+  layer.time = from.take<double>();
+  if (from.overrun()) return cutOff("a layer");
+  if (!std::isfinite(layer.time)) return invalid(fmt::format("it is at time {}", layer.time));
+  auto positions = takePositions(from, features);
+  if (!positions) return pass(positions.error());
+  if (positions->rows == 0) return invalid("it has no vertices; such a layer is not stored");
+  layer.positions = *positions;
+  if (auto end = checkEnd(from); !end) return pass(end.error());
+  return layer;
+}
+
+Result<void> unpackLayer(const Layer& layer, std::span<Point4> into) {
+  if (auto unpacked = unpackPositions(layer.positions, into); !unpacked) return unpacked;
+  for (Point4& vertex : into) vertex[3] = layer.time;
+  return {};
+}
+
+ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
+                      std::span<const Point4> interior, std::span<const Attribute> attributes,
+                      const ArrayOptions& options) {
+  ByteWriter payload;
+  putTime(payload, time);
+  putParts(payload, parts);
+  payload.put(static_cast<std::uint32_t>(attributes.size()));
+  putPositions(payload, interior, options);
+  std::vector<double> times;
+  times.reserve(interior.size());
+  for (const Point4& vertex : interior) times.push_back(vertex[3]);
+  putArray(payload, viewOf(times), options.level);
+  for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
+  return payload;
+}
+
+Result<SlabChunk> decodeSlab(std::span<const std::byte> payload, Features features) {
+  ByteReader from(payload);
+  SlabChunk slab;
+  slab.time = takeTime(from);
+  slab.parts = takeParts(from);
+  const auto attributeCount = from.take<std::uint32_t>();
+  if (from.overrun()) return cutOff("a slab");
+  if (auto checked = checkTime(slab.time); !checked) return pass(checked.error());
+  const auto positions = takePositions(from, features);
+  if (!positions) return pass(positions.error());
+  auto times = takeArrayOf(from, ScalarType::Float64, 1, features);
+  if (!times) return pass(times.error());
+  if (times->rows != positions->rows) {
+    return invalid(
+        fmt::format("it has {} interior positions but {} times", positions->rows, times->rows));
+  }
+  slab.interior.resize(positions->rows);
+  if (auto set = unpackPositions(*positions, slab.interior); !set) return pass(set.error());
+  for (std::size_t i = 0; i < slab.interior.size(); ++i) {
+    std::memcpy(&slab.interior[i][3], times->bytes.data() + i * sizeof(double), sizeof(double));
+  }
+  auto attributes = takeAttributes(from, attributeCount, features);
+  if (!attributes) return pass(attributes.error());
+  slab.attributes = std::move(*attributes);
+  if (auto end = checkEnd(from); !end) return pass(end.error());
+  return slab;
+}
+
+void addSlab(BodySummary& body, const model::Slab& slab, bool float32) {
+  const Connectivity& connectivity = *slab.connectivity;
+  if (body.slabs++ == 0) {
+    body.time.begin = slab.timeBegin;
+    body.vertices += connectivity.lowerCount;
+  }
+  body.time.end = slab.timeEnd;
+  body.vertices += connectivity.vertexCount - connectivity.lowerCount;
+  body.tetrahedra += connectivity.cells.size();
+  const auto addToBounds = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const model::Point3 point = slab.vertices[i].head<3>();
+      body.bounds.add(float32 ? point.cast<float>().cast<double>() : point);
+    }
+  };
+  addToBounds(0, connectivity.firstMean());
+  addToBounds(connectivity.firstUpper(), connectivity.vertexCount);
+}
+
+Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {
+  if (said.vertices != found.vertices || said.tetrahedra != found.tetrahedra) {
+    return invalid(fmt::format("the file says {} vertices and {} tetrahedra, it has {} and {}",
+                               said.vertices, said.tetrahedra, found.vertices, found.tetrahedra));
+  }
+  if (said.bounds.min != found.bounds.min || said.bounds.max != found.bounds.max) {
+    return invalid("the file states other bounds than it has");
+  }
+  return {};
+}
+
+ByteWriter encodeDone(const Done& done) {
+  ByteWriter payload;
+  payload.put(done.chunks);
+  payload.put(static_cast<std::uint32_t>(done.bodies.size()));
+  payload.put(kZero);
+  for (const BodySummary& body : done.bodies) {
+    payload.put(body.slabs);
+    payload.put(body.vertices);
+    payload.put(body.tetrahedra);
+    putTime(payload, body.time);
+    for (int k = 0; k < 3; ++k) payload.put(body.bounds.min[k]);
+    for (int k = 0; k < 3; ++k) payload.put(body.bounds.max[k]);
+  }
+  return payload;
+}
+
+Result<Done> decodeDone(std::span<const std::byte> payload) {
+  ByteReader from(payload);
+  Done done;
+  done.chunks = from.take<std::uint64_t>();
+  const auto count = from.take<std::uint32_t>();
+  const auto reserved = from.take<std::uint32_t>();
+  if (from.overrun()) return cutOff("the end mark");
+  if (reserved != 0) return invalid("its reserved bytes are not zero");
+  if (from.left() != count * t4d_layout::kBodySummaryBytes) {
+    return invalid(
+        fmt::format("it has {} bytes for the summaries of {} bodies", from.left(), count));
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    BodySummary body;
+    body.slabs = from.take<std::uint64_t>();
+    body.vertices = from.take<std::uint64_t>();
+    body.tetrahedra = from.take<std::uint64_t>();
+    body.time = takeTime(from);
+    for (int k = 0; k < 3; ++k) body.bounds.min[k] = from.take<double>();
+    for (int k = 0; k < 3; ++k) body.bounds.max[k] = from.take<double>();
+    if (auto checked = checkTime(body.time); !checked) return pass(checked.error());
+    if (body.bounds.min.hasNaN() || body.bounds.max.hasNaN()) {
+      return invalid(fmt::format("the bounds of body {} are not numbers", i));
+    }
+    if (body.slabs == 0) return invalid(fmt::format("it says that body {} has no slab", i));
+    done.bodies.push_back(body);
+  }
+  return done;
+}
+
+ByteWriter encodeIndex(std::span<const IndexRecord> records) {
+  ByteWriter payload;
+  payload.put(std::uint64_t{records.size()});
+  for (const IndexRecord& record : records) {
+    payload.put(record.slab);
+    payload.put(record.slabBytes);
+    putTime(payload, record.time);
+    putParts(payload, record.parts);
+    payload.put(kZero);
+  }
+  return payload;
+}
+
+Result<std::vector<IndexRecord>> decodeIndex(std::span<const std::byte> payload) {
+  ByteReader from(payload);
+  const auto count = from.take<std::uint64_t>();
+  if (from.overrun()) return cutOff("the index");
+  if (from.left() % t4d_layout::kIndexRecordBytes != 0 ||
+      from.left() / t4d_layout::kIndexRecordBytes != count) {
+    return invalid(fmt::format("it has {} bytes for the records of {} slabs", from.left(), count));
+  }
+  std::vector<IndexRecord> records;
+  records.reserve(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    IndexRecord record;
+    record.slab = from.take<std::uint64_t>();
+    record.slabBytes = from.take<std::uint64_t>();
+    record.time = takeTime(from);
+    record.parts = takeParts(from);
+    if (from.take<std::uint32_t>() != 0) return invalid("its reserved bytes are not zero");
+    if (auto checked = checkTime(record.time); !checked) {
+      return invalid(fmt::format("record {}: {}", i, checked.error().message));
+    }
+    records.push_back(record);
+  }
+  return records;
+}
+
+Result<void> checkStorable(std::span<const Attribute> ofConnectivity,
+                           std::span<const Attribute> ofSlab) {
+  std::set<std::pair<Domain, std::string_view>> seen;
+  for (const auto attributes : {ofConnectivity, ofSlab}) {
+    for (const Attribute& attribute : attributes) {
+      const std::string& name = attribute.name;
+      if (!isUtf8(name)) return invalid("an attribute's name is not UTF-8");
+      if (name.empty() || name.size() > t4d_layout::kMaxNameBytes || attribute.components == 0 ||
+          attribute.components > 255) {
+        return invalid(
+            fmt::format("the attribute '{}' cannot be stored: a name has 1 to {} bytes, a "
+                        "row 1 to 255 numbers",
+                        name, t4d_layout::kMaxNameBytes));
+      }
+      if (!seen.emplace(attribute.domain, name).second) {
+        return invalid(fmt::format("there are two attributes '{}'", name));
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace t4d::formats

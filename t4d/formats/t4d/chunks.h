@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/layout.h"
+#include "t4d/model/error.h"
+#include "t4d/model/slab.h"
+
+/// What is in each chunk of a .t4d file: payloads made and taken apart, side by side (SPEC.md,
+/// section "Chunks"). Decoders check everything they can without the rest of the file, of which
+/// they know the features that it names; their errors say the fault and have no `where`.
+namespace t4d::formats {
+
+/// How arrays are stored.
+struct ArrayOptions {
+  int level = 3;         ///< of zstd; 0 for none
+  bool float32 = false;  ///< positions
+};
+
+t4d_layout::ByteWriter encodeConnectivity(const model::Connectivity& connectivity,
+                                          const ArrayOptions& options);
+Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
+    std::span<const std::byte> payload, t4d_layout::Features features = {});
+
+t4d_layout::ByteWriter encodeLayer(double time, std::span<const model::Point4> vertices,
+                                   const ArrayOptions& options);
+
+/// Vertices at one time, as they are stored.
+struct Layer {
+  double time = 0;
+  PackedArray positions;  ///< in the payload
+
+  std::uint64_t size() const { return positions.rows; }
+};
+Result<Layer> decodeLayer(std::span<const std::byte> payload, t4d_layout::Features features = {});
+
+/// Sets the vertices of a layer: `into` has its size.
+Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into);
+
+/// Where a slab's parts are in the file; 0 for a layer without vertices.
+struct SlabParts {
+  std::uint64_t connectivity = 0;
+  std::uint64_t lower = 0;
+  std::uint64_t upper = 0;
+  std::uint32_t body = 0;
+
+  friend bool operator==(const SlabParts&, const SlabParts&) = default;
+};
+
+/// A slab without what it shares with others.
+struct SlabChunk {
+  model::TimeSpan time;
+  SlabParts parts;
+  std::vector<model::Point4> interior;  ///< the interior vertices that are not means
+  std::vector<model::Attribute> attributes;
+};
+
+t4d_layout::ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
+                                  std::span<const model::Point4> interior,
+                                  std::span<const model::Attribute> attributes,
+                                  const ArrayOptions& options);
+Result<SlabChunk> decodeSlab(std::span<const std::byte> payload,
+                             t4d_layout::Features features = {});
+
+/// What a file says of one body as a whole.
+struct BodySummary {
+  std::uint64_t slabs = 0;
+  std::uint64_t vertices = 0;  ///< each once
+  std::uint64_t tetrahedra = 0;
+  model::TimeSpan time;
+  model::Bounds3 bounds;  ///< of the vertices that are stored: means lie between them
+};
+
+/// Adds a slab to what is known of its body. With `float32` its positions are stored as such.
+void addSlab(BodySummary& body, const model::Slab& slab, bool float32 = false);
+
+/// What a file says of a body must be what its slabs add up to. Slabs and times are judged by
+/// checkDone, which needs no slab for it.
+Result<void> checkSummary(const BodySummary& said, const BodySummary& found);
+
+/// The end of the chunks that hold data.
+struct Done {
+  std::uint64_t chunks = 0;  ///< before this one
+  std::vector<BodySummary> bodies;
+};
+
+t4d_layout::ByteWriter encodeDone(const Done& done);
+Result<Done> decodeDone(std::span<const std::byte> payload);
+
+/// Where one slab is, in file order.
+struct IndexRecord {
+  std::uint64_t slab = 0;       ///< offset of its chunk
+  std::uint64_t slabBytes = 0;  ///< of the chunk, with header and padding
+  SlabParts parts;
+  model::TimeSpan time;
+
+  friend bool operator==(const IndexRecord& a, const IndexRecord& b) {
+    return a.slab == b.slab && a.slabBytes == b.slabBytes && a.parts == b.parts &&
+           a.time.begin == b.time.begin && a.time.end == b.time.end;
+  }
+};
+
+t4d_layout::ByteWriter encodeIndex(std::span<const IndexRecord> records);
+Result<std::vector<IndexRecord>> decodeIndex(std::span<const std::byte> payload);
+
+/// What must hold for the attributes of a slab, those of its connectivity and its own, to be
+/// stored: names are UTF-8 of a length that fits, no two of one domain are alike, rows fit.
+Result<void> checkStorable(std::span<const model::Attribute> ofConnectivity,
+                           std::span<const model::Attribute> ofSlab);
+
+}  // namespace t4d::formats

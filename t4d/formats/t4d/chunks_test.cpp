@@ -1,0 +1,235 @@
+#include "t4d/formats/t4d/chunks.h"
+
+#include <functional>
+#include <limits>
+
+#include <gmock/gmock.h>
+
+#include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/test_slabs.h"
+
+/// Chunks that lie, each in one thing, with checksums that are right: what the decoders say.
+namespace t4d::formats {
+namespace {
+
+using model::Connectivity;
+using model::ScalarType;
+using t4d_layout::ByteWriter;
+using testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr ArrayOptions kRaw = {0, false};
+// Decoders of files that name all features.
+constexpr auto kConnectivityDecoder = [](auto payload) { return decodeConnectivity(payload); };
+constexpr auto kLayerDecoder = [](auto payload) { return decodeLayer(payload); };
+constexpr auto kSlabDecoder = [](auto payload) { return decodeSlab(payload); };
+
+template <class Decoder>
+std::string fault(const Decoder& decode, const ByteWriter& payload) {
+  const auto decoded = decode(payload.bytes());
+  return decoded ? "" : decoded.error().message;
+}
+
+template <class Decoder>
+void refusesEveryTruncationAndExtraBytes(const Decoder& decode, ByteWriter payload) {
+  EXPECT_EQ(fault(decode, payload), "");
+  for (std::size_t length = 0; length < payload.size(); ++length) {
+    EXPECT_FALSE(decode(payload.bytes().first(length))) << length;
+  }
+  payload.put(std::uint64_t{0});
+  EXPECT_THAT(fault(decode, payload),
+              testing::AnyOf(HasSubstr("8 bytes follow"), HasSubstr("for")));
+}
+
+Connectivity connectivityWithAll() {
+  Connectivity connectivity = *simplexSlab().connectivity;
+  connectivity.vertexCount = 9;
+  connectivity.lowerCount = 2;
+  connectivity.upperCount = 2;
+  for (const std::vector<std::uint32_t>& sources :
+       {std::vector<std::uint32_t>{0, 1, 7}, std::vector<std::uint32_t>{2, 8}}) {
+    connectivity.means.add(sources);
+  }
+  connectivity.cellAttributes = {
+      model::makeAttribute<std::uint8_t>("kind", model::Domain::Cell, {0, 1, 2, 1, 0})};
+  return connectivity;
+}
+
+TEST(Chunks, RefuseEveryTruncationAndExtraBytes) {
+  refusesEveryTruncationAndExtraBytes(kConnectivityDecoder,
+                                      encodeConnectivity(connectivityWithAll(), kRaw));
+  const model::Slab simplex = simplexSlab();
+  refusesEveryTruncationAndExtraBytes(kLayerDecoder, encodeLayer(0.5, simplex.vertices, kRaw));
+  const std::vector<model::Attribute> attributes = {
+      model::makeAttribute<double>("heat", model::Domain::Vertex, {1, 2, 3, 4, 5})};
+  refusesEveryTruncationAndExtraBytes(kSlabDecoder,
+                                      encodeSlab({0, 1}, {}, simplex.vertices, attributes, kRaw));
+  Done done;
+  done.bodies.resize(2);
+  for (BodySummary& body : done.bodies) body.slabs = 1;
+  refusesEveryTruncationAndExtraBytes(decodeDone, encodeDone(done));
+  refusesEveryTruncationAndExtraBytes(decodeIndex, encodeIndex(std::vector<IndexRecord>(3)));
+}
+
+/// The payload of connectivityWithAll() with one 32-bit word of its fixed part changed.
+ByteWriter connectivityWithWord(std::size_t word, std::uint32_t value) {
+  const ByteWriter good = encodeConnectivity(connectivityWithAll(), kRaw);
+  std::vector<std::byte> bytes(good.bytes().begin(), good.bytes().end());
+  std::memcpy(bytes.data() + word * 4, &value, 4);
+  ByteWriter payload;
+  payload.putBytes(bytes.data(), bytes.size());
+  return payload;
+}
+
+TEST(Chunks, RefuseConnectivityWhoseCountsLie) {
+  const std::uint32_t most = ~std::uint32_t{0};
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(0, 5)), HasSubstr("exceed"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(1, most)), HasSubstr("exceed"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(2, most)), HasSubstr("exceed"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(3, 1)), HasSubstr("sizes of 2"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(3, most)), HasSubstr("sizes of 2"));
+  EXPECT_FALSE(decodeConnectivity(connectivityWithWord(3, 0).bytes()));
+  EXPECT_FALSE(decodeConnectivity(connectivityWithWord(4, most).bytes()));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(4, 0)), HasSubstr("bytes follow"));
+  EXPECT_THAT(fault(kConnectivityDecoder, connectivityWithWord(5, 1)), HasSubstr("reserved"));
+}
+
+TEST(Chunks, RefuseConnectivityThatIsUnsound) {
+  const auto faultWith = [](const std::function<void(Connectivity&)>& change) {
+    Connectivity connectivity = connectivityWithAll();
+    change(connectivity);
+    return fault(kConnectivityDecoder, encodeConnectivity(connectivity, kRaw));
+  };
+  EXPECT_EQ(faultWith([](Connectivity&) {}), "");
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.cells[2][1] = 9; }), HasSubstr("vertex 9"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.cells[2][1] = ~0U; }), HasSubstr("vertex 4294"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.cells[2][1] = c.cells[2][3]; }),
+              HasSubstr("twice"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.sources[1] = 9; }), HasSubstr("source 9"));
+  // A mean of another, and of itself.
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.sources[1] = 6; }), HasSubstr("mean itself"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.sources[1] = 5; }), HasSubstr("mean itself"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.offsets[1] = 0; }), HasSubstr("no vertex"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.offsets[2] = 6; }), HasSubstr("than are"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.means.offsets[2] = 4; }),
+              HasSubstr("4 sources, of which 5"));
+  EXPECT_THAT(faultWith([](Connectivity& c) { c.cellAttributes[0].values.pop_back(); }),
+              HasSubstr("'kind'"));
+  EXPECT_THAT(
+      faultWith([](Connectivity& c) { c.cellAttributes[0].domain = model::Domain::Vertex; }),
+      HasSubstr("not per cell"));
+}
+
+TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
+  const std::vector<model::Point4> vertices = simplexSlab().vertices;
+  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(kNan, vertices, kRaw)), HasSubstr("at time nan"));
+  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(0, {}, kRaw)), HasSubstr("no vertices"));
+  EXPECT_THAT(fault(kSlabDecoder, encodeSlab({1, 0}, {}, {}, {}, kRaw)),
+              HasSubstr("from time 1 to 0"));
+  EXPECT_THAT(fault(kSlabDecoder, encodeSlab({0, kNan}, {}, {}, {}, kRaw)), HasSubstr("nan"));
+
+  ByteWriter twoColumns;
+  twoColumns.put(0.0);
+  ArrayView view = viewOf(std::vector<double>());
+  const std::vector<double> six(6, 0);
+  view = viewOf(six);
+  view.components = 2;
+  putArray(twoColumns, view, 0);
+  EXPECT_THAT(fault(kLayerDecoder, twoColumns), HasSubstr("three floating-point"));
+  ByteWriter integers;
+  integers.put(0.0);
+  const std::vector<std::uint64_t> whole(6, 0);
+  view = viewOf(whole);
+  view.components = 3;
+  putArray(integers, view, 0);
+  EXPECT_THAT(fault(kLayerDecoder, integers), HasSubstr("three floating-point"));
+
+  // Positions of five vertices, times of four.
+  const ByteWriter four =
+      encodeSlab({0, 1}, {}, std::span(vertices).first(4), std::vector<model::Attribute>(), kRaw);
+  const ByteWriter five = encodeSlab({0, 1}, {}, vertices, {}, kRaw);
+  ByteWriter mixed;
+  mixed.putBytes(five.data(), 48 + 24 + 5 * 24);
+  mixed.putBytes(four.data() + 48 + 24 + 4 * 24, four.size() - (48 + 24 + 4 * 24));
+  EXPECT_THAT(fault(kSlabDecoder, mixed), HasSubstr("5 interior positions but 4 times"));
+}
+
+TEST(Chunks, RefuseAttributesThatCannotBe) {
+  const auto slabWith = [](std::uint8_t domain, std::uint32_t nameBytes, std::byte pad) {
+    ByteWriter payload = encodeSlab({0, 1}, {}, {}, {}, kRaw);
+    std::vector<std::byte> bytes(payload.bytes().begin(), payload.bytes().end());
+    const std::uint32_t one = 1;
+    std::memcpy(bytes.data() + 44, &one, 4);
+    ByteWriter whole;
+    whole.putBytes(bytes.data(), bytes.size());
+    whole.put(domain);
+    whole.putBytes("\0\0\0", 3);
+    whole.put(nameBytes);
+    whole.putBytes("heat\0\0\0", 7);
+    whole.put(static_cast<std::uint8_t>(pad));
+    putArray(whole, viewOf(std::vector<double>()), 0);
+    return fault(kSlabDecoder, whole);
+  };
+  EXPECT_EQ(slabWith(1, 4, std::byte{0}), "");
+  EXPECT_THAT(slabWith(0, 4, std::byte{0}), HasSubstr("unknown domain 0"));
+  EXPECT_THAT(slabWith(3, 4, std::byte{0}), HasSubstr("unknown domain 3"));
+  EXPECT_THAT(slabWith(1, 0, std::byte{0}), HasSubstr("name of 0 bytes"));
+  EXPECT_THAT(slabWith(1, 256, std::byte{0}), HasSubstr("name of 256 bytes"));
+  EXPECT_THAT(slabWith(1, ~0U, std::byte{0}), HasSubstr("name of 4294967295 bytes"));
+  EXPECT_THAT(slabWith(1, 255, std::byte{0}), HasSubstr("cut off"));
+  EXPECT_THAT(slabWith(1, 4, std::byte{1}), HasSubstr("padding is not zero"));
+}
+
+TEST(Chunks, AllowAttributeNamesThatAreDifferentUtf8) {
+  const auto faultOfNames = [](const std::vector<std::string>& names) -> std::string {
+    std::vector<model::Attribute> attributes;
+    for (const std::string& name : names)
+      attributes.push_back(model::makeAttribute<int>(name, model::Domain::Cell, {}));
+    const auto checked = checkStorable({}, attributes);
+    return checked ? "" : checked.error().message;
+  };
+  EXPECT_EQ(faultOfNames({"a", "\u00e4", "\u4e2d", "\U0001F600", std::string(255, 'x')}), "");
+  EXPECT_THAT(faultOfNames({"a", "a"}), HasSubstr("two attributes 'a'"));
+  EXPECT_THAT(faultOfNames({""}), HasSubstr("cannot be stored"));
+  EXPECT_THAT(faultOfNames({std::string(256, 'x')}), HasSubstr("cannot be stored"));
+  // A lone continuation, overlong forms, a surrogate, beyond the last code point, cut off.
+  for (const char* name :
+       {"\x80", "\xC0\x80", "\xC1\xBF", "\xE0\x80\x80", "\xED\xA0\x80", "\xF0\x80\x80\x80",
+        "\xF4\x90\x80\x80", "\xF8\x88\x80\x80\x80", "\xC3", "\xE4\xB8", "a\xFF"}) {
+    EXPECT_THAT(faultOfNames({name}), HasSubstr("not UTF-8"));
+  }
+  const auto cell = model::makeAttribute<int>("a", model::Domain::Cell, {});
+  const auto vertex = model::makeAttribute<int>("a", model::Domain::Vertex, {});
+  EXPECT_FALSE(checkStorable(std::span(&cell, 1), std::span(&cell, 1)));
+  EXPECT_TRUE(checkStorable(std::span(&cell, 1), std::span(&vertex, 1)));
+}
+
+TEST(Chunks, RefuseEndMarksAndIndexesWhoseCountsLie) {
+  const auto doneOf = [](std::uint32_t count, std::uint64_t slabs, double bound) {
+    Done done;
+    done.bodies.resize(1);
+    done.bodies[0].slabs = slabs;
+    done.bodies[0].bounds.min[1] = bound;
+    const ByteWriter good = encodeDone(done);
+    std::vector<std::byte> bytes(good.bytes().begin(), good.bytes().end());
+    std::memcpy(bytes.data() + 8, &count, 4);
+    const auto decoded = decodeDone(bytes);
+    return decoded ? "" : decoded.error().message;
+  };
+  EXPECT_EQ(doneOf(1, 1, 0), "");
+  EXPECT_THAT(doneOf(2, 1, 0), HasSubstr("summaries of 2 bodies"));
+  EXPECT_THAT(doneOf(~0U, 1, 0), HasSubstr("summaries of 4294967295 bodies"));
+  EXPECT_THAT(doneOf(1, 0, 0), HasSubstr("no slab"));
+  EXPECT_THAT(doneOf(1, 1, kNan), HasSubstr("bounds"));
+
+  for (const std::uint64_t count : {std::uint64_t{0}, std::uint64_t{2}, std::uint64_t{1} << 58,
+                                    (std::uint64_t{1} << 58) + 1, ~std::uint64_t{0}}) {
+    const ByteWriter good = encodeIndex(std::vector<IndexRecord>(1));
+    std::vector<std::byte> bytes(good.bytes().begin(), good.bytes().end());
+    std::memcpy(bytes.data(), &count, 8);
+    EXPECT_FALSE(decodeIndex(bytes)) << count;
+  }
+}
+
+}  // namespace
+}  // namespace t4d::formats

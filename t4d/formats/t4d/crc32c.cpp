@@ -1,0 +1,23 @@
+#include "t4d/formats/t4d/crc32c.h"
+
+#include <algorithm>
+
+#include <isa-l/crc.h>
+
+namespace t4d::formats {
+
+std::uint32_t crc32c(const void* data, std::size_t size) {
+  // The library takes a length of type int, and a pointer to what it only reads.
+  constexpr std::size_t kPiece = std::size_t{1} << 30;
+  auto* from = static_cast<unsigned char*>(const_cast<void*>(data));
+  std::uint32_t crc = ~std::uint32_t{0};
+  while (size > 0) {
+    const std::size_t now = std::min(size, kPiece);
+    crc = crc32_iscsi(from, static_cast<int>(now), crc);
+    from += now;
+    size -= now;
+  }
+  return ~crc;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,199 @@
+#include "t4d/formats/t4d/file_scan.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+
+using namespace t4d_layout;
+
+namespace {
+
+class Scanner {
+ public:
+  Scanner(ChunkFile& file, std::size_t bodyCount, Features features)
+      : file_(file), bodyCount_(bodyCount), features_(features), judge_(file, bodyCount) {}
+
+  FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
+    scan_.end = firstChunk;
+    while (!scan_.done) {
+      if (auto next = readNext(); !next) {
+        scan_.damage = next.error();
+        break;
+      }
+      if (progress) {
+        progress(static_cast<double>(scan_.end) / static_cast<double>(file_.size()));
+      }
+    }
+    return std::move(scan_);
+  }
+
+ private:
+  Result<void> readNext() {
+    if (scan_.end == file_.size()) {
+      return file_.damaged(scan_.end, "the file ends before its end mark: it is cut off");
+    }
+    auto header = file_.readChunkHeader(scan_.end);
+    if (!header) return pass(header.error());
+    auto payload = file_.readPayload(*header);
+    if (!payload) return pass(payload.error());
+    ++chunks_;
+    if (auto taken = take(*header, *payload); !taken) {
+      if (!taken.error().where.empty()) return taken;
+      return file_.damaged(header->offset,
+                           fmt::format("{}: {}", header->name(), taken.error().message),
+                           taken.error().code);
+    }
+    scan_.end = header->end();
+    return {};
+  }
+
+  Result<void> take(const ChunkHeader& header, std::span<const std::byte> payload) {
+    if (header.type == kConnectivity) {
+      connectivities_.push_back({header.offset});
+    } else if (header.type == kLayer) {
+      layers_.push_back({header.offset});
+    } else if (header.type == kSlab) {
+      return takeSlab(header, payload);
+    } else if (header.type == kDone) {
+      auto done = decodeDone(payload);
+      if (!done) return pass(done.error());
+      // HEAD came before the first chunk of this scan, and this chunk does not count itself.
+      if (done->chunks != chunks_) {
+        return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
+      }
+      if (auto checked = checkDone(*done, scan_.slabs, bodyCount_); !checked) return checked;
+      if (auto checked = checkAllNamed(); !checked) return checked;
+      scan_.doneOffset = header.offset;
+      scan_.done = std::move(*done);
+    } else if (header.type == kHead || header.type == kIndex) {
+      return invalid("this chunk cannot be here");
+    } else if (header.critical()) {
+      return fail(ErrorCode::Unsupported,
+                  "a chunk of this type must be understood, and this version does not know it");
+    }
+    return {};
+  }
+
+  Result<void> takeSlab(const ChunkHeader& header, std::span<const std::byte> payload) {
+    auto slab = decodeSlab(payload, features_);
+    if (!slab) return pass(slab.error());
+    const SlabParts& parts = slab->parts;
+    if (!name(connectivities_, parts.connectivity) ||
+        (parts.lower != 0 && !name(layers_, parts.lower)) ||
+        (parts.upper != 0 && !name(layers_, parts.upper))) {
+      return invalid("it names a connectivity or a layer that does not come before it");
+    }
+    const IndexRecord record = {header.offset, header.bytes(), parts, slab->time};
+    if (auto checked = judge_.add(record); !checked) return checked;
+    scan_.slabs.push_back(record);
+    return {};
+  }
+
+  /// A CONN or a LAYR.
+  struct Part {
+    std::uint64_t offset = 0;
+    bool named = false;  ///< by a slab
+  };
+
+  /// Notes that a slab names the part at `offset`; false where none is there.
+  static bool name(std::vector<Part>& parts, std::uint64_t offset) {
+    const auto found =
+        std::lower_bound(parts.begin(), parts.end(), offset,
+                         [](const Part& part, std::uint64_t value) { return part.offset < value; });
+    if (found == parts.end() || found->offset != offset) return false;
+    found->named = true;
+    return true;
+  }
+
+  Result<void> checkAllNamed() const {
+    for (const auto* parts : {&connectivities_, &layers_}) {
+      for (const Part& part : *parts) {
+        if (!part.named) {
+          return file_.damaged(part.offset, fmt::format("{}: no slab names it",
+                                                        parts == &layers_ ? "LAYR" : "CONN"));
+        }
+      }
+    }
+    return {};
+  }
+
+  ChunkFile& file_;
+  std::size_t bodyCount_;
+  Features features_;
+  RecordJudge judge_;
+  FileScan scan_;
+  std::uint64_t chunks_ = 0;
+  std::vector<Part> connectivities_;  // offsets increase
+  std::vector<Part> layers_;
+};
+
+}  // namespace
+
+FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
+                  Features features, const model::Progress& progress) {
+  return Scanner(file, bodyCount, features).run(firstChunk, progress);
+}
+
+Result<void> RecordJudge::add(const IndexRecord& record) {
+  const SlabParts& parts = record.parts;
+  const auto wrong = [&](const std::string& message) {
+    return file_.damaged(record.slab, "SLAB: " + message);
+  };
+  if (record.slab <= before_ || record.slab >= file_.size() ||
+      record.slabBytes > file_.size() - record.slab) {
+    return file_.damaged(record.slab,
+                         "the index names a slab that is out of order or outside the file");
+  }
+  if (parts.connectivity >= record.slab || parts.lower >= record.slab ||
+      parts.upper >= record.slab) {
+    return wrong("it names a connectivity or a layer that does not come before it");
+  }
+  if (parts.body >= last_.size()) {
+    return wrong(fmt::format("it belongs to body {}, of {}", parts.body, last_.size()));
+  }
+  std::optional<IndexRecord>& last = last_[parts.body];
+  if (last) {
+    if (parts.lower != last->parts.upper) {
+      return wrong("its lower layer is not the upper layer of the slab before");
+    }
+    if (parts.lower != 0 ? record.time.begin != last->time.end
+                         : record.time.begin < last->time.end) {
+      return wrong(fmt::format("it begins at time {}, the slab before ends at {}",
+                               record.time.begin, last->time.end));
+    }
+  }
+  last = record;
+  before_ = record.slab;
+  return {};
+}
+
+Result<void> checkDone(const Done& done, const std::vector<IndexRecord>& records,
+                       std::size_t bodyCount) {
+  if (done.bodies.size() != bodyCount) {
+    return invalid(fmt::format("it has {} bodies, the metadata {}", done.bodies.size(), bodyCount));
+  }
+  struct Found {
+    std::uint64_t slabs = 0;
+    model::TimeSpan time;
+  };
+  std::vector<Found> found(bodyCount);
+  for (const IndexRecord& record : records) {
+    Found& body = found[record.parts.body];
+    if (body.slabs++ == 0) body.time.begin = record.time.begin;
+    body.time.end = record.time.end;
+  }
+  for (std::size_t i = 0; i < bodyCount; ++i) {
+    const BodySummary& said = done.bodies[i];
+    if (found[i].slabs != said.slabs || found[i].time.begin != said.time.begin ||
+        found[i].time.end != said.time.end) {
+      return invalid(fmt::format(
+          "body {} has {} slabs from time {} to {}; it says {} from {} to {}", i, found[i].slabs,
+          found[i].time.begin, found[i].time.end, said.slabs, said.time.begin, said.time.end));
+    }
+  }
+  return {};
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,109 @@
+#include "t4d/formats/t4d/found_chunks.h"
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+
+namespace t4d::formats {
+
+namespace {
+
+/// What a slab says of itself, by which it is known wherever it is.
+auto identityOf(const IndexRecord& record) {
+  return std::tuple(record.parts.body, record.time.begin, record.time.end,
+                    record.parts.connectivity, record.parts.lower, record.parts.upper,
+                    record.slabBytes);
+}
+using Identity = decltype(identityOf({}));
+
+/// A slab of nothing, which a file may have twice in a row.
+bool mayBeTwice(const IndexRecord& record) {
+  return record.parts.lower == 0 && record.parts.upper == 0 && record.time.begin == record.time.end;
+}
+
+}  // namespace
+
+void FoundChunks::compareWith(std::span<const IndexRecord> index) {
+  match(index);
+  const bool moved = std::any_of(found_.begin(), found_.end(), [](const Slab& slab) {
+    return slab.before && *slab.before != slab.record.slab;
+  });
+  if (moved) {
+    placeMovedParts();
+  } else {
+    for (const Part& part : parts_) now_.emplace(part.offset, part.offset);
+  }
+  for (const Slab& slab : found_) {
+    if (slab.again || (moved && !slab.before)) continue;
+    slabs_.push_back({slab.record, slab.before.value_or(slab.record.slab)});
+  }
+  std::stable_sort(slabs_.begin(), slabs_.end(),
+                   [](const auto& a, const auto& b) { return a.before < b.before; });
+  // A slab that is missing would have moved as far as the one before it.
+  for (FoundSlab& slab : missing_) {
+    const auto next =
+        std::upper_bound(slabs_.begin(), slabs_.end(), slab.before,
+                         [](std::uint64_t at, const auto& other) { return at < other.before; });
+    if (next == slabs_.begin()) continue;
+    const FoundSlab& neighbour = *(next - 1);
+    slab.record.slab = slab.before + (neighbour.record.slab - neighbour.before);
+  }
+}
+
+/// Which record of the index each slab is.
+void FoundChunks::match(std::span<const IndexRecord> index) {
+  std::set<std::pair<Identity, std::uint64_t>> open;
+  for (const IndexRecord& record : index) open.emplace(identityOf(record), record.slab);
+  std::map<Identity, std::uint64_t> taken;
+  std::uint64_t shift = 0;
+  for (Slab& slab : found_) {
+    const Identity identity = identityOf(slab.record);
+    // Slabs of nothing may be alike: that at the place that is expected, or else the first.
+    auto record = open.find({identity, slab.record.slab - shift});
+    if (record == open.end()) record = open.lower_bound({identity, 0});
+    if (record != open.end() && record->first == identity) {
+      slab.before = record->second;
+      taken.emplace(identity, record->second);
+      open.erase(record);
+    } else if (index.empty()) {
+      slab.again = !taken.emplace(identity, 0).second && !mayBeTwice(slab.record);
+      continue;
+    } else if (const auto first = taken.find(identity); first != taken.end()) {
+      slab.before = first->second;
+      slab.again = true;
+    } else {
+      continue;
+    }
+    shift = slab.record.slab - *slab.before;
+  }
+  for (const IndexRecord& record : index) {
+    if (open.contains({identityOf(record), record.slab})) missing_.push_back({record, record.slab});
+  }
+}
+
+void FoundChunks::placeMovedParts() {
+  struct Neighbour {
+    std::uint64_t run = 0;
+    std::optional<std::uint64_t> shift = 0;
+  } last;  // at first the beginning of the file
+  auto part = parts_.begin();
+  for (const Slab& slab : found_) {
+    Neighbour next{slab.run, std::nullopt};
+    if (slab.before) next.shift = slab.record.slab - *slab.before;
+    for (; part != parts_.begin() + static_cast<std::ptrdiff_t>(slab.partsBefore); ++part) {
+      const bool ofLast = part->run == last.run;
+      const bool ofNext = part->run == next.run;
+      if (last.shift != next.shift && ofLast == ofNext) continue;
+      const auto shift = ofLast ? last.shift : next.shift;
+      if (shift) now_.emplace(part->offset - *shift, part->offset);
+    }
+    last = next;
+  }
+}
+
+std::optional<std::uint64_t> FoundChunks::part(std::uint64_t before) const {
+  const auto found = now_.find(before);
+  return found == now_.end() ? std::nullopt : std::optional(found->second);
+}
+
+}  // namespace t4d::formats

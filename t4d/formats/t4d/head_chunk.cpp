@@ -1,0 +1,38 @@
+#include "t4d/formats/t4d/head_chunk.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+
+using namespace t4d_layout;
+
+Result<Head> readHead(ChunkFile& file, std::uint64_t offset) {
+  auto header = file.readChunkHeader(offset);
+  if (!header) return pass(header.error());
+  if (header->type != kHead) {
+    return file.damaged(header->offset, "the first chunk is not HEAD");
+  }
+  if (header->payloadBytes > kMaxHeadBytes) {
+    return file.damaged(header->offset, fmt::format("HEAD has {} bytes; at most {} are allowed",
+                                                    header->payloadBytes, kMaxHeadBytes));
+  }
+  auto payload = file.readPayload(*header);
+  if (!payload) return pass(payload.error());
+  auto metadata = parseHead({reinterpret_cast<const char*>(payload->data()), payload->size()});
+  if (!metadata) {
+    const Error& error = metadata.error();
+    const std::uint64_t at =
+        error.offset ? header->offset + kChunkHeaderBytes + *error.offset : header->offset;
+    return file.damaged(at, "HEAD: " + error.message, error.code);
+  }
+  const auto named = [&](std::string_view feature) {
+    const auto& all = metadata->features;
+    return std::find(all.begin(), all.end(), feature) != all.end();
+  };
+  const Features features = {named(kFeatureZstd), named(kFeatureMeans)};
+  return Head{std::move(*metadata), features, header->end()};
+}
+
+}  // namespace t4d::formats

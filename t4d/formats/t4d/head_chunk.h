@@ -1,0 +1,17 @@
+#pragma once
+
+#include "t4d/formats/t4d/chunk_file.h"
+#include "t4d/formats/t4d/metadata.h"
+
+namespace t4d::formats {
+
+/// HEAD, the first chunk.
+struct Head {
+  Metadata metadata;
+  t4d_layout::Features features;
+  std::uint64_t end = 0;  ///< offset of the next chunk
+};
+
+Result<Head> readHead(ChunkFile& file, std::uint64_t offset = t4d_layout::kFileHeaderBytes);
+
+}  // namespace t4d::formats

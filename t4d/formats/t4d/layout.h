@@ -1,0 +1,130 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+/// The byte layout of .t4d, as t4d/formats/t4d/SPEC.md says it. Reader and writer share these
+/// constants.
+namespace t4d::formats::t4d_layout {
+
+static_assert(std::endian::native == std::endian::little,
+              "arrays are copied between memory and little-endian files");
+
+inline constexpr std::uint16_t kMajorVersion = 1;
+inline constexpr std::uint16_t kMinorVersion = 0;
+
+inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'T',  '4',  'D',
+                                                           0x0D, 0x0A, 0x1A, 0x0A};
+inline constexpr std::array<std::uint8_t, 8> kEndSignature = {0x0A, 0x1A, 0x0A, 0x0D,
+                                                              'D',  '4',  'T',  0x89};
+
+inline constexpr std::size_t kFileHeaderBytes = 24;
+inline constexpr std::size_t kChunkHeaderBytes = 24;
+inline constexpr std::size_t kFooterBytes = 40;
+inline constexpr std::size_t kArrayHeaderBytes = 24;
+inline constexpr std::size_t kIndexRecordBytes = 64;
+inline constexpr std::size_t kBodySummaryBytes = 88;
+inline constexpr std::size_t kAlignment = 8;
+
+inline constexpr std::uint32_t kFlagIndexed = 1;   // of the file
+inline constexpr std::uint32_t kFlagCritical = 1;  // of a chunk
+
+using ChunkType = std::array<char, 4>;
+inline constexpr ChunkType kHead = {'H', 'E', 'A', 'D'};
+inline constexpr ChunkType kConnectivity = {'C', 'O', 'N', 'N'};
+inline constexpr ChunkType kLayer = {'L', 'A', 'Y', 'R'};
+inline constexpr ChunkType kSlab = {'S', 'L', 'A', 'B'};
+inline constexpr ChunkType kDone = {'D', 'O', 'N', 'E'};
+inline constexpr ChunkType kIndex = {'I', 'N', 'D', 'X'};
+
+inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
+inline constexpr std::size_t kMaxNameBytes = 255;
+inline constexpr std::uint64_t kMaxBodies = 65536;
+inline constexpr int kMaxJsonDepth = 64;
+/// The size of a compressed array is at most this many times its stored bytes.
+inline constexpr std::uint64_t kMaxExpansion = 1024;
+
+inline constexpr std::string_view kFeatureZstd = "zstd";
+inline constexpr std::string_view kFeatureMeans = "means";
+
+/// The features that a file names in HEAD; what it does not name it may not use.
+struct Features {
+  bool zstd = true;
+  bool means = true;
+};
+
+inline constexpr std::uint64_t padded(std::uint64_t bytes) {
+  return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+/// Appends little-endian values.
+class ByteWriter {
+ public:
+  template <class T>
+  void put(T value) {
+    static_assert(std::is_arithmetic_v<T>);
+    putBytes(&value, sizeof value);
+  }
+  void putBytes(const void* data, std::size_t size) {
+    const auto* from = static_cast<const std::byte*>(data);
+    bytes_.insert(bytes_.end(), from, from + size);
+  }
+  void pad() { bytes_.resize(padded(bytes_.size())); }
+
+  const std::byte* data() const { return bytes_.data(); }
+  std::size_t size() const { return bytes_.size(); }
+  std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+/// Takes little-endian values; never reads past the end, but says that it would have.
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  template <class T>
+  T take() {
+    static_assert(std::is_arithmetic_v<T>);
+    T value{};
+    const auto from = takeBytes(sizeof value);
+    if (from.size() == sizeof value) std::memcpy(&value, from.data(), sizeof value);
+    return value;
+  }
+  /// Empty when fewer than `size` bytes are left.
+  std::span<const std::byte> takeBytes(std::uint64_t size) {
+    if (size > left()) {
+      overrun_ = true;
+      at_ = bytes_.size();
+      return {};
+    }
+    const auto taken = bytes_.subspan(at_, size);
+    at_ += size;
+    return taken;
+  }
+  /// Skips to the next multiple of 8; false where a byte skipped is not zero.
+  bool skipPadding() {
+    for (const std::byte byte : takeBytes(padded(at_) - at_)) {
+      if (byte != std::byte{0}) return false;
+    }
+    return !overrun_;
+  }
+  std::size_t position() const { return at_; }
+  std::size_t left() const { return bytes_.size() - at_; }
+  bool overrun() const { return overrun_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::size_t at_ = 0;
+  bool overrun_ = false;
+};
+
+}  // namespace t4d::formats::t4d_layout

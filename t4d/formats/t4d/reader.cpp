@@ -1,0 +1,240 @@
+#include "t4d/formats/t4d/reader.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/t4d/chunk_file.h"
+#include "t4d/formats/t4d/file_scan.h"
+#include "t4d/formats/t4d/head_chunk.h"
+#include "t4d/formats/t4d/slab_source.h"
+#include "t4d/formats/t4d/within_memory.h"
+
+namespace t4d::formats {
+
+using namespace t4d_layout;
+using model::Slab;
+
+namespace {
+
+/// The end of a file with an index.
+struct Index {
+  std::vector<IndexRecord> records;
+  Done done;
+  std::uint64_t doneOffset = 0;
+  std::uint64_t offset = 0;
+};
+
+/// A chunk that the footer names.
+Result<ChunkFile::Chunk> readNamed(ChunkFile& file, std::uint64_t offset, ChunkType type) {
+  const std::uint64_t footer = file.size() - kFooterBytes;
+  if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset >= footer) {
+    return file.damaged(footer, fmt::format("the footer says that {} is at byte {}",
+                                            std::string(type.begin(), type.end()), offset));
+  }
+  return file.readChunk(offset, type);
+}
+
+Result<Index> readIndex(ChunkFile& file) {
+  auto footer = file.readFooter();
+  if (!footer) return pass(footer.error());
+  auto done = readNamed(file, footer->done, kDone);
+  if (!done) return pass(done.error());
+  auto index = readNamed(file, footer->index, kIndex);
+  if (!index) return pass(index.error());
+  if (done->header.end() != footer->index) {
+    return file.damaged(done->header.end(), "the index does not follow the end mark at once");
+  }
+  if (index->header.end() != file.size() - kFooterBytes) {
+    return file.damaged(index->header.end(), "the footer does not follow the index at once");
+  }
+  auto decodedDone = decodeDone(done->payload);
+  if (!decodedDone) return file.damaged(footer->done, "DONE: " + decodedDone.error().message);
+  auto records = decodeIndex(index->payload);
+  if (!records) return file.damaged(footer->index, "INDX: " + records.error().message);
+  return Index{std::move(*records), std::move(*decodedDone), footer->done, footer->index};
+}
+
+/// Judges the index by itself: whether the slabs are where it says is seen when they are read.
+Result<void> checkIndex(const ChunkFile& file, const Index& index, std::size_t bodyCount) {
+  RecordJudge judge(file, bodyCount);
+  for (const IndexRecord& record : index.records) {
+    if (auto judged = judge.add(record); !judged) return judged;
+  }
+  if (auto checked = checkDone(index.done, index.records, bodyCount); !checked) {
+    return file.damaged(index.doneOffset, "DONE: " + checked.error().message);
+  }
+  return {};
+}
+
+/// After the end mark that `scan` found come an index that says the same and a footer, or nothing.
+Result<void> checkTail(ChunkFile& file, bool indexed, const FileScan& scan) {
+  if (!indexed) {
+    if (scan.end == file.size()) return {};
+    return file.damaged(scan.end,
+                        fmt::format("{} bytes follow the end mark of a file without index",
+                                    file.size() - scan.end));
+  }
+  auto index = readIndex(file);
+  if (!index) return pass(index.error());
+  if (index->doneOffset != scan.doneOffset) {
+    return file.damaged(index->doneOffset, "DONE: an end mark has been before, at byte " +
+                                               std::to_string(scan.doneOffset));
+  }
+  const auto& [said, found] = std::tie(index->records, scan.slabs);
+  if (said.size() != found.size()) {
+    return file.damaged(index->offset,
+                        fmt::format("INDX: it has records of {} slabs; the file has {} slabs",
+                                    said.size(), found.size()));
+  }
+  const auto [record, slab] = std::mismatch(said.begin(), said.end(), found.begin());
+  if (record != said.end()) {
+    return file.damaged(index->offset,
+                        fmt::format("INDX: record {} is not what the slab at byte {} says",
+                                    record - said.begin(), slab->slab));
+  }
+  return {};
+}
+
+}  // namespace
+
+class T4dReader::File {
+ public:
+  explicit File(ChunkFile file) : file_(std::move(file)) {}
+
+  Result<void> open(T4dOpen how, const model::Progress& progress) {
+    auto header = file_.readHeader();
+    if (!header) return pass(header.error());
+    version_ = {header->major, header->minor};
+    indexed_ = header->indexed;
+    auto head = readHead(file_);
+    if (!head) return pass(head.error());
+    metadata_ = std::move(head->metadata);
+    features_ = head->features;
+    const std::size_t bodyCount = metadata_.bodies.size();
+    Done done;
+    std::vector<IndexRecord> records;
+    if (indexed_ && how == T4dOpen::Whole) {
+      auto index = readIndex(file_);
+      if (!index) return cutOff(index.error(), head->end);
+      if (auto checked = checkIndex(file_, *index, bodyCount); !checked) return checked;
+      records = std::move(index->records);
+      done = std::move(index->done);
+      doneOffset_ = index->doneOffset;
+    } else {
+      FileScan scan = scanFile(file_, head->end, bodyCount, features_, progress);
+      damage_ = std::move(scan.damage);
+      if (!damage_) {
+        if (auto tail = checkTail(file_, indexed_, scan); !tail) damage_ = tail.error();
+      }
+      if (damage_ && how != T4dOpen::FromFront) return pass(*damage_);
+      records = std::move(scan.slabs);
+      doneOffset_ = scan.doneOffset;
+      done = scan.done ? std::move(*scan.done) : foundSoFar(records, bodyCount);
+    }
+    summaries_ = std::move(done.bodies);
+    bodies_.reserve(bodyCount);
+    for (std::size_t i = 0; i < bodyCount; ++i) bodies_.emplace_back(file_, features_);
+    for (const IndexRecord& record : records) bodies_[record.parts.body].add(record);
+    return {};
+  }
+
+  ChunkFile file_;
+  T4dVersion version_;
+  bool indexed_ = false;
+  Metadata metadata_;
+  Features features_;
+  std::vector<BodySummary> summaries_;
+  std::uint64_t doneOffset_ = 0;
+  std::vector<SlabSource> bodies_;
+  std::optional<Error> damage_;
+
+ private:
+  /// A file that promises an index and does not end with one: says how far it can be read.
+  Result<void> cutOff(Error error, std::uint64_t firstChunk) {
+    const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
+    if (scan.damage && !scan.done) {
+      const std::size_t whole = scan.slabs.size();
+      error.message += fmt::format("; {} whole {} before byte {}", whole,
+                                   whole == 1 ? "slab comes" : "slabs come", scan.end);
+    }
+    return pass(std::move(error));
+  }
+
+  static Done foundSoFar(const std::vector<IndexRecord>& records, std::size_t bodyCount) {
+    Done done;
+    done.bodies.resize(bodyCount);
+    for (const IndexRecord& record : records) {
+      BodySummary& body = done.bodies[record.parts.body];
+      if (body.slabs++ == 0) body.time.begin = record.time.begin;
+      body.time.end = record.time.end;
+    }
+    return done;
+  }
+};
+
+T4dReader::T4dReader(std::unique_ptr<File> file) : file_(std::move(file)) {}
+T4dReader::T4dReader(T4dReader&&) noexcept = default;
+T4dReader& T4dReader::operator=(T4dReader&&) noexcept = default;
+T4dReader::~T4dReader() = default;
+
+Result<T4dReader> T4dReader::open(const std::filesystem::path& path, T4dOpen how,
+                                  const model::Progress& progress) {
+  auto chunkFile = ChunkFile::open(path);
+  if (!chunkFile) return pass(chunkFile.error());
+  auto file = std::make_unique<File>(std::move(*chunkFile));
+  auto opened = withinMemory(path.string(), [&] { return file->open(how, progress); });
+  if (!opened) return pass(opened.error());
+  return T4dReader(std::move(file));
+}
+
+const Metadata& T4dReader::metadata() const { return file_->metadata_; }
+T4dVersion T4dReader::version() const { return file_->version_; }
+bool T4dReader::indexed() const { return file_->indexed_; }
+std::uint64_t T4dReader::fileBytes() const { return file_->file_.size(); }
+std::uint64_t T4dReader::bytesRead() const { return file_->file_.bytesRead(); }
+std::size_t T4dReader::bodyCount() const { return file_->bodies_.size(); }
+const BodySummary& T4dReader::summary(std::size_t body) const { return file_->summaries_[body]; }
+model::Source& T4dReader::body(std::size_t index) { return file_->bodies_[index]; }
+std::uint64_t T4dReader::slabOffset(std::size_t body, std::size_t slab) const {
+  return file_->bodies_[body].record(slab).slab;
+}
+const std::optional<Error>& T4dReader::damage() const { return file_->damage_; }
+
+Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
+                                    const model::Progress& progress) {
+  BodySummary found;
+  class Tally : public model::Sink {
+   public:
+    Tally(BodySummary& sum, model::Sink& next) : sum_(sum), next_(next) {}
+    Result<void> put(const Slab& slab) override {
+      addSlab(sum_, slab);
+      return next_.put(slab);
+    }
+
+   private:
+    BodySummary& sum_;
+    model::Sink& next_;
+  } tally(found, sink);
+  if (auto pumped = pump(body(index), tally, progress); !pumped) return pumped;
+  if (auto checked = checkSummary(summary(index), found); !checked) {
+    return file_->file_.damaged(file_->doneOffset_,
+                                fmt::format("DONE: body {}: {}", index, checked.error().message));
+  }
+  return {};
+}
+
+Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress) {
+  class : public model::Sink {
+    Result<void> put(const Slab&) override { return {}; }
+  } nowhere;
+  auto reader = T4dReader::open(path, T4dOpen::Checked, progress);
+  if (!reader) return pass(reader.error());
+  for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
+    if (auto read = reader->readThrough(i, nowhere); !read) return read;
+  }
+  return {};
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,530 @@
+#include "t4d/formats/t4d/reader.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "t4d/formats/t4d/test_slabs.h"
+
+namespace t4d::formats {
+namespace {
+
+using model::Slab;
+using t4d_layout::ByteWriter;
+using testing::HasSubstr;
+
+/// A small file with two bodies, and what is in it.
+struct Sample {
+  std::vector<std::vector<Slab>> bodies;
+  std::filesystem::path path;
+  std::string bytes;
+  std::vector<ChunkPlace> chunks;
+
+  Sample(const std::string& name, const T4dWriteOptions& options)
+      : bodies{RandomSlabs(3).make(3), RandomSlabs(8).make(2)},
+        path(writeT4d(name, bodies, options)),
+        bytes(fileContents(path)),
+        chunks(chunksOf(bytes)) {}
+
+  const ChunkPlace& chunkAt(std::size_t offset) const {
+    for (const ChunkPlace& chunk : chunks) {
+      if (chunk.offset == offset) return chunk;
+    }
+    ADD_FAILURE() << "no chunk at " << offset;
+    return chunks.front();
+  }
+  std::size_t endOf(const std::string& type) const {
+    for (const ChunkPlace& chunk : chunks) {
+      if (chunk.type == type) return chunk.end();
+    }
+    return 0;
+  }
+  /// The chunks that a slab is made of: its own, its connectivity, its layers.
+  std::vector<ChunkPlace> partsOf(std::size_t slabOffset) const {
+    const ChunkPlace& slab = chunkAt(slabOffset);
+    std::vector<ChunkPlace> parts = {slab};
+    for (const std::size_t at : {16, 24, 32}) {
+      std::uint64_t offset = 0;
+      std::memcpy(&offset, bytes.data() + slab.payload() + at, sizeof offset);
+      if (offset != 0) parts.push_back(chunkAt(offset));
+    }
+    return parts;
+  }
+};
+
+TEST(T4dReader, ReadsOfTheFileTheBytesOfOneSlabOnly) {
+  const Sample sample("lazy.t4d", {});
+  for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
+    for (std::size_t k = 0; k < sample.bodies[i].size(); ++k) {
+      auto reader = T4dReader::open(sample.path);
+      ASSERT_TRUE(reader) << reader.error().text();
+      // Header, HEAD, end mark, index and footer, each once.
+      const std::size_t ends = sample.endOf("HEAD") + sample.bytes.size() -
+                               sample.chunks[sample.chunks.size() - 2].offset;
+      EXPECT_EQ(reader->bytesRead(), ends);
+      ASSERT_TRUE(reader->body(i).slab(k));
+      std::size_t parts = 0;
+      for (const ChunkPlace& chunk : sample.partsOf(reader->slabOffset(i, k))) {
+        parts += chunk.end() - chunk.offset;
+      }
+      EXPECT_EQ(reader->bytesRead() - ends, parts);
+    }
+  }
+}
+
+TEST(T4dReader, ReadsASlabWhenAllThatItDoesNotNeedIsDestroyed) {
+  const Sample sample("whole.t4d", {});
+  for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
+    for (std::size_t k = 0; k < sample.bodies[i].size(); ++k) {
+      const std::size_t offset = T4dReader::open(sample.path)->slabOffset(i, k);
+      const std::size_t first = sample.endOf("HEAD");
+      const std::size_t last = sample.chunks[sample.chunks.size() - 2].offset;
+      std::string bytes = sample.bytes;
+      std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(first),
+                bytes.begin() + static_cast<std::ptrdiff_t>(last), '\xEE');
+      for (const ChunkPlace& chunk : sample.partsOf(offset)) {
+        bytes.replace(chunk.offset, chunk.end() - chunk.offset, sample.bytes, chunk.offset,
+                      chunk.end() - chunk.offset);
+      }
+      auto reader = T4dReader::open(writeFile("poisoned.t4d", bytes));
+      ASSERT_TRUE(reader) << reader.error().text();
+      const auto slab = reader->body(i).slab(k);
+      ASSERT_TRUE(slab) << slab.error().text();
+      EXPECT_TRUE(same(**slab, sample.bodies[i][k]));
+      // And after a slab that cannot be read it still can.
+      for (std::size_t other = 0; other < sample.bodies[i].size(); ++other) {
+        EXPECT_EQ(reader->body(i).slab(other).has_value(), other == k);
+      }
+      const auto again = reader->body(i).slab(k);
+      ASSERT_TRUE(again) << again.error().text();
+      EXPECT_TRUE(same(**again, sample.bodies[i][k]));
+    }
+  }
+}
+
+TEST(T4dReader, RefusesEveryTruncationAndFromFrontGivesTheWholeSlabsBeforeIt) {
+  for (const bool index : {true, false}) {
+    const Sample sample("cut.t4d", {0, false, index});
+    const auto path = writeFile("being_cut.t4d", sample.bytes);
+    std::vector<std::size_t> slabEnds;
+    for (const ChunkPlace& chunk : sample.chunks) {
+      if (chunk.type == "SLAB") slabEnds.push_back(chunk.end());
+    }
+    for (std::size_t length = sample.bytes.size(); length-- > 0;) {
+      std::filesystem::resize_file(path, length);
+      EXPECT_FALSE(T4dReader::open(path)) << length;
+      EXPECT_FALSE(checkT4dFile(path)) << length;
+      auto reader = T4dReader::open(path, T4dOpen::FromFront);
+      if (length < sample.endOf("HEAD")) {
+        EXPECT_FALSE(reader) << length;
+        continue;
+      }
+      ASSERT_TRUE(reader) << length << ": " << reader.error().text();
+      EXPECT_TRUE(reader->damage()) << length;
+      std::size_t whole = 0;
+      for (const std::size_t end : slabEnds) whole += end <= length ? 1 : 0;
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
+        found += reader->body(i).slabCount();
+        EXPECT_EQ(reader->summary(i).slabs, reader->body(i).slabCount());
+        for (std::size_t k = 0; k < reader->body(i).slabCount(); ++k) {
+          const auto slab = reader->body(i).slab(k);
+          ASSERT_TRUE(slab) << slab.error().text();
+          EXPECT_TRUE(same(**slab, sample.bodies[i][k]));
+        }
+      }
+      EXPECT_EQ(found, whole) << length;
+    }
+  }
+}
+
+TEST(T4dReader, RefusesEveryByteThatIsNotAsItWasWritten) {
+  for (const bool index : {true, false}) {
+    const auto path = writeT4d("flipped.t4d", {RandomSlabs(8).make(2)}, {3, false, index});
+    const std::string bytes = fileContents(path);
+    const int file = ::open(path.c_str(), O_WRONLY);
+    ASSERT_GE(file, 0);
+    const auto put = [&](std::size_t at, int byte) {
+      const char value = static_cast<char>(byte);
+      ASSERT_EQ(::pwrite(file, &value, 1, static_cast<off_t>(at)), 1);
+    };
+    for (std::size_t at = 0; at < bytes.size(); ++at) {
+      for (const int mask : {1, 2, 4, 8, 16, 32, 64, 128, 255}) {
+        put(at, bytes[at] ^ mask);
+        EXPECT_FALSE(checkT4dFile(path)) << "byte " << at << ", mask " << mask;
+      }
+      put(at, bytes[at]);
+    }
+    ::close(file);
+    EXPECT_TRUE(checkT4dFile(path));
+    std::ofstream(path, std::ios::app) << '\0';
+    EXPECT_FALSE(checkT4dFile(path));
+    EXPECT_FALSE(T4dReader::open(path));
+  }
+}
+
+TEST(T4dReader, RefusesOtherFilesAndOtherVersions) {
+  const std::string good = [] {
+    FileBuilder file;
+    file.putSimplex(file.putSimplexConnectivity());
+    file.putDone();
+    return file.bytes();
+  }();
+  EXPECT_EQ(faultOf(writeFile("good.t4d", good)), "");
+  EXPECT_TRUE(checkT4dFile(writeFile("good.t4d", good)));
+
+  const auto faultOfBytes = [](const std::string& bytes) {
+    return faultOf(writeFile("other.t4d", bytes));
+  };
+  EXPECT_THAT(faultOfBytes(""), HasSubstr("has 0 bytes"));
+  EXPECT_THAT(faultOfBytes("solid thing, but no 4D mesh"), HasSubstr("not a .t4d file"));
+  // Line ends changed, the eighth bit lost.
+  std::string text = good;
+  text.replace(4, 2, "\n");
+  EXPECT_THAT(faultOfBytes(text), HasSubstr("text mode"));
+  text = good;
+  text.replace(7, 1, "\r\n");
+  EXPECT_THAT(faultOfBytes(text), HasSubstr("text mode"));
+  text = good;
+  text[0] &= 0x7F;
+  EXPECT_THAT(faultOfBytes(text), HasSubstr("text mode"));
+
+  for (const auto& [major, minor] : {std::pair<int, int>{0, 9}, {2, 0}, {65535, 1}}) {
+    FileBuilder file("{}", static_cast<std::uint16_t>(major), static_cast<std::uint16_t>(minor));
+    const auto opened = T4dReader::open(writeFile("version.t4d", file.bytes()));
+    ASSERT_FALSE(opened);
+    EXPECT_EQ(opened.error().code, ErrorCode::Unsupported);
+    EXPECT_THAT(opened.error().message,
+                HasSubstr(std::to_string(major) + "." + std::to_string(minor)));
+  }
+  EXPECT_THAT(faultOf(FileBuilder("{}", 1, 0, 2)), HasSubstr("unknown flags 0x2"));
+  EXPECT_THAT(faultOf(FileBuilder("{}")), HasSubstr("'features'"));
+  EXPECT_THAT(faultOf(FileBuilder(R"({"features":["wavelets"],"bodies":["b"]})")),
+              HasSubstr("'wavelets'"));
+  // A later minor version adds only what can be skipped.
+  FileBuilder later(R"({"features":[],"bodies":["b"]})", 1, 7);
+  later.putSimplex(later.putSimplexConnectivity());
+  later.putDone();
+  EXPECT_TRUE(checkT4dFile(writeFile("later.t4d", later.bytes())));
+  EXPECT_FALSE(T4dReader::open(temporaryPath("missing.t4d")));
+  EXPECT_FALSE(T4dReader::open(temporaryPath(".")));
+}
+
+TEST(T4dReader, SkipsUnknownOptionalChunksAndRefusesCriticalOnesByName) {
+  ByteWriter note;
+  note.putBytes("a note", 6);
+  FileBuilder file;
+  file.put({'n', 'o', 't', 'e'}, note, 0);
+  const SlabParts parts = file.putSimplexConnectivity();
+  file.put({'n', 'o', 't', 'e'}, note, 0);
+  file.putSimplex(parts);
+  file.putDone();
+  EXPECT_EQ(faultOf(file), "");
+  EXPECT_TRUE(checkT4dFile(writeFile("optional.t4d", file.bytes())));
+
+  FileBuilder critical;
+  critical.put({'M', 'U', 'S', 'T'}, note);
+  EXPECT_THAT(faultOf(critical), HasSubstr("MUST: a chunk of this type must be understood"));
+  const auto opened = T4dReader::open(writeFile("critical.t4d", critical.bytes()));
+  EXPECT_EQ(opened.error().code, ErrorCode::Unsupported);
+
+  FileBuilder flags;
+  flags.put({'n', 'o', 't', 'e'}, note, 2);
+  EXPECT_THAT(faultOf(flags), HasSubstr("unknown flags 0x2"));
+  FileBuilder control;
+  control.put({'\x1B', '[', 'A', '\xFF'}, note, 0);
+  EXPECT_THAT(faultOf(control), HasSubstr("not four letters"));
+  for (const t4d_layout::ChunkType& type : {t4d_layout::kHead, t4d_layout::kIndex}) {
+    FileBuilder misplaced;
+    misplaced.put(type, note);
+    EXPECT_THAT(faultOf(misplaced), HasSubstr("cannot be here"));
+    FileBuilder optional;
+    optional.put(type, note, 0);
+    EXPECT_THAT(faultOf(optional), HasSubstr("lacks its critical flag"));
+  }
+}
+
+TEST(T4dReader, RefusesSlabsWhosePartsAreNotThere) {
+  const auto faultWith = [](const std::function<void(FileBuilder&, SlabParts&)>& change) {
+    FileBuilder file;
+    SlabParts parts = file.putSimplexConnectivity();
+    change(file, parts);
+    file.putSimplex(parts);
+    file.putDone();
+    return faultOf(file);
+  };
+  const std::string notBefore = "does not come before it";
+  EXPECT_EQ(faultWith([](FileBuilder&, SlabParts&) {}), "");
+  EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.connectivity = 0; }),
+              HasSubstr(notBefore));
+  EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.connectivity += 8; }),
+              HasSubstr(notBefore));
+  // Itself, and what comes after it.
+  EXPECT_THAT(faultWith([](FileBuilder& f, SlabParts& p) { p.lower = f.bytes().size(); }),
+              HasSubstr(notBefore));
+  EXPECT_THAT(faultWith([](FileBuilder& f, SlabParts& p) { p.upper = f.bytes().size() + 400; }),
+              HasSubstr(notBefore));
+  EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.upper = ~std::uint64_t{0}; }),
+              HasSubstr(notBefore));
+  // A connectivity as a layer, a layer as a connectivity.
+  EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.lower = p.connectivity; }),
+              HasSubstr(notBefore));
+  EXPECT_THAT(faultWith([](FileBuilder& f, SlabParts& p) {
+                p.connectivity =
+                    f.put(t4d_layout::kLayer, encodeLayer(0, simplexSlab().vertices, {0, false}));
+              }),
+              HasSubstr(notBefore));
+  // A layer that the connectivity does not have.
+  EXPECT_THAT(
+      faultWith([](FileBuilder& f, SlabParts& p) {
+        p.lower = f.put(t4d_layout::kLayer, encodeLayer(0, simplexSlab().vertices, {0, false}));
+      }),
+      HasSubstr("its connectivity has 0 lower"));
+  EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.body = 1; }),
+              HasSubstr("belongs to body 1, of 1"));
+}
+
+TEST(T4dReader, RefusesSlabsThatAreNotSound) {
+  const auto faultOfSlab = [](const Slab& slab, const model::TimeSpan& time = {0, 1}) {
+    FileBuilder file;
+    const SlabParts parts = file.putSimplexConnectivity();
+    file.put(t4d_layout::kSlab,
+             encodeSlab(time, parts, slab.vertices, slab.attributes, {0, false}));
+    file.putDone(1, time);
+    return faultOf(file);
+  };
+  EXPECT_EQ(faultOfSlab(simplexSlab()), "");
+  Slab slab = simplexSlab();
+  slab.vertices[2][1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(faultOfSlab(slab), HasSubstr("nan"));
+  slab.vertices[2][1] = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(faultOfSlab(slab), HasSubstr("inf"));
+  slab = simplexSlab();
+  slab.vertices[2][3] = 2;
+  EXPECT_THAT(faultOfSlab(slab), HasSubstr("outside"));
+  slab = simplexSlab();
+  slab.vertices.pop_back();
+  EXPECT_THAT(faultOfSlab(slab), HasSubstr("5 interior"));
+  slab = simplexSlab();
+  slab.attributes = {model::makeAttribute<int>("a", model::Domain::Cell, {1, 2, 3, 4})};
+  EXPECT_THAT(faultOfSlab(slab), HasSubstr("'a'"));
+  slab.attributes = {model::makeAttribute<int>("a", model::Domain::Cell, {1, 2, 3, 4, 5})};
+  EXPECT_EQ(faultOfSlab(slab), "");
+  slab.attributes.push_back(slab.attributes[0]);
+  EXPECT_THAT(faultOfSlab(slab), HasSubstr("two attributes 'a'"));
+  EXPECT_THAT(faultOfSlab(simplexSlab(), {1, 0}), HasSubstr("from time 1 to 0"));
+}
+
+TEST(T4dReader, RefusesSlabsThatDoNotFollowOneAnother) {
+  FileBuilder overlap;
+  const SlabParts parts = overlap.putSimplexConnectivity();
+  overlap.putSimplex(parts);
+  const std::uint64_t second = overlap.putSimplex(parts, {0.5, 1.5});
+  EXPECT_THAT(faultOf(overlap), HasSubstr("begins at time 0.5"));
+  // From the front the slabs before it can be used.
+  auto reader = T4dReader::open(writeFile("overlap.t4d", overlap.bytes()), T4dOpen::FromFront);
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_TRUE(reader->damage());
+  EXPECT_THAT(reader->damage()->where, HasSubstr("byte " + std::to_string(second)));
+  ASSERT_EQ(reader->body(0).slabCount(), 1u);
+  EXPECT_TRUE(same(**reader->body(0).slab(0), simplexSlab()));
+
+  FileBuilder apart;
+  SlabParts other = apart.putSimplexConnectivity();
+  apart.putSimplex(other);
+  other.lower = apart.put(t4d_layout::kLayer, encodeLayer(1, simplexSlab().vertices, {0, false}));
+  apart.putSimplex(other, {1, 2});
+  EXPECT_THAT(faultOf(apart), HasSubstr("not the upper layer"));
+}
+
+TEST(T4dReader, RefusesEndMarksThatLie) {
+  const auto faultWith = [](const std::function<void(Done&)>& change) {
+    FileBuilder file;
+    file.putSimplex(file.putSimplexConnectivity());
+    Done done;
+    done.chunks = file.chunks();
+    done.bodies.resize(1);
+    done.bodies[0].slabs = 1;
+    done.bodies[0].time = {0, 1};
+    change(done);
+    file.put(t4d_layout::kDone, encodeDone(done));
+    auto reader = T4dReader::open(writeFile("done.t4d", file.bytes()), T4dOpen::FromFront);
+    EXPECT_TRUE(reader && reader->body(0).slabCount() == 1);
+    return faultOf(file);
+  };
+  EXPECT_EQ(faultWith([](Done&) {}), "");
+  EXPECT_THAT(faultWith([](Done& d) { ++d.chunks; }), HasSubstr("chunks come before it"));
+  EXPECT_THAT(faultWith([](Done& d) { ++d.bodies[0].slabs; }), HasSubstr("it says 2"));
+  EXPECT_THAT(faultWith([](Done& d) { d.bodies[0].time.end = 2; }), HasSubstr("from 0 to 2"));
+  EXPECT_THAT(faultWith([](Done& d) { d.bodies.push_back(d.bodies[0]); }), HasSubstr("2 bodies"));
+}
+
+TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
+  const Sample sample("index.t4d", {0, false, true});
+  const ChunkPlace& index = sample.chunks.back();
+  const std::size_t footer = sample.bytes.size() - t4d_layout::kFooterBytes;
+  const auto faultWith = [&](std::size_t at, std::uint64_t value) {
+    std::string bytes = sample.bytes;
+    overwrite(bytes, at, value);
+    repairChecksums(bytes);
+    const auto path = writeFile("lying_index.t4d", bytes);
+    EXPECT_FALSE(checkT4dFile(path));
+    // What is read from the front does not suffer.
+    auto reader = T4dReader::open(path, T4dOpen::FromFront);
+    EXPECT_TRUE(reader && reader->damage() && reader->body(0).slabCount() == 3);
+    return faultOf(path);
+  };
+  for (std::size_t record = 0; record < 5; ++record) {
+    for (std::size_t field = 0; field < 8; ++field) {
+      for (const std::uint64_t value : {std::uint64_t{0}, std::uint64_t{24}, std::uint64_t{1} << 40,
+                                        ~std::uint64_t{0}, std::uint64_t{sample.bytes.size()}}) {
+        const std::size_t at = index.payload() + 8 + 64 * record + 8 * field;
+        std::uint64_t truth = 0;
+        std::memcpy(&truth, sample.bytes.data() + at, sizeof truth);
+        if (truth == value) continue;
+        EXPECT_NE(faultWith(at, value), "") << record << " " << field << " " << value;
+      }
+    }
+  }
+  for (std::size_t field = 0; field < 3; ++field) {
+    for (const std::uint64_t value : {std::uint64_t{0}, std::uint64_t{24}, ~std::uint64_t{0},
+                                      std::uint64_t{footer}, std::uint64_t{index.offset - 8}}) {
+      EXPECT_NE(faultWith(footer + 8 * field, value), "") << field << " " << value;
+    }
+  }
+  overwrite(const_cast<std::string&>(sample.bytes), footer + 24, std::uint32_t{0});
+  EXPECT_THAT(faultWith(footer + 24, 1), HasSubstr("reserved"));
+}
+
+/// The offset 0 is "none" for layers only.
+TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
+  std::string bytes =
+      fileContents(writeT4d("no_connectivity.t4d", {{simplexSlab()}}, {0, false, true}));
+  for (const ChunkPlace& chunk : chunksOf(bytes)) {
+    if (chunk.type == "SLAB") overwrite(bytes, chunk.payload() + 16, std::uint64_t{0});
+    if (chunk.type == "INDX") overwrite(bytes, chunk.payload() + 8 + 32, std::uint64_t{0});
+  }
+  repairChecksums(bytes);
+  EXPECT_THAT(faultOf(writeFile("no_connectivity.t4d", bytes)), HasSubstr("no chunk can be here"));
+}
+
+/// -0 equals 0, and so the index may have one where the slab has the other.
+TEST(T4dReader, GivesTheTimesOfTheSlabWhereTheIndexHasAnotherZero) {
+  std::string bytes = fileContents(writeT4d("zero.t4d", {{simplexSlab()}}, {0, false, true}));
+  for (const ChunkPlace& chunk : chunksOf(bytes)) {
+    if (chunk.type == "INDX") overwrite(bytes, chunk.payload() + 8 + 16, -0.0);
+  }
+  repairChecksums(bytes);
+  auto reader = T4dReader::open(writeFile("zero.t4d", bytes));
+  ASSERT_TRUE(reader) << reader.error().text();
+  const auto slab = reader->body(0).slab(0);
+  ASSERT_TRUE(slab) << slab.error().text();
+  EXPECT_FALSE(std::signbit((*slab)->timeBegin));
+}
+
+TEST(T4dReader, RefusesLengthsBeyondTheFileWithoutAskingForMemory) {
+  const Sample sample("length.t4d", {0, false, true});
+  for (const ChunkPlace& chunk : sample.chunks) {
+    for (const std::uint64_t length :
+         {~std::uint64_t{0}, ~std::uint64_t{0} - 7, std::uint64_t{1} << 63, std::uint64_t{1} << 40,
+          std::uint64_t{sample.bytes.size()}}) {
+      std::string bytes = sample.bytes;
+      overwrite(bytes, chunk.offset + 8, length);
+      overwrite(bytes, chunk.offset + 20, crc32c(bytes.data() + chunk.offset, 20));
+      const auto path = writeFile("long.t4d", bytes);
+      const auto checked = checkT4dFile(path);
+      ASSERT_FALSE(checked);
+      EXPECT_THAT(checked.error().message, HasSubstr("claims"));
+      EXPECT_NE(faultOf(path), "");
+    }
+  }
+}
+
+#if !defined(__SANITIZE_ADDRESS__)
+TEST(T4dReaderDeathTest, SaysThatAFileDoesNotFitIntoMemory) {
+  // A hole of 100 GiB is a file's honest length, and no bytes on the disk.
+  FileBuilder file;
+  std::string bytes = file.bytes();
+  const std::size_t at = bytes.size();
+  file.put({'h', 'u', 'g', 'e'}, {}, 0);
+  bytes = file.bytes();
+  const std::uint64_t length = std::uint64_t{100} << 30;
+  overwrite(bytes, at + 8, length);
+  overwrite(bytes, at + 20, crc32c(bytes.data() + at, 20));
+  const auto path = writeFile("huge.t4d", bytes);
+  std::filesystem::resize_file(path, bytes.size() + length);
+  const auto open = [&] {
+    const rlimit limit = {std::uint64_t{2} << 30, std::uint64_t{2} << 30};
+    ::setrlimit(RLIMIT_AS, &limit);
+    const auto opened = T4dReader::open(path);
+    std::exit(!opened && opened.error().message.ends_with("does not fit into memory") ? 0 : 1);
+  };
+  EXPECT_EXIT(open(), testing::ExitedWithCode(0), "");
+  std::filesystem::remove(path);
+}
+#endif
+
+/// Random damage with checksums that are right again: nothing crashes, and what is given out is
+/// sound. T4D_FUZZ_ROUNDS asks for more of it.
+TEST(T4dReader, StandsRandomDamageBehindRightChecksums) {
+  const char* asked = std::getenv("T4D_FUZZ_ROUNDS");
+  const int rounds = asked != nullptr ? std::atoi(asked) : 3000;
+  std::mt19937_64 random(7);
+  const auto upTo = [&](std::size_t most) { return random() % (most + 1); };
+  std::vector<std::string> seeds;
+  for (const T4dWriteOptions& options :
+       {T4dWriteOptions{0, false, true}, {3, false, true}, {0, true, false}}) {
+    seeds.push_back(Sample("seed.t4d", options).bytes);
+    seeds.push_back(fileContents(writeT4d("seed.t4d", {{simplexSlab()}}, options)));
+  }
+  const std::uint64_t values[] = {0,          1,          7,          24,
+                                  0x7F,       0xFF,       0x7FFFFFFF, 0xFFFFFFFF,
+                                  1ULL << 32, 1ULL << 61, ~0ULL,      0x7FF0000000000000};
+  std::size_t accepted = 0;
+  for (int round = 0; round < rounds; ++round) {
+    std::string bytes = seeds[upTo(seeds.size() - 1)];
+    for (std::size_t edits = 1 + upTo(2); edits > 0; --edits) {
+      const std::size_t at = upTo(bytes.size() - 9);
+      switch (upTo(5)) {
+        case 0:
+          bytes[at] = static_cast<char>(random());
+          break;
+        case 1:
+          overwrite(bytes, at, static_cast<std::uint8_t>(values[upTo(11)]));
+          break;
+        case 2:
+          overwrite(bytes, at / 4 * 4, static_cast<std::uint32_t>(values[upTo(11)] + upTo(2)));
+          break;
+        case 3:
+          overwrite(bytes, at / 8 * 8, values[upTo(11)] + upTo(2));
+          break;
+        case 4:  // Eight bytes from elsewhere: offsets, counts, times.
+          bytes.replace(at / 8 * 8, 8, std::string(bytes, upTo(bytes.size() - 8) / 8 * 8, 8));
+          break;
+        default: {
+          // A small step of what is there, as in counts that are off by one.
+          bytes[at] = static_cast<char>(bytes[at] + (upTo(1) == 0 ? 1 : -1));
+        }
+      }
+    }
+    if (upTo(9) == 0) bytes.resize(upTo(bytes.size()));
+    if (bytes.size() > t4d_layout::kFileHeaderBytes + t4d_layout::kChunkHeaderBytes) {
+      repairChecksums(bytes);
+    }
+    const auto path = writeFile("fuzzed.t4d", bytes);
+    const bool fine = faultOf(path).empty();
+    faultOf(path, T4dOpen::FromFront);
+    if (checkT4dFile(path) && fine) ++accepted;
+  }
+  // Changes of names and numbers are no damage; were none accepted, nothing would be tested.
+  EXPECT_GT(accepted, 0u);
+}
+
+}  // namespace
+}  // namespace t4d::formats

@@ -1,0 +1,381 @@
+#include "t4d/formats/t4d/salvage.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "t4d/formats/t4d/found_chunks.h"
+#include "t4d/formats/t4d/head_chunk.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/slab_source.h"
+#include "t4d/formats/t4d/within_memory.h"
+
+namespace t4d::formats {
+
+using namespace t4d_layout;
+
+class T4dSalvage::File {
+ public:
+  explicit File(ChunkFile file) : file_(std::move(file)) {}
+
+  /// With `judged` a file that seems whole is judged by all rules of the format as well; otherwise
+  /// it is known to be damaged.
+  Result<void> run(bool judged, const model::Progress& progress) {
+    constexpr double kWalkShare = 0.5;
+    if (auto begun = readBeginning(); !begun) return begun;
+    walk([&](double fraction) {
+      if (progress) progress(kWalkShare * fraction);
+    });
+    judgeEnd();
+    found_.compareWith(index_ ? std::span<const IndexRecord>(*index_)
+                              : std::span<const IndexRecord>());
+    takeSlabs();
+    if (judged && lost_.empty()) {
+      auto checked = checkT4dFile(file_.path(), [&](double fraction) {
+        if (progress) progress(kWalkShare + (1 - kWalkShare) * fraction);
+      });
+      if (!checked) {
+        if (!checked.error().offset) return checked;
+        lose(*checked.error().offset, checked.error().message);
+      }
+    }
+    chooseBodies(!judged || !lost_.empty());
+    if (chosen_.empty() && notT4d_ && !foundChunk_) return pass(*notT4d_);
+    std::stable_sort(lost_.begin(), lost_.end(),
+                     [](const T4dLoss& a, const T4dLoss& b) { return a.offset < b.offset; });
+    return {};
+  }
+
+  struct Body {
+    SlabSource slabs;
+    bool encloses = false;  ///< a slab of it has cells and lasts
+  };
+
+  Metadata metadata_;
+  bool metadataSaved_ = false;
+  std::map<std::uint32_t, Body> bodies_;
+  std::vector<Body*> chosen_;  // those of metadata_.bodies
+  std::optional<std::uint64_t> slabsKnown_;
+  std::vector<T4dLoss> lost_;
+
+ private:
+  void lose(std::uint64_t offset, std::string what,
+            const std::optional<model::TimeSpan>& time = std::nullopt) {
+    lost_.push_back({offset, std::move(what), time});
+  }
+
+  /// File header and HEAD. What is not damaged but beyond this reader is an error.
+  Result<void> readBeginning() {
+    const auto header = file_.readHeader();
+    if (header) {
+      indexed_ = header->indexed;
+    } else {
+      if (header.error().code == ErrorCode::Unsupported) return pass(header.error());
+      notT4d_ = header.error();
+      lose(header.error().offset.value_or(0), header.error().message);
+    }
+    auto head = readHead(file_);
+    if (!head && head.error().code != ErrorCode::Unsupported &&
+        !file_.readChunkHeader(kFileHeaderBytes)) {
+      // Bytes may have been inserted before it.
+      const std::uint64_t next = nextChunk(kFileHeaderBytes);
+      if (auto moved = readHead(file_, next)) {
+        lose(kFileHeaderBytes, fmt::format("{}; HEAD is at byte {}", head.error().message, next));
+        found_.addGap();
+        head = std::move(moved);
+      }
+    }
+    if (head) {
+      metadata_ = std::move(head->metadata);
+      features_ = head->features;
+      metadataSaved_ = true;
+      at_ = head->end;
+      foundChunk_ = true;
+      return {};
+    }
+    if (head.error().code == ErrorCode::Unsupported) return pass(head.error());
+    // What remains to be seen is whether another chunk is there instead.
+    const auto chunk = file_.readChunkHeader(kFileHeaderBytes);
+    if (chunk && chunk->type != kHead) {
+      at_ = kFileHeaderBytes;
+    } else {
+      at_ = chunk ? chunk->end() : nextChunk(kFileHeaderBytes);
+    }
+    found_.addGap();
+    lose(kFileHeaderBytes, fmt::format("{}; names of bodies, units and all else that HEAD says",
+                                       head.error().message));
+    return {};
+  }
+
+  /// Where the search for a chunk goes on after none was found at `offset`.
+  std::uint64_t nextChunk(std::uint64_t offset) {
+    const auto next = file_.findChunk(offset + kAlignment);
+    return next ? next->offset : file_.size();
+  }
+
+  void walk(const model::Progress& progress) {
+    const auto footer = file_.readFooter();
+    footerSaved_ = footer.has_value();
+    if (!footer) footerError_ = footer.error();
+    const std::uint64_t end = file_.size() - (footerSaved_ ? kFooterBytes : 0);
+    while (at_ < end && !atEnd()) {
+      progress(static_cast<double>(at_) / static_cast<double>(file_.size()));
+      const auto header = file_.readChunkHeader(at_);
+      if (!header) {
+        found_.addGap();
+        const std::uint64_t next = std::min(nextChunk(at_), std::max(end, at_ + kAlignment));
+        lose(at_, next < end ? fmt::format("{}; the next chunk is at byte {}",
+                                           header.error().message, next)
+                             : header.error().message);
+        at_ = next;
+        continue;
+      }
+      foundChunk_ = true;
+      at_ = header->end();
+      last_ = header->type;
+      sawDone_ = sawDone_ || header->type == kDone;
+      sawIndex_ = sawIndex_ || header->type == kIndex;
+      if (const auto payload = file_.readPayload(*header)) {
+        take(*header, *payload);
+      } else {
+        found_.addGap();
+        lose(header->offset, payload.error().message);
+      }
+    }
+  }
+
+  /// Whether the chunk before was the last of the file. Says what follows, and what is left of the
+  /// footer.
+  bool atEnd() {
+    const auto follows = [&](std::uint64_t end) {
+      lose(end, fmt::format("{} bytes follow the end of the file", file_.size() - end));
+      return true;
+    };
+    if (last_ == kDone && indexed_ == false) return follows(at_);
+    if (last_ != kIndex || footerSaved_) return false;
+    const std::uint64_t left = file_.size() - at_;
+    if (left > kFooterBytes) {
+      footerSaved_ = file_.readFooter(at_ + kFooterBytes).has_value();
+      return footerSaved_ && follows(at_ + kFooterBytes);
+    }
+    if (left < kFooterBytes) {
+      footerError_.message = fmt::format(
+          "the file is cut off: of its footer are {} of {} bytes left", left, kFooterBytes);
+      footerError_.offset = at_;
+    }
+    return true;
+  }
+
+  void take(const ChunkHeader& header, std::span<const std::byte> payload) {
+    const auto wrong = [&](const std::string& message) {
+      lose(header.offset, fmt::format("{}: {}", header.name(), message));
+    };
+    if (header.type == kConnectivity || header.type == kLayer) {
+      found_.addPart(header.offset);
+    } else if (header.type == kSlab) {
+      takeSlab(header, payload);
+    } else if (header.type == kDone) {
+      if (auto done = decodeDone(payload)) {
+        done_ = std::move(*done);
+      } else {
+        wrong(done.error().message);
+      }
+    } else if (header.type == kIndex) {
+      if (auto index = decodeIndex(payload)) {
+        index_ = std::move(*index);
+      } else {
+        wrong(index.error().message);
+      }
+    } else if (header.type == kHead) {
+      wrong("this chunk cannot be here");
+    } else {
+      wrong("a chunk of a type that this version does not know");
+    }
+  }
+
+  void takeSlab(const ChunkHeader& header, std::span<const std::byte> payload) {
+    auto decoded = decodeSlab(payload, features_);
+    if (!decoded) return lose(header.offset, "SLAB: " + decoded.error().message);
+    found_.addSlab({header.offset, header.bytes(), decoded->parts, decoded->time});
+  }
+
+  /// Reads what was found, and names the slabs that the index knows and that are not whole.
+  void takeSlabs() {
+    std::map<std::uint64_t, std::size_t> lostAt;
+    for (std::size_t i = 0; i < lost_.size(); ++i) lostAt.emplace(lost_[i].offset, i);
+    for (const auto& slab : found_.slabs()) {
+      if (auto taken = takeRecord(slab.record); !taken) {
+        lose(slab.record.slab, "SLAB: " + taken.error().message, slab.record.time);
+      }
+    }
+    for (const auto& [record, before] : found_.missing()) {
+      const auto known = lostAt.find(record.slab);
+      if (known == lostAt.end() || lost_[known->second].time) {
+        lose(record.slab, "SLAB: known from the index, not found whole", record.time);
+      } else {
+        lost_[known->second].time = record.time;
+      }
+    }
+    if (index_) {
+      slabsKnown_ = found_.slabs().size() + found_.missing().size();
+    } else if (done_) {
+      // Each slab takes some bytes: more than that many are a lie, and could overflow the sum.
+      const std::uint64_t most = file_.size() / kChunkHeaderBytes;
+      std::uint64_t known = 0;
+      for (const BodySummary& body : done_->bodies) {
+        if (body.slabs > most) return;
+        known += body.slabs;
+      }
+      slabsKnown_ = std::max<std::uint64_t>(known, found_.slabs().size());
+    }
+  }
+
+  /// Takes the parts to where they are now.
+  Result<void> takeRecord(IndexRecord record) {
+    SlabParts& parts = record.parts;
+    const std::uint64_t bodyCount = metadataSaved_ ? metadata_.bodies.size() : kMaxBodies;
+    if (parts.body >= bodyCount) {
+      return invalid(fmt::format("it belongs to body {}, of {}", parts.body, bodyCount));
+    }
+    const auto locate = [&](std::uint64_t& offset) {
+      const auto now = found_.part(offset);
+      if (!now || broken_.contains(*now)) return false;
+      offset = *now;
+      return true;
+    };
+    if (!locate(parts.connectivity)) {
+      return invalid(fmt::format("its CONN at byte {} is not whole", parts.connectivity));
+    }
+    for (std::uint64_t* layer : {&parts.lower, &parts.upper}) {
+      if (*layer != 0 && !locate(*layer)) {
+        return invalid(fmt::format("its LAYR at byte {} is not whole", *layer));
+      }
+    }
+    const auto found = bodies_.find(parts.body);
+    if (found != bodies_.end()) {
+      const SlabSource& slabs = found->second.slabs;
+      const double end = slabs.record(slabs.slabCount() - 1).time.end;
+      if (record.time.begin < end) {
+        return invalid(fmt::format("it begins at time {}, the slab before ends at {}",
+                                   record.time.begin, end));
+      }
+    }
+    Body& body =
+        found != bodies_.end()
+            ? found->second
+            : bodies_.try_emplace(parts.body, Body{SlabSource(file_, features_, PartsAt::Record)})
+                  .first->second;
+    auto slab = body.slabs.read(record);
+    if (!slab) {
+      // Other slabs that name the same part need not read it.
+      const std::uint64_t at = slab.error().offset.value_or(0);
+      broken_.insert(at);
+      if (body.slabs.slabCount() == 0) bodies_.erase(parts.body);
+      return invalid(at == record.slab ? slab.error().message
+                                       : fmt::format("byte {}: {}", at, slab.error().message));
+    }
+    body.slabs.add(record);
+    body.encloses = body.encloses ||
+                    (record.time.begin < record.time.end && !(*slab)->connectivity->cells.empty());
+    return {};
+  }
+
+  void judgeEnd() {
+    std::vector<std::string> missing;
+    if (!sawDone_) missing.emplace_back("end mark (DONE)");
+    if (indexed_.value_or(footerSaved_ || sawIndex_)) {
+      if (!sawIndex_) missing.emplace_back("index (INDX)");
+      if (!footerSaved_ && sawIndex_) {
+        lose(footerError_.offset.value_or(file_.size()), footerError_.message);
+      } else if (!footerSaved_) {
+        missing.emplace_back("footer");
+      }
+    }
+    if (!missing.empty()) {
+      lose(file_.size(), fmt::format("the file ends without {}", fmt::join(missing, ", ")));
+    }
+  }
+
+  void chooseBodies(bool damaged) {
+    const std::vector<std::string> names = std::exchange(metadata_.bodies, {});
+    const auto nameOf = [&](std::uint32_t number) {
+      return metadataSaved_ ? names[number] : fmt::format("body {}", number);
+    };
+    for (std::uint32_t i = 0; i < names.size(); ++i) {
+      if (bodies_.contains(i)) continue;
+      lose(kFileHeaderBytes, fmt::format("the body '{}': none of its slabs is whole", names[i]));
+    }
+    for (auto& [number, body] : bodies_) {
+      if (damaged && !body.encloses) {
+        for (std::size_t i = 0; i < body.slabs.slabCount(); ++i) {
+          const IndexRecord& slab = body.slabs.record(i);
+          lose(slab.slab,
+               fmt::format("the body '{}': what is whole of it encloses nothing", nameOf(number)),
+               slab.time);
+        }
+        continue;
+      }
+      metadata_.bodies.push_back(nameOf(number));
+      chosen_.push_back(&body);
+    }
+  }
+
+  ChunkFile file_;
+  std::optional<bool> indexed_;  // as the file header says
+  std::optional<Error> notT4d_;  // what is wrong with the file header
+  Features features_;            // all, where HEAD does not say
+  std::uint64_t at_ = 0;         // where the walk is
+  bool foundChunk_ = false;
+  bool sawDone_ = false;
+  bool sawIndex_ = false;
+  bool footerSaved_ = false;
+  Error footerError_;
+  ChunkType last_{};  // of the chunk before
+  FoundChunks found_;
+  std::set<std::uint64_t> broken_;  // parts that cannot be read for all their checksums
+  std::optional<Done> done_;
+  std::optional<std::vector<IndexRecord>> index_;
+};
+
+T4dSalvage::T4dSalvage(std::unique_ptr<File> file) : file_(std::move(file)) {}
+T4dSalvage::T4dSalvage(T4dSalvage&&) noexcept = default;
+T4dSalvage& T4dSalvage::operator=(T4dSalvage&&) noexcept = default;
+T4dSalvage::~T4dSalvage() = default;
+
+Result<T4dSalvage> T4dSalvage::open(const std::filesystem::path& path,
+                                    const model::Progress& progress) {
+  auto chunkFile = ChunkFile::open(path);
+  if (!chunkFile) return pass(chunkFile.error());
+  auto file = std::make_unique<File>(std::move(*chunkFile));
+  auto done = withinMemory(path.string(), [&] { return file->run(true, progress); });
+  if (!done) return pass(done.error());
+  return T4dSalvage(std::move(file));
+}
+
+bool T4dSalvage::finds(const std::filesystem::path& path, std::uint64_t bytes) {
+  auto chunkFile = ChunkFile::open(path);
+  if (!chunkFile) return false;
+  chunkFile->cutAfter(bytes);
+  auto file = std::make_unique<File>(std::move(*chunkFile));
+  const auto done = withinMemory(path.string(), [&] { return file->run(false, {}); });
+  return done && !file->chosen_.empty();
+}
+
+const Metadata& T4dSalvage::metadata() const { return file_->metadata_; }
+bool T4dSalvage::metadataSaved() const { return file_->metadataSaved_; }
+model::Source& T4dSalvage::body(std::size_t index) { return file_->chosen_[index]->slabs; }
+std::uint64_t T4dSalvage::slabOffset(std::size_t body, std::size_t slab) const {
+  return file_->chosen_[body]->slabs.record(slab).slab;
+}
+std::uint64_t T4dSalvage::slabsSaved() const {
+  std::uint64_t saved = 0;
+  for (const File::Body* body : file_->chosen_) saved += body->slabs.slabCount();
+  return saved;
+}
+std::optional<std::uint64_t> T4dSalvage::slabsKnown() const { return file_->slabsKnown_; }
+const std::vector<T4dLoss>& T4dSalvage::losses() const { return file_->lost_; }
+
+}  // namespace t4d::formats

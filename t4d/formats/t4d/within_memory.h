@@ -1,0 +1,21 @@
+#pragma once
+
+#include <new>
+#include <string>
+#include <type_traits>
+
+#include "t4d/model/error.h"
+
+namespace t4d::formats {
+
+/// A file may honestly hold more than fits into memory: what `function` returns, or an error.
+template <class Function>
+std::invoke_result_t<Function> withinMemory(const std::string& where, Function&& function) {
+  try {
+    return function();
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::Failed, "what it holds does not fit into memory", where);
+  }
+}
+
+}  // namespace t4d::formats

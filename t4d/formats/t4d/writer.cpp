@@ -1,0 +1,254 @@
+#include "t4d/formats/t4d/writer.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/formats/t4d/layout.h"
+
+namespace t4d::formats {
+namespace {
+
+using namespace t4d_layout;
+using model::Connectivity;
+using model::Point4;
+using model::Slab;
+
+}  // namespace
+
+class T4dWriter::File {
+ public:
+  File(OutputFile file, const Metadata& metadata, const T4dWriteOptions& options)
+      : out_(std::move(file)),
+        metadata_(metadata),
+        arrays_{options.compression, options.float32},
+        indexed_(options.index) {
+    bodies_.reserve(metadata.bodies.size());
+    for (std::uint32_t i = 0; i < metadata.bodies.size(); ++i) bodies_.emplace_back(*this, i);
+  }
+
+  Result<void> begin() {
+    ByteWriter header;
+    header.putBytes(kSignature.data(), kSignature.size());
+    header.put(kMajorVersion);
+    header.put(kMinorVersion);
+    header.put(indexed_ ? kFlagIndexed : std::uint32_t{0});
+    header.put(std::uint32_t{0});
+    header.put(crc32c(header.data(), header.size()));
+    if (auto done = out_.write(header.data(), header.size()); !done) return done;
+    std::vector<std::string> features = {std::string(kFeatureMeans)};
+    if (arrays_.level > 0) features.emplace_back(kFeatureZstd);
+    ByteWriter head;
+    const auto text = headText(metadata_, features);
+    if (!text) return pass(text.error());
+    head.putBytes(text->data(), text->size());
+    const auto offset = putChunk(kHead, head);
+    return offset ? Result<void>() : pass(offset.error());
+  }
+
+  model::Sink& body(std::size_t index) { return bodies_[index]; }
+
+  Result<std::uint64_t> finish() {
+    if (error_) return pass(*error_);
+    for (const Body& body : bodies_) {
+      if (body.summary.slabs == 0) {
+        return invalid(fmt::format("the body '{}' has no slab", metadata_.bodies[body.index]));
+      }
+    }
+    Done summary;
+    summary.chunks = chunks_;
+    for (const Body& body : bodies_) summary.bodies.push_back(body.summary);
+    ByteWriter done = encodeDone(summary);
+    const auto doneOffset = putChunk(kDone, done);
+    if (!doneOffset) return pass(doneOffset.error());
+    if (indexed_) {
+      if (auto put = putIndexAndFooter(*doneOffset); !put) return pass(put.error());
+    }
+    const std::uint64_t size = out_.size();
+    if (auto committed = out_.commit(); !committed) return pass(committed.error());
+    return size;
+  }
+
+ private:
+  class Body : public model::Sink {
+   public:
+    Body(File& file, std::uint32_t bodyIndex) : index(bodyIndex), file_(file) {}
+    Result<void> put(const Slab& slab) override { return file_.put(*this, slab); }
+
+    std::uint32_t index;
+    BodySummary summary;
+    // What the next slab can share.
+    std::shared_ptr<const Connectivity> connectivity;
+    std::uint64_t connectivityOffset = 0;
+    std::vector<Point4> upperLayer;
+    std::uint64_t upperOffset = 0;
+
+   private:
+    File& file_;
+  };
+
+  /// What has failed once cannot be finished: the file would look whole and lack slabs.
+  Result<void> put(Body& body, const Slab& slab) {
+    if (error_) return pass(*error_);
+    auto done = putSlab(body, slab);
+    if (!done) error_ = done.error();
+    return done;
+  }
+
+  /// Returns the offset of the chunk.
+  Result<std::uint64_t> putChunk(ChunkType type, ByteWriter& payload) {
+    const std::uint64_t offset = out_.size();
+    const std::uint64_t length = payload.size();
+    ByteWriter header;
+    header.putBytes(type.data(), type.size());
+    header.put(kFlagCritical);
+    header.put(length);
+    header.put(crc32c(payload.data(), payload.size()));
+    header.put(crc32c(header.data(), header.size()));
+    payload.pad();
+    if (auto done = out_.write(header.data(), header.size()); !done) return pass(done.error());
+    if (auto done = out_.write(payload.data(), payload.size()); !done) return pass(done.error());
+    ++chunks_;
+    return offset;
+  }
+
+  /// 0 for a layer without vertices.
+  Result<std::uint64_t> putLayer(double time, std::span<const Point4> vertices) {
+    if (vertices.empty()) return std::uint64_t{0};
+    ByteWriter payload = encodeLayer(time, vertices, arrays_);
+    return putChunk(kLayer, payload);
+  }
+
+  Result<void> checkAgainstBody(const Body& body, const Slab& slab) {
+    if (!slab.connectivity) return invalid("has no connectivity");
+    if (slab.connectivity != body.connectivity) {
+      if (auto sound = checkConnectivity(*slab.connectivity); !sound) return sound;
+    }
+    if (auto sound = checkSlab(slab); !sound) return sound;
+    if (auto sound = checkStorable(slab.connectivity->cellAttributes, slab.attributes); !sound) {
+      return sound;
+    }
+    if (arrays_.float32) {
+      constexpr double kLargest = std::numeric_limits<float>::max();
+      for (const Point4& vertex : slab.vertices) {
+        if (vertex.head<3>().cwiseAbs().maxCoeff() > kLargest) {
+          return invalid("a coordinate is too large for a 32-bit float");
+        }
+      }
+    }
+    const auto lower = slab.lowerLayer();
+    if (body.summary.slabs > 0) {
+      const bool apart = lower.empty() ? slab.timeBegin < body.summary.time.end
+                                       : slab.timeBegin != body.summary.time.end;
+      if (apart) {
+        return invalid(fmt::format("begins at time {}, the one before ends at {}", slab.timeBegin,
+                                   body.summary.time.end));
+      }
+      if (!std::ranges::equal(lower, body.upperLayer)) {
+        return invalid("its lower layer is not the upper layer of the one before");
+      }
+    }
+    if (slab.connectivity->means.size() > 0) {
+      scratch_ = slab.vertices;
+      setMeans(*slab.connectivity, scratch_);
+      if (scratch_ != slab.vertices) {
+        return invalid("a vertex is not the mean that its connectivity says it is");
+      }
+    }
+    return {};
+  }
+
+  Result<void> putSlab(Body& body, const Slab& slab) {
+    if (auto checked = checkAgainstBody(body, slab); !checked) {
+      return invalid(checked.error().message, fmt::format("slab {}", body.summary.slabs));
+    }
+    const Connectivity& connectivity = *slab.connectivity;
+    IndexRecord record;
+    record.time = {slab.timeBegin, slab.timeEnd};
+    record.parts.body = body.index;
+    if (slab.connectivity != body.connectivity) {
+      ByteWriter payload = encodeConnectivity(connectivity, arrays_);
+      auto offset = putChunk(kConnectivity, payload);
+      if (!offset) return pass(offset.error());
+      body.connectivity = slab.connectivity;
+      body.connectivityOffset = *offset;
+    }
+    record.parts.connectivity = body.connectivityOffset;
+    record.parts.lower = body.upperOffset;
+    if (body.summary.slabs == 0) {
+      auto lower = putLayer(slab.timeBegin, slab.lowerLayer());
+      if (!lower) return pass(lower.error());
+      record.parts.lower = *lower;
+    }
+    auto upper = putLayer(slab.timeEnd, slab.upperLayer());
+    if (!upper) return pass(upper.error());
+    record.parts.upper = *upper;
+
+    const auto interior =
+        std::span(slab.vertices)
+            .subspan(connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount);
+    ByteWriter payload = encodeSlab(record.time, record.parts, interior, slab.attributes, arrays_);
+    auto offset = putChunk(kSlab, payload);
+    if (!offset) return pass(offset.error());
+    record.slab = *offset;
+    record.slabBytes = out_.size() - *offset;
+    if (indexed_) index_.push_back(record);
+
+    addSlab(body.summary, slab, arrays_.float32);
+    body.upperLayer.assign(slab.upperLayer().begin(), slab.upperLayer().end());
+    body.upperOffset = record.parts.upper;
+    return {};
+  }
+
+  Result<void> putIndexAndFooter(std::uint64_t doneOffset) {
+    ByteWriter payload = encodeIndex(index_);
+    const auto indexOffset = putChunk(kIndex, payload);
+    if (!indexOffset) return pass(indexOffset.error());
+    ByteWriter footer;
+    footer.put(*indexOffset);
+    footer.put(doneOffset);
+    footer.put(std::uint64_t{out_.size() + kFooterBytes});
+    footer.put(std::uint32_t{0});
+    footer.put(crc32c(footer.data(), footer.size()));
+    footer.putBytes(kEndSignature.data(), kEndSignature.size());
+    return out_.write(footer.data(), footer.size());
+  }
+
+  OutputFile out_;
+  Metadata metadata_;
+  ArrayOptions arrays_;
+  bool indexed_;
+  std::vector<Body> bodies_;
+  std::vector<IndexRecord> index_;
+  std::vector<Point4> scratch_;
+  std::uint64_t chunks_ = 0;
+  std::optional<Error> error_;  // the first
+};
+
+T4dWriter::T4dWriter(std::unique_ptr<File> file) : file_(std::move(file)) {}
+T4dWriter::T4dWriter(T4dWriter&&) noexcept = default;
+T4dWriter& T4dWriter::operator=(T4dWriter&&) noexcept = default;
+T4dWriter::~T4dWriter() = default;
+
+Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Metadata& metadata,
+                                    const T4dWriteOptions& options) {
+  // A reader would refuse what parseHead refuses.
+  const auto parsed = headText(metadata, {}).and_then(parseHead);
+  if (!parsed) return invalid(parsed.error().message, path.string());
+  auto out = OutputFile::create(path);
+  if (!out) return pass(out.error());
+  auto file = std::make_unique<File>(std::move(*out), metadata, options);
+  if (auto begun = file->begin(); !begun) return pass(begun.error());
+  return T4dWriter(std::move(file));
+}
+
+model::Sink& T4dWriter::body(std::size_t index) { return file_->body(index); }
+
+Result<std::uint64_t> T4dWriter::finish() { return file_->finish(); }
+
+}  // namespace t4d::formats

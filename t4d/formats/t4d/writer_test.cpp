@@ -1,0 +1,332 @@
+#include "t4d/formats/t4d/writer.h"
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include <gmock/gmock.h>
+
+#include "t4d/fixtures/solids.h"
+#include "t4d/formats/t4d/test_slabs.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/mesh4d/sweep.h"
+
+namespace t4d::formats {
+namespace {
+
+using model::Connectivity;
+using model::Point4;
+using model::Slab;
+using testing::HasSubstr;
+
+const T4dWriteOptions kAllOptions[] = {
+    {3, false, true}, {0, false, true}, {19, false, false}, {3, true, true}, {0, true, false},
+};
+
+/// What float32 makes of a slab: stored positions rounded, means of those.
+Slab rounded(const Slab& slab) {
+  Slab result = slab;
+  for (Point4& vertex : result.vertices) {
+    vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
+  }
+  model::setMeans(*result.connectivity, result.vertices);
+  return result;
+}
+
+void expectComesBack(const std::vector<std::vector<Slab>>& bodies, const T4dWriteOptions& options) {
+  const auto path = writeT4d("round_trip.t4d", bodies, options);
+  const auto checked = checkT4dFile(path);
+  ASSERT_TRUE(checked) << checked.error().text();
+  for (const T4dOpen how : {T4dOpen::Whole, T4dOpen::FromFront}) {
+    auto reader = T4dReader::open(path, how);
+    ASSERT_TRUE(reader) << reader.error().text();
+    EXPECT_EQ(reader->indexed(), options.index);
+    EXPECT_FALSE(reader->damage());
+    ASSERT_EQ(reader->bodyCount(), bodies.size());
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      model::Source& body = reader->body(i);
+      const BodySummary& summary = reader->summary(i);
+      ASSERT_EQ(body.slabCount(), bodies[i].size());
+      EXPECT_EQ(summary.slabs, bodies[i].size());
+      EXPECT_EQ(summary.time.begin, bodies[i].front().timeBegin);
+      EXPECT_EQ(summary.time.end, bodies[i].back().timeEnd);
+      std::uint64_t vertices = 0;
+      std::uint64_t tetrahedra = 0;
+      model::Bounds3 bounds;
+      for (std::size_t k = 0; k < bodies[i].size(); ++k) {
+        const auto slab = body.slab(k);
+        ASSERT_TRUE(slab) << slab.error().text();
+        const Slab expected = options.float32 ? rounded(bodies[i][k]) : bodies[i][k];
+        EXPECT_TRUE(same(**slab, expected)) << "body " << i << ", slab " << k;
+        EXPECT_EQ(body.timeSpan(k).begin, expected.timeBegin);
+        EXPECT_EQ(body.timeSpan(k).end, expected.timeEnd);
+        const Connectivity& connectivity = *expected.connectivity;
+        vertices += connectivity.vertexCount - (k == 0 ? 0 : connectivity.lowerCount);
+        tetrahedra += connectivity.cells.size();
+        for (std::uint32_t v = 0; v < connectivity.vertexCount; ++v) {
+          const bool stored = v < connectivity.firstMean() || v >= connectivity.firstUpper();
+          if (stored) bounds.add(expected.vertices[v].head<3>());
+        }
+      }
+      EXPECT_EQ(summary.vertices, vertices);
+      EXPECT_EQ(summary.tetrahedra, tetrahedra);
+      EXPECT_EQ(summary.bounds.min, bounds.min);
+      EXPECT_EQ(summary.bounds.max, bounds.max);
+      // In any other order too.
+      for (std::size_t k = bodies[i].size(); k-- > 0;) {
+        const auto slab = body.slab(k);
+        ASSERT_TRUE(slab) << slab.error().text();
+        EXPECT_TRUE(same(**slab, options.float32 ? rounded(bodies[i][k]) : bodies[i][k]));
+      }
+    }
+  }
+}
+
+TEST(T4dWriter, WritesRandomSlabsThatComeBackBitForBit) {
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomSlabs random(seed);
+    std::vector<std::vector<Slab>> bodies;
+    for (unsigned i = 0; i <= seed % 3; ++i) {
+      bodies.push_back(random.make(1 + static_cast<int>((seed + i) % 7)));
+    }
+    expectComesBack(bodies, kAllOptions[seed % std::size(kAllOptions)]);
+  }
+}
+
+TEST(T4dWriter, WritesOneSlabWithoutLayersAndAnEmptyOne) {
+  Slab nothing;
+  nothing.connectivity = std::make_shared<Connectivity>();
+  for (const T4dWriteOptions& options : kAllOptions) {
+    expectComesBack({{simplexSlab()}}, options);
+    expectComesBack({{nothing}}, options);
+  }
+}
+
+model::Mesh sweptTorus() {
+  model::ScrewRun run;
+  run.duration = 4;
+  run.screw.angleDegrees = 130;
+  run.screw.translation = {1, 2, 3};
+  const auto motion = model::chainScrews(-1, std::span(&run, 1));
+  EXPECT_TRUE(motion);
+  mesh4d::SweepOptions options;
+  options.caps = mesh4d::CapMethod::Cone;
+  model::Mesh mesh;
+  const auto swept = mesh4d::sweep(fixtures::torus(3, 1, 24, 12), *motion, options, mesh);
+  EXPECT_TRUE(swept) << swept.error().text();
+  return mesh;
+}
+
+TEST(T4dWriter, WritesSweepsThatComeBackBitForBitAndStayClosed) {
+  model::Mesh mesh = sweptTorus();
+  ASSERT_GT(mesh.slabCount(), 5u);
+  const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
+  for (const T4dWriteOptions& options : kAllOptions) {
+    expectComesBack({slabs, slabs}, options);
+    auto reader = T4dReader::open(writeT4d("sweep.t4d", {slabs}, options));
+    ASSERT_TRUE(reader) << reader.error().text();
+    const auto report = measure::checkMesh(reader->body(0));
+    ASSERT_TRUE(report) << report.error().text();
+    EXPECT_TRUE(report->closed && report->oriented);
+    EXPECT_EQ(report->vertices, reader->summary(0).vertices);
+    EXPECT_EQ(report->tetrahedra, reader->summary(0).tetrahedra);
+  }
+}
+
+TEST(T4dWriter, StoresSharedConnectivityAndLayersOnceAndMeansNotAtAll) {
+  model::Mesh mesh = sweptTorus();
+  const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
+  const std::string bytes = fileContents(writeT4d("shared.t4d", {slabs}, {0, false, true}));
+  std::size_t connectivities = 0;
+  std::size_t layers = 0;
+  std::size_t smallest = bytes.size();
+  for (const ChunkPlace& chunk : chunksOf(bytes)) {
+    connectivities += chunk.type == "CONN" ? 1 : 0;
+    layers += chunk.type == "LAYR" ? 1 : 0;
+    if (chunk.type == "SLAB") smallest = std::min(smallest, chunk.payloadBytes);
+  }
+  EXPECT_EQ(smallest, 48u + 2 * t4d_layout::kArrayHeaderBytes);  // two arrays without rows
+  EXPECT_EQ(connectivities, 3u);                                 // start cap, all steps, end cap
+  EXPECT_EQ(layers, slabs.size() - 1);
+}
+
+TEST(T4dWriter, MakesSweptMeshesTwentyTimesSmallerThanTheirArrays) {
+  model::Mesh mesh = sweptTorus();
+  const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
+  std::size_t raw = 0;
+  for (const Slab& slab : slabs) {
+    raw += slab.vertices.size() * sizeof(Point4) +
+           slab.connectivity->cells.size() * (sizeof(model::Cell) + 5);
+  }
+  EXPECT_LT(fileContents(writeT4d("small.t4d", {slabs})).size() * 20, raw);
+}
+
+TEST(T4dWriter, StoresTheSameBytesTwice) {
+  const std::vector<Slab> slabs = RandomSlabs(5).make(6);
+  EXPECT_EQ(fileContents(writeT4d("a.t4d", {slabs})), fileContents(writeT4d("b.t4d", {slabs})));
+}
+
+std::string refusal(const std::vector<Slab>& slabs, const T4dWriteOptions& options = {}) {
+  const auto path = temporaryPath("refused.t4d");
+  std::filesystem::remove(path);
+  auto writer = T4dWriter::create(path, metadataOf({"b"}), options);
+  EXPECT_TRUE(writer);
+  for (const Slab& slab : slabs) {
+    const auto put = writer->body(0).put(slab);
+    if (put) continue;
+    // What has failed cannot be finished: the file would look whole.
+    const auto finished = writer->finish();
+    EXPECT_FALSE(finished);
+    EXPECT_FALSE(std::filesystem::exists(path));
+    return put.error().text();
+  }
+  return {};
+}
+
+/// A slab with a lower layer of 3, an interior of 2 and a mean, an upper layer of 3.
+Slab slabOfAll() {
+  auto connectivity = std::make_shared<Connectivity>();
+  connectivity->vertexCount = 9;
+  connectivity->lowerCount = 3;
+  connectivity->upperCount = 3;
+  connectivity->means.add(std::vector<std::uint32_t>{0, 1, 8});
+  connectivity->cells = {{0, 1, 2, 5}, {8, 7, 6, 3}};
+  Slab slab;
+  slab.timeBegin = 1;
+  slab.timeEnd = 2;
+  for (int i = 0; i < 9; ++i)
+    slab.vertices.push_back({0.1 * i, 0.3, -0.7 * i, i < 3 ? 1. : i < 6 ? 1.5 : 2.});
+  slab.connectivity = connectivity;
+  model::setMeans(*connectivity, slab.vertices);
+  return slab;
+}
+
+Slab after(const Slab& slab) {
+  Slab next = slab;
+  next.timeBegin = slab.timeEnd;
+  next.timeEnd = slab.timeEnd + 1;
+  for (std::size_t i = 0; i < 9; ++i) next.vertices[i][3] += 1;
+  std::copy(slab.upperLayer().begin(), slab.upperLayer().end(), next.vertices.begin());
+  model::setMeans(*next.connectivity, next.vertices);
+  return next;
+}
+
+TEST(T4dWriter, RefusesSlabsThatAreNotSound) {
+  const auto refusalOf = [](const std::function<void(Slab&)>& change,
+                            const T4dWriteOptions& options = {}) {
+    Slab slab = slabOfAll();
+    change(slab);
+    return refusal({slab}, options);
+  };
+  const auto withConnectivity = [&](const std::function<void(Connectivity&)>& change) {
+    return refusalOf([&](Slab& slab) {
+      auto connectivity = std::make_shared<Connectivity>(*slab.connectivity);
+      change(*connectivity);
+      slab.connectivity = connectivity;
+    });
+  };
+  EXPECT_EQ(refusalOf([](Slab&) {}), "");
+  EXPECT_THAT(refusalOf([](Slab& s) { s.connectivity = nullptr; }), HasSubstr("no connectivity"));
+  EXPECT_THAT(refusalOf([](Slab& s) { s.vertices.pop_back(); }), HasSubstr("8 vertices"));
+  EXPECT_THAT(refusalOf([](Slab& s) { s.vertices[4][1] = std::nan(""); }), HasSubstr("nan"));
+  EXPECT_THAT(refusalOf([](Slab& s) { s.timeEnd = 0; }), HasSubstr("lasts from"));
+  EXPECT_THAT(refusalOf([](Slab& s) { s.vertices[4][3] = 3; }), HasSubstr("outside"));
+  EXPECT_THAT(refusalOf([](Slab& s) { s.vertices[0][3] = 1.25; }), HasSubstr("lower layer"));
+  EXPECT_THAT(refusalOf([](Slab& s) { s.vertices[8][3] = 1.25; }), HasSubstr("upper layer"));
+  EXPECT_THAT(withConnectivity([](Connectivity& c) { c.cells[0][0] = 9; }), HasSubstr("vertex 9"));
+  EXPECT_THAT(withConnectivity([](Connectivity& c) { c.means.sources[0] = 5; }), HasSubstr("mean"));
+  EXPECT_THAT(withConnectivity([](Connectivity& c) {
+                c.cellAttributes = {model::makeAttribute<int>("a", model::Domain::Cell, {1})};
+              }),
+              HasSubstr("'a'"));
+  EXPECT_THAT(refusalOf([](Slab& s) {
+                s.attributes = {model::makeAttribute<int>("a\xff", model::Domain::Cell, {1, 2})};
+              }),
+              HasSubstr("UTF-8"));
+  EXPECT_THAT(
+      refusalOf([](Slab& s) {
+        s.attributes.push_back({"wide", model::Domain::Cell, model::ScalarType::UInt8, 256, {}});
+        s.attributes[0].values.resize(512);
+      }),
+      HasSubstr("'wide' cannot be stored"));
+  EXPECT_THAT(refusalOf([](Slab& s) { s.vertices[4][1] = 1e39; }, {3, true, true}),
+              HasSubstr("too large"));
+}
+
+TEST(T4dWriter, RefusesSeamsThatDifferInOneBit) {
+  const Slab first = slabOfAll();
+  EXPECT_EQ(refusal({first, after(first)}), "");
+  for (std::size_t vertex = 0; vertex < 3; ++vertex) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Slab second = after(first);
+      double& number = second.vertices[vertex][axis];
+      number = std::nextafter(number, 100);
+      model::setMeans(*second.connectivity, second.vertices);
+      EXPECT_THAT(refusal({first, second}), HasSubstr("slab 1: its lower layer is not the upper"));
+    }
+  }
+  Slab late = after(first);
+  late.timeBegin = 2.5;
+  for (std::size_t i = 0; i < 3; ++i) late.vertices[i][3] = 2.5;
+  model::setMeans(*late.connectivity, late.vertices);
+  EXPECT_THAT(refusal({first, late}), HasSubstr("begins at time 2.5"));
+  EXPECT_THAT(refusal({simplexSlab(), simplexSlab()}), HasSubstr("begins at time 0"));
+}
+
+TEST(T4dWriter, RefusesMeansThatAreNot) {
+  for (int axis = 0; axis < 4; ++axis) {
+    Slab slab = slabOfAll();
+    slab.vertices[5][axis] = std::nextafter(slab.vertices[5][axis], 1.4);
+    EXPECT_THAT(refusal({slab}), HasSubstr("not the mean"));
+  }
+  Slab huge = slabOfAll();
+  for (Point4& vertex : huge.vertices) vertex[0] = 1e308;
+  EXPECT_THAT(refusal({huge}), HasSubstr("not the mean"));  // their sum is infinite
+}
+
+TEST(T4dWriter, RefusesBodiesThatAreNotWellNamedAndBodiesWithoutSlabs) {
+  const auto path = temporaryPath("bodies.t4d");
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{}, {""}, {"a", "a"}, {std::string(256, 'x')}}) {
+    EXPECT_FALSE(T4dWriter::create(path, metadataOf(names)));
+  }
+  Metadata metadata = metadataOf({"a"});
+  metadata.detailsJson = "[]";
+  EXPECT_FALSE(T4dWriter::create(path, metadata));
+  metadata.detailsJson = "{\"a\":\"" + std::string(t4d_layout::kMaxHeadBytes, 'x') + "\"}";
+  EXPECT_FALSE(T4dWriter::create(path, metadata));
+  auto writer = T4dWriter::create(path, metadataOf({"a", "b"}));
+  ASSERT_TRUE(writer && writer->body(0).put(simplexSlab()));
+  const auto finished = writer->finish();
+  ASSERT_FALSE(finished);
+  EXPECT_THAT(finished.error().message, HasSubstr("'b' has no slab"));
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(T4dWriter, LeavesNothingWithoutFinish) {
+  const auto path = writeFile("old.t4d", "old");
+  {
+    auto writer = T4dWriter::create(path, metadataOf({"a"}));
+    ASSERT_TRUE(writer && writer->body(0).put(simplexSlab()));
+    T4dWriter moved = std::move(*writer);
+  }
+  EXPECT_EQ(fileContents(path), "old");
+  std::size_t parts = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(path.parent_path())) {
+    parts += entry.path().string().ends_with(".part") ? 1 : 0;
+  }
+  EXPECT_EQ(parts, 0u);
+}
+
+TEST(T4dWriter, DoesNotFinishOnAFullDisk) {
+  auto writer = T4dWriter::create("/dev/full", metadataOf({"a"}), {0, false, true});
+  ASSERT_TRUE(writer);
+  EXPECT_TRUE(writer->body(0).put(simplexSlab()));
+  const auto finished = writer->finish();
+  ASSERT_FALSE(finished);
+  EXPECT_THAT(finished.error().text(), HasSubstr("No space left"));
+}
+
+}  // namespace
+}  // namespace t4d::formats

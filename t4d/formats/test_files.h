@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "t4d/formats/triangle_mesh_reader.h"
+
+/// What the tests of readers and writers share.
+namespace t4d::formats {
+
+/// A path in a folder of this process alone.
+inline std::filesystem::path temporaryPath(const std::string& name) {
+  const auto folder =
+      std::filesystem::path(testing::TempDir()) / ("t4d_formats_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  return folder / name;
+}
+
+inline std::filesystem::path writeFile(const std::string& name, const std::string& bytes) {
+  const auto path = temporaryPath(name);
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path;
+}
+
+inline std::string fileContents(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The mesh in a file of these bytes; the test fails when it is refused.
+inline LoadedMesh readBytes(const std::string& name, const std::string& bytes) {
+  auto loaded = readTriangleMesh(writeFile(name, bytes));
+  EXPECT_TRUE(loaded) << loaded.error().text();
+  return loaded ? *loaded : LoadedMesh{};
+}
+
+/// `WHERE: MESSAGE` of the error for a file of these bytes, without the folder of the file.
+inline std::string errorOf(const std::string& name, const std::string& bytes) {
+  const auto path = writeFile(name, bytes);
+  const auto loaded = readTriangleMesh(path);
+  if (loaded) return "(was accepted)";
+  std::string text = loaded.error().text();
+  const std::string folder = path.parent_path().string() + "/";
+  for (auto at = text.find(folder); at != text.npos; at = text.find(folder)) {
+    text.erase(at, folder.size());
+  }
+  return text;
+}
+
+/// The bytes of a number, little-endian as they stand in most files.
+template <class T>
+std::string bytesOf(T value) {
+  std::string bytes(sizeof(T), '\0');
+  std::memcpy(bytes.data(), &value, sizeof(T));
+  return bytes;
+}
+
+/// A cube from 0 to 1 as six squares facing outward, and its corners.
+inline constexpr int kCubeSquares[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+inline model::Point3 cubeCorner(int i) {
+  return {double(i & 1), double(i >> 1 & 1), double(i >> 2)};
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,118 @@
+#include "t4d/formats/written_mesh.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+namespace {
+
+template <class T>
+double load(const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof(T));
+  return static_cast<double>(value);
+}
+
+std::string meshNamed(const NamedMesh& named) { return fmt::format("mesh '{}'", named.name); }
+
+}  // namespace
+
+Result<void> checkWritable(const NamedMesh& named) {
+  const auto& [vertices, triangles, attributes] = named.mesh;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (vertices[i].allFinite()) continue;
+    return invalid(fmt::format("vertex {} is ({}, {}, {}), expected finite coordinates", i,
+                               vertices[i].x(), vertices[i].y(), vertices[i].z()),
+                   meshNamed(named));
+  }
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto largest = *std::ranges::max_element(triangles[i]);
+    if (largest < vertices.size()) continue;
+    return invalid(fmt::format("triangle {} names vertex {}, but there are {} (counted from 0)", i,
+                               largest, vertices.size()),
+                   meshNamed(named));
+  }
+  return {};
+}
+
+Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named) {
+  std::vector<Eigen::Vector3f> rounded;
+  rounded.reserve(named.mesh.vertices.size());
+  for (const model::Point3& vertex : named.mesh.vertices) {
+    if (!(vertex.cwiseAbs().maxCoeff() <= std::numeric_limits<float>::max())) {
+      return invalid(fmt::format("vertex {} is ({}, {}, {}), beyond the float32 numbers that the "
+                                 "format has",
+                                 rounded.size(), vertex.x(), vertex.y(), vertex.z()),
+                     meshNamed(named));
+    }
+    rounded.push_back(vertex.cast<float>());
+  }
+  return rounded;
+}
+
+double attributeNumber(const model::Attribute& attribute, std::size_t row, std::size_t component) {
+  using model::ScalarType;
+  const std::byte* from = attribute.row(row) + component * model::scalarSize(attribute.type);
+  switch (attribute.type) {
+    case ScalarType::UInt8:
+      return load<std::uint8_t>(from);
+    case ScalarType::Int8:
+      return load<std::int8_t>(from);
+    case ScalarType::UInt16:
+      return load<std::uint16_t>(from);
+    case ScalarType::Int16:
+      return load<std::int16_t>(from);
+    case ScalarType::UInt32:
+      return load<std::uint32_t>(from);
+    case ScalarType::Int32:
+      return load<std::int32_t>(from);
+    case ScalarType::UInt64:
+      return load<std::uint64_t>(from);
+    case ScalarType::Int64:
+      return load<std::int64_t>(from);
+    case ScalarType::Float32:
+      return load<float>(from);
+    case ScalarType::Float64:
+      return load<double>(from);
+  }
+  return 0;
+}
+
+bool fits(const model::Attribute& attribute, const model::TriangleMesh& mesh) {
+  const std::size_t rows =
+      attribute.domain == model::Domain::Vertex ? mesh.vertices.size() : mesh.triangles.size();
+  return attribute.rowBytes() > 0 && attribute.values.size() == rows * attribute.rowBytes();
+}
+
+std::string plainName(std::string_view name) {
+  std::string plain(name);
+  for (char& c : plain) {
+    const bool kept = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (!kept) c = '_';
+  }
+  return plain;
+}
+
+std::string lostLine(const model::Attribute& attribute, std::string_view why) {
+  return fmt::format("{} attribute '{}': {}",
+                     attribute.domain == model::Domain::Vertex ? "vertex" : "triangle",
+                     attribute.name, why);
+}
+
+std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes,
+                                           std::string_view why) {
+  std::vector<std::string> lost;
+  for (const NamedMesh& named : meshes) {
+    for (const auto& attribute : named.mesh.attributes) addOnce(lost, lostLine(attribute, why));
+  }
+  return lost;
+}
+
+void addOnce(std::vector<std::string>& lines, std::string line) {
+  if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "t4d/formats/triangle_mesh_writer.h"
+
+/// What the writers of triangle meshes share.
+namespace t4d::formats {
+
+/// Says what makes a mesh unfit to be written: coordinates that are not finite, indices out of
+/// range.
+Result<void> checkWritable(const NamedMesh& named);
+
+/// The coordinates in float32; an error where one is beyond its range.
+Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named);
+
+/// One number of an attribute. 64-bit integers are rounded to the nearest double.
+double attributeNumber(const model::Attribute& attribute, std::size_t row, std::size_t component);
+
+/// True when the attribute has a row for each vertex or triangle of its mesh.
+bool fits(const model::Attribute& attribute, const model::TriangleMesh& mesh);
+
+/// The name with everything but ASCII letters, digits and `_` replaced by `_`.
+std::string plainName(std::string_view name);
+
+/// "vertex attribute 'NAME': WHY"
+std::string lostLine(const model::Attribute& attribute, std::string_view why);
+
+/// A line for each attribute of the meshes, once a name, for a format that has no room.
+std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes, std::string_view why);
+
+/// Adds the line unless it is there.
+void addOnce(std::vector<std::string>& lines, std::string line);
+
+}  // namespace t4d::formats

@@ -1,0 +1,60 @@
+#include "t4d/measure/compare.h"
+
+#include "t4d/convert/slice.h"
+
+namespace t4d::measure {
+
+Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double time) {
+  model::TriangleMesh solid;
+  for (const model::Body& body : bodies) {
+    const model::TimeSpan span = model::timeSpanOf(*body.source);
+    if (time < span.begin || time > span.end) continue;
+    auto slice = convert::sliceAtTime(*body.source, time);
+    if (!slice) return pass(slice.error());
+    const auto first = static_cast<std::uint32_t>(solid.vertices.size());
+    solid.vertices.insert(solid.vertices.end(), slice->mesh.vertices.begin(),
+                          slice->mesh.vertices.end());
+    for (const auto& [a, b, c] : slice->mesh.triangles) {
+      solid.triangles.push_back({first + a, first + b, first + c});
+    }
+  }
+  return solid;
+}
+
+Result<SliceComparison> compareSolids(double time, const model::TriangleMesh& a,
+                                      const model::TriangleMesh& b, const CompareOptions& options) {
+  auto difference = solidDifference(a, b, options.difference);
+  if (!difference) return pass(difference.error());
+  SliceComparison comparison;
+  comparison.time = time;
+  comparison.volumeA = signedVolume(a);
+  comparison.volumeB = signedVolume(b);
+  comparison.areaA = surfaceArea(a);
+  comparison.areaB = surfaceArea(b);
+  comparison.difference = *difference;
+  comparison.distance = surfaceDistance(a, b, options.distanceTolerance);
+  return comparison;
+}
+
+Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
+                                               std::span<const model::Body> b,
+                                               std::span<const double> times,
+                                               const CompareOptions& options,
+                                               const model::Progress& progress) {
+  std::vector<SliceComparison> comparisons;
+  for (const double time : times) {
+    auto solidOfA = solidAt(a, time);
+    if (!solidOfA) return pass(solidOfA.error());
+    auto solidOfB = solidAt(b, time);
+    if (!solidOfB) return pass(solidOfB.error());
+    auto comparison = compareSolids(time, *solidOfA, *solidOfB, options);
+    if (!comparison) return pass(comparison.error());
+    comparisons.push_back(*comparison);
+    if (progress) {
+      progress(static_cast<double>(comparisons.size()) / static_cast<double>(times.size()));
+    }
+  }
+  return comparisons;
+}
+
+}  // namespace t4d::measure

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "t4d/measure/solid_difference.h"
+#include "t4d/measure/surface_distance.h"
+#include "t4d/model/body.h"
+#include "t4d/model/triangle_mesh.h"
+
+/// Two 4D meshes side by side: what their solids at some times have and do not have in common.
+namespace t4d::measure {
+
+struct CompareOptions {
+  SolidDifferenceOptions difference;
+  double distanceTolerance = 1e-3;  ///< of surfaceDistance
+};
+
+/// Two solids at one time; a solid that does not exist then is empty.
+struct SliceComparison {
+  double time = 0;
+  double volumeA = 0;
+  double volumeB = 0;
+  double areaA = 0;
+  double areaB = 0;
+  SolidDifference difference;
+  SurfaceDistance distance;
+};
+
+/// The solid of all bodies that exist at a time, as one closed mesh without attributes; empty where
+/// none does. Fails where slicing does.
+Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double time);
+
+/// Fails where solidDifference does.
+Result<SliceComparison> compareSolids(double time, const model::TriangleMesh& a,
+                                      const model::TriangleMesh& b,
+                                      const CompareOptions& options = {});
+
+/// Compares the solids at each time, in the memory of two slabs and two slices.
+Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
+                                               std::span<const model::Body> b,
+                                               std::span<const double> times,
+                                               const CompareOptions& options = {},
+                                               const model::Progress& progress = {});
+
+}  // namespace t4d::measure

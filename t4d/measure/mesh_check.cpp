@@ -1,0 +1,312 @@
+#include "t4d/measure/mesh_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include <fmt/format.h>
+
+#include "t4d/measure/vertex_links.h"
+
+namespace t4d::measure {
+
+void IssueList::add(Issue issue) { add(std::move(issue), 1); }
+
+void IssueList::add(Issue issue, std::uint64_t count) {
+  if (issue.severity == Severity::Error) errors += count;
+  if (issue.severity == Severity::Warning) warnings += count;
+  if (kept_[issue.code]++ < kKeptOfEachCode) issues.push_back(std::move(issue));
+}
+
+struct MeshChecker::Judged {
+  std::shared_ptr<const model::Connectivity> connectivity;
+  model::FacetTopology facets;
+  Components components;
+  std::vector<std::uint32_t> interiorLinks;  // vertices whose link is not a sphere
+};
+
+struct MeshChecker::Seam {
+  std::shared_ptr<const Judged> before;
+  std::shared_ptr<const Judged> after;
+  std::vector<model::Facet> unmatched;
+  std::vector<std::uint32_t> links;
+};
+
+MeshChecker::MeshChecker(CheckOptions options)
+    : options_(options), seam_(std::make_unique<Seam>()) {
+  if (options_.vertexLinks) report_.vertexLinksOk = true;
+}
+
+MeshChecker::~MeshChecker() = default;
+
+Result<void> MeshChecker::put(const model::Slab& slab) {
+  const auto where = [&] { return fmt::format("slab {}", report_.slabs); };
+  if (!slab.connectivity) return invalid("has no connectivity", where());
+  std::shared_ptr<const Judged> judged = before_;
+  if (!before_ || before_->connectivity != slab.connectivity) {
+    if (auto sound = model::checkConnectivity(*slab.connectivity); !sound) {
+      return invalid(sound.error().message, where());
+    }
+    auto fresh = std::make_shared<Judged>();
+    fresh->connectivity = slab.connectivity;
+    fresh->facets = model::facetTopology(*slab.connectivity);
+    fresh->components = componentsOf(*slab.connectivity);
+    if (options_.vertexLinks) {
+      fresh->interiorLinks = interiorVerticesWithoutSphere(*slab.connectivity);
+    }
+    judged = std::move(fresh);
+  }
+  if (auto sound = model::checkSlab(slab); !sound) return invalid(sound.error().message, where());
+
+  const model::Connectivity& connectivity = *slab.connectivity;
+  reportFacets(judged->facets.unmatched, "in the slab", report_.slabs);
+  if (!judged->interiorLinks.empty()) {
+    report_.vertexLinksOk = false;
+    // The apex of a cone over a surface that is not one sphere; the cap encloses nothing, so
+    // hypervolume and slices stay exact.
+    const bool inCap = slab.timeBegin == slab.timeEnd;
+    report_.issues.add({inCap ? "cap-vertex-link" : "vertex-link",
+                        inCap ? Severity::Warning : Severity::Error,
+                        fmt::format("the link of vertex {} is not a sphere ({} such vertices{})",
+                                    judged->interiorLinks.front(), judged->interiorLinks.size(),
+                                    inCap ? ", inside a cap" : ""),
+                        report_.slabs,
+                        {}},
+                       judged->interiorLinks.size());
+  }
+  judgeSeam(&slab, judged);
+  components_.add(judged->components, connectivity.lowerCount, connectivity.upperCount);
+  measure(slab);
+
+  report_.vertices += connectivity.vertexCount - (report_.slabs == 0 ? 0 : connectivity.lowerCount);
+  report_.tetrahedra += connectivity.cells.size();
+  if (report_.slabs == 0) report_.time.begin = slab.timeBegin;
+  report_.time.end = slab.timeEnd;
+  ++report_.slabs;
+  keepUpperLayer(slab);
+  before_ = std::move(judged);
+  return {};
+}
+
+void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const char* where,
+                               std::uint64_t slab) {
+  std::uint64_t open = 0;
+  std::uint64_t twisted = 0;
+  const model::Facet* firstOpen = nullptr;
+  const model::Facet* firstTwisted = nullptr;
+  for (const model::Facet& facet : facets) {
+    const bool isOpen = !facet.isClosed();
+    ++(isOpen ? open : twisted);
+    const model::Facet*& first = isOpen ? firstOpen : firstTwisted;
+    if (first == nullptr) first = &facet;
+  }
+  const auto name = [&](const model::Facet& facet) {
+    return fmt::format("facet {}-{}-{} {}, of cell {},", facet.vertices[0], facet.vertices[1],
+                       facet.vertices[2], where, facet.cell);
+  };
+  if (firstOpen != nullptr) {
+    report_.closed = false;
+    report_.issues.add({"facet-not-shared-by-two",
+                        Severity::Error,
+                        fmt::format("{} has {} cells, not 2 ({} such facets)", name(*firstOpen),
+                                    firstOpen->even + firstOpen->odd, open),
+                        slab,
+                        {}},
+                       open);
+  }
+  if (firstTwisted != nullptr) {
+    report_.oriented = false;
+    report_.issues.add({"facet-orientation",
+                        Severity::Error,
+                        fmt::format("{} has both its cells on the same side ({} such facets)",
+                                    name(*firstTwisted), twisted),
+                        slab,
+                        {}},
+                       twisted);
+  }
+}
+
+/// Judges the layer between the slab before and `after`; either is absent at an end of the mesh.
+void MeshChecker::judgeSeam(const model::Slab* after,
+                            const std::shared_ptr<const Judged>& judgedAfter) {
+  const std::uint32_t upper = before_ ? before_->connectivity->upperCount : 0;
+  if (after != nullptr && before_) {
+    if (upper == after->connectivity->lowerCount) {
+      compareLayers(*after);
+    } else {
+      report_.issues.add({"seam-differs",
+                          Severity::Error,
+                          fmt::format("the lower layer has {} vertices, the upper layer of the "
+                                      "slab before has {}",
+                                      after->connectivity->lowerCount, upper),
+                          report_.slabs,
+                          {}});
+    }
+  }
+  if (seam_->before != before_ || seam_->after != judgedAfter || report_.slabs == 0) {
+    const std::vector<model::Facet> kNone;
+    seam_->before = before_;
+    seam_->after = judgedAfter;
+    seam_->unmatched = model::unmatchedAtSeam(before_ ? before_->facets.upper : kNone,
+                                              judgedAfter ? judgedAfter->facets.lower : kNone);
+    const bool joins = !before_ || !judgedAfter || upper == judgedAfter->connectivity->lowerCount;
+    seam_->links.clear();
+    if (options_.vertexLinks && joins && (before_ || judgedAfter)) {
+      seam_->links =
+          layerVerticesWithoutSphere(before_ ? before_->connectivity.get() : nullptr,
+                                     judgedAfter ? judgedAfter->connectivity.get() : nullptr);
+    }
+  }
+  // The last layer belongs to the last slab.
+  const std::uint64_t number =
+      judgedAfter || report_.slabs == 0 ? report_.slabs : report_.slabs - 1;
+  reportFacets(seam_->unmatched, judgedAfter ? "in the lower layer" : "in the last layer", number);
+  if (!seam_->links.empty()) {
+    report_.vertexLinksOk = false;
+    report_.issues.add(
+        {"vertex-link",
+         Severity::Error,
+         fmt::format("the link of vertex {} of the {} layer is not a sphere ({} such vertices)",
+                     seam_->links.front(), judgedAfter ? "lower" : "last", seam_->links.size()),
+         number,
+         {}},
+        seam_->links.size());
+  }
+}
+
+void MeshChecker::compareLayers(const model::Slab& slab) {
+  const bool apart = slab.connectivity->lowerCount == 0 ? slab.timeBegin < report_.time.end
+                                                        : slab.timeBegin != report_.time.end;
+  if (apart) {
+    report_.issues.add({"slab-times",
+                        Severity::Error,
+                        fmt::format("begins at time {}, the slab before ends at {}", slab.timeBegin,
+                                    report_.time.end),
+                        report_.slabs,
+                        {}});
+  }
+  const auto lower = slab.lowerLayer();
+  for (std::size_t i = 0; i < lower.size(); ++i) {
+    if (lower[i] != upperLayer_[i]) {
+      report_.issues.add(
+          {"seam-differs",
+           Severity::Error,
+           fmt::format(
+               "vertex {} of the lower layer is ({}, {}, {}, {}), in the upper layer of the "
+               "slab before it is ({}, {}, {}, {})",
+               i, lower[i][0], lower[i][1], lower[i][2], lower[i][3], upperLayer_[i][0],
+               upperLayer_[i][1], upperLayer_[i][2], upperLayer_[i][3]),
+           report_.slabs,
+           {}});
+      break;
+    }
+  }
+  for (const model::Attribute& attribute : slab.attributes) {
+    const auto same = [&](const model::Attribute& other) { return other.name == attribute.name; };
+    const auto kept = std::find_if(upperAttributes_.begin(), upperAttributes_.end(), same);
+    if (attribute.domain != model::Domain::Vertex || kept == upperAttributes_.end()) continue;
+    const std::span<const std::byte> values(attribute.values);
+    if (!std::ranges::equal(kept->values, values.first(lower.size() * attribute.rowBytes()))) {
+      report_.issues.add({"seam-differs",
+                          Severity::Error,
+                          fmt::format("the attribute '{}' of the lower layer differs from that in "
+                                      "the slab before",
+                                      attribute.name),
+                          report_.slabs,
+                          {}});
+    }
+  }
+}
+
+void MeshChecker::measure(const model::Slab& slab) {
+  if (report_.slabs == 0 && !slab.vertices.empty()) reference_ = slab.vertices.front();
+  for (const model::Point4& vertex : slab.vertices) report_.bounds.add(vertex);
+  const double largest = slab.vertices.empty() ? 0
+                                               : std::max(report_.bounds.min.cwiseAbs().maxCoeff(),
+                                                          report_.bounds.max.cwiseAbs().maxCoeff());
+  // A cell's volume is known to the rounding of its corners, times its extent in the other two
+  // directions; below a few of these units it cannot be told from zero.
+  const double flat = 4 * std::numeric_limits<double>::epsilon() * largest;
+
+  double hypervolume24 = 0;
+  double volume6 = 0;
+  const std::vector<model::Cell>& cells = slab.connectivity->cells;
+  for (std::size_t index = 0; index < cells.size(); ++index) {
+    const model::Cell& cell = cells[index];
+    const model::Point4& a = slab.vertices[cell[0]];
+    const Eigen::Vector4d u = slab.vertices[cell[1]] - a;
+    const Eigen::Vector4d v = slab.vertices[cell[2]] - a;
+    const Eigen::Vector4d w = slab.vertices[cell[3]] - a;
+    // n with det[m, u, v, w] = m . n for every m: outward, of length six times the cell's volume.
+    const double vw01 = v[0] * w[1] - v[1] * w[0];
+    const double vw02 = v[0] * w[2] - v[2] * w[0];
+    const double vw03 = v[0] * w[3] - v[3] * w[0];
+    const double vw12 = v[1] * w[2] - v[2] * w[1];
+    const double vw13 = v[1] * w[3] - v[3] * w[1];
+    const double vw23 = v[2] * w[3] - v[3] * w[2];
+    const Eigen::Vector4d n(
+        u[1] * vw23 - u[2] * vw13 + u[3] * vw12, -(u[0] * vw23 - u[2] * vw03 + u[3] * vw02),
+        u[0] * vw13 - u[1] * vw03 + u[3] * vw01, -(u[0] * vw12 - u[1] * vw02 + u[2] * vw01));
+    const double measure6 = n.norm();
+    hypervolume24 += n.dot(a - reference_);
+    volume6 += measure6;
+    const double extent2 = std::max({u.squaredNorm(), v.squaredNorm(), w.squaredNorm()});
+    if (measure6 <= flat * extent2) {
+      ++report_.degenerateCells;
+      report_.issues.add({"degenerate-cell",
+                          Severity::Warning,
+                          fmt::format("cell {} ({}, {}, {}, {}) has no volume", index, cell[0],
+                                      cell[1], cell[2], cell[3]),
+                          report_.slabs,
+                          {}});
+    }
+  }
+  report_.boundaryVolume += volume6 / 6;
+  // Slabs partly cancel: the sum over them is compensated (Kahan).
+  const double corrected = hypervolume24 - hypervolume24Carry_;
+  const double sum = hypervolume24_ + corrected;
+  hypervolume24Carry_ = (sum - hypervolume24_) - corrected;
+  hypervolume24_ = sum;
+}
+
+/// Remembers what the next slab must repeat.
+void MeshChecker::keepUpperLayer(const model::Slab& slab) {
+  const model::Connectivity& connectivity = *slab.connectivity;
+  upperLayer_.assign(slab.upperLayer().begin(), slab.upperLayer().end());
+  upperAttributes_.clear();
+  for (const model::Attribute& attribute : slab.attributes) {
+    if (attribute.domain != model::Domain::Vertex) continue;
+    model::Attribute upper = attribute;
+    const auto firstUpper =
+        static_cast<std::ptrdiff_t>(attribute.rowBytes() * connectivity.firstUpper());
+    upper.values.erase(upper.values.begin(), upper.values.begin() + firstUpper);
+    upperAttributes_.push_back(std::move(upper));
+  }
+}
+
+MeshReport MeshChecker::finish() {
+  judgeSeam(nullptr, nullptr);
+  report_.hypervolume = hypervolume24_ / 24;
+  report_.components = components_.count();
+  if (report_.tetrahedra == 0) {
+    report_.issues.add({"no-cells", Severity::Error, "the mesh has no cells", {}, {}});
+  } else if (report_.closed && report_.oriented && !(report_.hypervolume > 0)) {
+    report_.issues.add({"inside-out",
+                        Severity::Error,
+                        fmt::format("the enclosed hypervolume is {}: the mesh is inside out or "
+                                    "encloses nothing",
+                                    report_.hypervolume),
+                        {},
+                        {}});
+  }
+  return std::move(report_);
+}
+
+Result<MeshReport> checkMesh(model::Source& source, CheckOptions options,
+                             const model::Progress& progress) {
+  MeshChecker checker(options);
+  if (auto done = model::pump(source, checker, progress); !done) return pass(done.error());
+  return checker.finish();
+}
+
+}  // namespace t4d::measure

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+
+#include "t4d/model/error.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::measure {
+
+struct SolidDifferenceOptions {
+  /// Lines along the longer side of each lattice; at least 4.
+  std::uint32_t resolution = 256;
+};
+
+struct SolidDifference {
+  double volume = 0;  ///< of the symmetric difference, in cubic length units
+  double error = 0;   ///< estimate of its error
+};
+
+/// The volume of the points that lie in one solid and not in the other, for solids bounded by
+/// closed triangle meshes: the integral of |w_a - w_b|, with w how often a surface winds round a
+/// point. For surfaces that do not intersect themselves w is 1 inside and 0 outside. Where they do,
+/// parts count as often as they do in signedVolume, so that always |V_a - V_b| <= volume, and no
+/// part makes the result fail.
+///
+/// The mean of integrals along four square lattices of parallel lines, exact on each line and by
+/// the midpoint rule across, each lattice spanning the bounds of both. The lines are askew to the
+/// axes, since solids often have faces along those: then the integrand is continuous, and the error
+/// falls with the square of the spacing. `error` is twice the largest deviation of the four from
+/// their mean: an estimate, which is too small for about one pair of solids in fifty. Surfaces that
+/// have the same triangles, in whatever order, give exactly 0.
+///
+/// Fails for a mesh that is not closed.
+Result<SolidDifference> solidDifference(const model::TriangleMesh& a, const model::TriangleMesh& b,
+                                        const SolidDifferenceOptions& options = {});
+
+}  // namespace t4d::measure

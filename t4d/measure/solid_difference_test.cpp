@@ -1,0 +1,166 @@
+#include "t4d/measure/solid_difference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "t4d/fixtures/solids.h"
+
+namespace t4d::measure {
+namespace {
+
+using model::Point3;
+using model::TriangleMesh;
+
+TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by) {
+  for (Point3& vertex : mesh.vertices) vertex += by;
+  return mesh;
+}
+
+TriangleMesh together(TriangleMesh one, const TriangleMesh& other) {
+  const auto first = static_cast<std::uint32_t>(one.vertices.size());
+  one.vertices.insert(one.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const auto& [a, b, c] : other.triangles) {
+    one.triangles.push_back({first + a, first + b, first + c});
+  }
+  return one;
+}
+
+/// Of a cube of side 2 and the same one moved.
+double movedCubeDifference(const Eigen::Vector3d& by) {
+  const Eigen::Vector3d common = (2 - by.array().abs()).max(0);
+  return 2 * (8 - common.prod());
+}
+
+TEST(SolidDifference, OfMovedCubesIsTheClosedForm) {
+  const TriangleMesh cube = fixtures::cube(2);
+  for (const Eigen::Vector3d& by : {Eigen::Vector3d(0.25, 0, 0), Eigen::Vector3d(0.1, -0.2, 0.3),
+                                    Eigen::Vector3d(1e-3, 0, 0), Eigen::Vector3d(0, 5, -7)}) {
+    const auto difference = solidDifference(cube, moved(cube, by));
+    ASSERT_TRUE(difference);
+    const double expected = movedCubeDifference(by);
+    EXPECT_NEAR(difference->volume, expected, difference->error);
+    EXPECT_NEAR(difference->volume, expected, 2e-3 * expected);
+  }
+}
+
+TEST(SolidDifference, OfMovedSpheresIsTwiceWhatTheLensLeaves) {
+  constexpr double kPi = std::numbers::pi;
+  const TriangleMesh sphere = fixtures::icosphere(1, 5);
+  const double d = 0.5;
+  const double lens = kPi * (4 + d) * (2 - d) * (2 - d) / 12;
+  const auto difference = solidDifference(sphere, moved(sphere, {0, 0, d}));
+  ASSERT_TRUE(difference);
+  const double faceting = 4 * kPi / 3 - signedVolume(sphere);
+  EXPECT_NEAR(difference->volume, 2 * (4 * kPi / 3 - lens), 2 * faceting + difference->error);
+}
+
+TEST(SolidDifference, OfNestedSolidsIsTheDifferenceOfVolumes) {
+  const TriangleMesh inner = fixtures::icosphere(1, 3);
+  const TriangleMesh outer = fixtures::icosphere(1.05, 3);
+  const double expected = signedVolume(outer) - signedVolume(inner);
+  const auto difference = solidDifference(inner, outer);
+  EXPECT_NEAR(difference->volume, expected, difference->error);
+  EXPECT_NEAR(difference->volume, expected, 1e-3 * expected);
+
+  const auto cavity = solidDifference(fixtures::hollowCube(4, 2), fixtures::cube(4));
+  EXPECT_NEAR(cavity->volume, 8, cavity->error + 1e-12);
+}
+
+TEST(SolidDifference, FromNothingIsTheVolume) {
+  for (const fixtures::NamedSolid& solid : fixtures::allSolids()) {
+    const double volume = signedVolume(solid.mesh);
+    const auto difference = solidDifference(solid.mesh, {});
+    ASSERT_TRUE(difference) << solid.name;
+    EXPECT_NEAR(difference->volume, volume, difference->error) << solid.name;
+    EXPECT_NEAR(difference->volume, volume, 1e-3 * volume) << solid.name;
+  }
+  EXPECT_EQ(solidDifference({}, {})->volume, 0);
+}
+
+TEST(SolidDifference, OfEqualSolidsIsExactlyZero) {
+  std::mt19937 random(4);
+  for (const fixtures::NamedSolid& solid : fixtures::allSolids()) {
+    TriangleMesh shuffled = solid.mesh;
+    std::shuffle(shuffled.triangles.begin(), shuffled.triangles.end(), random);
+    for (model::Triangle& triangle : shuffled.triangles) {
+      std::rotate(triangle.begin(), triangle.begin() + random() % 3, triangle.end());
+    }
+    const auto difference = solidDifference(solid.mesh, shuffled);
+    ASSERT_TRUE(difference) << solid.name;
+    EXPECT_EQ(difference->volume, 0) << solid.name;
+    EXPECT_EQ(difference->error, 0) << solid.name;
+  }
+}
+
+TEST(SolidDifference, IsSymmetric) {
+  const TriangleMesh torus = fixtures::torus(3, 1, 24, 12);
+  const TriangleMesh cube = fixtures::cube(4);
+  EXPECT_DOUBLE_EQ(solidDifference(torus, cube)->volume, solidDifference(cube, torus)->volume);
+}
+
+TEST(SolidDifference, CountsOverlapsAsVolumesDo) {
+  // Two cubes that overlap, as one self-intersecting surface, against nothing and against itself.
+  const TriangleMesh both =
+      together(fixtures::cube(2), moved(fixtures::cube(2), {0.5, 0.25, 0.125}));
+  const auto difference = solidDifference(both, {});
+  EXPECT_NEAR(difference->volume, 16, difference->error);
+  EXPECT_NEAR(difference->volume, signedVolume(both), 1e-3 * 16);
+  EXPECT_EQ(solidDifference(both, both)->volume, 0);
+}
+
+TEST(SolidDifference, CoarseLatticesDoNotLeak) {
+  // A line that left a solid where it did not enter would count for the whole length of it.
+  for (int i = 0; i < 200; ++i) {
+    const TriangleMesh torus = fixtures::torus(3, 1, 3 + i % 20, 3 + i / 20);
+    const auto difference =
+        solidDifference(torus, {}, {.resolution = static_cast<std::uint32_t>(4 + i % 13)});
+    ASSERT_TRUE(difference);
+    EXPECT_NEAR(difference->volume, signedVolume(torus), difference->error + 1);
+  }
+}
+
+TEST(SolidDifference, ErrorFallsWithTheSquareOfTheSpacing) {
+  const TriangleMesh cube = fixtures::cube(2);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> number(-0.4, 0.4);
+  constexpr int kPairs = 30;
+  double coarse = 0;
+  double fine = 0;
+  int tooSmall = 0;  // estimates of the error
+  for (int i = 0; i < kPairs; ++i) {
+    const Eigen::Vector3d by(number(random), number(random), number(random));
+    const TriangleMesh other = moved(cube, by);
+    const double expected = movedCubeDifference(by);
+    const auto with32 = solidDifference(cube, other, {.resolution = 32});
+    const auto with256 = solidDifference(cube, other, {.resolution = 256});
+    coarse += std::abs(with32->volume - expected);
+    fine += std::abs(with256->volume - expected);
+    tooSmall += std::abs(with32->volume - expected) > with32->error ? 1 : 0;
+    tooSmall += std::abs(with256->volume - expected) > with256->error ? 1 : 0;
+  }
+  EXPECT_LE(tooSmall, 2 * kPairs / 20);
+  const double order = std::log2(coarse / fine) / 3;
+  std::cout << "observed order " << order << "\n";
+  EXPECT_GT(order, 1.7);
+}
+
+TEST(SolidDifference, IsTheSameFarAway) {
+  const Eigen::Vector3d far(1e6, -2e6, 3e6);
+  const TriangleMesh cube = moved(fixtures::cube(2), far);
+  const Eigen::Vector3d by(0.25, 0.125, 0);
+  EXPECT_NEAR(solidDifference(cube, moved(cube, by))->volume, movedCubeDifference(by), 1e-3);
+}
+
+TEST(SolidDifference, OpenSurfacesAreRefused) {
+  TriangleMesh open = fixtures::cube(2);
+  open.triangles.pop_back();
+  EXPECT_NE(solidDifference(open, {}).error().message.find("first surface"), std::string::npos);
+  EXPECT_NE(solidDifference({}, open).error().message.find("second surface"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace t4d::measure

@@ -1,0 +1,120 @@
+#include "t4d/measure/surface_distance.h"
+
+#include <array>
+#include <limits>
+#include <queue>
+#include <vector>
+
+#include "t4d/measure/triangle_tree.h"
+
+namespace t4d::measure {
+namespace {
+
+using model::Point3;
+using model::TriangleMesh;
+
+struct Corner {
+  Point3 point;
+  TriangleTree::Nearest nearest;
+};
+
+/// A part of a triangle, with what its points are at most away from the other mesh.
+struct Piece {
+  std::array<Corner, 3> corners;
+  double atMost = 0;
+
+  friend bool operator<(const Piece& a, const Piece& b) { return a.atMost < b.atMost; }
+};
+
+/// What the points of a piece are at most away from one triangle of the other mesh.
+double farthestFrom(std::uint32_t triangle, const std::array<Corner, 3>& corners,
+                    const TriangleTree& other) {
+  double farthest = 0;
+  for (const Corner& corner : corners) {
+    farthest = std::max(farthest, corner.nearest.triangle == triangle
+                                      ? corner.nearest.distance
+                                      : other.distanceTo(triangle, corner.point));
+  }
+  return farthest;
+}
+
+/// The largest distance of a point of `mesh` from `other`, at most `tolerance` short.
+double oneSided(const TriangleMesh& mesh, const TriangleTree& other, double tolerance) {
+  std::vector<TriangleTree::Nearest> nearest(mesh.vertices.size());
+  std::vector<bool> known(mesh.vertices.size());
+  double farthest = 0;
+  for (const model::Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      if (known[vertex]) continue;
+      known[vertex] = true;
+      nearest[vertex] = other.nearest(mesh.vertices[vertex]);
+      farthest = std::max(farthest, nearest[vertex].distance);
+    }
+  }
+
+  std::priority_queue<Piece> pieces;
+  const auto consider = [&](const std::array<Corner, 3>& corners) {
+    double bound = std::numeric_limits<double>::infinity();
+    for (const Corner& corner : corners) {
+      bound = std::min(bound, farthestFrom(corner.nearest.triangle, corners, other));
+      if (bound <= farthest + tolerance) return;
+    }
+    // Corners are often nearest to three triangles round the one that is nearest to the middle.
+    const Point3 middle = (corners[0].point + corners[1].point + corners[2].point) / 3;
+    const TriangleTree::Nearest near = other.nearest(middle);
+    bound = std::min(bound, farthestFrom(near.triangle, corners, other));
+    if (bound <= farthest + tolerance) return;
+    farthest = std::max(farthest, near.distance);
+    pieces.push({corners, bound});
+  };
+  for (const auto& [a, b, c] : mesh.triangles) {
+    consider({{{mesh.vertices[a], nearest[a]},
+               {mesh.vertices[b], nearest[b]},
+               {mesh.vertices[c], nearest[c]}}});
+  }
+  while (!pieces.empty() && pieces.top().atMost > farthest + tolerance) {
+    const std::array<Corner, 3> corners = pieces.top().corners;
+    pieces.pop();
+    int longest = 0;
+    double length = -1;
+    for (int i = 0; i < 3; ++i) {
+      const double edge = (corners[(i + 1) % 3].point - corners[i].point).squaredNorm();
+      if (edge > length) {
+        length = edge;
+        longest = i;
+      }
+    }
+    const Corner& from = corners[longest];
+    const Corner& to = corners[(longest + 1) % 3];
+    const Corner& opposite = corners[(longest + 2) % 3];
+    Corner middle;
+    middle.point = 0.5 * (from.point + to.point);
+    middle.nearest = other.nearest(middle.point);
+    farthest = std::max(farthest, middle.nearest.distance);
+    consider({from, middle, opposite});
+    consider({middle, to, opposite});
+  }
+  return farthest;
+}
+
+}  // namespace
+
+SurfaceDistance surfaceDistance(const TriangleMesh& a, const TriangleMesh& b,
+                                double relativeTolerance) {
+  if (a.triangles.empty() && b.triangles.empty()) return {};
+  if (a.triangles.empty() || b.triangles.empty()) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    return {a.triangles.empty() ? 0 : kInfinity, b.triangles.empty() ? 0 : kInfinity, 0};
+  }
+  model::Bounds3 bounds;
+  for (const TriangleMesh* mesh : {&a, &b}) {
+    for (const Point3& vertex : mesh->vertices) bounds.add(vertex);
+  }
+  // Below this, halving would go on over distances that are rounding.
+  constexpr double kLeast = 1e-12;
+  const double tolerance = std::max(relativeTolerance, kLeast) * (bounds.max - bounds.min).norm();
+  return {oneSided(a, TriangleTree(b), tolerance), oneSided(b, TriangleTree(a), tolerance),
+          tolerance};
+}
+
+}  // namespace t4d::measure

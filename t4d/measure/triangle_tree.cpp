@@ -1,0 +1,139 @@
+#include "t4d/measure/triangle_tree.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace t4d::measure {
+namespace {
+
+using model::Bounds3;
+using model::Point3;
+
+constexpr std::uint32_t kLeafTriangles = 4;
+
+double squaredDistance(const Bounds3& box, const Point3& p) {
+  return (box.min - p).cwiseMax(p - box.max).cwiseMax(0).squaredNorm();
+}
+
+double squaredDistanceToSegment(const Point3& p, const Point3& a, const Point3& b) {
+  const Point3 along = b - a;
+  const double length = along.squaredNorm();
+  const double s = length > 0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0;
+  return (a + s * along - p).squaredNorm();
+}
+
+/// Inside the prism over the triangle the distance to its plane, elsewhere that to its edges; a
+/// triangle without area consists of its edges. Exactly 0 in a corner.
+double squaredDistance(const std::array<Point3, 3>& t, const Point3& p) {
+  if (p == t[0] || p == t[1] || p == t[2]) return 0;
+  const Point3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
+  const double area = normal.squaredNorm();
+  bool over = area > 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const Point3& a = t[i];
+    const Point3& b = t[(i + 1) % 3];
+    if (normal.cross(b - a).dot(p - a) >= 0) continue;
+    over = false;
+    nearest = std::min(nearest, squaredDistanceToSegment(p, a, b));
+  }
+  if (over) {
+    const double height = normal.dot(p - t[0]);
+    return height * height / area;
+  }
+  if (area > 0) return nearest;
+  for (int i = 0; i < 3; ++i) {
+    nearest = std::min(nearest, squaredDistanceToSegment(p, t[i], t[(i + 1) % 3]));
+  }
+  return nearest;
+}
+
+}  // namespace
+
+TriangleTree::TriangleTree(const model::TriangleMesh& mesh) {
+  assert(!mesh.triangles.empty());
+  std::vector<Point3> centres;
+  centres.reserve(mesh.triangles.size());
+  corners_.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    corners_.push_back({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
+    centres.push_back((mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3);
+  }
+  order_.resize(corners_.size());
+  std::iota(order_.begin(), order_.end(), 0U);
+  build(0, static_cast<std::uint32_t>(order_.size()), centres);
+}
+
+void TriangleTree::build(std::uint32_t begin, std::uint32_t end,
+                         const std::vector<Point3>& centres) {
+  const std::size_t self = nodes_.size();
+  nodes_.emplace_back();
+  Bounds3 bounds;
+  Bounds3 ofCentres;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    for (const Point3& corner : corners_[order_[i]]) bounds.add(corner);
+    ofCentres.add(centres[order_[i]]);
+  }
+  nodes_[self].bounds = bounds;
+  if (end - begin <= kLeafTriangles) {
+    nodes_[self].first = begin;
+    nodes_[self].count = end - begin;
+    return;
+  }
+  int axis = 0;
+  (ofCentres.max - ofCentres.min).maxCoeff(&axis);
+  const std::uint32_t middle = begin + (end - begin) / 2;
+  std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     const double left = centres[a][axis];
+                     const double right = centres[b][axis];
+                     return left != right ? left < right : a < b;
+                   });
+  build(begin, middle, centres);
+  nodes_[self].first = static_cast<std::uint32_t>(nodes_.size());
+  build(middle, end, centres);
+}
+
+TriangleTree::Nearest TriangleTree::nearest(const Point3& point) const {
+  // Halving keeps the tree's depth below 33, and each level leaves at most one node waiting.
+  constexpr std::size_t kMaxDepth = 40;
+  struct Waiting {
+    std::uint32_t node;
+    double squared;
+  };
+  std::array<Waiting, kMaxDepth> waiting;
+  std::size_t count = 0;
+  waiting[count++] = {0, squaredDistance(nodes_[0].bounds, point)};
+  std::uint32_t nearest = 0;
+  double best = std::numeric_limits<double>::infinity();
+  while (count > 0) {
+    const auto [index, squared] = waiting[--count];
+    if (squared >= best) continue;
+    const Node& node = nodes_[index];
+    if (node.count > 0) {
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+        const double d = squaredDistance(corners_[order_[i]], point);
+        if (d < best) {
+          best = d;
+          nearest = order_[i];
+        }
+      }
+      continue;
+    }
+    Waiting near = {index + 1, squaredDistance(nodes_[index + 1].bounds, point)};
+    Waiting far = {node.first, squaredDistance(nodes_[node.first].bounds, point)};
+    if (far.squared < near.squared) std::swap(near, far);
+    if (far.squared < best) waiting[count++] = far;
+    if (near.squared < best) waiting[count++] = near;
+  }
+  return {nearest, std::sqrt(best)};
+}
+
+double TriangleTree::distanceTo(std::uint32_t triangle, const Point3& point) const {
+  return std::sqrt(squaredDistance(corners_[triangle], point));
+}
+
+}  // namespace t4d::measure

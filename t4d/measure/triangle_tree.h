@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::measure {
+
+/// The triangles of a mesh in a tree of boxes (each node's triangles halved at the median along the
+/// longest axis of their centres), which answers which one is nearest to a point.
+class TriangleTree {
+ public:
+  /// `mesh` has at least one triangle. The tree keeps copies of the corners.
+  explicit TriangleTree(const model::TriangleMesh& mesh);
+
+  struct Nearest {
+    std::uint32_t triangle = 0;  ///< its index in the mesh
+    double distance = 0;         ///< exact up to rounding
+  };
+
+  /// The triangle nearest to a point; of several equally near ones any.
+  Nearest nearest(const model::Point3& point) const;
+
+  /// Distance of a point to one triangle.
+  double distanceTo(std::uint32_t triangle, const model::Point3& point) const;
+
+ private:
+  struct Node {
+    model::Bounds3 bounds;
+    std::uint32_t first = 0;  // of its triangles in order_; of an inner node the second child
+    std::uint32_t count = 0;  // 0 for an inner node, whose first child is the next node
+  };
+
+  void build(std::uint32_t begin, std::uint32_t end, const std::vector<model::Point3>& centres);
+
+  std::vector<std::array<model::Point3, 3>> corners_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace t4d::measure

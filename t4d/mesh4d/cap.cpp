@@ -1,0 +1,75 @@
+#include "t4d/mesh4d/cap.h"
+
+#include <algorithm>
+
+#include "t4d/mesh4d/prism.h"
+#ifdef T4D_WITH_TETGEN
+#include "t4d/mesh4d/tetgen_cap.h"
+#endif
+
+namespace t4d::mesh4d {
+namespace {
+
+Cap coneCap(const model::TriangleMesh& mesh) {
+  const model::Bounds3 bounds = boundsOf(mesh);
+  // Off the middle by irregular fractions of the extent, so that the apex lies in the plane of no
+  // triangle of a symmetric mesh; the cells would have no volume.
+  const Eigen::Vector3d offMiddle(0.0137, 0.0291, 0.0173);
+  const model::Point3 apex =
+      0.5 * (bounds.min + bounds.max) + offMiddle.cwiseProduct(bounds.max - bounds.min);
+  const auto apexIndex = static_cast<std::uint32_t>(mesh.vertices.size());
+  Cap cap;
+  cap.inner.push_back(apex);
+  cap.cells.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) cap.cells.push_back({a, c, b, apexIndex});
+  return cap;
+}
+
+std::shared_ptr<model::Connectivity> capConnectivity(const Cap& cap, std::uint32_t meshVertices,
+                                                     CellKind kind) {
+  auto connectivity = std::make_shared<model::Connectivity>();
+  connectivity->vertexCount = meshVertices + static_cast<std::uint32_t>(cap.inner.size());
+  connectivity->cells = cap.cells;
+  connectivity->cellAttributes =
+      cellAttributes(std::vector<std::uint32_t>(cap.cells.size(), kNoTriangle),
+                     std::vector<std::uint8_t>(cap.cells.size(), static_cast<std::uint8_t>(kind)));
+  return connectivity;
+}
+
+}  // namespace
+
+Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method) {
+  if (method == CapMethod::Cone) return coneCap(mesh);
+#ifdef T4D_WITH_TETGEN
+  if (auto checked = checkNoSelfIntersection(mesh); !checked) return pass(checked.error());
+  return tetgenCap(mesh);
+#else
+  return fail(ErrorCode::Unsupported,
+              "the ends cannot be closed by TetGen: this build is without it; use cone caps "
+              "(--caps cone)");
+#endif
+}
+
+std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
+                                                                std::uint32_t meshVertices) {
+  auto connectivity = capConnectivity(cap, meshVertices, CellKind::StartCap);
+  connectivity->upperCount = meshVertices;
+  // Inner points come before the layer here, and after it in the cap.
+  const auto inner = static_cast<std::uint32_t>(cap.inner.size());
+  for (model::Cell& cell : connectivity->cells) {
+    for (std::uint32_t& vertex : cell) {
+      vertex = vertex < meshVertices ? vertex + inner : vertex - meshVertices;
+    }
+  }
+  return connectivity;
+}
+
+std::shared_ptr<const model::Connectivity> endCapConnectivity(const Cap& cap,
+                                                              std::uint32_t meshVertices) {
+  auto connectivity = capConnectivity(cap, meshVertices, CellKind::EndCap);
+  connectivity->lowerCount = meshVertices;
+  for (model::Cell& cell : connectivity->cells) std::swap(cell[0], cell[1]);
+  return connectivity;
+}
+
+}  // namespace t4d::mesh4d

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/model/slab.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::mesh4d {
+
+enum class CapMethod : std::uint8_t {
+  /// Constrained Delaunay tetrahedralisation (paper, section 4.1). The surface must not intersect
+  /// itself. Needs a build with TetGen.
+  TetGen,
+  /// Every triangle joined to one apex. Works for any closed surface, and hypervolume and slices
+  /// stay exact, since a cap encloses nothing; but cells may overlap inside the cap.
+  Cone,
+};
+
+/// A solid filled with tetrahedra: what closes the 4D mesh at its first and last time.
+struct Cap {
+  /// Points added inside, in the mesh's coordinates; none on the surface.
+  std::vector<model::Point3> inner;
+  /// Vertices are those of the mesh, then `inner`; det[b-a, c-a, d-a] > 0.
+  std::vector<model::Cell> cells;
+};
+
+/// Fills the solid that `mesh` bounds (closed and facing outward; cavities and several components
+/// are fine). Fails for TetGen where triangles intersect or have no area (the error names them),
+/// and where a component faces the wrong way.
+Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method);
+
+/// The cap as a slab without thickness whose upper layer is the mesh (start) or whose lower layer
+/// is (end). Facing backward in time at the start and forward at the end.
+std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
+                                                                std::uint32_t meshVertices);
+std::shared_ptr<const model::Connectivity> endCapConnectivity(const Cap& cap,
+                                                              std::uint32_t meshVertices);
+
+/// Says which pairs of triangles intersect, and which triangles have no area.
+Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh);
+
+}  // namespace t4d::mesh4d

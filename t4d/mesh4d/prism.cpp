@@ -1,0 +1,156 @@
+#include "t4d/mesh4d/prism.h"
+
+#include <algorithm>
+#include <array>
+
+namespace t4d::mesh4d {
+namespace {
+
+using model::Cell;
+using model::Connectivity;
+using model::Triangle;
+
+/// The edges of a closed mesh, numbered in the order in which triangles first have them.
+struct Edges {
+  std::vector<std::array<std::uint32_t, 2>> ends;
+  std::vector<std::array<std::uint32_t, 3>> ofTriangle;  // side i is corner i to corner i + 1
+};
+
+Edges edgesOf(const model::TriangleMesh& mesh) {
+  struct Side {
+    std::uint32_t low;
+    std::uint32_t high;
+    std::uint32_t corner;  // 3 * triangle + side
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (std::uint32_t side = 0; side < 3; ++side) {
+      const std::uint32_t from = mesh.triangles[i][side];
+      const std::uint32_t to = mesh.triangles[i][(side + 1) % 3];
+      sides.push_back({std::min(from, to), std::max(from, to), 3 * i + side});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
+  });
+  // The first corner of each edge stands for it; numbers then follow the corners' order.
+  std::vector<std::uint32_t> firstCorner(sides.size());
+  for (std::size_t i = 0; i < sides.size();) {
+    const Side& first = sides[i];
+    for (; i < sides.size() && sides[i].low == first.low && sides[i].high == first.high; ++i) {
+      firstCorner[sides[i].corner] = first.corner;
+    }
+  }
+  Edges edges;
+  edges.ofTriangle.resize(mesh.triangles.size());
+  for (std::uint32_t corner = 0; corner < firstCorner.size(); ++corner) {
+    std::uint32_t& edge = edges.ofTriangle[corner / 3][corner % 3];
+    if (firstCorner[corner] == corner) {
+      edge = static_cast<std::uint32_t>(edges.ends.size());
+      const Triangle& triangle = mesh.triangles[corner / 3];
+      edges.ends.push_back({triangle[corner % 3], triangle[(corner + 1) % 3]});
+    } else {
+      edge = edges.ofTriangle[firstCorner[corner] / 3][firstCorner[corner] % 3];
+    }
+  }
+  return edges;
+}
+
+Connectivity fourteenCells(const model::TriangleMesh& mesh) {
+  const Edges edges = edgesOf(mesh);
+  const auto vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto edgeCount = static_cast<std::uint32_t>(edges.ends.size());
+  const auto triangleCount = static_cast<std::uint32_t>(mesh.triangles.size());
+  Connectivity step;
+  step.lowerCount = vertexCount;
+  step.upperCount = vertexCount;
+  step.vertexCount = 2 * vertexCount + edgeCount + triangleCount;
+  const std::uint32_t firstQuad = vertexCount;
+  const std::uint32_t firstPrism = firstQuad + edgeCount;
+  const std::uint32_t up = firstPrism + triangleCount;  // from a vertex to itself at the step's end
+
+  step.means.offsets.reserve(edgeCount + triangleCount + 1);
+  step.means.sources.reserve(4 * edgeCount + 6 * triangleCount);
+  for (const auto& [from, to] : edges.ends) {
+    step.means.add(std::array{from, to, up + from, up + to});
+  }
+  for (const auto& [a, b, c] : mesh.triangles) {
+    step.means.add(std::array{a, b, c, up + a, up + b, up + c});
+  }
+
+  step.cells.reserve(14 * std::size_t{triangleCount});
+  for (std::uint32_t i = 0; i < triangleCount; ++i) {
+    const Triangle& a = mesh.triangles[i];
+    const std::uint32_t g = firstPrism + i;
+    step.cells.push_back({a[0], a[1], a[2], g});
+    step.cells.push_back({up + a[0], up + a[2], up + a[1], g});
+    for (int side = 0; side < 3; ++side) {
+      const std::uint32_t from = a[side];
+      const std::uint32_t to = a[(side + 1) % 3];
+      const std::uint32_t q = firstQuad + edges.ofTriangle[i][side];
+      step.cells.push_back({to, from, q, g});
+      step.cells.push_back({from, up + from, q, g});
+      step.cells.push_back({up + from, up + to, q, g});
+      step.cells.push_back({up + to, to, q, g});
+    }
+  }
+  return step;
+}
+
+/// The staircase from the triangle's smallest vertex to its largest: every quadrilateral is cut by
+/// the diagonal that rises from its smaller vertex, so neighbours agree.
+Connectivity threeCells(const model::TriangleMesh& mesh) {
+  const auto vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
+  Connectivity step;
+  step.lowerCount = vertexCount;
+  step.upperCount = vertexCount;
+  step.vertexCount = 2 * vertexCount;
+  const std::uint32_t up = vertexCount;
+  step.cells.reserve(3 * mesh.triangles.size());
+  for (Triangle a : mesh.triangles) {
+    bool even = true;
+    const auto order = [&](int i, int j) {
+      if (a[i] > a[j]) {
+        std::swap(a[i], a[j]);
+        even = !even;
+      }
+    };
+    order(0, 1);
+    order(1, 2);
+    order(0, 1);
+    const Cell cells[3] = {{a[0], a[1], a[2], up + a[2]},
+                           {a[0], a[1], up + a[2], up + a[1]},
+                           {a[0], up + a[1], up + a[2], up + a[0]}};
+    for (Cell cell : cells) {
+      if (!even) std::swap(cell[0], cell[1]);
+      step.cells.push_back(cell);
+    }
+  }
+  return step;
+}
+
+}  // namespace
+
+std::vector<model::Attribute> cellAttributes(const std::vector<std::uint32_t>& triangles,
+                                             const std::vector<std::uint8_t>& kinds) {
+  return {model::makeAttribute("triangle", model::Domain::Cell, triangles),
+          model::makeAttribute("kind", model::Domain::Cell, kinds)};
+}
+
+std::shared_ptr<const Connectivity> stepConnectivity(const model::TriangleMesh& mesh,
+                                                     PrismSplit split) {
+  auto step = std::make_shared<Connectivity>(split == PrismSplit::Fourteen ? fourteenCells(mesh)
+                                                                           : threeCells(mesh));
+  const std::size_t perTriangle = step->cells.size() / mesh.triangles.size();
+  std::vector<std::uint32_t> triangles(step->cells.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    triangles[i] = static_cast<std::uint32_t>(i / perTriangle);
+  }
+  step->cellAttributes = cellAttributes(
+      triangles,
+      std::vector<std::uint8_t>(step->cells.size(), static_cast<std::uint8_t>(CellKind::Side)));
+  return step;
+}
+
+}  // namespace t4d::mesh4d

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "t4d/mesh4d/cap.h"
+#include "t4d/mesh4d/prism.h"
+#include "t4d/mesh4d/steps.h"
+#include "t4d/model/motion.h"
+#include "t4d/model/slab.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::mesh4d {
+
+struct SweepOptions {
+  StepRule steps = MinVolumeRatio{};
+  CapMethod caps = CapMethod::TetGen;
+  PrismSplit prism = PrismSplit::Fourteen;
+  model::Progress progress;
+};
+
+struct SweepReport {
+  std::uint64_t vertices = 0;    ///< (steps + 1) V + steps (E + F), and the points inside the caps
+  std::uint64_t tetrahedra = 0;  ///< 14 F steps (or 3 F steps), and the caps
+  std::uint64_t steps = 0;
+  std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
+  std::vector<std::string> notices;  ///< what a user should know, a sentence each
+};
+
+/// Sweeps a solid through space-time and puts the boundary of what it passes, a 4D mesh, into
+/// `sink`, slab by slab: the start cap, one slab a step, the end cap (paper, section 4.1). Memory
+/// is that of two layers and a step, however long the motion.
+///
+/// `mesh` is closed, edge- and vertex-manifold and consistently oriented; any number of components
+/// and cavities. A mesh that is inside out as a whole is turned round, with a notice. Times are the
+/// motion's. Poses come in closed form, so nothing drifts. Between layers every vertex moves on a
+/// straight line: with PrismSplit::Fourteen the slice at fraction s of a step that turns by theta
+/// has exactly the volume V0 (1 - 2 s (1 - s) (1 - cos theta)), which is the paper's eq. 1 at
+/// s = 1/2.
+///
+/// Fails where checkClosedSurface, stepsOf or fillSolid do, and where the sink does.
+Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& motion,
+                          const SweepOptions& options, model::Sink& sink);
+
+}  // namespace t4d::mesh4d

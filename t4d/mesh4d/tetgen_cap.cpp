@@ -1,0 +1,261 @@
+#include "t4d/mesh4d/tetgen_cap.h"
+
+// The header's terminatetetgen frees the mesh and then throws, and unwinding frees it again. Ours,
+// which the library calls in its place, only throws.
+#define terminatetetgen terminatetetgen_unused
+#include <tetgen.h>
+#undef terminatetetgen
+__attribute__((visibility("default"))) void terminatetetgen(tetgenmesh*, int reason);
+void terminatetetgen(tetgenmesh*, int reason) { throw reason; }
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "t4d/model/facets.h"
+
+namespace t4d::mesh4d {
+namespace {
+
+using model::Cell;
+using model::facetOpposite;
+using model::orientedFacet;
+using model::OrientedFacet;
+using model::Point3;
+
+void describe(const model::TriangleMesh& mesh, tetgenio& in) {
+  in.firstnumber = 0;
+  in.numberofpoints = static_cast<int>(mesh.vertices.size());
+  in.pointlist = new REAL[3 * mesh.vertices.size()];
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    for (int k = 0; k < 3; ++k) in.pointlist[3 * i + k] = mesh.vertices[i][k];
+  }
+  in.numberoffacets = static_cast<int>(mesh.triangles.size());
+  in.facetlist = new tetgenio::facet[mesh.triangles.size()];
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    tetgenio::facet& facet = in.facetlist[i];
+    tetgenio::init(&facet);
+    facet.numberofpolygons = 1;
+    facet.polygonlist = new tetgenio::polygon[1];
+    tetgenio::polygon& polygon = facet.polygonlist[0];
+    tetgenio::init(&polygon);
+    polygon.numberofvertices = 3;
+    polygon.vertexlist = new int[3];
+    for (int k = 0; k < 3; ++k) polygon.vertexlist[k] = static_cast<int>(mesh.triangles[i][k]);
+  }
+}
+
+/// What fills the convex parts of space around the surface's inside, cavities included.
+Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
+  static std::mutex oneAtATime;
+  const std::lock_guard lock(oneAtATime);
+  tetgenio in;
+  tetgenio out;
+  describe(mesh, in);
+  try {
+    // p: fill the surface; Y: no point is added to it; Q: print nothing.
+    char switches[] = "pYQ";
+    ::tetrahedralize(switches, &in, &out);
+  } catch (int reason) {
+    return fail(ErrorCode::Failed,
+                fmt::format("TetGen could not fill the solid (its reason {}); close the ends with "
+                            "cones (--caps cone)",
+                            reason));
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::Failed,
+                "TetGen ran out of memory; close the ends with cones "
+                "(--caps cone)");
+  }
+  const auto given = static_cast<int>(mesh.vertices.size());
+  Cap cap;
+  for (int i = 0; i < out.numberofpoints; ++i) {
+    const Point3 point(out.pointlist[3 * i], out.pointlist[3 * i + 1], out.pointlist[3 * i + 2]);
+    if (i >= given) {
+      cap.inner.push_back(point);
+    } else if (point != mesh.vertices[i]) {
+      return fail(ErrorCode::Failed, fmt::format("TetGen moved the vertex {}", i));
+    }
+  }
+  double volume6 = 0;
+  const auto at = [&](std::uint32_t vertex) -> const Point3& {
+    return vertex < mesh.vertices.size() ? mesh.vertices[vertex]
+                                         : cap.inner[vertex - mesh.vertices.size()];
+  };
+  for (int i = 0; i < out.numberoftetrahedra; ++i) {
+    Cell cell;
+    for (int k = 0; k < 4; ++k) {
+      const int vertex = out.tetrahedronlist[4 * i + k];
+      if (vertex < 0 || vertex >= out.numberofpoints) {
+        return fail(ErrorCode::Failed, "TetGen gave a tetrahedron with a vertex that is not there");
+      }
+      cell[k] = static_cast<std::uint32_t>(vertex);
+    }
+    const Point3& a = at(cell[0]);
+    volume6 += (at(cell[1]) - a).dot((at(cell[2]) - a).cross(at(cell[3]) - a));
+    cap.cells.push_back(cell);
+  }
+  // TetGen orients all cells alike, which way round depends on its version.
+  if (volume6 < 0) {
+    for (Cell& cell : cap.cells) std::swap(cell[0], cell[1]);
+  }
+  return cap;
+}
+
+/// Finds the input triangle, if any, that a facet is.
+class TriangleIndex {
+ public:
+  explicit TriangleIndex(const model::TriangleMesh& mesh) {
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      const auto& [a, b, c] = mesh.triangles[i];
+      entries_.push_back({orientedFacet(a, b, c), i});
+    }
+    std::sort(entries_.begin(), entries_.end(),
+              [](const Entry& a, const Entry& b) { return a.facet.vertices < b.facet.vertices; });
+  }
+  struct Entry {
+    OrientedFacet facet;
+    std::uint32_t triangle;
+  };
+  const Entry* find(const OrientedFacet& facet) const {
+    const auto at = std::lower_bound(
+        entries_.begin(), entries_.end(), facet.vertices,
+        [](const Entry& entry, const auto& vertices) { return entry.facet.vertices < vertices; });
+    return at != entries_.end() && at->facet.vertices == facet.vertices ? &*at : nullptr;
+  }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+/// Keeps the cells on the inner side of the surface: TetGen fills cavities too. A cell that has a
+/// triangle of the surface facing out of it is inside; others follow their neighbours.
+Result<void> removeOutside(const model::TriangleMesh& mesh, Cap& cap) {
+  const TriangleIndex index(mesh);
+  enum Side : std::uint8_t { kUnknown, kInside, kOutside };
+  std::vector<Side> side(cap.cells.size(), kUnknown);
+  std::vector<bool> covered(mesh.triangles.size(), false);
+  struct InnerFacet {
+    OrientedFacet facet;
+    std::uint32_t cell;
+  };
+  std::vector<InnerFacet> inner;
+  std::vector<std::uint32_t> queue;
+  for (std::uint32_t i = 0; i < cap.cells.size(); ++i) {
+    for (int corner = 0; corner < 4; ++corner) {
+      const OrientedFacet facet = facetOpposite(cap.cells[i], corner);
+      const TriangleIndex::Entry* entry = index.find(facet);
+      if (entry == nullptr) {
+        inner.push_back({facet, i});
+        continue;
+      }
+      const Side found = entry->facet.even == facet.even ? kInside : kOutside;
+      if (found == kInside) covered[entry->triangle] = true;
+      if (side[i] == kUnknown) queue.push_back(i);
+      if (side[i] != kUnknown && side[i] != found) {
+        return invalid(
+            fmt::format("around triangle {} the surface faces both into and out of the "
+                        "solid; turn its component round",
+                        entry->triangle));
+      }
+      side[i] = found;
+    }
+  }
+  std::sort(inner.begin(), inner.end(), [](const InnerFacet& a, const InnerFacet& b) {
+    return a.facet.vertices < b.facet.vertices;
+  });
+  std::vector<std::array<std::uint32_t, 4>> neighbours(cap.cells.size());
+  std::vector<std::uint8_t> neighbourCount(cap.cells.size(), 0);
+  for (std::size_t i = 0; i + 1 < inner.size(); ++i) {
+    if (inner[i].facet.vertices != inner[i + 1].facet.vertices) continue;
+    const std::uint32_t a = inner[i].cell;
+    const std::uint32_t b = inner[i + 1].cell;
+    neighbours[a][neighbourCount[a]++] = b;
+    neighbours[b][neighbourCount[b]++] = a;
+    ++i;
+  }
+  while (!queue.empty()) {
+    const std::uint32_t cell = queue.back();
+    queue.pop_back();
+    for (int k = 0; k < neighbourCount[cell]; ++k) {
+      const std::uint32_t other = neighbours[cell][k];
+      if (side[other] == kUnknown) {
+        side[other] = side[cell];
+        queue.push_back(other);
+      } else if (side[other] != side[cell]) {
+        return invalid(
+            "one component of the surface faces the wrong way within another; turn it "
+            "round");
+      }
+    }
+  }
+  for (std::size_t i = 0; i < covered.size(); ++i) {
+    if (!covered[i]) {
+      return invalid(
+          fmt::format("triangle {} faces into the solid: its component is inside out; "
+                      "turn it round",
+                      i));
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cap.cells.size(); ++i) {
+    if (side[i] == kInside) cap.cells[kept++] = cap.cells[i];
+  }
+  cap.cells.resize(kept);
+  return {};
+}
+
+/// Inner points that only lay in a cavity are gone with its cells.
+void dropUnusedPoints(std::uint32_t given, Cap& cap) {
+  constexpr std::uint32_t kUnused = ~0U;
+  std::vector<std::uint32_t> number(cap.inner.size(), kUnused);
+  std::vector<Point3> kept;
+  for (Cell& cell : cap.cells) {
+    for (std::uint32_t& vertex : cell) {
+      if (vertex < given) continue;
+      std::uint32_t& found = number[vertex - given];
+      if (found == kUnused) {
+        found = static_cast<std::uint32_t>(kept.size());
+        kept.push_back(cap.inner[vertex - given]);
+      }
+      vertex = given + found;
+    }
+  }
+  cap.inner = std::move(kept);
+}
+
+/// The cells' volumes add up to the solid's.
+Result<void> checkVolume(const model::TriangleMesh& mesh, const Cap& cap) {
+  const auto at = [&](std::uint32_t vertex) -> const Point3& {
+    return vertex < mesh.vertices.size() ? mesh.vertices[vertex]
+                                         : cap.inner[vertex - mesh.vertices.size()];
+  };
+  double volume6 = 0;
+  for (const auto& [a, b, c, d] : cap.cells) {
+    volume6 += (at(b) - at(a)).dot((at(c) - at(a)).cross(at(d) - at(a)));
+  }
+  constexpr double kRelative = 1e-6;  // far above rounding, far below a missing part
+  const double expected = signedVolume(mesh);
+  if (!(std::abs(volume6 / 6 - expected) <= kRelative * expected)) {
+    return fail(ErrorCode::Failed,
+                fmt::format("TetGen filled a volume of {}, but the surface encloses {}; close the "
+                            "ends with cones (--caps cone)",
+                            volume6 / 6, expected));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Cap> tetgenCap(const model::TriangleMesh& mesh) {
+  auto cap = tetrahedralize(mesh);
+  if (!cap) return cap;
+  if (auto done = removeOutside(mesh, *cap); !done) return pass(done.error());
+  dropUnusedPoints(static_cast<std::uint32_t>(mesh.vertices.size()), *cap);
+  if (auto done = checkVolume(mesh, *cap); !done) return pass(done.error());
+  return cap;
+}
+
+}  // namespace t4d::mesh4d

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace t4d::model {
+
+/// The values of the enumerators are those of the file format (t4d/formats/t4d/SPEC.md).
+enum class ScalarType : std::uint8_t {
+  UInt8 = 1,
+  Int8 = 2,
+  UInt16 = 3,
+  Int16 = 4,
+  UInt32 = 5,
+  Int32 = 6,
+  UInt64 = 7,
+  Int64 = 8,
+  Float32 = 9,
+  Float64 = 10,
+};
+
+/// Bytes of one scalar; 0 for a value that is not a ScalarType.
+std::size_t scalarSize(ScalarType type);
+
+/// What an attribute has one row for. A cell is a tetrahedron of a 4D mesh, a triangle of a slice.
+enum class Domain : std::uint8_t { Vertex = 1, Cell = 2 };
+
+/// A named array of numbers with one row per vertex or per cell.
+struct Attribute {
+  std::string name;
+  Domain domain = Domain::Cell;
+  ScalarType type = ScalarType::Float64;
+  std::uint32_t components = 1;
+  /// Row after row, `rowBytes()` each, in the machine's byte order.
+  std::vector<std::byte> values;
+
+  std::size_t rowBytes() const { return scalarSize(type) * components; }
+  std::size_t rows() const { return rowBytes() == 0 ? 0 : values.size() / rowBytes(); }
+  const std::byte* row(std::size_t index) const { return values.data() + index * rowBytes(); }
+
+  friend bool operator==(const Attribute&, const Attribute&) = default;
+};
+
+template <class T>
+constexpr ScalarType scalarTypeOf();
+template <>
+constexpr ScalarType scalarTypeOf<std::uint8_t>() {
+  return ScalarType::UInt8;
+}
+template <>
+constexpr ScalarType scalarTypeOf<std::int8_t>() {
+  return ScalarType::Int8;
+}
+template <>
+constexpr ScalarType scalarTypeOf<std::uint16_t>() {
+  return ScalarType::UInt16;
+}
+template <>
+constexpr ScalarType scalarTypeOf<std::int16_t>() {
+  return ScalarType::Int16;
+}
+template <>
+constexpr ScalarType scalarTypeOf<std::uint32_t>() {
+  return ScalarType::UInt32;
+}
+template <>
+constexpr ScalarType scalarTypeOf<std::int32_t>() {
+  return ScalarType::Int32;
+}
+template <>
+constexpr ScalarType scalarTypeOf<std::uint64_t>() {
+  return ScalarType::UInt64;
+}
+template <>
+constexpr ScalarType scalarTypeOf<std::int64_t>() {
+  return ScalarType::Int64;
+}
+template <>
+constexpr ScalarType scalarTypeOf<float>() {
+  return ScalarType::Float32;
+}
+template <>
+constexpr ScalarType scalarTypeOf<double>() {
+  return ScalarType::Float64;
+}
+
+/// An attribute of one component a row, copied from `values`.
+template <class T>
+Attribute makeAttribute(std::string name, Domain domain, const std::vector<T>& values) {
+  const auto* bytes = reinterpret_cast<const std::byte*>(values.data());
+  return {std::move(name), domain, scalarTypeOf<T>(), 1,
+          std::vector<std::byte>(bytes, bytes + values.size() * sizeof(T))};
+}
+
+}  // namespace t4d::model

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "t4d/model/slab.h"
+
+namespace t4d::model {
+
+/// A named 4D mesh of a file or a mechanism.
+struct Body {
+  std::string name;
+  Source* source = nullptr;
+};
+
+/// From the first time of any body to the last; {0, 0} where no body has a slab.
+TimeSpan timeSpanOf(std::span<const Body> bodies);
+
+}  // namespace t4d::model

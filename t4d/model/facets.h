@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "t4d/model/slab.h"
+
+/// Facets are the triangles of the cells; in a closed, oriented mesh each has two cells, on
+/// opposite sides. This depends on the connectivity alone, so slabs that share one are judged once.
+namespace t4d::model {
+
+/// Three vertices in increasing order, and whether that order is an even permutation of the given.
+struct OrientedFacet {
+  std::array<std::uint32_t, 3> vertices;
+  bool even;
+};
+
+OrientedFacet orientedFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c);
+
+/// The facet opposite a corner (0 to 3) of a cell, oriented as in the cell's boundary: for a
+/// positively oriented tetrahedron in space, counter-clockwise seen from outside.
+OrientedFacet facetOpposite(const Cell& cell, int corner);
+
+/// A triangle of the mesh, with how many cells have it in each of its two orientations.
+struct Facet {
+  std::array<std::uint32_t, 3> vertices;  ///< increasing
+  std::uint32_t even = 0;                 ///< cells in whose boundary it is oriented as listed
+  std::uint32_t odd = 0;                  ///< cells in whose boundary it is oriented the other way
+  std::uint32_t cell = 0;                 ///< the first of these cells
+
+  bool isClosed() const { return even + odd == 2; }
+  bool isMatched() const { return even == 1 && odd == 1; }
+};
+
+/// The facets of one slab that are not settled within it.
+struct FacetTopology {
+  /// Not in a layer and without exactly one cell on each side: errors of the mesh.
+  std::vector<Facet> unmatched;
+  /// With all vertices in one layer, in increasing order, whether matched or not: the slab on the
+  /// other side may have cells there too. Vertices are counted from the layer's first.
+  std::vector<Facet> lower;
+  std::vector<Facet> upper;
+};
+
+FacetTopology facetTopology(const Connectivity& connectivity);
+
+/// The facets of a seam that do not have exactly one cell on each side, from the upper facets of
+/// the slab before and the lower facets of the slab after. Cells are those of the slab before, or,
+/// for a facet that only the slab after has, of the slab after.
+std::vector<Facet> unmatchedAtSeam(const std::vector<Facet>& before,
+                                   const std::vector<Facet>& after);
+
+}  // namespace t4d::model

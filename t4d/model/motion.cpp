@@ -1,0 +1,198 @@
+#include "t4d/model/motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace t4d::model {
+namespace {
+
+struct SinCos {
+  double sin;
+  double cos;
+};
+
+/// Sine and cosine of an angle in degrees, exact at multiples of 90.
+SinCos sinCosDegrees(double degrees) {
+  const double reduced = std::remainder(degrees, 360.0);  // exact, within [-180, 180]
+  const double quarter = std::nearbyint(reduced / 90.0);  // -2 .. 2
+  const double radians = (reduced - quarter * 90.0) * (std::numbers::pi / 180.0);
+  const double s = std::sin(radians);
+  const double c = std::cos(radians);
+  switch (static_cast<int>(quarter) & 3) {
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
+  }
+}
+
+/// R - 1 for a rotation R about a direction of length 1 (Rodrigues' formula), to full relative
+/// precision for small angles too: an axis far away is multiplied by it.
+Eigen::Matrix3d rotationMinusOne(const Eigen::Vector3d& axis, double degrees) {
+  const auto [s, c] = sinCosDegrees(degrees);
+  const double halfSine = sinCosDegrees(degrees / 2).sin;
+  const double versine = c < 0.5 ? 1 - c : 2 * halfSine * halfSine;
+  Eigen::Matrix3d cross;
+  cross << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
+  return s * cross + versine * (cross * cross);
+}
+
+bool isFinite(const Screw& screw) {
+  return screw.axisPoint.allFinite() && screw.axisDirection.allFinite() &&
+         std::isfinite(screw.angleDegrees) && screw.translation.allFinite();
+}
+
+}  // namespace
+
+Pose Screw::at(double fraction) const {
+  Pose pose;
+  const Eigen::Matrix3d turn = rotationMinusOne(axisDirection, angleDegrees * fraction);
+  pose.rotation += turn;
+  pose.translation = fraction * translation - turn * axisPoint;
+  return pose;
+}
+
+Pose Segment::at(double fraction) const {
+  if (fraction <= 0) return start;
+  if (fraction >= 1) return end;
+  return screw.at(fraction) * start;
+}
+
+Pose Motion::at(double time) const {
+  const auto after =
+      std::upper_bound(segments.begin(), segments.end(), time,
+                       [](double t, const Segment& segment) { return t < segment.timeEnd; });
+  if (after == segments.end()) return segments.back().end;
+  return after->at((time - after->timeBegin) / (after->timeEnd - after->timeBegin));
+}
+
+Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
+  if (runs.empty()) return invalid("the motion has no segment; give at least one");
+  if (!std::isfinite(startTime)) return invalid("the start time is not a finite number");
+  Motion motion;
+  double runBegin = startTime;
+  Pose pose;
+  for (std::size_t index = 0; index < runs.size(); ++index) {
+    const auto& [duration, givenScrew, count] = runs[index];
+    const auto where = [&] { return fmt::format("segment {} (counted from 0)", index); };
+    Screw screw = givenScrew;
+    if (!isFinite(screw)) return invalid("has a number that is not finite", where());
+    if (!(duration > 0) || !std::isfinite(duration)) {
+      return invalid(fmt::format("lasts {}: a duration must be positive; a 4D mesh cannot go "
+                                 "backward through time or stand still in it",
+                                 duration),
+                     where());
+    }
+    const double length = screw.axisDirection.norm();
+    if (length > 0 && std::isfinite(length)) {
+      screw.axisDirection /= length;
+    } else if (screw.angleDegrees != 0) {
+      return invalid(fmt::format("turns by {} degrees about an axis_direction of length {}; give "
+                                 "a direction that is not zero",
+                                 screw.angleDegrees, length),
+                     where());
+    } else {
+      screw.axisDirection = Eigen::Vector3d::UnitZ();
+    }
+    if (count == 0 || count > kMaxSegments - motion.segments.size()) {
+      return invalid(
+          fmt::format("repeats {} times; a motion has 1 to {} segments", count, kMaxSegments),
+          where());
+    }
+    for (std::uint64_t i = 0; i < count; ++i) {
+      Segment segment;
+      segment.timeBegin = runBegin + duration * static_cast<double>(i);
+      segment.timeEnd = runBegin + duration * static_cast<double>(i + 1);
+      if (!(segment.timeEnd > segment.timeBegin) || !std::isfinite(segment.timeEnd)) {
+        return invalid(fmt::format("lasts {}, which cannot be told from no time at {}", duration,
+                                   segment.timeBegin),
+                       where());
+      }
+      segment.screw = screw;
+      segment.start = pose;
+      pose = screw.at(1) * pose;
+      segment.end = pose;
+      motion.segments.push_back(segment);
+    }
+    runBegin = motion.segments.back().timeEnd;
+  }
+  return motion;
+}
+
+namespace {
+
+/// The screw of least angle that moves `from` to `to` (Chasles), its translation along its axis.
+Screw screwBetween(const Pose& from, const Pose& to) {
+  const Eigen::Matrix3d rotation = to.rotation * from.rotation.transpose();
+  const Eigen::Vector3d shift = to.translation - rotation * from.translation;
+  Screw screw;
+  const Eigen::AngleAxisd angleAxis(Eigen::Quaterniond(rotation).normalized());
+  const double degrees = angleAxis.angle() * (180.0 / std::numbers::pi);
+  // Below this a rotation is rounding noise of the quaternions, and its axis means nothing.
+  constexpr double kNoRotationDegrees = 1e-12;
+  if (degrees < kNoRotationDegrees) {
+    screw.translation = shift;
+    return screw;
+  }
+  screw.angleDegrees = degrees;
+  screw.axisDirection = angleAxis.axis();
+  screw.translation = screw.axisDirection.dot(shift) * screw.axisDirection;
+  // The axis point c nearest the origin solves (1 - R) c = shift across the axis.
+  const Eigen::Vector3d across = shift - screw.translation;
+  const double halfAngle = 0.5 * angleAxis.angle();
+  screw.axisPoint = 0.5 * (across + screw.axisDirection.cross(across) / std::tan(halfAngle));
+  return screw;
+}
+
+}  // namespace
+
+Result<Motion> joinPoses(std::span<const KeyPose> poses) {
+  if (poses.size() < 2) {
+    return invalid(fmt::format("the motion has {} poses; at least two are needed", poses.size()));
+  }
+  if (poses.size() - 1 > kMaxSegments) {
+    return invalid(fmt::format("the motion has {} poses; at most {} are accepted", poses.size(),
+                               kMaxSegments + 1));
+  }
+  constexpr double kUnitLengthTolerance = 1e-6;
+  std::vector<Pose> placements;
+  placements.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto where = [&] { return fmt::format("pose {} (counted from 0)", i); };
+    const KeyPose& pose = poses[i];
+    const double norm = pose.quaternion.norm();
+    if (!std::isfinite(pose.time) || !pose.position.allFinite() || !std::isfinite(norm)) {
+      return invalid("has a number that is not finite", where());
+    }
+    if (std::abs(norm - 1) > kUnitLengthTolerance) {
+      return invalid(fmt::format("has a quaternion of length {}, not 1", norm), where());
+    }
+    if (i > 0 && !(pose.time > poses[i - 1].time)) {
+      return invalid(fmt::format("is at time {}, not after the pose before it, at {}: a 4D mesh "
+                                 "cannot go backward through time",
+                                 pose.time, poses[i - 1].time),
+                     where());
+    }
+    placements.push_back({pose.quaternion.normalized().toRotationMatrix(), pose.position});
+  }
+  Motion motion;
+  for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+    Segment segment;
+    segment.timeBegin = poses[i].time;
+    segment.timeEnd = poses[i + 1].time;
+    segment.start = placements[i];
+    segment.end = placements[i + 1];
+    segment.screw = screwBetween(segment.start, segment.end);
+    motion.segments.push_back(segment);
+  }
+  return motion;
+}
+
+}  // namespace t4d::model

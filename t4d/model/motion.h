@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "t4d/model/error.h"
+#include "t4d/model/geometry.h"
+
+namespace t4d::model {
+
+/// A rigid placement: p -> rotation * p + translation.
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Point3 operator()(const Point3& point) const { return rotation * point + translation; }
+  /// `(a * b)(p)` is `a(b(p))`.
+  friend Pose operator*(const Pose& a, const Pose& b) {
+    return {a.rotation * b.rotation, a.rotation * b.translation + a.translation};
+  }
+};
+
+/// A screw motion: rotation about an axis together with translation, both uniform. A rest and a
+/// pure translation are screws with angle 0.
+struct Screw {
+  Point3 axisPoint = Point3::Zero();
+  Eigen::Vector3d axisDirection = Eigen::Vector3d::UnitZ();  ///< of length 1
+  double angleDegrees = 0;  ///< right-handed about the axis; any number of turns
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< of the whole motion; any direction
+
+  /// The pose after a fraction of the motion, in closed form, so that nothing drifts. Angles are
+  /// reduced in degrees: whole and quarter turns are exact.
+  Pose at(double fraction) const;
+};
+
+/// One uniform screw of a motion.
+struct Segment {
+  double timeBegin = 0;
+  double timeEnd = 0;
+  Pose start;   ///< from the mesh as given to where this segment starts
+  Pose end;     ///< the next segment's `start`
+  Screw screw;  ///< in world coordinates, applied after `start`
+
+  /// The pose at a fraction of the segment: `start` at 0 and `end` at 1 exactly.
+  Pose at(double fraction) const;
+};
+
+/// A rigid motion: screws one after the other, without a gap.
+struct Motion {
+  std::vector<Segment> segments;  ///< at least one
+  std::string lengthUnit;         ///< "" where not said
+  std::string timeUnit;
+
+  double timeBegin() const { return segments.front().timeBegin; }
+  double timeEnd() const { return segments.back().timeEnd; }
+  /// The pose at a time within the motion; times outside are clamped.
+  Pose at(double time) const;
+};
+
+/// More segments than this are refused: they would not fit in memory as a motion.
+inline constexpr std::uint64_t kMaxSegments = 1'000'000;
+
+/// `count` equal screws, one after the other; each is in world coordinates.
+struct ScrewRun {
+  double duration = 0;  ///< of one screw; positive
+  Screw screw;
+  std::uint64_t count = 1;
+};
+
+/// Chains screws from `startTime` on; the first starts at the mesh as given. Refused: no run, a
+/// duration that is not positive or too small to be told from the time it starts at, a rotation
+/// about an axis of length zero, numbers that are not finite.
+Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs);
+
+/// A placement at a time: p -> quaternion p quaternion^-1 + position.
+struct KeyPose {
+  double time = 0;
+  Point3 position = Point3::Zero();
+  Eigen::Quaterniond quaternion = Eigen::Quaterniond::Identity();
+};
+
+/// Joins each pair of poses by its one screw of at most half a turn (Chasles' theorem), whose
+/// translation is along its axis. Refused: fewer than two poses, times that do not increase,
+/// quaternions that are not of unit length (to 1e-6).
+Result<Motion> joinPoses(std::span<const KeyPose> poses);
+
+}  // namespace t4d::model

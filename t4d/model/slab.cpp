@@ -1,0 +1,162 @@
+#include "t4d/model/slab.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace t4d::model {
+
+void Means::add(std::span<const std::uint32_t> from) {
+  if (offsets.empty()) offsets.push_back(0);
+  sources.insert(sources.end(), from.begin(), from.end());
+  offsets.push_back(static_cast<std::uint32_t>(sources.size()));
+}
+
+namespace {
+
+Result<void> checkMeans(const Connectivity& connectivity) {
+  const Means& means = connectivity.means;
+  if (means.offsets.empty()) {
+    return means.sources.empty() ? Result<void>() : invalid("has sources of means but no means");
+  }
+  if (means.offsets.front() != 0 || means.offsets.back() != means.sources.size()) {
+    return invalid("the means' offsets do not span their sources");
+  }
+  for (std::uint32_t i = 0; i < means.size(); ++i) {
+    if (means.offsets[i] >= means.offsets[i + 1]) {
+      return invalid(fmt::format("mean {} is the mean of no vertex", i));
+    }
+  }
+  const std::uint32_t firstMean = connectivity.firstMean();
+  const std::uint32_t firstUpper = connectivity.firstUpper();
+  for (const std::uint32_t source : means.sources) {
+    if (source >= connectivity.vertexCount) {
+      return invalid(fmt::format("a mean's source {} is not one of the {} vertices", source,
+                                 connectivity.vertexCount));
+    }
+    if (source >= firstMean && source < firstUpper) {
+      return invalid(fmt::format("a mean's source {} is a mean itself", source));
+    }
+  }
+  return {};
+}
+
+Result<void> checkAttributes(std::span<const Attribute> attributes, std::size_t vertexCount,
+                             std::size_t cellCount) {
+  for (const Attribute& attribute : attributes) {
+    const std::size_t expected = attribute.domain == Domain::Vertex ? vertexCount : cellCount;
+    if (attribute.rowBytes() == 0 || attribute.values.size() % attribute.rowBytes() != 0 ||
+        attribute.rows() != expected) {
+      return invalid(fmt::format("attribute '{}' has {} bytes where {} rows of {} are expected",
+                                 attribute.name, attribute.values.size(), expected,
+                                 attribute.rowBytes()));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> checkConnectivity(const Connectivity& connectivity) {
+  const std::uint64_t parts =
+      std::uint64_t{connectivity.lowerCount} + connectivity.upperCount + connectivity.means.size();
+  if (parts > connectivity.vertexCount) {
+    return invalid(fmt::format("layers of {} and {} vertices and {} means exceed the {} vertices",
+                               connectivity.lowerCount, connectivity.upperCount,
+                               connectivity.means.size(), connectivity.vertexCount));
+  }
+  for (std::size_t i = 0; i < connectivity.cells.size(); ++i) {
+    const Cell& cell = connectivity.cells[i];
+    for (int corner = 0; corner < 4; ++corner) {
+      if (cell[corner] >= connectivity.vertexCount) {
+        return invalid(fmt::format("cell {} has the vertex {}, of {}", i, cell[corner],
+                                   connectivity.vertexCount));
+      }
+      for (int other = 0; other < corner; ++other) {
+        if (cell[corner] == cell[other]) {
+          return invalid(fmt::format("cell {} has the vertex {} twice", i, cell[corner]));
+        }
+      }
+    }
+  }
+  if (auto means = checkMeans(connectivity); !means) return means;
+  for (const Attribute& attribute : connectivity.cellAttributes) {
+    if (attribute.domain != Domain::Cell) {
+      return invalid(
+          fmt::format("attribute '{}' of a connectivity is not per cell", attribute.name));
+    }
+  }
+  return checkAttributes(connectivity.cellAttributes, connectivity.vertexCount,
+                         connectivity.cells.size());
+}
+
+void setMeans(const Connectivity& connectivity, std::span<Point4> vertices) {
+  const Means& means = connectivity.means;
+  const std::uint32_t firstMean = connectivity.firstMean();
+  for (std::uint32_t i = 0; i < means.size(); ++i) {
+    const std::uint32_t begin = means.offsets[i];
+    const std::uint32_t end = means.offsets[i + 1];
+    Point4 sum = vertices[means.sources[begin]];
+    for (std::uint32_t k = begin + 1; k < end; ++k) sum += vertices[means.sources[k]];
+    vertices[firstMean + i] = sum / static_cast<double>(end - begin);
+  }
+}
+
+Result<void> checkSlab(const Slab& slab) {
+  if (!slab.connectivity) return invalid("has no connectivity");
+  const Connectivity& connectivity = *slab.connectivity;
+  if (slab.vertices.size() != connectivity.vertexCount) {
+    return invalid(fmt::format("has {} vertices where its connectivity has {}",
+                               slab.vertices.size(), connectivity.vertexCount));
+  }
+  if (!std::isfinite(slab.timeBegin) || !std::isfinite(slab.timeEnd) ||
+      slab.timeBegin > slab.timeEnd) {
+    return invalid(fmt::format("lasts from time {} to {}", slab.timeBegin, slab.timeEnd));
+  }
+  for (std::size_t i = 0; i < slab.vertices.size(); ++i) {
+    const Point4& vertex = slab.vertices[i];
+    if (!vertex.allFinite()) {
+      return invalid(fmt::format("vertex {} is ({}, {}, {}, {})", i, vertex[0], vertex[1],
+                                 vertex[2], vertex[3]));
+    }
+    const double time = vertex[3];
+    const bool lower = i < connectivity.lowerCount;
+    const bool upper = i >= connectivity.firstUpper();
+    if ((lower && time != slab.timeBegin) || (upper && time != slab.timeEnd)) {
+      return invalid(fmt::format("vertex {} of the {} layer is at time {}, not {}", i,
+                                 lower ? "lower" : "upper", time,
+                                 lower ? slab.timeBegin : slab.timeEnd));
+    }
+    if (time < slab.timeBegin || time > slab.timeEnd) {
+      return invalid(fmt::format("vertex {} is at time {}, outside {} to {}", i, time,
+                                 slab.timeBegin, slab.timeEnd));
+    }
+  }
+  return checkAttributes(slab.attributes, connectivity.vertexCount, connectivity.cells.size());
+}
+
+Result<void> pump(Source& source, Sink& sink, const Progress& progress) {
+  for (std::size_t i = 0; i < source.slabCount(); ++i) {
+    auto slab = source.slab(i);
+    if (!slab) return pass(slab.error());
+    if (auto put = sink.put(**slab); !put) return put;
+    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
+  }
+  return {};
+}
+
+TimeSpan timeSpanOf(const Source& source) {
+  if (source.slabCount() == 0) return {};
+  return {source.timeSpan(0).begin, source.timeSpan(source.slabCount() - 1).end};
+}
+
+Result<void> Mesh::put(const Slab& slab) {
+  slabs_.push_back(slab);
+  return {};
+}
+
+TimeSpan Mesh::timeSpan(std::size_t index) const {
+  return {slabs_[index].timeBegin, slabs_[index].timeEnd};
+}
+
+}  // namespace t4d::model

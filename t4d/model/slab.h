@@ -1,0 +1,143 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/model/attribute.h"
+#include "t4d/model/error.h"
+#include "t4d/model/geometry.h"
+
+/// A 4D mesh is the boundary of a moving solid in space-time (x, y, z, t): a closed, oriented
+/// 3-manifold of tetrahedral cells. It is always handled as a sequence of slabs in time order:
+///
+///        t
+///        ^    upper layer  *-----*-----*   = lower layer of the next slab, bit for bit
+///        |                  \  .   .  /
+///        |    interior        .     .
+///        |                  /    .    \.
+///        |    lower layer  *-----*-----*   = upper layer of the slab before
+///        +------------------------------> x, y, z
+///
+/// Whatever makes a 4D mesh puts slabs into a Sink; whatever keeps one is a Source of them.
+namespace t4d::model {
+
+/// A tetrahedron: four vertices (a, b, c, d), local to the slab. With the outward normal n of the
+/// mesh, det[n, b-a, c-a, d-a] > 0.
+using Cell = std::array<std::uint32_t, 4>;
+
+/// Vertices that are the arithmetic mean of others. Mean i has the sources
+/// `sources[offsets[i]] .. sources[offsets[i + 1]]`; its four coordinates are the sources' sum in
+/// the listed order, in double precision, divided by their number. `offsets` is empty (no means) or
+/// has one entry more than there are means.
+struct Means {
+  std::vector<std::uint32_t> offsets;
+  std::vector<std::uint32_t> sources;
+
+  std::uint32_t size() const {
+    return offsets.empty() ? 0 : static_cast<std::uint32_t>(offsets.size() - 1);
+  }
+  void add(std::span<const std::uint32_t> from);
+  friend bool operator==(const Means&, const Means&) = default;
+};
+
+/// All of a slab that is not a position. Slabs that repeat it share one object; what depends on the
+/// connectivity alone can be computed once.
+struct Connectivity {
+  /// Vertices are in this order: lower layer, interior, upper layer. The last `means.size()` of the
+  /// interior are means of vertices that are not means themselves.
+  std::uint32_t vertexCount = 0;
+  std::uint32_t lowerCount = 0;
+  std::uint32_t upperCount = 0;
+  std::vector<Cell> cells;
+  Means means;
+  /// Attributes of domain Cell that repeat with the connectivity.
+  std::vector<Attribute> cellAttributes;
+
+  std::uint32_t firstUpper() const { return vertexCount - upperCount; }
+  std::uint32_t firstMean() const { return firstUpper() - means.size(); }
+
+  friend bool operator==(const Connectivity&, const Connectivity&) = default;
+};
+
+/// Says what makes `connectivity` unusable: counts that do not add up, an index out of range, a
+/// mean of nothing or of a mean, an attribute of the wrong length. Everything that takes a slab
+/// from outside the library judges it by this first.
+Result<void> checkConnectivity(const Connectivity& connectivity);
+
+/// The part of a 4D mesh between two consecutive times. A cap is a slab without thickness.
+struct Slab {
+  double timeBegin = 0;
+  double timeEnd = 0;
+  std::vector<Point4> vertices;
+  std::shared_ptr<const Connectivity> connectivity;
+  /// Attributes of this slab alone, per vertex or per cell.
+  std::vector<Attribute> attributes;
+
+  std::span<const Point4> lowerLayer() const {
+    return std::span(vertices).first(connectivity->lowerCount);
+  }
+  std::span<const Point4> upperLayer() const {
+    return std::span(vertices).last(connectivity->upperCount);
+  }
+};
+
+/// Computes the mean vertices of a slab whose other vertices are set. Every builder and reader
+/// calls this one function, so that means are the same bit for bit wherever they are made.
+void setMeans(const Connectivity& connectivity, std::span<Point4> vertices);
+
+/// Says what makes `slab` unusable by itself: connectivity, number of vertices, coordinates that
+/// are not finite, layers off their times, vertices outside the slab's times.
+Result<void> checkSlab(const Slab& slab);
+
+/// Takes the slabs of one 4D mesh in time order. An error ends the stream: the caller stops.
+class Sink {
+ public:
+  virtual ~Sink() = default;
+  virtual Result<void> put(const Slab& slab) = 0;
+};
+
+struct TimeSpan {
+  double begin = 0;
+  double end = 0;
+};
+
+/// Gives the slabs of one 4D mesh, in any order, a slab or two in memory at a time.
+class Source {
+ public:
+  virtual ~Source() = default;
+  virtual std::size_t slabCount() const = 0;
+  /// Known without reading the slab.
+  virtual TimeSpan timeSpan(std::size_t index) const = 0;
+  /// The slab stays valid until the next call.
+  virtual Result<const Slab*> slab(std::size_t index) = 0;
+};
+
+/// Called with the fraction done, from 0 to 1.
+using Progress = std::function<void(double)>;
+
+/// Puts all slabs of `source` into `sink`.
+Result<void> pump(Source& source, Sink& sink, const Progress& progress = {});
+
+/// The first and last time; {0, 0} for a source without slabs.
+TimeSpan timeSpanOf(const Source& source);
+
+/// A 4D mesh kept in memory, whole.
+class Mesh : public Sink, public Source {
+ public:
+  Result<void> put(const Slab& slab) override;
+  std::size_t slabCount() const override { return slabs_.size(); }
+  TimeSpan timeSpan(std::size_t index) const override;
+  Result<const Slab*> slab(std::size_t index) override { return &slabs_[index]; }
+
+  std::span<const Slab> slabs() const { return slabs_; }
+
+ private:
+  std::vector<Slab> slabs_;
+};
+
+}  // namespace t4d::model

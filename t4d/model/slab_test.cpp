@@ -1,0 +1,103 @@
+#include "t4d/model/slab.h"
+
+#include <functional>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace t4d::model {
+namespace {
+
+/// One tetrahedron on a lower layer of three vertices, with a mean, an upper vertex above.
+Connectivity small() {
+  Connectivity connectivity;
+  connectivity.vertexCount = 5;
+  connectivity.lowerCount = 3;
+  connectivity.upperCount = 1;
+  connectivity.cells = {{0, 1, 2, 4}, {0, 1, 2, 3}};
+  connectivity.means.add(std::vector<std::uint32_t>{0, 1, 2, 4});
+  return connectivity;
+}
+
+Slab smallSlab() {
+  Slab slab;
+  slab.timeEnd = 1;
+  slab.connectivity = std::make_shared<Connectivity>(small());
+  slab.vertices = {{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 0}, {0, 0, 4, 1}};
+  setMeans(*slab.connectivity, slab.vertices);
+  return slab;
+}
+
+TEST(Slab, MeanIsTheSumInListedOrderDividedByTheNumber) {
+  EXPECT_EQ(smallSlab().vertices[3], Point4(0.25, 0.25, 1, 0.25));
+}
+
+TEST(Slab, SoundOneIsAccepted) {
+  EXPECT_TRUE(checkConnectivity(small()));
+  EXPECT_TRUE(checkSlab(smallSlab()));
+}
+
+TEST(Slab, EveryUnsoundConnectivityIsNamed) {
+  struct Case {
+    std::string expected;
+    std::function<void(Connectivity&)> spoil;
+  };
+  const Case cases[] = {
+      {"exceed", [](Connectivity& c) { c.lowerCount = 4; }},
+      {"exceed", [](Connectivity& c) { c.lowerCount = c.upperCount = ~0U; }},
+      {"has the vertex 5, of 5", [](Connectivity& c) { c.cells[1][2] = 5; }},
+      {"twice", [](Connectivity& c) { c.cells[1][2] = 0; }},
+      {"is a mean itself", [](Connectivity& c) { c.means.sources[0] = 3; }},
+      {"not one of", [](Connectivity& c) { c.means.sources[0] = 9; }},
+      {"do not span", [](Connectivity& c) { c.means.offsets[1] = 3; }},
+      {"of no vertex",
+       [](Connectivity& c) {
+         c.means = {{0, 0}, {}};
+       }},
+      {"but no means", [](Connectivity& c) { c.means.offsets.clear(); }},
+      {"not per cell",
+       [](Connectivity& c) {
+         c.cellAttributes = {makeAttribute<float>("a", Domain::Vertex, {1, 2, 3, 4, 5})};
+       }},
+      {"rows",
+       [](Connectivity& c) { c.cellAttributes = {makeAttribute<float>("a", Domain::Cell, {1})}; }},
+  };
+  for (const Case& one : cases) {
+    Connectivity connectivity = small();
+    one.spoil(connectivity);
+    const auto checked = checkConnectivity(connectivity);
+    ASSERT_FALSE(checked) << one.expected;
+    EXPECT_NE(checked.error().message.find(one.expected), std::string::npos)
+        << checked.error().message;
+  }
+}
+
+TEST(Slab, EveryUnsoundSlabIsNamed) {
+  struct Case {
+    std::string expected;
+    std::function<void(Slab&)> spoil;
+  };
+  const Case cases[] = {
+      {"4 vertices where", [](Slab& s) { s.vertices.pop_back(); }},
+      {"lower layer", [](Slab& s) { s.vertices[1][3] = 0.5; }},
+      {"upper layer", [](Slab& s) { s.vertices[4][3] = 0.5; }},
+      {"outside", [](Slab& s) { s.vertices[3][3] = 2; }},
+      {"nan", [](Slab& s) { s.vertices[3][0] = std::numeric_limits<double>::quiet_NaN(); }},
+      {"lasts", [](Slab& s) { s.timeBegin = 2; }},
+      {"attribute",
+       [](Slab& s) {
+         s.attributes = {makeAttribute<float>("a", Domain::Vertex, {1, 2, 3})};
+       }},
+  };
+  for (const Case& one : cases) {
+    Slab slab = smallSlab();
+    one.spoil(slab);
+    const auto checked = checkSlab(slab);
+    ASSERT_FALSE(checked) << one.expected;
+    EXPECT_NE(checked.error().message.find(one.expected), std::string::npos)
+        << checked.error().message;
+  }
+}
+
+}  // namespace
+}  // namespace t4d::model

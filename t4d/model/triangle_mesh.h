@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "t4d/model/attribute.h"
+#include "t4d/model/geometry.h"
+
+namespace t4d::model {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// A triangle mesh in space: what is swept, and what a slice is. Triangles of a solid's surface are
+/// counter-clockwise seen from outside.
+struct TriangleMesh {
+  std::vector<Point3> vertices;
+  std::vector<Triangle> triangles;
+  /// Domain::Cell means one row per triangle.
+  std::vector<Attribute> attributes;
+};
+
+Bounds3 boundsOf(const TriangleMesh& mesh);
+
+/// Volume enclosed by a closed mesh, positive when its triangles face outward; summed about the
+/// middle of the bounds, so that a far-away mesh loses no digits.
+double signedVolume(const TriangleMesh& mesh);
+
+double surfaceArea(const TriangleMesh& mesh);
+
+/// True when every edge is walked as often in one direction as in the other: the mesh bounds a
+/// solid. The empty mesh is closed.
+bool isClosed(const TriangleMesh& mesh);
+
+}  // namespace t4d::model

@@ -1,0 +1,194 @@
+#include "t4d/system/child_process.h"
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace t4d::system {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+ProgramRun shell(const std::string& script, const RunLimits& limits = {}) {
+  const auto run = runProgram({"/bin/sh", "-c", script}, limits);
+  EXPECT_TRUE(run) << run.error().text();
+  return run.value_or(ProgramRun{});
+}
+
+/// A folder of its own, which is the current one while the test runs.
+class ReaderCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("t4d_command_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    before_ = fs::current_path();
+    fs::current_path(folder_);
+  }
+  void TearDown() override {
+    fs::current_path(before_);
+    fs::remove_all(folder_);
+  }
+  void write(const std::string& name, const std::string& text, bool executable) {
+    std::ofstream(folder_ / name) << text;
+    if (executable) fs::permissions(folder_ / name, fs::perms::owner_all);
+  }
+  std::string fault(const std::string& command) {
+    const auto words = readerCommand(command);
+    return words ? "none" : words.error().text();
+  }
+
+  fs::path folder_;
+  fs::path before_;
+};
+
+int openDescriptors() {
+  return static_cast<int>(std::distance(fs::directory_iterator("/proc/self/fd"), {}));
+}
+
+TEST(ReaderProcess, ExitCodeAndBothStreamsComeBack) {
+  const ProgramRun run = shell("echo answer; echo why >&2; exit 7");
+  EXPECT_EQ(run.end, ProgramRun::End::Exited);
+  EXPECT_EQ(run.code, 7);
+  EXPECT_EQ(run.output, "answer\n");
+  EXPECT_EQ(run.message, "why\n");
+  EXPECT_EQ(shell("exit 0").code, 0);
+}
+
+TEST(ReaderProcess, SignalsAreToldFromExitCodes) {
+  const ProgramRun run = shell("echo before; kill -SEGV $$");
+  EXPECT_EQ(run.end, ProgramRun::End::Signalled);
+  EXPECT_EQ(run.code, SIGSEGV);
+  EXPECT_EQ(run.output, "before\n");
+  EXPECT_EQ(shell("exit 139").end, ProgramRun::End::Exited);
+}
+
+/// Gone, or a zombie that nobody has waited for.
+bool hasEnded(int process) {
+  std::ifstream stat("/proc/" + std::to_string(process) + "/stat");
+  std::string state;
+  return !(stat >> state >> state >> state) || state == "Z";
+}
+
+TEST(ReaderProcess, WhatTakesTooLongIsEndedWithAllThatItStarted) {
+  RunLimits limits;
+  limits.seconds = 1;
+  const ProgramRun run = shell("trap '' TERM; sleep 600 & echo $!; wait", limits);
+  EXPECT_EQ(run.end, ProgramRun::End::TimedOut);
+  EXPECT_GE(run.seconds, 1);
+  const int started = std::stoi(run.output);
+  // It is killed, not waited for: nobody but its parent can.
+  for (int tries = 0; tries < 1000 && !hasEnded(started); ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_TRUE(hasEnded(started));
+}
+
+TEST(ReaderProcess, WhatItLeavesBehindIsNotWaitedFor) {
+  const ProgramRun run = shell("sleep 60 & echo done");
+  EXPECT_EQ(run.end, ProgramRun::End::Exited);
+  EXPECT_EQ(run.output, "done\n");
+  EXPECT_LT(run.seconds, 30);
+}
+
+TEST(ReaderProcess, OutputWithoutEndIsTakenUpToALimit) {
+  RunLimits limits;
+  limits.outputBytes = 1000;
+  const ProgramRun run =
+      shell("head -c 3000000 /dev/zero; head -c 3000000 /dev/zero >&2; exit 1", limits);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_EQ(run.output.size(), 1000U);
+  EXPECT_EQ(run.message.size(), 1000U);
+  EXPECT_EQ(shell("head -c 3000000 /dev/zero").output.size(), 3000000U);
+}
+
+TEST(ReaderProcess, StreamsThatAreClosedDoNotEndIt) {
+  const ProgramRun run = shell("exec >&- 2>&-; sleep 0.2; exit 5");
+  EXPECT_EQ(run.end, ProgramRun::End::Exited);
+  EXPECT_EQ(run.code, 5);
+}
+
+TEST(ReaderProcess, StandardInputIsEmptyAndNothingElseIsOpen) {
+  EXPECT_EQ(shell("cat; echo end").output, "end\n");
+  const int before = openDescriptors();
+  EXPECT_EQ(shell("ls /proc/self/fd | wc -l").output, "4\n");  // three, and that of the folder
+  EXPECT_EQ(openDescriptors(), before);
+}
+
+TEST(ReaderProcess, IsEndedOnRequest) {
+  std::atomic<bool> stop = false;
+  RunLimits limits;
+  limits.stop = &stop;
+  limits.seconds = 60;
+  std::thread later([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    stop = true;
+  });
+  const ProgramRun run = shell("sleep 60", limits);
+  later.join();
+  EXPECT_EQ(run.end, ProgramRun::End::Stopped);
+  EXPECT_LT(run.seconds, 30);
+}
+
+TEST(ReaderProcess, ManyRunAtATimeAndNoneIsLeft) {
+  std::atomic<int> right = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&right, i] {
+      for (int j = 0; j < 25; ++j) {
+        const std::string word = std::to_string(100 * i + j);
+        const auto run = runProgram({"/bin/sh", "-c", "echo " + word + "; exit " + word});
+        if (run && run->output == word + "\n" && run->code == (100 * i + j) % 256) ++right;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(right, 200);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
+}
+
+TEST_F(ReaderCommand, IsTakenApartAsAShellDoes) {
+  write("my reader", "#!/bin/sh\n", true);
+  write("reader", "#!/bin/sh\n", true);
+  EXPECT_THAT(*readerCommand("./reader"), ElementsAre("./reader"));
+  EXPECT_THAT(*readerCommand("./my reader"), ElementsAre("./my reader"));
+  EXPECT_THAT(*readerCommand(" ./reader  -a 'b c' \"d 'e'\" f\\ g '' "),
+              ElementsAre("./reader", "-a", "b c", "d 'e'", "f g", ""));
+  EXPECT_THAT(*readerCommand("sh -x"), ElementsAre(HasSubstr("/sh"), "-x"));
+}
+
+TEST_F(ReaderCommand, SaysWhatToDoWhereItCannotBeRun) {
+  write("reader.py", "print()\n", false);
+  write("local", "#!/bin/sh\n", true);
+  EXPECT_EQ(fault("./none"), "./none: is not there");
+  EXPECT_THAT(fault("./reader.py"), HasSubstr("`chmod +x ./reader.py`"));
+  EXPECT_THAT(fault("/"), HasSubstr("is not a file"));
+  EXPECT_THAT(fault("no-such-program-anywhere"), HasSubstr("is not in PATH"));
+  EXPECT_THAT(fault("local"), HasSubstr("./local"));
+  EXPECT_THAT(fault("'./reader.py"), HasSubstr("quote"));
+  EXPECT_THAT(fault("  "), HasSubstr("empty"));
+}
+
+TEST_F(ReaderCommand, SaysWhyItCannotBeStarted) {
+  write("no-interpreter", "#!/no/such/python\n", true);
+  write("no-first-line", "print()\n", true);
+  auto run = runProgram({"./no-interpreter"});
+  ASSERT_FALSE(run);
+  EXPECT_EQ(run.error().code, ErrorCode::InvalidInput);
+  EXPECT_THAT(run.error().text(), HasSubstr("interpreter"));
+  run = runProgram({"./no-first-line"});
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().text(), HasSubstr("#!/usr/bin/env python3"));
+}
+
+}  // namespace
+}  // namespace t4d::system

@@ -1,0 +1,93 @@
+#include "t4d/system/cleanup.h"
+
+#include <csignal>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace t4d::system {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Cleanups : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("t4d_cleanup_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "a" / "b" / "c");
+    std::ofstream(folder_ / "a" / "file") << "text";
+    std::ofstream(folder_ / "a" / "b" / "c" / "file") << "text";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// A child that sleeps, in a process group of its own.
+  static pid_t sleeper(bool stubborn) {
+    // It is so from its first moment on.
+    const auto before = std::signal(SIGTERM, stubborn ? SIG_IGN : SIG_DFL);
+    const pid_t child = ::fork();
+    if (child != 0) {
+      std::signal(SIGTERM, before);
+      ::setpgid(child, child);
+      return child;
+    }
+    ::setpgid(0, 0);
+    ::execlp("sleep", "sleep", "60", nullptr);
+    ::_exit(127);
+  }
+
+  static int signalOf(pid_t child) {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Cleanups, RemoveAFolderWithAllThatIsInIt) {
+  for (int i = 0; i < 500; ++i) {
+    std::ofstream(folder_ / "a" / ("a file with a long name " + std::to_string(i))) << i;
+  }
+  fs::create_directory_symlink("/", folder_ / "a" / "link");
+  const Cleanup note = Cleanup::folder(folder_ / "a");
+  cleanUp();
+  EXPECT_FALSE(fs::exists(folder_ / "a"));
+  EXPECT_TRUE(fs::exists(folder_));
+}
+
+TEST_F(Cleanups, RemoveAnEmptyFolderAfterItsFiles) {
+  const Cleanup outer = Cleanup::emptyFolder(folder_ / "a" / "b" / "c");
+  const Cleanup full = Cleanup::emptyFolder(folder_ / "a");
+  const Cleanup file = Cleanup::file(folder_ / "a" / "b" / "c" / "file");
+  cleanUp();
+  EXPECT_FALSE(fs::exists(folder_ / "a" / "b" / "c"));
+  EXPECT_TRUE(fs::exists(folder_ / "a" / "file"));
+}
+
+TEST_F(Cleanups, LeaveWhatTheyHaveBeenReleasedFrom) {
+  Cleanup released = Cleanup::folder(folder_ / "a");
+  Cleanup moved = std::move(released);
+  moved.release();
+  { const Cleanup gone = Cleanup::folder(folder_ / "a"); }
+  cleanUp();
+  EXPECT_TRUE(fs::exists(folder_ / "a" / "b" / "c" / "file"));
+}
+
+TEST_F(Cleanups, EndProcessesAlsoThoseThatWillNot) {
+  const pid_t willing = sleeper(false);
+  const pid_t stubborn = sleeper(true);
+  const Cleanup one = Cleanup::process(willing);
+  const Cleanup group = Cleanup::process(-stubborn);
+  cleanUp();
+  const int willingBy = signalOf(willing);
+  EXPECT_TRUE(willingBy == SIGTERM || willingBy == SIGKILL) << willingBy;
+  EXPECT_EQ(signalOf(stubborn), SIGKILL);
+}
+
+}  // namespace
+}  // namespace t4d::system

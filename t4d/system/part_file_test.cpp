@@ -1,0 +1,105 @@
+#include "t4d/system/part_file.h"
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace t4d::system {
+namespace {
+
+namespace fs = std::filesystem;
+
+class PartFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("t4d_part_file_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  PartFile write(const std::string& name, const std::string& text) const {
+    PartFile part(folder_ / name);
+    std::ofstream(part.path()) << text;
+    return part;
+  }
+  std::string contents(const std::string& name) const {
+    std::ifstream in(folder_ / name);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  std::ptrdiff_t files() const { return std::distance(fs::directory_iterator(folder_), {}); }
+
+  fs::path folder_;
+};
+
+TEST_F(PartFiles, GetTheirNamesTogether) {
+  std::array parts = {write("a", "one"), write("b", "two")};
+  EXPECT_FALSE(fs::exists(folder_ / "a"));
+  ASSERT_TRUE(PartFile::putInPlace(parts));
+  EXPECT_EQ(contents("a"), "one");
+  EXPECT_EQ(contents("b"), "two");
+  EXPECT_EQ(files(), 2);
+}
+
+TEST_F(PartFiles, AreRemovedAtTheEndOfTheirLife) {
+  {
+    PartFile part = write("a", "one");
+    const PartFile moved = std::move(part);
+    EXPECT_EQ(files(), 1);
+  }
+  EXPECT_EQ(files(), 0);
+}
+
+TEST_F(PartFiles, StayWhereTheyCannotBePut) {
+  fs::create_directories(folder_ / "taken" / "by something");
+  {
+    PartFile part = write("taken", "one");
+    const auto put = PartFile::putInPlace({&part, 1});
+    ASSERT_FALSE(put);
+    EXPECT_EQ(put.error().code, ErrorCode::Failed);
+    EXPECT_EQ(put.error().where, (folder_ / "taken").string());
+    EXPECT_EQ(files(), 2);
+  }
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(PartFiles, RemovedAllAtOnceLeaveWhatHasItsName) {
+  PartFile done = write("done", "whole");
+  ASSERT_TRUE(PartFile::putInPlace({&done, 1}));
+  PartFile a = write("a", "half");
+  const PartFile b = write("b with a much longer name than the other", "half");
+  cleanUp();
+  EXPECT_EQ(files(), 1);
+  EXPECT_FALSE(PartFile::putInPlace({&a, 1}));
+  // Later ones are files like any.
+  PartFile later = write("later", "whole");
+  ASSERT_TRUE(PartFile::putInPlace({&later, 1}));
+  cleanUp();
+  EXPECT_EQ(contents("done"), "whole");
+  EXPECT_EQ(contents("later"), "whole");
+}
+
+TEST_F(PartFiles, OfManyThreadsAreAllRemoved) {
+  std::vector<std::vector<PartFile>> kept(4);
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    threads.emplace_back([&, i] {
+      for (int k = 0; k < 200; ++k) {
+        PartFile part = write(std::to_string(i) + "-" + std::to_string(k), "half");
+        if (k % 3 == 0) kept[i].push_back(std::move(part));
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(files(), 4 * 67);
+  cleanUp();
+  EXPECT_EQ(files(), 0);
+}
+
+}  // namespace
+}  // namespace t4d::system

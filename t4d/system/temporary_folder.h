@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+
+#include "t4d/model/error.h"
+#include "t4d/system/cleanup.h"
+
+namespace t4d::system {
+
+/// A folder for files that nobody is to see; gone with the object, and all in it; also where a
+/// signal ends the process (cleanUp).
+class TemporaryFolder {
+ public:
+  static Result<TemporaryFolder> create();
+
+  TemporaryFolder(TemporaryFolder&& other) noexcept;
+  TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
+  ~TemporaryFolder();
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  explicit TemporaryFolder(const std::filesystem::path& path)
+      : path_(path), note_(Cleanup::folder(path)) {}
+  std::filesystem::path path_;
+  Cleanup note_;
+};
+
+}  // namespace t4d::system

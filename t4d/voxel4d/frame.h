@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/model/geometry.h"
+
+namespace t4d::voxel4d {
+
+/// A lattice point, or a block of 8 x 8 x 8 of them (its points divided by 8, rounded down).
+struct Coord {
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t z = 0;
+
+  friend auto operator<=>(const Coord&, const Coord&) = default;  // NOLINT(modernize-use-nullptr)
+};
+
+struct CoordHash {
+  std::size_t operator()(const Coord& c) const {
+    std::uint64_t hash = static_cast<std::uint32_t>(c.x) * 0x9E3779B97F4A7C15U;
+    hash = (hash ^ static_cast<std::uint32_t>(c.y)) * 0xC2B2AE3D27D4EB4FU;
+    hash = (hash ^ static_cast<std::uint32_t>(c.z)) * 0x165667B19E3779F9U;
+    return static_cast<std::size_t>(hash ^ hash >> 29U);
+  }
+};
+
+/// One bit for each of a block's 512 points: word x, bit 8 y + z. This is OpenVDB's order of the
+/// values of a leaf node, index 64 x + 8 y + z.
+using BlockMask = std::array<std::uint64_t, 8>;
+
+inline constexpr std::uint64_t kAllBits = ~std::uint64_t{0};
+inline constexpr std::int32_t kBlockSize = 8;
+
+/// The scalar field of a block, negative inside: float or double values of its 512 points in the
+/// order of BlockMask, or none (bool and mask grids; surfaces then lie at the midpoints). Points to
+/// memory that the frame's `owner` keeps.
+struct BlockValues {
+  const float* floats = nullptr;
+  const double* doubles = nullptr;
+  double sign = 1;  ///< the field is sign * (value - iso)
+  double iso = 0;
+
+  bool empty() const { return floats == nullptr && doubles == nullptr; }
+  double at(unsigned index) const {
+    return sign * ((floats != nullptr ? static_cast<double>(floats[index]) : doubles[index]) - iso);
+  }
+};
+
+/// 512 points, some inside and some not, or with values of their own.
+struct Block {
+  Coord coord;  ///< in units of blocks
+  BlockMask inside{};
+  BlockValues values;  ///< may be empty
+};
+
+/// A cube of points that are all inside: `size` blocks along each axis, from the block `coord` on.
+/// Blocks within it are not in Frame::blocks.
+struct InsideTile {
+  Coord coord;            ///< in units of blocks, a multiple of `size`
+  std::int32_t size = 1;  ///< a power of two
+  double value = 0;       ///< of the field, negative; 0 where there are no values
+};
+
+/// The solid at one time on a lattice: blocks near its surface, tiles deep inside, all else
+/// outside.
+struct Frame {
+  double time = 0;
+  std::vector<Block> blocks;          ///< increasing by coord
+  std::vector<InsideTile> tiles;      ///< disjoint; increasing by coord
+  double outsideValue = 0;            ///< of the field where nothing is stored; 0 where no values
+  std::shared_ptr<const void> owner;  ///< keeps what BlockValues point to
+
+  bool hasValues() const { return outsideValue != 0; }
+};
+
+/// How many lattice points are inside.
+std::uint64_t countInside(const Frame& frame);
+
+/// From lattice points to space: origin + voxelSize * point, the same along every axis.
+struct Lattice {
+  double voxelSize = 1;  ///< length units
+  model::Point3 origin = model::Point3::Zero();
+
+  model::Point3 operator()(const Eigen::Vector3d& point) const {
+    return origin + voxelSize * point;
+  }
+  friend bool operator==(const Lattice&, const Lattice&) = default;
+};
+
+/// Frames in time order, one in memory at a time.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  virtual const Lattice& lattice() const = 0;
+  virtual std::size_t frameCount() const = 0;
+  /// Each is asked for once, in order.
+  virtual Result<Frame> frame(std::size_t index) = 0;
+};
+
+}  // namespace t4d::voxel4d

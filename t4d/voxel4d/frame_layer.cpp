@@ -1,0 +1,203 @@
+#include "t4d/voxel4d/frame_layer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+namespace t4d::voxel4d {
+namespace {
+
+Coord scaledDown(const Coord& coord, std::int32_t size) {
+  // Sizes are powers of two; an arithmetic shift rounds down for negative numbers too.
+  const int shift = std::countr_zero(static_cast<std::uint32_t>(size));
+  return {coord.x >> shift, coord.y >> shift, coord.z >> shift};
+}
+
+void sortUnique(std::vector<Coord>& coords) {
+  std::sort(coords.begin(), coords.end());
+  coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+}
+
+}  // namespace
+
+BlockMask shiftedSigns(const std::array<BlockView, 8>& views, unsigned d) {
+  constexpr std::uint64_t kLastZ = 0x8080808080808080U;  // bits with z = 7
+  const unsigned dx = d & 1U;
+  const bool dy = (d & 2U) != 0;
+  const bool dz = (d & 4U) != 0;
+  BlockMask signs;
+  for (unsigned x = 0; x < 8; ++x) {
+    const unsigned wx = (x + dx) & 7U;
+    const unsigned nx = (x + dx) >> 3U;  // 1 past the block's end
+    const auto word = [&](unsigned ny, unsigned nz) {
+      return views[nx | ny << 1U | nz << 2U].word(wx);
+    };
+    const auto alongZ = [&](unsigned ny) {
+      const std::uint64_t here = word(ny, 0);
+      return dz ? (here >> 1U & ~kLastZ) | (word(ny, 1) << 7U & kLastZ) : here;
+    };
+    signs[x] = dy ? alongZ(0) >> 8U | alongZ(1) << 56U : alongZ(0);
+  }
+  return signs;
+}
+
+FrameLayer::FrameLayer(Frame frame, const Lattice& lattice) : frame_(std::move(frame)) {
+  index();
+  findSurfaceBlocks();
+  numberCrossings(lattice);
+}
+
+void FrameLayer::index() {
+  blocks_.reserve(frame_.blocks.size());
+  for (std::uint32_t i = 0; i < frame_.blocks.size(); ++i) {
+    const Block& block = frame_.blocks[i];
+    blocks_[block.coord] = i;
+    if (std::all_of(block.inside.begin(), block.inside.end(),
+                    [](std::uint64_t word) { return word == kAllBits; })) {
+      solidBlocks_.push_back(block.coord);
+    }
+  }
+  for (std::uint32_t i = 0; i < frame_.tiles.size(); ++i) {
+    const InsideTile& tile = frame_.tiles[i];
+    auto level = std::find_if(tileLevels_.begin(), tileLevels_.end(),
+                              [&](const TileLevel& l) { return l.size == tile.size; });
+    if (level == tileLevels_.end()) level = tileLevels_.insert(level, TileLevel{tile.size, {}});
+    level->tiles[scaledDown(tile.coord, tile.size)] = i;
+  }
+}
+
+const InsideTile* FrameLayer::tileAt(const Coord& coord) const {
+  for (const TileLevel& level : tileLevels_) {
+    const auto found = level.tiles.find(scaledDown(coord, level.size));
+    if (found != level.tiles.end()) return &frame_.tiles[found->second];
+  }
+  return nullptr;
+}
+
+bool FrameLayer::coversInside(const InsideTile& tile) const {
+  const InsideTile* found = tileAt(tile.coord);
+  return found != nullptr && found->size >= tile.size;
+}
+
+BlockView FrameLayer::view(const Coord& coord) const {
+  if (const auto found = blocks_.find(coord); found != blocks_.end()) {
+    return {&frame_.blocks[found->second], false, frame_.outsideValue};
+  }
+  if (const InsideTile* tile = tileAt(coord)) return {nullptr, true, tile->value};
+  return {nullptr, false, frame_.outsideValue};
+}
+
+const CrossingBlock* FrameLayer::crossings(const Coord& coord) const {
+  const auto found = crossingIndex_.find(coord);
+  return found == crossingIndex_.end() ? nullptr : &crossings_[found->second];
+}
+
+/// A cube that is not all inside or all outside begins in a stored block or before one, or between
+/// an inside tile and outside blocks that are not stored.
+void FrameLayer::findSurfaceBlocks() {
+  std::vector<Coord> candidates;
+  const auto addBefore = [&](const Coord& coord) {
+    for (unsigned d = 0; d < 8; ++d) candidates.push_back(neighbour(coord, d, -1));
+  };
+  for (const Block& block : frame_.blocks) addBefore(block.coord);
+  for (const InsideTile& tile : frame_.tiles) {
+    // The blocks just outside each of the tile's six faces.
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const std::int32_t side : {-1, tile.size}) {
+        for (std::int32_t u = 0; u < tile.size; ++u) {
+          for (std::int32_t v = 0; v < tile.size; ++v) {
+            std::array<std::int32_t, 3> at = {tile.coord.x, tile.coord.y, tile.coord.z};
+            at[axis] += side;
+            at[(axis + 1) % 3] += u;
+            at[(axis + 2) % 3] += v;
+            const Coord outer{at[0], at[1], at[2]};
+            if (isStored(outer) || tileAt(outer) != nullptr) continue;
+            addBefore(outer);
+            at[axis] += side < 0 ? 1 : -1;
+            addBefore({at[0], at[1], at[2]});
+          }
+        }
+      }
+    }
+  }
+  sortUnique(candidates);
+
+  std::vector<std::uint8_t> mixed(candidates.size());
+  tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
+    bool all = true;
+    bool any = false;
+    for (unsigned d = 0; d < 8; ++d) {
+      const BlockView one = view(neighbour(candidates[i], d));
+      for (unsigned x = 0; x < 8; ++x) {
+        all = all && one.word(x) == kAllBits;
+        any = any || one.word(x) != 0;
+      }
+    }
+    mixed[i] = any && !all ? 1 : 0;
+  });
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (mixed[i] != 0) surfaceBlocks_.push_back(candidates[i]);
+  }
+}
+
+void FrameLayer::numberCrossings(const Lattice& lattice) {
+  // Edges begin in a block that also begins a mixed cube.
+  std::vector<CrossingBlock> all(surfaceBlocks_.size());
+  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+    std::array<BlockView, 8> views;
+    for (unsigned d = 0; d < 8; ++d) views[d] = view(neighbour(surfaceBlocks_[i], d));
+    all[i].coord = surfaceBlocks_[i];
+    const BlockMask here = shiftedSigns(views, 0);
+    for (int axis = 0; axis < 3; ++axis) {
+      const BlockMask next = shiftedSigns(views, 1U << axis);
+      for (unsigned x = 0; x < 8; ++x) all[i].edges[axis][x] = here[x] ^ next[x];
+    }
+  });
+  std::uint32_t count = 0;
+  for (CrossingBlock& block : all) {
+    const std::uint32_t before = count;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (unsigned x = 0; x < 8; ++x) {
+        block.first[axis][x] = count;
+        count += static_cast<std::uint32_t>(std::popcount(block.edges[axis][x]));
+      }
+    }
+    if (count == before) continue;
+    crossingIndex_[block.coord] = static_cast<std::uint32_t>(crossings_.size());
+    crossings_.push_back(block);
+  }
+
+  vertices_.resize(count);
+  tbb::parallel_for(std::size_t{0}, crossings_.size(), [&](std::size_t i) {
+    const CrossingBlock& block = crossings_[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      const BlockView from = view(block.coord);
+      const BlockView beyond = view(neighbour(block.coord, 1U << axis));
+      std::uint32_t number = block.first[axis][0];
+      for (unsigned x = 0; x < 8; ++x) {
+        for (std::uint64_t bits = block.edges[axis][x]; bits != 0; bits &= bits - 1) {
+          const auto bit = static_cast<unsigned>(std::countr_zero(bits));
+          std::array<unsigned, 3> local = {x, bit >> 3U, bit & 7U};
+          Eigen::Vector3d point(kBlockSize * static_cast<double>(block.coord.x) + local[0],
+                                kBlockSize * static_cast<double>(block.coord.y) + local[1],
+                                kBlockSize * static_cast<double>(block.coord.z) + local[2]);
+          double fraction = 0.5;
+          if (hasValues()) {
+            const double a = from.at(x << 6U | bit);
+            const bool leaves = local[axis] == 7;
+            local[axis] = (local[axis] + 1) & 7U;
+            const unsigned index = local[0] << 6U | local[1] << 3U | local[2];
+            const double b = leaves ? beyond.at(index) : from.at(index);
+            fraction = crossing(a, b);
+          }
+          point[axis] += fraction;
+          vertices_[number++] << lattice(point), frame_.time;
+        }
+      }
+    }
+  });
+}
+
+}  // namespace t4d::voxel4d

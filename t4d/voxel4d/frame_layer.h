@@ -1,0 +1,112 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "t4d/voxel4d/frame.h"
+
+namespace t4d::voxel4d {
+
+/// What is known of one block of a frame: its signs and values, or one sign for all of it.
+struct BlockView {
+  const Block* block = nullptr;
+  bool inside = false;  ///< of all points, where `block` is null
+  double value = 0;     ///< likewise; 0 where the frame has no values
+
+  std::uint64_t word(unsigned x) const {
+    return block != nullptr ? block->inside[x] : inside ? kAllBits : 0;
+  }
+  /// The field at a point of the block.
+  double at(unsigned index) const {
+    return block != nullptr && !block->values.empty() ? block->values.at(index) : value;
+  }
+};
+
+/// How many of a word's bits below `bit` are set.
+inline std::uint32_t countBefore(std::uint64_t word, unsigned bit) {
+  return static_cast<std::uint32_t>(std::popcount(word & ((std::uint64_t{1} << bit) - 1)));
+}
+
+/// The crossings of the lattice edges that begin in one block: a bit each, and the number of the
+/// first of every word.
+struct CrossingBlock {
+  Coord coord;
+  std::array<BlockMask, 3> edges{};  ///< along x, y, z, from the point to the next
+  std::array<std::array<std::uint32_t, 8>, 3> first{};
+
+  bool has(int axis, unsigned x, unsigned bit) const { return (edges[axis][x] >> bit & 1U) != 0; }
+  std::uint32_t number(int axis, unsigned x, unsigned bit) const {
+    return first[axis][x] + countBefore(edges[axis][x], bit);
+  }
+};
+
+/// A frame made ready for weaving: its crossings, numbered, and the blocks around its surface.
+class FrameLayer {
+ public:
+  /// Everything outside: what lies before the first frame and after the last.
+  FrameLayer() = default;
+  FrameLayer(Frame frame, const Lattice& lattice);
+
+  double time() const { return frame_.time; }
+  bool hasValues() const { return frame_.hasValues(); }
+  const std::vector<model::Point4>& vertices() const { return vertices_; }
+
+  BlockView view(const Coord& coord) const;
+  /// The crossings of the edges that begin in a block; null where there are none.
+  const CrossingBlock* crossings(const Coord& coord) const;
+
+  /// Blocks in which a cube begins whose corners are not all inside or all outside; increasing.
+  const std::vector<Coord>& surfaceBlocks() const { return surfaceBlocks_; }
+  /// Stored blocks that are all inside.
+  const std::vector<Coord>& solidBlocks() const { return solidBlocks_; }
+  const std::vector<InsideTile>& tiles() const { return frame_.tiles; }
+  /// True where one tile of this frame covers all of `tile`.
+  bool coversInside(const InsideTile& tile) const;
+  /// True for a block that is stored with its own signs.
+  bool isStored(const Coord& coord) const { return blocks_.contains(coord); }
+
+ private:
+  void index();
+  void findSurfaceBlocks();
+  void numberCrossings(const Lattice& lattice);
+  const InsideTile* tileAt(const Coord& coord) const;
+
+  Frame frame_;
+  std::unordered_map<Coord, std::uint32_t, CoordHash> blocks_;
+  struct TileLevel {
+    std::int32_t size = 1;
+    std::unordered_map<Coord, std::uint32_t, CoordHash> tiles;  // by coord / size
+  };
+  std::vector<TileLevel> tileLevels_;
+  std::vector<Coord> solidBlocks_;
+  std::vector<Coord> surfaceBlocks_;
+  std::vector<CrossingBlock> crossings_;
+  std::unordered_map<Coord, std::uint32_t, CoordHash> crossingIndex_;
+  std::vector<model::Point4> vertices_;
+};
+
+/// Crossings are kept this far, as a fraction of an edge, from both its ends, so that no cell
+/// collapses where a surface passes through a lattice point.
+inline constexpr double kOffLattice = 1e-3;
+
+/// Where a field that is linear from a to b, of which one is negative, is zero.
+inline double crossing(double a, double b) {
+  return std::clamp(a / (a - b), kOffLattice, 1 - kOffLattice);
+}
+
+/// The 8 blocks with coordinates 0 or +1 from one on: number d has x = d & 1, y = d >> 1, z = d
+/// >> 2.
+inline Coord neighbour(const Coord& coord, unsigned d, std::int32_t by = 1) {
+  return {coord.x + by * static_cast<std::int32_t>(d & 1U),
+          coord.y + by * static_cast<std::int32_t>(d >> 1U & 1U),
+          coord.z + by * static_cast<std::int32_t>(d >> 2U & 1U)};
+}
+
+/// The signs of the corners at offset d (as above) of the 512 cubes that begin in a block, from the
+/// views of its 8 neighbours.
+BlockMask shiftedSigns(const std::array<BlockView, 8>& views, unsigned d);
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,60 @@
+#include <cmath>
+
+#include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/Prune.h>
+#include <tbb/parallel_for.h>
+
+#include "t4d/voxel4d/occupancy.h"
+#include "t4d/voxel4d/vdb_grid.h"
+
+namespace t4d::voxel4d {
+
+namespace {
+
+/// A mesh in voxels, as OpenVDB wants to see it.
+struct IndexSpaceMesh {
+  const model::TriangleMesh& mesh;
+  const Lattice& lattice;
+
+  std::size_t polygonCount() const { return mesh.triangles.size(); }
+  std::size_t pointCount() const { return mesh.vertices.size(); }
+  std::size_t vertexCount(std::size_t /*triangle*/) const { return 3; }
+  void getIndexSpacePoint(std::size_t triangle, std::size_t corner, openvdb::Vec3d& point) const {
+    const model::Point3 p =
+        (mesh.vertices[mesh.triangles[triangle][corner]] - lattice.origin) / lattice.voxelSize;
+    point = {p.x(), p.y(), p.z()};
+  }
+};
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattice& lattice,
+                                   const Frame& inside) {
+  // OpenVDB tells inside from outside by flooding from outside, which fills cavities. So it
+  // computes the distances alone, and the signs are ours.
+  const auto transform = transformOf(lattice);
+  auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+      IndexSpaceMesh{mesh, lattice}, *transform, kHalfWidth, kHalfWidth,
+      openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+  openvdb::FloatTree& tree = grid->tree();
+  const float background = tree.background();
+
+  std::vector<openvdb::FloatTree::LeafNodeType*> leaves;
+  tree.getNodes(leaves);
+  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
+    const BlockMask mask = insideOf(inside, blockAt(leaves[i]->origin()));
+    float* value = leaves[i]->buffer().data();
+    for (unsigned j = 0; j < 512; ++j) {
+      if ((mask[j / 64] >> (j % 64) & 1U) != 0) value[j] = -value[j];
+    }
+  });
+  for (const InsideTile& tile : inside.tiles) {
+    const openvdb::Coord corner = cornerOf(tile.coord);
+    if (tree.probeLeaf(corner) == nullptr) tree.addTile(1, corner, -background, false);
+  }
+  openvdb::tools::pruneTiles(tree);
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  return grid;
+}
+
+}  // namespace t4d::voxel4d

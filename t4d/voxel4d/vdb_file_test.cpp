@@ -1,0 +1,105 @@
+#include "t4d/voxel4d/vdb_file.h"
+
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <openvdb/io/Stream.h>
+
+#include "t4d/voxel4d/test_files.h"
+#include "t4d/voxel4d/vdb_samples.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+/// The same nodes with the same values, active and not.
+template <class Tree>
+void expectSameTree(const Tree& a, const Tree& b) {
+  ASSERT_TRUE(a.hasSameTopology(b));
+  EXPECT_EQ(a.background(), b.background());
+  auto one = a.cbeginValueAll();
+  auto other = b.cbeginValueAll();
+  for (; one && other; ++one, ++other) {
+    ASSERT_EQ(one.getBoundingBox(), other.getBoundingBox());
+    ASSERT_EQ(*one, *other) << one.getCoord();
+    ASSERT_EQ(one.isValueOn(), other.isValueOn()) << one.getCoord();
+  }
+  EXPECT_EQ(bool(one), bool(other));
+}
+
+void expectSameGrid(const openvdb::GridBase& a, const openvdb::GridBase& b) {
+  ASSERT_EQ(a.type(), b.type());
+  EXPECT_EQ(a.getName(), b.getName());
+  EXPECT_EQ(a.transform(), b.transform());
+  const auto compare = [&]<class Tree>(const Tree* tree) {
+    if (tree != nullptr) expectSameTree(*tree, dynamic_cast<const Tree&>(b.constBaseTree()));
+  };
+  compare(dynamic_cast<const openvdb::FloatTree*>(&a.constBaseTree()));
+  compare(dynamic_cast<const openvdb::DoubleTree*>(&a.constBaseTree()));
+  compare(dynamic_cast<const openvdb::BoolTree*>(&a.constBaseTree()));
+  compare(dynamic_cast<const openvdb::MaskTree*>(&a.constBaseTree()));
+}
+
+TEST(VdbFile, ReadsWhatOpenVdbReads) {
+  const TestFolder folder;
+  for (const auto& [name, bytes] : vdbSamples()) {
+    SCOPED_TRACE(name);
+    const auto path = folder / (name + ".vdb");
+    std::ofstream(path, std::ios::binary) << bytes;
+    auto file = VdbFile::open(path);
+    ASSERT_TRUE(file) << file.error().text();
+    std::istringstream in(bytes, std::ios::binary);
+    const auto expected = openvdb::io::Stream(in, /*delayLoad=*/false).getGrids();
+    ASSERT_EQ((*file)->grids().size(), expected->size());
+    for (std::size_t i = 0; i < expected->size(); ++i) {
+      const auto grid = (*file)->read(i);
+      ASSERT_TRUE(grid) << grid.error().text();
+      expectSameGrid(**grid, *(*expected)[i]);
+    }
+  }
+}
+
+/// Sizes, counts, coordinates and flags that lie: each file is refused or read, and no more memory
+/// is asked for than there is.
+TEST(VdbFile, StandsHostileNumbersAnywhere) {
+  const TestFolder folder;
+  const auto path = folder / "a.vdb";
+  std::size_t refused = 0;
+  for (const auto& [name, bytes] : vdbSamples()) {
+    std::size_t step = 0;
+    for (std::size_t at = 8; at + 8 <= bytes.size(); ++at) {
+      // Most of a small file are empty masks.
+      if (bytes[at] == 0 || ++step % 41 != 0) continue;
+      for (const std::int64_t lie : {std::int64_t{-1}, std::int64_t{-(1 << 20)},
+                                     std::int64_t{1} << 40, std::int64_t{0x7FFFFFFF}}) {
+        std::string hostile = bytes;
+        std::memcpy(hostile.data() + at, &lie, sizeof lie);
+        std::ofstream(path, std::ios::binary) << hostile;
+        const auto file = VdbFile::open(path);
+        bool whole = file.has_value();
+        for (std::size_t i = 0; whole && i < (*file)->grids().size(); ++i) {
+          whole = (*file)->read(i).has_value();
+        }
+        refused += whole ? 0 : 1;
+      }
+    }
+  }
+  EXPECT_GT(refused, 0U);
+}
+
+TEST(VdbFile, RefusesOtherVersionsOfTheFormat) {
+  const TestFolder folder;
+  const auto path = folder / "a.vdb";
+  for (const char version : {'\xDD', '\xE1'}) {  // 221, 225
+    std::string bytes = vdbSamples().front().bytes;
+    bytes[8] = version;
+    std::ofstream(path, std::ios::binary) << bytes;
+    const auto file = VdbFile::open(path);
+    ASSERT_FALSE(file);
+    EXPECT_NE(file.error().message.find("versions 222 to 224"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace t4d::voxel4d

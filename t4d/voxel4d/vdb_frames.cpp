@@ -1,0 +1,272 @@
+#include "t4d/voxel4d/vdb_frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "t4d/voxel4d/vdb_file.h"
+#include "t4d/voxel4d/vdb_grid.h"
+
+namespace t4d::voxel4d {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// All .vdb in a folder, hidden ones left out.
+Result<std::vector<fs::path>> filesIn(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.path().extension() == ".vdb" && name.front() != '.') files.push_back(entry.path());
+  }
+  if (error) {
+    return fail(ErrorCode::Io, "cannot read the folder: " + error.message(), folder.string());
+  }
+  if (files.empty()) return invalid("no frames: the folder has no .vdb files", folder.string());
+  return files;
+}
+
+Result<std::vector<fs::path>> filesOf(std::span<const fs::path> inputs) {
+  std::vector<fs::path> files;
+  for (const fs::path& input : inputs) {
+    std::error_code ignored;
+    if (!fs::is_directory(input, ignored)) {
+      files.push_back(input);
+      continue;
+    }
+    auto found = filesIn(input);
+    if (!found) return pass(found.error());
+    files.insert(files.end(), found->begin(), found->end());
+  }
+  if (files.empty()) return invalid("no frames: no .vdb file is given");
+  std::stable_sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return naturallyLess(a.string(), b.string());
+  });
+  return files;
+}
+
+/// One frame, without its tree.
+struct Place {
+  fs::path file;
+  std::size_t grid = 0;  // in the file
+  std::string where;
+  openvdb::GridBase::ConstPtr header;
+  double time = 0;
+};
+
+/// The places of the frames in order; their times are not set.
+Result<std::vector<Place>> placesOf(const std::vector<fs::path>& files, const std::string& grid) {
+  std::vector<Place> places;
+  for (const fs::path& path : files) {
+    auto file = VdbFile::open(path);
+    if (!file) return pass(file.error());
+    const auto grids = (*file)->grids();
+    std::vector<std::size_t> chosen;
+    std::string names;
+    for (std::size_t i = 0; i < grids.size(); ++i) {
+      names += fmt::format("{}'{}'", i == 0 ? "" : ", ", grids[i].label);
+      if (grid.empty() || grids[i].name == grid) chosen.push_back(i);
+    }
+    if (grids.empty()) return invalid("holds no grid", path.string());
+    if (chosen.empty()) {
+      return invalid(fmt::format("holds no grid '{}'; it has {}", grid, names), path.string());
+    }
+    if (files.size() > 1 && chosen.size() > 1) {
+      return invalid(fmt::format("holds {} grids ({}); of several files each must hold one: choose "
+                                 "it by name",
+                                 chosen.size(), names),
+                     path.string());
+    }
+    std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
+      return naturallyLess(grids[a].label, grids[b].label);
+    });
+    for (const std::size_t i : chosen) {
+      places.push_back({path, i, grids[i].where, grids[i].header, 0});
+    }
+  }
+  return places;
+}
+
+std::optional<double> numberOf(const openvdb::GridBase& grid, const char* name) {
+  if (const auto value = grid.getMetadata<openvdb::DoubleMetadata>(name)) return value->value();
+  if (const auto value = grid.getMetadata<openvdb::FloatMetadata>(name)) return value->value();
+  if (const auto value = grid.getMetadata<openvdb::Int32Metadata>(name)) return value->value();
+  if (const auto value = grid.getMetadata<openvdb::Int64Metadata>(name)) {
+    return static_cast<double>(value->value());
+  }
+  return std::nullopt;
+}
+
+Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& options) {
+  if (options.frameTime && !(*options.frameTime > 0 && std::isfinite(*options.frameTime))) {
+    return invalid(fmt::format("the time between frames is {}; it must be a positive number",
+                               *options.frameTime));
+  }
+  if (!std::isfinite(options.startTime)) {
+    return invalid(fmt::format("the start time is {}", options.startTime));
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Place& place = places[i];
+    if (options.frameTime) {
+      place.time = options.startTime + static_cast<double>(i) * *options.frameTime;
+    } else {
+      const auto time = numberOf(*place.header, kTimeMetadata);
+      if (!time) {
+        return invalid(fmt::format("has no time: no number '{}' in its metadata; give the time "
+                                   "between frames",
+                                   kTimeMetadata),
+                       place.where);
+      }
+      place.time = *time;
+    }
+    if (!std::isfinite(place.time)) {
+      return invalid(fmt::format("its time is {}", place.time), place.where);
+    }
+    if (i > 0 && !(place.time > places[i - 1].time)) {
+      return invalid(fmt::format("times do not increase: its time is {}, that of the frame before "
+                                 "({}) is {}",
+                                 place.time, places[i - 1].where, places[i - 1].time),
+                     place.where);
+    }
+  }
+  return {};
+}
+
+Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOptions& options) {
+  Lattice lattice;
+  GridKind kind{};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto& [file, grid, where, header, time] = places[i];
+    const auto thisKind = kindOf(*header, where);
+    if (!thisKind) return pass(thisKind.error());
+    if (i == 0) kind = *thisKind;
+    if (*thisKind != kind) {
+      return invalid(
+          fmt::format("is a grid of type {}, the first frame one of type {}: frames with "
+                      "values cannot follow frames without",
+                      typeOf(*header), typeOf(*places[0].header)),
+          where);
+    }
+    if (options.iso && *thisKind == GridKind::Mask) {
+      return invalid(fmt::format("an iso value is given, but a grid of type {} has no values",
+                                 typeOf(*header)),
+                     where);
+    }
+    if (!options.iso && header->getGridClass() == openvdb::GRID_FOG_VOLUME) {
+      return invalid("is a fog volume (densities), not a level set: give an iso value", where);
+    }
+    const auto here = latticeOf(*header, where);
+    if (!here) return pass(here.error());
+    if (i == 0) lattice = *here;
+    if (!(*here == lattice)) {
+      const auto text = [](const Lattice& l) {
+        return fmt::format("voxel size {} and origin ({}, {}, {})", l.voxelSize, l.origin.x(),
+                           l.origin.y(), l.origin.z());
+      };
+      return invalid(fmt::format("its transform has {}, that of the first frame {}", text(*here),
+                                 text(lattice)),
+                     where);
+    }
+  }
+  return lattice;
+}
+
+class VdbFrames : public FrameSource {
+ public:
+  VdbFrames(std::vector<Place> places, const Lattice& lattice, const VdbFramesOptions& options)
+      : places_(std::move(places)), lattice_(lattice), iso_(options.iso) {}
+
+  const Lattice& lattice() const override { return lattice_; }
+  std::size_t frameCount() const override { return places_.size(); }
+
+  Result<Frame> frame(std::size_t index) override {
+    const Place& place = places_[index];
+    if (!file_ || openPath_ != place.file) {
+      file_.reset();
+      auto file = VdbFile::open(place.file);
+      if (!file) return pass(file.error());
+      file_ = std::move(*file);
+      openPath_ = place.file;
+    }
+    if (place.grid >= file_->grids().size() || file_->grids()[place.grid].where != place.where) {
+      return invalid("the file has changed while it was read", place.where);
+    }
+    auto grid = file_->read(place.grid);
+    if (!grid) return pass(grid.error());
+    auto frame = frameOf(*grid, place.time, iso_, place.where);
+    if (!frame) return frame;
+    const auto anyInside = [](const Block& block) {
+      return std::any_of(block.inside.begin(), block.inside.end(),
+                         [](std::uint64_t word) { return word != 0; });
+    };
+    solid_ = solid_ || !frame->tiles.empty() ||
+             std::any_of(frame->blocks.begin(), frame->blocks.end(), anyInside);
+    if (index + 1 == places_.size() && !solid_) {
+      return invalid(iso_ ? fmt::format("no sample of any frame is above the iso value {}", *iso_)
+                          : std::string("no sample of any frame is inside"),
+                     places_.front().file.string());
+    }
+    return frame;
+  }
+
+ private:
+  std::vector<Place> places_;
+  Lattice lattice_;
+  std::optional<double> iso_;
+  std::unique_ptr<VdbFile> file_;  // of the frame asked for last
+  fs::path openPath_;
+  bool solid_ = false;  // whether any frame so far had something inside
+};
+
+}  // namespace
+
+bool naturallyLess(std::string_view a, std::string_view b) {
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!isDigit(a[i]) || !isDigit(b[j])) {
+      if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+      ++i;
+      ++j;
+      continue;
+    }
+    const auto number = [](std::string_view text, std::size_t& at) {
+      while (at + 1 < text.size() && text[at] == '0' && isDigit(text[at + 1])) ++at;
+      const std::size_t begin = at;
+      while (at < text.size() && isDigit(text[at])) ++at;
+      return text.substr(begin, at - begin);
+    };
+    const std::string_view left = number(a, i);
+    const std::string_view right = number(b, j);
+    if (left.size() != right.size()) return left.size() < right.size();
+    if (left != right) return left < right;
+  }
+  if (i < a.size() || j < b.size()) return i == a.size();
+  return a < b;  // differ in leading zeros at most
+}
+
+Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inputs,
+                                                   const VdbFramesOptions& options) {
+  if (options.iso && !std::isfinite(*options.iso)) {
+    return invalid(fmt::format("the iso value is {}", *options.iso));
+  }
+  auto files = filesOf(inputs);
+  if (!files) return pass(files.error());
+  auto places = placesOf(*files, options.grid);
+  if (!places) return pass(places.error());
+  const auto lattice = checkHeaders(*places, options);
+  if (!lattice) return pass(lattice.error());
+  if (places->size() == 1) {
+    return invalid("one frame only; a 4D mesh needs two or more", places->front().where);
+  }
+  if (auto set = setTimes(*places, options); !set) return pass(set.error());
+  return std::make_unique<VdbFrames>(std::move(*places), *lattice, options);
+}
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "t4d/voxel4d/frame.h"
+
+namespace t4d::voxel4d {
+
+/// The name of the metadata of a grid that holds its time, a number (in .vdb, of type double).
+inline constexpr const char* kTimeMetadata = "t4d_time";
+
+struct VdbFramesOptions {
+  /// Densities: inside is where values are above this. Without it, below zero (level sets).
+  std::optional<double> iso = {};
+  /// Time between two frames; instead of what the metadata say.
+  std::optional<double> frameTime = {};
+  double startTime = 0;   ///< of the first frame, with `frameTime`
+  std::string grid = {};  ///< only grids of this name; "" for all
+};
+
+/// Frames from .vdb files: several files (or a folder: all of its .vdb) of one grid each in natural
+/// order of their names, frame2 before frame10; or one file, whose grids are the frames in natural
+/// order of their names, and in the file's order where these are equal.
+///
+/// Inside are: values below zero of float and double grids, or above `iso`; true values of bool
+/// grids, active or not; active points of mask grids. A frame's values are those of the grid, read
+/// again when the frame is asked for; nothing is copied.
+///
+/// Refused, with the file and the grid: what is not a VDB file, is cut off or damaged as far as it
+/// can be told (.vdb has no checksums); other types of grid; frames with values beside frames
+/// without; a fog volume without `iso`, and `iso` for bool and mask grids; transforms that are not
+/// a uniform scale with a translation, or not the first frame's; a background that is inside;
+/// values that are not finite; no time; times that do not increase; fewer than two frames. When the
+/// last frame has been asked for and no frame had a point inside, that frame is an error. Frames
+/// without any, before, between or after others, are all right.
+Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const std::filesystem::path> inputs,
+                                                   const VdbFramesOptions& options = {});
+
+/// Whether a name comes before another where runs of digits count as numbers.
+bool naturallyLess(std::string_view a, std::string_view b);
+
+}  // namespace t4d::voxel4d

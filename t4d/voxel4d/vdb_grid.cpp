@@ -1,0 +1,304 @@
+#include "t4d/voxel4d/vdb_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include <fmt/format.h>
+#include <openvdb/tools/Prune.h>
+#include <tbb/parallel_for.h>
+
+#include "t4d/voxel4d/occupancy.h"
+
+namespace t4d::voxel4d {
+
+namespace {
+
+/// Entries of a transform's matrix that are this much smaller than its scale are rounding.
+constexpr double kTransformTolerance = 1e-12;
+
+/// What is inside for a grid's values, and how they become a field.
+template <class Value>
+struct Rule {
+  double sign = 1;
+  double iso = 0;
+
+  bool inside(Value value) const {
+    if constexpr (std::is_same_v<Value, bool>) return value;
+    const auto number = static_cast<double>(value);
+    return sign > 0 ? number < iso : number > iso;
+  }
+  double field(Value value) const {
+    if constexpr (std::is_same_v<Value, bool>) return 0;
+    return sign * (static_cast<double>(value) - iso);
+  }
+  static bool usable(Value value) {
+    if constexpr (std::is_same_v<Value, bool>) return true;
+    return std::isfinite(value);
+  }
+};
+
+/// The inside points of a leaf node, and whether all values are finite.
+template <class Leaf, class Value>
+bool maskOf(const Leaf& leaf, const Rule<Value>& rule, BlockMask& mask) {
+  if constexpr (std::is_same_v<Value, bool>) {
+    // In mask grids the values are the active points.
+    for (unsigned i = 0; i < mask.size(); ++i) {
+      if constexpr (std::is_same_v<typename Leaf::BuildType, openvdb::ValueMask>) {
+        mask[i] = leaf.getValueMask().template getWord<std::uint64_t>(i);
+      } else {
+        mask[i] = leaf.buffer().data()[i];
+      }
+    }
+    return true;
+  } else {
+    const Value* value = leaf.buffer().data();
+    bool usable = true;
+    for (std::uint64_t& word : mask) {
+      std::uint64_t bits = 0;
+      for (unsigned i = 0; i < 64; ++i, ++value) {
+        bits |= std::uint64_t{rule.inside(*value)} << i;
+        usable = usable && rule.usable(*value);
+      }
+      word = bits;
+    }
+    return usable;
+  }
+}
+
+tl::unexpected<Error> notFinite(const std::string& where, const openvdb::Coord& at) {
+  return invalid(fmt::format("has values that are not finite, at or near the voxel ({}, {}, {})",
+                             at.x(), at.y(), at.z()),
+                 where);
+}
+
+/// Blocks of a tree's nodes of one level that are inside as a whole.
+template <class Node, class Value>
+Result<void> addTiles(const std::vector<const Node*>& nodes, const Rule<Value>& rule,
+                      const std::string& where, std::vector<InsideTile>& tiles) {
+  struct Found {
+    std::vector<InsideTile> tiles;
+    bool usable = true;
+  };
+  std::vector<Found> found(nodes.size());
+  tbb::parallel_for(std::size_t{0}, nodes.size(), [&](std::size_t i) {
+    for (auto value = nodes[i]->cbeginValueAll(); value; ++value) {
+      found[i].usable = found[i].usable && rule.usable(*value);
+      if (!rule.inside(*value)) continue;
+      found[i].tiles.push_back({blockAt(value.getCoord()),
+                                static_cast<std::int32_t>(Node::ChildNodeType::DIM) / kBlockSize,
+                                rule.field(*value)});
+    }
+  });
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!found[i].usable) return notFinite(where, nodes[i]->origin());
+    tiles.insert(tiles.end(), found[i].tiles.begin(), found[i].tiles.end());
+  }
+  return {};
+}
+
+template <class Grid>
+Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid, double time,
+                          const std::optional<double>& iso, const std::string& where) {
+  using Tree = typename Grid::TreeType;
+  using Value = typename Grid::ValueType;
+  using Leaf = typename Tree::LeafNodeType;
+  using Root = typename Tree::RootNodeType;
+  using Upper = typename Root::ChildNodeType;
+  using Lower = typename Upper::ChildNodeType;
+  constexpr bool kHasValues = !std::is_same_v<Value, bool>;
+  static_assert(Leaf::SIZE == 512);
+
+  const Tree& tree = grid->tree();
+  Rule<Value> rule;
+  if (iso) rule = {-1, *iso};
+  Frame frame;
+  frame.time = time;
+  frame.owner = grid;
+
+  const Value background = tree.background();
+  if (!rule.usable(background)) return invalid("has a background that is not finite", where);
+  if (rule.inside(background)) {
+    return invalid(
+        kHasValues ? fmt::format("its background {} is inside: the solid would have no bounds{}",
+                                 static_cast<double>(background),
+                                 iso ? fmt::format(" (the iso value is {})", *iso) : "")
+                   : "its background is true: the solid would have no bounds",
+        where);
+  }
+  if constexpr (kHasValues) {
+    // A background on the iso value is outside, if only just.
+    frame.outsideValue = std::max(rule.field(background), std::numeric_limits<double>::min());
+  }
+
+  std::vector<const Leaf*> leaves;
+  tree.getNodes(leaves);
+  std::sort(leaves.begin(), leaves.end(),
+            [](const Leaf* a, const Leaf* b) { return a->origin() < b->origin(); });
+  frame.blocks.resize(leaves.size());
+  std::vector<char> usable(leaves.size());
+  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
+    Block& block = frame.blocks[i];
+    block.coord = blockAt(leaves[i]->origin());
+    usable[i] = static_cast<char>(maskOf(*leaves[i], rule, block.inside));
+    if constexpr (kHasValues) {
+      if constexpr (std::is_same_v<Value, float>) block.values.floats = leaves[i]->buffer().data();
+      if constexpr (std::is_same_v<Value, double>) {
+        block.values.doubles = leaves[i]->buffer().data();
+      }
+      block.values.sign = rule.sign;
+      block.values.iso = rule.iso;
+    }
+  });
+  const auto bad = std::find(usable.begin(), usable.end(), char{0});
+  if (bad != usable.end()) return notFinite(where, leaves[bad - usable.begin()]->origin());
+
+  std::vector<const Lower*> lower;
+  std::vector<const Upper*> upper;
+  tree.getNodes(lower);
+  tree.getNodes(upper);
+  if (auto added = addTiles(lower, rule, where, frame.tiles); !added) return pass(added.error());
+  if (auto added = addTiles(upper, rule, where, frame.tiles); !added) return pass(added.error());
+  if (auto added = addTiles(std::vector<const Root*>{&tree.root()}, rule, where, frame.tiles);
+      !added) {
+    return pass(added.error());
+  }
+  std::sort(frame.tiles.begin(), frame.tiles.end(),
+            [](const InsideTile& a, const InsideTile& b) { return a.coord < b.coord; });
+
+  const auto tooFar = [](const Coord& low, std::int32_t size) {
+    constexpr std::int32_t kLimit = kMaxCoordinate / kBlockSize;
+    const auto beyond = [&](std::int32_t from) { return from < -kLimit || from > kLimit - size; };
+    return beyond(low.x) || beyond(low.y) || beyond(low.z);
+  };
+  std::optional<Coord> far;
+  for (const Block& block : frame.blocks) {
+    if (tooFar(block.coord, 1)) far = block.coord;
+  }
+  for (const InsideTile& tile : frame.tiles) {
+    if (tooFar(tile.coord, tile.size)) far = tile.coord;
+  }
+  if (far) {
+    return invalid(fmt::format("reaches the voxel ({}, {}, {}); coordinates must be below {}",
+                               std::int64_t{8} * far->x, std::int64_t{8} * far->y,
+                               std::int64_t{8} * far->z, kMaxCoordinate),
+                   where);
+  }
+  return frame;
+}
+
+}  // namespace
+
+Coord blockAt(const openvdb::Coord& point) {
+  return {point.x() >> 3, point.y() >> 3, point.z() >> 3};
+}
+
+openvdb::Coord cornerOf(const Coord& block) {
+  return {block.x * kBlockSize, block.y * kBlockSize, block.z * kBlockSize};
+}
+
+openvdb::math::Transform::Ptr transformOf(const Lattice& lattice) {
+  openvdb::math::Mat4d matrix = openvdb::math::Mat4d::identity();
+  for (int i = 0; i < 3; ++i) {
+    matrix[i][i] = lattice.voxelSize;
+    matrix[3][i] = lattice.origin[i];
+  }
+  return openvdb::math::Transform::createLinearTransform(matrix);
+}
+
+void initializeOpenVdb() {
+  static std::once_flag once;
+  std::call_once(once, [] { openvdb::initialize(); });
+}
+
+std::string typeOf(const openvdb::GridBase& grid) {
+  return grid.isType<openvdb::MaskGrid>() ? "mask" : grid.valueType();
+}
+
+Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where) {
+  if (grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>()) {
+    return GridKind::Values;
+  }
+  if (grid.isType<openvdb::BoolGrid>() || grid.isType<openvdb::MaskGrid>()) return GridKind::Mask;
+  return invalid(fmt::format("is a grid of type {} ({}); float, double, bool and mask grids can be "
+                             "used",
+                             typeOf(grid), grid.type()),
+                 where);
+}
+
+Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& where) {
+  const openvdb::math::MapBase& map = *grid.transform().baseMap();
+  if (!map.isLinear()) {
+    return invalid(fmt::format("its transform is a {}; only a uniform scale with a translation can "
+                               "be used",
+                               map.type()),
+                   where);
+  }
+  openvdb::math::Mat4d matrix;
+  try {
+    matrix = map.getAffineMap()->getMat4();
+  } catch (const openvdb::ArithmeticError&) {
+    return invalid("its transform cannot be undone: voxels have no size", where);
+  }
+  double scale = 0;
+  bool finite = true;
+  for (int i = 0; i < 3; ++i) {
+    scale = std::max(scale, std::abs(matrix[i][i]));
+    for (int j = 0; j < 4; ++j) finite = finite && std::isfinite(matrix[j][i]);
+  }
+  bool uniform = finite && scale > 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double expected = i == j ? matrix[0][0] : 0;
+      uniform = uniform && std::abs(matrix[i][j] - expected) <= kTransformTolerance * scale;
+    }
+  }
+  if (!uniform || matrix[0][0] <= 0) {
+    const auto row = [&](int i) {
+      return fmt::format("({:g}, {:g}, {:g})", matrix[i][0], matrix[i][1], matrix[i][2]);
+    };
+    return invalid(
+        fmt::format("its transform takes a voxel's axes to {}, {}, {}; only a uniform scale with a "
+                    "translation can be used: resample it",
+                    row(0), row(1), row(2)),
+        where);
+  }
+  return Lattice{matrix[0][0], {matrix[3][0], matrix[3][1], matrix[3][2]}};
+}
+
+Result<Frame> frameOf(const openvdb::GridBase::ConstPtr& grid, double time,
+                      const std::optional<double>& iso, const std::string& where) {
+  if (auto kind = kindOf(*grid, where); !kind) return pass(kind.error());
+  if (auto floats = openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid)) {
+    return frameOfGrid(floats, time, iso, where);
+  }
+  if (auto doubles = openvdb::gridConstPtrCast<openvdb::DoubleGrid>(grid)) {
+    return frameOfGrid(doubles, time, iso, where);
+  }
+  if (auto bools = openvdb::gridConstPtrCast<openvdb::BoolGrid>(grid)) {
+    return frameOfGrid(bools, time, {}, where);
+  }
+  return frameOfGrid(openvdb::gridConstPtrCast<openvdb::MaskGrid>(grid), time, {}, where);
+}
+
+openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice) {
+  auto grid = openvdb::BoolGrid::create(false);
+  grid->setTransform(transformOf(lattice));
+  openvdb::BoolTree& tree = grid->tree();
+  for (const Block& block : frame.blocks) {
+    auto leaf = std::make_unique<openvdb::BoolTree::LeafNodeType>(cornerOf(block.coord), false);
+    for (unsigned i = 0; i < block.inside.size(); ++i) {
+      leaf->buffer().data()[i] = block.inside[i];
+      leaf->getValueMask().getWord<std::uint64_t>(i) = block.inside[i];
+    }
+    tree.addLeaf(leaf.release());
+  }
+  for (const InsideTile& tile : frame.tiles) {
+    const openvdb::Coord corner = cornerOf(tile.coord);
+    tree.sparseFill({corner, corner.offsetBy(tile.size * kBlockSize - 1)}, true, true);
+  }
+  openvdb::tools::pruneTiles(tree);
+  return grid;
+}
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,110 @@
+#include "t4d/voxel4d/vdb_series.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <openvdb/io/Archive.h>
+
+#include "t4d/voxel4d/vdb_grid.h"
+
+namespace t4d::voxel4d {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// OpenVDB's own io::File does not notice a full disk; a stream of ours throws.
+struct Encoder : private openvdb::io::Archive {
+  using Archive::write;
+  static void encode(std::ostream& out, const openvdb::GridBase::Ptr& grid) {
+    Encoder().Archive::write(out, openvdb::GridPtrVec{grid}, /*seekable=*/true);
+  }
+};
+
+}  // namespace
+
+Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) {
+  initializeOpenVdb();
+  VdbSeries series;
+  const std::size_t width = std::max<std::size_t>(4, fmt::formatted_size("{}", frames - 1));
+  for (std::size_t i = 0; i < frames; ++i) {
+    series.names_.push_back(fmt::format("frame_{:0{}}.vdb", i, width));
+  }
+  std::error_code error;
+  if (fs::exists(folder, error)) {
+    if (!fs::is_directory(folder, error)) {
+      return fail(ErrorCode::Failed, "is not a folder", folder.string());
+    }
+    const std::set<std::string> names(series.names_.begin(), series.names_.end());
+    std::set<std::string> others;
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      const std::string name = entry.path().filename().string();
+      if (entry.path().extension() == ".vdb" && !names.contains(name)) others.insert(name);
+    }
+    if (error) return fail(ErrorCode::Failed, "cannot read the folder: " + error.message(), folder);
+    if (!others.empty()) {
+      return fail(ErrorCode::Failed,
+                  fmt::format("the folder has other .vdb files ({}{}), which would pass for frames "
+                              "of this series; remove them or name another folder",
+                              *others.begin(), others.size() > 1 ? ", ..." : ""),
+                  folder.string());
+    }
+  } else {
+    fs::create_directories(folder, error);
+    if (error) {
+      return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(), folder.string());
+    }
+    series.madeFolder_ = system::Cleanup::emptyFolder(folder);
+  }
+  series.folder_ = folder;
+  return series;
+}
+
+VdbSeries::VdbSeries(VdbSeries&& other) noexcept
+    : folder_(std::move(other.folder_)),
+      madeFolder_(std::move(other.madeFolder_)),
+      names_(std::exchange(other.names_, {})),
+      parts_(std::exchange(other.parts_, {})) {}
+
+VdbSeries::~VdbSeries() {
+  parts_.clear();
+  // Only an empty folder goes.
+  std::error_code ignored;
+  if (madeFolder_) fs::remove(folder_, ignored);
+}
+
+Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
+  const std::string& name = names_.at(parts_.size());
+  system::PartFile part(folder_ / name);
+  try {
+    std::ofstream file;
+    file.exceptions(std::ios::failbit | std::ios::badbit);
+    file.open(part.path(), std::ios::binary | std::ios::trunc);
+    Encoder::encode(file, grid);
+    file.close();
+  } catch (const std::ios_base::failure&) {
+    return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
+                (folder_ / name).string());
+  } catch (const std::exception& exception) {
+    return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
+                (folder_ / name).string());
+  }
+  const std::uint64_t bytes = fs::file_size(part.path());
+  parts_.push_back(std::move(part));
+  return bytes;
+}
+
+Result<void> VdbSeries::commit() {
+  if (auto put = system::PartFile::putInPlace(parts_); !put) return put;
+  parts_.clear();
+  names_.clear();
+  madeFolder_.release();
+  return {};
+}
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <openvdb/openvdb.h>
+
+#include "t4d/model/error.h"
+#include "t4d/system/cleanup.h"
+#include "t4d/system/part_file.h"
+
+namespace t4d::voxel4d {
+
+/// Writes grids as frame_0000.vdb, frame_0001.vdb, ... of a folder. They get their names when all
+/// are written; without `commit` nothing is left.
+class VdbSeries {
+ public:
+  /// Makes the folder where it is missing. Refuses one with .vdb files that are not of this series.
+  static Result<VdbSeries> create(const std::filesystem::path& folder, std::size_t frames);
+
+  VdbSeries(VdbSeries&& other) noexcept;
+  VdbSeries& operator=(VdbSeries&&) = delete;
+  ~VdbSeries();
+
+  /// The next frame; returns the bytes of its file.
+  Result<std::uint64_t> put(const openvdb::GridBase::Ptr& grid);
+  Result<void> commit();
+
+ private:
+  VdbSeries() = default;
+  std::filesystem::path folder_;
+  system::Cleanup madeFolder_;  // none where it was there
+  std::vector<std::string> names_;
+  std::vector<system::PartFile> parts_;  // of the frames written
+};
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,177 @@
+#include "t4d/voxel4d/voxelize.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "t4d/voxel4d/occupancy.h"
+#include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/vdb_grid.h"
+#include "t4d/voxel4d/vdb_series.h"
+
+namespace t4d::voxel4d {
+
+namespace {
+
+/// A step that misses the last time by less than this part of itself reaches it.
+constexpr double kStepTolerance = 1e-9;
+
+/// One frame of a solid: where it is inside, and its level set unless only the mask is wanted.
+struct Voxels {
+  Frame inside;
+  openvdb::FloatGrid::Ptr levelSet;
+};
+
+Result<Voxels> voxelsOf(const SolidAtTime& solid, double time, const Lattice& lattice, bool mask) {
+  const auto withTime = [&](Error error) {
+    error.message = fmt::format("at time {}: {}", time, error.message);
+    return pass(std::move(error));
+  };
+  auto mesh = solid(time);
+  if (!mesh) return pass(mesh.error());
+  auto inside = occupancy(*mesh, lattice, time);
+  if (!inside) return withTime(inside.error());
+  Voxels voxels{std::move(*inside), nullptr};
+  if (mask) return voxels;
+  try {
+    initializeOpenVdb();
+    voxels.levelSet = levelSetOf(*mesh, lattice, voxels.inside);
+  } catch (const std::exception& exception) {
+    return withTime({ErrorCode::Failed, fmt::format("OpenVDB: {}", exception.what()), {}, {}});
+  }
+  return voxels;
+}
+
+class VoxelFrames : public FrameSource {
+ public:
+  VoxelFrames(SolidAtTime solid, std::vector<double> times, const VoxelizeOptions& options)
+      : solid_(std::move(solid)), times_(std::move(times)), mask_(options.mask) {
+    lattice_.voxelSize = options.voxelSize;
+  }
+
+  const Lattice& lattice() const override { return lattice_; }
+  std::size_t frameCount() const override { return times_.size(); }
+
+  Result<Frame> frame(std::size_t index) override {
+    auto voxels = voxelsOf(solid_, times_[index], lattice_, mask_);
+    if (!voxels) return pass(voxels.error());
+    if (mask_) return std::move(voxels->inside);
+    return frameOf(voxels->levelSet, times_[index], {},
+                   fmt::format("the solid at time {}", times_[index]));
+  }
+
+ private:
+  SolidAtTime solid_;
+  std::vector<double> times_;
+  Lattice lattice_;
+  bool mask_;
+};
+
+Result<void> checkCount(double count) {
+  if (count <= static_cast<double>(kMaxFrames)) return {};
+  return invalid(fmt::format("{:.0f} frames; at most {} are allowed", count, kMaxFrames));
+}
+
+}  // namespace
+
+Result<std::vector<double>> evenTimes(const model::TimeSpan& span, std::uint64_t count) {
+  if (count < 2) return invalid(fmt::format("{} frames; a series needs two or more", count));
+  if (auto checked = checkCount(static_cast<double>(count)); !checked) return pass(checked.error());
+  std::vector<double> times;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    times.push_back(span.begin + (span.end - span.begin) * static_cast<double>(i) /
+                                     static_cast<double>(count - 1));
+  }
+  times.back() = span.end;
+  if (!std::is_sorted(times.begin(), times.end(), std::less_equal<>())) {
+    return invalid(fmt::format("{} frames from time {} to {} are too close to be told apart", count,
+                               span.begin, span.end));
+  }
+  return times;
+}
+
+Result<std::vector<double>> steppedTimes(const model::TimeSpan& span, double step) {
+  if (!(step > 0) || !std::isfinite(step)) {
+    return invalid(
+        fmt::format("the time between frames is {}; it must be a positive number", step));
+  }
+  const double steps = std::floor((span.end - span.begin) / step + kStepTolerance);
+  if (auto checked = checkCount(steps + 1); !checked) return pass(checked.error());
+  if (!(steps >= 1)) {
+    return invalid(fmt::format("the time between frames is {}, but from {} to {} there is only {}",
+                               step, span.begin, span.end, span.end - span.begin));
+  }
+  std::vector<double> times;
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(steps); ++i) {
+    times.push_back(std::min(span.begin + static_cast<double>(i) * step, span.end));
+  }
+  return times;
+}
+
+Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when) {
+  if (!when.step) return evenTimes(span, when.count.value_or(0));
+  auto times = steppedTimes(span, *when.step);
+  if (!times || !when.count) return times;
+  if (*when.count < 2 || *when.count > times->size()) {
+    return invalid(
+        fmt::format("{} frames are asked for, {} apart; from {} to {} there can be 2 to {}",
+                    *when.count, *when.step, span.begin, span.end, times->size()));
+  }
+  times->resize(*when.count);
+  return times;
+}
+
+SolidAtTime movingSolid(model::TriangleMesh mesh, model::Motion motion) {
+  return [mesh = std::move(mesh), motion = std::move(motion)](double time) {
+    const model::Pose pose = motion.at(time);
+    model::TriangleMesh posed;
+    posed.triangles = mesh.triangles;
+    posed.vertices.reserve(mesh.vertices.size());
+    for (const model::Point3& vertex : mesh.vertices) posed.vertices.push_back(pose(vertex));
+    return Result<model::TriangleMesh>(std::move(posed));
+  };
+}
+
+std::unique_ptr<FrameSource> voxelFrames(SolidAtTime solid, std::vector<double> times,
+                                         const VoxelizeOptions& options) {
+  return std::make_unique<VoxelFrames>(std::move(solid), std::move(times), options);
+}
+
+Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector<double>& times,
+                                     const VoxelizeOptions& options,
+                                     const std::filesystem::path& folder,
+                                     const model::Progress& progress) {
+  const Lattice lattice{options.voxelSize, model::Point3::Zero()};
+  VoxelSeries series;
+  std::optional<VdbSeries> files;
+  for (const double time : times) {
+    auto voxels = voxelsOf(solid, time, lattice, options.mask);
+    if (!voxels) return pass(voxels.error());
+    // Nothing is touched before one frame is known to be good.
+    if (!files) {
+      auto created = VdbSeries::create(folder, times.size());
+      if (!created) return pass(created.error());
+      files.emplace(std::move(*created));
+    }
+    openvdb::GridBase::Ptr grid = voxels->levelSet;
+    if (options.mask) grid = boolGridOf(voxels->inside, lattice);
+    grid->setName(options.mask ? "inside" : "surface");
+    grid->setCreator("t4d");
+    grid->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(time));
+    auto bytes = files->put(grid);
+    if (!bytes) return pass(bytes.error());
+    series.bytes += *bytes;
+    series.insidePoints += countInside(voxels->inside);
+    series.mostActiveVoxels =
+        std::max<std::uint64_t>(series.mostActiveVoxels, grid->activeVoxelCount());
+    ++series.frames;
+    if (progress) progress(static_cast<double>(series.frames) / static_cast<double>(times.size()));
+  }
+  if (files) {
+    if (auto done = files->commit(); !done) return pass(done.error());
+  }
+  return series;
+}
+
+}  // namespace t4d::voxel4d

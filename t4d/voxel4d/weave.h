@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "t4d/model/slab.h"
+#include "t4d/voxel4d/frame.h"
+
+namespace t4d::voxel4d {
+
+/// How the mesh is closed before the first frame and after the last, where everything is outside.
+enum class CapStyle : std::uint8_t {
+  /// By cells exactly at the first and the last time: the mesh lasts as long as the frames do.
+  Flat,
+  /// As published: the surface closes half a frame's time before the first and after the last.
+  HalfStep,
+};
+
+struct WeaveOptions {
+  CapStyle caps = CapStyle::Flat;
+  model::Progress progress;
+};
+
+struct WeaveReport {
+  std::uint64_t vertices = 0;
+  std::uint64_t tetrahedra = 0;
+  std::uint64_t frames = 0;
+  std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
+};
+
+/// Weaves frames into a 4D mesh by 4D marching cubes (paper, section 3.2; pattern_table.h says how)
+/// and puts it into `sink`: a cap, a slab between each two frames, a cap. Two frames are in memory
+/// at a time, and work is done only in blocks that the surface meets.
+///
+/// A layer holds the crossings of the frame's lattice edges, in one order that depends on the frame
+/// alone; the interior of a slab those of the edges in time. Each lies where the field, linear
+/// along the edge, is zero, or at the midpoint where a frame has no values. Blocks are shared out
+/// to threads (oneTBB); the result is the same for any number of them.
+///
+/// Fails for fewer than two frames, times that do not increase, more than 2^32 vertices or cells in
+/// a slab, frames of which all are empty, and where the source or the sink does.
+Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink);
+
+}  // namespace t4d::voxel4d

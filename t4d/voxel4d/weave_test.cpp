@@ -1,0 +1,232 @@
+#include "t4d/voxel4d/weave.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "t4d/measure/mesh_check.h"
+#include "t4d/voxel4d/frame_layer.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+using Field = std::function<double(int x, int y, int z, int frame)>;
+
+/// Frames of a box of lattice points from (0, 0, 0) to size - 1, negative inside; outside
+/// elsewhere.
+class BoxFrames : public FrameSource {
+ public:
+  BoxFrames(Coord size, std::size_t frames, Field field, bool values)
+      : size_(size), frames_(frames), field_(std::move(field)), values_(values) {}
+
+  const Lattice& lattice() const override { return lattice_; }
+  std::size_t frameCount() const override { return frames_; }
+  Result<Frame> frame(std::size_t index) override {
+    Frame frame;
+    frame.time = static_cast<double>(index);
+    frame.outsideValue = values_ ? 1 : 0;
+    auto memory = std::make_shared<std::vector<std::array<double, 512>>>();
+    const auto blocks = [](int n) { return (n + 7) / 8; };
+    memory->reserve(static_cast<std::size_t>(blocks(size_.x)) * blocks(size_.y) * blocks(size_.z));
+    for (int bx = 0; bx < blocks(size_.x); ++bx) {
+      for (int by = 0; by < blocks(size_.y); ++by) {
+        for (int bz = 0; bz < blocks(size_.z); ++bz) {
+          auto& values = memory->emplace_back();
+          Block block{{bx, by, bz}, {}, {}};
+          int inside = 0;
+          for (unsigned i = 0; i < 512; ++i) {
+            const int x = 8 * bx + static_cast<int>(i >> 6U);
+            const int y = 8 * by + static_cast<int>(i >> 3U & 7U);
+            const int z = 8 * bz + static_cast<int>(i & 7U);
+            const bool within = x < size_.x && y < size_.y && z < size_.z;
+            values[i] = within ? field_(x, y, z, static_cast<int>(index)) : 1;
+            if (values[i] < 0) {
+              block.inside[i >> 6U] |= std::uint64_t{1} << (i & 63U);
+              ++inside;
+            }
+          }
+          if (inside == 0) continue;
+          if (inside == 512 && useTiles) {
+            frame.tiles.push_back({block.coord, 1, values_ ? -1.0 : 0});
+            continue;
+          }
+          if (values_) block.values.doubles = values.data();
+          frame.blocks.push_back(block);
+        }
+      }
+    }
+    frame.owner = memory;
+    return frame;
+  }
+
+  bool useTiles = true;
+
+ private:
+  Coord size_;
+  std::size_t frames_;
+  Field field_;
+  bool values_;
+  Lattice lattice_;
+};
+
+struct Woven {
+  WeaveReport report;
+  model::Mesh mesh;
+  measure::MeshReport judged;
+};
+
+Woven woven(FrameSource& frames, const WeaveOptions& options = {}, bool links = true) {
+  Woven result;
+  const auto report = weave(frames, options, result.mesh);
+  EXPECT_TRUE(report) << report.error().text();
+  if (report) result.report = *report;
+  const auto judged = measure::checkMesh(result.mesh, {.vertexLinks = links});
+  EXPECT_TRUE(judged) << judged.error().text();
+  if (judged) result.judged = *judged;
+  EXPECT_EQ(result.judged.vertices, result.report.vertices);
+  EXPECT_EQ(result.judged.tetrahedra, result.report.tetrahedra);
+  return result;
+}
+
+void expectSound(const Woven& result) {
+  EXPECT_TRUE(result.judged.closed && result.judged.oriented);
+  EXPECT_TRUE(result.judged.vertexLinksOk.value_or(true));
+  EXPECT_EQ(result.judged.issues.errors, 0U) << result.judged.issues.issues.front().code << ": "
+                                             << result.judged.issues.issues.front().message;
+  EXPECT_EQ(result.judged.degenerateCells, 0U);
+}
+
+TEST(Weave, RandomLatticesAreClosedOrientedManifolds) {
+  const Coord sizes[] = {{1, 1, 1}, {2, 3, 4}, {9, 9, 9}, {17, 8, 10}};
+  for (const Coord& size : sizes) {
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      SCOPED_TRACE(testing::Message() << size.x << " seed " << seed);
+      const auto toss = [&](int x, int y, int z, int frame) {
+        std::mt19937 random(seed * 7919 + ((x * 64 + y) * 64 + z) * 64 + frame);
+        random.discard(4);
+        return std::uniform_real_distribution<double>(-1, seed % 2 == 0 ? 1 : 3)(random);
+      };
+      for (const bool values : {false, true}) {
+        for (const CapStyle caps : {CapStyle::Flat, CapStyle::HalfStep}) {
+          BoxFrames frames(size, 4, toss, values);
+          Woven result;
+          const auto report = weave(frames, {caps, {}}, result.mesh);
+          if (!report) continue;  // all outside by chance
+          result.report = *report;
+          result.judged = *measure::checkMesh(result.mesh, {.vertexLinks = true});
+          expectSound(result);
+        }
+      }
+    }
+  }
+}
+
+/// Section 5.1: 64 frames of a cube of 19 samples a side (side 20, points on the surface outside),
+/// moving by one sample a frame.
+TEST(Weave, PaperCubeHasThePapersCounts) {
+  const auto cube = [](int x, int y, int z, int frame) {
+    const auto within = [](int k) { return k >= 1 && k < 20; };
+    return within(x) && within(y) && within(z - frame) ? -1.0 : 1.0;
+  };
+  BoxFrames frames({21, 21, 84}, 64, cube, false);
+  Woven result = woven(frames, {}, false);
+  EXPECT_EQ(result.report.vertices, 197828U);
+  EXPECT_EQ(result.report.tetrahedra, 1185280U);
+  expectSound(result);
+}
+
+TEST(Weave, TilesAndBlocksGiveTheSameMesh) {
+  const auto cube = [](int x, int y, int z, int frame) {
+    const auto within = [](int k) { return k >= 8 && k < 32; };
+    return within(x) && within(y) && within(z - 8 * frame) ? -1.0 : 1.0;
+  };
+  BoxFrames tiles({40, 40, 56}, 4, cube, false);
+  BoxFrames blocks({40, 40, 56}, 4, cube, false);
+  blocks.useTiles = false;
+  Woven a = woven(tiles, {}, false);
+  Woven b = woven(blocks, {}, false);
+  expectSound(a);
+  ASSERT_EQ(a.mesh.slabCount(), b.mesh.slabCount());
+  for (std::size_t i = 0; i < a.mesh.slabCount(); ++i) {
+    EXPECT_EQ(a.mesh.slabs()[i].vertices, b.mesh.slabs()[i].vertices);
+    EXPECT_EQ(a.mesh.slabs()[i].connectivity->cells, b.mesh.slabs()[i].connectivity->cells);
+  }
+}
+
+TEST(Weave, SameBytesForAnyNumberOfThreads) {
+  const auto ball = [](int x, int y, int z, int frame) {
+    return std::hypot(x - 20.3, y - 19.1, z - 12 - 2.3 * frame) - 9;
+  };
+  std::vector<Woven> all;
+  for (const std::size_t threads : {1U, 2U, 5U}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    BoxFrames frames({40, 40, 48}, 5, ball, true);
+    all.push_back(woven(frames, {}, false));
+  }
+  for (const Woven& other : all) {
+    for (std::size_t i = 0; i < other.mesh.slabCount(); ++i) {
+      EXPECT_EQ(other.mesh.slabs()[i].vertices, all[0].mesh.slabs()[i].vertices);
+      EXPECT_EQ(other.mesh.slabs()[i].connectivity->cells,
+                all[0].mesh.slabs()[i].connectivity->cells);
+    }
+  }
+}
+
+TEST(Weave, HypervolumeOfAMovingBallConverges) {
+  // A ball of radius 1 moving by 1 during time 1, sampled at h and dt = h.
+  std::vector<double> errors;
+  for (const int n : {8, 16, 32}) {
+    const double h = 1.0 / n;
+    const auto ball = [&](int x, int y, int z, int frame) {
+      return std::hypot(x * h - 1.31, y * h - 1.27, z * h - 1.23 - frame * h) - 1;
+    };
+    const int size = static_cast<int>(2.7 * n);
+    BoxFrames frames({size, size, size + n}, static_cast<std::size_t>(n) + 1, ball, true);
+    Woven result = woven(frames, {}, n == 8);
+    expectSound(result);
+    const double found = result.judged.hypervolume * h * h * h * h;
+    errors.push_back(std::abs(found - 4 * std::numbers::pi / 3));
+  }
+  const double order = std::log2(errors[1] / errors[2]);
+  std::cout << "errors " << errors[0] << " " << errors[1] << " " << errors[2] << ", order " << order
+            << "\n";
+  EXPECT_GT(order, 1.8);
+}
+
+TEST(Weave, HalfStepCapsAreHalfAStepOutside) {
+  const auto cube = [](int x, int, int, int) { return x == 1 ? -1.0 : 1.0; };
+  BoxFrames frames({3, 3, 3}, 3, cube, false);
+  Woven result = woven(frames, {CapStyle::HalfStep, {}});
+  expectSound(result);
+  EXPECT_EQ(result.judged.time.begin, -0.5);
+  EXPECT_EQ(result.judged.time.end, 2.5);
+}
+
+TEST(Weave, ASolidVanishesAndComesBack) {
+  const auto blink = [](int, int, int, int frame) { return frame == 1 || frame == 4 ? -1.0 : 1.0; };
+  BoxFrames frames({3, 3, 3}, 7, blink, false);
+  Woven result = woven(frames);
+  expectSound(result);
+  EXPECT_EQ(result.judged.components, 2U);
+  EXPECT_EQ(result.judged.time.begin, 0);
+  EXPECT_EQ(result.judged.time.end, 6);
+}
+
+TEST(Weave, TooFewFramesAndNothingInsideAreRefused) {
+  model::Mesh mesh;
+  const auto solid = [](int, int, int, int) { return -1.0; };
+  BoxFrames one({3, 3, 3}, 1, solid, false);
+  EXPECT_NE(weave(one, {}, mesh).error().message.find("1 frames"), std::string::npos);
+  BoxFrames none({3, 3, 3}, 0, solid, false);
+  EXPECT_FALSE(weave(none, {}, mesh));
+  BoxFrames empty(
+      {3, 3, 3}, 3, [](int, int, int, int) { return 1.0; }, false);
+  EXPECT_NE(weave(empty, {}, mesh).error().message.find("no frame has a surface"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace t4d::voxel4d

@@ -1,0 +1,266 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <fnmatch.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/conformance/backends/program_backend.h"
+#include "t4d/conformance/backends/run.h"
+#include "t4d/formats/output_file.h"
+#include "tools/program/commands.h"
+#include "tools/program/conform_page.h"
+#include "tools/program/console.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/thread_limit.h"
+
+namespace t4d::tools {
+namespace {
+
+using conformance::Backend;
+using conformance::Case;
+using conformance::CaseResult;
+using conformance::Check;
+using nlohmann::ordered_json;
+
+struct Options {
+  std::vector<std::string> backends;
+  bool programGiven = false;
+  conformance::ProgramOptions program;
+  std::string keep;
+  std::vector<std::string> cases;  // globs
+  bool quick = false;
+  bool list = false;
+  bool json = false;
+  std::string html;
+  std::optional<int> threads;
+};
+
+Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const Options& options) {
+  const auto asked = [&](const char* name) {
+    if (options.backends.empty()) return !options.programGiven;
+    return std::find(options.backends.begin(), options.backends.end(), name) !=
+           options.backends.end();
+  };
+  std::vector<std::unique_ptr<Backend>> backends;
+  if (asked("mesh4d")) backends.push_back(conformance::meshBackend());
+  if (asked("voxel4d")) backends.push_back(conformance::voxelBackend());
+  if (options.programGiven) {
+    conformance::ProgramOptions program = options.program;
+    program.keep = options.keep;
+    auto backend = conformance::programBackend(std::move(program));
+    if (!backend) return pass(backend.error());
+    backends.push_back(std::move(*backend));
+  }
+  return backends;
+}
+
+bool isWanted(const Case& given, const Options& options) {
+  if (options.quick && given.large) return false;
+  return options.cases.empty() ||
+         std::any_of(options.cases.begin(), options.cases.end(), [&](const std::string& glob) {
+           return fnmatch(glob.c_str(), given.id.c_str(), 0) == 0;
+         });
+}
+
+ordered_json jsonOf(const conformance::Value& value) {
+  return std::visit([](auto number) { return ordered_json(number); }, value);
+}
+
+template <class T>
+ordered_json orNull(const std::optional<T>& value) {
+  return value ? ordered_json(*value) : ordered_json();
+}
+
+ordered_json jsonOf(const CaseResult& result) {
+  ordered_json checks = ordered_json::array();
+  for (const Check& check : result.checks) {
+    checks.push_back({{"name", check.name},
+                      {"expected", jsonOf(check.expected)},
+                      {"actual", jsonOf(check.actual)},
+                      {"tolerance", check.tolerance},
+                      {"passed", check.passed},
+                      {"reason", check.reason},
+                      {"found", check.found}});
+  }
+  ordered_json levels = ordered_json::array();
+  for (const conformance::Level& level : result.levels) {
+    const bool voxels = level.resolution.voxelSize > 0;
+    levels.push_back({{"voxel_size", voxels ? ordered_json(level.resolution.voxelSize) : nullptr},
+                      {"steps", voxels ? ordered_json(level.resolution.steps) : nullptr},
+                      {"vertices", level.verdict.vertices},
+                      {"tetrahedra", level.verdict.tetrahedra},
+                      {"hypervolume", level.verdict.hypervolume},
+                      {"error_hypervolume", orNull(level.hypervolumeError)},
+                      {"error_slices", orNull(level.sliceError)}});
+  }
+  return {{"id", result.id},
+          {"backend", result.backend},
+          {"passed", result.passed()},
+          {"description", result.description},
+          {"expected_hypervolume", orNull(result.hypervolumeExpected)},
+          {"worst_error", orNull(result.worstError)},
+          {"order_hypervolume", orNull(result.orders.hypervolume)},
+          {"order_slices", orNull(result.orders.slices)},
+          {"seconds", result.seconds},
+          {"levels", levels},
+          {"checks", checks}};
+}
+
+void printText(const std::vector<CaseResult>& results, std::size_t passed) {
+  std::vector<std::vector<std::string>> rows = {conformColumns()};
+  for (const CaseResult& result : results) rows.push_back(conformRow(result));
+  printTable(rows, "llrrrrrrl");
+  constexpr std::size_t kShown = 5;
+  for (const CaseResult& result : results) {
+    std::size_t failed = 0;
+    for (const Check& check : result.checks) {
+      if (check.passed || ++failed > kShown) continue;
+      const std::string differ =
+          check.tolerance > 0 ? fmt::format(", may differ by {:.2g}", check.tolerance) : "";
+      fmt::print("FAILED {} by {}: {}: expected {}, found {}{} ({}){}\n", result.id, result.backend,
+                 check.name, valueText(check.expected), valueText(check.actual), differ,
+                 check.reason, check.found.empty() ? "" : "\n       " + check.found);
+    }
+    if (failed > kShown) {
+      fmt::print("       and {} more of this case; --json and --html show all\n",
+                 counted(failed - kShown, "check"));
+    }
+  }
+  fmt::print("{} of {} cases passed\n", passed, results.size());
+}
+
+int list(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Backend>>& backends,
+         const Options& options) {
+  std::vector<std::vector<std::string>> rows;
+  for (const Case& given : cases) {
+    if (!isWanted(given, options)) continue;
+    std::vector<std::string> names;
+    for (const auto& backend : backends) {
+      if (backend->supports(given)) names.push_back(backend->name());
+    }
+    rows.push_back({given.id, fmt::format("{}", fmt::join(names, ", ")), given.description});
+  }
+  printTable(rows, "l");
+  return kDone;
+}
+
+int run(const Options& options) {
+  const ThreadLimit limit(options.threads);
+  const std::vector<Case> cases = conformance::analyticCases();
+  const auto backends = backendsOf(options);
+  if (!backends) return wrongUsage(backends.error().text());
+  std::vector<conformance::Job> jobs;
+  for (const Case& given : cases) {
+    if (!isWanted(given, options)) continue;
+    for (const auto& backend : *backends) {
+      if (backend->supports(given)) jobs.push_back({&given, backend.get()});
+    }
+  }
+  if (jobs.empty()) {
+    return wrongUsage(
+        "no case is left for these options; `t4d conform backends --list` says which "
+        "there are");
+  }
+  if (options.list) return list(cases, *backends, options);
+  if (!options.keep.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(options.keep, error);
+    if (error) {
+      return report(
+          {ErrorCode::Failed, "cannot make the folder: " + error.message(), options.keep, {}});
+    }
+  }
+  std::optional<formats::OutputFile> page;
+  if (!options.html.empty()) {
+    auto created = formats::OutputFile::create(options.html);
+    if (!created) return report(created.error());
+    page.emplace(std::move(*created));
+  }
+
+  std::vector<CaseResult> results;
+  {
+    ProgressBar bar("running the cases");
+    const model::Progress show = bar.callback();
+    double done = 0;
+    results = conformance::runCases(jobs, options.quick, [&](const CaseResult&) {
+      ++done;
+      if (show) show(done / static_cast<double>(jobs.size()));  // only where there is a terminal
+    });
+  }
+  const auto passed = static_cast<std::size_t>(std::count_if(
+      results.begin(), results.end(), [](const CaseResult& result) { return result.passed(); }));
+  if (page) {
+    const std::string html = conformPage(results);
+    auto written = page->write(html.data(), html.size()).and_then([&] { return page->commit(); });
+    if (!written) return report(written.error());
+  }
+  if (options.json) {
+    ordered_json all = ordered_json::array();
+    for (const CaseResult& result : results) all.push_back(jsonOf(result));
+    printJson({{"cases", all}, {"passed", passed}, {"failed", results.size() - passed}});
+  } else {
+    printText(results, passed);
+  }
+  return passed == results.size() ? kDone : kFailed;
+}
+
+}  // namespace
+
+void addConformBackends(CLI::App& conform, int& exitCode) {
+  auto* command = conform.add_subcommand(
+      "backends", "Prove what makes 4D meshes right: moving solids known in closed form");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("--backend", options->backends,
+                   "mesh4d or voxel4d; may be given for each (default: both)")
+      ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
+      ->allow_extra_args(false);
+  auto* program = command->add_option(
+      "--backend-program", options->program.command,
+      "Judge a program, called as CMD CASE.obj MOTION.json OUT.t4d (docs/conform.md)");
+  command
+      ->add_option("--tolerance", options->program.tolerance,
+                   "How far the program's times, lengths and volumes may be off, as a fraction")
+      ->check(numberAboveZero())
+      ->capture_default_str()
+      ->needs(program);
+  command
+      ->add_option("--timeout", options->program.timeoutSeconds,
+                   "Seconds that the program may take for a case")
+      ->check(numberAboveZero())
+      ->capture_default_str()
+      ->needs(program);
+  command->add_option("--keep", options->keep, "A folder to leave the program's files in")
+      ->check(someName())
+      ->needs(program);
+  command
+      ->add_option(
+          "--case", options->cases,
+          "Only cases of this name; * and ? stand for any text. May be given several times")
+      ->allow_extra_args(false);
+  command->add_flag("--quick", options->quick, "Leave out the smallest voxels and the large case");
+  addThreadsOption(*command, options->threads);
+  auto* json = command->add_flag("--json", options->json, "Print every check as JSON");
+  auto* html = command
+                   ->add_option("--html", options->html,
+                                "A page to write: the table, plots of convergence, every check")
+                   ->check(someName());
+  command->add_flag("--list", options->list, "Say what would run, and run nothing")
+      ->excludes(json)
+      ->excludes(html);
+  command->footer(
+      "Example:\n"
+      "  t4d conform backends --html backends.html\n"
+      "  t4d conform backends --backend voxel4d --case 'cube-*'\n"
+      "  t4d conform backends --backend-program ./my-sweep\n\n"
+      "Exit codes: 0 every case passed, 1 some failed, 2 wrong usage.");
+  command->callback([=, &exitCode] {
+    options->programGiven = program->count() > 0;
+    exitCode = run(*options);
+  });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,20 @@
+#include "tools/program/commands.h"
+
+namespace t4d::tools {
+
+void addConform(CLI::App& app, int& exitCode) {
+  auto* conform =
+      app.add_subcommand("conform", "Prove backends and readers right: analytic cases, files");
+  conform->require_subcommand(1);
+  conform->footer(
+      "Examples:\n"
+      "  t4d conform backends\n"
+      "  t4d conform copy corpus\n"
+      "  t4d conform reader --reader ./my-reader\n"
+      "`t4d conform VERB --help` says more.");
+  addConformBackends(*conform, exitCode);
+  addConformReader(*conform, exitCode);
+  addConformCorpus(*conform, exitCode);
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/conformance/backends/run.h"
+
+namespace t4d::tools {
+
+/// The table of the cases: its columns, of which the first two are text, and a row for each.
+/// Shared by page and terminal.
+std::vector<std::string> conformColumns();
+std::vector<std::string> conformRow(const conformance::CaseResult& result);
+
+/// A value as text: "yes", "no", or a number with at most `digits` digits.
+std::string valueText(const conformance::Value& value, int digits = 9);
+
+/// The table, a plot of convergence for each case of voxels, and every check, as one HTML page that
+/// loads nothing.
+std::string conformPage(std::span<const conformance::CaseResult> results);
+
+}  // namespace t4d::tools

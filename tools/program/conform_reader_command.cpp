@@ -1,0 +1,177 @@
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include "t4d/conformance/driver/reader_report.h"
+#include "t4d/formats/output_file.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+
+namespace t4d::tools {
+namespace {
+
+using namespace conformance;
+
+struct Options {
+  std::string reader;
+  std::vector<std::string> only;
+  std::vector<std::string> skip;
+  CaseOptions cases;
+  unsigned parallel = std::max(1U, std::thread::hardware_concurrency());
+  double seconds = 10;
+  std::string junit;
+  std::string keep;
+  bool first = false;
+  bool json = false;
+  bool verbose = false;
+};
+
+std::atomic<bool> interrupted = false;
+volatile std::sig_atomic_t interruptedBy = 0;
+
+extern "C" void interrupt(int signal) {
+  interruptedBy = signal;
+  interrupted = true;
+}
+
+/// While it lives, a signal that would end the program ends the readers that run instead.
+class Interruptible {
+ public:
+  Interruptible() {
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      sigaction(kSignals[i], nullptr, &before_[i]);
+      if (before_[i].sa_handler == SIG_IGN) continue;
+      struct sigaction action {};
+      action.sa_handler = interrupt;
+      sigaction(kSignals[i], &action, nullptr);
+    }
+  }
+  ~Interruptible() {
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
+  }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+
+ private:
+  static constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP};
+  std::array<struct sigaction, kSignals.size()> before_{};
+};
+
+/// A reader that crashes a hundred times should not leave a hundred core dumps.
+void leaveNoCoreDumps() {
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+}
+
+Result<void> writeText(const std::string& path, const std::string& text) {
+  auto file = formats::OutputFile::create(path);
+  if (!file) return pass(file.error());
+  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+}
+
+/// What to type for the same cases once more.
+std::string commandOf(const Options& options) {
+  std::string command = fmt::format("t4d conform reader --reader '{}'", options.reader);
+  for (const std::string& feature : options.cases.without) command += " --without " + feature;
+  return command + (options.cases.thorough ? " --thorough" : "");
+}
+
+int run(const Options& options) {
+  const auto command = system::readerCommand(options.reader);
+  if (!command) return wrongUsage(command.error().text());
+  const std::vector<CorpusFile> files = makeCorpus();
+  std::vector<ReaderCase> cases = readerCases(files, options.cases);
+  if (auto done = selectCases(cases, options.only, options.skip); !done) {
+    return wrongUsage(done.error().text() + "; `t4d conform list` lists them");
+  }
+  leaveNoCoreDumps();
+  Result<std::vector<ReaderResult>> results;
+  {
+    const Interruptible interruptible;
+    ProgressBar bar("trying the reader");
+    results = runReaderCases(
+        cases, {*command, options.seconds, options.parallel, options.first, &interrupted},
+        bar.callback());
+  }
+  if (!results) {
+    return results.error().code == ErrorCode::InvalidInput ? wrongUsage(results.error().text())
+                                                           : report(results.error());
+  }
+  if (interrupted) std::raise(interruptedBy);
+  if (!options.junit.empty()) {
+    const auto written = writeText(options.junit, reportJunit(options.reader, cases, *results));
+    if (!written) return report(written.error());
+  }
+  if (!options.keep.empty()) {
+    const auto kept = keepWrongFiles(cases, *results, options.keep);
+    if (!kept) return report(kept.error());
+    if (*kept > 0) say(fmt::format("{} in {}", counted(*kept, "file"), options.keep));
+  }
+  if (options.json) {
+    printJson(reportJson(options.reader, cases, *results));
+  } else {
+    constexpr std::size_t kShown = 20;
+    fmt::print("{}", reportText(options.reader, commandOf(options), cases, *results,
+                                options.verbose ? cases.size() : kShown));
+  }
+  const OutcomeCounts counts = countsOf(*results);
+  const auto count = [&](Outcome outcome) { return counts[static_cast<std::size_t>(outcome)]; };
+  const bool right =
+      count(Outcome::Failed) + count(Outcome::Crashed) + count(Outcome::TimedOut) == 0;
+  return right ? kDone : kFailed;
+}
+
+}  // namespace
+
+void addConformReader(CLI::App& conform, int& exitCode) {
+  auto* command = conform.add_subcommand(
+      "reader", "Put any program that reads .t4d to the corpus and to damage made on the spot");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("--reader", options->reader,
+                   "The program, called as READER FILE describe and READER FILE slice T; it may "
+                   "have arguments: 'python3 my_reader.py'")
+      ->required()
+      ->type_name("READER");
+  command->add_option("--only", options->only, "Only these cases: globs or folders ('cut')")
+      ->type_name("GLOB");
+  command->add_option("--skip", options->skip, "Leave these cases out")->type_name("GLOB");
+  command
+      ->add_option("--without", options->cases.without,
+                   "A feature that the reader does not know: it must refuse files that name it")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"zstd", "means"}))
+      ->type_name("FEATURE");
+  command
+      ->add_option("--parallel", options->parallel, "Starts at a time (default: one a processor)")
+      ->check(CLI::Range(1U, 1024U))
+      ->type_name("N");
+  command->add_option("--timeout", options->seconds, "Seconds that a start may take (default: 10)")
+      ->check(CLI::Range(0.01, 86400.0))
+      ->type_name("SECONDS");
+  command->add_option("--junit", options->junit, "Write the results as JUnit's XML")
+      ->type_name("FILE");
+  command
+      ->add_option("--keep", options->keep,
+                   "Leave files of cases that are not right here, up to four of each")
+      ->type_name("DIR");
+  command->add_flag(
+      "--thorough", options->cases.thorough,
+      "Ten times as many damaged files, for a reader that starts in some milliseconds");
+  command->add_flag("--first", options->first, "End at the first start that is not right");
+  command->add_flag("--verbose", options->verbose, "Say all cases that are not right");
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer(
+      "Exits with 0 where all cases have passed, with 1 where one has not.\n"
+      "Examples:\n"
+      "  t4d conform reader --reader ./my-reader\n"
+      "  t4d conform reader --reader 'python3 my_reader.py' --without zstd --only valid");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

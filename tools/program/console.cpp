@@ -1,0 +1,130 @@
+#include "tools/program/console.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "tools/program/recovery_hint.h"
+
+namespace t4d::tools {
+
+namespace {
+
+/// fmt::print throws where nothing can be written.
+void printOnStandardError(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
+}  // namespace
+
+void say(const std::string& message) { printOnStandardError("t4d: " + message + "\n"); }
+
+int wrongUsage(const std::string& message) {
+  say(message);
+  return kUsage;
+}
+
+int report(const Error& error) {
+  say(error.text());
+  suggest(recoveryCommand(error));
+  return error.code == ErrorCode::Failed ? kFailed : kInvalid;
+}
+
+void suggest(const std::string& command) {
+  if (!command.empty()) say("try: " + command);
+}
+
+void printNotices(const std::vector<std::string>& notices) {
+  for (const std::string& notice : notices) say("note: " + notice);
+}
+
+int reportLosses(const std::vector<std::string>& losses) {
+  for (const std::string& loss : losses) say("lost: " + loss);
+  return losses.empty() ? kDone : kLoss;
+}
+
+void printJson(const nlohmann::ordered_json& value) {
+  fmt::print("{}\n", value.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment) {
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      if (i > 0) line += "   ";
+      line += alignment[std::min(i, alignment.size() - 1)] == 'l'
+                  ? fmt::format("{:<{}}", row[i], widths[i])
+                  : fmt::format("{:>{}}", row[i], widths[i]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    fmt::print("{}\n", line);
+  }
+}
+
+std::string grouped(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  for (auto at = static_cast<std::ptrdiff_t>(text.size()) - 3; at > 0; at -= 3) {
+    text.insert(static_cast<std::size_t>(at), 1, ',');
+  }
+  return text;
+}
+
+std::string counted(std::uint64_t number, std::string_view one, std::string_view many) {
+  if (number == 1) return fmt::format("1 {}", one);
+  return grouped(number) + " " + (many.empty() ? fmt::format("{}s", one) : std::string(many));
+}
+
+std::string sizeText(std::uint64_t bytes) {
+  const auto number = static_cast<double>(bytes);
+  if (number < 1e3) return fmt::format("{} bytes", bytes);
+  if (number < 1e6) return fmt::format("{:.1f} kB", number / 1e3);
+  if (number < 1e9) return fmt::format("{:.1f} MB", number / 1e6);
+  return fmt::format("{:.2f} GB", number / 1e9);
+}
+
+std::uint64_t peakBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+ProgressBar::ProgressBar(std::string title)
+    : title_(std::move(title)), terminal_(isatty(STDERR_FILENO) == 1), begun_(now()) {}
+
+ProgressBar::~ProgressBar() {
+  if (drawn_ > 0) printOnStandardError("\r\033[K");
+}
+
+double ProgressBar::now() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+model::Progress ProgressBar::callback() {
+  if (!terminal_) return {};
+  return [this](double fraction) { show(fraction); };
+}
+
+void ProgressBar::show(double fraction) {
+  constexpr double kSilent = 0.5;
+  constexpr double kBetween = 0.1;
+  constexpr int kWidth = 40;
+  const double time = now();
+  if (time - begun_ < kSilent || time - drawn_ < kBetween) return;
+  drawn_ = time;
+  const int filled = static_cast<int>(fraction * kWidth);
+  const double left = fraction > 0 ? (time - begun_) * (1 - fraction) / fraction : 0;
+  printOnStandardError(fmt::format("\r\033[K{} [{:=<{}}{:{}}] {:3.0f} %  {:.0f} s left", title_, "",
+                                   filled, "", kWidth - filled, fraction * 100, left));
+  std::fflush(stderr);
+}
+
+}  // namespace t4d::tools

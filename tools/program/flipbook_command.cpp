@@ -1,0 +1,122 @@
+#include <filesystem>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/convert/flipbook.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/numbers.h"
+#include "tools/program/option_checks.h"
+
+namespace t4d::tools {
+namespace {
+
+/// More would be a file that no viewer plays.
+constexpr std::uint64_t kMaxFrames = 100'000;
+
+struct Options {
+  std::string input;
+  std::string output;
+  std::optional<std::uint64_t> frames;
+  std::string times;
+  double framesPerSecond = 24;
+  std::string body;
+  bool attributes = false;
+  bool json = false;
+};
+
+/// The three numbers of a:b:n, n a whole number from 1 to kMaxFrames.
+std::optional<std::vector<double>> timesOf(const std::string& text) {
+  auto numbers = numbersBetween(text, ':');
+  if (!numbers || numbers->size() != 3) return std::nullopt;
+  const double n = (*numbers)[2];
+  if (!(n >= 1 && n <= static_cast<double>(kMaxFrames)) || n != std::floor(n)) return std::nullopt;
+  return convert::evenTimes((*numbers)[0], (*numbers)[1], static_cast<std::size_t>(n));
+}
+
+int run(const Options& options) {
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return wrongUsage(*misuse);
+  }
+  auto input = openBodies(options.input, options.body);
+  if (!input) return report(input.error());
+  const model::TimeSpan span = model::timeSpanOf(input->bodies);
+  const std::vector<double> times = options.frames
+                                        ? convert::evenTimes(span.begin, span.end, *options.frames)
+                                        : *timesOf(options.times);
+  std::vector<std::string> notices;
+  const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
+  printNotices(notices);
+  Result<convert::FlipbookReport> written;
+  {
+    ProgressBar bar("slicing");
+    written = convert::writeFlipbook(input->bodies, times, options.output, placement,
+                                     options.framesPerSecond, {.attributes = options.attributes},
+                                     bar.callback());
+  }
+  if (!written) {
+    Error error = written.error();
+    if (error.where.empty()) error.where = options.input;
+    return report(error);
+  }
+  std::error_code ignored;
+  const std::uintmax_t bytes = std::filesystem::file_size(options.output, ignored);
+  const double seconds = static_cast<double>(times.size()) / options.framesPerSecond;
+  if (options.json) {
+    printJson({{"frames", written->frames},
+               {"triangles", written->triangles},
+               {"time_begin", times.front()},
+               {"time_end", times.back()},
+               {"seconds", seconds},
+               {"bytes", bytes}});
+  } else {
+    fmt::print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n", options.output,
+               counted(written->frames, "frame"), times.front(), times.back(), seconds,
+               counted(written->triangles, "triangle"), sizeText(bytes));
+  }
+  return reportLosses(written->losses);
+}
+
+}  // namespace
+
+void addFlipbook(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "flipbook", "Write the moving solid as one animated glTF that plays in any viewer");
+  auto options = std::make_shared<Options>();
+  command->add_option("FILE", options->input, "The .t4d file")->required();
+  auto* which = command->add_option_group("frames", "Which; one of");
+  which->add_option("-n,--frames", options->frames, "So many, evenly from first to last time")
+      ->check(wholeNumber(1, kMaxFrames));
+  which->add_option("--times", options->times, "a:b:n, n times evenly from a to b, both included")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return timesOf(text) ? std::string() : "'" + text + "' is not a:b:n with n from 1 on";
+          },
+          "A:B:N"));
+  which->require_option(1);
+  command->add_option("-o,--output", options->output, "The .glb or .gltf file to write")
+      ->required()
+      ->check(someName())
+      ->check(CLI::Validator(
+          [](std::string& path) {
+            return formats::canWriteGltf(path)
+                       ? std::string()
+                       : "'" + path +
+                             "' is not named .glb or .gltf, which a flipbook is written as";
+          },
+          ""));
+  command->add_option("--fps", options->framesPerSecond, "Frames shown in a second")
+      ->check(numberAboveZero())
+      ->capture_default_str();
+  addBodyOption(*command, options->body);
+  command->add_flag("--attributes", options->attributes,
+                    "Write attributes too; what glTF has no room for is listed (exit 3)");
+  command->add_flag("--json", options->json, "Print what was written as JSON");
+  command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/t4d/reader.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json triple(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
+
+/// Where `t4d recover` made the file: from what, and what is missing; otherwise empty.
+std::string recoveredText(const std::string& detailsJson) {
+  try {
+    const ordered_json details = ordered_json::parse(detailsJson);
+    const ordered_json& noted = details.at("recovered");
+    std::string text = fmt::format("recovered from {}: ", noted.at("from").get<std::string>());
+    text += grouped(noted.at("slabs_saved").get<std::uint64_t>());
+    if (noted.contains("slabs_known")) {
+      text += " of " + grouped(noted.at("slabs_known").get<std::uint64_t>());
+    }
+    text += " slabs";
+    const ordered_json gaps = noted.value("gaps", ordered_json::array());
+    if (gaps.empty()) return text;
+    return text +
+           fmt::format("; nothing between time {} and {}{}", gaps.at(0).at("begin").get<double>(),
+                       gaps.at(0).at("end").get<double>(),
+                       gaps.size() > 1 ? fmt::format(", and {} more gaps", gaps.size() - 1) : "");
+  } catch (const ordered_json::exception&) {
+    return {};  // details are free in form
+  }
+}
+
+int run(const std::string& path, bool json) {
+  auto reader = formats::T4dReader::open(path);
+  if (!reader) return report(reader.error());
+  const formats::Metadata& metadata = reader->metadata();
+  formats::BodySummary all = reader->summary(0);
+  for (std::size_t i = 1; i < reader->bodyCount(); ++i) {
+    const formats::BodySummary& body = reader->summary(i);
+    all.slabs += body.slabs;
+    all.vertices += body.vertices;
+    all.tetrahedra += body.tetrahedra;
+    all.time = {std::min(all.time.begin, body.time.begin), std::max(all.time.end, body.time.end)};
+    if (body.vertices == 0) continue;  // its bounds are infinite
+    all.bounds.add(body.bounds.min);
+    all.bounds.add(body.bounds.max);
+  }
+  const std::string version =
+      fmt::format("{}.{}", reader->version().major, reader->version().minor);
+  if (json) {
+    ordered_json value = {{"format_version", version},
+                          {"generator", metadata.generator},
+                          {"backend", metadata.backend},
+                          {"slabs", all.slabs},
+                          {"vertices", all.vertices},
+                          {"tetrahedra", all.tetrahedra},
+                          {"time_begin", all.time.begin},
+                          {"time_end", all.time.end},
+                          {"bounds_min", triple(all.bounds.min)},
+                          {"bounds_max", triple(all.bounds.max)},
+                          {"length_unit", metadata.lengthUnit},
+                          {"time_unit", metadata.timeUnit},
+                          {"bytes", reader->fileBytes()},
+                          {"up", metadata.up},
+                          {"indexed", reader->indexed()},
+                          {"details", ordered_json::parse(metadata.detailsJson)}};
+    for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
+      const formats::BodySummary& body = reader->summary(i);
+      value["bodies"].push_back({{"name", metadata.bodies[i]},
+                                 {"slabs", body.slabs},
+                                 {"vertices", body.vertices},
+                                 {"tetrahedra", body.tetrahedra},
+                                 {"time_begin", body.time.begin},
+                                 {"time_end", body.time.end},
+                                 {"bounds_min", triple(body.bounds.min)},
+                                 {"bounds_max", triple(body.bounds.max)}});
+    }
+    printJson(value);
+    return kDone;
+  }
+  const auto unit = [](const std::string& name) { return name.empty() ? name : " " + name; };
+  fmt::print("{}: .t4d {}, {}, by {}{}\n", path, version, sizeText(reader->fileBytes()),
+             metadata.generator.empty() ? "an unknown program" : metadata.generator,
+             metadata.backend.empty() ? "" : " (" + metadata.backend + ")");
+  fmt::print("  {}, {} in {}\n", counted(all.vertices, "vertex", "vertices"),
+             counted(all.tetrahedra, "tetrahedron", "tetrahedra"), counted(all.slabs, "slab"));
+  fmt::print("  time {} to {}{}\n", all.time.begin, all.time.end, unit(metadata.timeUnit));
+  const model::Point3& low = all.bounds.min;
+  const model::Point3& high = all.bounds.max;
+  fmt::print("  x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}{}; {} is up\n", low.x(),
+             high.x(), low.y(), high.y(), low.z(), high.z(), unit(metadata.lengthUnit),
+             metadata.up);
+  for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
+    const formats::BodySummary& body = reader->summary(i);
+    fmt::print("  body '{}': {}, time {} to {}\n", metadata.bodies[i],
+               counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin,
+               body.time.end);
+  }
+  const std::string recovered = recoveredText(metadata.detailsJson);
+  if (!recovered.empty()) fmt::print("  {}\n", recovered);
+  return kDone;
+}
+
+}  // namespace
+
+void addInfo(CLI::App& app, int& exitCode) {
+  auto* command =
+      app.add_subcommand("info", "Say what a .t4d file holds, from its header and index alone");
+  auto path = std::make_shared<std::string>();
+  auto json = std::make_shared<bool>(false);
+  command->add_option("FILE", *path, "The .t4d file")->required();
+  command->add_flag("--json", *json, "Print JSON");
+  command->footer("Example:\n  t4d info bolt.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*path, *json); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,97 @@
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/signals.h"
+#include "tools/program/version.h"
+
+namespace t4d::tools {
+namespace {
+
+/// A file that we open must not get the number of a standard stream that is closed: messages would
+/// go into it. What is written to a stream that was closed is an error, as it is without this.
+void keepStandardStreams() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(number, F_GETFD) >= 0) continue;
+    // It gets the lowest number that is free, which is this one.
+    const int opened = open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+    if (opened < 0) return;
+  }
+}
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "t4d: 4D meshes, the boundary of a moving solid in space-time (x, y, z, t).\n"
+      "Sweep a solid along a motion, keep the result as .t4d, slice it, play it, prove it right.");
+  app.name("t4d");
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.set_version_flag("--version", std::string(versionText()));
+  app.footer(
+      "Example:\n"
+      "  t4d sweep bolt.obj --motion screw-in.json -o bolt.t4d\n"
+      "  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb\n\n"
+      "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with loss, 4 the input is invalid.\n"
+      "`t4d VERB --help` says more.");
+  int exitCode = kDone;
+  addSweep(app, exitCode);
+  addWeave(app, exitCode);
+  addVoxelize(app, exitCode);
+  addRasterize(app, exitCode);
+  addSlice(app, exitCode);
+  addFlipbook(app, exitCode);
+  addInfo(app, exitCode);
+  addValidate(app, exitCode);
+  addRecover(app, exitCode);
+  addCompare(app, exitCode);
+  addConform(app, exitCode);
+  addVersion(app, exitCode);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // Of a mistyped verb or option CLI11 only says that one is missing.
+    if (error.get_exit_code() != 0 && error.get_name() != "ExtrasError") {
+      for (const std::string& word : app.remaining(true)) {
+        say("not understood: " + word);
+      }
+    }
+    return app.exit(error) == 0 ? kDone : kUsage;
+  }
+  return exitCode;
+}
+
+/// Results that did not reach standard output are no results.
+int exitCodeOf(int exitCode) {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && std::ferror(stdout) == 0) return exitCode;
+  say(errno == 0 ? "cannot write to standard output"
+                 : fmt::format("cannot write to standard output: {}", std::strerror(errno)));
+  return exitCode == kDone || exitCode == kLoss ? kFailed : exitCode;
+}
+
+}  // namespace
+}  // namespace t4d::tools
+
+int main(int argc, char** argv) {
+  using namespace t4d::tools;
+  keepStandardStreams();
+  cleanUpOnSignals();
+  int exitCode = kFailed;
+  try {
+    exitCode = run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    say("out of memory");
+  } catch (const std::exception& error) {
+    if (std::ferror(stdout) == 0) say(error.what());
+  }
+  return exitCodeOf(exitCode);
+}

@@ -1,0 +1,85 @@
+#include "tools/program/option_checks.h"
+
+#include <charconv>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tools/program/numbers.h"
+
+namespace t4d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The validator of a text; `wanted` completes "'2.5' is not ...".
+template <class Accepts>
+CLI::Validator checked(std::string wanted, Accepts accepts) {
+  return {[wanted = std::move(wanted), accepts](std::string& text) {
+            return accepts(text) ? std::string() : fmt::format("'{}' is not {}", text, wanted);
+          },
+          ""};
+}
+
+template <class Accepts>
+CLI::Validator checkedNumber(std::string wanted, Accepts accepts) {
+  return checked(std::move(wanted), [accepts](const std::string& text) {
+    const auto number = numberOf(text);
+    return number && accepts(*number);
+  });
+}
+
+bool sameFile(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::equivalent(a, b, ignored);
+}
+
+}  // namespace
+
+CLI::Validator finiteNumber() {
+  return checkedNumber("a number", [](double) { return true; });
+}
+
+CLI::Validator numberAboveZero() {
+  return checkedNumber("a number above 0", [](double number) { return number > 0; });
+}
+
+CLI::Validator fractionBelowOne() {
+  return checkedNumber("a number from 0 to less than 1",
+                       [](double number) { return number >= 0 && number < 1; });
+}
+
+CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most) {
+  return checked(fmt::format("a whole number from {} to {}", least, most),
+                 [=](const std::string& text) {
+                   std::uint64_t number = 0;
+                   const char* end = text.data() + text.size();
+                   const auto [stop, error] = std::from_chars(text.data(), end, number);
+                   return error == std::errc() && stop == end && number >= least && number <= most;
+                 });
+}
+
+CLI::Validator someName() {
+  return {[](std::string& text) { return text.empty() ? "the name is empty" : std::string(); }, ""};
+}
+
+std::optional<std::string> misuseOfOutput(const std::string& output,
+                                          std::span<const std::string> inputs) {
+  for (const std::string& input : inputs) {
+    std::error_code ignored;
+    if (sameFile(input, output)) {
+      return fmt::format("the output {} is the input {}; name another file", output,
+                         input == output ? "itself" : input);
+    }
+    if (!fs::is_directory(input, ignored)) continue;
+    for (const auto& entry : fs::directory_iterator(input, ignored)) {
+      if (entry.path().extension() == ".vdb" && sameFile(entry.path(), output)) {
+        return fmt::format("{} is one of the frames in {}; name another file", output, input);
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace t4d::tools

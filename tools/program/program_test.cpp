@@ -1,0 +1,679 @@
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/paths.h"
+
+/// The program as a user meets it: what it prints, which files it leaves, its exit codes.
+namespace t4d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Finished {
+  int exitCode = -1;
+  std::string out;
+  std::string err;
+  json value() const { return json::parse(out); }
+};
+
+std::string contents(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A folder of its own for each test, with all fixtures in it.
+class Program : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) /
+              ("t4d_program_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    ASSERT_EQ(std::system((std::string(T4D_FIXTURES_PROGRAM) + " " + (folder_ / "fx").string() +
+                           " > " + (folder_ / "fixtures.log").string())
+                              .c_str()),
+              0);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Finished run(const std::string& arguments) {
+    const std::string command = "cd " + folder_.string() + " && " + T4D_PROGRAM + " " + arguments +
+                                " > " + "stdout.txt 2> stderr.txt";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status),
+            contents(folder_ / "stdout.txt"), contents(folder_ / "stderr.txt")};
+  }
+
+  /// The exit code where "$t4d" is the program; -signal where one ended it.
+  int shell(const std::string& script) {
+    const std::string command =
+        "cd " + folder_.string() + " && t4d=" + T4D_PROGRAM + " && " + script;
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+
+  fs::path write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+
+  /// Invalid input: exit 4, an error that names what and where, and no output file.
+  void refuses(const std::string& arguments, const std::string& expected, int exitCode = 4) {
+    SCOPED_TRACE(arguments);
+    const Finished done = run(arguments);
+    EXPECT_EQ(done.exitCode, exitCode) << done.err;
+    EXPECT_NE(done.err.find(expected), std::string::npos) << done.err;
+    EXPECT_FALSE(fs::exists(folder_ / "out.t4d"));
+    EXPECT_FALSE(fs::exists(folder_ / "out.glb"));
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
+    }
+  }
+
+  /// Wrong usage: exit 2, and the option is named.
+  void misused(const std::string& arguments, const std::string& expected) {
+    refuses(arguments, expected, 2);
+  }
+
+  /// An output that cannot be made: exit 1.
+  void cannot(const std::string& arguments, const std::string& expected) {
+    refuses(arguments, expected, 1);
+  }
+
+  fs::path folder_;
+};
+
+constexpr const char* kPaper = "sweep fx/paper-cube.obj -m fx/paper-translation.json -o cube.t4d";
+
+TEST_F(Program, PaperCubeEndToEnd) {
+  const json swept = run(std::string(kPaper) + " --json").value();
+  EXPECT_EQ(swept["vertices"], 4750);
+  EXPECT_EQ(swept["tetrahedra"], 21552);
+  EXPECT_EQ(swept["steps"], 64);
+  EXPECT_EQ(swept["cap_tetrahedra"], json::array({24, 24}));
+  EXPECT_TRUE(swept.contains("seconds") && swept.contains("peak_bytes"));
+
+  const json info = run("info cube.t4d --json").value();
+  EXPECT_EQ(info["format_version"], "1.0");
+  EXPECT_EQ(info["backend"], "mesh4d");
+  EXPECT_EQ(info["slabs"], 66);
+  EXPECT_EQ(info["vertices"], 4750);
+  EXPECT_EQ(info["tetrahedra"], 21552);
+  EXPECT_EQ(info["time_begin"], 0);
+  EXPECT_EQ(info["time_end"], 64);
+  EXPECT_EQ(info["bounds_min"], json::array({-10, -10, -10}));
+  EXPECT_EQ(info["bounds_max"], json::array({10, 10, 74}));
+  EXPECT_EQ(info["bytes"], fs::file_size(folder_ / "cube.t4d"));
+  for (const char* key : {"generator", "length_unit", "time_unit"}) {
+    EXPECT_TRUE(info.contains(key));
+  }
+
+  const json valid = run("validate cube.t4d --deep --json").value();
+  EXPECT_EQ(valid["valid"], true);
+  EXPECT_EQ(valid["closed"], true);
+  EXPECT_EQ(valid["oriented"], true);
+  EXPECT_EQ(valid["vertex_links_ok"], true);
+  EXPECT_EQ(valid["components"], 1);
+  EXPECT_EQ(valid["degenerate_cells"], 0);
+  EXPECT_NEAR(valid["hypervolume"].get<double>(), 512000, 512000 * 1e-9);
+  EXPECT_EQ(valid["issues"]["errors"], 0);
+
+  const json slice = run("slice cube.t4d --time 31.5 -o at.glb --json").value();
+  EXPECT_EQ(slice["closed"], true);
+  EXPECT_NEAR(slice["volume"].get<double>(), 8000, 8e-6);
+  EXPECT_EQ(slice["slabs_read"], 1);
+  EXPECT_LT(slice["bytes_read"].get<double>(), info["bytes"].get<double>() / 2);
+  const json layer = run("slice cube.t4d --time 64 -o at.ply --json").value();
+  EXPECT_EQ(layer["vertices"], 14);
+  EXPECT_EQ(layer["triangles"], 24);
+  EXPECT_NEAR(layer["area"].get<double>(), 2400, 1e-9);
+}
+
+TEST_F(Program, WritesEveryFormatAndPlaysTwo) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const char* name : {"a.glb", "a.gltf", "a.stl", "a.ply", "a.obj"}) {
+    EXPECT_EQ(run(std::string("slice cube.t4d --time -0 -o ") + name).exitCode, 0) << name;
+    EXPECT_GT(fs::file_size(folder_ / name), 100U);
+  }
+  for (const char* cut : {"--x 1", "--y -2.5", "--z 30", "--hyperplane 1,2,3,-4,5"}) {
+    const Finished done = run(std::string("slice cube.t4d -o b.glb --json ") + cut);
+    EXPECT_EQ(done.exitCode, 0) << done.err;
+    EXPECT_EQ(done.value()["closed"], true);
+    EXPECT_GT(done.value()["volume"], 0);
+  }
+  EXPECT_EQ(run("flipbook cube.t4d --frames 5 -o f.glb --json").value()["frames"], 5);
+  EXPECT_EQ(run("flipbook cube.t4d --times 1:2:3 -o f.gltf --json").value()["frames"], 3);
+}
+
+TEST_F(Program, RecoversWhatIsWhole) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const std::string whole = contents(folder_ / "cube.t4d");
+  const Finished copied = run("recover cube.t4d -o out.t4d");
+  EXPECT_EQ(copied.exitCode, 0) << copied.err;
+  EXPECT_EQ(copied.err, "");
+  EXPECT_NE(copied.out.find("66 of 66 slabs saved"), std::string::npos) << copied.out;
+  fs::remove(folder_ / "out.t4d");
+
+  write("broken.t4d", whole.substr(0, whole.size() / 2));
+  for (const char* verb :
+       {"info", "validate", "slice --time 1", "flipbook --frames 2 -o out.glb"}) {
+    refuses(std::string(verb) + " broken.t4d",
+            "t4d: try: t4d recover broken.t4d -o broken-recovered.t4d");
+  }
+  const Finished saved = run("recover broken.t4d -o saved.t4d --json");
+  EXPECT_EQ(saved.exitCode, 3) << saved.err;
+  EXPECT_NE(saved.err.find("t4d: lost: byte "), std::string::npos) << saved.err;
+  const json said = saved.value();
+  EXPECT_GT(said["slabs_saved"], 10);
+  EXPECT_EQ(said["slabs_known"], nullptr);
+  ASSERT_EQ(said["caps"].size(), 1U);
+  EXPECT_EQ(said["caps"][0]["triangles"], 24);
+  // The start cap, and steps of unit time.
+  const double steps = said["slabs_saved"].get<double>() - 1;
+  EXPECT_EQ(said["caps"][0]["time"], steps);
+  EXPECT_NEAR(said["hypervolume"].get<double>(), steps * 8000, 1e-6);
+  EXPECT_EQ(run("validate saved.t4d --deep").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "broken.t4d"), whole.substr(0, whole.size() / 2));
+
+  EXPECT_EQ(run("recover broken.t4d -o broken.t4d").exitCode, 2);
+  EXPECT_EQ(run("recover broken.t4d").exitCode, 2);
+  write("begin.t4d", whole.substr(0, 500));
+  refuses("recover begin.t4d -o out.t4d", "what is whole of it bounds no solid");
+  refuses("recover fx/cube.obj -o out.t4d", "is not a .t4d file");
+  EXPECT_EQ(run("info fx/cube.obj").err.find("try"), std::string::npos);
+}
+
+TEST_F(Program, SuggestsRecoveryOnlyWhereItSavesSomething) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const std::string whole = contents(folder_ / "cube.t4d");
+  const auto hint = [&](const std::string& command) {
+    const std::string err = run(command).err;
+    const std::size_t at = err.find("t4d: try: ");
+    return at == std::string::npos ? "" : err.substr(at + 10, err.find('\n', at) - at - 10);
+  };
+  std::string connectivity = whole;  // that all slabs but the caps share
+  connectivity[whole.find("CONN", whole.find("CONN") + 1) + 40] ^= 1;
+  const std::size_t afterHead = whole.find("CONN") + 8;
+  for (const std::string& lost : {whole.substr(0, 8), whole.substr(0, 23), connectivity,
+                                  whole.substr(0, afterHead), std::string(9000, '\0')}) {
+    write("lost.t4d", lost);
+    for (const char* command :
+         {"info lost.t4d", "validate lost.t4d", "recover lost.t4d -o out.t4d"}) {
+      EXPECT_EQ(hint(command), "") << command << ", " << lost.size() << " bytes";
+    }
+  }
+
+  std::string zeros = whole;
+  zeros.replace(0, 512, 512, '\0');
+  write("zeros.t4d", zeros);
+  EXPECT_EQ(hint("info zeros.t4d"), "t4d recover zeros.t4d -o zeros-recovered.t4d");
+  EXPECT_EQ(run("recover zeros.t4d -o zeros-recovered.t4d").exitCode, 3);
+  EXPECT_EQ(hint("info zeros.t4d"), "t4d recover zeros.t4d -o zeros-recovered-2.t4d");
+
+  write("-x.t4d", zeros);
+  EXPECT_EQ(hint("info -- -x.t4d"), "t4d recover ./-x.t4d -o ./-x-recovered.t4d");
+  EXPECT_EQ(run("recover ./-x.t4d -o ./-x-recovered.t4d").exitCode, 3);
+  fs::create_directory(folder_ / "a b");
+  write("a b/x.t4d", zeros);
+  EXPECT_EQ(hint("info 'a b/x.t4d'"), "t4d recover 'a b/x.t4d' -o 'a b/x-recovered.t4d'");
+}
+
+TEST_F(Program, InfoTellsOfARecoveredFile) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  std::string bytes = contents(folder_ / "cube.t4d");
+  EXPECT_EQ(run("info cube.t4d").out.find("recovered"), std::string::npos);
+  bytes[bytes.find("SLAB", bytes.size() / 2) + 40] ^= 1;
+  write("broken.t4d", bytes);
+  EXPECT_EQ(run("recover broken.t4d -o saved.t4d").exitCode, 3);
+  const Finished info = run("info saved.t4d");
+  EXPECT_NE(info.out.find("recovered from broken.t4d: 65 of 66 slabs; nothing between time "),
+            std::string::npos)
+      << info.out;
+}
+
+TEST_F(Program, WrongUsageIsExit2) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const char* arguments :
+       {"", "swep", "sweep", "sweep fx/cube.obj -o out.t4d", "slice cube.t4d",
+        "slice cube.t4d --time 1 --x 2", "slice cube.t4d --time abc",
+        "slice cube.t4d --hyperplane 1,2,3", "flipbook cube.t4d -o a.glb",
+        "flipbook cube.t4d --frames 0 -o a.glb", "flipbook cube.t4d --times 1:2 -o a.glb",
+        "sweep fx/cube.obj -m fx/rest.json -o out.t4d --steps 2 --rv-min 0.9",
+        "sweep fx/cube.obj -m fx/rest.json -o out.t4d --prism 5", "info"}) {
+    EXPECT_EQ(run(arguments).exitCode, 2) << arguments;
+  }
+}
+
+TEST_F(Program, NamesWhatItDoesNotUnderstand) {
+  EXPECT_NE(run("swep fx/cube.obj").err.find("not understood: swep"), std::string::npos);
+  EXPECT_NE(run("slice cube.t4d --tiem 1").err.find("not understood: --tiem"), std::string::npos);
+}
+
+TEST_F(Program, HelpHasAnExampleForEachVerb) {
+  for (const std::string verb :
+       {"sweep", "weave", "voxelize", "rasterize", "slice", "flipbook", "info", "validate",
+        "recover", "compare", "conform", "conform backends", "conform reader", "conform copy",
+        "conform list", "version"}) {
+    const Finished help = run(verb + " --help");
+    EXPECT_EQ(help.exitCode, 0);
+    EXPECT_THAT(help.out, testing::ContainsRegex("Examples?:\n  t4d " + verb));
+  }
+}
+
+TEST_F(Program, MessagesThatCannotBePrintedChangeNothing) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const std::string lost : {" > out.txt 2>&-", " > out.txt 2> /dev/full"}) {
+    EXPECT_EQ(shell("$t4d info nosuch" + lost), 4) << lost;
+    EXPECT_EQ(shell("$t4d swep" + lost), 2) << lost;
+    EXPECT_EQ(shell("$t4d sweep fx/cube.obj -o a.t4d -m fx/rest.json --voxel-size 1" + lost), 2);
+    EXPECT_EQ(shell("$t4d slice cube.t4d --time 1 --attributes -o a.stl" + lost), 3) << lost;
+    EXPECT_EQ(shell("$t4d conform list --only nothing" + lost), 2) << lost;
+  }
+  // No message gets into a file that is written.
+  ASSERT_EQ(run("slice cube.t4d --time 1 --attributes -o a.stl").exitCode, 3);
+  const std::string whole = contents(folder_ / "a.stl");
+  EXPECT_EQ(shell("$t4d slice cube.t4d --time 1 --attributes -o b.stl >&- 2>&- <&-"), 1);
+  EXPECT_EQ(contents(folder_ / "b.stl"), whole);
+}
+
+TEST_F(Program, ResultsThatCannotBePrintedAreExit1) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const std::string arguments :
+       {"info cube.t4d", "info cube.t4d --json", "validate cube.t4d", "slice cube.t4d --time 1",
+        "slice cube.t4d --time 1 --json", "compare cube.t4d cube.t4d --slices 1",
+        "flipbook cube.t4d --frames 2 -o a.glb", "recover cube.t4d -o b.t4d --json",
+        "sweep fx/cube.obj -m fx/rest.json -o c.t4d --json", "version", "version --json", "--help",
+        "--version", "sweep --help", "conform backends --list", "conform list"}) {
+    for (const std::string lost : {" > /dev/full", " >&-"}) {
+      EXPECT_EQ(shell("$t4d " + arguments + lost + " 2> err.txt"), 1) << arguments << lost;
+      EXPECT_THAT(contents(folder_ / "err.txt"),
+                  testing::HasSubstr("t4d: cannot write to standard output"))
+          << arguments << lost;
+    }
+  }
+  // Who reads no more of it has enough.
+  EXPECT_EQ(shell("$t4d conform list 2> err.txt | head -1 > out.txt"), 0);
+  EXPECT_EQ(contents(folder_ / "err.txt"), "");
+}
+
+TEST_F(Program, SaysThatASliceIsEmpty) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o cube.t4d").exitCode, 0);
+  const Finished empty = run("slice cube.t4d --x 1000");
+  EXPECT_EQ(empty.exitCode, 0);
+  EXPECT_NE(empty.err.find("note: the slice is empty"), std::string::npos) << empty.err;
+  EXPECT_EQ(run("slice cube.t4d --x 0.1").err, "");
+}
+
+TEST_F(Program, RefusesBadMeshes) {
+  const auto sweep = [](const std::string& mesh) {
+    return "sweep " + mesh + " -m fx/paper-screw.json -o out.t4d";
+  };
+  const std::string cube = contents(folder_ / "fx" / "cube.obj");
+  const auto lastFace = cube.rfind("\nf ");
+  write("open.obj", cube.substr(0, lastFace + 1));
+  refuses(sweep("open.obj"), "open.obj: the mesh is open: 3 boundary edges");
+  std::string turned = cube;
+  const auto face = turned.substr(lastFace + 3);
+  write(
+      "turned.obj", cube.substr(0, lastFace + 1) + "f " + [&] {
+        std::istringstream in(face);
+        std::string a, b, c;
+        in >> a >> b >> c;
+        return b + " " + a + " " + c + "\n";
+      }());
+  refuses(sweep("turned.obj"), "not consistently oriented");
+  write("edge.obj", cube + "v 9 9 9\nf 1 2 9\nf 2 1 9\n");
+  refuses(sweep("edge.obj"), "more than two triangles");
+  write("nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
+  refuses(sweep("nan.obj"), "nan.obj:3");
+  write("inf.obj", "v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3\n");
+  refuses(sweep("inf.obj"), "inf.obj:2");
+  write("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n");
+  refuses(sweep("index.obj"), "index.obj:4");
+  write("empty.obj", "# nothing\n");
+  refuses(sweep("empty.obj"), "no triangles");
+  refuses(sweep("missing.obj"), "missing.obj");
+  refuses(sweep("fx"), "fx");
+}
+
+TEST_F(Program, NoticesAnInsideOutMesh) {
+  std::string text;
+  std::istringstream in(contents(folder_ / "fx" / "cube.obj"));
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("f ", 0) == 0) {
+      std::istringstream words(line.substr(2));
+      std::string a, b, c;
+      words >> a >> b >> c;
+      line = "f " + b + " " + a + " " + c;
+    }
+    text += line + "\n";
+  }
+  write("inside-out.obj", text);
+  const Finished done = run("sweep inside-out.obj -m fx/paper-screw.json -o turned.t4d");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_NE(done.err.find("turned round"), std::string::npos);
+  EXPECT_GT(run("validate turned.t4d --json").value()["hypervolume"], 0);
+}
+
+TEST_F(Program, RefusesBadMotionsAndRules) {
+  const auto motion = [&](const std::string& text, const std::string& expected) {
+    write("m.json", text);
+    refuses("sweep fx/cube.obj -m m.json -o out.t4d", expected);
+  };
+  motion(R"({"segments": [{"duration": 0}]})", "backward through time");
+  motion(R"({"segments": [{"duration": -1}]})", "m.json: segment 0");
+  motion(R"({"segments": [{"duration": 1, "angle_degrees": 5, "axis_direction": [0, 0, 0]}]})",
+         "length 0");
+  motion(R"({"segments": [{"duration": 1, "axis": [0, 0, 1]}]})", "unknown key 'axis'");
+  motion("{", "not JSON");
+  const std::string base = "sweep fx/cube.obj -m fx/paper-screw.json -o out.t4d ";
+  misused(base + "--rv-min 1", "--rv-min: '1' is not a number from 0 to less than 1");
+  misused(base + "--rv-min -0.5", "--rv-min: '-0.5'");
+  misused(base + "--rv-min nan", "--rv-min: 'nan'");
+  misused(base + "--steps 0", "--steps: '0' is not a whole number from 1 to 100000000");
+  misused(base + "--steps -1", "--steps: '-1'");
+  misused(base + "--steps ''", "--steps: ''");
+  misused(base + "--max-deviation 0", "--max-deviation: '0' is not a number above 0");
+  misused(base + "--threads 0", "--threads: '0' is not a whole number from 1 to 1024");
+  refuses("sweep fx/cube.obj -m missing.json -o out.t4d", "missing.json");
+}
+
+TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  refuses("slice cube.t4d --time 65 -o out.glb",
+          "cube.t4d: time 65 is outside the mesh, which lasts from 0 to 64");
+  refuses("slice cube.t4d --time -1 -o out.glb", "lasts from 0 to 64");
+  misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
+  misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
+  misused("slice cube.t4d --time 1 -o out.xyz", ".glb, .gltf, .stl, .obj, .ply");
+  misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
+  misused("flipbook cube.t4d --frames 2.5 -o out.glb",
+          "--frames: '2.5' is not a whole number from 1 to 100000");
+  misused("flipbook cube.t4d --frames 2 --fps 0 -o out.glb", "--fps: '0' is not a number above 0");
+  refuses("slice cube.t4d --time 1 --body lid -o out.glb", "has no body 'lid'; it has paper-cube");
+  refuses("flipbook cube.t4d --times 60:70:3 -o out.glb", "time 65 is outside");
+  refuses("slice missing.t4d --time 1 -o out.glb", "missing.t4d: cannot open: No such file");
+  refuses("info fx/cube.obj", "is not a .t4d file");
+  refuses("info fx", "fx: is a folder");
+}
+
+TEST_F(Program, FullDiskAndUnwritablePathsAreErrors) {
+  cannot("sweep fx/bolt.obj -m fx/screw-in.json -o /dev/full", "No space left on device");
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const char* verb : {"slice cube.t4d --time 1", "flipbook cube.t4d --frames 3"}) {
+    cannot(std::string(verb) + " -o nowhere/out.glb", "nowhere/out.glb");
+  }
+  fs::create_symlink("/dev/full", folder_ / "full.stl");
+  cannot("slice cube.t4d --time 1 -o full.stl", "No space left on device");
+  cannot("sweep fx/cube.obj -m fx/rest.json -o nowhere/out.t4d", "No such file or directory");
+  cannot("sweep fx/cube.obj -m fx/rest.json -o fx", "is a folder");
+  cannot("compare cube.t4d cube.t4d --slices 1 --html nowhere/page", "nowhere/page");
+  misused("sweep fx/cube.obj -m fx/rest.json -o ''", "--output: the name is empty");
+  misused("slice cube.t4d --time 1 -o ''", "--output: the name is empty");
+}
+
+TEST_F(Program, NoInputIsWrittenOver) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 -o two").exitCode,
+            0);
+  fs::create_symlink(folder_ / "cube.t4d", folder_ / "link.glb");
+  fs::create_hard_link(folder_ / "fx" / "cube.obj", folder_ / "hard.t4d");
+  const auto keeps = [&](const std::string& arguments, const std::string& file) {
+    const std::string before = contents(folder_ / file);
+    misused(arguments, "name another file");
+    EXPECT_EQ(contents(folder_ / file), before);
+  };
+  for (const char* output : {"fx/cube.obj", "./fx/../fx/cube.obj", "hard.t4d"}) {
+    keeps(std::string("sweep fx/cube.obj -m fx/rest.json -o ") + output, "fx/cube.obj");
+  }
+  keeps("sweep fx/cube.obj -m fx/rest.json -o fx/rest.json", "fx/rest.json");
+  keeps("slice cube.t4d --time 1 -o link.glb", "cube.t4d");
+  keeps("flipbook cube.t4d --frames 2 -o link.glb", "cube.t4d");
+  keeps("compare cube.t4d cube.t4d --html cube.t4d", "cube.t4d");
+  keeps("weave two -o two/frame_0001.vdb", "two/frame_0001.vdb");
+  keeps("weave two/frame_0000.vdb two/frame_0001.vdb -o two/frame_0000.vdb", "two/frame_0000.vdb");
+}
+
+TEST_F(Program, OneThingIsNoMore) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json --steps 1 -o one.t4d").exitCode, 0);
+  EXPECT_THAT(run("slice one.t4d --time 0").out, testing::HasSubstr(", 1 slab\n"));
+  EXPECT_THAT(run("info one.t4d").out, testing::HasSubstr(" in 3 slabs\n"));
+  EXPECT_THAT(run("flipbook one.t4d --frames 1 -o a.glb").out, testing::HasSubstr(": 1 frame of"));
+}
+
+TEST_F(Program, AStepThatTurnsFarHasANote) {
+  const std::string base = "sweep fx/cube.obj -m fx/paper-screw.json -o a.t4d --steps ";
+  EXPECT_THAT(run(base + "1").err, testing::HasSubstr("t4d: note: a step of segment 0 turns by "));
+  EXPECT_EQ(run(base + "8").err, "");
+}
+
+TEST_F(Program, EveryTruncationAndEveryAlteredByteIsFound) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o whole.t4d").exitCode, 0);
+  const std::string whole = contents(folder_ / "whole.t4d");
+  // All of them are tried in the library's tests; here a sample goes through the program.
+  for (std::size_t i = 0; i < whole.size(); i += 1 + whole.size() / 60) {
+    write("bad.t4d", whole.substr(0, i));
+    EXPECT_EQ(run("info bad.t4d").exitCode, 4) << "cut at " << i;
+    EXPECT_EQ(run("slice bad.t4d --time 0").exitCode, 4) << "cut at " << i;
+    const Finished validated = run("validate bad.t4d --json");
+    EXPECT_EQ(validated.exitCode, 4) << "cut at " << i;
+    EXPECT_EQ(validated.value()["valid"], false);
+    std::string altered = whole;
+    altered[i] = static_cast<char>(altered[i] ^ 0x10);
+    write("bad.t4d", altered);
+    const Finished judged = run("validate bad.t4d --json");
+    EXPECT_EQ(judged.exitCode, 4) << "altered at " << i;
+    EXPECT_TRUE(judged.value()["issues"]["messages"][0]["offset"].is_number()) << judged.out;
+  }
+}
+
+TEST_F(Program, LossIsListedAndExit3) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const Finished lost = run("slice cube.t4d --time 1 --attributes -o a.stl");
+  EXPECT_EQ(lost.exitCode, 3);
+  EXPECT_NE(lost.err.find("triangle"), std::string::npos);
+  EXPECT_NE(lost.err.find("kind"), std::string::npos);
+  EXPECT_EQ(run("slice cube.t4d --time 1 --attributes -o a.ply").exitCode, 0);
+}
+
+/// One process' peak, as the program reports it.
+TEST_F(Program, MemoryDoesNotGrowWithTheMotion) {
+  write("one.json", R"({"segments": [{"duration": 1, "axis_direction": [1, 0, 0],
+                       "angle_degrees": 360, "translation": [20, 0, 0]}]})");
+  write("ten.json", R"({"segments": [{"duration": 1, "axis_direction": [1, 0, 0],
+                       "angle_degrees": 360, "translation": [20, 0, 0], "repeat": 10}]})");
+  const auto peak = [&](const std::string& motion) {
+    return run("sweep fx/bolt.obj -m " + motion + " -o m.t4d --json").value()["peak_bytes"];
+  };
+  EXPECT_LT(peak("ten.json").get<double>(), 1.1 * peak("one.json").get<double>());
+}
+
+TEST_F(Program, ComparesBothBackendsOnOneSolid) {
+  const std::string both =
+      "compare fx/paper-cube.obj -m fx/paper-translation.json --voxel-size 2.5 --frames 9 ";
+  const Finished done = run(both + "--slices 3 --keep kept --html page.html --json");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  const json value = done.value();
+  EXPECT_EQ(value["a"]["backend"], "mesh4d");
+  EXPECT_EQ(value["b"]["backend"], "voxel4d");
+  EXPECT_EQ(value["a"]["vertices"], 4750);
+  EXPECT_EQ(value["a"]["tetrahedra"], 21552);
+  for (const char* mesh : {"a", "b"}) {
+    for (const char* key : {"bytes", "seconds", "peak_bytes", "hypervolume"}) {
+      EXPECT_GT(value[mesh][key].get<double>(), 0) << mesh << " " << key;
+    }
+    EXPECT_NEAR(value[mesh]["hypervolume_expected"].get<double>(), 512000, 1e-6);
+  }
+  EXPECT_NEAR(value["a"]["hypervolume_error"].get<double>(), 0, 1e-12);
+  EXPECT_LT(value["b"]["hypervolume_error"].get<double>(), 0);
+  ASSERT_EQ(value["slices"].size(), 3U);
+  for (const json& slice : value["slices"]) {
+    // At these times the cube's faces lie in the lattice: only edges and corners are cut off.
+    const double lost = slice["volume_a"].get<double>() - slice["volume_b"].get<double>();
+    EXPECT_NEAR(slice["volume_a"].get<double>(), 8000, 1e-9);
+    EXPECT_GT(lost, 0);
+    EXPECT_NEAR(slice["symmetric_difference"].get<double>(), lost, 1e-3 * lost);
+    EXPECT_GT(slice["area_a"], slice["area_b"]);
+    EXPECT_LT(slice["hausdorff"].get<double>(), 2.5 * std::sqrt(3));
+  }
+  EXPECT_EQ(value["slices"][2]["time"], 64);
+
+  const std::string page = contents(folder_ / "page.html");
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_NE(page.find("data:image/png;base64,iVBOR"), std::string::npos);
+  for (const char* outside : {"http:", "https:", "<script", "<link"}) {
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  }
+
+  // The same two meshes as files: the same slices, and nothing on how they were made.
+  const json files = run("compare kept/paper-cube-mesh4d.t4d kept/paper-cube-voxel4d.t4d "
+                         "--times 0:64:3 --json")
+                         .value();
+  EXPECT_EQ(files["slices"], value["slices"]);
+  EXPECT_EQ(files["b"]["tetrahedra"], value["b"]["tetrahedra"]);
+  EXPECT_TRUE(files["a"]["seconds"].is_null() && files["b"]["peak_bytes"].is_null());
+}
+
+TEST_F(Program, ComparingWithItselfFindsNothing) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const json value = run("compare cube.t4d cube.t4d --json").value();
+  ASSERT_EQ(value["slices"].size(), 9U);
+  for (const json& slice : value["slices"]) {
+    EXPECT_EQ(slice["symmetric_difference"], 0);
+    EXPECT_EQ(slice["hausdorff"], 0);
+  }
+  EXPECT_NE(run("compare cube.t4d cube.t4d").out.find("4,750"), std::string::npos);
+}
+
+TEST_F(Program, CompareSaysWhatIsWrong) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  EXPECT_EQ(run("compare cube.t4d").exitCode, 2);
+  EXPECT_EQ(run("compare cube.t4d cube.t4d --frames 3").exitCode, 2);
+  EXPECT_EQ(run("compare cube.t4d cube.t4d --times 0:1:0").exitCode, 2);
+  refuses("compare cube.t4d cube.t4d --times 60:70:2", "last from 0 to 64");
+  refuses("compare cube.t4d fx/cube.obj", "fx/cube.obj");
+  const std::string rest = " --voxel-size 1 --frames 9 --html out.glb";
+  refuses("compare fx/cube.obj -m nothing.json" + rest, "nothing.json");
+  refuses("compare fx/nothing.obj -m fx/rest.json" + rest, "nothing.obj");
+  misused("compare fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1",
+          "--frames: '1' is not a whole number from 2 to 1000000");
+}
+
+/// Section 5.1, the voxel method.
+TEST_F(Program, PaperVoxelCubeByWayOfFiles) {
+  ASSERT_EQ(run("voxelize fx/paper-cube.obj -m fx/paper-voxel.json --voxel-size 1 --frames 64 "
+                "--mask -o frames")
+                .exitCode,
+            0);
+  const json woven = run("weave frames -o woven.t4d --json").value();
+  EXPECT_EQ(woven["vertices"], 197828);
+  EXPECT_EQ(woven["tetrahedra"], 1185280);
+  EXPECT_EQ(woven["frames"], 64);
+  EXPECT_TRUE(woven.contains("seconds") && woven.contains("peak_bytes"));
+  const json valid = run("validate woven.t4d --json").value();
+  EXPECT_EQ(valid["valid"], true);
+  EXPECT_EQ(valid["closed"], true);
+  EXPECT_EQ(run("info woven.t4d --json").value()["backend"], "voxel4d");
+  const json direct = run("sweep fx/paper-cube.obj -m fx/paper-voxel.json --backend voxel4d "
+                          "--voxel-size 1 --frames 64 --mask -o direct.t4d --json")
+                          .value();
+  EXPECT_EQ(direct["vertices"], 197828);
+  EXPECT_EQ(direct["tetrahedra"], 1185280);
+}
+
+TEST_F(Program, GridsToMeshToGridsKeepsTheVolume) {
+  const std::string motion = " -m fx/skew-axis.json --voxel-size 0.5 --frames 9 ";
+  ASSERT_EQ(run("sweep fx/torus.obj --backend voxel4d" + motion + "-o a.t4d").exitCode, 0);
+  ASSERT_EQ(run("rasterize a.t4d --voxel-size 0.5 --frames 9 -o frames").exitCode, 0);
+  ASSERT_EQ(run("weave frames -o b.t4d").exitCode, 0);
+  const double end = run("info a.t4d --json").value()["time_end"];
+  for (const double time : {0.0, 0.3 * end, end}) {
+    const std::string at = " --json --time " + std::to_string(time);
+    const double a = run("slice a.t4d" + at).value()["volume"];
+    const double b = run("slice b.t4d" + at).value()["volume"];
+    EXPECT_NEAR(a, b, 0.05 * a);
+  }
+}
+
+TEST_F(Program, AFolderOfFramesHasItsNameHoweverItIsWritten) {
+  ASSERT_EQ(
+      run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 -o frames/").exitCode, 0);
+  for (const char* folder : {"frames", "frames/", "./frames/.", "fx/../frames"}) {
+    ASSERT_EQ(run(std::string("weave ") + folder + " -o woven.t4d").exitCode, 0) << folder;
+    const json info = run("info woven.t4d --json").value();
+    EXPECT_EQ(info["bodies"][0]["name"], "frames") << folder;
+    EXPECT_EQ(info["details"]["source"]["frames"], "frames") << folder;
+  }
+}
+
+TEST_F(Program, BadFramesAreRefused) {
+  ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 2 -o two").exitCode,
+            0);
+  fs::create_directories(folder_ / "none");
+  fs::create_directories(folder_ / "one");
+  fs::copy_file(folder_ / "two" / "frame_0000.vdb", folder_ / "one" / "frame_0000.vdb");
+  const std::string whole = contents(folder_ / "two" / "frame_0001.vdb");
+  write("cut.vdb", whole.substr(0, whole.size() / 2));
+  const std::string first = "weave two/frame_0000.vdb ";
+  refuses("weave none -o out.t4d", "none");
+  refuses("weave one -o out.t4d", "one frame only");
+  refuses("weave fx/cube.obj fx/torus.obj -o out.t4d", "is not a VDB file");
+  refuses(first + "cut.vdb -o out.t4d", "cut.vdb");
+  refuses(first + "two/frame_0000.vdb -o out.t4d", "times do not increase");
+  refuses("weave two --iso 1000 -o out.t4d", "1000");
+  const std::string voxels = "sweep fx/cube.obj -m fx/rest.json --backend voxel4d -o out.t4d ";
+  misused(voxels + "--voxel-size 0 --frames 3", "--voxel-size: '0' is not a number above 0");
+  misused(voxels + "--voxel-size 1 --frames 1", "--frames: '1'");
+  misused(voxels + "--voxel-size 1 --frame-time inf", "--frame-time: 'inf'");
+  misused("voxelize fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1 -o out", "--frames: '1'");
+}
+
+TEST_F(Program, MemoryDoesNotGrowWithTheFrames) {
+  const auto peak = [&](const std::string& frames) {
+    return run("sweep fx/icosphere.obj -m fx/paper-screw.json --backend voxel4d --voxel-size 0.5 "
+               "--threads 1 -o m.t4d --json --frames " +
+               frames)
+        .value()["peak_bytes"]
+        .get<double>();
+  };
+  EXPECT_LT(peak("200"), 1.15 * peak("20"));
+}
+
+TEST_F(Program, RealMeshesAreJudged) {
+  const fs::path meshes = T4D_SHARED_MESHES;
+  if (!fs::exists(meshes)) GTEST_SKIP() << "no folder " << meshes << " with real meshes";
+  const auto sweep = [&](const std::string& mesh) {
+    return "sweep " + (meshes / mesh).string() + " -m fx/paper-screw.json --rv-min 0.9976 ";
+  };
+  refuses(sweep("cube_no_bottom.obj") + "-o out.t4d", "open: 8 boundary edges");
+  refuses(
+      sweep("wingnut.obj") + "-o out.t4d",
+      "3 pairs of triangles do (counted from 0: 3106 with 4372, 3490 with 4372, 4306 with 4372)");
+  EXPECT_EQ(run(sweep("wingnut.obj") + "--caps cone -o nut.t4d").exitCode, 0);
+  const json nut = run("validate nut.t4d --json").value();
+  EXPECT_EQ(nut["valid"], true);
+  const double expected = 22.0966389286 * 100 * (2 + std::cos(2 * M_PI / 65)) / 3;
+  EXPECT_NEAR(nut["hypervolume"].get<double>(), expected, 1e-9 * expected);
+
+  const json fish = run(sweep("fish.obj") + "-o fish.t4d --json").value();
+  EXPECT_EQ(fish["steps"], 65);
+  EXPECT_EQ(fish["tetrahedra"], 14 * 21568 * 65 + fish["cap_tetrahedra"][0].get<int>() +
+                                    fish["cap_tetrahedra"][1].get<int>());
+  const double raw = 32 * fish["vertices"].get<double>() + 16 * fish["tetrahedra"].get<double>();
+  EXPECT_LT(static_cast<double>(fs::file_size(folder_ / "fish.t4d")), raw / 20);
+}
+
+}  // namespace
+}  // namespace t4d::tools

@@ -1,0 +1,31 @@
+#include "tools/program/signals.h"
+
+#include <csignal>
+
+#include "t4d/system/cleanup.h"
+
+namespace t4d::tools {
+namespace {
+
+extern "C" void cleanUpAndDie(int signal) {
+  system::cleanUp();
+  // What the signal did before: whoever waits for us sees that it was this signal.
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+}  // namespace
+
+void cleanUpOnSignals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) {
+    struct sigaction action {};
+    if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
+    action = {};
+    action.sa_handler = cleanUpAndDie;
+    sigfillset(&action.sa_mask);
+    sigaction(signal, &action, nullptr);
+  }
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+}  // namespace t4d::tools

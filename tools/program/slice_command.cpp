@@ -1,0 +1,196 @@
+#include <algorithm>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/convert/slice.h"
+#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/triangle_mesh_writer.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/numbers.h"
+#include "tools/program/option_checks.h"
+
+namespace t4d::tools {
+namespace {
+
+struct Options {
+  std::string input;
+  std::string output;
+  std::optional<double> time;
+  std::optional<double> x;
+  std::optional<double> y;
+  std::optional<double> z;
+  std::string hyperplane;
+  std::string body;
+  bool attributes = false;
+  bool json = false;
+};
+
+/// The one hyperplane that the options name. CLI11 has seen to it that there is one.
+convert::Hyperplane hyperplaneOf(const Options& options) {
+  if (options.time) return convert::Hyperplane::atTime(*options.time);
+  if (options.x) return convert::Hyperplane::across(0, *options.x);
+  if (options.y) return convert::Hyperplane::across(1, *options.y);
+  if (options.z) return convert::Hyperplane::across(2, *options.z);
+  const auto n = *numbersBetween(options.hyperplane, ',');
+  return {{n[0], n[1], n[2], n[3]}, n[4]};
+}
+
+/// The bodies that can be met: at a time, those that exist then.
+Result<std::vector<model::Body>> bodiesAt(const std::vector<model::Body>& bodies,
+                                          const convert::Hyperplane& hyperplane) {
+  if (!hyperplane.normal.head<3>().isZero(0) || bodies.size() == 1) return bodies;
+  const double time = hyperplane.offset / hyperplane.normal[3];
+  std::vector<model::Body> there;
+  for (const model::Body& body : bodies) {
+    const model::TimeSpan span = model::timeSpanOf(*body.source);
+    if (time >= span.begin && time <= span.end) there.push_back(body);
+  }
+  if (!there.empty()) return there;
+  const model::TimeSpan span = model::timeSpanOf(bodies);
+  return invalid(fmt::format("no body exists at time {}; the bodies last from {} to {}", time,
+                             span.begin, span.end));
+}
+
+struct Sections {
+  std::vector<formats::NamedMesh> meshes;
+  std::vector<std::string> losses;
+  std::uint64_t slabsRead = 0;
+};
+
+Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperplane) {
+  auto bodies = bodiesAt(input.bodies, hyperplane);
+  if (!bodies) return pass(bodies.error());
+  Sections sections;
+  ProgressBar bar("slicing");
+  for (const model::Body& body : *bodies) {
+    auto slice = convert::slice(*body.source, hyperplane, bar.callback());
+    if (!slice) return pass(slice.error());
+    sections.slabsRead += slice->slabsRead;
+    sections.losses.insert(sections.losses.end(), slice->losses.begin(), slice->losses.end());
+    sections.meshes.push_back({body.name, std::move(slice->mesh)});
+  }
+  return sections;
+}
+
+Result<std::vector<std::string>> write(const Options& options, const Sections& sections,
+                                       const formats::Metadata& metadata) {
+  const formats::MeshWriteOptions how{.attributes = options.attributes};
+  if (!formats::canWriteGltf(options.output)) {
+    return formats::writeTriangleMeshes(options.output, sections.meshes, how);
+  }
+  std::vector<std::string> notices;
+  formats::GltfPlacement placement = placementOf(metadata, notices);
+  // Only a slice at a time lies in space; others have the time for an axis.
+  if (!options.time) placement = {};
+  printNotices(notices);
+  return formats::writeGltf(options.output, sections.meshes, placement, how);
+}
+
+int run(const Options& options) {
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return wrongUsage(*misuse);
+  }
+  auto input = openBodies(options.input, options.body);
+  if (!input) return report(input.error());
+  auto sections = cut(*input, hyperplaneOf(options));
+  if (!sections) {
+    Error error = sections.error();
+    if (error.where.empty()) error.where = options.input;
+    return report(error);
+  }
+  std::vector<std::string> losses;
+  if (options.attributes) losses = sections->losses;
+  if (!options.output.empty()) {
+    auto written = write(options, *sections, input->reader.metadata());
+    if (!written) return report(written.error());
+    losses.insert(losses.end(), written->begin(), written->end());
+  }
+
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  double volume = 0;
+  double area = 0;
+  bool closed = true;
+  for (const formats::NamedMesh& section : sections->meshes) {
+    vertices += section.mesh.vertices.size();
+    triangles += section.mesh.triangles.size();
+    volume += signedVolume(section.mesh);
+    area += surfaceArea(section.mesh);
+    closed = closed && isClosed(section.mesh);
+  }
+  if (options.json) {
+    printJson({{"vertices", vertices},
+               {"triangles", triangles},
+               {"closed", closed},
+               {"volume", volume},
+               {"area", area},
+               {"slabs_read", sections->slabsRead},
+               {"bytes_read", input->reader.bytesRead()}});
+  } else {
+    fmt::print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
+               options.output.empty() ? "" : options.output + ": ",
+               counted(vertices, "vertex", "vertices"), counted(triangles, "triangle"),
+               closed ? "closed" : "NOT CLOSED", volume, area);
+    fmt::print("  read {} of {}, {}\n", sizeText(input->reader.bytesRead()),
+               sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"));
+  }
+  if (triangles == 0) printNotices({"the slice is empty: nothing of the solid is there"});
+  return reportLosses(losses);
+}
+
+}  // namespace
+
+void addSlice(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand("slice", "Cut a 4D mesh by a hyperplane into a triangle mesh");
+  auto options = std::make_shared<Options>();
+  command->add_option("FILE", options->input, "The .t4d file")->required();
+  auto* cuts = command->add_option_group("hyperplane", "Which; one of");
+  cuts->add_option("-t,--time", options->time, "The solid at a time, in (x, y, z)")
+      ->check(finiteNumber());
+  cuts->add_option("--x", options->x, "What passes through the plane x = V, in (y, z, t)")
+      ->check(finiteNumber());
+  cuts->add_option("--y", options->y, "The same for y = V, in (x, z, t)")->check(finiteNumber());
+  cuts->add_option("--z", options->z, "The same for z = V, in (x, y, t)")->check(finiteNumber());
+  cuts->add_option("--hyperplane", options->hyperplane,
+                   "a,b,c,d,offset: a x + b y + c z + d t = offset, in an orthonormal basis of it "
+                   "(docs/slice.md)")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            const auto numbers = numbersBetween(text, ',');
+            if (!numbers || numbers->size() != 5) {
+              return "'" + text + "' is not five numbers a,b,c,d,offset";
+            }
+            const bool zero = std::all_of(numbers->begin(), numbers->begin() + 4,
+                                          [](double component) { return component == 0; });
+            return zero ? "'" + text + "' has the normal 0,0,0,0" : std::string();
+          },
+          "A,B,C,D,OFFSET"));
+  cuts->require_option(1);
+  command
+      ->add_option("-o,--output", options->output,
+                   "The file to write: .glb, .gltf, .stl, .ply or .obj (default: none, only "
+                   "measure)")
+      ->check(someName())
+      ->check(CLI::Validator(
+          [](std::string& path) {
+            return formats::canWriteGltf(path) || formats::canWriteTriangleMesh(path)
+                       ? std::string()
+                       : fmt::format(
+                             "the extension of '{}' says no format that can be written; "
+                             "these can: .glb, .gltf, {}",
+                             path, formats::writableTriangleMeshExtensions());
+          },
+          ""));
+  addBodyOption(*command, options->body);
+  command->add_flag("--attributes", options->attributes,
+                    "Write attributes too; what the format has no room for is listed (exit 3)");
+  command->add_flag("--json", options->json, "Print what was cut as JSON");
+  command->footer("Example:\n  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,261 @@
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <optional>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/voxel4d/voxelize.h"
+#include "t4d/voxel4d/weave.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/t4d_output.h"
+#include "tools/program/thread_limit.h"
+#include "tools/program/voxel_series.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Options {
+  std::string model;
+  std::string motion;
+  std::string backend = "mesh4d";
+  std::optional<double> rvMin;
+  std::optional<std::uint64_t> steps;
+  std::optional<double> maxDeviation;
+  std::string caps;  // "" for the backend's own
+  std::optional<int> prism;
+  std::optional<double> voxelSize;
+  voxel4d::FrameTimes times;
+  bool mask = false;
+  std::optional<int> threads;
+  T4dOutput output;
+  bool json = false;
+
+  bool voxels() const { return backend == "voxel4d"; }
+};
+
+/// What either backend has made.
+struct Made {
+  std::uint64_t vertices = 0;
+  std::uint64_t tetrahedra = 0;
+  std::uint64_t steps = 0;
+  std::array<std::uint64_t, 2> capTetrahedra = {0, 0};
+  std::vector<std::string> notices;
+};
+
+/// Options that do not go together; a reason for exit code 2.
+std::optional<std::string> misuseOf(const Options& options) {
+  if (options.voxels()) {
+    if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
+    if (!options.times.count && !options.times.step) {
+      return "--backend voxel4d needs --frames or --frame-time";
+    }
+    return std::nullopt;
+  }
+  if (options.voxelSize || options.times.count || options.times.step || options.mask) {
+    return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
+  }
+  if (options.caps == "flat" || options.caps == "half-step") {
+    return "--caps " + options.caps + " is for --backend voxel4d; mesh4d has tetgen and cone";
+  }
+  return std::nullopt;
+}
+
+/// What voxel4d has no use for. The same arguments may go to both backends.
+std::vector<std::string> ignoredBy(const Options& options) {
+  std::vector<std::string> names;
+  if (options.rvMin) names.emplace_back("--rv-min");
+  if (options.steps) names.emplace_back("--steps");
+  if (options.maxDeviation) names.emplace_back("--max-deviation");
+  if (options.prism) names.emplace_back("--prism");
+  if (options.caps == "tetgen" || options.caps == "cone") names.emplace_back("--caps");
+  return names;
+}
+
+mesh4d::StepRule ruleOf(const Options& options) {
+  if (options.steps) return mesh4d::StepsPerSegment{*options.steps};
+  if (options.maxDeviation) return mesh4d::MaxDeviation{*options.maxDeviation};
+  return mesh4d::MinVolumeRatio{options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio)};
+}
+
+/// What the file remembers of how it was made.
+std::string detailsOf(const Options& options) {
+  ordered_json parameters;
+  if (options.voxels()) {
+    parameters["voxel_size"] = *options.voxelSize;
+    if (options.times.count) parameters["frames"] = *options.times.count;
+    if (options.times.step) parameters["frame_time"] = *options.times.step;
+    parameters["mask"] = options.mask;
+    parameters["caps"] = options.caps == "half-step" ? "half-step" : "flat";
+  } else {
+    if (options.steps) {
+      parameters["steps"] = *options.steps;
+    } else if (options.maxDeviation) {
+      parameters["max_deviation"] = *options.maxDeviation;
+    } else {
+      parameters["rv_min"] = options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio);
+    }
+    parameters["caps"] = options.caps == "cone" ? "cone" : "tetgen";
+    parameters["prism"] = options.prism.value_or(14);
+  }
+  parameters["precision"] = options.output.precision;
+  const auto nameOf = [](const std::string& path) {
+    return std::filesystem::path(path).filename().string();
+  };
+  return ordered_json{
+      {"source", {{"mesh", nameOf(options.model)}, {"motion", nameOf(options.motion)}}},
+      {"parameters", parameters}}
+      .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+Result<Made> sweepMesh(const Options& options, const model::TriangleMesh& mesh,
+                       const model::Motion& motion, model::Sink& sink) {
+  ProgressBar bar("sweeping");
+  mesh4d::SweepOptions how;
+  how.steps = ruleOf(options);
+  how.caps = options.caps == "cone" ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen;
+  how.prism = options.prism == 3 ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
+  how.progress = bar.callback();
+  auto report = mesh4d::sweep(mesh, motion, how, sink);
+  if (!report) return pass(report.error());
+  return Made{report->vertices, report->tetrahedra, report->steps, report->capTetrahedra,
+              report->notices};
+}
+
+Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh,
+                         const model::Motion& motion, model::Sink& sink) {
+  const model::TimeSpan span{motion.timeBegin(), motion.timeEnd()};
+  auto times = voxel4d::frameTimes(span, options.times);
+  if (!times) return pass(times.error());
+  Made made;
+  if (const auto ignored = ignoredBy(options); !ignored.empty()) {
+    made.notices.push_back(fmt::format("voxel4d has no use for {}", fmt::join(ignored, ", ")));
+  }
+  const auto frames = voxel4d::voxelFrames(voxel4d::movingSolid(mesh, motion), std::move(*times),
+                                           {*options.voxelSize, options.mask});
+  ProgressBar bar("voxelising and weaving");
+  voxel4d::WeaveOptions how;
+  how.caps = options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
+  how.progress = bar.callback();
+  auto report = voxel4d::weave(*frames, how, sink);
+  if (!report) return pass(report.error());
+  made.vertices = report->vertices;
+  made.tetrahedra = report->tetrahedra;
+  made.steps = report->frames - 1;
+  made.capTetrahedra = report->capTetrahedra;
+  return made;
+}
+
+int run(const Options& options) {
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  if (const auto misuse =
+          misuseOfOutput(options.output.path, std::array{options.model, options.motion})) {
+    return wrongUsage(*misuse);
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const ThreadLimit limit(options.threads);
+  auto loaded = formats::readTriangleMesh(options.model);
+  if (!loaded) return report(loaded.error());
+  printNotices(loaded->notices);
+  auto motion = formats::readMotion(options.motion);
+  if (!motion) return report(motion.error());
+  auto writer = options.output.create(options.backend, options.model, motion->lengthUnit,
+                                      motion->timeUnit, detailsOf(options));
+  if (!writer) return report(writer.error());
+
+  auto made = options.voxels() ? sweepVoxels(options, loaded->mesh, *motion, writer->body(0))
+                               : sweepMesh(options, loaded->mesh, *motion, writer->body(0));
+  if (!made) {
+    Error error = made.error();
+    // What is wrong with a mesh is known without its file.
+    if (error.where.empty()) error.where = options.model;
+    return report(error);
+  }
+  auto bytes = writer->finish();
+  if (!bytes) return report(bytes.error());
+  printNotices(made->notices);
+
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.json) {
+    printJson({{"vertices", made->vertices},
+               {"tetrahedra", made->tetrahedra},
+               {"steps", made->steps},
+               {"cap_tetrahedra", made->capTetrahedra},
+               {"seconds", seconds},
+               {"peak_bytes", peakBytes()},
+               {"bytes", *bytes}});
+  } else {
+    fmt::print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(made->vertices),
+               grouped(made->tetrahedra));
+    fmt::print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
+               grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
+    fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
+               sizeText(peakBytes()));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addSweep(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "sweep", "Sweep a closed triangle mesh along a rigid motion into a 4D mesh");
+  auto options = std::make_shared<Options>();
+  command->add_option("MODEL", options->model, "The solid: .stl, .obj, .ply, .off, .gltf or .glb")
+      ->required();
+  command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)")
+      ->required();
+  command
+      ->add_option("--backend", options->backend,
+                   "mesh4d (the triangles are swept) or voxel4d (by way of a time series of grids)")
+      ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
+      ->capture_default_str();
+  auto* rvMin = command
+                    ->add_option("--rv-min", options->rvMin,
+                                 "Smallest volume of any slice, as a fraction of the solid's, in "
+                                 "[0, 1) (default: 0.998)")
+                    ->check(fractionBelowOne());
+  auto* steps = command->add_option("--steps", options->steps, "Steps for each segment")
+                    ->check(wholeNumber(1, mesh4d::kMaxSteps));
+  auto* deviation = command
+                        ->add_option("--max-deviation", options->maxDeviation,
+                                     "Largest distance of a point from its true path")
+                        ->check(numberAboveZero());
+  rvMin->excludes(steps)->excludes(deviation);
+  steps->excludes(deviation);
+  command
+      ->add_option("--caps", options->caps,
+                   "How the ends are closed. mesh4d: tetgen (default), or cone for meshes that "
+                   "intersect themselves; voxel4d: flat (default), or half-step as published")
+      ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step"}));
+  command
+      ->add_option("--prism", options->prism,
+                   "Cells of a triangle's prism: 14 (symmetric, exact volumes; default) or 3 "
+                   "(smallest)")
+      ->check(CLI::IsMember({14, 3}));
+  command->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, length units")
+      ->check(numberAboveZero());
+  addFrameTimes(*command, options->times, "voxel4d: ");
+  command->add_flag("--mask", options->mask,
+                    "voxel4d: which lattice points are inside, instead of level sets");
+  addThreadsOption(*command, options->threads);
+  options->output.addTo(*command);
+  command->add_flag("--json", options->json, "Print what was made as JSON");
+  command->footer(
+      "Example:\n  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"
+      "  t4d sweep bolt.obj --motion screw-in.json --backend voxel4d --voxel-size 0.2 --frames 60 "
+      "-o bolt-voxels.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,104 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/measure/validate.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/recovery_hint.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+template <class T>
+ordered_json orNull(const std::optional<T>& value) {
+  return value ? ordered_json(*value) : ordered_json();
+}
+
+ordered_json jsonOf(const measure::T4dValidation& validation, bool deep) {
+  ordered_json value;
+  value["valid"] = validation.valid();
+  const auto measure = [&](const char* key, auto member) {
+    value[key] = validation.mesh ? ordered_json((*validation.mesh).*member) : ordered_json();
+  };
+  measure("closed", &measure::MeshReport::closed);
+  measure("oriented", &measure::MeshReport::oriented);
+  measure("hypervolume", &measure::MeshReport::hypervolume);
+  measure("boundary_volume", &measure::MeshReport::boundaryVolume);
+  measure("components", &measure::MeshReport::components);
+  measure("degenerate_cells", &measure::MeshReport::degenerateCells);
+  if (deep) {
+    value["vertex_links_ok"] =
+        validation.mesh ? orNull(validation.mesh->vertexLinksOk) : ordered_json();
+  }
+  ordered_json messages = ordered_json::array();
+  for (const measure::Issue& issue : validation.issues.issues) {
+    messages.push_back({{"code", issue.code},
+                        {"severity", static_cast<int>(issue.severity)},
+                        {"message", issue.message},
+                        {"slab", orNull(issue.slab)},
+                        {"offset", orNull(issue.offset)}});
+  }
+  value["issues"] = {{"errors", validation.issues.errors},
+                     {"warnings", validation.issues.warnings},
+                     {"messages", messages}};
+  return value;
+}
+
+void printText(const std::string& path, const measure::T4dValidation& validation) {
+  fmt::print("{}: {}\n", path, validation.valid() ? "valid" : "INVALID");
+  if (validation.mesh) {
+    const measure::MeshReport& mesh = *validation.mesh;
+    const auto yes = [](bool value) { return value ? "yes" : "NO"; };
+    fmt::print("  closed {}, oriented {}", yes(mesh.closed), yes(mesh.oriented));
+    if (mesh.vertexLinksOk) fmt::print(", vertex links are spheres {}", yes(*mesh.vertexLinksOk));
+    fmt::print("\n  {}, {} in {}, {}\n", counted(mesh.vertices, "vertex", "vertices"),
+               counted(mesh.tetrahedra, "tetrahedron", "tetrahedra"), counted(mesh.slabs, "slab"),
+               counted(mesh.components, "component"));
+    fmt::print("  hypervolume {:.12g}, 3-volume of the boundary {:.12g}, {}\n", mesh.hypervolume,
+               mesh.boundaryVolume, counted(mesh.degenerateCells, "degenerate cell"));
+  }
+  for (const measure::Issue& issue : validation.issues.issues) {
+    static constexpr const char* kNames[] = {"error", "warning", "information", "hint"};
+    std::string where;
+    if (issue.slab) where += fmt::format(" slab {}", *issue.slab);
+    if (issue.offset) where += fmt::format(" at byte {}", *issue.offset);
+    fmt::print("  {}{}: {} [{}]\n", kNames[static_cast<int>(issue.severity)], where, issue.message,
+               issue.code);
+  }
+}
+
+int run(const std::string& path, bool deep, bool json) {
+  Result<measure::T4dValidation> validation;
+  {
+    ProgressBar bar("validating");
+    validation = measure::validateT4dFile(path, {.vertexLinks = deep}, bar.callback());
+  }
+  if (!validation) return report(validation.error());
+  if (json) {
+    printJson(jsonOf(*validation, deep));
+  } else {
+    printText(path, *validation);
+  }
+  // Of a file that can be read to its end nothing is to be recovered.
+  if (!validation->mesh) suggest(recoveryCommand(path));
+  return validation->valid() ? kDone : kInvalid;
+}
+
+}  // namespace
+
+void addValidate(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "validate", "Judge a .t4d file: every byte, and that it is a closed, oriented 4D mesh");
+  auto path = std::make_shared<std::string>();
+  auto deep = std::make_shared<bool>(false);
+  auto json = std::make_shared<bool>(false);
+  command->add_option("FILE", *path, "The .t4d file")->required();
+  command->add_flag("--deep", *deep, "Also that every vertex link is a sphere");
+  command->add_flag("--json", *json, "Print JSON");
+  command->footer("Example:\n  t4d validate bolt.t4d --deep");
+  command->callback([=, &exitCode] { exitCode = run(*path, *deep, *json); });
+}
+
+}  // namespace t4d::tools

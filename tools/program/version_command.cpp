@@ -1,0 +1,32 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/t4d/layout.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/version.h"
+
+namespace t4d::tools {
+
+void addVersion(CLI::App& app, int& exitCode) {
+  auto* command =
+      app.add_subcommand("version", "Say which version this is and what it was built with");
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print JSON");
+  command->footer("Example:\n  t4d version");
+  command->callback([=, &exitCode] {
+    const std::string format = fmt::format("{}.{}", formats::t4d_layout::kMajorVersion,
+                                           formats::t4d_layout::kMinorVersion);
+    const bool tetgen = T4D_WITH_TETGEN != 0;
+    if (*json) {
+      printJson({{"version", kVersion}, {"format_version", format}, {"tetgen", tetgen}});
+    } else {
+      fmt::print("{}\nformat .t4d {}\n{}\n", versionText(), format,
+                 tetgen ? "with TetGen: this binary as a whole is under AGPL-3.0"
+                        : "without TetGen: --caps cone closes the ends");
+    }
+    exitCode = kDone;
+  });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,126 @@
+#include <chrono>
+#include <filesystem>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/weave.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/t4d_output.h"
+#include "tools/program/thread_limit.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Options {
+  std::vector<std::string> frames;
+  voxel4d::VdbFramesOptions input;
+  std::string caps = "flat";
+  std::string lengthUnit;
+  std::string timeUnit;
+  std::optional<int> threads;
+  T4dOutput output;
+  bool json = false;
+};
+
+std::string detailsOf(const Options& options) {
+  ordered_json parameters;
+  if (options.input.iso) parameters["iso"] = *options.input.iso;
+  parameters["caps"] = options.caps;
+  parameters["precision"] = options.output.precision;
+  const std::string first = nameIn(options.frames.front()).string();
+  return ordered_json{{"source", {{"frames", first}}}, {"parameters", parameters}}.dump(
+      -1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+int run(const Options& options) {
+  if (const auto misuse = misuseOfOutput(options.output.path, options.frames)) {
+    return wrongUsage(*misuse);
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const ThreadLimit limit(options.threads);
+  const std::vector<std::filesystem::path> inputs(options.frames.begin(), options.frames.end());
+  auto frames = voxel4d::openVdbFrames(inputs, options.input);
+  if (!frames) return report(frames.error());
+  auto writer = options.output.create("voxel4d", options.frames.front(), options.lengthUnit,
+                                      options.timeUnit, detailsOf(options));
+  if (!writer) return report(writer.error());
+  Result<voxel4d::WeaveReport> woven;
+  {
+    ProgressBar bar("weaving");
+    const auto caps =
+        options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
+    woven = voxel4d::weave(**frames, {caps, bar.callback()}, writer->body(0));
+  }
+  if (!woven) return report(woven.error());
+  auto bytes = writer->finish();
+  if (!bytes) return report(bytes.error());
+
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.json) {
+    printJson({{"vertices", woven->vertices},
+               {"tetrahedra", woven->tetrahedra},
+               {"frames", woven->frames},
+               {"seconds", seconds},
+               {"peak_bytes", peakBytes()},
+               {"cap_tetrahedra", woven->capTetrahedra},
+               {"bytes", *bytes}});
+  } else {
+    fmt::print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path,
+               grouped(woven->vertices), grouped(woven->tetrahedra),
+               counted(woven->frames, "frame"));
+    fmt::print("  caps of {} and {} tetrahedra\n", grouped(woven->capTetrahedra[0]),
+               grouped(woven->capTetrahedra[1]));
+    fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
+               sizeText(peakBytes()));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addWeave(CLI::App& app, int& exitCode) {
+  auto* command =
+      app.add_subcommand("weave", "Weave a time series of OpenVDB grids into a 4D mesh");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("FRAMES", options->frames,
+                   "Grids: .vdb files of one frame each, a folder of them, or one file of several "
+                   "grids")
+      ->required();
+  command
+      ->add_option("--iso", options->input.iso,
+                   "Densities: inside is where values are above this (default: level sets, "
+                   "inside is below 0)")
+      ->check(finiteNumber());
+  auto* frameTime = command
+                        ->add_option("--frame-time", options->input.frameTime,
+                                     "Time between two frames (default: each grid's metadata "
+                                     "t4d_time)")
+                        ->check(numberAboveZero());
+  command->add_option("--start-time", options->input.startTime, "Of the first frame")
+      ->check(finiteNumber())
+      ->needs(frameTime);
+  command->add_option("--grid", options->input.grid, "Only grids of this name (default: all)");
+  command
+      ->add_option("--caps", options->caps,
+                   "How the ends are closed: flat, or half-step as published")
+      ->check(CLI::IsMember({"flat", "half-step"}))
+      ->capture_default_str();
+  command->add_option("--length-unit", options->lengthUnit, "Unit of the grids' space: mm, m, ...");
+  command->add_option("--time-unit", options->timeUnit, "Unit of the frames' times: s, ...");
+  addThreadsOption(*command, options->threads);
+  options->output.addTo(*command);
+  command->add_flag("--json", options->json, "Print what was made as JSON");
+  command->footer("Example:\n  t4d weave frames/*.vdb -o moving.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,70 @@
+#include "tools/report/html_page.h"
+
+#include <fmt/format.h>
+
+namespace t4d::tools {
+namespace {
+
+constexpr std::string_view kStyle = R"(
+:root { color-scheme: light dark; --ink: #1c2330; --soft: #5d6778; --line: #dfe3ea;
+  --page: #ffffff; --card: #f6f7f9; --a: #2a6cb8; --b: #c9651a; --d: #6d4fb3; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e8ebf0; --soft: #9aa5b5; --line: #333b48;
+  --page: #14181f; --card: #1c222b; --a: #6aa9ee; --b: #f0985a; --d: #b59cf0; } }
+* { box-sizing: border-box; }
+body { margin: 0 auto; max-width: 1360px; padding: 32px 24px 64px; background: var(--page);
+  color: var(--ink); font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif; }
+h1 { font-size: 24px; margin: 0 0 4px; overflow-wrap: anywhere; }
+h2 { font-size: 18px; margin: 40px 0 12px; }
+p { margin: 0 0 12px; color: var(--soft); max-width: 75ch; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { padding: 5px 16px 5px 0; text-align: right; border-bottom: 1px solid var(--line);
+  white-space: nowrap; }
+th { font-weight: 600; color: var(--soft); }
+td:first-child, th:first-child { text-align: left; }
+.key { font-weight: 600; }
+.key.a { color: var(--a); } .key.b { color: var(--b); }
+.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
+.plots svg { width: 100%; background: var(--card); border-radius: 8px; }
+svg text { font-size: 12px; fill: var(--soft); }
+svg .title { font-size: 14px; font-weight: 600; fill: var(--ink); }
+svg .grid { stroke: var(--line); }
+.curve { fill: none; stroke-width: 2; }
+.curve.a { stroke: var(--a); } .curve.b { stroke: var(--b); } .curve.d { stroke: var(--d); }
+.dot.a { fill: var(--a); } .dot.b { fill: var(--b); } .dot.d { fill: var(--d); }
+)";
+
+}  // namespace
+
+std::string htmlPage(const std::string& title, std::string_view style, const std::string& body) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
+      "<style>{1}{2}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{3}</body>\n</html>\n",
+      escaped(title), kStyle, style, body);
+}
+
+std::string escaped(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        safe += "&amp;";
+        break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      default:
+        safe += c;
+    }
+  }
+  return safe;
+}
+
+}  // namespace t4d::tools
