@@ -29,19 +29,26 @@ constexpr std::array<Reader, 6> kReaders{{{".stl", readStl},
                                           {".gltf", readGltf},
                                           {".glb", readGltf}}};
 
+const Reader* readerFor(const std::filesystem::path& path) {
+  const auto reader = std::ranges::find(kReaders, lowerCaseExtension(path), &Reader::extension);
+  return reader == kReaders.end() ? nullptr : &*reader;
+}
+
 }  // namespace
+
+bool canReadTriangleMesh(const std::filesystem::path& path) { return readerFor(path) != nullptr; }
 
 Result<LoadedMesh> readTriangleMesh(const std::filesystem::path& path) {
   const auto file = readInputFile(path);
   if (!file) return pass(file.error());
-  const auto reader = std::ranges::find(kReaders, lowerCaseExtension(path), &Reader::extension);
-  if (reader == kReaders.end()) {
+  const Reader* reader = readerFor(path);
+  if (reader == nullptr) {
     return fail(
         ErrorCode::Unsupported,
         fmt::format("the extension {} is not one of a triangle mesh: .stl, .obj, .ply, "
                     ".off, .gltf or .glb",
                     path.extension().string().empty() ? "(none)" : path.extension().string()),
-        path.string());
+        path.string(), Remedy::OtherFormat);
   }
   try {
     return reader->read(*file);

@@ -15,6 +15,9 @@ struct LoadedMesh {
   std::vector<std::string> notices;
 };
 
+/// Whether the extension is one that readTriangleMesh knows.
+bool canReadTriangleMesh(const std::filesystem::path& path);
+
 /// Reads .stl (text or binary), .obj, .ply (text or binary), .off, .gltf or .glb, told apart by the
 /// extension.
 ///

@@ -45,8 +45,8 @@ Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method) {
   return tetgenCap(mesh);
 #else
   return fail(ErrorCode::Unsupported,
-              "the ends cannot be closed by TetGen: this build is without it; use cone caps "
-              "(--caps cone)");
+              "this build is without TetGen; the ends can be closed with cones only", {},
+              Remedy::ConeCaps);
 #endif
 }
 

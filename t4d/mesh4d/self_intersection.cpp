@@ -16,7 +16,7 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
 constexpr std::size_t kNamed = 10;  // how many triangles an error names
-constexpr const char* kWayOut = "mend the mesh, or close the ends with cones (--caps cone)";
+constexpr const char* kWayOut = "mend the mesh, or close the ends with cones";
 
 Result<void> checkAreas(const model::TriangleMesh& mesh,
                         const std::vector<Kernel::Point_3>& points) {
@@ -28,10 +28,10 @@ Result<void> checkAreas(const model::TriangleMesh& mesh,
   if (flat.empty()) return {};
   const std::size_t count = flat.size();
   flat.resize(std::min(count, kNamed));
-  return invalid(
-      fmt::format("{} triangles have no area (counted from 0: {}{}), so TetGen cannot "
-                  "fill the solid; {}",
-                  count, fmt::join(flat, ", "), count > kNamed ? ", ..." : "", kWayOut));
+  return invalid(fmt::format("{} triangles have no area (counted from 0: {}{}), so TetGen cannot "
+                             "fill the solid; {}",
+                             count, fmt::join(flat, ", "), count > kNamed ? ", ..." : "", kWayOut),
+                 {}, Remedy::ConeCaps);
 }
 
 }  // namespace
@@ -61,10 +61,11 @@ Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh) try {
   }
   std::sort(names.begin(), names.end());
   names.resize(std::min(names.size(), kNamed));
-  return invalid(fmt::format(
-      "the mesh intersects itself: {} pairs of triangles do (counted from "
-      "0: {}{}), so TetGen cannot fill the solid; {}",
-      pairs.size(), fmt::join(names, ", "), pairs.size() > kNamed ? ", ..." : "", kWayOut));
+  return invalid(fmt::format("the mesh intersects itself: {} pairs of triangles do (counted from "
+                             "0: {}{}), so TetGen cannot fill the solid; {}",
+                             pairs.size(), fmt::join(names, ", "),
+                             pairs.size() > kNamed ? ", ..." : "", kWayOut),
+                 {}, Remedy::ConeCaps);
 } catch (const std::exception& error) {
   return fail(ErrorCode::Failed,
               fmt::format("the search for self-intersections failed: {}", error.what()));

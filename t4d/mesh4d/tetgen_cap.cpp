@@ -62,12 +62,12 @@ Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
   } catch (int reason) {
     return fail(ErrorCode::Failed,
                 fmt::format("TetGen could not fill the solid (its reason {}); close the ends with "
-                            "cones (--caps cone)",
-                            reason));
+                            "cones",
+                            reason),
+                {}, Remedy::ConeCaps);
   } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::Failed,
-                "TetGen ran out of memory; close the ends with cones "
-                "(--caps cone)");
+    return fail(ErrorCode::Failed, "TetGen ran out of memory; close the ends with cones", {},
+                Remedy::ConeCaps);
   }
   const auto given = static_cast<int>(mesh.vertices.size());
   Cap cap;
@@ -241,8 +241,9 @@ Result<void> checkVolume(const model::TriangleMesh& mesh, const Cap& cap) {
   if (!(std::abs(volume6 / 6 - expected) <= kRelative * expected)) {
     return fail(ErrorCode::Failed,
                 fmt::format("TetGen filled a volume of {}, but the surface encloses {}; close the "
-                            "ends with cones (--caps cone)",
-                            volume6 / 6, expected));
+                            "ends with cones",
+                            volume6 / 6, expected),
+                {}, Remedy::ConeCaps);
   }
   return {};
 }

@@ -17,6 +17,17 @@ enum class ErrorCode {
   Failed,        ///< a failure on valid input, or of an output's place (exit 1)
 };
 
+/// What a caller can change to avoid an error. Messages name no option and no verb; a program adds
+/// its own words for these.
+enum class Remedy : std::uint8_t {
+  None,
+  OtherFormat,  ///< the file is of another format than the one read
+  IsoValue,     ///< give an iso value: the grids hold densities
+  FrameTime,    ///< give the time between frames: the grids have none
+  GridName,     ///< choose a grid by its name: there are several
+  ConeCaps,     ///< close the ends with cones
+};
+
 /// Every public function that can fail returns one of these instead of throwing.
 struct Error {
   ErrorCode code = ErrorCode::Failed;
@@ -26,6 +37,7 @@ struct Error {
   std::string where;
   /// Byte offset in the file, where there is one.
   std::optional<std::uint64_t> offset = {};
+  Remedy remedy = Remedy::None;
 
   /// `where: message`, on one line.
   std::string text() const { return where.empty() ? message : where + ": " + message; }
@@ -34,12 +46,14 @@ struct Error {
 template <class T>
 using Result = tl::expected<T, Error>;
 
-inline tl::unexpected<Error> fail(ErrorCode code, std::string message, std::string where = {}) {
-  return tl::unexpected<Error>(Error{code, std::move(message), std::move(where), {}});
+inline tl::unexpected<Error> fail(ErrorCode code, std::string message, std::string where = {},
+                                  Remedy remedy = Remedy::None) {
+  return tl::unexpected<Error>(Error{code, std::move(message), std::move(where), {}, remedy});
 }
 
-inline tl::unexpected<Error> invalid(std::string message, std::string where = {}) {
-  return fail(ErrorCode::InvalidInput, std::move(message), std::move(where));
+inline tl::unexpected<Error> invalid(std::string message, std::string where = {},
+                                     Remedy remedy = Remedy::None) {
+  return fail(ErrorCode::InvalidInput, std::move(message), std::move(where), remedy);
 }
 
 /// Hands an error on to the caller's Result.

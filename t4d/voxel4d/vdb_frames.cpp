@@ -78,10 +78,10 @@ Result<std::vector<Place>> placesOf(const std::vector<fs::path>& files, const st
       return invalid(fmt::format("holds no grid '{}'; it has {}", grid, names), path.string());
     }
     if (files.size() > 1 && chosen.size() > 1) {
-      return invalid(fmt::format("holds {} grids ({}); of several files each must hold one: choose "
-                                 "it by name",
+      return invalid(fmt::format("holds {} grids ({}); where there are several files, each must "
+                                 "hold one",
                                  chosen.size(), names),
-                     path.string());
+                     path.string(), Remedy::GridName);
     }
     std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
       return naturallyLess(grids[a].label, grids[b].label);
@@ -118,10 +118,8 @@ Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& option
     } else {
       const auto time = numberOf(*place.header, kTimeMetadata);
       if (!time) {
-        return invalid(fmt::format("has no time: no number '{}' in its metadata; give the time "
-                                   "between frames",
-                                   kTimeMetadata),
-                       place.where);
+        return invalid(fmt::format("has no time: no number '{}' in its metadata", kTimeMetadata),
+                       place.where, Remedy::FrameTime);
       }
       place.time = *time;
     }
@@ -136,6 +134,12 @@ Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& option
     }
   }
   return {};
+}
+
+bool severalNames(const std::vector<Place>& places) {
+  return std::any_of(places.begin(), places.end(), [&](const Place& place) {
+    return place.header->getName() != places.front().header->getName();
+  });
 }
 
 Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOptions& options) {
@@ -159,7 +163,8 @@ Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOp
                      where);
     }
     if (!options.iso && header->getGridClass() == openvdb::GRID_FOG_VOLUME) {
-      return invalid("is a fog volume (densities), not a level set: give an iso value", where);
+      return invalid("is a fog volume (densities), not a level set: it needs an iso value", where,
+                     Remedy::IsoValue);
     }
     const auto here = latticeOf(*header, where);
     if (!here) return pass(here.error());
@@ -208,9 +213,12 @@ class VdbFrames : public FrameSource {
     solid_ = solid_ || !frame->tiles.empty() ||
              std::any_of(frame->blocks.begin(), frame->blocks.end(), anyInside);
     if (index + 1 == places_.size() && !solid_) {
+      // Densities are not always marked as such.
+      const bool densities = !iso_ && kindOf(**grid, place.where) == GridKind::Values &&
+                             (*grid)->getGridClass() == openvdb::GRID_UNKNOWN;
       return invalid(iso_ ? fmt::format("no sample of any frame is above the iso value {}", *iso_)
                           : std::string("no sample of any frame is inside"),
-                     places_.front().file.string());
+                     places_.front().file.string(), densities ? Remedy::IsoValue : Remedy::None);
     }
     return frame;
   }
@@ -261,7 +269,14 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
   auto places = placesOf(*files, options.grid);
   if (!places) return pass(places.error());
   const auto lattice = checkHeaders(*places, options);
-  if (!lattice) return pass(lattice.error());
+  if (!lattice) {
+    Error error = lattice.error();
+    // Of a file with several quantities some are no frames.
+    if (error.remedy == Remedy::None && files->size() == 1 && severalNames(*places)) {
+      error.remedy = Remedy::GridName;
+    }
+    return pass(std::move(error));
+  }
   if (places->size() == 1) {
     return invalid("one frame only; a 4D mesh needs two or more", places->front().where);
   }

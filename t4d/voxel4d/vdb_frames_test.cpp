@@ -63,13 +63,20 @@ class VdbFrames : public testing::Test {
   }
 
   /// The error of opening, or of the first frame that fails.
-  std::string refusal(const std::vector<fs::path>& inputs, const VdbFramesOptions& options = {}) {
+  /// The error of opening the inputs or of reading their frames.
+  static std::optional<Error> errorOf(const std::vector<fs::path>& inputs,
+                                      const VdbFramesOptions& options = {}) {
     auto source = openVdbFrames(inputs, options);
-    if (!source) return folder_.without(source.error().text());
+    if (!source) return source.error();
     for (std::size_t i = 0; i < (*source)->frameCount(); ++i) {
-      if (auto frame = (*source)->frame(i); !frame) return folder_.without(frame.error().text());
+      if (auto frame = (*source)->frame(i); !frame) return frame.error();
     }
-    return "(was accepted)";
+    return std::nullopt;
+  }
+
+  std::string refusal(const std::vector<fs::path>& inputs, const VdbFramesOptions& options = {}) {
+    const auto error = errorOf(inputs, options);
+    return error ? folder_.without(error->text()) : "(was accepted)";
   }
 
   TestFolder folder_;
@@ -301,8 +308,9 @@ TEST_F(VdbFrames, OneOfSeveralGridsByName) {
                                        write("a2.vdb", {sphereAt(1), density(1)})};
   EXPECT_EQ(read(files, {.grid = "ball"}).size(), 2U);
   EXPECT_EQ(refusal(files),
-            "a1.vdb: holds 2 grids ('ball', 'velocity'); of several files each must hold one: "
-            "choose it by name");
+            "a1.vdb: holds 2 grids ('ball', 'velocity'); where there are several files, each must "
+            "hold one");
+  EXPECT_EQ(errorOf(files)->remedy, Remedy::GridName);
   EXPECT_EQ(refusal(files, {.grid = "bell"}),
             "a1.vdb: holds no grid 'bell'; it has 'ball', 'velocity'");
 }
@@ -443,8 +451,8 @@ TEST_F(VdbFrames, RefusesATransformThatCannotBeUndone) {
 
 TEST_F(VdbFrames, RefusesTimesThatAreMissingOrDoNotIncrease) {
   EXPECT_EQ(refusal({write("a.vdb", {sphereAt(0), sphere(10)})}),
-            "a.vdb: grid 'ball[1]': has no time: no number 't4d_time' in its metadata; give the "
-            "time between frames");
+            "a.vdb: grid 'ball[1]': has no time: no number 't4d_time' in its metadata");
+  EXPECT_EQ(errorOf({folder_ / "a.vdb"})->remedy, Remedy::FrameTime);
   EXPECT_EQ(refusal({write("b.vdb", {sphereAt(0.5), sphereAt(0.5)})}).substr(0, 78),
             "b.vdb: grid 'ball[1]': times do not increase: its time is 0.5, that of the fra");
   EXPECT_NE(refusal({write("c.vdb", {sphereAt(0.5), sphereAt(NAN)})}).find("its time is nan"),
@@ -496,7 +504,7 @@ TEST_F(VdbFrames, RefusesAnIsoValueThatNothingCrosses) {
             "(the iso value is -1)");
   EXPECT_EQ(refusal({path}, {.iso = NAN, .frameTime = 1}), "the iso value is nan");
   EXPECT_EQ(refusal({path}, {.frameTime = 1}),
-            "a.vdb: grid 'smoke[0]': is a fog volume (densities), not a level set: give an iso "
+            "a.vdb: grid 'smoke[0]': is a fog volume (densities), not a level set: it needs an iso "
             "value");
   EXPECT_EQ(refusal({path}, {.iso = 0.25, .frameTime = 1}), "(was accepted)");
   auto masks = openvdb::MaskGrid::create();
@@ -505,6 +513,27 @@ TEST_F(VdbFrames, RefusesAnIsoValueThatNothingCrosses) {
             std::string::npos);
   EXPECT_EQ(refusal({folder_ / "b.vdb"}, {.frameTime = 1}),
             "b.vdb: no sample of any frame is inside");
+}
+
+TEST_F(VdbFrames, DensitiesNeedAnIsoValueWithOrWithoutAClass) {
+  const auto remedyFor = [&](openvdb::GridClass gridClass) {
+    auto grid = openvdb::FloatGrid::create(0);
+    grid->tree().setValueOn({3, 3, 3}, 0.5F);
+    grid->setGridClass(gridClass);
+    return errorOf({write("a.vdb", {grid, grid->deepCopyGrid()})}, {.frameTime = 1})->remedy;
+  };
+  EXPECT_EQ(remedyFor(openvdb::GRID_FOG_VOLUME), Remedy::IsoValue);
+  EXPECT_EQ(remedyFor(openvdb::GRID_UNKNOWN), Remedy::IsoValue);
+  EXPECT_EQ(remedyFor(openvdb::GRID_LEVEL_SET), Remedy::None);
+}
+
+TEST_F(VdbFrames, OneFileOfSeveralQuantitiesNeedsAName) {
+  auto velocity = openvdb::Vec3SGrid::create();
+  velocity->setName("velocity");
+  timed<openvdb::Vec3SGrid>(velocity, 0);
+  const auto path = write("a.vdb", {sphereAt(0), sphereAt(1), velocity});
+  EXPECT_EQ(errorOf({path})->remedy, Remedy::GridName);
+  EXPECT_FALSE(errorOf({path}, {.grid = "ball"}));
 }
 
 TEST_F(VdbFrames, RefusesPointsTooFarFromTheOrigin) {

@@ -9,7 +9,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "tools/program/recovery_hint.h"
+#include "tools/program/hints.h"
 
 namespace t4d::tools {
 
@@ -31,12 +31,12 @@ int wrongUsage(const std::string& message) {
 
 int report(const Error& error) {
   say(error.text());
-  suggest(recoveryCommand(error));
+  sayHint(hintFor(error));
   return error.code == ErrorCode::Failed ? kFailed : kInvalid;
 }
 
-void suggest(const std::string& command) {
-  if (!command.empty()) say("try: " + command);
+void sayHint(const std::string& hint) {
+  if (!hint.empty()) say(hint);
 }
 
 void printNotices(const std::vector<std::string>& notices) {

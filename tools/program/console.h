@@ -29,12 +29,11 @@ void say(const std::string& message);
 /// Says that options have no sense and returns kUsage.
 int wrongUsage(const std::string& message);
 
-/// Prints the error, with the command to try next where there is one, and returns the exit code
-/// that goes with it.
+/// Prints the error and, where there is one, a hint (hints.h); returns the exit code for it.
 int report(const Error& error);
 
-/// Prints the command to try next, unless it is empty.
-void suggest(const std::string& command);
+/// Prints a hint unless it is empty.
+void sayHint(const std::string& hint);
 
 /// Prints a sentence for each thing that a user should know.
 void printNotices(const std::vector<std::string>& notices);

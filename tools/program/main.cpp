@@ -27,6 +27,12 @@ void keepStandardStreams() {
   }
 }
 
+/// The verb that the arguments have come to: the last that was recognised.
+const CLI::App& lastCommand(const CLI::App& app) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  return chosen.empty() ? app : lastCommand(*chosen.front());
+}
+
 int run(int argc, char** argv) {
   CLI::App app(
       "t4d: 4D meshes, the boundary of a moving solid in space-time (x, y, z, t).\n"
@@ -42,25 +48,20 @@ int run(int argc, char** argv) {
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with loss, 4 the input is invalid.\n"
       "`t4d VERB --help` says more.");
   int exitCode = kDone;
-  addSweep(app, exitCode);
-  addWeave(app, exitCode);
-  addVoxelize(app, exitCode);
-  addRasterize(app, exitCode);
-  addSlice(app, exitCode);
-  addFlipbook(app, exitCode);
-  addInfo(app, exitCode);
-  addValidate(app, exitCode);
-  addRecover(app, exitCode);
-  addCompare(app, exitCode);
-  addConform(app, exitCode);
-  addVersion(app, exitCode);
+  addVerbs(app, exitCode);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // Of a mistyped verb or option CLI11 only says that one is missing.
-    if (error.get_exit_code() != 0 && error.get_name() != "ExtrasError") {
-      for (const std::string& word : app.remaining(true)) {
-        say("not understood: " + word);
+    if (error.get_exit_code() != 0) {
+      const std::vector<std::string> unknown = app.remaining(true);
+      const CLI::App& last = lastCommand(app);
+      const bool isVerb = unknown.empty() || !unknown.front().starts_with('-');
+      if (last.get_require_subcommand_min() > 0 && isVerb) {
+        return wrongUsage(wrongVerb(last, unknown.empty() ? std::string() : unknown.front()));
+      }
+      // Where something else is missing CLI11 says only that.
+      if (error.get_name() != "ExtrasError") {
+        for (const std::string& word : unknown) say("not understood: " + word);
       }
     }
     return app.exit(error) == 0 ? kDone : kUsage;

@@ -4,7 +4,7 @@
 #include "t4d/measure/validate.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/recovery_hint.h"
+#include "tools/program/hints.h"
 
 namespace t4d::tools {
 namespace {
@@ -81,8 +81,8 @@ int run(const std::string& path, bool deep, bool json) {
   } else {
     printText(path, *validation);
   }
-  // Of a file that can be read to its end nothing is to be recovered.
-  if (!validation->mesh) suggest(recoveryCommand(path));
+  // A file that can be read to its end has nothing to recover.
+  if (!validation->mesh) sayHint(hintForFile(path));
   return validation->valid() ? kDone : kInvalid;
 }
 

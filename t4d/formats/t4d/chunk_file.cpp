@@ -95,9 +95,11 @@ Result<ChunkFile::Header> ChunkFile::readHeader() {
   if (!bytes) return pass(bytes.error());
   if (std::memcmp(bytes->data(), kSignature.data(), kSignature.size()) != 0) {
     const bool almost = std::memcmp(bytes->data() + 1, kSignature.data() + 1, 3) == 0;
-    return damaged(0, almost ? "the signature is damaged, as by a transfer in text mode; copy the "
-                               "file again in binary mode"
-                             : "is not a .t4d file: the signature is missing");
+    auto refused = damaged(0, almost ? "the signature is damaged, as by a transfer in text mode; "
+                                       "copy the file again in binary mode"
+                                     : "is not a .t4d file: the signature is missing");
+    if (!almost) refused.value().remedy = Remedy::OtherFormat;
+    return refused;
   }
   ByteReader from(*bytes);
   from.takeBytes(kSignature.size());

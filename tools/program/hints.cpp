@@ -1,0 +1,105 @@
+#include "tools/program/hints.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/salvage.h"
+#include "t4d/formats/triangle_mesh_reader.h"
+
+namespace t4d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// How much of a file is searched for slabs, so that the hint comes at once.
+constexpr std::uint64_t kSearchedBytes = std::uint64_t{256} << 20;
+
+/// A path as one word of a shell command that is not taken for an option.
+std::string quoted(std::string word) {
+  if (word.starts_with('-')) word.insert(0, "./");
+  const auto plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c >= 0x80 || std::strchr("/._-+,:@%=", c) != nullptr;
+  };
+  if (std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// `PATH` with another ending, of a file that does not exist.
+std::string freeName(const std::string& path, const std::string& suffix,
+                     const std::string& extension) {
+  std::string name = fs::path(path).stem().string();
+  // Part files that were left behind are hidden.
+  name.erase(0, name.find_first_not_of('.'));
+  const std::string base = (fs::path(path).parent_path() / (name + suffix)).string();
+  std::string free = base + extension;
+  std::error_code ignored;
+  for (int i = 2; fs::exists(free, ignored); ++i) free = fmt::format("{}-{}{}", base, i, extension);
+  return quoted(free);
+}
+
+/// How to recover a damaged .t4d; empty where no slab would be saved.
+std::string recoveryHint(const std::string& path) {
+  if (!formats::T4dSalvage::finds(path, kSearchedBytes)) return {};
+  return fmt::format("try: t4d recover {} -o {}", quoted(path),
+                     freeName(path, "-recovered", ".t4d"));
+}
+
+/// How to get from a file of one kind to the kind that was wanted.
+std::string conversionHint(const std::string& path) {
+  if (formats::canReadTriangleMesh(path)) {
+    return fmt::format(
+        "it is a triangle mesh; sweep it first: t4d sweep {} --motion MOTION.json -o {}",
+        quoted(path), freeName(path, "", ".t4d"));
+  }
+  if (formats::lowerCaseExtension(path) == ".vdb") {
+    return fmt::format("it is a VDB file; weave it first: t4d weave {} -o {}", quoted(path),
+                       freeName(path, "", ".t4d"));
+  }
+  const auto mesh = formats::T4dReader::open(path);
+  if (!mesh) return {};
+  return fmt::format("it is a 4D mesh; slice it first: t4d slice {} --time {} -o {}", quoted(path),
+                     mesh->summary(0).time.begin, freeName(path, "-slice", ".ply"));
+}
+
+/// The file that an error is about, without the place in it.
+std::string fileOf(const Error& error) {
+  if (!error.offset) return error.where;
+  const std::string place = fmt::format(": byte {}", *error.offset);
+  if (!error.where.ends_with(place)) return {};
+  return error.where.substr(0, error.where.size() - place.size());
+}
+
+}  // namespace
+
+std::string hintForFile(const std::string& path) {
+  const std::string hint = recoveryHint(path);
+  return hint.empty() ? conversionHint(path) : hint;
+}
+
+std::string hintFor(const Error& error) {
+  switch (error.remedy) {
+    case Remedy::OtherFormat:
+      return hintForFile(fileOf(error));
+    case Remedy::IsoValue:
+      return "try: --iso VALUE, if the grids hold densities; inside is where they are above it";
+    case Remedy::FrameTime:
+      return "try: --frame-time TIME, the time between two frames";
+    case Remedy::GridName:
+      return "try: --grid NAME, to use only grids of that name";
+    case Remedy::ConeCaps:
+      return "try: --caps cone";
+    case Remedy::None:
+      break;
+  }
+  const bool damaged = error.code == ErrorCode::InvalidInput && error.offset;
+  return damaged ? recoveryHint(fileOf(error)) : std::string();
+}
+
+}  // namespace t4d::tools
