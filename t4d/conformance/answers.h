@@ -24,7 +24,7 @@ struct Answer {
 /// A body and its name, wherever its slabs come from.
 struct NamedSource {
   std::string name;
-  model::Source* source = nullptr;
+  const model::Source* source = nullptr;
 };
 
 /// The answers for slabs at hand: what a file of them must lead to.

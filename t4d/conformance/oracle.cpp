@@ -101,7 +101,7 @@ void judgeCounts(const char* what, const Counts& expected, const Counts& actual,
 }
 
 /// Returns the volume.
-std::optional<double> judgeSlice(model::Source& mesh, const SliceLaw& law,
+std::optional<double> judgeSlice(const model::Source& mesh, const SliceLaw& law,
                                  std::vector<Check>& checks) {
   const auto named = [&](const std::string& what) {
     return fmt::format("slice at {:.6g}: {}", law.time, what);
@@ -159,7 +159,7 @@ bool Verdict::passed() const {
   return std::all_of(checks.begin(), checks.end(), [](const Check& check) { return check.passed; });
 }
 
-Verdict judge(model::Source& mesh, const Law& law, const model::Progress& progress) {
+Verdict judge(const model::Source& mesh, const Law& law, const model::Progress& progress) {
   Verdict verdict;
   std::vector<Check>& checks = verdict.checks;
   measure::MeshChecker checker({.vertexLinks = true});

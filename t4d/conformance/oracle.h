@@ -100,6 +100,6 @@ struct Verdict {
 /// describes. Where a slab cannot be read or makes no sense at all, that is the last check.
 ///
 /// Reads every slab once, and for each slice one more time.
-Verdict judge(model::Source& mesh, const Law& law, const model::Progress& progress = {});
+Verdict judge(const model::Source& mesh, const Law& law, const model::Progress& progress = {});
 
 }  // namespace t4d::conformance

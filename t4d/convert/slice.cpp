@@ -290,7 +290,7 @@ void Slicer::carryAttributes(const Slab& slab, const std::vector<std::uint32_t>&
 
 Slice Slicer::finish() { return std::move(slice_); }
 
-Result<Slice> sliceAtTime(model::Source& source, double time) {
+Result<Slice> sliceAtTime(const model::Source& source, double time) {
   const model::TimeSpan span = timeSpanOf(source);
   if (!(time >= span.begin && time <= span.end)) {
     return invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}", time,
@@ -320,7 +320,7 @@ Result<Slice> sliceAtTime(model::Source& source, double time) {
   return slicer.finish();
 }
 
-Result<Slice> slice(model::Source& source, const Hyperplane& hyperplane,
+Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress) {
   if (auto checked = checkHyperplane(hyperplane); !checked) return pass(checked.error());
   const Eigen::Vector4d& n = hyperplane.normal;

@@ -63,11 +63,11 @@ class Slicer : public model::Sink {
 
 /// The solid at `time`: the limit from later times, and at the last time of the mesh the limit from
 /// earlier ones. Reads one slab. Fails when `time` is outside the mesh; the error says the range.
-Result<Slice> sliceAtTime(model::Source& source, double time);
+Result<Slice> sliceAtTime(const model::Source& source, double time);
 
 /// The section by any hyperplane, all slabs that it can meet. For a hyperplane of constant time
 /// this is sliceAtTime.
-Result<Slice> slice(model::Source& source, const Hyperplane& hyperplane,
+Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress = {});
 
 }  // namespace t4d::convert

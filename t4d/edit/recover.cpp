@@ -75,7 +75,7 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
   if (!writer) return pass(writer.error());
   std::uint64_t before = 0;
   for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
-    model::Source& slabs = salvage->body(i);
+    const model::Source& slabs = salvage->body(i);
     RunCloser closer(writer->body(i));
     const auto ofAll = [&, progress = third(1)](double fraction) {
       if (!progress) return;

@@ -92,7 +92,7 @@ std::optional<double> recovered(Written& original, const std::string& bytes,
 
   auto reader = T4dReader::open(output);
   EXPECT_TRUE(reader) << reader.error().text();
-  model::Source& body = reader->body(0);
+  const model::Source& body = reader->body(0);
   // The slabs saved, in order, with caps between them.
   std::size_t next = 0;
   std::uint64_t saved = 0;

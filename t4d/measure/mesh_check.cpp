@@ -302,7 +302,7 @@ MeshReport MeshChecker::finish() {
   return std::move(report_);
 }
 
-Result<MeshReport> checkMesh(model::Source& source, CheckOptions options,
+Result<MeshReport> checkMesh(const model::Source& source, CheckOptions options,
                              const model::Progress& progress) {
   MeshChecker checker(options);
   if (auto done = model::pump(source, checker, progress); !done) return pass(done.error());

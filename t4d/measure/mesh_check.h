@@ -104,7 +104,7 @@ class MeshChecker : public model::Sink {
 };
 
 /// The whole of it for a mesh at hand.
-Result<MeshReport> checkMesh(model::Source& source, CheckOptions options = {},
+Result<MeshReport> checkMesh(const model::Source& source, CheckOptions options = {},
                              const model::Progress& progress = {});
 
 }  // namespace t4d::measure

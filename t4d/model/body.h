@@ -10,7 +10,7 @@ namespace t4d::model {
 /// A named 4D mesh of a file or a mechanism.
 struct Body {
   std::string name;
-  Source* source = nullptr;
+  const Source* source = nullptr;
 };
 
 /// From the first time of any body to the last; {0, 0} where no body has a slab.

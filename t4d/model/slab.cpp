@@ -135,7 +135,7 @@ Result<void> checkSlab(const Slab& slab) {
   return checkAttributes(slab.attributes, connectivity.vertexCount, connectivity.cells.size());
 }
 
-Result<void> pump(Source& source, Sink& sink, const Progress& progress) {
+Result<void> pump(const Source& source, Sink& sink, const Progress& progress) {
   for (std::size_t i = 0; i < source.slabCount(); ++i) {
     auto slab = source.slab(i);
     if (!slab) return pass(slab.error());
@@ -157,6 +157,10 @@ Result<void> Mesh::put(const Slab& slab) {
 
 TimeSpan Mesh::timeSpan(std::size_t index) const {
   return {slabs_[index].timeBegin, slabs_[index].timeEnd};
+}
+
+Result<std::shared_ptr<const Slab>> Mesh::slab(std::size_t index) const {
+  return std::shared_ptr<const Slab>(std::shared_ptr<void>(), &slabs_[index]);  // owns nothing
 }
 
 }  // namespace t4d::model

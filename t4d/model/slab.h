@@ -106,22 +106,23 @@ struct TimeSpan {
   double end = 0;
 };
 
-/// Gives the slabs of one 4D mesh, in any order, a slab or two in memory at a time.
+/// Gives the slabs of one 4D mesh, in any order and to any number of threads at once.
 class Source {
  public:
   virtual ~Source() = default;
   virtual std::size_t slabCount() const = 0;
   /// Known without reading the slab.
   virtual TimeSpan timeSpan(std::size_t index) const = 0;
-  /// The slab stays valid until the next call.
-  virtual Result<const Slab*> slab(std::size_t index) = 0;
+  /// The slab is valid while the caller holds it and the source exists. A caller that lets go of
+  /// each slab before it asks for the next has one in memory at a time.
+  virtual Result<std::shared_ptr<const Slab>> slab(std::size_t index) const = 0;
 };
 
 /// Called with the fraction done, from 0 to 1.
 using Progress = std::function<void(double)>;
 
 /// Puts all slabs of `source` into `sink`.
-Result<void> pump(Source& source, Sink& sink, const Progress& progress = {});
+Result<void> pump(const Source& source, Sink& sink, const Progress& progress = {});
 
 /// The first and last time; {0, 0} for a source without slabs.
 TimeSpan timeSpanOf(const Source& source);
@@ -132,7 +133,8 @@ class Mesh : public Sink, public Source {
   Result<void> put(const Slab& slab) override;
   std::size_t slabCount() const override { return slabs_.size(); }
   TimeSpan timeSpan(std::size_t index) const override;
-  Result<const Slab*> slab(std::size_t index) override { return &slabs_[index]; }
+  /// Valid until the next `put`.
+  Result<std::shared_ptr<const Slab>> slab(std::size_t index) const override;
 
   std::span<const Slab> slabs() const { return slabs_; }
 

@@ -45,7 +45,7 @@ std::size_t hashOf(const model::Slab& slab) {
 /// What a slab is: nothing where it is refused.
 using SlabMark = std::optional<std::size_t>;
 
-SlabMark markOf(model::Source& body, std::size_t index) {
+SlabMark markOf(const model::Source& body, std::size_t index) {
   const auto slab = body.slab(index);
   if (!slab) {
     must(!slab.error().message.empty() && slab.error().offset, "a refusal says what and where");
@@ -73,7 +73,7 @@ using ReadBodies = std::vector<std::vector<ReadSlab>>;
 ReadBodies readAll(T4dReader& reader) {
   ReadBodies bodies(reader.bodyCount());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    model::Source& body = reader.body(i);
+    const model::Source& body = reader.body(i);
     for (std::size_t k = 0; k < body.slabCount(); ++k) {
       bodies[i].push_back({reader.slabOffset(i, k), markOf(body, k)});
     }
@@ -108,7 +108,7 @@ void compare(const ReadBodies& a, const ReadBodies& b) {
 
 void checkSlices(T4dReader& reader, bool valid) {
   for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
-    model::Source& body = reader.body(i);
+    const model::Source& body = reader.body(i);
     const model::TimeSpan span = timeSpanOf(body);
     std::vector<Result<convert::Slice>> slices;
     for (const double part : {0.0, 0.4, 1.0}) {

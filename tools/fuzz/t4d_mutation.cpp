@@ -288,7 +288,7 @@ std::string withTrueSums(const std::string& bytes) {
   formats::Done done;
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     formats::BodySummary sum;
-    model::Source& body = reader->body(i);
+    const model::Source& body = reader->body(i);
     for (std::size_t k = 0; k < body.slabCount(); ++k) {
       const auto slab = body.slab(k);
       if (!slab) return bytes;

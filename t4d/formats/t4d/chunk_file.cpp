@@ -55,7 +55,7 @@ ChunkFile& ChunkFile::operator=(ChunkFile&& other) noexcept {
   path_ = std::move(other.path_);
   descriptor_ = std::exchange(other.descriptor_, -1);
   size_ = other.size_;
-  bytesRead_ = other.bytesRead_;
+  bytesRead_ = other.bytesRead_.load();
   return *this;
 }
 
@@ -69,7 +69,7 @@ tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string
 }
 
 /// Callers have held `offset` and `bytes` against the file's size.
-Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64_t bytes) {
+Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64_t bytes) const {
   std::vector<std::byte> data(bytes);
   std::size_t have = 0;
   while (have < data.size()) {
@@ -86,7 +86,7 @@ Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64
   return data;
 }
 
-Result<ChunkFile::Header> ChunkFile::readHeader() {
+Result<ChunkFile::Header> ChunkFile::readHeader() const {
   if (size_ < kFileHeaderBytes) {
     return damaged(0, fmt::format("the file has {} bytes; a .t4d file has at least {}", size_,
                                   kFileHeaderBytes + kChunkHeaderBytes));
@@ -127,7 +127,7 @@ Result<ChunkFile::Header> ChunkFile::readHeader() {
   return header;
 }
 
-Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) {
+Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
   if (end < kFileHeaderBytes + kFooterBytes) {
     return damaged(end, "the file is cut off before its footer");
   }
@@ -157,7 +157,7 @@ Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) {
   return footer;
 }
 
-Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) {
+Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
   if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset > size_ ||
       size_ - offset < kChunkHeaderBytes) {
     return damaged(offset, fmt::format("no chunk can be here: the file has {} bytes", size_));
@@ -167,7 +167,7 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) {
   return chunkHeader(offset, *bytes);
 }
 
-std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) {
+std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {
   // A block of most disks: where one cannot be read, the next may be.
   constexpr std::uint64_t kBlock = 4096;
   constexpr std::size_t kFlagsAt = sizeof(ChunkType);
@@ -229,7 +229,7 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
   return header;
 }
 
-Result<std::vector<std::byte>> ChunkFile::readPayload(const ChunkHeader& header) {
+Result<std::vector<std::byte>> ChunkFile::readPayload(const ChunkHeader& header) const {
   auto payload = read(header.offset + kChunkHeaderBytes, padded(header.payloadBytes));
   if (!payload) return payload;
   const bool zeros =
@@ -252,7 +252,7 @@ Result<std::vector<std::byte>> ChunkFile::readPayload(const ChunkHeader& header)
   return payload;
 }
 
-Result<ChunkFile::Chunk> ChunkFile::readChunk(std::uint64_t offset, ChunkType type) {
+Result<ChunkFile::Chunk> ChunkFile::readChunk(std::uint64_t offset, ChunkType type) const {
   auto header = readChunkHeader(offset);
   if (!header) return pass(header.error());
   if (header->type != type) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,7 +33,7 @@ struct ChunkHeader {
 
 /// A .t4d file as fixed parts and chunks, read at any offset. Every length is held against the
 /// file's size before memory is asked for; every byte read is covered by a checksum or must be
-/// zero. Errors name the file and the byte.
+/// zero. Errors name the file and the byte. Reading is safe from several threads at once.
 class ChunkFile {
  public:
   static Result<ChunkFile> open(const std::filesystem::path& path);
@@ -53,30 +54,30 @@ class ChunkFile {
     std::uint16_t minor = 0;
     bool indexed = false;
   };
-  Result<Header> readHeader();
+  Result<Header> readHeader() const;
 
   struct Footer {
     std::uint64_t index = 0;
     std::uint64_t done = 0;
   };
-  Result<Footer> readFooter() { return readFooter(size_); }
+  Result<Footer> readFooter() const { return readFooter(size_); }
   /// Of a file that ends at `end`, at most size().
-  Result<Footer> readFooter(std::uint64_t end);
+  Result<Footer> readFooter(std::uint64_t end) const;
 
-  Result<ChunkHeader> readChunkHeader(std::uint64_t offset);
+  Result<ChunkHeader> readChunkHeader(std::uint64_t offset) const;
 
   /// The first chunk at or after `from` whose header is right, whatever lies before it.
-  std::optional<ChunkHeader> findChunk(std::uint64_t from);
+  std::optional<ChunkHeader> findChunk(std::uint64_t from) const;
 
   /// The payload of the chunk, its checksum and padding checked.
-  Result<std::vector<std::byte>> readPayload(const ChunkHeader& header);
+  Result<std::vector<std::byte>> readPayload(const ChunkHeader& header) const;
 
   /// Header and payload of a chunk that must be of `type`.
   struct Chunk {
     ChunkHeader header;
     std::vector<std::byte> payload;
   };
-  Result<Chunk> readChunk(std::uint64_t offset, t4d_layout::ChunkType type);
+  Result<Chunk> readChunk(std::uint64_t offset, t4d_layout::ChunkType type) const;
 
   /// An error of this file at a byte.
   tl::unexpected<Error> damaged(std::uint64_t offset, const std::string& message,
@@ -84,14 +85,14 @@ class ChunkFile {
 
  private:
   ChunkFile() = default;
-  Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t bytes);
+  Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t bytes) const;
   /// Takes the 24 bytes at `offset` apart.
   Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 
   std::string path_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
-  std::uint64_t bytesRead_ = 0;
+  mutable std::atomic<std::uint64_t> bytesRead_ = 0;
 };
 
 }  // namespace t4d::formats

@@ -196,14 +196,14 @@ std::uint64_t T4dReader::fileBytes() const { return file_->file_.size(); }
 std::uint64_t T4dReader::bytesRead() const { return file_->file_.bytesRead(); }
 std::size_t T4dReader::bodyCount() const { return file_->bodies_.size(); }
 const BodySummary& T4dReader::summary(std::size_t body) const { return file_->summaries_[body]; }
-model::Source& T4dReader::body(std::size_t index) { return file_->bodies_[index]; }
+const model::Source& T4dReader::body(std::size_t index) const { return file_->bodies_[index]; }
 std::uint64_t T4dReader::slabOffset(std::size_t body, std::size_t slab) const {
   return file_->bodies_[body].record(slab).slab;
 }
 const std::optional<Error>& T4dReader::damage() const { return file_->damage_; }
 
 Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
-                                    const model::Progress& progress) {
+                                    const model::Progress& progress) const {
   BodySummary found;
   class Tally : public model::Sink {
    public:

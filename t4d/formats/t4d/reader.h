@@ -59,10 +59,10 @@ class T4dReader {
   /// What the file says of a body, without reading its slabs. For a damaged file the slabs found.
   const BodySummary& summary(std::size_t body) const;
   /// The slabs of a body; lives as long as the reader.
-  model::Source& body(std::size_t index);
+  const model::Source& body(std::size_t index) const;
   /// Gives all slabs of a body to `sink`, then holds what the file says of the body against them.
   Result<void> readThrough(std::size_t body, model::Sink& sink,
-                           const model::Progress& progress = {});
+                           const model::Progress& progress = {}) const;
   /// Where a slab's chunk is in the file.
   std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
 

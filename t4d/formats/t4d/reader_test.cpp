@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <thread>
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -75,6 +76,37 @@ TEST(T4dReader, ReadsOfTheFileTheBytesOfOneSlabOnly) {
       }
       EXPECT_EQ(reader->bytesRead() - ends, parts);
     }
+  }
+}
+
+TEST(T4dReader, GivesTheSameSlabsToThreadsThatReadAtOnce) {
+  const std::vector<std::vector<Slab>> bodies = {RandomSlabs(5).make(40), RandomSlabs(6).make(40)};
+  const auto reader = T4dReader::open(writeT4d("threads.t4d", bodies));
+  ASSERT_TRUE(reader) << reader.error().text();
+  // Each thread goes through the slabs in steps of its own: forward, backward, and leaping.
+  const auto readAll = [&](std::size_t step) {
+    for (std::size_t n = 0; n < 80; ++n) {
+      const std::vector<Slab>& expected = bodies[n % 2];
+      const std::size_t k = n / 2 * step % expected.size();
+      const auto slab = reader->body(n % 2).slab(k);
+      EXPECT_TRUE(slab && same(**slab, expected[k])) << k;
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (const std::size_t step : {1, 39, 1, 7}) threads.emplace_back(readAll, step);
+}
+
+TEST(T4dReader, SharesTheConnectivityOfSlabsInARow) {
+  std::vector<Slab> slabs = RandomSlabs(5).make(40);
+  const auto reader = T4dReader::open(writeT4d("shared.t4d", {slabs}));
+  ASSERT_TRUE(reader) << reader.error().text();
+  auto before = reader->body(0).slab(0);
+  for (std::size_t k = 1; k < slabs.size(); ++k) {
+    auto slab = reader->body(0).slab(k);
+    ASSERT_TRUE(before && slab);
+    EXPECT_EQ((*before)->connectivity == (*slab)->connectivity,
+              slabs[k - 1].connectivity == slabs[k].connectivity);
+    before = std::move(slab);
   }
 }
 

@@ -366,7 +366,9 @@ bool T4dSalvage::finds(const std::filesystem::path& path, std::uint64_t bytes) {
 
 const Metadata& T4dSalvage::metadata() const { return file_->metadata_; }
 bool T4dSalvage::metadataSaved() const { return file_->metadataSaved_; }
-model::Source& T4dSalvage::body(std::size_t index) { return file_->chosen_[index]->slabs; }
+const model::Source& T4dSalvage::body(std::size_t index) const {
+  return file_->chosen_[index]->slabs;
+}
 std::uint64_t T4dSalvage::slabOffset(std::size_t body, std::size_t slab) const {
   return file_->chosen_[body]->slabs.record(slab).slab;
 }

@@ -45,7 +45,7 @@ class T4dSalvage {
   /// The slabs of metadata().bodies[index], in time order, each sound by itself; slabs between them
   /// may be missing. Lives as long as this. A body of a damaged file of which only caps are left
   /// has no solid and is counted as lost.
-  model::Source& body(std::size_t index);
+  const model::Source& body(std::size_t index) const;
   std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
 
   std::uint64_t slabsSaved() const;

@@ -96,7 +96,7 @@ void expectSaved(const Sample& sample, const std::string& bytes,
   ASSERT_EQ(salvage->metadata().bodies.size(), expected.size());
   std::uint64_t saved = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    model::Source& body = salvage->body(i);
+    const model::Source& body = salvage->body(i);
     ASSERT_EQ(body.slabCount(), expected[i].size());
     for (std::size_t k = 0; k < expected[i].size(); ++k) {
       const auto slab = body.slab(k);

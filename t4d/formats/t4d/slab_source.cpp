@@ -1,6 +1,7 @@
 #include "t4d/formats/t4d/slab_source.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -11,7 +12,7 @@ namespace t4d::formats {
 using namespace t4d_layout;
 using model::Connectivity;
 
-Result<const model::Slab*> SlabSource::slab(std::size_t index) {
+Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) const {
   auto slab = read(records_[index]);
   if (!slab) {
     Error error = slab.error();
@@ -21,26 +22,38 @@ Result<const model::Slab*> SlabSource::slab(std::size_t index) {
   return slab;
 }
 
-Result<const model::Slab*> SlabSource::read(const IndexRecord& record) {
-  if (auto read = withinMemory(file_->path(), [&] { return readSlab(record); }); !read) {
-    return pass(read.error());
-  }
-  return &slab_;
+Result<std::shared_ptr<const model::Slab>> SlabSource::read(const IndexRecord& record) const {
+  return withinMemory(file_->path(), [&] { return readSlab(record); });
 }
 
-Result<void> SlabSource::readConnectivity(std::uint64_t offset) {
-  if (connectivityOffset_ == offset) return {};
-  connectivityOffset_.reset();
+Result<SlabSource::ConnectivityPointer> SlabSource::readConnectivity(std::uint64_t offset) const {
+  {
+    const std::scoped_lock lock(kept_->mutex);
+    if (kept_->connectivityOffset == offset) return kept_->connectivity;
+    // Not two in memory while this one is decoded.
+    kept_->connectivityOffset.reset();
+    kept_->connectivity.reset();
+  }
   auto chunk = file_->readChunk(offset, kConnectivity);
   if (!chunk) return pass(chunk.error());
   auto connectivity = decodeConnectivity(chunk->payload, features_);
   if (!connectivity) return file_->damaged(offset, "CONN: " + connectivity.error().message);
-  slab_.connectivity = std::move(*connectivity);
-  connectivityOffset_ = offset;
-  return {};
+  const std::scoped_lock lock(kept_->mutex);
+  // Another thread may have been faster: slabs that repeat a connectivity share one object.
+  if (kept_->connectivityOffset == offset) return kept_->connectivity;
+  kept_->connectivityOffset = offset;
+  kept_->connectivity = *connectivity;
+  return connectivity;
 }
 
-Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) {
+std::optional<std::vector<model::Point4>> SlabSource::takeKeptLayer(std::uint64_t offset) const {
+  const std::scoped_lock lock(kept_->mutex);
+  if (offset == 0 || offset != kept_->upperOffset) return std::nullopt;
+  kept_->upperOffset = 0;
+  return std::exchange(kept_->upperLayer, {});
+}
+
+Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) const {
   StoredLayer stored;
   if (offset == 0) return stored;
   auto chunk = file_->readChunk(offset, kLayer);
@@ -52,8 +65,8 @@ Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) {
   return stored;
 }
 
-Result<void> SlabSource::readSlab(const IndexRecord& record) {
-  ChunkFile& file = *file_;
+Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecord& record) const {
+  const ChunkFile& file = *file_;
   auto chunk = file.readChunk(record.slab, kSlab);
   if (!chunk) return pass(chunk.error());
   const auto wrong = [&](const std::string& message) {
@@ -65,18 +78,18 @@ Result<void> SlabSource::readSlab(const IndexRecord& record) {
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
     return wrong("the index says something else than the slab itself");
   }
-  std::vector<model::Point4> kept;  // the layer below, where the slab before ended with it
-  const bool isKept = record.parts.lower != 0 && record.parts.lower == upperOffset_;
-  if (isKept) kept.assign(slab_.upperLayer().begin(), slab_.upperLayer().end());
-  upperOffset_ = 0;
-  if (auto read = readConnectivity(record.parts.connectivity); !read) return read;
-  const Connectivity& connectivity = *slab_.connectivity;
+  auto kept = takeKeptLayer(record.parts.lower);
+  const auto slab = std::make_shared<model::Slab>();
+  auto shared = readConnectivity(record.parts.connectivity);
+  if (!shared) return pass(shared.error());
+  slab->connectivity = std::move(*shared);
+  const Connectivity& connectivity = *slab->connectivity;
 
-  auto lower = readLayer(isKept ? 0 : record.parts.lower);
+  auto lower = readLayer(kept ? 0 : record.parts.lower);
   if (!lower) return pass(lower.error());
   auto upper = readLayer(record.parts.upper);
   if (!upper) return pass(upper.error());
-  const std::uint64_t lowerCount = isKept ? kept.size() : lower->layer.size();
+  const std::uint64_t lowerCount = kept ? kept->size() : lower->layer.size();
   const std::uint64_t interiorCount = connectivity.firstMean() - connectivity.lowerCount;
   if (lowerCount != connectivity.lowerCount || upper->layer.size() != connectivity.upperCount ||
       decoded->interior.size() != interiorCount) {
@@ -87,16 +100,13 @@ Result<void> SlabSource::readSlab(const IndexRecord& record) {
                     decoded->interior.size(), upper->layer.size()));
   }
   // Those of the slab itself: the index may say -0 where it says 0.
-  slab_.timeBegin = decoded->time.begin;
-  slab_.timeEnd = decoded->time.end;
-  if (slab_.vertices.capacity() < connectivity.vertexCount) {
-    slab_.vertices = std::vector<model::Point4>();  // not those of two slabs at a time
-  }
-  slab_.vertices.resize(connectivity.vertexCount);
-  const std::span vertices(slab_.vertices);
-  if (isKept) {
-    std::copy(kept.begin(), kept.end(), vertices.begin());
-    kept = std::vector<model::Point4>();
+  slab->timeBegin = decoded->time.begin;
+  slab->timeEnd = decoded->time.end;
+  slab->vertices.resize(connectivity.vertexCount);
+  const std::span vertices(slab->vertices);
+  if (kept) {
+    std::copy(kept->begin(), kept->end(), vertices.begin());
+    kept.reset();
   } else if (auto set = unpackLayer(lower->layer, vertices.first(lowerCount)); !set) {
     return file.damaged(record.parts.lower, "LAYR: " + set.error().message);
   }
@@ -104,14 +114,16 @@ Result<void> SlabSource::readSlab(const IndexRecord& record) {
   if (auto set = unpackLayer(upper->layer, vertices.last(connectivity.upperCount)); !set) {
     return file.damaged(record.parts.upper, "LAYR: " + set.error().message);
   }
-  setMeans(connectivity, slab_.vertices);
-  slab_.attributes = std::move(decoded->attributes);
-  if (auto sound = checkSlab(slab_); !sound) return wrong(sound.error().message);
-  if (auto sound = checkStorable(connectivity.cellAttributes, slab_.attributes); !sound) {
+  setMeans(connectivity, slab->vertices);
+  slab->attributes = std::move(decoded->attributes);
+  if (auto sound = checkSlab(*slab); !sound) return wrong(sound.error().message);
+  if (auto sound = checkStorable(connectivity.cellAttributes, slab->attributes); !sound) {
     return wrong(sound.error().message);
   }
-  upperOffset_ = record.parts.upper;
-  return {};
+  const std::scoped_lock lock(kept_->mutex);
+  kept_->upperOffset = record.parts.upper;
+  kept_->upperLayer.assign(slab->upperLayer().begin(), slab->upperLayer().end());
+  return slab;
 }
 
 }  // namespace t4d::formats

@@ -44,7 +44,7 @@ void expectComesBack(const std::vector<std::vector<Slab>>& bodies, const T4dWrit
     EXPECT_FALSE(reader->damage());
     ASSERT_EQ(reader->bodyCount(), bodies.size());
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      model::Source& body = reader->body(i);
+      const model::Source& body = reader->body(i);
       const BodySummary& summary = reader->summary(i);
       ASSERT_EQ(body.slabCount(), bodies[i].size());
       EXPECT_EQ(summary.slabs, bodies[i].size());
