@@ -12,6 +12,7 @@
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/model/sinks.h"
 
 namespace t4d::bench {
 namespace {
@@ -19,18 +20,6 @@ namespace {
 using model::Cell;
 using model::Point4;
 using model::Slab;
-
-/// Takes slabs and keeps nothing.
-class Drop : public model::Sink {
- public:
-  Result<void> put(const Slab& slab) override {
-    bytes_ += slab.vertices.size() * sizeof(Point4);
-    return {};
-  }
-
- private:
-  std::uint64_t bytes_ = 0;
-};
 
 /// The value of a result; benchmarks have no use for an error but to end.
 template <class T>
@@ -79,7 +68,7 @@ std::uint64_t writeT4d(model::Mesh& mesh, const std::filesystem::path& path, int
 
 void readT4d(const std::filesystem::path& path) {
   auto reader = need(formats::T4dReader::open(path));
-  Drop drop;
+  model::NullSink drop;
   need(pump(reader.body(0), drop));
 }
 
@@ -92,7 +81,7 @@ Result<void> measureSweptMesh(const model::TriangleMesh& solid, const model::Mot
   mesh4d::SweepOptions options;
   options.steps = mesh4d::MinVolumeRatio{minVolumeRatio};
   options.caps = mesh4d::CapMethod::Cone;
-  Drop drop;
+  model::NullSink drop;
   const mesh4d::SweepReport swept = need(mesh4d::sweep(solid, motion, options, drop));
   const std::uint64_t sweepPeak = peakBytes();
 

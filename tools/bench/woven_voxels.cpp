@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include "t4d/model/sinks.h"
 #include "t4d/voxel4d/pattern_table.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
@@ -35,12 +36,6 @@ class TimedFrames : public voxel4d::FrameSource {
 
  private:
   std::unique_ptr<FrameSource> frames_;
-};
-
-/// A mesh that nobody keeps.
-class Nowhere : public model::Sink {
- public:
-  Result<void> put(const model::Slab&) override { return {}; }
 };
 
 struct Case {
@@ -116,7 +111,7 @@ Result<Measured> measure(const Case& what, int repetitions, std::size_t threads)
   std::vector<double> seconds;
   for (int i = 0; i < repetitions; ++i) {
     TimedFrames frames(voxel4d::sampledFrames(what.field, {}, what.box, times, what.options));
-    Nowhere nowhere;
+    model::NullSink nowhere;
     forgetPeak();
     const auto begin = Clock::now();
     const auto woven = voxel4d::weave(frames, {}, nowhere);

@@ -7,6 +7,7 @@
 
 #include "t4d/formats/t4d/array_codec.h"
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/summary.h"
 #include "t4d/model/error.h"
 #include "t4d/model/slab.h"
 
@@ -65,15 +66,6 @@ t4d_layout::ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& 
                                   const ArrayOptions& options);
 Result<SlabChunk> decodeSlab(std::span<const std::byte> payload,
                              t4d_layout::Features features = {});
-
-/// What a file says of one body as a whole.
-struct BodySummary {
-  std::uint64_t slabs = 0;
-  std::uint64_t vertices = 0;  ///< each once
-  std::uint64_t tetrahedra = 0;
-  model::TimeSpan time;
-  model::Bounds3 bounds;  ///< of the vertices that are stored: means lie between them
-};
 
 /// Adds a slab to what is known of its body. With `float32` its positions are stored as such.
 void addSlab(BodySummary& body, const model::Slab& slab, bool float32 = false);

@@ -10,13 +10,26 @@
 #include "t4d/formats/t4d/head_chunk.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/within_memory.h"
+#include "t4d/model/sinks.h"
 
 namespace t4d::formats {
 
 using namespace t4d_layout;
 using model::Slab;
 
+static_assert(T4dReader::kMemoryPerFileByte == 9 * kMaxExpansion);
+
 namespace {
+
+/// Adds up what a body consists of.
+class Tally : public model::Sink {
+ public:
+  Result<void> put(const Slab& slab) override {
+    addSlab(sum, slab);
+    return {};
+  }
+  BodySummary sum;
+};
 
 /// The end of a file with an index.
 struct Index {
@@ -204,21 +217,10 @@ const std::optional<Error>& T4dReader::damage() const { return file_->damage_; }
 
 Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
                                     const model::Progress& progress) const {
-  BodySummary found;
-  class Tally : public model::Sink {
-   public:
-    Tally(BodySummary& sum, model::Sink& next) : sum_(sum), next_(next) {}
-    Result<void> put(const Slab& slab) override {
-      addSlab(sum_, slab);
-      return next_.put(slab);
-    }
-
-   private:
-    BodySummary& sum_;
-    model::Sink& next_;
-  } tally(found, sink);
-  if (auto pumped = pump(body(index), tally, progress); !pumped) return pumped;
-  if (auto checked = checkSummary(summary(index), found); !checked) {
+  Tally found;
+  model::Tee both({&found, &sink});
+  if (auto pumped = pump(body(index), both, progress); !pumped) return pumped;
+  if (auto checked = checkSummary(summary(index), found.sum); !checked) {
     return file_->file_.damaged(file_->doneOffset_,
                                 fmt::format("DONE: body {}: {}", index, checked.error().message));
   }
@@ -226,9 +228,7 @@ Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
 }
 
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress) {
-  class : public model::Sink {
-    Result<void> put(const Slab&) override { return {}; }
-  } nowhere;
+  model::NullSink nowhere;
   auto reader = T4dReader::open(path, T4dOpen::Checked, progress);
   if (!reader) return pass(reader.error());
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
-#include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/metadata.h"
+#include "t4d/formats/t4d/summary.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::formats {
@@ -38,7 +38,7 @@ struct T4dVersion {
 /// that.
 class T4dReader {
  public:
-  static constexpr std::size_t kMemoryPerFileByte = 9 * t4d_layout::kMaxExpansion;
+  static constexpr std::size_t kMemoryPerFileByte = 9 * 1024;
   static constexpr std::size_t kMemoryAlways = std::size_t{1} << 20;
 
   static Result<T4dReader> open(const std::filesystem::path& path, T4dOpen how = T4dOpen::Whole,

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+
+#include "t4d/model/geometry.h"
+#include "t4d/model/slab.h"
+
+namespace t4d::formats {
+
+/// What a .t4d file says of one body as a whole.
+struct BodySummary {
+  std::uint64_t slabs = 0;
+  std::uint64_t vertices = 0;  ///< those on a seam counted once
+  std::uint64_t tetrahedra = 0;
+  model::TimeSpan time;
+  model::Bounds3 bounds;  ///< of the stored vertices; means lie between them
+};
+
+}  // namespace t4d::formats
