@@ -18,13 +18,14 @@ find_package(tl-expected REQUIRED)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 
-# t4d_add_library(<folder> SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...])
+# t4d_add_library(<folder> SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...]
+#                 [PRECOMPILED <set>])
 #
 # One static library a folder of t4d/, with the alias t4d::<folder>. HEADERS are installed as they
 # stand: "t4d/<folder>/<name>.h" is how they are included here and there. BUILD_ONLY are libraries of
 # headers alone, which users of the installed package need not have.
 function(t4d_add_library folder)
-  cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE;BUILD_ONLY" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;HEADERS;PUBLIC;PRIVATE;BUILD_ONLY" ${ARGN})
   set(target t4d_${folder})
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(t4d::${folder} ALIAS ${target})
@@ -38,6 +39,9 @@ function(t4d_add_library folder)
   endforeach()
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
   t4d_own_code(${target})
+  if(ARG_PRECOMPILED)
+    t4d_precompile(${target} ${ARG_PRECOMPILED})
+  endif()
   if(T4D_INSTALL)
     install(TARGETS ${target} EXPORT t4d-${folder} FILE_SET HEADERS)
     install(EXPORT t4d-${folder} NAMESPACE t4d:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/t4d)
@@ -56,29 +60,40 @@ function(t4d_own_code target)
   endif()
   # g++ 12 sees overflows in optimised inserts into std::string and std::vector where none are.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow)
+    target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow -Wno-array-bounds -Wno-stringop-overread)
   endif()
 endfunction()
 
-# t4d_add_program(<name> SOURCES ... LINK ...): a program in the build folder itself.
+# t4d_add_program(<name> SOURCES ... LINK ... [OPTIMISED]): a program in the build folder itself.
+# OPTIMISED is for programs with hot code of their own.
 function(t4d_add_program name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/generated)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} fmt::fmt)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
   t4d_own_code(${name})
+  if(NOT ARG_OPTIMISED)
+    t4d_compile_quickly(${name})
+    t4d_precompile(${name} tools)
+  endif()
 endfunction()
 
-# t4d_add_test(<name> SOURCES ... LINK ...): a GoogleTest program; each TEST is a test of ctest.
+# t4d_add_test(<name> SOURCES ... LINK ... [PRECOMPILED <set>]): a GoogleTest program; each TEST is
+# a test of ctest.
 function(t4d_add_test name)
   if(NOT T4D_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/generated)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} fmt::fmt GTest::gtest GTest::gmock GTest::gtest_main)
   t4d_own_code(${name})
+  t4d_compile_quickly(${name})
+  if(NOT ARG_PRECOMPILED)
+    set(ARG_PRECOMPILED tests)
+  endif()
+  t4d_precompile(${name} ${ARG_PRECOMPILED})
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()
