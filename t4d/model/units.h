@@ -5,7 +5,23 @@
 
 namespace t4d::model {
 
-/// Metres in one unit of length ("mm", "m", "in", ...); nothing for a name that is not known.
+/// Metres in one unit of length ("mm", "m", "in", ...); nothing for a unit that is not known.
 std::optional<double> metresPer(std::string_view lengthUnit);
+
+/// Converts numbers from one unit to another by a fraction of two whole numbers in lowest terms.
+/// Where one unit is a multiple of the other, as m is of mm, the result is rounded once.
+struct UnitConversion {
+  double numerator = 1;
+  double denominator = 1;
+
+  double operator()(double value) const { return value * numerator / denominator; }
+  bool isIdentity() const { return numerator == denominator; }
+};
+
+/// Converts lengths given in `from` to `to`; nothing where one of two different units is not known.
+std::optional<UnitConversion> lengthConversion(std::string_view from, std::string_view to);
+
+/// The same for times ("s", "ms", "min", ...).
+std::optional<UnitConversion> timeConversion(std::string_view from, std::string_view to);
 
 }  // namespace t4d::model
