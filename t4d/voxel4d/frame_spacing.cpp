@@ -1,0 +1,122 @@
+#include "t4d/voxel4d/frame_spacing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "t4d/voxel4d/voxelize.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A screw as the points of the unmoved mesh see it: they stay, the world turns the other way.
+///
+/// At the fraction f of a segment the point p moves, per segment, by
+///
+///   d/df (R(f) (s(p) - a) + f T) = theta d x R(f) (s(p) - a) + T
+///
+/// with s the segment's start, a and d its axis, theta its angle, T its translation. Turned back by
+/// R(f), and with T = T_across + T_along, this has the length of
+///
+///   u + R(-f) T_across + T_along,    u = theta d x (s(p) - a),
+///
+/// where u and R(-f) T_across lie across the axis and T_along along it. The first is fixed and the
+/// second runs through an arc of the angle theta, so the length is largest where the arc comes
+/// nearest to the direction of u. It is a convex function of p: the largest over a mesh is that of
+/// a vertex.
+class SeenScrew {
+ public:
+  explicit SeenScrew(const model::Segment& segment)
+      : angle_(std::abs(segment.screw.angleDegrees) * (std::numbers::pi / 180)) {
+    const model::Screw& screw = segment.screw;
+    const double sign = screw.angleDegrees < 0 ? -1 : 1;
+    const Eigen::Matrix3d back = segment.start.rotation.transpose();
+    axisPoint_ = back * (screw.axisPoint - segment.start.translation);
+    axis_ = sign * (back * screw.axisDirection);
+    const Vector3d translation = back * screw.translation;
+    along_ = std::abs(axis_.dot(translation));
+    const Vector3d across = translation - axis_.dot(translation) * axis_;
+    across_ = across.norm();
+    if (across_ > 0) acrossDirection_ = across / across_;
+  }
+
+  /// The largest of any point within `reach` of `centre`; an upper bound.
+  double pathWithin(const model::Point3& centre, double reach) const {
+    const double radius = axis_.cross(centre - axisPoint_).norm() + reach;
+    return std::hypot(angle_ * radius + across_, along_);
+  }
+
+  /// The largest speed of `point` times the segment's duration.
+  double pathOf(const model::Point3& point) const {
+    const Vector3d u = angle_ * axis_.cross(point - axisPoint_);
+    if (across_ == 0) return std::hypot(u.norm(), along_);
+    const double length = u.norm();
+    const double x = u.dot(acrossDirection_);
+    const double y = u.dot(axis_.cross(acrossDirection_));
+    // R(-f) T_across is |T_across| (cos phi, -sin phi) here, with phi from 0 to theta.
+    double nearest = std::atan2(-y, x);
+    if (nearest < 0) nearest += 2 * std::numbers::pi;
+    const double cosine =
+        nearest <= angle_ ? length : std::max(x, x * std::cos(angle_) - y * std::sin(angle_));
+    const double square = length * length + across_ * across_ + 2 * across_ * cosine;
+    return std::hypot(std::sqrt(std::max(square, 0.0)), along_);
+  }
+
+ private:
+  double angle_;  // radians, not negative
+  Vector3d axisPoint_;
+  Vector3d axis_;  // of length 1; the rotation is right-handed about it
+  double along_ = 0;
+  double across_ = 0;
+  Vector3d acrossDirection_ = Vector3d::Zero();
+};
+
+}  // namespace
+
+double maxSpeed(const model::TriangleMesh& mesh, const model::Motion& motion) {
+  if (mesh.vertices.empty()) return 0;
+  const model::Bounds3 bounds = boundsOf(mesh);
+  const model::Point3 centre = 0.5 * (bounds.min + bounds.max);
+  double reach = 0;
+  for (const model::Point3& vertex : mesh.vertices) {
+    reach = std::max(reach, (vertex - centre).norm());
+  }
+  double fastest = 0;
+  for (const model::Segment& segment : motion.segments) {
+    const double duration = segment.timeEnd - segment.timeBegin;
+    const SeenScrew screw(segment);
+    if (screw.pathWithin(centre, reach) <= fastest * duration) continue;
+    double longest = 0;
+    for (const model::Point3& vertex : mesh.vertices) {
+      longest = std::max(longest, screw.pathOf(vertex));
+    }
+    fastest = std::max(fastest, longest / duration);
+  }
+  return fastest;
+}
+
+double largestGap(std::span<const double> times) {
+  double gap = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) gap = std::max(gap, times[i] - times[i - 1]);
+  return gap;
+}
+
+Result<std::uint64_t> framesWithin(double distance, double speed, const model::TimeSpan& span) {
+  // A path of whole distances may come out longer by rounding.
+  constexpr double kRounding = 1e-12;
+  const double steps =
+      std::max(1.0, std::ceil((span.end - span.begin) * speed / distance * (1 - kRounding)));
+  if (!(steps < static_cast<double>(kMaxFrames))) {
+    return invalid(
+        fmt::format("no point moves by more than {} between two frames if there are "
+                    "{:.4g} or more of them; at most {} are allowed",
+                    distance, steps + 1, kMaxFrames));
+  }
+  return static_cast<std::uint64_t>(steps) + 1;
+}
+
+}  // namespace t4d::voxel4d
