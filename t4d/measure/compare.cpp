@@ -1,5 +1,7 @@
 #include "t4d/measure/compare.h"
 
+#include <algorithm>
+
 #include "t4d/convert/slice.h"
 
 namespace t4d::measure {
@@ -55,6 +57,30 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
     }
   }
   return comparisons;
+}
+
+std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const double> times) {
+  std::vector<std::vector<double>> layers;  // of each body, in increasing order
+  for (const model::Body& body : bodies) {
+    std::vector<double>& own = layers.emplace_back();
+    for (std::size_t i = 0; i < body.source->slabCount(); ++i) {
+      const model::TimeSpan span = body.source->timeSpan(i);
+      own.push_back(span.begin);
+      own.push_back(span.end);
+    }
+  }
+  std::size_t count = 0;
+  for (const double time : times) {
+    bool exists = false;
+    bool onLayers = true;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (layers[i].empty() || time < layers[i].front() || time > layers[i].back()) continue;
+      exists = true;
+      onLayers = onLayers && std::binary_search(layers[i].begin(), layers[i].end(), time);
+    }
+    if (exists && onLayers) ++count;
+  }
+  return count;
 }
 
 }  // namespace t4d::measure

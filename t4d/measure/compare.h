@@ -43,4 +43,8 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
                                                const CompareOptions& options = {},
                                                const model::Progress& progress = {});
 
+/// How many of `times` fall on a layer, or an end, of every body that exists then, and within some
+/// body. Where all do, nothing is seen of what happens between layers.
+std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const double> times);
+
 }  // namespace t4d::measure

@@ -6,7 +6,9 @@
 
 #include "t4d/convert/flipbook.h"
 #include "t4d/fixtures/solids.h"
+#include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/model/converted_source.h"
 
 namespace t4d::measure {
 namespace {
@@ -63,6 +65,39 @@ TEST(Compare, WhatDoesNotExistAtATimeIsEmpty) {
   EXPECT_NEAR(during.distance.hausdorff(), 2, during.distance.tolerance);
   EXPECT_EQ(after.volumeA + after.volumeB, 0);
   EXPECT_EQ(after.distance.hausdorff(), 0);
+}
+
+TEST(Compare, TimesThatFallOnLayersAreCounted) {
+  model::Mesh mesh = movingCube(0, {1, 0, 0});
+  model::Mesh late = movingCube(0.5, {1, 0, 0});
+  const std::vector<model::Body> one = {{"one", &mesh}};
+  const std::vector<model::Body> two = {{"one", &mesh}, {"late", &late}};
+  EXPECT_EQ(timesOnLayers(one, std::vector<double>{0, 1, 2, 4}), 4U);
+  EXPECT_EQ(timesOnLayers(one, std::vector<double>{0, 1.5, 3, 5}), 2U);
+  // Where both exist, only one of them has a layer.
+  EXPECT_EQ(timesOnLayers(two, std::vector<double>{0, 1, 2, 4.5}), 2U);
+}
+
+TEST(Compare, AMeshInOtherUnitsIsTheSame) {
+  model::Mesh mesh = movingCube(0, {1, 0, 0});
+  model::ConvertedSource inMetres(mesh, *model::lengthConversion("mm", "m"),
+                                  *model::timeConversion("s", "min"));
+  model::ConvertedSource back(inMetres, *model::lengthConversion("m", "mm"),
+                              *model::timeConversion("min", "s"));
+  const model::Body a{"mm", &mesh};
+  const model::Body b{"m", &back};
+  const std::vector<double> times = {0, 1.25, 2, 4};
+  const auto comparisons = compareAt(std::span(&a, 1), std::span(&b, 1), times);
+  ASSERT_TRUE(comparisons) << comparisons.error().text();
+  for (const SliceComparison& slice : *comparisons) {
+    EXPECT_NEAR(slice.volumeB, slice.volumeA, 1e-12);
+    EXPECT_NEAR(slice.areaB, slice.areaA, 1e-12);
+    EXPECT_NEAR(slice.difference.volume, 0, 1e-12);
+    EXPECT_NEAR(slice.distance.hausdorff(), 0, 1e-12);
+  }
+  // A cubic millimetre is a billionth of a cubic metre, a second a sixtieth of a minute.
+  const double hypervolume = checkMesh(mesh)->hypervolume;
+  EXPECT_NEAR(checkMesh(inMetres)->hypervolume, hypervolume * 1e-9 / 60, 1e-24);
 }
 
 TEST(Compare, BodiesOfOneFileAreOneSolid) {
