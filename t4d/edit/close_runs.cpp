@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
 #include <tuple>
 
 #include <fmt/format.h>
 
+#include "t4d/model/cone.h"
 #include "t4d/model/facets.h"
+#include "t4d/model/union_find.h"
 
 namespace t4d::edit {
 namespace {
@@ -57,13 +58,8 @@ Result<Surface> surfaceOf(const std::vector<Facet>& facets) {
   std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
     return std::tie(a.low, a.high, a.facet) < std::tie(b.low, b.high, b.facet);
   });
-  // Facets that share an edge are of one part; `parent` leads to the first facet of the part.
-  std::vector<std::uint32_t> parent(facets.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto rootOf = [&](std::uint32_t facet) {
-    while (parent[facet] != facet) facet = parent[facet] = parent[parent[facet]];
-    return facet;
-  };
+  // Facets that share an edge are of one part; its root is its first facet.
+  model::UnionFind parts(facets.size());
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t end = i;
     while (end < edges.size() && edges[end].low == edges[i].low &&
@@ -75,15 +71,13 @@ Result<Surface> surfaceOf(const std::vector<Facet>& facets) {
                                  edges[i].low, edges[i].high, end - i,
                                  end - i == 2 ? " that face opposite ways" : ""));
     }
-    const std::uint32_t a = rootOf(edges[i].facet);
-    const std::uint32_t b = rootOf(edges[i + 1].facet);
-    parent[std::max(a, b)] = std::min(a, b);
+    parts.unite(edges[i].facet, edges[i + 1].facet);
     i = end;
   }
   Surface surface;
   surface.part.resize(facets.size());
   for (std::uint32_t i = 0; i < facets.size(); ++i) {
-    const std::uint32_t root = rootOf(i);
+    const std::uint32_t root = parts.root(i);
     surface.part[i] = root == i ? surface.parts++ : surface.part[root];
   }
   return surface;
@@ -152,8 +146,7 @@ class Cone {
     return cells;
   }
 
-  /// Off the middle of each part by irregular fractions of its extent, so that the apex lies in the
-  /// plane of no facet of a symmetric surface; the cells would have no volume.
+  /// One for each part of the surface.
   std::vector<Point4> apexes() const {
     std::vector<model::Bounds3> bounds(surface_.parts);
     for (std::size_t i = 0; i < facets_.size(); ++i) {
@@ -161,11 +154,9 @@ class Cone {
         bounds[surface_.part[i]].add(layer_[vertex].head<3>());
       }
     }
-    const Point3 offMiddle(0.0137, 0.0291, 0.0173);
     std::vector<Point4> apexes;
     for (const model::Bounds3& part : bounds) {
-      const Point3 apex =
-          0.5 * part.min + 0.5 * part.max + offMiddle.cwiseProduct(0.5 * part.max - 0.5 * part.min);
+      const Point3 apex = model::coneApex(part, 0.5);
       apexes.emplace_back(apex.x(), apex.y(), apex.z(), layer_.front()[3]);
     }
     return apexes;

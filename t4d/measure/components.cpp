@@ -1,30 +1,13 @@
 #include "t4d/measure/components.h"
 
 #include <algorithm>
-#include <numeric>
+
+#include "t4d/model/union_find.h"
 
 namespace t4d::measure {
-namespace {
-
-class UnionFind {
- public:
-  explicit UnionFind(std::size_t size) : parent_(size) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::uint32_t root(std::uint32_t item) {
-    while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
-    return item;
-  }
-  void unite(std::uint32_t a, std::uint32_t b) { parent_[root(a)] = root(b); }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-}  // namespace
 
 Components componentsOf(const model::Connectivity& connectivity) {
-  UnionFind sets(connectivity.vertexCount);
+  model::UnionFind sets(connectivity.vertexCount);
   Components components;
   components.ofVertex.assign(connectivity.vertexCount, kNoComponent);
   for (const model::Cell& cell : connectivity.cells) {
@@ -42,14 +25,13 @@ Components componentsOf(const model::Connectivity& connectivity) {
 void ComponentCounter::add(const Components& components, std::uint32_t lowerCount,
                            std::uint32_t upperCount) {
   // The components that reach this slab's lower layer, then those of the slab itself.
-  UnionFind sets(std::size_t{live_} + components.count);
+  model::UnionFind sets(std::size_t{live_} + components.count);
   const std::size_t seam = std::min<std::size_t>(lowerCount, ofLayer_.size());
   for (std::size_t i = 0; i < seam; ++i) {
     if (ofLayer_[i] == kNoComponent || components.ofVertex[i] == kNoComponent) continue;
     sets.unite(ofLayer_[i], live_ + components.ofVertex[i]);
   }
-  // Old components can also meet a layer vertex that this slab does not use, and pass it no
-  // further.
+  // A component ends here where the slab does not use its vertices in the lower layer.
   const std::uint32_t total = live_ + components.count;
   std::vector<std::uint32_t> number(total, kNoComponent);
   std::uint32_t newLive = 0;

@@ -18,18 +18,18 @@ void IssueList::add(Issue issue, std::uint64_t count) {
   if (kept_[issue.code]++ < kKeptOfEachCode) issues.push_back(std::move(issue));
 }
 
-struct MeshChecker::Judged {
+struct MeshChecker::Checked {
   std::shared_ptr<const model::Connectivity> connectivity;
   model::FacetTopology facets;
   Components components;
-  std::vector<std::uint32_t> interiorLinks;  // vertices whose link is not a sphere
+  std::vector<std::uint32_t> nonManifold;  // interior vertices
 };
 
 struct MeshChecker::Seam {
-  std::shared_ptr<const Judged> before;
-  std::shared_ptr<const Judged> after;
+  std::shared_ptr<const Checked> before;
+  std::shared_ptr<const Checked> after;
   std::vector<model::Facet> unmatched;
-  std::vector<std::uint32_t> links;
+  std::vector<std::uint32_t> nonManifold;
 };
 
 MeshChecker::MeshChecker(CheckOptions options)
@@ -42,40 +42,41 @@ MeshChecker::~MeshChecker() = default;
 Result<void> MeshChecker::put(const model::Slab& slab) {
   const auto where = [&] { return fmt::format("slab {}", report_.slabs); };
   if (!slab.connectivity) return invalid("has no connectivity", where());
-  std::shared_ptr<const Judged> judged = before_;
+  std::shared_ptr<const Checked> checked = before_;
   if (!before_ || before_->connectivity != slab.connectivity) {
     if (auto sound = model::checkConnectivity(*slab.connectivity); !sound) {
       return invalid(sound.error().message, where());
     }
-    auto fresh = std::make_shared<Judged>();
+    auto fresh = std::make_shared<Checked>();
     fresh->connectivity = slab.connectivity;
     fresh->facets = model::facetTopology(*slab.connectivity);
     fresh->components = componentsOf(*slab.connectivity);
     if (options_.vertexLinks) {
-      fresh->interiorLinks = interiorVerticesWithoutSphere(*slab.connectivity);
+      fresh->nonManifold = nonManifoldInteriorVertices(*slab.connectivity);
     }
-    judged = std::move(fresh);
+    checked = std::move(fresh);
   }
   if (auto sound = model::checkSlab(slab); !sound) return invalid(sound.error().message, where());
 
   const model::Connectivity& connectivity = *slab.connectivity;
-  reportFacets(judged->facets.unmatched, "in the slab", report_.slabs);
-  if (!judged->interiorLinks.empty()) {
+  reportFacets(checked->facets.unmatched, "in the slab", report_.slabs);
+  if (!checked->nonManifold.empty()) {
     report_.vertexLinksOk = false;
     // The apex of a cone over a surface that is not one sphere; the cap encloses nothing, so
     // hypervolume and slices stay exact.
     const bool inCap = slab.timeBegin == slab.timeEnd;
-    report_.issues.add({inCap ? "cap-vertex-link" : "vertex-link",
-                        inCap ? Severity::Warning : Severity::Error,
-                        fmt::format("the link of vertex {} is not a sphere ({} such vertices{})",
-                                    judged->interiorLinks.front(), judged->interiorLinks.size(),
-                                    inCap ? ", inside a cap" : ""),
-                        report_.slabs,
-                        {}},
-                       judged->interiorLinks.size());
+    report_.issues.add(
+        {inCap ? "cap-vertex-link" : "vertex-link",
+         inCap ? Severity::Warning : Severity::Error,
+         fmt::format("vertex {} is non-manifold: its link is not a sphere ({} such vertices{})",
+                     checked->nonManifold.front(), checked->nonManifold.size(),
+                     inCap ? ", inside a cap" : ""),
+         report_.slabs,
+         {}},
+        checked->nonManifold.size());
   }
-  judgeSeam(&slab, judged);
-  components_.add(judged->components, connectivity.lowerCount, connectivity.upperCount);
+  checkSeam(&slab, checked);
+  components_.add(checked->components, connectivity.lowerCount, connectivity.upperCount);
   measure(slab);
 
   report_.vertices += connectivity.vertexCount - (report_.slabs == 0 ? 0 : connectivity.lowerCount);
@@ -84,20 +85,20 @@ Result<void> MeshChecker::put(const model::Slab& slab) {
   report_.time.end = slab.timeEnd;
   ++report_.slabs;
   keepUpperLayer(slab);
-  before_ = std::move(judged);
+  before_ = std::move(checked);
   return {};
 }
 
 void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const char* where,
                                std::uint64_t slab) {
   std::uint64_t open = 0;
-  std::uint64_t twisted = 0;
+  std::uint64_t inconsistent = 0;
   const model::Facet* firstOpen = nullptr;
-  const model::Facet* firstTwisted = nullptr;
+  const model::Facet* firstInconsistent = nullptr;
   for (const model::Facet& facet : facets) {
     const bool isOpen = !facet.isClosed();
-    ++(isOpen ? open : twisted);
-    const model::Facet*& first = isOpen ? firstOpen : firstTwisted;
+    ++(isOpen ? open : inconsistent);
+    const model::Facet*& first = isOpen ? firstOpen : firstInconsistent;
     if (first == nullptr) first = &facet;
   }
   const auto name = [&](const model::Facet& facet) {
@@ -114,21 +115,21 @@ void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const ch
                         {}},
                        open);
   }
-  if (firstTwisted != nullptr) {
+  if (firstInconsistent != nullptr) {
     report_.oriented = false;
     report_.issues.add({"facet-orientation",
                         Severity::Error,
                         fmt::format("{} has both its cells on the same side ({} such facets)",
-                                    name(*firstTwisted), twisted),
+                                    name(*firstInconsistent), inconsistent),
                         slab,
                         {}},
-                       twisted);
+                       inconsistent);
   }
 }
 
-/// Judges the layer between the slab before and `after`; either is absent at an end of the mesh.
-void MeshChecker::judgeSeam(const model::Slab* after,
-                            const std::shared_ptr<const Judged>& judgedAfter) {
+/// Checks the layer between the slab before and `after`; either is absent at an end of the mesh.
+void MeshChecker::checkSeam(const model::Slab* after,
+                            const std::shared_ptr<const Checked>& checkedAfter) {
   const std::uint32_t upper = before_ ? before_->connectivity->upperCount : 0;
   if (after != nullptr && before_) {
     if (upper == after->connectivity->lowerCount) {
@@ -143,34 +144,35 @@ void MeshChecker::judgeSeam(const model::Slab* after,
                           {}});
     }
   }
-  if (seam_->before != before_ || seam_->after != judgedAfter || report_.slabs == 0) {
+  if (seam_->before != before_ || seam_->after != checkedAfter || report_.slabs == 0) {
     const std::vector<model::Facet> kNone;
     seam_->before = before_;
-    seam_->after = judgedAfter;
+    seam_->after = checkedAfter;
     seam_->unmatched = model::unmatchedAtSeam(before_ ? before_->facets.upper : kNone,
-                                              judgedAfter ? judgedAfter->facets.lower : kNone);
-    const bool joins = !before_ || !judgedAfter || upper == judgedAfter->connectivity->lowerCount;
-    seam_->links.clear();
-    if (options_.vertexLinks && joins && (before_ || judgedAfter)) {
-      seam_->links =
-          layerVerticesWithoutSphere(before_ ? before_->connectivity.get() : nullptr,
-                                     judgedAfter ? judgedAfter->connectivity.get() : nullptr);
+                                              checkedAfter ? checkedAfter->facets.lower : kNone);
+    const bool joins = !before_ || !checkedAfter || upper == checkedAfter->connectivity->lowerCount;
+    seam_->nonManifold.clear();
+    if (options_.vertexLinks && joins && (before_ || checkedAfter)) {
+      seam_->nonManifold =
+          nonManifoldLayerVertices(before_ ? before_->connectivity.get() : nullptr,
+                                   checkedAfter ? checkedAfter->connectivity.get() : nullptr);
     }
   }
   // The last layer belongs to the last slab.
   const std::uint64_t number =
-      judgedAfter || report_.slabs == 0 ? report_.slabs : report_.slabs - 1;
-  reportFacets(seam_->unmatched, judgedAfter ? "in the lower layer" : "in the last layer", number);
-  if (!seam_->links.empty()) {
+      checkedAfter || report_.slabs == 0 ? report_.slabs : report_.slabs - 1;
+  reportFacets(seam_->unmatched, checkedAfter ? "in the lower layer" : "in the last layer", number);
+  if (!seam_->nonManifold.empty()) {
     report_.vertexLinksOk = false;
-    report_.issues.add(
-        {"vertex-link",
-         Severity::Error,
-         fmt::format("the link of vertex {} of the {} layer is not a sphere ({} such vertices)",
-                     seam_->links.front(), judgedAfter ? "lower" : "last", seam_->links.size()),
-         number,
-         {}},
-        seam_->links.size());
+    report_.issues.add({"vertex-link",
+                        Severity::Error,
+                        fmt::format("vertex {} of the {} layer is non-manifold: its link is not a "
+                                    "sphere ({} such vertices)",
+                                    seam_->nonManifold.front(), checkedAfter ? "lower" : "last",
+                                    seam_->nonManifold.size()),
+                        number,
+                        {}},
+                       seam_->nonManifold.size());
   }
 }
 
@@ -225,7 +227,7 @@ void MeshChecker::measure(const model::Slab& slab) {
                                                : std::max(report_.bounds.min.cwiseAbs().maxCoeff(),
                                                           report_.bounds.max.cwiseAbs().maxCoeff());
   // A cell's volume is known to the rounding of its corners, times its extent in the other two
-  // directions; below a few of these units it cannot be told from zero.
+  // directions. Below a few of these units it counts as zero.
   const double flat = 4 * std::numeric_limits<double>::epsilon() * largest;
 
   double hypervolume24 = 0;
@@ -285,7 +287,7 @@ void MeshChecker::keepUpperLayer(const model::Slab& slab) {
 }
 
 MeshReport MeshChecker::finish() {
-  judgeSeam(nullptr, nullptr);
+  checkSeam(nullptr, nullptr);
   report_.hypervolume = hypervolume24_ / 24;
   report_.components = components_.count();
   if (report_.tetrahedra == 0) {

@@ -24,7 +24,7 @@ struct Issue {
   std::optional<std::uint64_t> offset;  ///< byte offset in a file, where it comes from one
 };
 
-/// Findings, counted all and kept up to a number of each code.
+/// Findings: all are counted, the first kKeptOfEachCode of each code are kept.
 struct IssueList {
   static constexpr std::uint64_t kKeptOfEachCode = 10;
 
@@ -33,14 +33,14 @@ struct IssueList {
   std::vector<Issue> issues;
 
   void add(Issue issue);
-  /// `count` findings alike, of which `issue` is the first.
+  /// `count` findings of one kind, of which `issue` is the first.
   void add(Issue issue, std::uint64_t count);
 
  private:
   std::map<std::string, std::uint64_t> kept_;
 };
 
-/// What is known of a 4D mesh after all its slabs have been seen.
+/// What a check of a whole 4D mesh found.
 struct MeshReport {
   std::uint64_t slabs = 0;
   std::uint64_t vertices = 0;  ///< each once, however many slabs hold it
@@ -62,15 +62,15 @@ struct MeshReport {
 };
 
 struct CheckOptions {
-  bool vertexLinks = false;  ///< the deep check: every vertex link is a sphere
+  bool vertexLinks = false;  ///< the deep check: every vertex is manifold
 };
 
-/// Judges a 4D mesh slab by slab, in the memory of two: that each slab is sound by itself
-/// (checkSlab), that layers agree bit for bit across seams, that the mesh is closed and oriented;
-/// measures it; and on request judges the vertex links. What depends on the connectivity alone is
-/// done once for all slabs in a row that share it.
+/// Checks and measures a 4D mesh slab by slab, in the memory of two: that each slab is sound by
+/// itself (checkSlab), that layers are equal (`==`) across seams, that the mesh is closed and
+/// oriented and, on request, that it is manifold at every vertex. What depends on the connectivity
+/// alone is done once for consecutive slabs that share it.
 ///
-/// Findings do not stop it; `put` fails only for a slab that cannot be judged at all.
+/// Findings do not stop it; `put` fails only for a slab that cannot be checked at all.
 class MeshChecker : public model::Sink {
  public:
   explicit MeshChecker(CheckOptions options = {});
@@ -78,22 +78,22 @@ class MeshChecker : public model::Sink {
 
   Result<void> put(const model::Slab& slab) override;
 
-  /// The report; the checker is used up.
+  /// The report. Call it once, after the last slab.
   MeshReport finish();
 
  private:
-  struct Judged;  // a connectivity and what was found out about it
-  struct Seam;    // two of them in a row
+  struct Checked;  // a connectivity and what was found in it
+  struct Seam;     // two of them in a row
 
   void reportFacets(const std::vector<model::Facet>& facets, const char* where, std::uint64_t slab);
-  void judgeSeam(const model::Slab* after, const std::shared_ptr<const Judged>& judgedAfter);
+  void checkSeam(const model::Slab* after, const std::shared_ptr<const Checked>& checkedAfter);
   void compareLayers(const model::Slab& slab);
   void measure(const model::Slab& slab);
   void keepUpperLayer(const model::Slab& slab);
 
   CheckOptions options_;
   MeshReport report_;
-  std::shared_ptr<const Judged> before_;
+  std::shared_ptr<const Checked> before_;
   std::unique_ptr<Seam> seam_;
   ComponentCounter components_;
   model::Point4 reference_ = model::Point4::Zero();
@@ -103,7 +103,7 @@ class MeshChecker : public model::Sink {
   std::vector<model::Attribute> upperAttributes_;
 };
 
-/// The whole of it for a mesh at hand.
+/// Checks all slabs of a source.
 Result<MeshReport> checkMesh(const model::Source& source, CheckOptions options = {},
                              const model::Progress& progress = {});
 

@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <functional>
-#include <numeric>
+
+#include "t4d/model/union_find.h"
 
 namespace t4d::measure {
 
 std::vector<double> generaOf(const model::TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t vertex) {
-    while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
-    return vertex;
-  };
+  model::UnionFind surfaces(mesh.vertices.size());
   std::vector<char> used(mesh.vertices.size(), 0);
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(3 * mesh.triangles.size());
@@ -21,7 +17,7 @@ std::vector<double> generaOf(const model::TriangleMesh& mesh) {
       const std::uint32_t a = triangle[i];
       const std::uint32_t b = triangle[(i + 1) % 3];
       used[a] = 1;
-      parent[root(a)] = root(b);
+      surfaces.unite(a, b);
       edges.push_back({std::min(a, b), std::max(a, b)});
     }
   }
@@ -29,13 +25,14 @@ std::vector<double> generaOf(const model::TriangleMesh& mesh) {
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 
   std::vector<std::int64_t> euler(mesh.vertices.size(), 0);  // at the root of each surface
-  for (std::uint32_t v = 0; v < used.size(); ++v) euler[root(v)] += used[v];
-  for (const auto& edge : edges) --euler[root(edge[0])];
-  for (const model::Triangle& triangle : mesh.triangles) ++euler[root(triangle[0])];
+  for (std::uint32_t v = 0; v < used.size(); ++v) euler[surfaces.root(v)] += used[v];
+  for (const auto& edge : edges) --euler[surfaces.root(edge[0])];
+  for (const model::Triangle& triangle : mesh.triangles) ++euler[surfaces.root(triangle[0])];
 
   std::vector<double> genera;
   for (std::uint32_t v = 0; v < used.size(); ++v) {
-    if (used[v] != 0 && root(v) == v) genera.push_back(1 - 0.5 * static_cast<double>(euler[v]));
+    if (used[v] == 0 || surfaces.root(v) != v) continue;
+    genera.push_back(1 - 0.5 * static_cast<double>(euler[v]));
   }
   std::sort(genera.begin(), genera.end(), std::greater<>());
   return genera;

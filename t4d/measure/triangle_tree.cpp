@@ -6,23 +6,19 @@
 #include <limits>
 #include <numeric>
 
+#include "t4d/model/distance.h"
+
 namespace t4d::measure {
 namespace {
 
 using model::Bounds3;
 using model::Point3;
+using model::squaredDistanceToSegment;
 
 constexpr std::uint32_t kLeafTriangles = 4;
 
 double squaredDistance(const Bounds3& box, const Point3& p) {
   return (box.min - p).cwiseMax(p - box.max).cwiseMax(0).squaredNorm();
-}
-
-double squaredDistanceToSegment(const Point3& p, const Point3& a, const Point3& b) {
-  const Point3 along = b - a;
-  const double length = along.squaredNorm();
-  const double s = length > 0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0;
-  return (a + s * along - p).squaredNorm();
 }
 
 /// Inside the prism over the triangle the distance to its plane, elsewhere that to its edges; a

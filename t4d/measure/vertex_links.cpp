@@ -2,17 +2,18 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+
+#include "t4d/model/union_find.h"
 
 namespace t4d::measure {
 namespace {
 
 using LinkTriangle = std::array<std::uint32_t, 3>;
 
-/// Judges one link at a time; keeps its buffers from one to the next.
+/// Tests one link at a time and keeps its buffers from one to the next.
 class SphereTest {
  public:
-  /// A surface is a sphere when each edge has two triangles, all triangles hang together across
+  /// A surface is a sphere when each edge has two triangles, the triangles are connected across
   /// edges, and V - E + F = 2: pinching a connected closed surface at a vertex only lowers that
   /// sum, and the sphere alone reaches 2.
   bool isSphere(const LinkTriangle* triangles, std::uint32_t count) {
@@ -28,20 +29,14 @@ class SphereTest {
     }
     if (edges_.size() % 2 != 0) return false;
     std::sort(edges_.begin(), edges_.end());
-    parent_.resize(count);
-    std::iota(parent_.begin(), parent_.end(), 0U);
+    sets_.reset(count);
     std::uint32_t parts = count;
     for (std::size_t i = 0; i < edges_.size(); i += 2) {
       const bool pair = edges_[i][0] == edges_[i + 1][0] && edges_[i][1] == edges_[i + 1][1];
       const bool third = i + 2 < edges_.size() && edges_[i][0] == edges_[i + 2][0] &&
                          edges_[i][1] == edges_[i + 2][1];
       if (!pair || third) return false;
-      const std::uint32_t a = root(edges_[i][2]);
-      const std::uint32_t b = root(edges_[i + 1][2]);
-      if (a != b) {
-        parent_[a] = b;
-        --parts;
-      }
+      if (sets_.unite(edges_[i][2], edges_[i + 1][2])) --parts;
     }
     std::sort(vertices_.begin(), vertices_.end());
     const auto vertexCount = std::unique(vertices_.begin(), vertices_.end()) - vertices_.begin();
@@ -50,22 +45,15 @@ class SphereTest {
   }
 
  private:
-  std::uint32_t root(std::uint32_t triangle) {
-    while (parent_[triangle] != triangle) {
-      triangle = parent_[triangle] = parent_[parent_[triangle]];
-    }
-    return triangle;
-  }
-
   std::vector<std::array<std::uint32_t, 3>> edges_;  // low, high, triangle
   std::vector<std::uint32_t> vertices_;
-  std::vector<std::uint32_t> parent_;
+  model::UnionFind sets_;
 };
 
-/// The vertices from `first` to `last` (not included) that have cells and no sphere around them,
-/// counted from `first`.
-std::vector<std::uint32_t> withoutSphere(const std::vector<model::Cell>& cells, std::uint32_t first,
-                                         std::uint32_t last) {
+/// The vertices from `first` to `last` (not included) that have cells and a link that is not a
+/// sphere, counted from `first`.
+std::vector<std::uint32_t> nonManifoldVertices(const std::vector<model::Cell>& cells,
+                                               std::uint32_t first, std::uint32_t last) {
   const std::uint32_t count = last - first;
   std::vector<std::size_t> begin(std::size_t{count} + 1, 0);
   for (const model::Cell& cell : cells) {
@@ -85,28 +73,28 @@ std::vector<std::uint32_t> withoutSphere(const std::vector<model::Cell>& cells, 
     }
   }
   SphereTest test;
-  std::vector<std::uint32_t> failed;
+  std::vector<std::uint32_t> nonManifold;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::size_t size = begin[i + 1] - begin[i];
     if (size == 0) continue;  // no cell uses it
     if (!test.isSphere(triangles.data() + begin[i], static_cast<std::uint32_t>(size))) {
-      failed.push_back(i);
+      nonManifold.push_back(i);
     }
   }
-  return failed;
+  return nonManifold;
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> interiorVerticesWithoutSphere(const model::Connectivity& connectivity) {
-  std::vector<std::uint32_t> failed =
-      withoutSphere(connectivity.cells, connectivity.lowerCount, connectivity.firstUpper());
-  for (std::uint32_t& vertex : failed) vertex += connectivity.lowerCount;
-  return failed;
+std::vector<std::uint32_t> nonManifoldInteriorVertices(const model::Connectivity& connectivity) {
+  std::vector<std::uint32_t> nonManifold =
+      nonManifoldVertices(connectivity.cells, connectivity.lowerCount, connectivity.firstUpper());
+  for (std::uint32_t& vertex : nonManifold) vertex += connectivity.lowerCount;
+  return nonManifold;
 }
 
-std::vector<std::uint32_t> layerVerticesWithoutSphere(const model::Connectivity* before,
-                                                      const model::Connectivity* after) {
+std::vector<std::uint32_t> nonManifoldLayerVertices(const model::Connectivity* before,
+                                                    const model::Connectivity* after) {
   // Joined numbering: the layer, then the rest of the slab before, then the rest of the slab after.
   const std::uint32_t layer = before != nullptr ? before->upperCount : after->lowerCount;
   std::vector<model::Cell> cells;
@@ -128,7 +116,7 @@ std::vector<std::uint32_t> layerVerticesWithoutSphere(const model::Connectivity*
   };
   if (before != nullptr) join(*before, before->firstUpper());
   if (after != nullptr) join(*after, 0);
-  return withoutSphere(cells, 0, layer);
+  return nonManifoldVertices(cells, 0, layer);
 }
 
 }  // namespace t4d::measure

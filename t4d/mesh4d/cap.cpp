@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "t4d/mesh4d/prism.h"
+#include "t4d/model/cone.h"
 #ifdef T4D_WITH_TETGEN
 #include "t4d/mesh4d/tetgen_cap.h"
 #endif
@@ -11,15 +12,9 @@ namespace t4d::mesh4d {
 namespace {
 
 Cap coneCap(const model::TriangleMesh& mesh) {
-  const model::Bounds3 bounds = boundsOf(mesh);
-  // Off the middle by irregular fractions of the extent, so that the apex lies in the plane of no
-  // triangle of a symmetric mesh; the cells would have no volume.
-  const Eigen::Vector3d offMiddle(0.0137, 0.0291, 0.0173);
-  const model::Point3 apex =
-      0.5 * (bounds.min + bounds.max) + offMiddle.cwiseProduct(bounds.max - bounds.min);
   const auto apexIndex = static_cast<std::uint32_t>(mesh.vertices.size());
   Cap cap;
-  cap.inner.push_back(apex);
+  cap.inner.push_back(model::coneApex(boundsOf(mesh), 1));
   cap.cells.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) cap.cells.push_back({a, c, b, apexIndex});
   return cap;

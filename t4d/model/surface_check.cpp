@@ -1,9 +1,10 @@
 #include "t4d/model/surface_check.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include <fmt/format.h>
+
+#include "t4d/model/union_find.h"
 
 namespace t4d::model {
 namespace {
@@ -17,7 +18,7 @@ struct HalfEdge {
   std::uint32_t low;
   std::uint32_t high;
   std::uint32_t triangle;
-  bool forward;  // walked from low to high
+  bool forward;  // the triangle has it from low to high
 };
 
 Result<void> checkElements(const TriangleMesh& mesh) {
@@ -58,14 +59,14 @@ std::vector<HalfEdge> sortedHalfEdges(const TriangleMesh& mesh) {
   return edges;
 }
 
-/// Each edge has exactly two triangles, which walk it in opposite directions.
+/// Each edge has exactly two triangles, which have it in opposite directions.
 Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
   std::size_t open = 0;
-  std::size_t crowded = 0;
-  std::size_t twisted = 0;
+  std::size_t nonManifold = 0;
+  std::size_t inconsistent = 0;
   const HalfEdge* firstOpen = nullptr;
-  const HalfEdge* firstCrowded = nullptr;
-  const HalfEdge* firstTwisted = nullptr;
+  const HalfEdge* firstNonManifold = nullptr;
+  const HalfEdge* firstInconsistent = nullptr;
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t end = i + 1;
     while (end < edges.size() && edges[end].low == edges[i].low &&
@@ -79,9 +80,9 @@ Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& e
     if (end - i == 1) {
       note(open, firstOpen);
     } else if (end - i > 2) {
-      note(crowded, firstCrowded);
+      note(nonManifold, firstNonManifold);
     } else if (edges[i].forward == edges[i + 1].forward) {
-      note(twisted, firstTwisted);
+      note(inconsistent, firstInconsistent);
     }
     i = end;
   }
@@ -95,37 +96,33 @@ Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& e
                     "solid needs a closed surface",
                     open, firstOpen->triangle, place(*firstOpen)));
   }
-  if (crowded > 0) {
-    return invalid(
-        fmt::format("the mesh is not an edge manifold: {} edges have more than two "
-                    "triangles, the first is {} (triangles {}, {}, {}{})",
-                    crowded, place(*firstCrowded), firstCrowded[0].triangle,
-                    firstCrowded[1].triangle, firstCrowded[2].triangle,
-                    firstCrowded + 3 < edges.data() + edges.size() &&
-                            firstCrowded[3].low == firstCrowded->low &&
-                            firstCrowded[3].high == firstCrowded->high
-                        ? ", ..."
-                        : ""));
-  }
-  if (twisted > 0) {
+  if (nonManifold > 0) {
     return invalid(fmt::format(
-        "the mesh is not consistently oriented: triangles {} and {} walk "
-        "their common {} in the same direction ({} such edges in all)",
-        firstTwisted[0].triangle, firstTwisted[1].triangle, place(*firstTwisted), twisted));
+        "the mesh has {} non-manifold edge{}, with more than two triangles; the first is "
+        "{} (triangles {}, {}, {}{})",
+        nonManifold, nonManifold == 1 ? "" : "s", place(*firstNonManifold),
+        firstNonManifold[0].triangle, firstNonManifold[1].triangle, firstNonManifold[2].triangle,
+        firstNonManifold + 3 < edges.data() + edges.size() &&
+                firstNonManifold[3].low == firstNonManifold->low &&
+                firstNonManifold[3].high == firstNonManifold->high
+            ? ", ..."
+            : ""));
+  }
+  if (inconsistent > 0) {
+    return invalid(
+        fmt::format("the mesh has an inconsistent orientation: triangles {} and {} have their "
+                    "common {} in the same direction ({} such edges in all)",
+                    firstInconsistent[0].triangle, firstInconsistent[1].triangle,
+                    place(*firstInconsistent), inconsistent));
   }
   return {};
 }
 
-/// The triangles around each vertex form one fan: walking from triangle to triangle across the
-/// edges at the vertex reaches all of them.
+/// The triangles around each vertex form one fan: they are connected across the edges at the
+/// vertex.
 Result<void> checkVertices(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
   // Corners (3 * triangle + corner), united across each edge at both of its ends.
-  std::vector<std::uint32_t> parent(3 * mesh.triangles.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t corner) {
-    while (parent[corner] != corner) corner = parent[corner] = parent[parent[corner]];
-    return corner;
-  };
+  UnionFind fans(3 * mesh.triangles.size());
   const auto cornerAt = [&](std::uint32_t triangle, std::uint32_t vertex) {
     const Triangle& corners = mesh.triangles[triangle];
     const auto corner = std::find(corners.begin(), corners.end(), vertex) - corners.begin();
@@ -133,20 +130,19 @@ Result<void> checkVertices(const TriangleMesh& mesh, const std::vector<HalfEdge>
   };
   for (std::size_t i = 0; i + 1 < edges.size(); i += 2) {
     for (const std::uint32_t vertex : {edges[i].low, edges[i].high}) {
-      parent[root(cornerAt(edges[i].triangle, vertex))] =
-          root(cornerAt(edges[i + 1].triangle, vertex));
+      fans.unite(cornerAt(edges[i].triangle, vertex), cornerAt(edges[i + 1].triangle, vertex));
     }
   }
   constexpr std::uint32_t kNone = ~0U;
   std::vector<std::uint32_t> fan(mesh.vertices.size(), kNone);
-  for (std::uint32_t corner = 0; corner < parent.size(); ++corner) {
+  for (std::uint32_t corner = 0; corner < 3 * mesh.triangles.size(); ++corner) {
     const std::uint32_t vertex = mesh.triangles[corner / 3][corner % 3];
-    const std::uint32_t found = root(corner);
+    const std::uint32_t found = fans.root(corner);
     if (fan[vertex] == kNone) fan[vertex] = found;
     if (fan[vertex] != found) {
       return invalid(
-          fmt::format("the mesh is not a vertex manifold: at vertex {}, {}, several fans "
-                      "of triangles touch (triangles {} and {} belong to two of them)",
+          fmt::format("vertex {}, {}, is non-manifold: several fans of triangles touch there "
+                      "(triangles {} and {} are in two of them)",
                       vertex, textOf(mesh.vertices[vertex]), fan[vertex] / 3, found / 3));
     }
   }

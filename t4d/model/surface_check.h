@@ -5,14 +5,13 @@
 
 namespace t4d::model {
 
-/// Says why `mesh` does not bound a solid, and where; the first failure, from fast checks to slow:
-/// no triangles, an index out of range, a coordinate that is not finite, a triangle with a corner
-/// twice, an edge with one triangle (an open mesh) or more than two (not a manifold), two triangles
-/// that walk their edge the same way (inconsistent orientation), a vertex where several fans of
-/// triangles touch (not a manifold). Self-intersection is not looked for.
+/// Checks that `mesh` bounds a solid. The error is the first of these, with the place: no
+/// triangles; a coordinate that is not finite; an index out of range; a triangle that has a vertex
+/// twice; a boundary edge, with one triangle; a non-manifold edge, with more than two; inconsistent
+/// orientation, two triangles with their common edge in the same direction; a non-manifold vertex,
+/// where several fans of triangles touch. Does not look for self-intersections.
 ///
-/// Counts of all boundary edges are in the message, so that a reader sees how far from closed it
-/// is.
+/// The message counts all edges of the kind, which shows how far from closed the mesh is.
 Result<void> checkClosedSurface(const TriangleMesh& mesh);
 
 }  // namespace t4d::model

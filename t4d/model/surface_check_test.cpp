@@ -34,14 +34,14 @@ TEST(SurfaceCheck, EveryDefectIsNamed) {
       {"triangle 1 (0, 1, 1) has a corner twice", [](TriangleMesh& m) { m.triangles[1][2] = 1; }},
       {"open: 3 boundary edges, the first of triangle 0",
        [](TriangleMesh& m) { m.triangles.pop_back(); }},
-      {"more than two triangles",
+      {"has 1 non-manifold edge, with more than two triangles",
        [](TriangleMesh& m) {
          m.vertices.push_back({5, 5, 5});
          m.triangles.insert(m.triangles.end(), {{0, 1, 4}, {1, 0, 4}});
        }},
-      {"not consistently oriented: triangles 0 and 3",
+      {"inconsistent orientation: triangles 0 and 3",
        [](TriangleMesh& m) { std::swap(m.triangles[3][0], m.triangles[3][1]); }},
-      {"at vertex 0",
+      {"vertex 0, (0, 0, 0), is non-manifold",
        [](TriangleMesh& m) {
          // A second tetrahedron that touches the first in vertex 0.
          for (int i = 1; i < 4; ++i) m.vertices.push_back(-m.vertices[i]);

@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "t4d/model/distance.h"
 #include "t4d/model/surface_check.h"
 
 namespace t4d::voxel4d {
 
 using model::Point3;
+using model::squaredDistanceToSegment;
 using model::Triangle;
 using model::TriangleMesh;
 
@@ -131,13 +133,6 @@ void cross(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
     bc.nextY();
     ca.nextY();
   }
-}
-
-double squaredDistanceToSegment(const Point3& p, const Point3& a, const Point3& b) {
-  const Point3 along = b - a;
-  const double length = along.squaredNorm();
-  const double at = length > 0 ? std::clamp(along.dot(p - a) / length, 0.0, 1.0) : 0;
-  return (a + at * along - p).squaredNorm();
 }
 
 /// Calls `found(x, y, z)` for each lattice point on the triangle with x in [xBegin, xEnd]: along

@@ -256,11 +256,11 @@ std::array<int, kPoints> pullingOrder() {
   return order;
 }
 
-/// Cuts the image of a patch under a symmetry into tetrahedra.
-class Puller {
+/// The pulling triangulation of the image of a patch under a symmetry.
+class PullingTriangulation {
  public:
-  void pull(unsigned pattern, const std::vector<Polytope>& patch, const Symmetry& symmetry,
-            std::vector<PatternTable::Tetrahedron>& into) {
+  void add(unsigned pattern, const std::vector<Polytope>& patch, const Symmetry& symmetry,
+           std::vector<PatternTable::Tetrahedron>& into) {
     inside_ = points()[std::countr_zero(pattern)];
     for (const Polytope& polytope : patch) {
       int apex = -1;
@@ -331,14 +331,14 @@ PatternTable::PatternTable() {
   }
   classCount_ = static_cast<int>(patches.size());
 
-  Puller puller;
+  PullingTriangulation triangulation;
   first_.reserve(kPatterns + 1);
   edges_.reserve(kPatterns);
   first_.push_back(0);
   for (unsigned pattern = 0; pattern < kPatterns; ++pattern) {
     const Image& image = images[pattern];
     if (!patches[image.patch].empty()) {
-      puller.pull(pattern, patches[image.patch], group[image.symmetry], tetrahedra_);
+      triangulation.add(pattern, patches[image.patch], group[image.symmetry], tetrahedra_);
     }
     first_.push_back(static_cast<std::uint32_t>(tetrahedra_.size()));
     edges_.push_back(static_cast<std::uint32_t>(hullPoints(pattern) >> kCorners));

@@ -246,9 +246,9 @@ class Weaver {
 };
 
 /// Puts the slabs of a mesh into the sink and counts them.
-class Loom {
+class SlabWriter {
  public:
-  Loom(const Lattice& lattice, model::Sink& sink) : lattice_(lattice), sink_(sink) {}
+  SlabWriter(const Lattice& lattice, model::Sink& sink) : lattice_(lattice), sink_(sink) {}
 
   template <class TimeAt>
   Result<void> put(const FrameLayer& before, const FrameLayer& after, double begin, double end,
@@ -283,7 +283,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     return invalid(fmt::format("there are {} frames; a motion has at least two", count));
   }
   const Lattice lattice = frames.lattice();
-  Loom loom(lattice, sink);
+  SlabWriter slabs(lattice, sink);
   const FrameLayer nothing;
   FrameLayer before;
   double step = 0;
@@ -302,30 +302,31 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
       // The first cap waits for the second frame, which says how long a step is.
       step = end - begin;
       const double first = half ? begin - 0.5 * step : begin;
-      if (auto put = loom.put(nothing, before, first, begin, [&](double) { return first; }); !put) {
+      if (auto put = slabs.put(nothing, before, first, begin, [&](double) { return first; });
+          !put) {
         return pass(put.error());
       }
-      loom.report.capTetrahedra[0] = loom.lastTetrahedra;
+      slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
     }
     if (i > 0) {
       step = end - begin;
       const auto timeAt = [&](double fraction) { return begin + fraction * step; };
-      if (auto put = loom.put(before, after, begin, end, timeAt); !put) return pass(put.error());
+      if (auto put = slabs.put(before, after, begin, end, timeAt); !put) return pass(put.error());
     }
     before = std::move(after);
-    ++loom.report.frames;
+    ++slabs.report.frames;
     if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(count));
   }
   const double end = before.time();
   const double last = options.caps == CapStyle::HalfStep ? end + 0.5 * step : end;
-  if (auto put = loom.put(before, nothing, end, last, [&](double) { return last; }); !put) {
+  if (auto put = slabs.put(before, nothing, end, last, [&](double) { return last; }); !put) {
     return pass(put.error());
   }
-  loom.report.capTetrahedra[1] = loom.lastTetrahedra;
-  if (loom.report.tetrahedra == 0) {
+  slabs.report.capTetrahedra[1] = slabs.lastTetrahedra;
+  if (slabs.report.tetrahedra == 0) {
     return invalid("no frame has a surface: nothing is inside at any time");
   }
-  return loom.report;
+  return slabs.report;
 }
 
 }  // namespace t4d::voxel4d

@@ -359,9 +359,9 @@ TEST_F(Program, RefusesBadMeshes) {
         in >> a >> b >> c;
         return b + " " + a + " " + c + "\n";
       }());
-  refuses(sweep("turned.obj"), "not consistently oriented");
+  refuses(sweep("turned.obj"), "inconsistent orientation");
   write("edge.obj", cube + "v 9 9 9\nf 1 2 9\nf 2 1 9\n");
-  refuses(sweep("edge.obj"), "more than two triangles");
+  refuses(sweep("edge.obj"), "non-manifold edge");
   write("nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
   refuses(sweep("nan.obj"), "nan.obj:3");
   write("inf.obj", "v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3\n");
