@@ -5,7 +5,7 @@ import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
 
-import { build, makeFolder, root } from './t4d.mjs';
+import { build, makeFolder, root, t4dRaw } from './t4d.mjs';
 
 const folder = makeFolder('docs');
 const foreign = (name) => name.startsWith('.') || ['build', 'node_modules'].includes(name);
@@ -56,6 +56,34 @@ const comparable = (text) => varying
   .reduce((rest, [pattern, by]) => rest.replaceAll(pattern, by), text)
   .split('\n').map((line) => line.trimEnd()).filter((line) => line !== '').sort();
 
+const shell = (command, cwd) => spawnSync('sh', ['-c', command], {
+  cwd,
+  encoding: 'utf8',
+  env: { ...process.env, PATH: `${build}:${process.env.PATH}` },
+});
+
+test('README.md has the verbs of --help in its order, and their commands run', async (t) => {
+  const section = read('README.md').match(/^## The program$[^]*?(?=^## )/m)[0];
+  const rows = [...section.matchAll(/^\| (?:\[(\w+)\]\(.*?\)|(\w+)) \|.*\| `(t4d .*)` \|$/gm)]
+    .map(([, linked, plain, command]) => ({ verb: linked ?? plain, command }));
+  const verbs = t4dRaw('--help').stdout.match(/^Subcommands:\n((?: .*\n)*)/m)[1];
+  assert.deepEqual(rows.map(({ verb }) => verb),
+    [...verbs.matchAll(/^ {2}(\w+)/gm)].map(([, verb]) => verb));
+
+  const inputs = path.join(makeFolder('readme'), 'inputs');
+  shell(`t4d-fixtures --bolt-segments 12 ${inputs}`);
+  for (const { verb, command } of rows) {
+    // The checks of `conform backends` take minutes; docs/conform.md has examples of them.
+    await t.test(command, { skip: verb === 'conform' }, () => {
+      if (verb === 'recover') shell(section.match(/`(head -c .*)`/)[1], inputs);
+      const quick = command.replace(/--voxel-size [\d.]+/, '--voxel-size 2')
+        .replace(/--frames \d+/, '--frames 6');
+      const done = shell(quick, inputs);
+      assert.equal(done.status, verb === 'recover' ? 3 : 0, done.stderr);
+    });
+  }
+});
+
 // In this order: what the first makes, the others use.
 for (const page of ['sweep', 'info', 'validate', 'recover', 'slice', 'flipbook', 'weave', 'compare', 'conform']) {
   test(`examples of docs/${page}.md`, async (t) => {
@@ -66,11 +94,7 @@ for (const page of ['sweep', 'info', 'validate', 'recover', 'slice', 'flipbook',
       const missing = command.split(' ').find((word) => word.endsWith('.obj') &&
         !existsSync(path.join(folder, 'fixtures', word)));
       await t.test(command, { skip: missing && `no ${missing}` }, () => {
-        const done = spawnSync('sh', ['-c', command], {
-          cwd: path.join(folder, 'fixtures'),
-          encoding: 'utf8',
-          env: { ...process.env, PATH: `${build}:${process.env.PATH}` },
-        });
+        const done = shell(command, path.join(folder, 'fixtures'));
         assert.deepEqual(comparable(done.stdout + done.stderr), comparable(output));
       });
     }
