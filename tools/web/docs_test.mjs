@@ -62,10 +62,12 @@ const shell = (command, cwd) => spawnSync('sh', ['-c', command], {
   env: { ...process.env, PATH: `${build}:${process.env.PATH}` },
 });
 
+// The table of verbs in the README: [{verb, page, command}].
+const program = read('README.md').match(/^## The program$[^]*?(?=^## )/m)[0];
+const rows = [...program.matchAll(/^\| \[?(\w+)(?:\]\((.*?)\))? \|.*\| `(t4d .*)` \|$/gm)]
+  .map(([, verb, link, command]) => ({ verb, page: link?.split('#')[0], command }));
+
 test('README.md has the verbs of --help in its order, and their commands run', async (t) => {
-  const section = read('README.md').match(/^## The program$[^]*?(?=^## )/m)[0];
-  const rows = [...section.matchAll(/^\| (?:\[(\w+)\]\(.*?\)|(\w+)) \|.*\| `(t4d .*)` \|$/gm)]
-    .map(([, linked, plain, command]) => ({ verb: linked ?? plain, command }));
   const verbs = t4dRaw('--help').stdout.match(/^Subcommands:\n((?: .*\n)*)/m)[1];
   assert.deepEqual(rows.map(({ verb }) => verb),
     [...verbs.matchAll(/^ {2}(\w+)/gm)].map(([, verb]) => verb));
@@ -75,7 +77,7 @@ test('README.md has the verbs of --help in its order, and their commands run', a
   for (const { verb, command } of rows) {
     // The checks of `conform backends` take minutes; docs/conform.md has examples of them.
     await t.test(command, { skip: verb === 'conform' }, () => {
-      if (verb === 'recover') shell(section.match(/`(head -c .*)`/)[1], inputs);
+      if (verb === 'recover') shell(program.match(/`(head -c .*)`/)[1], inputs);
       const quick = command.replace(/--voxel-size [\d.]+/, '--voxel-size 2')
         .replace(/--frames \d+/, '--frames 6');
       const done = shell(quick, inputs);
@@ -84,10 +86,10 @@ test('README.md has the verbs of --help in its order, and their commands run', a
   }
 });
 
-// In this order: what the first makes, the others use.
-for (const page of ['sweep', 'info', 'validate', 'recover', 'slice', 'flipbook', 'weave', 'compare', 'conform']) {
-  test(`examples of docs/${page}.md`, async (t) => {
-    const examples = examplesOf(`docs/${page}.md`);
+// In the order of the README: what the first makes, the others use.
+for (const page of new Set(rows.map((row) => row.page).filter(Boolean))) {
+  test(`examples of ${page}`, async (t) => {
+    const examples = examplesOf(page);
     assert.ok(examples.length > 0);
     for (const { command, output } of examples) {
       // Meshes from elsewhere.
