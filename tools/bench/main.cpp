@@ -69,22 +69,22 @@ Result<bench::Report> measure(const Options& options) {
 
 int main(int argc, char** argv) try {
   CLI::App app(
-      "t4d-bench: how long things take against plainer things that take as many bytes.\n"
-      "Ratios are taken in one run; the solid does the paper's screw.");
+      "t4d-bench: times t4d against simpler operations on as many bytes.\n"
+      "Both sides of a ratio are timed in one run. The motion is the paper's screw.");
   Options options;
   app.add_option("--backend", options.backend,
-                 "What is measured: mesh4d (sweeping, files, slicing) or voxel4d (weaving)")
+                 "What to measure: mesh4d (sweeping, files, slicing) or voxel4d (weaving)")
       ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
       ->capture_default_str();
-  app.add_flag("--large", options.large, "voxel4d: also a shell of 1.6 billion cells, minutes");
+  app.add_flag("--large", options.large,
+               "voxel4d: also a shell of 1.6 billion cells, which takes minutes");
   app.add_option("--mesh", options.mesh,
                  "The solid: .stl, .obj, .ply, .off, .gltf or .glb (default: a sphere of 20,480 "
                  "triangles)");
-  app.add_option("--repetitions", options.repetitions, "Medians are of so many")
+  app.add_option("--repetitions", options.repetitions, "Number of runs; medians are printed")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--folder", options.folder, "Where files are written meanwhile")
-      ->capture_default_str();
+  app.add_option("--folder", options.folder, "Folder for temporary files")->capture_default_str();
   app.add_flag("--json", options.json, "Print JSON");
   try {
     app.parse(argc, argv);

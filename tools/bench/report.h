@@ -7,7 +7,7 @@
 
 namespace t4d::bench {
 
-/// Two ways to do a thing, measured in one run; only their ratio carries over to other machines.
+/// Two operations timed in one run; only their ratio carries over to other machines.
 struct Row {
   std::string what;
   double seconds = 0;
@@ -17,7 +17,7 @@ struct Row {
   double ratio() const { return seconds / againstSeconds; }
 };
 
-/// A single number, as of memory or size.
+/// A single number, such as a size.
 struct Figure {
   std::string what;
   double value = 0;
@@ -31,15 +31,15 @@ struct Report {
   std::vector<Figure> figures;
 };
 
-/// Runs both in turn, `repetitions` times each, and gives the medians. What they do to the caches
-/// and to the disk so falls on both.
+/// Runs both in turn, `repetitions` times each, and returns the medians. Taking turns exposes both
+/// to the same state of caches and disk.
 Row compare(int repetitions, std::string what, const std::function<void()>& run,
             std::string against, const std::function<void()>& runAgainst);
 
 /// The median of the seconds that `run` takes.
 double medianSeconds(int repetitions, const std::function<void()>& run);
 
-/// The most memory that this process has had so far, in bytes.
+/// Peak memory of this process so far, in bytes.
 std::uint64_t peakBytes();
 
 std::string textOf(const Report& report);

@@ -15,7 +15,7 @@ namespace t4d::tools {
 
 namespace {
 
-/// fmt::print throws where nothing can be written.
+/// fmt::print would throw if nothing can be written.
 void printOnStandardError(const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), stderr);
 }

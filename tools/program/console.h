@@ -10,7 +10,7 @@
 #include "t4d/model/error.h"
 #include "t4d/model/slab.h"
 
-/// What the program says, and where: results on standard output, all else on standard error.
+/// Output of the program: results go to standard output, everything else to standard error.
 namespace t4d::tools {
 
 /// Exit codes, the same for every verb.
@@ -18,15 +18,14 @@ enum ExitCode : int {
   kDone = 0,
   kFailed = 1,  ///< also: a file cannot be written
   kUsage = 2,
-  kLoss = 3,     ///< done, but something was lost; it has been listed
+  kLoss = 3,     ///< done, but something was lost and has been listed
   kInvalid = 4,  ///< the input is invalid or cannot be read
 };
 
-/// Prints "t4d: ", the message and a line's end on standard error. Where that takes nothing, the
-/// message is lost.
+/// Prints "t4d: ", the message and a line break on standard error, and ignores failures.
 void say(const std::string& message);
 
-/// Says that options have no sense and returns kUsage.
+/// Prints what is wrong with the options and returns kUsage.
 int wrongUsage(const std::string& message);
 
 /// Prints the error and, where there is one, a hint (hints.h); returns the exit code for it.
@@ -35,28 +34,28 @@ int report(const Error& error);
 /// Prints a hint unless it is empty.
 void sayHint(const std::string& hint);
 
-/// Prints a sentence for each thing that a user should know.
+/// Prints each notice as a "note: " line.
 void printNotices(const std::vector<std::string>& notices);
 
-/// Prints what was lost; returns kLoss if there is anything, kDone otherwise.
+/// Prints each loss as a "lost: " line. Returns kLoss if there are any, kDone otherwise.
 int reportLosses(const std::vector<std::string>& losses);
 
 void printJson(const nlohmann::ordered_json& value);
 
-/// Prints rows of cells in columns that are flush left or right, as `alignment` has a letter, l or
-/// r, for each; the last is for all others too.
+/// Prints rows of cells in aligned columns. `alignment` has a letter for each column, l or r; the
+/// last also stands for all further columns.
 void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment);
 
 /// "1,234,567".
 std::string grouped(std::uint64_t number);
 
-/// "1 slab", "2,000 slabs"; `many` where the plural is not `one` with an s.
+/// "1 slab", "2,000 slabs". `many` is the plural if it is not `one` with an s.
 std::string counted(std::uint64_t number, std::string_view one, std::string_view many = {});
 
 /// "12.3 MB".
 std::string sizeText(std::uint64_t bytes);
 
-/// The largest memory the process has had, in bytes.
+/// Peak memory of the process, in bytes.
 std::uint64_t peakBytes();
 
 /// Draws a bar on standard error while something takes longer than half a second, where standard

@@ -14,7 +14,7 @@
 namespace t4d::tools {
 namespace {
 
-/// More would be a file that no viewer plays.
+/// No viewer plays a file with more.
 constexpr std::uint64_t kMaxFrames = 100'000;
 
 struct Options {
@@ -84,13 +84,15 @@ int run(const Options& options) {
 
 void addFlipbook(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "flipbook", "Write the moving solid as one animated glTF that plays in any viewer");
+      "flipbook", "Write a 4D mesh as an animated glTF, which plays in any viewer");
   auto options = std::make_shared<Options>();
   command->add_option("FILE", options->input, "The .t4d file")->required();
-  auto* which = command->add_option_group("frames", "Which; one of");
-  which->add_option("-n,--frames", options->frames, "So many, evenly from first to last time")
+  auto* which = command->add_option_group("frames", "Times of the frames (exactly one)");
+  which
+      ->add_option("-n,--frames", options->frames,
+                   "Number of frames, evenly from the first to the last time")
       ->check(wholeNumber(1, kMaxFrames));
-  which->add_option("--times", options->times, "a:b:n, n times evenly from a to b, both included")
+  which->add_option("--times", options->times, "a:b:n: n times, evenly from a to b, both included")
       ->check(CLI::Validator(
           [](std::string& text) {
             return timesOf(text) ? std::string() : "'" + text + "' is not a:b:n with n from 1 on";
@@ -102,19 +104,17 @@ void addFlipbook(CLI::App& app, int& exitCode) {
       ->check(someName())
       ->check(CLI::Validator(
           [](std::string& path) {
-            return formats::canWriteGltf(path)
-                       ? std::string()
-                       : "'" + path +
-                             "' is not named .glb or .gltf, which a flipbook is written as";
+            return formats::canWriteGltf(path) ? std::string()
+                                               : "'" + path + "' is not a .glb or .gltf file";
           },
           ""));
-  command->add_option("--fps", options->framesPerSecond, "Frames shown in a second")
+  command->add_option("--fps", options->framesPerSecond, "Frames per second")
       ->check(numberAboveZero())
       ->capture_default_str();
   addBodyOption(*command, options->body);
   command->add_flag("--attributes", options->attributes,
-                    "Write attributes too; what glTF has no room for is listed (exit 3)");
-  command->add_flag("--json", options->json, "Print what was written as JSON");
+                    "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
+  command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -12,7 +12,7 @@ using nlohmann::ordered_json;
 
 ordered_json triple(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
 
-/// Where `t4d recover` made the file: from what, and what is missing; otherwise empty.
+/// For a file made by `t4d recover`: its source and what is missing; otherwise empty.
 std::string recoveredText(const std::string& detailsJson) {
   try {
     const ordered_json details = ordered_json::parse(detailsJson);
@@ -108,8 +108,8 @@ int run(const std::string& path, bool json) {
 }  // namespace
 
 void addInfo(CLI::App& app, int& exitCode) {
-  auto* command =
-      app.add_subcommand("info", "Say what a .t4d file holds, from its header and index alone");
+  auto* command = app.add_subcommand(
+      "info", "Print what a .t4d file contains, from its header and index alone");
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   command->add_option("FILE", *path, "The .t4d file")->required();

@@ -26,7 +26,7 @@ Result<InputBodies> openBodies(const std::string& path, const std::string& bodyN
 }
 
 void addBodyOption(CLI::App& command, std::string& bodyName) {
-  command.add_option("--body", bodyName, "Only the body of this name (default: all)");
+  command.add_option("--body", bodyName, "Use only the body with this name (default: all)");
 }
 
 formats::GltfPlacement placementOf(const formats::Metadata& metadata,
@@ -37,8 +37,9 @@ formats::GltfPlacement placementOf(const formats::Metadata& metadata,
     if (const auto metres = model::metresPer(metadata.lengthUnit)) {
       placement.metresPerUnit = *metres;
     } else {
-      notices.push_back(fmt::format(
-          "the length unit '{}' is not known; glTF's metre is used for it", metadata.lengthUnit));
+      notices.push_back(
+          fmt::format("the length unit '{}' is unknown; it is written to glTF as a metre",
+                      metadata.lengthUnit));
     }
   }
   nlohmann::ordered_json extras;

@@ -11,20 +11,20 @@
 
 namespace t4d::tools {
 
-/// Opens a .t4d and picks the bodies to work on.
+/// An open .t4d and the bodies of it to work on.
 struct InputBodies {
   formats::T4dReader reader;
   std::vector<model::Body> bodies;
 };
 
-/// All bodies, or the one of the name given; a name that is not there is an error that lists them.
+/// Opens a .t4d. Takes all bodies, or the one named; an unknown name is an error that lists them.
 Result<InputBodies> openBodies(const std::string& path, const std::string& bodyName);
 
 /// Adds `--body`.
 void addBodyOption(CLI::App& command, std::string& bodyName);
 
-/// How a solid of this file stands in glTF: its length unit in metres and its up axis. A unit that
-/// is not known adds a notice and counts as a metre.
+/// How to place a solid of this file in glTF: its length unit in metres and its up axis. An unknown
+/// unit counts as a metre and adds a notice.
 formats::GltfPlacement placementOf(const formats::Metadata& metadata,
                                    std::vector<std::string>& notices);
 

@@ -16,12 +16,12 @@
 namespace t4d::tools {
 namespace {
 
-/// A file that we open must not get the number of a standard stream that is closed: messages would
-/// go into it. What is written to a stream that was closed is an error, as it is without this.
+/// A file that we open must not get the number of a closed standard stream: messages would go into
+/// it. Writing to a stream that was closed stays an error.
 void keepStandardStreams() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(number, F_GETFD) >= 0) continue;
-    // It gets the lowest number that is free, which is this one.
+    // open returns the lowest free number, which is this one.
     const int opened = open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
     if (opened < 0) return;
   }
@@ -36,7 +36,7 @@ const CLI::App& lastCommand(const CLI::App& app) {
 int run(int argc, char** argv) {
   CLI::App app(
       "t4d: 4D meshes, the boundary of a moving solid in space-time (x, y, z, t).\n"
-      "Sweep a solid along a motion, keep the result as .t4d, slice it, play it, prove it right.");
+      "Sweep a solid along a motion, save the result as .t4d, slice it, animate it, check it.");
   app.name("t4d");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
@@ -46,7 +46,7 @@ int run(int argc, char** argv) {
       "  t4d sweep bolt.obj --motion screw-in.json -o bolt.t4d\n"
       "  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb\n\n"
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 done with loss, 4 the input is invalid.\n"
-      "`t4d VERB --help` says more.");
+      "`t4d VERB --help` prints the options of a verb.");
   int exitCode = kDone;
   addVerbs(app, exitCode);
   try {
@@ -59,7 +59,7 @@ int run(int argc, char** argv) {
       if (last.get_require_subcommand_min() > 0 && isVerb) {
         return wrongUsage(wrongVerb(last, unknown.empty() ? std::string() : unknown.front()));
       }
-      // Where something else is missing CLI11 says only that.
+      // If something else is missing, CLI11 reports only that.
       if (error.get_name() != "ExtrasError") {
         for (const std::string& word : unknown) say("not understood: " + word);
       }
@@ -69,7 +69,7 @@ int run(int argc, char** argv) {
   return exitCode;
 }
 
-/// Results that did not reach standard output are no results.
+/// A run whose results did not reach standard output has failed.
 int exitCodeOf(int exitCode) {
   errno = 0;
   const bool flushed = std::fflush(stdout) == 0;

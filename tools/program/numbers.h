@@ -8,7 +8,7 @@
 
 namespace t4d::tools {
 
-/// The finite number that a text is; nothing where it is none.
+/// Parses a finite number; nothing if the text is not one.
 inline std::optional<double> numberOf(std::string_view word) {
   if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
   double number = 0;
@@ -19,7 +19,7 @@ inline std::optional<double> numberOf(std::string_view word) {
   return number;
 }
 
-/// The numbers of a text like "1,0,0,0,2.5" or "0:5:11"; nothing where it is none such.
+/// Parses finite numbers with a separator, like "1,0,0,0,2.5" or "0:5:11".
 inline std::optional<std::vector<double>> numbersBetween(std::string_view text, char separator) {
   std::vector<double> numbers;
   while (true) {

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The validator of a text; `wanted` completes "'2.5' is not ...".
+/// A validator; `wanted` completes "'2.5' is not ...".
 template <class Accepts>
 CLI::Validator checked(std::string wanted, Accepts accepts) {
   return {[wanted = std::move(wanted), accepts](std::string& text) {

@@ -190,7 +190,7 @@ TEST_F(Program, RecoversWhatIsWhole) {
   EXPECT_EQ(run("recover broken.t4d -o broken.t4d").exitCode, 2);
   EXPECT_EQ(run("recover broken.t4d").exitCode, 2);
   write("begin.t4d", whole.substr(0, 500));
-  refuses("recover begin.t4d -o out.t4d", "what is whole of it bounds no solid");
+  refuses("recover begin.t4d -o out.t4d", "no closed solid could be recovered");
   refuses("recover fx/cube.obj -o out.t4d", "is not a .t4d file");
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Lines of each kind that a terminal shows; JSON has all.
+/// Lines of each kind that are printed; JSON has all.
 constexpr std::size_t kLines = 20;
 
 ordered_json jsonOf(const std::string& input, const std::string& output,
@@ -65,7 +65,7 @@ void printText(const std::string& output, const edit::RecoverReport& report) {
                end.begin ? "begins" : "ends", end.time, grouped(end.triangles));
   }
   if (report.closed.size() > kLines) {
-    fmt::print("  and {} caps more\n", grouped(report.closed.size() - kLines));
+    fmt::print("  and {} more caps\n", grouped(report.closed.size() - kLines));
   }
   const measure::T4dValidation& validation = *report.validation;
   fmt::print("  {}", validation.valid() ? "valid" : "INVALID");
@@ -80,7 +80,7 @@ void printText(const std::string& output, const edit::RecoverReport& report) {
   }
 }
 
-/// A line for each loss; slabs in a row that are lost for the same reason have one.
+/// A line for each loss; consecutive slabs that are lost for the same reason share one.
 std::vector<std::string> linesOf(const std::vector<formats::T4dLoss>& lost) {
   std::vector<std::string> lines;
   for (auto first = lost.begin(); first != lost.end();) {
@@ -103,7 +103,7 @@ void printLosses(const std::vector<formats::T4dLoss>& lost) {
   if (lines.size() > kLines) {
     const std::size_t more = lines.size() - kLines;
     lines.resize(kLines);
-    lines.push_back(fmt::format("{} things more; --json lists them all", grouped(more)));
+    lines.push_back(fmt::format("and {} more; --json lists all", grouped(more)));
   }
   reportLosses(lines);
 }
@@ -120,7 +120,7 @@ int run(const std::string& input, const std::string& output, bool json) {
   printLosses(recovered->lost);
   if (json) printJson(jsonOf(input, output, *recovered));
   if (!recovered->validation) {
-    say(input + ": what is whole of it bounds no solid; nothing was written");
+    say(input + ": no closed solid could be recovered; nothing was written");
     return kInvalid;
   }
   if (!json) printText(output, *recovered);
@@ -131,16 +131,16 @@ int run(const std::string& input, const std::string& output, bool json) {
 }  // namespace
 
 void addRecover(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand(
-      "recover", "Save what is whole of a damaged or cut off .t4d file, as a valid file");
+  auto* command =
+      app.add_subcommand("recover", "Save the undamaged part of a .t4d file as a valid file");
   auto input = std::make_shared<std::string>();
   auto output = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  command->add_option("FILE", *input, "The damaged .t4d file, which stays as it is")->required();
+  command->add_option("FILE", *input, "The damaged .t4d file; it is not changed")->required();
   command->add_option("-o,--output", *output, "The .t4d file to write")
       ->required()
       ->check(someName());
-  command->add_flag("--json", *json, "Print what was saved and lost as JSON");
+  command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d recover broken.t4d -o fixed.t4d");
   command->callback([=, &exitCode] { exitCode = run(*input, *output, *json); });
 }

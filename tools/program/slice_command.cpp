@@ -29,7 +29,7 @@ struct Options {
   bool json = false;
 };
 
-/// The one hyperplane that the options name. CLI11 has seen to it that there is one.
+/// The hyperplane of the options; CLI11 has checked that there is exactly one.
 convert::Hyperplane hyperplaneOf(const Options& options) {
   if (options.time) return convert::Hyperplane::atTime(*options.time);
   if (options.x) return convert::Hyperplane::across(0, *options.x);
@@ -138,26 +138,27 @@ int run(const Options& options) {
     fmt::print("  read {} of {}, {}\n", sizeText(input->reader.bytesRead()),
                sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"));
   }
-  if (triangles == 0) printNotices({"the slice is empty: nothing of the solid is there"});
+  if (triangles == 0)
+    printNotices({"the slice is empty: the solid does not reach this hyperplane"});
   return reportLosses(losses);
 }
 
 }  // namespace
 
 void addSlice(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand("slice", "Cut a 4D mesh by a hyperplane into a triangle mesh");
+  auto* command = app.add_subcommand("slice", "Cut a 4D mesh at a time or by another hyperplane");
   auto options = std::make_shared<Options>();
   command->add_option("FILE", options->input, "The .t4d file")->required();
-  auto* cuts = command->add_option_group("hyperplane", "Which; one of");
-  cuts->add_option("-t,--time", options->time, "The solid at a time, in (x, y, z)")
+  auto* cuts = command->add_option_group("hyperplane", "Hyperplane (exactly one)");
+  cuts->add_option("-t,--time", options->time, "The solid at this time, in (x, y, z)")
       ->check(finiteNumber());
   cuts->add_option("--x", options->x, "What passes through the plane x = V, in (y, z, t)")
       ->check(finiteNumber());
   cuts->add_option("--y", options->y, "The same for y = V, in (x, z, t)")->check(finiteNumber());
   cuts->add_option("--z", options->z, "The same for z = V, in (x, y, t)")->check(finiteNumber());
   cuts->add_option("--hyperplane", options->hyperplane,
-                   "a,b,c,d,offset: a x + b y + c z + d t = offset, in an orthonormal basis of it "
-                   "(docs/slice.md)")
+                   "a,b,c,d,offset: a x + b y + c z + d t = offset; coordinates are those of an "
+                   "orthonormal basis (docs/slice.md)")
       ->check(CLI::Validator(
           [](std::string& text) {
             const auto numbers = numbersBetween(text, ',');
@@ -186,9 +187,10 @@ void addSlice(CLI::App& app, int& exitCode) {
           },
           ""));
   addBodyOption(*command, options->body);
-  command->add_flag("--attributes", options->attributes,
-                    "Write attributes too; what the format has no room for is listed (exit 3)");
-  command->add_flag("--json", options->json, "Print what was cut as JSON");
+  command->add_flag(
+      "--attributes", options->attributes,
+      "Write attributes as well; those that the format cannot hold are listed (exit 3)");
+  command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -13,16 +13,17 @@ std::filesystem::path nameIn(const std::string& path) {
 
 void T4dOutput::addTo(CLI::App& command) {
   command.add_option("-o,--output", path, "The .t4d file to write")->required()->check(someName());
-  command.add_option("--precision", precision, "Positions as float64 or float32")
+  command.add_option("--precision", precision, "Type of the positions: float64 or float32")
       ->check(CLI::IsMember({"float64", "float32"}))
       ->capture_default_str();
-  command.add_option("--compression", compression, "zstd level, 0 for none")
+  command
+      .add_option("--compression", compression, "zstd level from 1 to 19; 0 turns compression off")
       ->check(wholeNumber(0, 19))
       ->capture_default_str();
-  command.add_option("--up", up, "The axis that points up, for glTF: y or z")
+  command.add_option("--up", up, "Axis that points up in glTF: y or z")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
-  command.add_option("--body", body, "Name of the body (default: the input's file name)");
+  command.add_option("--body", body, "Name of the body (default: that of the input file)");
 }
 
 Result<formats::T4dWriter> T4dOutput::create(const std::string& backend, const std::string& model,

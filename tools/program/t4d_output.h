@@ -9,10 +9,10 @@
 
 namespace t4d::tools {
 
-/// The name of a file or folder in the folder above it, also of "frames/" and ".".
+/// The last part of a path, also of "frames/" and ".".
 std::filesystem::path nameIn(const std::string& path);
 
-/// The options of every verb that writes a .t4d, and what they lead to.
+/// The options of every verb that writes a .t4d.
 struct T4dOutput {
   std::string path;
   std::string precision = "float64";
@@ -22,8 +22,8 @@ struct T4dOutput {
 
   void addTo(CLI::App& command);
 
-  /// A writer with one body, named after `model` unless `--body` says otherwise. `detailsJson` is
-  /// what the file remembers of how it was made.
+  /// A writer with one body, named by `--body` or after `model`. `detailsJson` is stored in the
+  /// file: how it was made.
   Result<formats::T4dWriter> create(const std::string& backend, const std::string& model,
                                     const std::string& lengthUnit, const std::string& timeUnit,
                                     const std::string& detailsJson) const;

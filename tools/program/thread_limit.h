@@ -9,8 +9,8 @@
 
 namespace t4d::tools {
 
-/// While it lives, no more than `threads` threads work at a time; nothing for as many as there are
-/// processors. Results are the same for any number.
+/// Limits the number of threads while it exists; without a number there is one per processor.
+/// Results are the same for any number.
 class ThreadLimit {
  public:
   explicit ThreadLimit(std::optional<int> threads) {
@@ -25,7 +25,8 @@ class ThreadLimit {
 
 /// Adds `--threads`.
 inline void addThreadsOption(CLI::App& command, std::optional<int>& threads) {
-  command.add_option("--threads", threads, "At most so many (default: one a processor)")
+  command
+      .add_option("--threads", threads, "Maximum number of threads (default: one per processor)")
       ->check(wholeNumber(1, 1024));
 }
 

@@ -90,12 +90,12 @@ int run(const std::string& path, bool deep, bool json) {
 
 void addValidate(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "validate", "Judge a .t4d file: every byte, and that it is a closed, oriented 4D mesh");
+      "validate", "Check every byte of a .t4d file, and that it is a closed, oriented 4D mesh");
   auto path = std::make_shared<std::string>();
   auto deep = std::make_shared<bool>(false);
   auto json = std::make_shared<bool>(false);
   command->add_option("FILE", *path, "The .t4d file")->required();
-  command->add_flag("--deep", *deep, "Also that every vertex link is a sphere");
+  command->add_flag("--deep", *deep, "Also check that every vertex link is a sphere");
   command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d validate bolt.t4d --deep");
   command->callback([=, &exitCode] { exitCode = run(*path, *deep, *json); });

@@ -9,8 +9,7 @@
 namespace t4d::tools {
 
 void addVersion(CLI::App& app, int& exitCode) {
-  auto* command =
-      app.add_subcommand("version", "Say which version this is and what it was built with");
+  auto* command = app.add_subcommand("version", "Print the version and how the program was built");
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d version");
@@ -23,7 +22,7 @@ void addVersion(CLI::App& app, int& exitCode) {
     } else {
       fmt::print("{}\nformat .t4d {}\n{}\n", versionText(), format,
                  tetgen ? "with TetGen: this binary as a whole is under AGPL-3.0"
-                        : "without TetGen: --caps cone closes the ends");
+                        : "without TetGen: close ends with --caps cone");
     }
     exitCode = kDone;
   });
