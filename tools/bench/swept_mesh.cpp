@@ -1,9 +1,11 @@
 #include "tools/bench/swept_mesh.h"
 
+#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -35,7 +37,9 @@ std::span<const Point4> newVertices(const Slab& slab) {
 
 void writeRaw(const model::Mesh& mesh, const std::filesystem::path& path) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) throw std::runtime_error(path.string() + ": cannot be written");
+  if (file == nullptr) {
+    throw std::system_error(errno, std::generic_category(), path.string() + ": cannot write");
+  }
   bool good = true;
   for (const Slab& slab : mesh.slabs()) {
     const auto vertices = newVertices(slab);
@@ -44,10 +48,13 @@ void writeRaw(const model::Mesh& mesh, const std::filesystem::path& path) {
            std::fwrite(vertices.data(), sizeof(Point4), vertices.size(), file) == vertices.size() &&
            std::fwrite(cells.data(), sizeof(Cell), cells.size(), file) == cells.size();
   }
-  // The writer of .t4d does so too, before the file appears.
+  // The writer of .t4d does the same before it renames the file.
   good = good && std::fflush(file) == 0 && fsync(fileno(file)) == 0;
+  const int reason = errno;
   std::fclose(file);
-  if (!good) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!good) {
+    throw std::system_error(reason, std::generic_category(), path.string() + ": cannot write");
+  }
 }
 
 void readRaw(const std::filesystem::path& path, std::vector<std::byte>& buffer) {

@@ -1,7 +1,9 @@
 #include "t4d/conformance/corpus/corpus.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <fstream>
 #include <set>
 
@@ -127,7 +129,10 @@ Result<void> writeCorpus(const std::filesystem::path& directory) {
     std::ofstream file(path, std::ios::binary);
     file << text;
     file.close();
-    if (!file) return fail(ErrorCode::Failed, "cannot be written", path.string());
+    if (!file) {
+      return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
+                  path.string());
+    }
   }
   return {};
 }

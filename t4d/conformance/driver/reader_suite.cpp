@@ -1,6 +1,8 @@
 #include "t4d/conformance/driver/reader_suite.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <mutex>
 #include <optional>
@@ -25,7 +27,10 @@ Result<void> write(const fs::path& path, const std::string& bytes) {
   std::ofstream file(path, std::ios::binary);
   file << bytes;
   file.close();
-  if (!file) return fail(ErrorCode::Failed, "cannot be written", path.string());
+  if (!file) {
+    return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
+                path.string());
+  }
   return {};
 }
 
