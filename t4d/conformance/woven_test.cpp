@@ -29,7 +29,7 @@ Woven wovenFrom(const fixtures::Field& field, double voxelSize, std::size_t fram
   const voxel4d::Lattice lattice{voxelSize, voxelSize * model::Point3(0.17, 0.31, 0.23)};
   const auto source = voxel4d::sampledFrames(
       field.value, field.slope == 0 ? voxel4d::Lattice{} : lattice, field.box,
-      evenTimes(field.timeBegin, field.timeEnd, frames), {.slope = field.slope});
+      model::evenTimes({field.timeBegin, field.timeEnd}, frames), {.slope = field.slope});
   Woven woven;
   const auto report = voxel4d::weave(*source, {}, woven.mesh);
   EXPECT_TRUE(report) << report.error().text();
@@ -110,7 +110,7 @@ void convergence(const fixtures::Field& field, double coarsest, double leastOrde
     hypervolume.push_back(std::abs(woven.judged.hypervolume - *field.hypervolume) /
                           *field.hypervolume);
     double sum = 0;
-    const auto times = evenTimes(field.timeBegin, field.timeEnd, 14);
+    const auto times = model::evenTimes({field.timeBegin, field.timeEnd}, 14);
     for (const double time : times) {
       const double expected = field.volume(time);
       sum += std::abs(signedVolume(sliceAtTime(woven.mesh, time)->mesh) - expected) / expected;

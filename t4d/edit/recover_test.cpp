@@ -68,7 +68,7 @@ Written wovenSpheres() {
   const fixtures::Field field = fixtures::mergingSpheres(5);
   return written([&](model::Sink& sink) {
     const auto frames = voxel4d::sampledFrames(
-        field.value, {}, field.box, convert::evenTimes(field.timeBegin, field.timeEnd, 17),
+        field.value, {}, field.box, model::evenTimes({field.timeBegin, field.timeEnd}, 17),
         {.slope = 1});
     const auto report = voxel4d::weave(*frames, {}, sink);
     EXPECT_TRUE(report) << report.error().text();

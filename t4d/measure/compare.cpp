@@ -9,8 +9,7 @@ namespace t4d::measure {
 Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double time) {
   model::TriangleMesh solid;
   for (const model::Body& body : bodies) {
-    const model::TimeSpan span = model::timeSpanOf(*body.source);
-    if (time < span.begin || time > span.end) continue;
+    if (!model::timeWithin(*body.source, time)) continue;
     auto slice = convert::sliceAtTime(*body.source, time);
     if (!slice) return pass(slice.error());
     const auto first = static_cast<std::uint32_t>(solid.vertices.size());

@@ -32,7 +32,7 @@ TEST(Compare, OfTwoMovingCubesIsTheClosedFormAtEveryTime) {
   model::Mesh fast = movingCube(0, {0.25, 0, 0});
   const model::Body a{"slow", &slow};
   const model::Body b{"fast", &fast};
-  const std::vector<double> times = convert::evenTimes(0, 4, 9);
+  const std::vector<double> times = model::evenTimes({0, 4}, 9);
   const auto comparisons = compareAt(std::span(&a, 1), std::span(&b, 1), times);
   ASSERT_TRUE(comparisons) << comparisons.error().text();
   ASSERT_EQ(comparisons->size(), times.size());

@@ -111,17 +111,14 @@ class Sweeper {
     std::uint64_t done = 0;
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const model::Segment& segment = motion_.segments[i];
-      const double duration = segment.timeEnd - segment.timeBegin;
-      const auto steps = static_cast<double>(counts[i]);
+      const model::TimeSpan span{segment.timeBegin, segment.timeEnd};
       for (std::uint64_t step = 1; step <= counts[i]; ++step) {
-        const bool last = step == counts[i];
-        const double fraction = last ? 1 : static_cast<double>(step) / steps;
+        const double fraction = static_cast<double>(step) / static_cast<double>(counts[i]);
         slab.timeBegin = slab.timeEnd;
-        slab.timeEnd = last ? segment.timeEnd
-                            : segment.timeBegin + duration * (static_cast<double>(step) / steps);
+        slab.timeEnd = dividedTime(span, step, counts[i]);
         if (!(slab.timeEnd > slab.timeBegin)) {
           return invalid(fmt::format("segment {} lasts {} from time {} on, too short for {} steps",
-                                     i, duration, segment.timeBegin, counts[i]));
+                                     i, span.end - span.begin, span.begin, counts[i]));
         }
         std::copy(upper, upper + vertexCount(), lower);
         place(mesh_.vertices, segment.at(fraction), slab.timeEnd, upper);

@@ -24,7 +24,7 @@ enum class ScalarType : std::uint8_t {
 /// Bytes of one scalar; 0 for a value that is not a ScalarType.
 std::size_t scalarSize(ScalarType type);
 
-/// What an attribute has one row for. A cell is a tetrahedron of a 4D mesh, a triangle of a slice.
+/// What each row belongs to. A cell is a tetrahedron of a 4D mesh, or a triangle of a slice.
 enum class Domain : std::uint8_t { Vertex = 1, Cell = 2 };
 
 /// A named array of numbers with one row per vertex or per cell.
@@ -86,7 +86,7 @@ constexpr ScalarType scalarTypeOf<double>() {
   return ScalarType::Float64;
 }
 
-/// An attribute of one component a row, copied from `values`.
+/// An attribute with one component per row, copied from `values`.
 template <class T>
 Attribute makeAttribute(std::string name, Domain domain, const std::vector<T>& values) {
   const auto* bytes = reinterpret_cast<const std::byte*>(values.data());

@@ -7,13 +7,13 @@
 
 namespace t4d::model {
 
-/// A named 4D mesh of a file or a mechanism.
+/// A named 4D mesh: one of those in a file.
 struct Body {
   std::string name;
   const Source* source = nullptr;
 };
 
-/// From the first time of any body to the last; {0, 0} where no body has a slab.
+/// From the first time of any body to the last; {0, 0} if no body has a slab.
 TimeSpan timeSpanOf(std::span<const Body> bodies);
 
 }  // namespace t4d::model

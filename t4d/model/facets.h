@@ -7,10 +7,10 @@
 #include "t4d/model/slab.h"
 
 /// Facets are the triangles of the cells; in a closed, oriented mesh each has two cells, on
-/// opposite sides. This depends on the connectivity alone, so slabs that share one are judged once.
+/// opposite sides. This depends on the connectivity alone: slabs that share one are checked once.
 namespace t4d::model {
 
-/// Three vertices in increasing order, and whether that order is an even permutation of the given.
+/// Three vertices in increasing order, and whether sorting them took an even permutation.
 struct OrientedFacet {
   std::array<std::uint32_t, 3> vertices;
   bool even;
@@ -22,32 +22,32 @@ OrientedFacet orientedFacet(std::uint32_t a, std::uint32_t b, std::uint32_t c);
 /// positively oriented tetrahedron in space, counter-clockwise seen from outside.
 OrientedFacet facetOpposite(const Cell& cell, int corner);
 
-/// A triangle of the mesh, with how many cells have it in each of its two orientations.
+/// A triangle of the mesh, and the number of cells that have it in each orientation.
 struct Facet {
   std::array<std::uint32_t, 3> vertices;  ///< increasing
-  std::uint32_t even = 0;                 ///< cells in whose boundary it is oriented as listed
-  std::uint32_t odd = 0;                  ///< cells in whose boundary it is oriented the other way
+  std::uint32_t even = 0;                 ///< cells whose boundary has it in this orientation
+  std::uint32_t odd = 0;                  ///< cells whose boundary has it in the opposite one
   std::uint32_t cell = 0;                 ///< the first of these cells
 
   bool isClosed() const { return even + odd == 2; }
   bool isMatched() const { return even == 1 && odd == 1; }
 };
 
-/// The facets of one slab that are not settled within it.
+/// The facets of one slab that are not matched within it.
 struct FacetTopology {
-  /// Not in a layer and without exactly one cell on each side: errors of the mesh.
+  /// Outside the layers and without exactly one cell on each side: errors of the mesh.
   std::vector<Facet> unmatched;
-  /// With all vertices in one layer, in increasing order, whether matched or not: the slab on the
-  /// other side may have cells there too. Vertices are counted from the layer's first.
+  /// With all vertices in one layer, in increasing order, matched or not, since the neighbouring
+  /// slab may have cells there too. Vertices are counted from the first of the layer.
   std::vector<Facet> lower;
   std::vector<Facet> upper;
 };
 
 FacetTopology facetTopology(const Connectivity& connectivity);
 
-/// The facets of a seam that do not have exactly one cell on each side, from the upper facets of
-/// the slab before and the lower facets of the slab after. Cells are those of the slab before, or,
-/// for a facet that only the slab after has, of the slab after.
+/// The facets of a seam that do not have exactly one cell on each side, given the upper facets of
+/// the slab before and the lower facets of the slab after. Facet::cell is a cell of the slab
+/// before, or of the slab after for a facet that only that one has.
 std::vector<Facet> unmatchedAtSeam(const std::vector<Facet>& before,
                                    const std::vector<Facet>& after);
 

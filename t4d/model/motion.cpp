@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/times.h"
+
 namespace t4d::model {
 namespace {
 
@@ -108,10 +110,10 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
     }
     for (std::uint64_t i = 0; i < count; ++i) {
       Segment segment;
-      segment.timeBegin = runBegin + duration * static_cast<double>(i);
-      segment.timeEnd = runBegin + duration * static_cast<double>(i + 1);
+      segment.timeBegin = i == 0 ? runBegin : motion.segments.back().timeEnd;
+      segment.timeEnd = steppedTime(runBegin, duration, i + 1);
       if (!(segment.timeEnd > segment.timeBegin) || !std::isfinite(segment.timeEnd)) {
-        return invalid(fmt::format("lasts {}, which cannot be told from no time at {}", duration,
+        return invalid(fmt::format("lasts {}, which is too short to represent at time {}", duration,
                                    segment.timeBegin),
                        where());
       }

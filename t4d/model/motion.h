@@ -24,16 +24,16 @@ struct Pose {
   }
 };
 
-/// A screw motion: rotation about an axis together with translation, both uniform. A rest and a
-/// pure translation are screws with angle 0.
+/// A screw motion: a rotation about an axis combined with a translation, both uniform. Rests and
+/// pure translations are screws with angle 0.
 struct Screw {
   Point3 axisPoint = Point3::Zero();
   Eigen::Vector3d axisDirection = Eigen::Vector3d::UnitZ();  ///< of length 1
   double angleDegrees = 0;  ///< right-handed about the axis; any number of turns
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< of the whole motion; any direction
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< in total; in any direction
 
-  /// The pose after a fraction of the motion, in closed form, so that nothing drifts. Angles are
-  /// reduced in degrees: whole and quarter turns are exact.
+  /// The pose after a fraction of the motion, in closed form, so errors do not accumulate. Angles
+  /// are reduced in degrees: whole turns and quarter turns are exact.
   Pose at(double fraction) const;
 };
 
@@ -41,7 +41,7 @@ struct Screw {
 struct Segment {
   double timeBegin = 0;
   double timeEnd = 0;
-  Pose start;   ///< from the mesh as given to where this segment starts
+  Pose start;   ///< from the input mesh to where this segment starts
   Pose end;     ///< the next segment's `start`
   Screw screw;  ///< in world coordinates, applied after `start`
 
@@ -49,10 +49,10 @@ struct Segment {
   Pose at(double fraction) const;
 };
 
-/// A rigid motion: screws one after the other, without a gap.
+/// A rigid motion: a sequence of screws without gaps.
 struct Motion {
   std::vector<Segment> segments;  ///< at least one
-  std::string lengthUnit;         ///< "" where not said
+  std::string lengthUnit;         ///< "" if unknown
   std::string timeUnit;
 
   double timeBegin() const { return segments.front().timeBegin; }
@@ -61,19 +61,19 @@ struct Motion {
   Pose at(double time) const;
 };
 
-/// More segments than this are refused: they would not fit in memory as a motion.
+/// The maximum number of segments; more would not fit in memory.
 inline constexpr std::uint64_t kMaxSegments = 1'000'000;
 
-/// `count` equal screws, one after the other; each is in world coordinates.
+/// `count` equal screws in a row; each is in world coordinates.
 struct ScrewRun {
   double duration = 0;  ///< of one screw; positive
   Screw screw;
   std::uint64_t count = 1;
 };
 
-/// Chains screws from `startTime` on; the first starts at the mesh as given. Refused: no run, a
-/// duration that is not positive or too small to be told from the time it starts at, a rotation
-/// about an axis of length zero, numbers that are not finite.
+/// Chains screws from `startTime` on; the first starts with the input mesh as it is. Times are
+/// exact sums of decimals (times.h). Fails for no run, a duration that is not positive or too short
+/// to represent, a rotation about an axis of length zero, and numbers that are not finite.
 Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs);
 
 /// A placement at a time: p -> quaternion p quaternion^-1 + position.
@@ -83,8 +83,8 @@ struct KeyPose {
   Eigen::Quaterniond quaternion = Eigen::Quaterniond::Identity();
 };
 
-/// Joins each pair of poses by its one screw of at most half a turn (Chasles' theorem), whose
-/// translation is along its axis. Refused: fewer than two poses, times that do not increase,
+/// Joins consecutive poses by their one screw of at most half a turn (Chasles' theorem), whose
+/// translation is along its axis. Fails for fewer than two poses, times that do not increase, and
 /// quaternions that are not of unit length (to 1e-6).
 Result<Motion> joinPoses(std::span<const KeyPose> poses);
 

@@ -1,5 +1,6 @@
 #include "t4d/model/motion.h"
 
+#include <array>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -54,6 +55,18 @@ TEST(Screw, AgreesWithEigensRotation) {
     const Point3 expected =
         screw.axisPoint + turn * (p - screw.axisPoint) + fraction * screw.translation;
     EXPECT_LT((screw.at(fraction)(p) - expected).norm(), 1e-11);
+  }
+}
+
+TEST(Motion, SegmentsBeginAndEndAtDecimals) {
+  const ScrewRun tenths{0.1, {}, 7};
+  const ScrewRun once{0.7, {}, 2};
+  const Motion motion = *chainScrews(0, std::array{tenths, once});
+  const std::vector<double> ends = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 1.4, 2.1};
+  ASSERT_EQ(motion.segments.size(), ends.size());
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    EXPECT_EQ(motion.segments[i].timeBegin, i == 0 ? 0 : ends[i - 1]);
+    EXPECT_EQ(motion.segments[i].timeEnd, ends[i]);
   }
 }
 

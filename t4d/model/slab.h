@@ -11,29 +11,30 @@
 #include "t4d/model/attribute.h"
 #include "t4d/model/error.h"
 #include "t4d/model/geometry.h"
+#include "t4d/model/times.h"
 
 /// A 4D mesh is the boundary of a moving solid in space-time (x, y, z, t): a closed, oriented
 /// 3-manifold of tetrahedral cells. It is always handled as a sequence of slabs in time order:
 ///
 ///        t
-///        ^    upper layer  *-----*-----*   = lower layer of the next slab, bit for bit
+///        ^    upper layer  *-----*-----*   equal to the lower layer of the next slab
 ///        |                  \  .   .  /
 ///        |    interior        .     .
 ///        |                  /    .    \.
-///        |    lower layer  *-----*-----*   = upper layer of the slab before
+///        |    lower layer  *-----*-----*   equal to the upper layer of the slab before
 ///        +------------------------------> x, y, z
 ///
-/// Whatever makes a 4D mesh puts slabs into a Sink; whatever keeps one is a Source of them.
+/// Producers of 4D meshes put slabs into a Sink; what holds a 4D mesh is a Source of slabs.
 namespace t4d::model {
 
 /// A tetrahedron: four vertices (a, b, c, d), local to the slab. With the outward normal n of the
 /// mesh, det[n, b-a, c-a, d-a] > 0.
 using Cell = std::array<std::uint32_t, 4>;
 
-/// Vertices that are the arithmetic mean of others. Mean i has the sources
-/// `sources[offsets[i]] .. sources[offsets[i + 1]]`; its four coordinates are the sources' sum in
-/// the listed order, in double precision, divided by their number. `offsets` is empty (no means) or
-/// has one entry more than there are means.
+/// Vertices that are the arithmetic mean of others. The sources of mean i are
+/// `sources[offsets[i]] .. sources[offsets[i + 1]]`; its four coordinates are the sum of the
+/// sources in this order, in double precision, divided by their number. `offsets` is empty (no
+/// means) or has one more entry than there are means.
 struct Means {
   std::vector<std::uint32_t> offsets;
   std::vector<std::uint32_t> sources;
@@ -45,17 +46,17 @@ struct Means {
   friend bool operator==(const Means&, const Means&) = default;
 };
 
-/// All of a slab that is not a position. Slabs that repeat it share one object; what depends on the
-/// connectivity alone can be computed once.
+/// Everything in a slab but positions. Slabs with the same connectivity share one object, so what
+/// depends on the connectivity alone can be computed once.
 struct Connectivity {
-  /// Vertices are in this order: lower layer, interior, upper layer. The last `means.size()` of the
+  /// The order of vertices is: lower layer, interior, upper layer. The last `means.size()` of the
   /// interior are means of vertices that are not means themselves.
   std::uint32_t vertexCount = 0;
   std::uint32_t lowerCount = 0;
   std::uint32_t upperCount = 0;
   std::vector<Cell> cells;
   Means means;
-  /// Attributes of domain Cell that repeat with the connectivity.
+  /// Attributes of domain Cell that all slabs with this connectivity have.
   std::vector<Attribute> cellAttributes;
 
   std::uint32_t firstUpper() const { return vertexCount - upperCount; }
@@ -64,9 +65,9 @@ struct Connectivity {
   friend bool operator==(const Connectivity&, const Connectivity&) = default;
 };
 
-/// Says what makes `connectivity` unusable: counts that do not add up, an index out of range, a
-/// mean of nothing or of a mean, an attribute of the wrong length. Everything that takes a slab
-/// from outside the library judges it by this first.
+/// Fails for inconsistent counts, an index out of range, a cell with a vertex twice, a mean of
+/// nothing or of a mean, and an attribute of the wrong length. Everything that takes slabs from
+/// outside the library checks this first.
 Result<void> checkConnectivity(const Connectivity& connectivity);
 
 /// The part of a 4D mesh between two consecutive times. A cap is a slab without thickness.
@@ -86,24 +87,19 @@ struct Slab {
   }
 };
 
-/// Computes the mean vertices of a slab whose other vertices are set. Every builder and reader
-/// calls this one function, so that means are the same bit for bit wherever they are made.
+/// Computes the means of a slab whose other vertices are set. All builders and readers call this
+/// function, so a mean has the same bits wherever it is computed.
 void setMeans(const Connectivity& connectivity, std::span<Point4> vertices);
 
-/// Says what makes `slab` unusable by itself: connectivity, number of vertices, coordinates that
-/// are not finite, layers off their times, vertices outside the slab's times.
+/// Fails for a missing connectivity, a wrong number of vertices, coordinates that are not finite,
+/// layers off their times, vertices outside the slab's times, attributes of the wrong length.
 Result<void> checkSlab(const Slab& slab);
 
-/// Takes the slabs of one 4D mesh in time order. An error ends the stream: the caller stops.
+/// Takes the slabs of one 4D mesh in time order. After an error the caller stops.
 class Sink {
  public:
   virtual ~Sink() = default;
   virtual Result<void> put(const Slab& slab) = 0;
-};
-
-struct TimeSpan {
-  double begin = 0;
-  double end = 0;
 };
 
 /// Gives the slabs of one 4D mesh, in any order and to any number of threads at once.
@@ -127,7 +123,7 @@ Result<void> pump(const Source& source, Sink& sink, const Progress& progress = {
 /// The first and last time; {0, 0} for a source without slabs.
 TimeSpan timeSpanOf(const Source& source);
 
-/// A 4D mesh kept in memory, whole.
+/// A 4D mesh in memory.
 class Mesh : public Sink, public Source {
  public:
   Result<void> put(const Slab& slab) override;

@@ -12,7 +12,7 @@ namespace t4d::model {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A triangle mesh in space: what is swept, and what a slice is. Triangles of a solid's surface are
+/// A triangle mesh in space: the input of a sweep, or a slice. Triangles of a solid's surface are
 /// counter-clockwise seen from outside.
 struct TriangleMesh {
   std::vector<Point3> vertices;
@@ -23,13 +23,13 @@ struct TriangleMesh {
 
 Bounds3 boundsOf(const TriangleMesh& mesh);
 
-/// Volume enclosed by a closed mesh, positive when its triangles face outward; summed about the
-/// middle of the bounds, so that a far-away mesh loses no digits.
+/// Volume enclosed by a closed mesh, positive if its triangles face outward; summed about the
+/// centre of the bounds, so that a mesh far from the origin loses no digits.
 double signedVolume(const TriangleMesh& mesh);
 
 double surfaceArea(const TriangleMesh& mesh);
 
-/// True when every edge is walked as often in one direction as in the other: the mesh bounds a
+/// True if every edge is traversed equally often in both directions, so that the mesh bounds a
 /// solid. The empty mesh is closed.
 bool isClosed(const TriangleMesh& mesh);
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/times.h"
 #include "t4d/voxel4d/vdb_file.h"
 #include "t4d/voxel4d/vdb_grid.h"
 
@@ -114,7 +115,7 @@ Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& option
   for (std::size_t i = 0; i < places.size(); ++i) {
     Place& place = places[i];
     if (options.frameTime) {
-      place.time = options.startTime + static_cast<double>(i) * *options.frameTime;
+      place.time = model::steppedTime(options.startTime, *options.frameTime, i);
     } else {
       const auto time = numberOf(*place.header, kTimeMetadata);
       if (!time) {

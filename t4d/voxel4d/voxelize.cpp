@@ -73,25 +73,9 @@ Result<void> checkCount(double count) {
   return invalid(fmt::format("{:.0f} frames; at most {} are allowed", count, kMaxFrames));
 }
 
-}  // namespace
-
-Result<std::vector<double>> evenTimes(const model::TimeSpan& span, std::uint64_t count) {
-  if (count < 2) return invalid(fmt::format("{} frames; a series needs two or more", count));
-  if (auto checked = checkCount(static_cast<double>(count)); !checked) return pass(checked.error());
-  std::vector<double> times;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    times.push_back(span.begin + (span.end - span.begin) * static_cast<double>(i) /
-                                     static_cast<double>(count - 1));
-  }
-  times.back() = span.end;
-  if (!std::is_sorted(times.begin(), times.end(), std::less_equal<>())) {
-    return invalid(fmt::format("{} frames from time {} to {} are too close to be told apart", count,
-                               span.begin, span.end));
-  }
-  return times;
-}
-
-Result<std::vector<double>> steppedTimes(const model::TimeSpan& span, double step) {
+/// How many frames `when.step` apart there are: as many as fit, or `when.count`.
+Result<std::uint64_t> countOfSteps(const model::TimeSpan& span, const FrameTimes& when) {
+  const double step = *when.step;
   if (!(step > 0) || !std::isfinite(step)) {
     return invalid(
         fmt::format("the time between frames is {}; it must be a positive number", step));
@@ -102,23 +86,37 @@ Result<std::vector<double>> steppedTimes(const model::TimeSpan& span, double ste
     return invalid(fmt::format("the time between frames is {}, but from {} to {} there is only {}",
                                step, span.begin, span.end, span.end - span.begin));
   }
-  std::vector<double> times;
-  for (std::size_t i = 0; i <= static_cast<std::size_t>(steps); ++i) {
-    times.push_back(std::min(span.begin + static_cast<double>(i) * step, span.end));
+  const auto fitting = static_cast<std::uint64_t>(steps) + 1;
+  const std::uint64_t count = when.count.value_or(fitting);
+  if (count < 2 || count > fitting) {
+    return invalid(
+        fmt::format("{} frames are asked for, {} apart; from {} to {} there can be 2 to {}", count,
+                    step, span.begin, span.end, fitting));
   }
-  return times;
+  return count;
 }
 
+}  // namespace
+
 Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when) {
-  if (!when.step) return evenTimes(span, when.count.value_or(0));
-  auto times = steppedTimes(span, *when.step);
-  if (!times || !when.count) return times;
-  if (*when.count < 2 || *when.count > times->size()) {
-    return invalid(
-        fmt::format("{} frames are asked for, {} apart; from {} to {} there can be 2 to {}",
-                    *when.count, *when.step, span.begin, span.end, times->size()));
+  std::vector<double> times;
+  if (when.step) {
+    auto count = countOfSteps(span, when);
+    if (!count) return pass(count.error());
+    times = model::steppedTimes(span.begin, *when.step, *count);
+    times.back() = std::min(times.back(), span.end);
+  } else {
+    const std::uint64_t count = when.count.value_or(0);
+    if (count < 2) return invalid(fmt::format("{} frames; a series needs two or more", count));
+    if (auto checked = checkCount(static_cast<double>(count)); !checked) {
+      return pass(checked.error());
+    }
+    times = model::evenTimes(span, count);
   }
-  times->resize(*when.count);
+  if (!std::is_sorted(times.begin(), times.end(), std::less_equal<>())) {
+    return invalid(fmt::format("{} frames from time {} to {} are too close to be told apart",
+                               times.size(), span.begin, times.back()));
+  }
   return times;
 }
 

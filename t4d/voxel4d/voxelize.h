@@ -9,6 +9,7 @@
 
 #include "t4d/model/motion.h"
 #include "t4d/model/slab.h"
+#include "t4d/model/times.h"
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/voxel4d/frame.h"
 
@@ -17,14 +18,6 @@ namespace t4d::voxel4d {
 /// More frames than this are refused.
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
-/// `count` times from the first to the last of `span`, evenly; both are exact. Refuses fewer than
-/// two.
-Result<std::vector<double>> evenTimes(const model::TimeSpan& span, std::uint64_t count);
-
-/// Times from the first of `span` on, `step` apart, as many as fit. Refuses a step that is not
-/// positive, or leaves fewer than two.
-Result<std::vector<double>> steppedTimes(const model::TimeSpan& span, double step);
-
 /// When the frames of a motion are: `count` of them evenly over it; or every `step` from its first
 /// time on, as many as fit, or the first `count` of these.
 struct FrameTimes {
@@ -32,7 +25,9 @@ struct FrameTimes {
   std::optional<double> step;
 };
 
-/// Those times. Refuses what evenTimes and steppedTimes do, and a count of steps that do not fit.
+/// Those times (model::evenTimes, model::steppedTimes). Fails for fewer than two or more than
+/// kMaxFrames, for a step that is not positive, for a count of steps that do not fit, and for times
+/// that are too close to represent.
 Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when);
 
 /// A solid as a function of time: closed, facing outward; empty where there is none.

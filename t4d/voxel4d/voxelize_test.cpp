@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -48,7 +49,7 @@ std::string errorOf(const TriangleMesh& mesh, const VoxelizeOptions& options) {
 }
 
 TEST(Voxelize, PaperCubeIsNineteenPointsWideInEachFrame) {
-  const auto times = *evenTimes({0, 63}, 64);
+  const auto times = model::evenTimes({0, 63}, 64);
   for (int i = 0; i < 64; ++i) EXPECT_EQ(times[i], i);
   const auto frames = voxelFrames(movingSolid(fixtures::paperCube(20), translations(63)), times,
                                   {.voxelSize = 1, .mask = true});
@@ -140,7 +141,7 @@ TEST(Voxelize, FilesAreTheFrames) {
     const TestFolder folder;
     const auto solid = movingSolid(fixtures::hollowCube(12, 6), turnAbout({1, 0, 2}, 30));
     const VoxelizeOptions options{.voxelSize = 0.5, .mask = mask};
-    const auto times = *evenTimes({0, 2}, 5);
+    const auto times = model::evenTimes({0, 2}, 5);
     const auto written = writeVoxelFrames(solid, times, options, folder / "made/of/folders");
     ASSERT_TRUE(written) << written.error().text();
     EXPECT_EQ(written->frames, 5U);
@@ -209,22 +210,39 @@ TEST(Voxelize, SeriesAppearsWholeOrNotAtAll) {
   EXPECT_NE(file.error().text().find("is not a folder"), std::string::npos);
 }
 
-TEST(Voxelize, TimesAreEvenOrStepped) {
-  EXPECT_EQ(*evenTimes({-1, 1}, 5), (std::vector<double>{-1, -0.5, 0, 0.5, 1}));
-  EXPECT_EQ(*steppedTimes({0, 1}, 0.5), (std::vector<double>{0, 0.5, 1}));
-  EXPECT_EQ(*steppedTimes({0, 1}, 0.4), (std::vector<double>{0, 0.4, 0.8}));
-  const auto tenths = *steppedTimes({0, 1}, 0.1);
-  EXPECT_EQ(tenths.size(), 11U);
-  EXPECT_EQ(tenths.back(), 1);
-  EXPECT_EQ(evenTimes({0, 1}, 1).error().message, "1 frames; a series needs two or more");
-  EXPECT_EQ(evenTimes({0, 1}, 2'000'000).error().message,
-            "2000000 frames; at most 1000000 are allowed");
-  EXPECT_EQ(steppedTimes({0, 1}, 2).error().message,
+TEST(Voxelize, FrameTimesAreEvenOrStepped) {
+  EXPECT_EQ(*frameTimes({-1, 1}, {.count = 5}), (std::vector<double>{-1, -0.5, 0, 0.5, 1}));
+  EXPECT_EQ(*frameTimes({0, 1}, {.step = 0.5}), (std::vector<double>{0, 0.5, 1}));
+  EXPECT_EQ(*frameTimes({0, 1}, {.step = 0.4}), (std::vector<double>{0, 0.4, 0.8}));
+  EXPECT_EQ(*frameTimes({0, 1}, {.step = 0.1}),
+            (std::vector<double>{0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1}));
+  EXPECT_EQ(*frameTimes({0, 1}, {.count = 4, .step = 0.1}),
+            (std::vector<double>{0, 0.1, 0.2, 0.3}));
+  // A step that was rounded up still reaches the end.
+  EXPECT_EQ(*frameTimes({0, 1}, {.step = 0.33333333334}),
+            (std::vector<double>{0, 0.33333333334, 0.66666666668, 1}));
+}
+
+TEST(Voxelize, FrameTimesOutOfReachAreRefused) {
+  const auto refusalOf = [](const model::TimeSpan& span, const FrameTimes& when) {
+    const auto times = frameTimes(span, when);
+    return times ? "(was accepted)" : times.error().message;
+  };
+  EXPECT_EQ(refusalOf({0, 1}, {.count = 1}), "1 frames; a series needs two or more");
+  EXPECT_EQ(refusalOf({0, 1}, {.count = 2'000'000}), "2000000 frames; at most 1000000 are allowed");
+  EXPECT_EQ(refusalOf({0, 1}, {.step = 1e-9}), "1000000001 frames; at most 1000000 are allowed");
+  EXPECT_EQ(refusalOf({0, 1}, {.step = 2}),
             "the time between frames is 2, but from 0 to 1 there is only 1");
-  EXPECT_FALSE(steppedTimes({0, 1}, 0));
-  EXPECT_FALSE(steppedTimes({0, 1}, NAN));
-  EXPECT_FALSE(steppedTimes({0, 1}, 1e-9));
-  EXPECT_FALSE(evenTimes({1e15, 1e15 + 1}, 100));
+  EXPECT_EQ(refusalOf({0, 1}, {.count = 4, .step = 0.5}),
+            "4 frames are asked for, 0.5 apart; from 0 to 1 there can be 2 to 3");
+  for (const double step : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_NE(refusalOf({0, 1}, {.step = step}).find("must be a positive number"),
+              std::string::npos);
+  }
+  for (const FrameTimes& when : {FrameTimes{.count = 100}, FrameTimes{.step = 0.01}}) {
+    EXPECT_NE(refusalOf({1e15, 1e15 + 1}, when).find("too close to be told apart"),
+              std::string::npos);
+  }
 }
 
 TEST(Voxelize, ErrorsSayWhen) {

@@ -62,7 +62,7 @@ std::optional<std::vector<double>> timesOf(const std::string& text) {
   if (!numbers || numbers->size() != 3) return std::nullopt;
   const double n = (*numbers)[2];
   if (!(n >= 1 && n <= static_cast<double>(kMaxSlices)) || n != std::floor(n)) return std::nullopt;
-  return convert::evenTimes((*numbers)[0], (*numbers)[1], static_cast<std::size_t>(n));
+  return model::evenTimes({(*numbers)[0], (*numbers)[1]}, static_cast<std::uint64_t>(n));
 }
 
 /// Options that do not go together; a reason for exit code 2.
@@ -259,11 +259,10 @@ int compareFiles(const Options& options, const std::array<std::string, 2>& paths
   std::vector<model::Body> all = a->bodies;
   all.insert(all.end(), b->bodies.begin(), b->bodies.end());
   const model::TimeSpan span = model::timeSpanOf(all);
-  const std::vector<double> times = options.times.empty()
-                                        ? convert::evenTimes(span.begin, span.end, options.slices)
-                                        : *timesOf(options.times);
+  const std::vector<double> times =
+      options.times.empty() ? model::evenTimes(span, options.slices) : *timesOf(options.times);
   for (const double time : times) {
-    if (time >= span.begin && time <= span.end) continue;
+    if (model::timeWithin(span, time)) continue;
     return report({ErrorCode::InvalidInput,
                    fmt::format("nothing exists at time {}; the meshes last from {} to {}", time,
                                span.begin, span.end),

@@ -34,7 +34,7 @@ std::optional<std::vector<double>> timesOf(const std::string& text) {
   if (!numbers || numbers->size() != 3) return std::nullopt;
   const double n = (*numbers)[2];
   if (!(n >= 1 && n <= static_cast<double>(kMaxFrames)) || n != std::floor(n)) return std::nullopt;
-  return convert::evenTimes((*numbers)[0], (*numbers)[1], static_cast<std::size_t>(n));
+  return model::evenTimes({(*numbers)[0], (*numbers)[1]}, static_cast<std::uint64_t>(n));
 }
 
 int run(const Options& options) {
@@ -44,9 +44,8 @@ int run(const Options& options) {
   auto input = openBodies(options.input, options.body);
   if (!input) return report(input.error());
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = options.frames
-                                        ? convert::evenTimes(span.begin, span.end, *options.frames)
-                                        : *timesOf(options.times);
+  const std::vector<double> times =
+      options.frames ? model::evenTimes(span, *options.frames) : *timesOf(options.times);
   std::vector<std::string> notices;
   const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
   printNotices(notices);

@@ -46,8 +46,7 @@ Result<std::vector<model::Body>> bodiesAt(const std::vector<model::Body>& bodies
   const double time = hyperplane.offset / hyperplane.normal[3];
   std::vector<model::Body> there;
   for (const model::Body& body : bodies) {
-    const model::TimeSpan span = model::timeSpanOf(*body.source);
-    if (time >= span.begin && time <= span.end) there.push_back(body);
+    if (model::timeWithin(*body.source, time)) there.push_back(body);
   }
   if (!there.empty()) return there;
   const model::TimeSpan span = model::timeSpanOf(bodies);

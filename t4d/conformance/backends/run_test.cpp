@@ -158,7 +158,7 @@ TEST(Backends, WrongSweepsAreCaught) {
 /// Woven at the wrong voxel size or the wrong times.
 OwnBackend weaver(double sizeFactor, double late) {
   return {voxelBackend(), [=](const Case& given, const Resolution& at, model::Sink& sink) {
-            auto times = *voxel4d::evenTimes(given.time(), at.steps + 1);
+            auto times = model::evenTimes(given.time(), at.steps + 1);
             const model::Motion& motion = given.mesh->motion;
             const auto frames = voxel4d::voxelFrames(
                 [&](double time) {
