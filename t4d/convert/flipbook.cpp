@@ -8,19 +8,6 @@
 
 namespace t4d::convert {
 
-std::vector<double> evenTimes(double begin, double end, std::size_t count) {
-  std::vector<double> times;
-  times.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool last = i > 0 && i + 1 == count;
-    times.push_back(last ? end
-                         : begin + (end - begin) *
-                                       (static_cast<double>(i) /
-                                        static_cast<double>(std::max<std::size_t>(1, count - 1))));
-  }
-  return times;
-}
-
 Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
                                      std::span<const double> times,
                                      const std::filesystem::path& path,
@@ -28,9 +15,14 @@ Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
                                      double framesPerSecond,
                                      const formats::MeshWriteOptions& options,
                                      const model::Progress& progress) {
+  if (std::all_of(bodies.begin(), bodies.end(),
+                  [](const model::Body& body) { return body.source->slabCount() == 0; })) {
+    return invalid("there is nothing to show: no body has a slab");
+  }
+  if (times.empty()) return invalid("there are no times to show the mesh at");
   const model::TimeSpan span = model::timeSpanOf(bodies);
   for (const double time : times) {
-    if (!(time >= span.begin && time <= span.end)) {
+    if (!model::timeWithin(span, time)) {
       return invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}", time,
                                  span.begin, span.end));
     }
@@ -41,8 +33,7 @@ Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
   for (const double time : times) {
     std::vector<formats::NamedMesh> meshes;
     for (const model::Body& body : bodies) {
-      const model::TimeSpan own = model::timeSpanOf(*body.source);
-      if (time < own.begin || time > own.end) continue;
+      if (!model::timeWithin(*body.source, time)) continue;
       auto slice = sliceAtTime(*body.source, time);
       if (!slice) return pass(slice.error());
       report.triangles += slice->mesh.triangles.size();

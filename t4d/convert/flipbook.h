@@ -11,10 +11,6 @@
 
 namespace t4d::convert {
 
-/// `count` times from `begin` to `end`, evenly spaced, both included exactly; `begin` alone for
-/// one.
-std::vector<double> evenTimes(double begin, double end, std::size_t count);
-
 struct FlipbookReport {
   std::uint64_t frames = 0;
   std::uint64_t triangles = 0;      ///< of all frames together
@@ -22,7 +18,8 @@ struct FlipbookReport {
 };
 
 /// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter). A body that does
-/// not exist at a time is left out of that frame. Fails for a time at which no body exists.
+/// not exist at a time is left out of that frame. Times are taken as by sliceAtTime. Fails where no
+/// body has a slab, for no times at all, and for a time before or after all bodies.
 Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
                                      std::span<const double> times,
                                      const std::filesystem::path& path,

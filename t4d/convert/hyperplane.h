@@ -29,9 +29,10 @@ struct HyperplaneBasis {
   bool rightHanded;
 };
 
+/// Of a hyperplane that checkHyperplane accepts. The opposite normal gives the same axes.
 HyperplaneBasis basisOf(const Hyperplane& hyperplane);
 
-/// Refuses a normal that is zero or not finite.
+/// Fails for numbers that are not finite, and for a normal of length zero.
 Result<void> checkHyperplane(const Hyperplane& hyperplane);
 
 }  // namespace t4d::convert

@@ -139,7 +139,17 @@ std::uint32_t Slicer::cutPoint(const Slab& slab, std::uint32_t below, std::uint3
   return found;
 }
 
+Result<void> Slicer::check(const Slab& slab) {
+  if (auto checked = checkHyperplane(hyperplane_); !checked) return checked;
+  if (slab.connectivity != checked_ && slab.connectivity) {
+    if (auto checked = checkConnectivity(*slab.connectivity); !checked) return checked;
+    checked_ = slab.connectivity;
+  }
+  return checkSlab(slab);
+}
+
 Result<void> Slicer::put(const Slab& slab) {
+  if (auto checked = check(slab); !checked) return checked;
   const model::Connectivity& connectivity = *slab.connectivity;
 
   // Points on the seam are known from the slab before, by their numbers in its upper layer.
@@ -290,13 +300,16 @@ void Slicer::carryAttributes(const Slab& slab, const std::vector<std::uint32_t>&
 
 Slice Slicer::finish() { return std::move(slice_); }
 
-Result<Slice> sliceAtTime(const model::Source& source, double time) {
+Result<Slice> sliceAtTime(const model::Source& source, double given) {
   const model::TimeSpan span = timeSpanOf(source);
-  if (!(time >= span.begin && time <= span.end)) {
-    return invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}", time,
+  const auto meant = model::timeWithin(source, given);
+  if (!meant) {
+    if (source.slabCount() == 0) return invalid("the mesh has no slabs");
+    return invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}", given,
                                span.begin, span.end));
   }
-  // The first slab that ends later; at the very end, the last one with a thickness.
+  const double time = *meant;
+  // The first slab that ends later; at the very end, the first that ends there.
   const bool atEnd = time == span.end;
   std::size_t low = 0;
   std::size_t high = source.slabCount();
@@ -324,7 +337,7 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress) {
   if (auto checked = checkHyperplane(hyperplane); !checked) return pass(checked.error());
   const Eigen::Vector4d& n = hyperplane.normal;
-  if (n.head<3>().isZero(0) && n[3] > 0) return sliceAtTime(source, hyperplane.offset / n[3]);
+  if (n.head<3>().isZero(0)) return sliceAtTime(source, hyperplane.offset / n[3]);
   Slicer slicer(hyperplane);
   if (auto done = pump(source, slicer, progress); !done) return pass(done.error());
   return slicer.finish();

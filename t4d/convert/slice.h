@@ -32,6 +32,9 @@ enum class OnHyperplane : std::uint8_t { Below, Above };
 /// A triangle has the rows of its cell in attributes per cell. Attributes per vertex are
 /// interpolated along the edge where they are floating point, and taken from the vertex below
 /// otherwise.
+///
+/// put() refuses a hyperplane that checkHyperplane refuses, and a slab that checkConnectivity or
+/// checkSlab refuse; the connectivity is checked once for all consecutive slabs that share it.
 class Slicer : public model::Sink {
  public:
   explicit Slicer(const Hyperplane& hyperplane, OnHyperplane rule = OnHyperplane::Below);
@@ -44,6 +47,7 @@ class Slicer : public model::Sink {
   class PointTable;
   struct CutPoint;
 
+  Result<void> check(const model::Slab& slab);
   std::uint32_t cutPoint(const model::Slab& slab, std::uint32_t below, std::uint32_t above);
   void numberAsInLayer(std::size_t firstPoint, std::size_t firstTriangle);
   void carryAttributes(const model::Slab& slab, const std::vector<std::uint32_t>& cells);
@@ -52,6 +56,7 @@ class Slicer : public model::Sink {
   HyperplaneBasis basis_;
   OnHyperplane rule_;
   Slice slice_;
+  std::shared_ptr<const model::Connectivity> checked_;  // found good last
   std::vector<double> height_;         // of each vertex of the slab over the hyperplane
   std::unique_ptr<PointTable> table_;  // cut points of this slab, by edge
   std::vector<CutPoint> points_;       // of this slab, in the order of the slice's vertices
@@ -62,11 +67,14 @@ class Slicer : public model::Sink {
 };
 
 /// The solid at `time`: the limit from later times, and at the last time of the mesh the limit from
-/// earlier ones. Reads one slab. Fails when `time` is outside the mesh; the error says the range.
+/// earlier ones. A time that is a layer's but for rounding (model::timeWithin) is the layer's.
+/// Reads one slab. Fails when `time` is outside the mesh (the error says the range), and when the
+/// mesh has no slabs.
 Result<Slice> sliceAtTime(const model::Source& source, double time);
 
-/// The section by any hyperplane, all slabs that it can meet. For a hyperplane of constant time
-/// this is sliceAtTime.
+/// The section by any hyperplane, all slabs that it can meet. For a hyperplane of constant time,
+/// with the normal (0, 0, 0, w) of either sign, this is sliceAtTime. Fails where checkHyperplane
+/// does.
 Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress = {});
 

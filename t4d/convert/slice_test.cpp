@@ -4,7 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/flipbook.h"
+#include "t4d/fixtures/solids.h"
+#include "t4d/mesh4d/sweep.h"
 #include "t4d/model/units.h"
 
 namespace t4d::convert {
@@ -71,6 +72,125 @@ TEST(Slice, PentachoronHasTheSimplexShrinkingToItsApex) {
   }
 }
 
+/// A cube that moves in three steps of 0.7, whose layers are those of steps that were added up: the
+/// last is at 2.0999999999999996.
+model::Mesh sweptOverSums() {
+  model::ScrewRun run;
+  run.duration = 0.7;
+  run.screw.translation = {0, 0, 1};
+  run.count = 3;
+  model::Motion motion = *model::chainScrews(0, std::span(&run, 1));
+  EXPECT_EQ(motion.timeEnd(), 2.1);
+  motion.segments[2].timeEnd = 3 * 0.7;
+  mesh4d::SweepOptions options;
+  options.caps = mesh4d::CapMethod::Cone;
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(fixtures::cube(2), motion, options, mesh));
+  return mesh;
+}
+
+TEST(Slice, ATimeThatIsALayerButForRoundingIsTheLayer) {
+  model::Mesh mesh = sweptOverSums();
+  ASSERT_LT(timeSpanOf(mesh).end, 2.1);
+  for (const double layer : {0.0, 0.7, 1.4, 2.1}) {
+    for (const double time : {layer, layer * (1 + 3e-16), layer * (1 - 3e-16)}) {
+      const auto slice = sliceAtTime(mesh, time);
+      ASSERT_TRUE(slice) << slice.error().text();
+      EXPECT_EQ(slice->mesh.vertices.size(), 8U);
+      EXPECT_EQ(slice->mesh.triangles.size(), 12U);
+    }
+  }
+  EXPECT_GT(sliceAtTime(mesh, 0.7 + 1e-9)->mesh.triangles.size(), 12U);
+  EXPECT_FALSE(sliceAtTime(mesh, 2.1 + 1e-9));
+}
+
+TEST(Slice, ANormalAlongTimeOfEitherSignIsThatTime) {
+  model::Mesh mesh = pentachoron();
+  for (const double w : {1.0, -1.0, 2.5, -0.125}) {
+    for (const double t : {0.0, 0.25, 1.0}) {
+      const auto expected = sliceAtTime(mesh, t);
+      const auto section = slice(mesh, {{0, 0, -0.0, w}, w * t});
+      ASSERT_TRUE(section) << section.error().text();
+      EXPECT_EQ(section->mesh.vertices, expected->mesh.vertices);
+      EXPECT_EQ(section->mesh.triangles, expected->mesh.triangles);
+      EXPECT_GE(signedVolume(section->mesh), 0);
+    }
+    const auto outside = slice(mesh, {{0, 0, 0, w}, 2 * w});
+    ASSERT_FALSE(outside);
+    EXPECT_EQ(outside.error().message, sliceAtTime(mesh, 2).error().message);
+  }
+}
+
+TEST(Slice, OppositeNormalsGiveTheSameSolidFacingOutward) {
+  model::Mesh mesh = pentachoron();
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (int i = 0; i < 50; ++i) {
+    const Hyperplane one{{number(random), number(random), number(random), number(random)}, 0.1};
+    const Hyperplane other{-one.normal, -one.offset};
+    const double volume = signedVolume(slice(mesh, one)->mesh);
+    EXPECT_GE(volume, 0);
+    EXPECT_NEAR(signedVolume(slice(mesh, other)->mesh), volume, 1e-15);
+  }
+}
+
+TEST(Slice, WhatIsNoHyperplaneIsRefused) {
+  model::Mesh mesh = pentachoron();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const Hyperplane& none :
+       {Hyperplane{Eigen::Vector4d::Zero(), 0}, Hyperplane{Eigen::Vector4d::Zero(), 1},
+        Hyperplane{{nan, 0, 0, 1}, 0}, Hyperplane{{0, 0, 0, infinity}, 0},
+        Hyperplane{{1, 0, 0, 0}, nan}}) {
+    EXPECT_EQ(slice(mesh, none).error().code, ErrorCode::InvalidInput);
+    Slicer slicer(none);
+    const auto put = slicer.put(mesh.slabs()[0]);
+    ASSERT_FALSE(put);
+    EXPECT_NE(put.error().message.find("hyperplane"), std::string::npos);
+  }
+}
+
+TEST(Slice, SlabsThatAreNotSoundAreRefused) {
+  const model::Slab good = pentachoron().slabs()[0];
+  const auto refusalOf = [](const model::Slab& slab) {
+    Slicer slicer(Hyperplane::atTime(0.5));
+    const auto put = slicer.put(slab);
+    EXPECT_TRUE(put || slicer.finish().mesh.vertices.empty());
+    return put ? "(was accepted)" : put.error().message;
+  };
+  const auto withConnectivity = [&](auto change) {
+    auto connectivity = *good.connectivity;
+    change(connectivity);
+    model::Slab slab = good;
+    slab.connectivity = std::make_shared<model::Connectivity>(connectivity);
+    return refusalOf(slab);
+  };
+  EXPECT_EQ(refusalOf(good), "(was accepted)");
+  EXPECT_EQ(withConnectivity([](auto& c) { c.cells[3][2] = 5; }), "cell 3 has the vertex 5, of 5");
+  EXPECT_EQ(withConnectivity([](auto& c) { c.cells[1][1] = 2; }), "cell 1 has the vertex 2 twice");
+  EXPECT_NE(withConnectivity([](auto& c) { c.lowerCount = 6; }).find("layers of 6"),
+            std::string::npos);
+  EXPECT_NE(withConnectivity([](auto& c) { c.cells.pop_back(); }).find("attribute 'cell'"),
+            std::string::npos);
+  model::Slab slab = good;
+  slab.connectivity = nullptr;
+  EXPECT_EQ(refusalOf(slab), "has no connectivity");
+  slab = good;
+  slab.vertices.pop_back();
+  EXPECT_EQ(refusalOf(slab), "has 4 vertices where its connectivity has 5");
+  slab = good;
+  slab.vertices[2].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refusalOf(slab), "vertex 2 is (nan, 1, 0, 0)");
+  slab = good;
+  slab.attributes[0].values.pop_back();
+  EXPECT_NE(refusalOf(slab).find("attribute 't' has 39 bytes"), std::string::npos);
+}
+
+TEST(Slice, AMeshWithoutSlabsHasNone) {
+  model::Mesh nothing;
+  EXPECT_EQ(sliceAtTime(nothing, 0).error().message, "the mesh has no slabs");
+}
+
 TEST(Slice, TheSameInEveryDirection) {
   model::Mesh mesh = pentachoron();
   for (int axis = 0; axis < 3; ++axis) {
@@ -117,14 +237,6 @@ TEST(Slice, MissingTheMeshIsEmpty) {
   const auto section = slice(mesh, Hyperplane::across(0, 5));
   ASSERT_TRUE(section);
   EXPECT_TRUE(section->mesh.triangles.empty());
-}
-
-TEST(EvenTimes, BothEndsAreExact) {
-  const auto times = evenTimes(0.1, 0.7, 7);
-  EXPECT_EQ(times.size(), 7U);
-  EXPECT_EQ(times.front(), 0.1);
-  EXPECT_EQ(times.back(), 0.7);
-  EXPECT_EQ(evenTimes(3, 9, 1), std::vector<double>{3});
 }
 
 TEST(Units, MillimetresAndInches) {

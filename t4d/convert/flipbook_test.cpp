@@ -1,0 +1,77 @@
+#include "t4d/convert/flipbook.h"
+
+#include <gtest/gtest.h>
+
+#include "t4d/fixtures/solids.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/system/temporary_folder.h"
+
+namespace t4d::convert {
+namespace {
+
+/// A cube at rest from `begin` on, for a unit of time.
+model::Mesh cubeFrom(double begin) {
+  const model::ScrewRun rest{1, {}, 1};
+  mesh4d::SweepOptions options;
+  options.caps = mesh4d::CapMethod::Cone;
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(begin, std::span(&rest, 1)),
+                            options, mesh));
+  return mesh;
+}
+
+class Flipbook : public testing::Test {
+ protected:
+  Result<FlipbookReport> write(std::span<const model::Body> bodies,
+                               const std::vector<double>& times) {
+    return writeFlipbook(bodies, times, folder_.path() / "out.glb", {}, 24);
+  }
+  bool written() const { return std::filesystem::exists(folder_.path() / "out.glb"); }
+
+ private:
+  system::TemporaryFolder folder_ = *system::TemporaryFolder::create();
+};
+
+TEST_F(Flipbook, ShowsTheBodiesThatExist) {
+  model::Mesh first = cubeFrom(0);
+  model::Mesh second = cubeFrom(0.5);
+  model::Mesh nothing;
+  const std::vector<model::Body> bodies = {
+      {"first", &first}, {"nothing", &nothing}, {"second", &second}};
+  const auto report = write(bodies, {0, 0.5, 1.5});
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_EQ(report->frames, 3U);
+  EXPECT_EQ(report->triangles, 4 * 12U);
+  EXPECT_TRUE(written());
+}
+
+TEST_F(Flipbook, OfNothingIsRefused) {
+  model::Mesh nothing;
+  const std::vector<model::Body> empty = {{"nothing", &nothing}};
+  for (const std::span<const model::Body> bodies :
+       {std::span<const model::Body>(), std::span(empty)}) {
+    const model::TimeSpan span = model::timeSpanOf(bodies);
+    EXPECT_EQ(span.begin, 0);
+    EXPECT_EQ(span.end, 0);
+    const auto report = write(bodies, {0});
+    ASSERT_FALSE(report);
+    EXPECT_EQ(report.error().message, "there is nothing to show: no body has a slab");
+  }
+  model::Mesh cube = cubeFrom(0);
+  const std::vector<model::Body> bodies = {{"cube", &cube}};
+  EXPECT_EQ(write(bodies, {}).error().code, ErrorCode::InvalidInput);
+  EXPECT_FALSE(written());
+}
+
+TEST_F(Flipbook, TimesBeforeAndAfterAllBodiesAreRefused) {
+  model::Mesh cube = cubeFrom(0.1);
+  const std::vector<model::Body> bodies = {{"cube", &cube}};
+  EXPECT_TRUE(write(bodies, {0.1 - 1e-17, 1.1 + 2e-16}));
+  for (const double time : {0.0, 1.2}) {
+    EXPECT_NE(write(bodies, {0.5, time}).error().message.find("lasts from 0.1 to 1.1"),
+              std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace t4d::convert
