@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 namespace t4d::voxel4d {
@@ -43,10 +45,32 @@ BlockMask shiftedSigns(const std::array<BlockView, 8>& views, unsigned d) {
   return signs;
 }
 
-FrameLayer::FrameLayer(Frame frame, const Lattice& lattice) : frame_(std::move(frame)) {
-  index();
-  findSurfaceBlocks();
-  numberCrossings(lattice);
+Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block) {
+  std::uint64_t next = first;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (unsigned x = 0; x < 8; ++x) {
+      block.first[axis][x] = static_cast<std::uint32_t>(next);
+      next += static_cast<unsigned>(std::popcount(block.edges[axis][x]));
+    }
+  }
+  constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
+  if (next > kMost) {
+    return invalid(
+        fmt::format("the surface crosses more than {} edges of the lattice, the most that are "
+                    "possible",
+                    kMost));
+  }
+  return static_cast<std::uint32_t>(next);
+}
+
+Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice) {
+  FrameLayer layer;
+  layer.frame_ = std::move(frame);
+  layer.index();
+  layer.findSurfaceBlocks();
+  if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
+  layer.placeCrossings(lattice);
+  return layer;
 }
 
 void FrameLayer::index() {
@@ -142,7 +166,7 @@ void FrameLayer::findSurfaceBlocks() {
   }
 }
 
-void FrameLayer::numberCrossings(const Lattice& lattice) {
+Result<void> FrameLayer::numberCrossings() {
   // Edges begin in a block that also begins a mixed cube.
   std::vector<CrossingBlock> all(surfaceBlocks_.size());
   tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
@@ -157,19 +181,19 @@ void FrameLayer::numberCrossings(const Lattice& lattice) {
   });
   std::uint32_t count = 0;
   for (CrossingBlock& block : all) {
-    const std::uint32_t before = count;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (unsigned x = 0; x < 8; ++x) {
-        block.first[axis][x] = count;
-        count += static_cast<std::uint32_t>(std::popcount(block.edges[axis][x]));
-      }
-    }
-    if (count == before) continue;
+    const auto next = numberFrom(count, block);
+    if (!next) return pass(next.error());
+    if (*next == count) continue;
+    count = *next;
     crossingIndex_[block.coord] = static_cast<std::uint32_t>(crossings_.size());
     crossings_.push_back(block);
   }
 
   vertices_.resize(count);
+  return {};
+}
+
+void FrameLayer::placeCrossings(const Lattice& lattice) {
   tbb::parallel_for(std::size_t{0}, crossings_.size(), [&](std::size_t i) {
     const CrossingBlock& block = crossings_[i];
     for (int axis = 0; axis < 3; ++axis) {

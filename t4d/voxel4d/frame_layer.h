@@ -43,12 +43,17 @@ struct CrossingBlock {
   }
 };
 
+/// Numbers the crossings of a block from `first` on, and returns the number after the last. Fails
+/// where that exceeds 32 bits.
+Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block);
+
 /// A frame made ready for weaving: its crossings, numbered, and the blocks around its surface.
 class FrameLayer {
  public:
   /// Everything outside: what lies before the first frame and after the last.
   FrameLayer() = default;
-  FrameLayer(Frame frame, const Lattice& lattice);
+  /// Fails where numberFrom does.
+  static Result<FrameLayer> of(Frame frame, const Lattice& lattice);
 
   double time() const { return frame_.time; }
   bool hasValues() const { return frame_.hasValues(); }
@@ -71,7 +76,8 @@ class FrameLayer {
  private:
   void index();
   void findSurfaceBlocks();
-  void numberCrossings(const Lattice& lattice);
+  Result<void> numberCrossings();
+  void placeCrossings(const Lattice& lattice);
   const InsideTile* tileAt(const Coord& coord) const;
 
   Frame frame_;

@@ -57,7 +57,6 @@ class SampledFrames : public FrameSource {
       }
     }
     std::vector<Found> found(cubes.size());
-    // Cubes are split into blocks of their own tasks where there are few of them.
     tbb::parallel_for(std::size_t{0}, cubes.size(),
                       [&](std::size_t i) { sample(cubes[i], kLargestCube, time, found[i]); });
     return gather(found, time);

@@ -286,11 +286,16 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   SlabWriter slabs(lattice, sink);
   const FrameLayer nothing;
   FrameLayer before;
-  double step = 0;
+  double halfStepAfter = 0;
   for (std::size_t i = 0; i < count; ++i) {
     auto frame = frames.frame(i);
     if (!frame) return pass(frame.error());
-    FrameLayer after(std::move(*frame), lattice);
+    auto layer = FrameLayer::of(std::move(*frame), lattice);
+    if (!layer) {
+      layer.error().where = fmt::format("frame {}", i);
+      return pass(layer.error());
+    }
+    FrameLayer& after = *layer;
     const double begin = before.time();
     const double end = after.time();
     if (i > 0 && !(end > begin)) {
@@ -300,8 +305,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     const bool half = options.caps == CapStyle::HalfStep;
     if (i == 1) {
       // The first cap waits for the second frame, which says how long a step is.
-      step = end - begin;
-      const double first = half ? begin - 0.5 * step : begin;
+      const double first = half ? model::dividedTime({end, begin}, 3, 2) : begin;
       if (auto put = slabs.put(nothing, before, first, begin, [&](double) { return first; });
           !put) {
         return pass(put.error());
@@ -309,8 +313,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
       slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
     }
     if (i > 0) {
-      step = end - begin;
-      const auto timeAt = [&](double fraction) { return begin + fraction * step; };
+      halfStepAfter = model::dividedTime({begin, end}, 3, 2);
+      const auto timeAt = [&](double fraction) { return begin + fraction * (end - begin); };
       if (auto put = slabs.put(before, after, begin, end, timeAt); !put) return pass(put.error());
     }
     before = std::move(after);
@@ -318,7 +322,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(count));
   }
   const double end = before.time();
-  const double last = options.caps == CapStyle::HalfStep ? end + 0.5 * step : end;
+  const double last = options.caps == CapStyle::HalfStep ? halfStepAfter : end;
   if (auto put = slabs.put(before, nothing, end, last, [&](double) { return last; }); !put) {
     return pass(put.error());
   }

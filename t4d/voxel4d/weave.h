@@ -37,8 +37,8 @@ struct WeaveReport {
 /// along the edge, is zero, or at the midpoint where a frame has no values. Blocks are shared out
 /// to threads (oneTBB); the result is the same for any number of them.
 ///
-/// Fails for fewer than two frames, times that do not increase, more than 2^32 vertices or cells in
-/// a slab, frames of which all are empty, and where the source or the sink does.
+/// Fails for fewer than two frames, times that do not increase, more than 2^32 - 1 vertices or
+/// cells in a slab, frames of which all are empty, and where the source or the sink does.
 Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink);
 
 }  // namespace t4d::voxel4d

@@ -1,6 +1,7 @@
 #include "t4d/voxel4d/weave.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -194,6 +195,22 @@ TEST(Weave, HypervolumeOfAMovingBallConverges) {
   std::cout << "errors " << errors[0] << " " << errors[1] << " " << errors[2] << ", order " << order
             << "\n";
   EXPECT_GT(order, 1.8);
+}
+
+TEST(FrameLayer, CrossingsAreNumberedUpToTheLastOf32Bits) {
+  CrossingBlock full;
+  for (BlockMask& mask : full.edges) mask.fill(kAllBits);
+  constexpr std::uint32_t kEdgesOfABlock = 3 * 512;
+  EXPECT_EQ(*numberFrom(0, full), kEdgesOfABlock);
+  EXPECT_EQ(full.number(2, 7, 63), kEdgesOfABlock - 1);
+  const std::uint32_t last = std::numeric_limits<std::uint32_t>::max();
+  EXPECT_EQ(*numberFrom(last - kEdgesOfABlock, full), last);
+  EXPECT_EQ(full.number(2, 7, 63), last - 1);
+  for (const std::uint32_t first : {last - kEdgesOfABlock + 1, last}) {
+    const auto past = numberFrom(first, full);
+    ASSERT_FALSE(past);
+    EXPECT_NE(past.error().message.find("more than 4294967295 edges"), std::string::npos);
+  }
 }
 
 TEST(Weave, HalfStepCapsAreHalfAStepOutside) {
