@@ -1,0 +1,39 @@
+#include "t4d/mesh4d/cap.h"
+
+#include <gtest/gtest.h>
+
+#include "t4d/fixtures/solids.h"
+
+namespace t4d::mesh4d {
+namespace {
+
+TEST(Cap, ConesHaveTheVolumeOfEverySolid) {
+  for (const fixtures::NamedSolid& solid : fixtures::allSolids({})) {
+    SCOPED_TRACE(solid.name);
+    const auto cap = fillSolid(solid.mesh, CapMethod::Cone);
+    ASSERT_TRUE(cap) << cap.error().text();
+    ASSERT_EQ(cap->inner.size(), 1U);
+    EXPECT_EQ(cap->cells.size(), solid.mesh.triangles.size());
+    std::vector<model::Point3> points = solid.mesh.vertices;
+    points.push_back(cap->inner.front());
+    double volume = 0;
+    for (const auto& [a, b, c, d] : cap->cells) {
+      volume +=
+          (points[b] - points[a]).dot((points[c] - points[a]).cross(points[d] - points[a])) / 6;
+    }
+    const double expected = signedVolume(solid.mesh);
+    EXPECT_NEAR(volume, expected, 1e-9 * expected);
+  }
+}
+
+#ifndef T4D_WITH_TETGEN
+TEST(Cap, WithoutTetGenTheErrorNamesTheWayOut) {
+  const auto cap = fillSolid(fixtures::cube(1), CapMethod::TetGen);
+  ASSERT_FALSE(cap);
+  EXPECT_EQ(cap.error().code, ErrorCode::Unsupported);
+  EXPECT_EQ(cap.error().remedy, Remedy::ConeCaps);
+}
+#endif
+
+}  // namespace
+}  // namespace t4d::mesh4d

@@ -1,0 +1,119 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "t4d/fixtures/solids.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/mesh4d/test_motion.h"
+#include "t4d/model/facets.h"
+
+namespace t4d::mesh4d {
+namespace {
+
+Error errorOf(const model::TriangleMesh& mesh) {
+  model::Mesh into;
+  const auto report = sweep(mesh, turnAbout(Eigen::Vector3d::UnitX(), 30), {}, into);
+  EXPECT_FALSE(report);
+  return report ? Error() : report.error();
+}
+
+TEST(TetGenCap, FillsEverySolidWithItsVolume) {
+  for (const fixtures::NamedSolid& solid : fixtures::allSolids({})) {
+    SCOPED_TRACE(solid.name);
+    const auto cap = fillSolid(solid.mesh, CapMethod::TetGen);
+    ASSERT_TRUE(cap) << cap.error().text();
+    std::vector<model::Point3> points = solid.mesh.vertices;
+    points.insert(points.end(), cap->inner.begin(), cap->inner.end());
+    double volume = 0;
+    for (const auto& [a, b, c, d] : cap->cells) {
+      const double six =
+          (points[b] - points[a]).dot((points[c] - points[a]).cross(points[d] - points[a]));
+      EXPECT_GT(six, 0);
+      volume += six / 6;
+    }
+    const double expected = signedVolume(solid.mesh);
+    EXPECT_NEAR(volume, expected, 1e-9 * expected);
+  }
+}
+
+TEST(TetGenCap, CavityStaysEmpty) {
+  const auto cap = fillSolid(fixtures::hollowCube(4, 2), CapMethod::TetGen);
+  ASSERT_TRUE(cap) << cap.error().text();
+  // Every facet that only one cell has is a triangle of one of the two shells.
+  model::Connectivity cells;
+  cells.vertexCount = 16 + static_cast<std::uint32_t>(cap->inner.size());
+  cells.cells = cap->cells;
+  EXPECT_EQ(facetTopology(cells).unmatched.size(), 24U);
+}
+
+TEST(TetGenCap, SelfIntersectionNamesTrianglesAndTheWayOut) {
+  model::TriangleMesh mesh = fixtures::cube(2);
+  const model::TriangleMesh other = fixtures::cube(2);
+  for (const model::Point3& vertex : other.vertices) {
+    mesh.vertices.push_back(vertex + model::Point3(0.5, 0.6, 0.7));
+  }
+  for (const auto& [a, b, c] : other.triangles) mesh.triangles.push_back({a + 8, b + 8, c + 8});
+  const Error refusal = errorOf(mesh);
+  EXPECT_NE(refusal.message.find("pairs of triangles"), std::string::npos) << refusal.message;
+  EXPECT_EQ(refusal.remedy, Remedy::ConeCaps);
+  SweepOptions cone;
+  cone.caps = CapMethod::Cone;
+  model::Mesh swept;
+  ASSERT_TRUE(sweep(mesh, turnAbout(Eigen::Vector3d::UnitX(), 10), cone, swept));
+  EXPECT_TRUE(measure::checkMesh(swept)->valid());
+}
+
+TEST(TetGenCap, TriangleWithoutAreaIsNamed) {
+  // A box whose top edge is split on one side only, by a triangle of no area on the other.
+  model::TriangleMesh mesh = fixtures::cube(2);
+  const auto [a, b, c] = mesh.triangles[0];
+  const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+  mesh.triangles[0] = {a, middle, c};
+  mesh.triangles.push_back({middle, b, c});
+  mesh.triangles.push_back({a, b, middle});
+  EXPECT_NE(errorOf(mesh).message.find("1 triangles have no area (counted from 0: 13)"),
+            std::string::npos);
+}
+
+TEST(TetGenCap, InsideOutComponentIsRefused) {
+  model::TriangleMesh mesh = fixtures::twoBoxes(2, 1);
+  for (std::size_t i = 0; i < 12; ++i) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
+  // The larger box decides which way the whole faces.
+  for (model::Point3& vertex : mesh.vertices) {
+    if (vertex.x() > 0) vertex *= 2;
+  }
+  EXPECT_NE(errorOf(mesh).message.find("turn it round"), std::string::npos);
+}
+
+TEST(TetGenCap, SolidInACavityIsFilled) {
+  model::TriangleMesh mesh = fixtures::hollowCube(8, 4);
+  const model::TriangleMesh core = fixtures::cube(2);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), core.vertices.begin(), core.vertices.end());
+  for (const auto& [a, b, c] : core.triangles) {
+    mesh.triangles.push_back({a + first, b + first, c + first});
+  }
+  model::Mesh swept;
+  const auto report = sweep(mesh, turnAbout(Eigen::Vector3d::UnitX(), 20), {}, swept);
+  ASSERT_TRUE(report) << report.error().text();
+  const auto judged = *measure::checkMesh(swept, {.vertexLinks = true});
+  EXPECT_TRUE(judged.valid() && *judged.vertexLinksOk);
+  const double volume = 512 - 64 + 8;
+  double expected = 0;
+  const double theta = 20.0 / static_cast<double>(report->steps) * M_PI / 180;
+  expected = volume * (2 + std::cos(theta)) / 3;
+  EXPECT_NEAR(judged.hypervolume, expected, 1e-9 * expected);
+  // The shells of a cavity are joined through the solid, the core stands alone.
+  EXPECT_EQ(judged.components, 2U);
+}
+
+TEST(TetGenCap, OneComponentForEachOfTheInputs) {
+  model::Mesh swept;
+  ASSERT_TRUE(sweep(fixtures::twoBoxes(2, 1), turnAbout(Eigen::Vector3d::UnitX(), 10), {}, swept));
+  EXPECT_EQ(measure::checkMesh(swept)->components, 2U);
+}
+
+}  // namespace
+}  // namespace t4d::mesh4d
