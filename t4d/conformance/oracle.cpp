@@ -62,7 +62,7 @@ void judgeMesh(const measure::MeshReport& report, const Law& law, std::vector<Ch
     checks.push_back(holds(name, true, found.empty(), reason, found));
   };
   lacks("seams", {"seam-differs", "slab-times"},
-        "the upper layer of a slab is the lower layer of the next, bit for bit");
+        "the upper layer of a slab equals the lower layer of the next");
   lacks("closed", {"facet-not-shared-by-two", "no-cells"}, "every facet has exactly two cells");
   lacks("oriented", {"facet-orientation", "inside-out"},
         "on opposite sides, and the mesh faces outward");

@@ -161,7 +161,7 @@ TEST(Swept, SliceAtALayerIsThePosedInput) {
         const double time = swept.mesh.timeSpan(i).begin;
         const auto slice = sliceAtTime(swept.mesh, time);
         ASSERT_TRUE(slice);
-        // Same vertices in the same order, bit for bit, and the same triangles.
+        // Equal vertices in the same order, and the same triangles.
         const auto layer = swept.mesh.slabs()[i].lowerLayer();
         ASSERT_EQ(slice->mesh.vertices.size(), solid.mesh.vertices.size());
         for (std::size_t k = 0; k < layer.size(); ++k) {

@@ -1,7 +1,6 @@
 #include "t4d/edit/close_runs.h"
 
 #include <algorithm>
-#include <cstring>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -201,10 +200,7 @@ class Cone {
 };
 
 bool hangTogether(const Slab& before, const Slab& after) {
-  const auto upper = before.upperLayer();
-  const auto lower = after.lowerLayer();
-  return upper.size() == lower.size() &&
-         (upper.empty() || std::memcmp(upper.data(), lower.data(), upper.size_bytes()) == 0);
+  return std::ranges::equal(before.upperLayer(), after.lowerLayer());
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ struct RunEnd {
 /// closes it. It encloses nothing: hypervolume and slices of the slabs given stay exact. Between an
 /// end and the next begin the mesh is empty. As with any cone, cells may overlap within the cap.
 ///
-/// Slabs hang together where the lower layer of one is the upper layer of the other bit for bit. A
-/// cell of a cap has the attributes of the cell whose facet it closes, but for "kind" and
+/// Slabs hang together where the upper layer of one equals the lower layer of the next (-0 equals
+/// 0). A cell of a cap has the attributes of the cell whose facet it closes, but for "kind" and
 /// "triangle" (t4d/formats/t4d/SPEC.md, section "Registries"); an apex those of a vertex of its
 /// surface.
 class RunCloser : public model::Sink {

@@ -49,7 +49,7 @@ std::vector<Sample> samples() {
     name = field.name;
     const auto frames = field.slope == 0 ? static_cast<std::size_t>(field.timeEnd + 1) : 9U;
     const auto source = voxel4d::sampledFrames(
-        field.value, {}, field.box, convert::evenTimes(field.timeBegin, field.timeEnd, frames),
+        field.value, {}, field.box, model::evenTimes({field.timeBegin, field.timeEnd}, frames),
         {.slope = field.slope});
     const auto report = voxel4d::weave(*source, {}, mesh);
     EXPECT_TRUE(report) << report.error().text();
@@ -105,6 +105,22 @@ TEST(CloseRuns, WholeMeshesStayAsTheyAre) {
     EXPECT_EQ(closed.mesh.slabs().size(), slabs.size());
     EXPECT_TRUE(closed.ends.empty());
   }
+}
+
+TEST(CloseRuns, LayersThatDifferInTheSignOfZeroHangTogether) {
+  model::Screw up;
+  up.translation = {0, 0, 1};
+  const model::ScrewRun run{1, up, 2};
+  model::Mesh mesh;
+  ASSERT_TRUE(mesh4d::sweep(fixtures::paperCube(2), *model::chainScrews(0, {&run, 1}),
+                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen, {}}, mesh));
+  std::vector<model::Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
+  for (model::Point4& vertex : slabs[2].vertices) {
+    for (double& number : vertex) number = number == 0 ? -0.0 : number;
+  }
+  const Closed closed = closedFrom(slabs, std::vector<bool>(slabs.size(), true));
+  EXPECT_EQ(closed.mesh.slabs().size(), slabs.size());
+  EXPECT_TRUE(closed.ends.empty());
 }
 
 TEST(CloseRuns, EverySlabAloneIsClosedAndTheirHypervolumesAddUp) {

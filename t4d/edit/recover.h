@@ -35,8 +35,8 @@ struct RecoverReport {
   std::optional<measure::T4dValidation> validation;
 };
 
-/// Writes the whole slabs of a damaged or truncated .t4d (formats::T4dSalvage) to `output`, each as
-/// it was, bit for bit; closes the mesh where slabs are missing (RunCloser); and judges what it has
+/// Writes the whole slabs of a damaged or truncated .t4d (formats::T4dSalvage) to `output`, their
+/// numbers unchanged; closes the mesh where slabs are missing (RunCloser); and judges what it has
 /// written. The details of the metadata get a member "recovered" that says where it comes from.
 /// Fails where `input` is no .t4d at all, or `output` cannot be written.
 Result<RecoverReport> recoverT4d(const std::filesystem::path& input,

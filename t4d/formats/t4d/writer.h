@@ -34,8 +34,9 @@ class T4dWriter {
   ~T4dWriter();
 
   /// Takes the slabs of one body in time order; bodies may take turns. A slab is refused that is
-  /// not sound (checkSlab), whose lower layer is not the last upper layer of the body bit for bit,
-  /// or whose means are not what its connectivity says. The sink lives as long as the writer.
+  /// not sound (checkSlab), whose lower layer does not equal the last upper layer of the body, or
+  /// whose means are not what its connectivity says. -0 equals 0, and the file has the upper
+  /// layer's sign. The sink lives as long as the writer.
   model::Sink& body(std::size_t index);
 
   /// Writes the end of the file and puts it in its place. Fails where a body has no slab. Returns
