@@ -7,7 +7,7 @@
 
 namespace t4d::convert {
 
-/// All points p of space-time with normal . p = offset. The side to which the normal points is
+/// All points p of space-time with normal . p = offset. The normal points to the side that is
 /// "above".
 struct Hyperplane {
   Eigen::Vector4d normal = Eigen::Vector4d::UnitW();
@@ -18,11 +18,11 @@ struct Hyperplane {
   static Hyperplane across(int axis, double value) { return {Eigen::Vector4d::Unit(axis), value}; }
 };
 
-/// Orthonormal coordinates within a hyperplane: the rows times a point of space-time.
+/// Orthonormal coordinates within a hyperplane: the rows multiplied with a point of space-time.
 ///
-/// The axis along which the normal is largest is left out (of equal ones the last); the other
-/// three, in the order x, y, z, t, are made orthonormal to the normal and to those before
-/// (Gram-Schmidt). For x = c that gives (y, z, t), for t = c plain (x, y, z).
+/// The axis along which the normal is largest is left out (the last one of equals); the other
+/// three, in the order x, y, z, t, are made orthonormal to the normal and to each other
+/// (Gram-Schmidt). For x = c the result is (y, z, t), for t = c it is (x, y, z).
 struct HyperplaneBasis {
   Eigen::Matrix<double, 3, 4> axes;
   /// Whether (axis 1, axis 2, axis 3, normal) is oriented like (x, y, z, t).

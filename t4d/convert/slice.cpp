@@ -18,7 +18,7 @@ using model::ScalarType;
 using model::Slab;
 using model::Triangle;
 
-/// Two cells' corners that a cut point lies between: the first below, the second above.
+/// The two corners of a cell that a cut point lies between: one below and one above.
 struct CutEdge {
   std::uint8_t below;
   std::uint8_t above;
@@ -71,18 +71,18 @@ struct Slicer::CutPoint {
   double fraction;  // from below to above
 };
 
-/// Slab-local edges to vertices of the slice: for each vertex a chain of the edges that are cut
-/// above it. Chains are as short as vertices have neighbours, and lie near one another in memory as
-/// the cells do.
+/// Maps edges of the slab to vertices of the slice: each vertex has a chain of the cut edges above
+/// it. Chains are at most as long as a vertex has neighbours, and close together in memory because
+/// the cells are.
 class Slicer::PointTable {
  public:
-  /// Empties the table, for a slab of so many vertices.
+  /// Empties the table, for a slab with `vertexCount` vertices.
   void clear(std::size_t vertexCount) {
     first_.assign(vertexCount, kNone);
     entries_.clear();
   }
 
-  /// The value at the edge, kNone when it is new: the caller then sets it, before the next call.
+  /// The value of an edge, kNone if it is new: the caller then sets it before the next call.
   std::uint32_t& at(std::uint32_t below, std::uint32_t above) {
     std::uint32_t* link = &first_[below];
     while (*link != kNone) {
@@ -152,7 +152,7 @@ Result<void> Slicer::put(const Slab& slab) {
   if (auto checked = check(slab); !checked) return checked;
   const model::Connectivity& connectivity = *slab.connectivity;
 
-  // Points on the seam are known from the slab before, by their numbers in its upper layer.
+  // Points on the seam are known from the slab before, by their indices in its upper layer.
   std::vector<std::array<std::uint32_t, 3>> seam;
   if (connectivity.lowerCount == lastUpperCount_) {
     table_->forEachFrom(lastFirstUpper_,
@@ -203,8 +203,8 @@ Result<void> Slicer::put(const Slab& slab) {
   return {};
 }
 
-/// A section that consists of vertices of the slab alone gets them in the slab's order, so that the
-/// slice at a layer has the input's numbering.
+/// If all points of a section are vertices of the slab, they are put into the order of the slab, so
+/// that the slice at a layer is numbered like the input.
 void Slicer::numberAsInLayer(std::size_t firstPoint, std::size_t firstTriangle) {
   const bool allVertices = std::all_of(points_.begin(), points_.end(), [](const CutPoint& point) {
     return point.below == point.above;
@@ -248,7 +248,7 @@ void interpolate(const std::byte* below, const std::byte* above, double fraction
 }  // namespace
 
 /// Appends the rows of the new triangles and vertices to the slice's attributes. The first slab
-/// that is cut says which there are; one that a later slab lacks is lost.
+/// that is cut defines them; an attribute that a later slab lacks is lost.
 void Slicer::carryAttributes(const Slab& slab, const std::vector<std::uint32_t>& cells) {
   std::vector<const Attribute*> given;
   for (const Attribute& attribute : slab.connectivity->cellAttributes) given.push_back(&attribute);

@@ -16,22 +16,22 @@ namespace t4d::convert {
 struct Slice {
   model::TriangleMesh mesh;
   std::uint64_t slabsRead = 0;
-  /// Attributes that could not be carried, a sentence each.
+  /// Attributes that could not be carried over, one sentence each.
   std::vector<std::string> losses;
 };
 
-/// Whether a vertex exactly on the hyperplane counts as below it or as above.
+/// Whether a vertex exactly on the hyperplane counts as below or above it.
 enum class OnHyperplane : std::uint8_t { Below, Above };
 
 /// Marching tetrahedra over slabs in time order.
 ///
-/// A cut point is known by the edge it lies on, and where it falls on a vertex it is that vertex;
-/// triangles whose corners coincide so are dropped. The section by a layer is therefore exactly the
-/// layer's triangles, without slivers, and always closed.
+/// A cut point is identified by the edge it lies on; if it falls on a vertex, it is that vertex.
+/// Triangles that lose a corner this way are dropped. So the section at a layer is exactly the
+/// layer's triangles, without slivers, and every section is closed.
 ///
-/// A triangle has the rows of its cell in attributes per cell. Attributes per vertex are
-/// interpolated along the edge where they are floating point, and taken from the vertex below
-/// otherwise.
+/// In cell attributes a triangle has the row of the cell it was cut from. Vertex attributes are
+/// interpolated along the edge if they are floating point; otherwise they are those of the vertex
+/// below.
 ///
 /// put() refuses a hyperplane that checkHyperplane refuses, and a slab that checkConnectivity or
 /// checkSlab refuse; the connectivity is checked once for all consecutive slabs that share it.
@@ -72,9 +72,9 @@ class Slicer : public model::Sink {
 /// mesh has no slabs.
 Result<Slice> sliceAtTime(const model::Source& source, double time);
 
-/// The section by any hyperplane, all slabs that it can meet. For a hyperplane of constant time,
-/// with the normal (0, 0, 0, w) of either sign, this is sliceAtTime. Fails where checkHyperplane
-/// does.
+/// The section by any hyperplane; reads all slabs. For a hyperplane of constant time, with the
+/// normal (0, 0, 0, w) of either sign, this is sliceAtTime. Fails for what checkHyperplane refuses,
+/// for a slab that Slicer refuses, and if the source fails.
 Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress = {});
 

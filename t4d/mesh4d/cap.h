@@ -14,32 +14,32 @@ enum class CapMethod : std::uint8_t {
   /// Constrained Delaunay tetrahedralisation (paper, section 4.1). The surface must not intersect
   /// itself. Needs a build with TetGen.
   TetGen,
-  /// Every triangle joined to one apex. Works for any closed surface, and hypervolume and slices
-  /// stay exact, since a cap encloses nothing; but cells may overlap inside the cap.
+  /// Every triangle joined to one apex. Works for any closed surface. Hypervolume and slices stay
+  /// exact, since a cap encloses nothing, but cells may overlap inside the cap.
   Cone,
 };
 
-/// A solid filled with tetrahedra: what closes the 4D mesh at its first and last time.
+/// A solid filled with tetrahedra; closes the 4D mesh at its first and last time.
 struct Cap {
-  /// Points added inside, in the mesh's coordinates; none on the surface.
+  /// Points added inside the solid, in the coordinates of the mesh; none on the surface.
   std::vector<model::Point3> inner;
-  /// Vertices are those of the mesh, then `inner`; det[b-a, c-a, d-a] > 0.
+  /// Indices into the vertices of the mesh followed by `inner`; det[b-a, c-a, d-a] > 0.
   std::vector<model::Cell> cells;
 };
 
-/// Fills the solid that `mesh` bounds (closed and facing outward; cavities and several components
-/// are fine). Fails for TetGen where triangles intersect or have no area (the error names them),
-/// and where a component faces the wrong way.
+/// Fills the solid that `mesh` bounds (closed and facing outward; may have cavities and several
+/// components). With TetGen it fails if triangles intersect or have no area (the error names them),
+/// or if a component faces the wrong way.
 Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method);
 
-/// The cap as a slab without thickness whose upper layer is the mesh (start) or whose lower layer
-/// is (end). Facing backward in time at the start and forward at the end.
+/// The cap as a slab without thickness. The mesh is its upper layer at the start and its lower one
+/// at the end. The cap faces backward in time at the start and forward at the end.
 std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
                                                                 std::uint32_t meshVertices);
 std::shared_ptr<const model::Connectivity> endCapConnectivity(const Cap& cap,
                                                               std::uint32_t meshVertices);
 
-/// Says which pairs of triangles intersect, and which triangles have no area.
+/// Fails if triangles intersect or have no area; the error names them.
 Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh);
 
 }  // namespace t4d::mesh4d

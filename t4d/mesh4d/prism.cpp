@@ -34,7 +34,7 @@ Edges edgesOf(const model::TriangleMesh& mesh) {
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
   });
-  // The first corner of each edge stands for it; numbers then follow the corners' order.
+  // The first corner of an edge represents it, so edges are numbered in the order of corners.
   std::vector<std::uint32_t> firstCorner(sides.size());
   for (std::size_t i = 0; i < sides.size();) {
     const Side& first = sides[i];

@@ -15,21 +15,21 @@ enum class PrismSplit : std::uint8_t {
   Three,     ///< the smallest, without new vertices; slices between layers depend on the numbering
 };
 
-/// Where a cell comes from: the values of its attribute "kind".
+/// The origin of a cell: the values of its attribute "kind".
 enum class CellKind : std::uint8_t { Side = 0, StartCap = 1, EndCap = 2 };
 
 /// The connectivity of one step of a closed triangle mesh of V vertices, E edges and F triangles:
 /// the lower layer (V), for Fourteen the centroids of the quadrilaterals (E) and of the prisms (F)
-/// as means, and the upper layer (V); 14 F or 3 F cells. Every step of a sweep has this one.
+/// as means, and the upper layer (V); 14 F or 3 F cells. All steps of a sweep share it.
 ///
 ///          b0 ------- b2
-///          |\ \     / /|        a triangle (a0, a1, a2) outward-facing at the step's begin,
-///          | \ \   / / |        (b0, b1, b2) where it is at the end;
+///          |\ \     / /|        an outward-facing triangle (a0, a1, a2) at the start of a step,
+///          | \ \   / / |        (b0, b1, b2) the same triangle at its end;
 ///          |  \  b1 /  |        q01, q12, q20: centroids of the quadrilaterals;
 ///          | q01 | q12 |        g: centroid of the prism.
 ///          |    \|/    |
-///          a0 ---|---- a2       14 cells, all with the apex g over: the triangle below, the one
-///            \   |   /          above, and the four triangles around each of the three q's.
+///          a0 ---|---- a2       14 cells, all with apex g, over: the triangle below, the one above
+///            \   |   /          and the four triangles around each of the three q's.
 ///              \ | /
 ///                a1
 ///
@@ -41,7 +41,7 @@ std::shared_ptr<const model::Connectivity> stepConnectivity(const model::Triangl
 std::vector<model::Attribute> cellAttributes(const std::vector<std::uint32_t>& triangles,
                                              const std::vector<std::uint8_t>& kinds);
 
-/// The value of the attribute "triangle" of cap cells, which come from no one triangle.
+/// The value of the attribute "triangle" for cells of caps, which come from no triangle.
 inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
 
 }  // namespace t4d::mesh4d

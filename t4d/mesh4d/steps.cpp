@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
-/// Angles that are a whole number of steps up to the rounding of acos() are that many steps.
+/// An angle that is a whole number of steps up to the rounding of acos() gives that number.
 double stepsFor(double angleDegrees, double stepDegrees) {
   constexpr double kRounding = 1e-12;
   return std::ceil(std::abs(angleDegrees) / stepDegrees * (1 - kRounding));
@@ -34,9 +34,9 @@ Result<void> checkRule(const StepRule& rule) {
           fmt::format("R_Vmin is {}; it must lie in [0, 1), 0.998 for instance", volume->ratio));
     }
   } else if (const auto* steps = std::get_if<StepsPerSegment>(&rule)) {
-    if (steps->steps == 0) return invalid("0 steps were asked for; at least 1 is needed");
+    if (steps->steps == 0) return invalid("0 steps were requested; at least 1 is needed");
   } else if (!(std::get<MaxDeviation>(rule).length > 0)) {
-    return invalid(fmt::format("the largest deviation is {}; it must be a positive length",
+    return invalid(fmt::format("the maximum deviation is {}; it must be a positive length",
                                std::get<MaxDeviation>(rule).length));
   }
   return {};
@@ -74,7 +74,7 @@ Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const St
     total += steps;
     if (!(total <= static_cast<double>(kMaxSteps))) {
       return invalid(
-          fmt::format("the step rule asks for more than {} steps; allow larger ones", kMaxSteps));
+          fmt::format("the step rule gives more than {} steps; allow larger steps", kMaxSteps));
     }
     counts.push_back(static_cast<std::uint64_t>(steps));
   }

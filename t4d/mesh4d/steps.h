@@ -15,27 +15,27 @@ struct MinVolumeRatio {
   double ratio = 0.998;
 };
 
-/// This many steps for each segment.
+/// A fixed number of steps per segment.
 struct StepsPerSegment {
   std::uint64_t steps = 1;
 };
 
 /// Keep every point within this distance, in length units, of its true screw path at the same time.
-/// A point at distance r from the axis leaves its path by r (1 - cos(angle / 2)) in the middle of a
-/// step.
+/// In the middle of a step, a point at distance r from the axis is r (1 - cos(angle / 2)) off its
+/// path.
 struct MaxDeviation {
   double length = 0;
 };
 
 using StepRule = std::variant<MinVolumeRatio, StepsPerSegment, MaxDeviation>;
 
-/// More steps than this in one motion are refused.
+/// The maximum number of steps of a motion.
 inline constexpr std::uint64_t kMaxSteps = 100'000'000;
 
-/// The number of steps of each segment, at least 1 and enough that no step turns by more than half
-/// a turn (unless StepsPerSegment asks for it). `points` are those of the mesh before the motion;
-/// only MaxDeviation looks at them. Refused: a ratio outside [0, 1), zero steps, a deviation that
-/// is not positive, more than kMaxSteps.
+/// The number of steps of each segment: at least 1, and enough that no step turns by more than half
+/// a turn (unless StepsPerSegment asks for it). `points` are the vertices of the mesh before the
+/// motion; only MaxDeviation uses them. Fails for a ratio outside [0, 1), zero steps, a deviation
+/// that is not positive, and more than kMaxSteps.
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
                                            const std::vector<model::Point3>& points);
 

@@ -20,14 +20,14 @@ using model::Pose;
 using model::Slab;
 using model::TriangleMesh;
 
-/// Triangles beyond this would make indices of a step's cells and means exceed 32 bits.
+/// With more triangles, indices of cells and means of a step would exceed 32 bits.
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
 void place(const std::vector<Point3>& points, const Pose& pose, double time, Point4* into) {
   for (const Point3& point : points) *into++ << pose(point), time;
 }
 
-/// The mesh facing outward as a whole: itself, or turned round.
+/// The flipped mesh if the given one is inside out, nothing if it faces outward.
 Result<std::optional<TriangleMesh>> turnedRound(const TriangleMesh& mesh) {
   const double volume = signedVolume(mesh);
   if (volume > 0) return std::nullopt;
@@ -39,10 +39,10 @@ Result<std::optional<TriangleMesh>> turnedRound(const TriangleMesh& mesh) {
   return invalid("the mesh encloses no volume");
 }
 
-/// What to say of the first step that turns so far that it is hardly the motion any more.
+/// A notice of the first step that turns so far that it hardly follows the motion.
 std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
                                              const std::vector<std::uint64_t>& counts) {
-  // Then the volume in the middle of the step is half the solid's. Not for rounding alone.
+  // At 90 degrees the volume in the middle of the step is half the solid's; allow for rounding.
   constexpr double kLargeDegrees = 90 * (1 + 1e-9);
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double degrees =

@@ -26,21 +26,21 @@ struct SweepReport {
   std::uint64_t tetrahedra = 0;  ///< 14 F steps (or 3 F steps), and the caps
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
-  std::vector<std::string> notices;  ///< what a user should know, a sentence each
+  std::vector<std::string> notices;                     ///< notes for the user, one sentence each
 };
 
-/// Sweeps a solid through space-time and puts the boundary of what it passes, a 4D mesh, into
-/// `sink`, slab by slab: the start cap, one slab a step, the end cap (paper, section 4.1). Memory
-/// is that of two layers and a step, however long the motion.
+/// Sweeps a solid through space-time and puts the boundary of the region it covers, a 4D mesh, into
+/// `sink`, slab by slab: the start cap, one slab per step, the end cap (paper, section 4.1). Needs
+/// memory for two layers and one step, however long the motion is.
 ///
-/// `mesh` is closed, edge- and vertex-manifold and consistently oriented; any number of components
-/// and cavities. A mesh that is inside out as a whole is turned round, with a notice. Times are the
-/// motion's. Poses come in closed form, so nothing drifts. Between layers every vertex moves on a
-/// straight line: with PrismSplit::Fourteen the slice at fraction s of a step that turns by theta
-/// has exactly the volume V0 (1 - 2 s (1 - s) (1 - cos theta)), which is the paper's eq. 1 at
-/// s = 1/2.
+/// `mesh` must be closed, edge- and vertex-manifold and consistently oriented; it may have several
+/// components and cavities. A mesh that is inside out as a whole is flipped, with a notice. Poses
+/// are in closed form, so errors do not accumulate; steps divide a segment evenly in time. Between
+/// layers vertices move on straight lines: with PrismSplit::Fourteen, the slice at fraction s of a
+/// step that turns by theta has exactly the volume V0 (1 - 2 s (1 - s) (1 - cos theta)), which is
+/// the paper's eq. 1 at s = 1/2.
 ///
-/// Fails where checkClosedSurface, stepsOf or fillSolid do, and where the sink does.
+/// Fails if checkClosedSurface, stepsOf, fillSolid or the sink does.
 Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& motion,
                           const SweepOptions& options, model::Sink& sink);
 

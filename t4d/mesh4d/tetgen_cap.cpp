@@ -1,7 +1,7 @@
 #include "t4d/mesh4d/tetgen_cap.h"
 
-// The header's terminatetetgen frees the mesh and then throws, and unwinding frees it again. Ours,
-// which the library calls in its place, only throws.
+// The terminatetetgen of the header frees the mesh and then throws, and unwinding frees it again.
+// The library calls this one instead, which only throws.
 #define terminatetetgen terminatetetgen_unused
 #include <tetgen.h>
 #undef terminatetetgen
@@ -61,7 +61,7 @@ Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
     ::tetrahedralize(switches, &in, &out);
   } catch (int reason) {
     return fail(ErrorCode::Failed,
-                fmt::format("TetGen could not fill the solid (its reason {}); close the ends with "
+                fmt::format("TetGen could not fill the solid (its code {}); close the ends with "
                             "cones",
                             reason),
                 {}, Remedy::ConeCaps);
@@ -89,7 +89,7 @@ Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
     for (int k = 0; k < 4; ++k) {
       const int vertex = out.tetrahedronlist[4 * i + k];
       if (vertex < 0 || vertex >= out.numberofpoints) {
-        return fail(ErrorCode::Failed, "TetGen gave a tetrahedron with a vertex that is not there");
+        return fail(ErrorCode::Failed, "TetGen returned a tetrahedron with a vertex out of range");
       }
       cell[k] = static_cast<std::uint32_t>(vertex);
     }
@@ -104,7 +104,7 @@ Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
   return cap;
 }
 
-/// Finds the input triangle, if any, that a facet is.
+/// Finds the input triangle that a facet is, if any.
 class TriangleIndex {
  public:
   explicit TriangleIndex(const model::TriangleMesh& mesh) {
@@ -207,7 +207,7 @@ Result<void> removeOutside(const model::TriangleMesh& mesh, Cap& cap) {
   return {};
 }
 
-/// Inner points that only lay in a cavity are gone with its cells.
+/// Removes inner points that no cell uses any more: those in cavities.
 void dropUnusedPoints(std::uint32_t given, Cap& cap) {
   constexpr std::uint32_t kUnused = ~0U;
   std::vector<std::uint32_t> number(cap.inner.size(), kUnused);
@@ -226,7 +226,7 @@ void dropUnusedPoints(std::uint32_t given, Cap& cap) {
   cap.inner = std::move(kept);
 }
 
-/// The cells' volumes add up to the solid's.
+/// Checks that the volumes of the cells add up to that of the solid.
 Result<void> checkVolume(const model::TriangleMesh& mesh, const Cap& cap) {
   const auto at = [&](std::uint32_t vertex) -> const Point3& {
     return vertex < mesh.vertices.size() ? mesh.vertices[vertex]

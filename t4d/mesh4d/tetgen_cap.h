@@ -4,8 +4,8 @@
 
 namespace t4d::mesh4d {
 
-/// `fillSolid` by TetGen, for a surface that is known to be closed and free of intersections.
-/// TetGen is not thread-safe, so calls wait for each other.
+/// `fillSolid` by TetGen, for a closed surface without self-intersections. TetGen is not
+/// thread-safe, so calls are serialized.
 Result<Cap> tetgenCap(const model::TriangleMesh& mesh);
 
 }  // namespace t4d::mesh4d

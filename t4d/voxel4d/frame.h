@@ -41,7 +41,7 @@ inline constexpr std::int32_t kBlockSize = 8;
 
 /// The scalar field of a block, negative inside: float or double values of its 512 points in the
 /// order of BlockMask, or none (bool and mask grids; surfaces then lie at the midpoints). Points to
-/// memory that the frame's `owner` keeps.
+/// memory that the frame's `owner` keeps alive.
 struct BlockValues {
   const float* floats = nullptr;
   const double* doubles = nullptr;
@@ -54,34 +54,34 @@ struct BlockValues {
   }
 };
 
-/// 512 points, some inside and some not, or with values of their own.
+/// 512 points of which some are inside and some outside, or which have values.
 struct Block {
   Coord coord;  ///< in units of blocks
   BlockMask inside{};
   BlockValues values;  ///< may be empty
 };
 
-/// A cube of points that are all inside: `size` blocks along each axis, from the block `coord` on.
-/// Blocks within it are not in Frame::blocks.
+/// A cube of points that are all inside: `size` blocks along each axis, starting with the block
+/// `coord`. Frame::blocks has none of the blocks within it.
 struct InsideTile {
   Coord coord;            ///< in units of blocks, a multiple of `size`
   std::int32_t size = 1;  ///< a power of two
   double value = 0;       ///< of the field, negative; 0 where there are no values
 };
 
-/// The solid at one time on a lattice: blocks near its surface, tiles deep inside, all else
-/// outside.
+/// The solid at one time on a lattice: blocks near its surface and tiles deep inside. All other
+/// points are outside.
 struct Frame {
   double time = 0;
   std::vector<Block> blocks;          ///< increasing by coord
   std::vector<InsideTile> tiles;      ///< disjoint; increasing by coord
-  double outsideValue = 0;            ///< of the field where nothing is stored; 0 where no values
-  std::shared_ptr<const void> owner;  ///< keeps what BlockValues point to
+  double outsideValue = 0;            ///< of the field where nothing is stored; 0: no values
+  std::shared_ptr<const void> owner;  ///< of the memory that BlockValues point to
 
   bool hasValues() const { return outsideValue != 0; }
 };
 
-/// How many lattice points are inside.
+/// The number of lattice points inside.
 std::uint64_t countInside(const Frame& frame);
 
 /// From lattice points to space: origin + voxelSize * point, the same along every axis.
@@ -95,13 +95,13 @@ struct Lattice {
   friend bool operator==(const Lattice&, const Lattice&) = default;
 };
 
-/// Frames in time order, one in memory at a time.
+/// Frames in time order, with one in memory at a time.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
   virtual const Lattice& lattice() const = 0;
   virtual std::size_t frameCount() const = 0;
-  /// Each is asked for once, in order.
+  /// Called once for each frame, in order.
   virtual Result<Frame> frame(std::size_t index) = 0;
 };
 

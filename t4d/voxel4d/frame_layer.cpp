@@ -118,7 +118,7 @@ const CrossingBlock* FrameLayer::crossings(const Coord& coord) const {
   return found == crossingIndex_.end() ? nullptr : &crossings_[found->second];
 }
 
-/// A cube that is not all inside or all outside begins in a stored block or before one, or between
+/// A cube with corners both inside and outside begins in a stored block or before one, or between
 /// an inside tile and outside blocks that are not stored.
 void FrameLayer::findSurfaceBlocks() {
   std::vector<Coord> candidates;

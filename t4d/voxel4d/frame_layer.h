@@ -10,7 +10,7 @@
 
 namespace t4d::voxel4d {
 
-/// What is known of one block of a frame: its signs and values, or one sign for all of it.
+/// One block of a frame: its signs and values, or one sign for all of its points.
 struct BlockView {
   const Block* block = nullptr;
   bool inside = false;  ///< of all points, where `block` is null
@@ -25,13 +25,13 @@ struct BlockView {
   }
 };
 
-/// How many of a word's bits below `bit` are set.
+/// The number of set bits of a word below `bit`.
 inline std::uint32_t countBefore(std::uint64_t word, unsigned bit) {
   return static_cast<std::uint32_t>(std::popcount(word & ((std::uint64_t{1} << bit) - 1)));
 }
 
-/// The crossings of the lattice edges that begin in one block: a bit each, and the number of the
-/// first of every word.
+/// The crossings of the lattice edges that begin in one block: one bit each, and the index of the
+/// first crossing of every word.
 struct CrossingBlock {
   Coord coord;
   std::array<BlockMask, 3> edges{};  ///< along x, y, z, from the point to the next
@@ -43,16 +43,16 @@ struct CrossingBlock {
   }
 };
 
-/// Numbers the crossings of a block from `first` on, and returns the number after the last. Fails
-/// where that exceeds 32 bits.
+/// Numbers the crossings of a block from `first` on and returns the number after the last. Fails if
+/// that exceeds 32 bits.
 Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block);
 
-/// A frame made ready for weaving: its crossings, numbered, and the blocks around its surface.
+/// A frame prepared for weaving: its numbered crossings and the blocks around its surface.
 class FrameLayer {
  public:
-  /// Everything outside: what lies before the first frame and after the last.
+  /// All points outside: the frame before the first and after the last.
   FrameLayer() = default;
-  /// Fails where numberFrom does.
+  /// Fails if numberFrom does.
   static Result<FrameLayer> of(Frame frame, const Lattice& lattice);
 
   double time() const { return frame_.time; }
@@ -60,17 +60,17 @@ class FrameLayer {
   const std::vector<model::Point4>& vertices() const { return vertices_; }
 
   BlockView view(const Coord& coord) const;
-  /// The crossings of the edges that begin in a block; null where there are none.
+  /// The crossings of the edges that begin in a block; null if there are none.
   const CrossingBlock* crossings(const Coord& coord) const;
 
-  /// Blocks in which a cube begins whose corners are not all inside or all outside; increasing.
+  /// Blocks in which a cube with corners both inside and outside begins; in increasing order.
   const std::vector<Coord>& surfaceBlocks() const { return surfaceBlocks_; }
   /// Stored blocks that are all inside.
   const std::vector<Coord>& solidBlocks() const { return solidBlocks_; }
   const std::vector<InsideTile>& tiles() const { return frame_.tiles; }
-  /// True where one tile of this frame covers all of `tile`.
+  /// True if one tile of this frame covers all of `tile`.
   bool coversInside(const InsideTile& tile) const;
-  /// True for a block that is stored with its own signs.
+  /// True if a block is stored with its own signs.
   bool isStored(const Coord& coord) const { return blocks_.contains(coord); }
 
  private:
@@ -94,8 +94,8 @@ class FrameLayer {
   std::vector<model::Point4> vertices_;
 };
 
-/// Crossings are kept this far, as a fraction of an edge, from both its ends, so that no cell
-/// collapses where a surface passes through a lattice point.
+/// Crossings keep at least this distance from both ends of an edge, as a fraction of the edge, so
+/// that no cell collapses where the surface passes through a lattice point.
 inline constexpr double kOffLattice = 1e-3;
 
 /// Where a field that is linear from a to b, of which one is negative, is zero.

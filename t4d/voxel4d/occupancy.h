@@ -7,31 +7,31 @@
 
 namespace t4d::voxel4d {
 
-/// Lattice points nearer to the surface than this part of the largest coordinate (in voxels) lie on
-/// it: some thousand roundings of a double, more than posing a mesh adds up.
+/// Lattice points closer to the surface than this fraction of the largest coordinate (in voxels)
+/// lie on it: some thousand roundings of a double, more than posing a mesh accumulates.
 inline constexpr double kOnSurface = 1e-12;
 
 /// Lattice coordinates go from -kMaxCoordinate to kMaxCoordinate, so that sums of them fit.
 inline constexpr std::int32_t kMaxCoordinate = 1 << 28;
 
-/// More points than this in the box around a solid are refused: 4096 along each axis.
+/// The maximum number of points in the box around a solid: 4096 along each axis.
 inline constexpr double kMaxBoxPoints = 68'719'476'736.0;
 
-/// Refuses a mesh that bounds no solid (an edge that is not walked as often in one direction as in
-/// the other, an index out of range, a coordinate that is not finite), and one with more lattice
-/// points in its box, or further away, than allowed; the error says how many there would be.
+/// Fails for a mesh that bounds no solid (an edge that is not traversed equally often in both
+/// directions, an index out of range, a coordinate that is not finite), and for one with too many
+/// lattice points in its box or too far from the origin; the error says how many or how far.
 Result<void> checkVoxelizable(const model::TriangleMesh& mesh, const Lattice& lattice);
 
-/// The lattice points strictly inside `mesh`: those that its surface winds around. A point on the
-/// surface (see kOnSurface) is outside. Self-intersections, cavities, several components and
-/// triangles without area are all right; the empty mesh has nothing inside.
+/// The lattice points strictly inside `mesh`: those with a winding number other than 0. A point on
+/// the surface (see kOnSurface) is outside. Self-intersections, cavities, several components and
+/// triangles without area are allowed; the empty mesh has nothing inside.
 ///
-/// Along every lattice column in direction z the crossed triangles are sorted, and their windings
+/// For every lattice column along z, the triangles that it crosses are sorted and their windings
 /// summed. Which triangles a column crosses is decided in exact arithmetic, for the column shifted
-/// by (e, e^2) with e infinitely small; so one that meets an edge or a vertex crosses as many
-/// triangles as it should.
+/// by (e, e^2) with e infinitesimal, so a column through an edge or a vertex crosses the right
+/// number of triangles.
 ///
-/// The frame has no values; all tiles are of one block.
+/// The frame has no values; every tile is one block.
 Result<Frame> occupancy(const model::TriangleMesh& mesh, const Lattice& lattice, double time);
 
 /// The inside points of one block of `frame`, found by binary search.

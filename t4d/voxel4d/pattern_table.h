@@ -49,21 +49,21 @@ constexpr int edgeCorner(int edge) {
   return (rest & low) | (rest & ~low) << 1;
 }
 
-/// The surface in a hypercube of each pattern: tetrahedra whose vertices are edges, oriented with
+/// The surface in a hypercube for each pattern: tetrahedra whose vertices are edges, oriented with
 /// det[n, b-a, c-a, d-a] > 0 for n from inside to outside.
 class PatternTable {
  public:
   using Tetrahedron = std::array<std::uint8_t, 4>;
 
-  /// Made when first asked for, by exact integer arithmetic, in a fraction of a second: half a
-  /// megabyte of numbers would be no easier to trust in the source than the 200 lines that make
+  /// Computed on first use by exact integer arithmetic, in a fraction of a second: half a megabyte
+  /// of numbers in the source would be no easier to trust than the 200 lines that compute
   /// them.
   static const PatternTable& get();
 
   std::span<const Tetrahedron> tetrahedra(unsigned pattern) const {
     return std::span(tetrahedra_).subspan(first_[pattern], first_[pattern + 1] - first_[pattern]);
   }
-  /// Bit e says that edge e joins an inside to an outside corner: all that its tetrahedra use.
+  /// Bit e is set if edge e joins an inside to an outside corner; tetrahedra use only such edges.
   std::uint32_t edges(unsigned pattern) const { return edges_[pattern]; }
   std::uint32_t count(unsigned pattern) const { return first_[pattern + 1] - first_[pattern]; }
 

@@ -12,7 +12,8 @@ using model::Point3;
 
 namespace {
 
-/// The largest cubes that one sample may settle, in blocks along an edge.
+/// Edge, in blocks, of the cubes that threads take one at a time; one sample may decide a whole
+/// cube.
 constexpr std::int32_t kLargestCube = 16;
 
 struct Samples {
@@ -20,7 +21,7 @@ struct Samples {
   std::vector<std::array<float, 512>> floats;
 };
 
-/// What one thread finds in a cube of blocks.
+/// The result for one cube of blocks.
 struct Found {
   std::vector<Block> blocks;  // without values
   std::vector<std::array<double, 512>> values;

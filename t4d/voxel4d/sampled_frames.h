@@ -12,19 +12,19 @@ namespace t4d::voxel4d {
 using FieldFunction = std::function<double(const model::Point3& point, double time)>;
 
 struct SampleOptions {
-  /// Blocks that have a value below this, or points on both sides, keep their values; in all others
-  /// the field is taken for plus or minus this. In units of the field; 0 means 3 voxels.
+  /// Blocks keep their values if one is below this or if they have points on both sides; in all
+  /// other blocks the field is plus or minus this. In units of the field; 0 means 3 voxels.
   double band = 0;
-  /// What a difference of the field is at most, for a distance of one: 1 for distances. Cubes of
-  /// blocks that cannot be near the surface are then settled by one sample. 0: not known, every
-  /// point of the box is sampled.
+  /// The field's Lipschitz constant: 1 for distances. One sample is then enough for cubes of blocks
+  /// that cannot be near the surface. 0 if it is unknown; every point of the box is
+  /// sampled then.
   double slope = 0;
-  bool asFloat = false;  ///< keep values as float, as most grids do
-  bool mask = false;     ///< keep no values
+  bool asFloat = false;  ///< store values as float, as most grids do
+  bool mask = false;     ///< store no values
 };
 
-/// Frames sampled from a function at lattice points within `box` (length units); outside of it is
-/// outside. `field` is called from several threads.
+/// Frames sampled from a function at the lattice points within `box` (length units); all other
+/// points are outside. `field` is called from several threads.
 std::unique_ptr<FrameSource> sampledFrames(FieldFunction field, const Lattice& lattice,
                                            const model::Bounds3& box, std::vector<double> times,
                                            const SampleOptions& options = {});

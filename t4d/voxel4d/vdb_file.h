@@ -14,21 +14,21 @@
 
 namespace t4d::voxel4d {
 
-/// Reads a .vdb of the format's versions 222 to 224 (OpenVDB from 1.0 on) grid by grid, and
-/// distrusts it: OpenVDB's own io::File takes files that are cut off or damaged for good ones, or
-/// crashes. Here every number is judged before it is used, each grid must lie within the file and
-/// end where the file says, and its counts must be those of its metadata.
+/// Reads a .vdb file of format version 222 to 224 (OpenVDB 1.0 and later) grid by grid, without
+/// trusting it: OpenVDB's own io::File accepts truncated or damaged files as valid, or crashes.
+/// Here every number is checked before it is used, each grid must lie within the file and end where
+/// the file says, and its counts must be those of its metadata.
 class VdbFile {
  public:
   struct Entry {
-    std::string name;               ///< as the grid calls itself
+    std::string name;               ///< of the grid
     std::string label;              ///< unique in the file: `name` or `name[2]`
     std::string where;              ///< for errors: file and grid
     openvdb::GridBase::Ptr header;  ///< metadata and transform, without the tree
   };
 
-  /// Reads what stands before the trees. A file that was streamed has no offsets: it is read
-  /// through once.
+  /// Reads everything before the trees. A file that was streamed has no offsets, so it is read
+  /// completely once.
   static Result<std::unique_ptr<VdbFile>> open(const std::filesystem::path& path);
 
   /// In the file's order.
@@ -38,7 +38,7 @@ class VdbFile {
   Result<openvdb::GridBase::Ptr> read(std::size_t index);
 
  private:
-  /// What the file says of a grid before it begins.
+  /// The directory entry of a grid.
   struct Place {
     std::string uniqueName;
     std::string gridType;

@@ -10,25 +10,25 @@
 
 namespace t4d::voxel4d {
 
-/// The name of the metadata of a grid that holds its time, a number (in .vdb, of type double).
+/// The name of the grid metadata that holds its time: a number, written as double.
 inline constexpr const char* kTimeMetadata = "t4d_time";
 
 struct VdbFramesOptions {
-  /// Densities: inside is where values are above this. Without it, below zero (level sets).
+  /// For densities: values above this are inside. Without it, values below zero are (level sets).
   std::optional<double> iso = {};
-  /// Time between two frames; instead of what the metadata say.
+  /// Time between two frames; overrides the times in the metadata.
   std::optional<double> frameTime = {};
   double startTime = 0;   ///< of the first frame, with `frameTime`
-  std::string grid = {};  ///< only grids of this name; "" for all
+  std::string grid = {};  ///< use only grids of this name; "" for all
 };
 
-/// Frames from .vdb files: several files (or a folder: all of its .vdb) of one grid each in natural
-/// order of their names, frame2 before frame10; or one file, whose grids are the frames in natural
-/// order of their names, and in the file's order where these are equal.
+/// Frames from .vdb files: several files (or all .vdb files of a folder) of one grid each, in
+/// natural order of their names, frame2 before frame10; or one file, whose grids are the frames, in
+/// natural order of their names, and in the file's order if these are equal.
 ///
-/// Inside are: values below zero of float and double grids, or above `iso`; true values of bool
-/// grids, active or not; active points of mask grids. A frame's values are those of the grid, read
-/// again when the frame is asked for; nothing is copied.
+/// Inside are values below zero of float and double grids, or above `iso`; true values of bool
+/// grids, active or not; active points of mask grids. A grid is read again when its frame is
+/// requested; the frame uses its values without copying.
 ///
 /// Refused, with the file and the grid: what is not a VDB file, is cut off or damaged as far as it
 /// can be told (.vdb has no checksums); other types of grid; frames with values beside frames
@@ -40,7 +40,7 @@ struct VdbFramesOptions {
 Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const std::filesystem::path> inputs,
                                                    const VdbFramesOptions& options = {});
 
-/// Whether a name comes before another where runs of digits count as numbers.
+/// Whether a name comes before another if runs of digits are compared as numbers.
 bool naturallyLess(std::string_view a, std::string_view b);
 
 }  // namespace t4d::voxel4d

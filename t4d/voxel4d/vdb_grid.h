@@ -8,11 +8,11 @@
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/voxel4d/frame.h"
 
-/// Between grids of OpenVDB and frames. For the sources of this folder alone: no header that others
-/// include has OpenVDB in it.
+/// Conversion between OpenVDB grids and frames. For the sources of this folder only: public headers
+/// do not include OpenVDB.
 namespace t4d::voxel4d {
 
-/// Makes OpenVDB's types known; to be called before anything of it is used, any number of times.
+/// Registers OpenVDB's types. Call it before using OpenVDB; more calls do no harm.
 void initializeOpenVdb();
 
 /// The block that a point lies in, and the first point of a block.
@@ -26,17 +26,17 @@ std::string typeOf(const openvdb::GridBase& grid);
 
 enum class GridKind : std::uint8_t { Values, Mask };
 
-/// Whether the grid has values (float, double) or only insides (bool, mask); others are refused by
-/// their type.
+/// Whether the grid has values (float, double) or only an inside (bool, mask). Fails for other
+/// types.
 Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where);
 
-/// Refuses all transforms but a uniform scale with a translation; says what was found.
+/// Fails for all transforms but a uniform scale with a translation; the error says what was found.
 Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& where);
 
-/// The frame of a grid, which becomes its owner: leaf nodes are blocks, inside values above them
-/// tiles. Without `iso` values below zero are inside, with it values above; of bool grids the true
-/// values; of mask grids the active points. Refused: a background that is inside, values that are
-/// not finite, points further than kMaxCoordinate from the origin.
+/// The frame of a grid, which the frame then owns: leaf nodes become blocks, inside values above
+/// them tiles. Inside are values below zero, or above `iso` if it is given; true values of bool
+/// grids; and active points of mask grids. Fails for a background that is inside, values that are
+/// not finite, and points farther than kMaxCoordinate from the origin.
 Result<Frame> frameOf(const openvdb::GridBase::ConstPtr& grid, double time,
                       const std::optional<double>& iso, const std::string& where);
 
@@ -47,8 +47,8 @@ openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice);
 inline constexpr float kHalfWidth = 3;
 
 /// The signed distance from a solid as a level set with a narrow band of kHalfWidth voxels on
-/// either side. `inside` is occupancy(mesh, lattice): it has the sign, so cavities and
-/// self-intersections are what they are there.
+/// either side. `inside` is occupancy(mesh, lattice) and gives the sign, so that cavities and
+/// self-intersections are treated alike in both.
 openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattice& lattice,
                                    const Frame& inside);
 

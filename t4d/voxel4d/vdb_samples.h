@@ -11,8 +11,8 @@ struct VdbSample {
   std::string bytes;
 };
 
-/// Float, double, bool and mask grids in every way that OpenVDB stores them: each compression,
-/// halves, each way of storing inactive values, with offsets and streamed, several grids, shared
+/// Float, double, bool and mask grids in every encoding of OpenVDB: all compressions, half floats,
+/// all encodings of inactive values, with offsets and streamed, several grids, shared
 /// trees.
 std::vector<VdbSample> vdbSamples();
 

@@ -12,11 +12,11 @@
 
 namespace t4d::voxel4d {
 
-/// Writes grids as frame_0000.vdb, frame_0001.vdb, ... of a folder. They get their names when all
-/// are written; without `commit` nothing is left.
+/// Writes grids as frame_0000.vdb, frame_0001.vdb, ... into a folder. Files get their names in
+/// `commit`; without it nothing remains.
 class VdbSeries {
  public:
-  /// Makes the folder where it is missing. Refuses one with .vdb files that are not of this series.
+  /// Creates the folder if it is missing. Fails for a folder with .vdb files of other names.
   static Result<VdbSeries> create(const std::filesystem::path& folder, std::size_t frames);
 
   VdbSeries(VdbSeries&& other) noexcept;
@@ -30,7 +30,7 @@ class VdbSeries {
  private:
   VdbSeries() = default;
   std::filesystem::path folder_;
-  system::Cleanup madeFolder_;  // none where it was there
+  system::Cleanup madeFolder_;  // none if it existed
   std::vector<std::string> names_;
   std::vector<system::PartFile> parts_;  // of the frames written
 };

@@ -9,10 +9,10 @@
 
 #include <fmt/format.h>
 
-/// Bytes of a .vdb, of which nothing is believed. For the sources of this folder alone.
+/// Bytes of an untrusted .vdb file. For the sources of this folder only.
 namespace t4d::voxel4d {
 
-/// What is wrong with a file: a sentence that needs nothing before it.
+/// What is wrong with a file, to follow its name.
 struct VdbDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -23,18 +23,18 @@ void require(bool condition, fmt::format_string<Values...> otherwise, Values&&..
   if (!condition) throw VdbDamage(fmt::format(otherwise, std::forward<Values>(values)...));
 }
 
-/// Takes values from a stream up to an end; throws VdbDamage where they would lie behind it.
+/// Reads values from a stream up to an end; throws VdbDamage for values beyond it.
 class VdbStream {
  public:
   VdbStream(std::istream& stream, std::int64_t end) : stream_(stream), end_(end) {}
 
-  /// For OpenVDB's functions that read what has been judged.
+  /// For OpenVDB's functions that read what has been checked.
   std::istream& stream() { return stream_; }
   std::int64_t position() const { return stream_.tellg(); }
   std::int64_t left() const { return end_ - position(); }
   void seek(std::int64_t position) { stream_.seekg(position); }
 
-  /// Before memory is asked for; `bytes` may be any number of a file.
+  /// Called before memory is allocated; `bytes` may be any number from a file.
   void need(std::uint64_t bytes) const {
     require(bytes <= static_cast<std::uint64_t>(std::max<std::int64_t>(left(), 0)),
             "is cut off or damaged: it announces {} bytes where {} are left", bytes, left());
@@ -52,7 +52,7 @@ class VdbStream {
     need(bytes);
     stream_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
   }
-  /// A length of 32 bits and as many bytes.
+  /// A 32-bit length and that many bytes.
   std::string text() {
     const auto size = take<std::uint32_t>();
     need(size);

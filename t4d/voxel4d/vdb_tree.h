@@ -14,16 +14,16 @@ struct VdbCoding {
   bool half = false;              ///< values of voxels and tiles have 16 bits
 };
 
-/// Whether readVdbTree knows a type of tree: float, double, bool and mask trees of OpenVDB's usual
-/// configuration.
+/// Whether readVdbTree supports a tree type: float, double, bool and mask trees of OpenVDB's
+/// default configuration.
 bool canReadVdbTree(const std::string& treeType);
 
-/// Reads a tree as OpenVDB's versions of the format 222 to 224 store it.
+/// Reads a tree of OpenVDB's file format version 222 to 224.
 ///
-/// OpenVDB's own reading believes what it reads: sizes of compressed values, of which it writes as
-/// many as are announced to where it has room for others; numbers that stand for a bool; the order
-/// of nodes; in a node that ends early, pointers that were never set. So every node is made here,
-/// when all that it says has been judged. OpenVDB only decompresses, what has a right size.
+/// OpenVDB's own readers trust the file: the size of compressed values, so that they may write past
+/// the end of a buffer; numbers that represent a bool; the order of nodes; and in a node that ends
+/// early, pointers that were never set. So every node is created here, after everything in it has
+/// been checked. OpenVDB only decompresses data of the right size.
 ///
 /// Throws VdbDamage, the stream's exceptions and OpenVDB's.
 openvdb::TreeBase::Ptr readVdbTree(VdbStream& stream, const std::string& treeType,

@@ -14,10 +14,10 @@ namespace t4d::voxel4d {
 
 namespace {
 
-/// A step that misses the last time by less than this part of itself reaches it.
+/// A step that misses the last time by less than this fraction of itself reaches it.
 constexpr double kStepTolerance = 1e-9;
 
-/// One frame of a solid: where it is inside, and its level set unless only the mask is wanted.
+/// One frame of a solid: its inside points, and its level set unless only the mask is wanted.
 struct Voxels {
   Frame inside;
   openvdb::FloatGrid::Ptr levelSet;
@@ -73,7 +73,7 @@ Result<void> checkCount(double count) {
   return invalid(fmt::format("{:.0f} frames; at most {} are allowed", count, kMaxFrames));
 }
 
-/// How many frames `when.step` apart there are: as many as fit, or `when.count`.
+/// The number of frames `when.step` apart: as many as fit, or `when.count`.
 Result<std::uint64_t> countOfSteps(const model::TimeSpan& span, const FrameTimes& when) {
   const double step = *when.step;
   if (!(step > 0) || !std::isfinite(step)) {
@@ -90,7 +90,7 @@ Result<std::uint64_t> countOfSteps(const model::TimeSpan& span, const FrameTimes
   const std::uint64_t count = when.count.value_or(fitting);
   if (count < 2 || count > fitting) {
     return invalid(
-        fmt::format("{} frames are asked for, {} apart; from {} to {} there can be 2 to {}", count,
+        fmt::format("{} frames are requested, {} apart; from {} to {} there can be 2 to {}", count,
                     step, span.begin, span.end, fitting));
   }
   return count;
@@ -146,7 +146,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
   for (const double time : times) {
     auto voxels = voxelsOf(solid, time, lattice, options.mask);
     if (!voxels) return pass(voxels.error());
-    // Nothing is touched before one frame is known to be good.
+    // The folder is not touched before the first frame is known to be good.
     if (!files) {
       auto created = VdbSeries::create(folder, times.size());
       if (!created) return pass(created.error());

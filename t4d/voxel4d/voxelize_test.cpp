@@ -234,7 +234,7 @@ TEST(Voxelize, FrameTimesOutOfReachAreRefused) {
   EXPECT_EQ(refusalOf({0, 1}, {.step = 2}),
             "the time between frames is 2, but from 0 to 1 there is only 1");
   EXPECT_EQ(refusalOf({0, 1}, {.count = 4, .step = 0.5}),
-            "4 frames are asked for, 0.5 apart; from 0 to 1 there can be 2 to 3");
+            "4 frames are requested, 0.5 apart; from 0 to 1 there can be 2 to 3");
   for (const double step : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
     EXPECT_NE(refusalOf({0, 1}, {.step = step}).find("must be a positive number"),
               std::string::npos);

@@ -116,8 +116,8 @@ class Weaver {
   }
 
  private:
-  /// The blocks in which a mixed hypercube can begin: where one of the frames has its surface, and
-  /// where all is inside in one frame and outside in the other.
+  /// The blocks in which a mixed hypercube can begin: those at the surface of one of the frames,
+  /// and those that are inside in one frame and outside in the other.
   void findBlocks() {
     std::vector<Coord> coords;
     std::set_union(before_.surfaceBlocks().begin(), before_.surfaceBlocks().end(),
@@ -138,7 +138,7 @@ class Weaver {
     }
   }
 
-  /// Blocks that are all inside in one frame and not in the other.
+  /// Blocks that are entirely inside in one frame and not in the other.
   static void addAppearing(const FrameLayer& frame, const FrameLayer& other,
                            std::vector<Coord>& coords) {
     const auto add = [&](const Coord& coord) {
@@ -187,8 +187,8 @@ class Weaver {
     }
   }
 
-  /// The tables that number the edges of the cubes of one block: of its 8 neighbours, at both times
-  /// and between them.
+  /// What numbers the edges of the cubes of one block: the tables of its 8 neighbours, at both
+  /// times and between them.
   struct Neighbourhood {
     std::array<const CrossingBlock*, 8> before{};
     std::array<const CrossingBlock*, 8> after{};
@@ -304,7 +304,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     }
     const bool half = options.caps == CapStyle::HalfStep;
     if (i == 1) {
-      // The first cap waits for the second frame, which says how long a step is.
+      // The first cap waits for the second frame, which defines the length of a step.
       const double first = half ? model::dividedTime({end, begin}, 3, 2) : begin;
       if (auto put = slabs.put(nothing, before, first, begin, [&](double) { return first; });
           !put) {

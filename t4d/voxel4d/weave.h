@@ -10,9 +10,9 @@ namespace t4d::voxel4d {
 
 /// How the mesh is closed before the first frame and after the last, where everything is outside.
 enum class CapStyle : std::uint8_t {
-  /// By cells exactly at the first and the last time: the mesh lasts as long as the frames do.
+  /// With cells exactly at the first and the last time: the mesh lasts as long as the frames.
   Flat,
-  /// As published: the surface closes half a frame's time before the first and after the last.
+  /// As published: the surface closes half a step before the first frame and after the last.
   HalfStep,
 };
 
@@ -29,16 +29,16 @@ struct WeaveReport {
 };
 
 /// Weaves frames into a 4D mesh by 4D marching cubes (paper, section 3.2; pattern_table.h says how)
-/// and puts it into `sink`: a cap, a slab between each two frames, a cap. Two frames are in memory
-/// at a time, and work is done only in blocks that the surface meets.
+/// and puts it into `sink`: a cap, a slab between every two frames, a cap. Two frames are in memory
+/// at a time. Only blocks that the surface meets are processed.
 ///
-/// A layer holds the crossings of the frame's lattice edges, in one order that depends on the frame
-/// alone; the interior of a slab those of the edges in time. Each lies where the field, linear
-/// along the edge, is zero, or at the midpoint where a frame has no values. Blocks are shared out
-/// to threads (oneTBB); the result is the same for any number of them.
+/// The vertices of a layer are the crossings of the frame's lattice edges, in an order that depends
+/// on the frame alone; the interior vertices of a slab are those of edges in time. A crossing lies
+/// where the field, linear along the edge, is zero, or at the midpoint if a frame has no values.
+/// Blocks are distributed over threads (oneTBB); the result is the same for any number of them.
 ///
 /// Fails for fewer than two frames, times that do not increase, more than 2^32 - 1 vertices or
-/// cells in a slab, frames of which all are empty, and where the source or the sink does.
+/// cells in a slab, and no frame with anything inside; and if the source or the sink does.
 Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink);
 
 }  // namespace t4d::voxel4d
