@@ -147,7 +147,7 @@ TEST(Motion, WhatIsNoMotionIsRefused) {
   refuse({1, noNumber, 1}, "not finite");
   refuse({1, turn, 0}, "repeats 0 times");
   refuse({1, turn, ~std::uint64_t{0}}, "repeats");
-  refuse({1e-20, turn, 1}, "cannot be told", 1e6);
+  refuse({1e-20, turn, 1}, "too short to represent", 1e6);
   refuse({1, turn, 1}, "start time", nan);
   EXPECT_FALSE(chainScrews(0, {}));
 }
