@@ -21,8 +21,8 @@ inline constexpr std::size_t kMaxFrames = 1'000'000;
 /// The times of frames: `count` of them evenly spaced; or one every `step` from the first time on,
 /// as many as fit, or the first `count` of these.
 struct FrameTimes {
-  std::optional<std::uint64_t> count;
-  std::optional<double> step;
+  std::optional<std::uint64_t> count = {};
+  std::optional<double> step = {};
 };
 
 /// These times (model::evenTimes, model::steppedTimes). Fails for fewer than two or more than
