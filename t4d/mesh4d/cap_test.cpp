@@ -26,14 +26,5 @@ TEST(Cap, ConesHaveTheVolumeOfEverySolid) {
   }
 }
 
-#ifndef T4D_WITH_TETGEN
-TEST(Cap, WithoutTetGenTheErrorNamesTheWayOut) {
-  const auto cap = fillSolid(fixtures::cube(1), CapMethod::TetGen);
-  ASSERT_FALSE(cap);
-  EXPECT_EQ(cap.error().code, ErrorCode::Unsupported);
-  EXPECT_EQ(cap.error().remedy, Remedy::ConeCaps);
-}
-#endif
-
 }  // namespace
 }  // namespace t4d::mesh4d

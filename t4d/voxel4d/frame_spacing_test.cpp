@@ -72,10 +72,10 @@ TEST(FrameSpacing, NoPointMovesFurtherThanAVoxelAndATenthOfTheFramesDoesNotSuffi
     const double voxel = random.number(1, 2);
     const auto frames = framesWithin(voxel, maxSpeed(mesh, motion), span);
     ASSERT_TRUE(frames) << frames.error().text();
-    EXPECT_LE(sampledMove(mesh, motion, *evenTimes(span, *frames)), voxel * (1 + 1e-9)) << i;
+    EXPECT_LE(sampledMove(mesh, motion, model::evenTimes(span, *frames)), voxel * (1 + 1e-9)) << i;
     const std::uint64_t tenth = std::max<std::uint64_t>(2, *frames / 10);
     ASSERT_LT(tenth, *frames);
-    EXPECT_GT(sampledMove(mesh, motion, *evenTimes(span, tenth)), voxel) << i;
+    EXPECT_GT(sampledMove(mesh, motion, model::evenTimes(span, tenth)), voxel) << i;
   }
 }
 
