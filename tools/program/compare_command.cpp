@@ -2,11 +2,14 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
-#include <tuple>
+#include <set>
 #include <variant>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/motion_reader.h"
@@ -15,15 +18,19 @@
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/steps.h"
+#include "t4d/model/converted_source.h"
+#include "t4d/model/times.h"
 #include "t4d/system/temporary_folder.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "tools/program/commands.h"
 #include "tools/program/compare_page.h"
+#include "tools/program/compare_text.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/self_program.h"
+#include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
 namespace {
@@ -32,16 +39,15 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMaxSlices = 100'000;
-/// Pairs of solids that the page has pictures of.
+/// Number of pairs of solids that the page has pictures of.
 constexpr std::size_t kPictures = 3;
 
 struct Options {
   std::string input;
   std::string other;  // "" for both backends on `input`
   std::string motion;
-  std::optional<double> voxelSize;
-  std::optional<std::uint64_t> frames;
-  std::optional<double> frameTime;
+  std::vector<double> voxelSizes;
+  voxel4d::FrameTimes frames;
   bool mask = false;
   std::vector<std::string> caps;
   std::optional<double> rvMin;
@@ -51,12 +57,13 @@ struct Options {
   std::string times;
   std::string keep;
   std::string html;
+  std::string csv;
   bool json = false;
 
   bool builds() const { return other.empty(); }
 };
 
-/// The three numbers of a:b:n, n a whole number from 1 to kMaxSlices.
+/// The times of a:b:n, n a whole number from 1 to kMaxSlices.
 std::optional<std::vector<double>> timesOf(const std::string& text) {
   auto numbers = numbersBetween(text, ':');
   if (!numbers || numbers->size() != 3) return std::nullopt;
@@ -65,54 +72,84 @@ std::optional<std::vector<double>> timesOf(const std::string& text) {
   return model::evenTimes({(*numbers)[0], (*numbers)[1]}, static_cast<std::uint64_t>(n));
 }
 
-/// Options that do not go together; a reason for exit code 2.
+/// Why the options cannot be combined; nothing if they can.
 std::optional<std::string> misuseOf(const Options& options) {
   if (options.builds()) {
-    if (options.motion.empty() || !options.voxelSize || !options.frames) {
-      return "one solid needs --motion, --voxel-size and --frames; or give two .t4d files";
+    if (options.motion.empty() || options.voxelSizes.empty()) {
+      return "one solid needs --motion and --voxel-size; or give two .t4d files";
     }
     return std::nullopt;
   }
-  if (!options.motion.empty() || options.voxelSize || options.frames || options.mask ||
-      !options.caps.empty() || options.rvMin || options.steps || !options.keep.empty()) {
-    return "--motion, --voxel-size, --frames, --mask, --caps, --rv-min, --steps and --keep are for "
-           "one solid; two .t4d files are compared as they are";
+  if (!options.motion.empty() || !options.voxelSizes.empty() || options.frames.count ||
+      options.frames.step || options.mask || !options.caps.empty() || options.rvMin ||
+      options.steps || !options.keep.empty()) {
+    return "--motion, --voxel-size, --frames, --frame-time, --mask, --caps, --rv-min, --steps and "
+           "--keep are for one solid; two .t4d files are compared as they are";
   }
   return std::nullopt;
 }
 
-/// A 4D mesh that a backend has just made.
-struct Built {
-  fs::path path;
-  double seconds = 0;
-  std::uint64_t peakBytes = 0;
+/// The solid and how it moves. Its volume never changes.
+struct Truth {
+  model::TriangleMesh mesh;
+  model::Motion motion;
+
+  double volume() const { return std::abs(signedVolume(mesh)); }
+  double hypervolume() const { return volume() * (motion.timeEnd() - motion.timeBegin()); }
 };
 
-/// Has one backend make its mesh in a process of its own, which has said what went wrong where it
-/// has failed: then the result is its exit code.
-Result<std::variant<Built, int>> build(const Options& options, const fs::path& folder,
-                                       const std::string& backend) {
-  Built built;
-  built.path = folder / fmt::format("{}-{}.t4d", fs::path(options.input).stem().string(), backend);
-  std::vector<std::string> arguments = {
-      "sweep", options.input, "--motion", options.motion,      "--backend", backend,
-      "--up",  options.up,    "-o",       built.path.string(), "--json"};
-  const auto add = [&](const char* name, const std::string& value) {
-    arguments.emplace_back(name);
+Result<Truth> truthOf(const Options& options) {
+  auto loaded = formats::readTriangleMesh(options.input);
+  if (!loaded) return pass(loaded.error());
+  auto motion = formats::readMotion(options.motion);
+  if (!motion) return pass(motion.error());
+  return Truth{std::move(loaded->mesh), std::move(*motion)};
+}
+
+/// A 4D mesh in a file, and what is known of how it was made.
+struct MeshFile {
+  std::string path;
+  ComparedMesh mesh;
+};
+
+/// Has a backend make its mesh in a process of its own. If that fails it has printed why, and the
+/// result is its exit code. `voxelSize` is for voxel4d, nothing for mesh4d.
+Result<std::variant<MeshFile, int>> build(const Options& options, const Truth& truth,
+                                          const fs::path& folder, std::optional<double> voxelSize,
+                                          std::vector<std::string>& notes) {
+  const std::string backend = voxelSize ? "voxel4d" : "mesh4d";
+  MeshFile file;
+  std::string name = fs::path(options.input).stem().string() + "-" + backend;
+  if (voxelSize && options.voxelSizes.size() > 1) name += fmt::format("-{}", *voxelSize);
+  file.path = (folder / (name + ".t4d")).string();
+  std::vector<std::string> arguments = {"sweep",     options.input, "--motion", options.motion,
+                                        "--backend", backend,       "--up",     options.up,
+                                        "-o",        file.path,     "--json"};
+  const auto add = [&](const char* option, const std::string& value) {
+    arguments.emplace_back(option);
     arguments.push_back(value);
   };
-  const bool voxels = backend == "voxel4d";
-  if (voxels) {
-    add("--voxel-size", fmt::format("{}", *options.voxelSize));
-    add("--frames", fmt::format("{}", *options.frames));
-    if (options.frameTime) add("--frame-time", fmt::format("{}", *options.frameTime));
+  file.mesh.hypervolumeExpected = truth.hypervolume();
+  if (voxelSize) {
+    // What it notes is printed by the other process, too.
+    auto times = motionFrameTimes(options.frames, *voxelSize, truth.mesh, truth.motion, notes);
+    if (!times) return pass(times.error());
+    file.mesh.name =
+        fmt::format("voxel method, {}{}{}", *voxelSize, truth.motion.lengthUnit.empty() ? "" : " ",
+                    truth.motion.lengthUnit);
+    file.mesh.voxelSize = *voxelSize;
+    file.mesh.frames = times->size();
+    add("--voxel-size", fmt::format("{}", *voxelSize));
+    add("--frames", fmt::format("{}", times->size()));
+    if (options.frames.step) add("--frame-time", fmt::format("{}", *options.frames.step));
     if (options.mask) arguments.emplace_back("--mask");
   } else {
+    file.mesh.name = "mesh method";
     if (options.rvMin) add("--rv-min", fmt::format("{}", *options.rvMin));
     if (options.steps) add("--steps", fmt::format("{}", *options.steps));
   }
   for (const std::string& caps : options.caps) {
-    if (voxels == (caps == "flat" || caps == "half-step")) add("--caps", caps);
+    if (voxelSize.has_value() == (caps == "flat" || caps == "half-step")) add("--caps", caps);
   }
   auto finished = runSelf(arguments);
   if (!finished) return pass(finished.error());
@@ -124,23 +161,87 @@ Result<std::variant<Built, int>> build(const Options& options, const fs::path& f
   if (!said.is_object() || !said.contains("seconds") || !said.contains("peak_bytes")) {
     return fail(ErrorCode::Failed, "`t4d sweep --json` did not say how long it took");
   }
-  built.seconds = said["seconds"];
-  built.peakBytes = said["peak_bytes"];
-  return built;
+  file.mesh.seconds = said["seconds"];
+  file.mesh.peakBytes = said["peak_bytes"];
+  return file;
 }
 
-/// Reads and measures a file. A mesh that is not sound is measured too, with a notice.
-Result<ComparedMesh> measure(InputBodies& input, const std::string& path) {
+/// An open file, in the units of another where they differ.
+struct Side {
+  explicit Side(InputBodies opened) : input(std::move(opened)), bodies(input.bodies) {}
+  Side(const Side&) = delete;
+  Side& operator=(const Side&) = delete;
+
+  InputBodies input;
+  std::vector<std::unique_ptr<model::ConvertedSource>> converted;
+  std::vector<model::Body> bodies;
   ComparedMesh mesh;
-  mesh.name = fs::path(path).filename().string();
-  mesh.backend = input.reader.metadata().backend;
-  mesh.bytes = input.reader.fileBytes();
-  ProgressBar bar("measuring " + mesh.name);
-  for (const model::Body& body : input.bodies) {
+};
+
+/// Converts `side` from the length or time unit `from` of its file to `to`, that of the file it is
+/// compared with; nothing where there is nothing to convert. Notes what is converted or assumed.
+Result<model::UnitConversion> conversionTo(
+    const std::string& to, const std::string& otherPath, const std::string& from,
+    const std::string& path, const char* what,
+    std::optional<model::UnitConversion> (*convert)(std::string_view, std::string_view),
+    std::vector<std::string>& notes) {
+  if (from.empty() != to.empty()) {
+    const bool stated = to.empty();
+    notes.push_back(fmt::format("only {} states a {} unit, {}; {} is taken to use it, too",
+                                stated ? path : otherPath, what, stated ? from : to,
+                                stated ? otherPath : path));
+    return model::UnitConversion{};
+  }
+  const auto conversion = convert(from, to);
+  if (!conversion) {
+    return invalid(fmt::format("its {} unit is '{}' and that of {} is '{}'; they differ and at "
+                               "least one of them is unknown, so neither can be converted",
+                               what, from, otherPath, to),
+                   path);
+  }
+  if (!conversion->isIdentity()) {
+    notes.push_back(fmt::format("{}s of {} are converted from {} to {}, the unit of {}", what, path,
+                                from, to, otherPath));
+  }
+  return *conversion;
+}
+
+/// Makes `b` use the units of `a`.
+Result<void> convertUnits(const Side& a, const std::string& pathOfA, Side& b,
+                          const std::string& pathOfB, std::vector<std::string>& notes) {
+  const formats::Metadata& ofA = a.input.reader.metadata();
+  const formats::Metadata& ofB = b.input.reader.metadata();
+  auto length = conversionTo(ofA.lengthUnit, pathOfA, ofB.lengthUnit, pathOfB, "length",
+                             model::lengthConversion, notes);
+  if (!length) return pass(length.error());
+  auto time = conversionTo(ofA.timeUnit, pathOfA, ofB.timeUnit, pathOfB, "time",
+                           model::timeConversion, notes);
+  if (!time) return pass(time.error());
+  if (length->isIdentity() && time->isIdentity()) return {};
+  for (model::Body& body : b.bodies) {
+    b.converted.push_back(std::make_unique<model::ConvertedSource>(*body.source, *length, *time));
+    body.source = b.converted.back().get();
+  }
+  return {};
+}
+
+/// Reads a file and measures it, into `side.mesh`. A mesh that is not sound is measured, too, with
+/// a notice.
+Result<void> measure(Side& side, const MeshFile& file) {
+  ComparedMesh& mesh = side.mesh;
+  mesh = file.mesh;
+  mesh.backend = side.input.reader.metadata().backend;
+  mesh.bytes = side.input.reader.fileBytes();
+  if (mesh.name.empty()) {
+    mesh.name = fs::path(file.path).filename().string();
+    if (!mesh.backend.empty()) mesh.name += " (" + mesh.backend + ")";
+  }
+  ProgressBar bar("measuring " + fs::path(file.path).filename().string());
+  for (const model::Body& body : side.bodies) {
     auto report = measure::checkMesh(*body.source, {}, bar.callback());
     if (!report) {
       Error error = report.error();
-      if (error.where.empty()) error.where = path;
+      if (error.where.empty()) error.where = file.path;
       return pass(error);
     }
     mesh.vertices += report->vertices;
@@ -150,75 +251,37 @@ Result<ComparedMesh> measure(InputBodies& input, const std::string& path) {
       printNotices(
           {fmt::format("{}: body '{}' is not a closed, oriented 4D mesh; `t4d validate` "
                        "says why",
-                       path, body.name)});
+                       file.path, body.name)});
     }
   }
-  return mesh;
+  return {};
 }
 
-/// The true moving solid: its volume never changes.
-struct Truth {
-  double volume = 0;
-  double duration = 0;
-  std::string lengthUnit;
-  std::string timeUnit;
-};
-
-Result<Truth> truthOf(const Options& options) {
-  auto loaded = formats::readTriangleMesh(options.input);
-  if (!loaded) return pass(loaded.error());
-  auto motion = formats::readMotion(options.motion);
-  if (!motion) return pass(motion.error());
-  return Truth{std::abs(signedVolume(loaded->mesh)), motion->timeEnd() - motion->timeBegin(),
-               motion->lengthUnit, motion->timeUnit};
-}
-
-template <class T>
-ordered_json orNull(const std::optional<T>& value) {
-  return value ? ordered_json(*value) : ordered_json();
-}
-
-ordered_json jsonOf(const ComparedMesh& mesh) {
-  ordered_json value = {{"backend", mesh.backend},         {"vertices", mesh.vertices},
-                        {"tetrahedra", mesh.tetrahedra},   {"bytes", mesh.bytes},
-                        {"seconds", orNull(mesh.seconds)}, {"peak_bytes", orNull(mesh.peakBytes)},
-                        {"hypervolume", mesh.hypervolume}};
-  if (mesh.hypervolumeExpected) value["hypervolume_expected"] = *mesh.hypervolumeExpected;
-  if (const auto error = mesh.hypervolumeError()) value["hypervolume_error"] = *error;
-  return value;
-}
-
-ordered_json jsonOf(const Comparison& comparison) {
-  ordered_json slices = ordered_json::array();
-  for (const measure::SliceComparison& slice : comparison.slices) {
-    const double hausdorff = slice.distance.hausdorff();
-    slices.push_back(
-        {{"time", slice.time},
-         {"volume_a", slice.volumeA},
-         {"volume_b", slice.volumeB},
-         {"area_a", slice.areaA},
-         {"area_b", slice.areaB},
-         {"symmetric_difference", slice.difference.volume},
-         {"hausdorff", std::isfinite(hausdorff) ? ordered_json(hausdorff) : ordered_json()}});
+/// Where all times fall on layers of a mesh: what is missed so, and how many slices would not.
+std::optional<std::string> aliasing(const Options& options, const Side& a, const Side& b,
+                                    const model::TimeSpan& span, const std::vector<double>& times) {
+  std::vector<std::string> where;
+  for (const auto& [side, letter] : {std::pair{&a, "a"}, std::pair{&b, "b"}}) {
+    if (measure::timesOnLayers(side->bodies, times) < times.size()) continue;
+    where.push_back(
+        fmt::format("{} of {}", side->mesh.backend == "voxel4d" ? "frames" : "layers", letter));
   }
-  return {{"a", jsonOf(comparison.a)}, {"b", jsonOf(comparison.b)}, {"slices", slices}};
-}
-
-void printText(const Comparison& comparison) {
-  std::vector<std::vector<std::string>> meshes = {{"", "a", "b", "b / a"}};
-  for (const CompareRow& row : compareRows(comparison)) {
-    meshes.push_back({row.label, row.a, row.b, row.ratio});
+  if (where.empty()) return std::nullopt;
+  std::string note = fmt::format("all times compared at are {}, so nothing between those is seen",
+                                 fmt::join(where, " and "));
+  if (!options.times.empty()) return note + "; choose other --times";
+  constexpr std::uint64_t kTries = 20;
+  for (std::uint64_t n = options.slices + 1; n < options.slices + kTries; ++n) {
+    const std::vector<double> others = model::evenTimes(span, n);
+    if (2 * measure::timesOnLayers(a.bodies, others) > n) continue;
+    if (2 * measure::timesOnLayers(b.bodies, others) > n) continue;
+    return note + fmt::format("; try --slices {}", n);
   }
-  fmt::print("{}\n\n", comparison.title);
-  printTable(meshes, "lr");
-  fmt::print("\n");
-  std::vector<std::vector<std::string>> slices = {sliceColumns()};
-  for (const measure::SliceComparison& slice : comparison.slices) slices.push_back(sliceRow(slice));
-  printTable(slices, "r");
+  return note;
 }
 
 /// The solids at the first, a middle and the last of the times.
-Result<std::vector<SolidPair>> pairsToShow(const InputBodies& a, const InputBodies& b,
+Result<std::vector<SolidPair>> pairsToShow(const Side& a, const Side& b,
                                            const std::vector<double>& times) {
   std::vector<SolidPair> pairs;
   const std::size_t count = std::min(kPictures, times.size());
@@ -233,65 +296,103 @@ Result<std::vector<SolidPair>> pairsToShow(const InputBodies& a, const InputBodi
   return pairs;
 }
 
-int compareFiles(const Options& options, const std::array<std::string, 2>& paths,
-                 Comparison comparison) {
-  std::optional<formats::OutputFile> page;
-  if (!options.html.empty()) {
-    auto created = formats::OutputFile::create(options.html);
-    if (!created) return report(created.error());
-    page.emplace(std::move(*created));
-  }
-  auto a = openBodies(paths[0], {});
-  if (!a) return report(a.error());
-  auto b = openBodies(paths[1], {});
-  if (!b) return report(b.error());
-  for (const auto& [input, path, mesh] :
-       {std::tuple{&*a, &paths[0], &comparison.a}, std::tuple{&*b, &paths[1], &comparison.b}}) {
-    auto measured = measure(*input, *path);
-    if (!measured) return report(measured.error());
-    measured->seconds = mesh->seconds;
-    measured->peakBytes = mesh->peakBytes;
-    measured->hypervolumeExpected = mesh->hypervolumeExpected;
-    if (options.builds() && options.keep.empty()) measured->name.clear();
-    *mesh = std::move(*measured);
-  }
+/// The files that are written, opened before the work begins.
+struct Outputs {
+  std::optional<formats::OutputFile> html;
+  std::optional<formats::OutputFile> csv;
+};
 
-  std::vector<model::Body> all = a->bodies;
-  all.insert(all.end(), b->bodies.begin(), b->bodies.end());
-  const model::TimeSpan span = model::timeSpanOf(all);
-  const std::vector<double> times =
-      options.times.empty() ? model::evenTimes(span, options.slices) : *timesOf(options.times);
-  for (const double time : times) {
-    if (model::timeWithin(span, time)) continue;
-    return report({ErrorCode::InvalidInput,
-                   fmt::format("nothing exists at time {}; the meshes last from {} to {}", time,
-                               span.begin, span.end),
-                   {},
-                   {}});
+Result<Outputs> createOutputs(const Options& options) {
+  Outputs outputs;
+  for (const auto& [path, file] :
+       {std::pair{&options.html, &outputs.html}, std::pair{&options.csv, &outputs.csv}}) {
+    if (path->empty()) continue;
+    auto created = formats::OutputFile::create(*path);
+    if (!created) return pass(created.error());
+    file->emplace(std::move(*created));
   }
-  {
+  return outputs;
+}
+
+Result<void> writeAll(std::optional<formats::OutputFile>& file, const std::string& text) {
+  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+}
+
+/// Compares each of `others` with `file`, adds to the report, and prints and writes it.
+int compareFiles(const Options& options, Outputs& outputs, const MeshFile& file,
+                 const std::vector<MeshFile>& others, CompareReport report,
+                 std::optional<double> volumeExpected) {
+  auto openedA = openBodies(file.path, {});
+  if (!openedA) return tools::report(openedA.error());
+  Side a(std::move(*openedA));
+  if (auto measured = measure(a, file); !measured) return tools::report(measured.error());
+  for (const MeshFile& other : others) {
+    auto openedB = openBodies(other.path, {});
+    if (!openedB) return tools::report(openedB.error());
+    Side b(std::move(*openedB));
+    std::vector<std::string> notes;
+    if (auto done = convertUnits(a, file.path, b, other.path, notes); !done) {
+      return tools::report(done.error());
+    }
+    if (auto measured = measure(b, other); !measured) return tools::report(measured.error());
+    const auto unitOf = [&](std::string formats::Metadata::*unit) {
+      const std::string& ofA = a.input.reader.metadata().*unit;
+      return ofA.empty() ? b.input.reader.metadata().*unit : ofA;
+    };
+    report.lengthUnit = unitOf(&formats::Metadata::lengthUnit);
+    report.timeUnit = unitOf(&formats::Metadata::timeUnit);
+
+    std::vector<model::Body> all = a.bodies;
+    all.insert(all.end(), b.bodies.begin(), b.bodies.end());
+    const model::TimeSpan span = model::timeSpanOf(all);
+    const std::vector<double> times =
+        options.times.empty() ? model::evenTimes(span, options.slices) : *timesOf(options.times);
+    for (const double time : times) {
+      if (model::timeWithin(span, time)) continue;
+      return tools::report(Error{ErrorCode::InvalidInput,
+                                 fmt::format("nothing exists at time {}; the meshes last from {} "
+                                             "to {}",
+                                             time, span.begin, span.end),
+                                 {},
+                                 {}});
+    }
+    const auto note = aliasing(options, a, b, span, times);
+    if (note && std::ranges::find(report.notes, *note) == report.notes.end()) {
+      notes.push_back(*note);
+    }
+    printNotices(notes);
+    report.notes.insert(report.notes.end(), notes.begin(), notes.end());
+
     ProgressBar bar("comparing");
-    auto slices = measure::compareAt(a->bodies, b->bodies, times, {}, bar.callback());
-    if (!slices) return report(slices.error());
-    comparison.slices = std::move(*slices);
+    auto slices = measure::compareAt(a.bodies, b.bodies, times, {}, bar.callback());
+    if (!slices) return tools::report(slices.error());
+    report.comparisons.push_back({a.mesh, b.mesh, std::move(*slices), volumeExpected});
+    if (outputs.html && &other == &others.back()) {
+      auto pairs = pairsToShow(a, b, times);
+      if (!pairs) return tools::report(pairs.error());
+      report.pairs = std::move(*pairs);
+      report.zUp = a.input.reader.metadata().up == "z";
+    }
   }
-  if (page) {
-    auto pairs = pairsToShow(*a, *b, times);
-    if (!pairs) return report(pairs.error());
-    const bool zUp = a->reader.metadata().up == "z";
-    const std::string html = comparePage(comparison, *pairs, zUp);
-    auto written = page->write(html.data(), html.size()).and_then([&] { return page->commit(); });
-    if (!written) return report(written.error());
+  if (outputs.html) {
+    if (auto written = writeAll(outputs.html, comparePage(report)); !written) {
+      return tools::report(written.error());
+    }
+  }
+  if (outputs.csv) {
+    if (auto written = writeAll(outputs.csv, compareCsv(report)); !written) {
+      return tools::report(written.error());
+    }
   }
   if (options.json) {
-    printJson(jsonOf(comparison));
+    printJson(compareJson(report));
   } else {
-    printText(comparison);
+    printText(report);
   }
   return kDone;
 }
 
-int buildAndCompare(const Options& options) {
+int buildAndCompare(const Options& options, Outputs& outputs) {
   auto truth = truthOf(options);
   if (!truth) return report(truth.error());
   std::optional<system::TemporaryFolder> temporary;
@@ -305,45 +406,52 @@ int buildAndCompare(const Options& options) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) {
-      return report(
-          {ErrorCode::Failed, "cannot make the folder: " + error.message(), options.keep, {}});
+      return report(Error{
+          ErrorCode::Failed, "cannot create the folder: " + error.message(), options.keep, {}});
     }
   }
 
-  Comparison comparison;
-  comparison.title =
-      fmt::format("{} moved by {}, voxels of {}, {}", fs::path(options.input).filename().string(),
-                  fs::path(options.motion).filename().string(), *options.voxelSize,
-                  counted(*options.frames, "frame"));
-  comparison.volumeExpected = truth->volume;
-  comparison.lengthUnit = truth->lengthUnit;
-  comparison.timeUnit = truth->timeUnit;
-  std::array<std::string, 2> paths;
-  for (const auto& [backend, mesh, path] : {std::tuple{"mesh4d", &comparison.a, &paths[0]},
-                                            std::tuple{"voxel4d", &comparison.b, &paths[1]}}) {
-    auto built = build(options, folder, backend);
+  std::vector<std::optional<double>> sizes = {std::nullopt};  // mesh4d first
+  std::set<double, std::greater<>> unique(options.voxelSizes.begin(), options.voxelSizes.end());
+  sizes.insert(sizes.end(), unique.begin(), unique.end());
+  CompareReport made;
+  std::vector<MeshFile> files;
+  for (const std::optional<double>& size : sizes) {
+    auto built = build(options, *truth, folder, size, made.notes);
     if (!built) return report(built.error());
     if (const int* exitCode = std::get_if<int>(&*built)) return *exitCode;
-    const Built& done = std::get<Built>(*built);
-    *path = done.path.string();
-    mesh->seconds = done.seconds;
-    mesh->peakBytes = done.peakBytes;
-    mesh->hypervolumeExpected = truth->volume * truth->duration;
+    files.push_back(std::get<MeshFile>(std::move(*built)));
   }
-  return compareFiles(options, paths, std::move(comparison));
+  const MeshFile meshMethod = std::move(files.front());
+  files.erase(files.begin());
+  made.title = fmt::format("{} moved by {}", fs::path(options.input).filename().string(),
+                           fs::path(options.motion).filename().string());
+  if (files.size() == 1) {
+    made.title += fmt::format(", voxels of {}, {}", *files.front().mesh.voxelSize,
+                              counted(*files.front().mesh.frames, "frame"));
+  }
+  return compareFiles(options, outputs, meshMethod, files, std::move(made), truth->volume());
 }
 
 int run(const Options& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  if (const auto misuse =
-          misuseOfOutput(options.html, std::array{options.input, options.other, options.motion})) {
-    return wrongUsage(*misuse);
+  for (const std::string& output : {options.html, options.csv}) {
+    if (const auto misuse =
+            misuseOfOutput(output, std::array{options.input, options.other, options.motion})) {
+      return wrongUsage(*misuse);
+    }
   }
-  if (options.builds()) return buildAndCompare(options);
-  Comparison comparison;
-  comparison.title = fmt::format("{} and {}", fs::path(options.input).filename().string(),
-                                 fs::path(options.other).filename().string());
-  return compareFiles(options, {options.input, options.other}, std::move(comparison));
+  if (!options.html.empty() && options.html == options.csv) {
+    return wrongUsage("--html and --csv name the same file, " + options.html);
+  }
+  auto outputs = createOutputs(options);
+  if (!outputs) return report(outputs.error());
+  if (options.builds()) return buildAndCompare(options, *outputs);
+  CompareReport made;
+  made.title = fmt::format("{} and {}", fs::path(options.input).filename().string(),
+                           fs::path(options.other).filename().string());
+  return compareFiles(options, *outputs, {options.input, {}}, {{options.other, {}}},
+                      std::move(made), {});
 }
 
 }  // namespace
@@ -355,32 +463,33 @@ void addCompare(CLI::App& app, int& exitCode) {
   command
       ->add_option(
           "INPUT", options->input,
-          "A solid (.stl, .obj, .ply, .off, .gltf, .glb) for both backends, or a .t4d file")
+          "A solid for both backends (.stl, .obj, .ply, .off, .gltf or .glb), or a .t4d file")
       ->required();
   command->add_option("OTHER", options->other, "The .t4d file to compare it with");
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)");
   command
-      ->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, in length units")
+      ->add_option(
+          "--voxel-size", options->voxelSizes,
+          "voxel4d: Edge length of a voxel, in length units; several, separated by commas, "
+          "show the convergence")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(numberAboveZero());
-  command->add_option("--frames", options->frames, "voxel4d: frames, evenly over the motion")
-      ->check(wholeNumber(2, voxel4d::kMaxFrames));
-  command
-      ->add_option("--frame-time", options->frameTime,
-                   "voxel4d: frames so far apart, from the first time on")
-      ->check(numberAboveZero());
+  addFrameTimes(*command, options->frames, "voxel4d: ", kFramesByMotion);
   command->add_flag("--mask", options->mask,
-                    "voxel4d: which lattice points are inside, instead of level sets");
+                    "voxel4d: Use which lattice points are inside, instead of level sets");
   command
       ->add_option("--caps", options->caps,
-                   "How the ends are closed, of mesh4d (tetgen, cone) or voxel4d (flat, "
-                   "half-step); may be given for each")
+                   "How to close the ends, for mesh4d (tetgen, cone) or voxel4d (flat, half-step); "
+                   "once for each")
       ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step"}))
       ->allow_extra_args(false);
   auto* rvMin = command
                     ->add_option("--rv-min", options->rvMin,
-                                 "mesh4d: smallest volume of any slice, as a fraction")
+                                 "mesh4d: Smallest volume of any slice, as a fraction of the "
+                                 "solid's, in [0, 1) (default: 0.998)")
                     ->check(fractionBelowOne());
-  command->add_option("--steps", options->steps, "mesh4d: steps for each segment")
+  command->add_option("--steps", options->steps, "mesh4d: Number of steps of each segment")
       ->check(wholeNumber(1, mesh4d::kMaxSteps))
       ->excludes(rvMin);
   command->add_option("--up", options->up, "The solid's axis that points up: y or z")
@@ -388,28 +497,33 @@ void addCompare(CLI::App& app, int& exitCode) {
       ->capture_default_str();
   auto* slices = command
                      ->add_option("--slices", options->slices,
-                                  "Times to compare at, evenly from first to last")
+                                  "Number of times to compare at, evenly spaced from first to "
+                                  "last")
                      ->check(wholeNumber(1, kMaxSlices))
                      ->capture_default_str();
-  command->add_option("--times", options->times, "a:b:n, n times evenly from a to b, both included")
+  command
+      ->add_option("--times", options->times,
+                   "a:b:n: Compare at n times evenly spaced from a to b, both included")
       ->check(CLI::Validator(
           [](std::string& text) {
             return timesOf(text) ? std::string() : "'" + text + "' is not a:b:n with n from 1 on";
           },
           "A:B:N"))
       ->excludes(slices);
-  command->add_option("--keep", options->keep, "A folder to leave the two .t4d files in")
+  command->add_option("--keep", options->keep, "Keep the .t4d files in this folder")
       ->check(someName());
   command
       ->add_option("--html", options->html,
-                   "A page to write: the tables, plots over time, pictures of the solids")
+                   "Write a page with tables, plots over time and pictures of the solids")
+      ->check(someName());
+  command->add_option("--csv", options->csv, "Write a table with a row for each time")
       ->check(someName());
   command->add_flag("--json", options->json, "Print the comparison as JSON");
   command->footer(
-      "Example:\n"
-      "  t4d compare bolt.obj --motion screw-in.json --voxel-size 0.5 --frames 60 --html "
-      "bolt.html\n"
-      "  t4d compare bolt.t4d bolt-voxels.t4d --times 0:2:5");
+      "Examples:\n"
+      "  t4d compare bolt.obj --motion screw-in.json --voxel-size 0.5 --html bolt.html\n"
+      "  t4d compare bolt.obj --motion screw-in.json --voxel-size 2,1,0.5\n"
+      "  t4d compare bolt.t4d bolt-voxels.t4d --times 0:2:5 --csv bolt.csv");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

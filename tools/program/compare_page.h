@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -9,30 +10,36 @@
 
 namespace t4d::tools {
 
-/// One of the two 4D meshes: what is known of it.
+/// One of the two 4D meshes.
 struct ComparedMesh {
-  std::string name;     ///< of the file; "" where it is not the user's
-  std::string backend;  ///< "" where the file does not say
+  std::string name;     ///< "mesh method", "voxel method, 0.5 mm", or a file's name and backend
+  std::string backend;  ///< "" if the file does not say
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
   std::uint64_t bytes = 0;                    ///< of the file
+  std::optional<double> voxelSize;            ///< if made by the voxel method for this comparison
+  std::optional<std::uint64_t> frames;        ///< likewise
   std::optional<double> seconds;              ///< of construction
   std::optional<std::uint64_t> peakBytes;     ///< largest memory in construction
-  double hypervolume = 0;                     ///< as the mesh has it
+  double hypervolume = 0;                     ///< enclosed by the mesh
   std::optional<double> hypervolumeExpected;  ///< of the true moving solid
 
-  /// How far the mesh is off, as a fraction of the true hypervolume.
+  /// The relative error of the hypervolume.
   std::optional<double> hypervolumeError() const;
 };
 
+/// Lengths and times are in the units of `a`.
 struct Comparison {
-  std::string title;
   ComparedMesh a;
   ComparedMesh b;
   std::vector<measure::SliceComparison> slices;
   std::optional<double> volumeExpected;  ///< of the true solid, at any time
-  std::string lengthUnit;                ///< "" where not known
-  std::string timeUnit;
+
+  /// The symmetric difference of all slices together, as a fraction of the volumes of a; nothing
+  /// where a has none.
+  std::optional<double> meanDifference() const;
+  /// The largest Hausdorff distance of the slices that both solids exist in.
+  double largestHausdorff() const;
 };
 
 /// A pair of solids to show in pictures.
@@ -42,23 +49,41 @@ struct SolidPair {
   model::TriangleMesh b;
 };
 
-/// The table, plots over time, and pictures of the solids, as one HTML page that loads nothing.
-/// Pictures show both solids, plain and coloured by the distance of one from the other.
-std::string comparePage(const Comparison& comparison, const std::vector<SolidPair>& pairs,
-                        bool zUp);
-
-/// The rows that say what the meshes are: a label, and the text for each. Shared by page and
-/// terminal.
-struct CompareRow {
-  std::string label;
-  std::string a;
-  std::string b;
-  std::string ratio;  ///< of b to a; "" where it says nothing
+/// All that the page shows.
+struct CompareReport {
+  std::string title;
+  std::string lengthUnit;  ///< "" where not known
+  std::string timeUnit;
+  /// One for each voxel size, from the largest to the smallest, all with the same a. The last is
+  /// shown in detail.
+  std::vector<Comparison> comparisons;
+  std::vector<std::string> notes;
+  std::vector<SolidPair> pairs;  ///< of the last comparison
+  bool zUp = false;
 };
-std::vector<CompareRow> compareRows(const Comparison& comparison);
 
-/// The columns of the slices' table and its rows, likewise.
-std::vector<std::string> sliceColumns();
-std::vector<std::string> sliceRow(const measure::SliceComparison& slice);
+/// One HTML page that loads nothing: tables, plots over time, the convergence for several voxel
+/// sizes, and pictures of the solids, plain and coloured by the distance of one from the other.
+std::string comparePage(const CompareReport& report);
+
+/// The order of convergence of each error over the voxel sizes; nothing where it is not defined.
+struct ConvergenceOrders {
+  std::optional<double> hypervolume;
+  std::optional<double> difference;
+  std::optional<double> hausdorff;
+};
+ConvergenceOrders ordersOf(std::span<const Comparison> comparisons);
+
+/// Tables for page and terminal: the first row is the heading.
+using Table = std::vector<std::vector<std::string>>;
+
+/// What the two meshes are: a label, a, b, and the ratio of b to a where it means something.
+Table meshTable(const CompareReport& report, const Comparison& comparison);
+
+/// A row for each time.
+Table sliceTable(const CompareReport& report, const Comparison& comparison);
+
+/// A row for the mesh method, one for each voxel size, and one of the orders of convergence.
+Table convergenceTable(const CompareReport& report);
 
 }  // namespace t4d::tools

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -595,6 +596,98 @@ TEST_F(Program, CompareSaysWhatIsWrong) {
   refuses("compare fx/nothing.obj -m fx/rest.json" + rest, "nothing.obj");
   misused("compare fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 1",
           "--frames: '1' is not a whole number from 2 to 1000000");
+}
+
+TEST_F(Program, CompareConvertsUnits) {
+  // The same cube and motion in mm and s, in m and min, and in units that nobody knows.
+  const auto make = [&](const std::string& name, const char* length, const char* time,
+                        const std::string& scale, const std::string& duration) {
+    std::string obj;
+    for (const char* corner :
+         {"0 0 0", "S 0 0", "S S 0", "0 S 0", "0 0 S", "S 0 S", "S S S", "0 S S"}) {
+      obj += std::string("v ") + corner + "\n";
+    }
+    for (std::size_t at = 0; (at = obj.find('S')) != std::string::npos;) obj.replace(at, 1, scale);
+    write(name + ".obj",
+          obj + "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+    write(name + ".json", std::string(R"({"length_unit": ")") + length + R"(", "time_unit": ")" +
+                              time + R"(", "segments": [{"duration": )" + duration +
+                              R"(, "translation": [)" + scale + ", 0, 0]}]}");
+    ASSERT_EQ(run("sweep " + name + ".obj -m " + name + ".json -o " + name + ".t4d").exitCode, 0);
+  };
+  make("small", "mm", "s", "500", "90");
+  make("large", "m", "min", "0.5", "1.5");
+  make("odd", "cubit", "s", "1", "90");
+  const Finished done = run("compare small.t4d large.t4d --slices 4 --json --html page.html");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  EXPECT_THAT(done.err, testing::HasSubstr("lengths of large.t4d are converted from m to mm"));
+  EXPECT_THAT(done.err, testing::HasSubstr("times of large.t4d are converted from min to s"));
+  const json value = done.value();
+  EXPECT_EQ(value["length_unit"], "mm");
+  EXPECT_EQ(value["time_unit"], "s");
+  EXPECT_NEAR(value["b"]["hypervolume"].get<double>(), 1.25e8 * 90, 1);
+  ASSERT_EQ(value["slices"].size(), 4U);
+  for (const json& slice : value["slices"]) {
+    EXPECT_NEAR(slice["volume_b"].get<double>(), 1.25e8, 1e-4);
+    EXPECT_NEAR(slice["area_b"].get<double>(), 1.5e6, 1e-6);
+    EXPECT_NEAR(slice["symmetric_difference"].get<double>(), 0, 1e-3);
+    EXPECT_NEAR(slice["hausdorff"].get<double>(), 0, 1e-9);
+  }
+  EXPECT_THAT(contents(folder_ / "page.html"), testing::HasSubstr("[mm³]"));
+  const json back = run("compare large.t4d small.t4d --slices 4 --json").value();
+  EXPECT_EQ(back["length_unit"], "m");
+  EXPECT_NEAR(back["b"]["hypervolume"].get<double>(), 0.125 * 1.5, 1e-12);
+  refuses("compare small.t4d odd.t4d", "its length unit is 'cubit' and that of small.t4d is 'mm'");
+  EXPECT_EQ(run("compare odd.t4d odd.t4d --slices 1").exitCode, 0);
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  EXPECT_THAT(run("compare small.t4d cube.t4d --times 0:1:2").err,
+              testing::HasSubstr("only small.t4d states a length unit, mm"));
+}
+
+TEST_F(Program, CompareShowsTheConvergence) {
+  const Finished done =
+      run("compare fx/icosphere.obj -m fx/paper-translation.json --voxel-size 4,2 --voxel-size 8 "
+          "--slices 2 --keep kept --csv all.csv --html page.html --json");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  const json value = done.value();
+  EXPECT_EQ(value["b"]["voxel_size"], 2);
+  const json& levels = value["convergence"]["levels"];
+  ASSERT_EQ(levels.size(), 3U);
+  EXPECT_EQ(levels[0]["voxel_size"], 8);
+  EXPECT_EQ(levels[1]["frames"], 17);
+  EXPECT_GT(levels[1]["symmetric_difference"], levels[2]["symmetric_difference"]);
+  EXPECT_GT(value["convergence"]["order_symmetric_difference"].get<double>(), 1);
+  EXPECT_TRUE(fs::exists(folder_ / "kept" / "icosphere-voxel4d-4.t4d"));
+  const std::string csv = contents(folder_ / "all.csv");
+  EXPECT_EQ(
+      csv.substr(0, csv.find('\n')),
+      "voxel_size,frames,time,volume_a,volume_b,area_a,area_b,symmetric_difference,hausdorff");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 3 * 2);
+  EXPECT_THAT(contents(folder_ / "page.html"), testing::HasSubstr("order of convergence"));
+}
+
+TEST_F(Program, FramesMayBeLeftOut) {
+  const std::string turn = " -m fx/paper-translation.json --voxel-size 4 ";
+  const json series = run("voxelize fx/paper-cube.obj" + turn + "-o frames --json").value();
+  EXPECT_EQ(series["frames"], 17);
+  const Finished swept =
+      run("sweep fx/paper-cube.obj --backend voxel4d" + turn + "-o all.t4d --json");
+  EXPECT_EQ(swept.value()["steps"], 16);
+  EXPECT_EQ(swept.err, "");
+  const Finished few =
+      run("sweep fx/paper-cube.obj --backend voxel4d" + turn + "--frames 5 -o few.t4d");
+  EXPECT_THAT(few.err, testing::HasSubstr("points move up to 4 voxels between two frames; 17 "
+                                          "frames over the whole motion would keep them"));
+  EXPECT_EQ(few.exitCode, 0);
+  refuses("voxelize fx/cube.obj -m fx/paper-translation.json --voxel-size 1e-6 -o out",
+          "at most 1000000 are allowed; use larger voxels, or choose --frames");
+}
+
+TEST_F(Program, CompareSaysWhenTimesFallOnFrames) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  EXPECT_THAT(run("compare cube.t4d cube.t4d --slices 9").err,
+              testing::HasSubstr("all times compared at are layers of a and layers of b"));
+  EXPECT_EQ(run("compare cube.t4d cube.t4d --slices 10").err, "");
 }
 
 /// Section 5.1, the voxel method.

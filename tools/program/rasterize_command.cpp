@@ -16,9 +16,11 @@ struct Options {
 int run(const Options& options) {
   auto input = openBodies(options.input, options.body);
   if (!input) return report(input.error());
+  const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), options.series.times);
+  if (!times) return report(times.error());
   return writeVoxelSeries(
-      options.series, model::timeSpanOf(input->bodies),
-      [&](double time) { return measure::solidAt(input->bodies, time); }, options.input);
+      options.series, *times, [&](double time) { return measure::solidAt(input->bodies, time); },
+      options.input);
 }
 
 }  // namespace
@@ -30,6 +32,9 @@ void addRasterize(CLI::App& app, int& exitCode) {
   command->add_option("FILE", options->input, "The .t4d file")->required();
   addBodyOption(*command, options->body);
   options->series.addTo(*command);
+  auto* times = command->add_option_group("frames", "Times of the frames; one of these, or both");
+  addFrameTimes(*times, options->series.times, "", "");
+  times->require_option(1, 2);
   command->footer(
       "Example:\n  t4d rasterize bolt.t4d --voxel-size 0.25 --frames 60 -o bolt-frames");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -43,7 +43,7 @@ struct Options {
   bool voxels() const { return backend == "voxel4d"; }
 };
 
-/// What either backend has made.
+/// The result of either backend.
 struct Made {
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
@@ -52,13 +52,10 @@ struct Made {
   std::vector<std::string> notices;
 };
 
-/// Options that do not go together; a reason for exit code 2.
+/// Why the options cannot be combined; nothing if they can.
 std::optional<std::string> misuseOf(const Options& options) {
   if (options.voxels()) {
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
-    if (!options.times.count && !options.times.step) {
-      return "--backend voxel4d needs --frames or --frame-time";
-    }
     return std::nullopt;
   }
   if (options.voxelSize || options.times.count || options.times.step || options.mask) {
@@ -70,7 +67,7 @@ std::optional<std::string> misuseOf(const Options& options) {
   return std::nullopt;
 }
 
-/// What voxel4d has no use for. The same arguments may go to both backends.
+/// What voxel4d ignores, so that both backends can be given the same arguments.
 std::vector<std::string> ignoredBy(const Options& options) {
   std::vector<std::string> names;
   if (options.rvMin) names.emplace_back("--rv-min");
@@ -87,7 +84,7 @@ mesh4d::StepRule ruleOf(const Options& options) {
   return mesh4d::MinVolumeRatio{options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio)};
 }
 
-/// What the file remembers of how it was made.
+/// How the file was made, for its metadata.
 std::string detailsOf(const Options& options) {
   ordered_json parameters;
   if (options.voxels()) {
@@ -133,12 +130,11 @@ Result<Made> sweepMesh(const Options& options, const model::TriangleMesh& mesh,
 
 Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh,
                          const model::Motion& motion, model::Sink& sink) {
-  const model::TimeSpan span{motion.timeBegin(), motion.timeEnd()};
-  auto times = voxel4d::frameTimes(span, options.times);
-  if (!times) return pass(times.error());
   Made made;
+  auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion, made.notices);
+  if (!times) return pass(times.error());
   if (const auto ignored = ignoredBy(options); !ignored.empty()) {
-    made.notices.push_back(fmt::format("voxel4d has no use for {}", fmt::join(ignored, ", ")));
+    made.notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(ignored, ", ")));
   }
   const auto frames = voxel4d::voxelFrames(voxel4d::movingSolid(mesh, motion), std::move(*times),
                                            {*options.voxelSize, options.mask});
@@ -217,7 +213,7 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->required();
   command
       ->add_option("--backend", options->backend,
-                   "mesh4d (the triangles are swept) or voxel4d (by way of a time series of grids)")
+                   "mesh4d (sweep the triangles) or voxel4d (weave a time series of voxel grids)")
       ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
       ->capture_default_str();
   auto* rvMin = command
@@ -225,7 +221,7 @@ void addSweep(CLI::App& app, int& exitCode) {
                                  "Smallest volume of any slice, as a fraction of the solid's, in "
                                  "[0, 1) (default: 0.998)")
                     ->check(fractionBelowOne());
-  auto* steps = command->add_option("--steps", options->steps, "Steps for each segment")
+  auto* steps = command->add_option("--steps", options->steps, "Number of steps of each segment")
                     ->check(wholeNumber(1, mesh4d::kMaxSteps));
   auto* deviation = command
                         ->add_option("--max-deviation", options->maxDeviation,
@@ -235,25 +231,26 @@ void addSweep(CLI::App& app, int& exitCode) {
   steps->excludes(deviation);
   command
       ->add_option("--caps", options->caps,
-                   "How the ends are closed. mesh4d: tetgen (default), or cone for meshes that "
-                   "intersect themselves; voxel4d: flat (default), or half-step as published")
+                   "How to close the ends. mesh4d: tetgen (default), or cone for meshes that "
+                   "intersect themselves; voxel4d: flat (default), or half-step as in the paper")
       ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step"}));
   command
       ->add_option("--prism", options->prism,
-                   "Cells of a triangle's prism: 14 (symmetric, exact volumes; default) or 3 "
-                   "(smallest)")
+                   "Cells per prism: 14 (default; symmetric, exact volumes) or 3 (smallest files)")
       ->check(CLI::IsMember({14, 3}));
-  command->add_option("--voxel-size", options->voxelSize, "voxel4d: edge of a voxel, length units")
+  command
+      ->add_option("--voxel-size", options->voxelSize,
+                   "voxel4d: Edge length of a voxel, in length units")
       ->check(numberAboveZero());
-  addFrameTimes(*command, options->times, "voxel4d: ");
+  addFrameTimes(*command, options->times, "voxel4d: ", kFramesByMotion);
   command->add_flag("--mask", options->mask,
-                    "voxel4d: which lattice points are inside, instead of level sets");
+                    "voxel4d: Use which lattice points are inside, instead of level sets");
   addThreadsOption(*command, options->threads);
   options->output.addTo(*command);
-  command->add_flag("--json", options->json, "Print what was made as JSON");
+  command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example:\n  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"
-      "  t4d sweep bolt.obj --motion screw-in.json --backend voxel4d --voxel-size 0.2 --frames 60 "
+      "  t4d sweep bolt.obj --motion screw-in.json --backend voxel4d --voxel-size 0.5 "
       "-o bolt-voxels.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -5,56 +5,82 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/voxel4d/frame_spacing.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
 
-void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix) {
+void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix,
+                   const std::string& otherwise) {
   command
       .add_option("--frames", times.count,
-                  prefix + "So many frames, evenly from first to last time")
+                  prefix + "Number of frames, evenly spaced from first to last time" + otherwise)
       ->check(wholeNumber(2, voxel4d::kMaxFrames));
   command
-      .add_option(
-          "--frame-time", times.step,
-          prefix + "Frames so far apart, from the first time on; with --frames the first so many")
+      .add_option("--frame-time", times.step,
+                  prefix +
+                      "Time between frames, starting at the first time; --frames then limits "
+                      "their number")
       ->check(numberAboveZero());
+}
+
+Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
+                                             const model::TriangleMesh& mesh,
+                                             const model::Motion& motion,
+                                             std::vector<std::string>& notices) {
+  const model::TimeSpan span{motion.timeBegin(), motion.timeEnd()};
+  const double speed = voxel4d::maxSpeed(mesh, motion);
+  const auto enough = voxel4d::framesWithin(voxelSize, speed, span);
+  if (!when.count && !when.step) {
+    if (enough) return voxel4d::frameTimes(span, {*enough, {}});
+    Error error = enough.error();
+    error.message += "; use larger voxels, or choose --frames";
+    return pass(std::move(error));
+  }
+  auto times = voxel4d::frameTimes(span, when);
+  if (!times) return times;
+  const double voxels = voxel4d::largestGap(*times) * speed / voxelSize;
+  constexpr double kRounding = 1e-9;
+  if (voxels > 1 + kRounding) {
+    notices.push_back(fmt::format(
+        "points move up to {:.3g} voxels between two frames; {} over the whole motion would keep "
+        "them within one",
+        voxels,
+        enough ? counted(*enough, "frame")
+               : fmt::format("more than {} frames", grouped(voxel4d::kMaxFrames))));
+  }
+  return times;
 }
 
 void VoxelSeriesOptions::addTo(CLI::App& command) {
   command
       .add_option("--voxel-size", voxelSize,
-                  "Edge of a voxel, in length units; lattice points are its multiples")
+                  "Edge length of a voxel, in length units; lattice points are its multiples")
       ->required()
       ->check(numberAboveZero());
-  auto* when = command.add_option_group("frames", "Which times; one of these, or both");
-  addFrameTimes(*when, times);
-  when->require_option(1, 2);
-  command.add_option("-o,--output", folder, "The folder to write frame_0000.vdb, ... into")
+  command.add_option("-o,--output", folder, "The folder to write frame_0000.vdb, ... to")
       ->required()
       ->check(someName());
   command.add_flag("--mask", mask,
                    "Write which lattice points are strictly inside, instead of level sets");
   addThreadsOption(command, threads);
-  command.add_flag("--json", json, "Print what was made as JSON");
+  command.add_flag("--json", json, "Print the result as JSON");
 }
 
-int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& span,
+int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where) {
   const auto begin = std::chrono::steady_clock::now();
   const ThreadLimit limit(options.threads);
-  const auto times = voxel4d::frameTimes(span, options.times);
-  if (!times) return report(times.error());
   Result<voxel4d::VoxelSeries> written;
   {
     ProgressBar bar("voxelising");
-    written = voxel4d::writeVoxelFrames(solid, *times, {options.voxelSize, options.mask},
+    written = voxel4d::writeVoxelFrames(solid, times, {options.voxelSize, options.mask},
                                         options.folder, bar.callback());
   }
   if (!written) {
     Error error = written.error();
-    // What is wrong with a solid is known without its file.
+    // The library knows the solid, not its file.
     if (error.where.empty()) error.where = where;
     return report(error);
   }
@@ -63,8 +89,8 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& s
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
     printJson({{"frames", written->frames},
-               {"time_begin", times->front()},
-               {"time_end", times->back()},
+               {"time_begin", times.front()},
+               {"time_end", times.back()},
                {"inside_points", written->insidePoints},
                {"most_active_voxels", written->mostActiveVoxels},
                {"seconds", seconds},
@@ -73,7 +99,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& s
   } else {
     fmt::print("{}: {} of {} from time {} to {}\n", options.folder,
                counted(written->frames, "frame"), options.mask ? "inside points" : "level sets",
-               times->front(), times->back());
+               times.front(), times.back());
     fmt::print("  {} inside, at most {} in a frame\n", counted(written->insidePoints, "point"),
                counted(written->mostActiveVoxels, "active voxel"));
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,

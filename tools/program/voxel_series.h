@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -10,10 +11,23 @@
 
 namespace t4d::tools {
 
-/// Adds `--frames` and `--frame-time`; `prefix` comes before what help says of them.
-void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix = "");
+/// Adds `--frames` and `--frame-time`. `prefix` starts their help; `otherwise` ends that of
+/// `--frames` and says what happens without either.
+void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix,
+                   const std::string& otherwise);
 
-/// What the verbs that write a time series of .vdb share: their options, and the writing.
+/// What addFrameTimes says where motionFrameTimes is used.
+inline constexpr const char* kFramesByMotion =
+    " (default: as many as keep every point within a voxel between two frames)";
+
+/// The times of a motion's frames: those that `when` says, or else as many as keep every point of
+/// `mesh` within a voxel between two frames. Adds a notice where those of `when` do not.
+Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
+                                             const model::TriangleMesh& mesh,
+                                             const model::Motion& motion,
+                                             std::vector<std::string>& notices);
+
+/// What the verbs that write a time series of .vdb files share: their options, and the writing.
 struct VoxelSeriesOptions {
   double voxelSize = 0;
   voxel4d::FrameTimes times;
@@ -22,12 +36,13 @@ struct VoxelSeriesOptions {
   std::optional<int> threads;
   bool json = false;
 
+  /// All options but those of addFrameTimes.
   void addTo(CLI::App& command);
 };
 
-/// Writes `solid` over `span` and says what was written; returns the exit code. `where` stands for
-/// the solid in errors.
-int writeVoxelSeries(const VoxelSeriesOptions& options, const model::TimeSpan& span,
+/// Writes `solid` at `times` and prints what was written; returns the exit code. `where` names the
+/// solid in errors.
+int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where);
 
 }  // namespace t4d::tools

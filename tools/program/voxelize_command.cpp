@@ -19,8 +19,12 @@ int run(const Options& options) {
   printNotices(loaded->notices);
   auto motion = formats::readMotion(options.motion);
   if (!motion) return report(motion.error());
-  const model::TimeSpan span{motion->timeBegin(), motion->timeEnd()};
-  return writeVoxelSeries(options.series, span,
+  std::vector<std::string> notices;
+  const auto times = motionFrameTimes(options.series.times, options.series.voxelSize, loaded->mesh,
+                                      *motion, notices);
+  if (!times) return report(times.error());
+  printNotices(notices);
+  return writeVoxelSeries(options.series, *times,
                           voxel4d::movingSolid(std::move(loaded->mesh), std::move(*motion)),
                           options.model);
 }
@@ -36,9 +40,11 @@ void addVoxelize(CLI::App& app, int& exitCode) {
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)")
       ->required();
   options->series.addTo(*command);
+  addFrameTimes(*command, options->series.times, "", kFramesByMotion);
   command->footer(
-      "Example:\n  t4d voxelize bolt.obj --motion screw-in.json --voxel-size 0.25 --frames 60 -o "
-      "bolt-frames");
+      "Example:\n  t4d voxelize bolt.obj --motion screw-in.json --voxel-size 0.25 -o bolt-frames\n"
+      "  t4d voxelize bolt.obj --motion screw-in.json --voxel-size 0.25 --frames 60 --mask -o "
+      "bolt-masks");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

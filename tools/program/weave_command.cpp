@@ -92,33 +92,36 @@ void addWeave(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<Options>();
   command
       ->add_option("FRAMES", options->frames,
-                   "Grids: .vdb files of one frame each, a folder of them, or one file of several "
-                   "grids")
+                   "The grids: .vdb files with one frame each, a folder of them, or one file with "
+                   "several grids")
       ->required();
   command
-      ->add_option("--iso", options->input.iso,
-                   "Densities: inside is where values are above this (default: level sets, "
-                   "inside is below 0)")
+      ->add_option(
+          "--iso", options->input.iso,
+          "Grids are densities, and inside where they are above this value (default: level "
+          "sets, inside where they are below 0)")
       ->check(finiteNumber());
-  auto* frameTime = command
-                        ->add_option("--frame-time", options->input.frameTime,
-                                     "Time between two frames (default: each grid's metadata "
-                                     "t4d_time)")
-                        ->check(numberAboveZero());
-  command->add_option("--start-time", options->input.startTime, "Of the first frame")
+  auto* frameTime =
+      command
+          ->add_option("--frame-time", options->input.frameTime,
+                       "Time between frames (default: the times in the grids' metadata "
+                       "t4d_time)")
+          ->check(numberAboveZero());
+  command
+      ->add_option("--start-time", options->input.startTime, "Time of the first frame (default: 0)")
       ->check(finiteNumber())
       ->needs(frameTime);
-  command->add_option("--grid", options->input.grid, "Only grids of this name (default: all)");
+  command->add_option("--grid", options->input.grid, "Only grids with this name (default: all)");
   command
       ->add_option("--caps", options->caps,
-                   "How the ends are closed: flat, or half-step as published")
+                   "How to close the ends: flat, or half-step as in the paper")
       ->check(CLI::IsMember({"flat", "half-step"}))
       ->capture_default_str();
-  command->add_option("--length-unit", options->lengthUnit, "Unit of the grids' space: mm, m, ...");
-  command->add_option("--time-unit", options->timeUnit, "Unit of the frames' times: s, ...");
+  command->add_option("--length-unit", options->lengthUnit, "Length unit of the grids: mm, m, ...");
+  command->add_option("--time-unit", options->timeUnit, "Unit of the times: s, min, ...");
   addThreadsOption(*command, options->threads);
   options->output.addTo(*command);
-  command->add_flag("--json", options->json, "Print what was made as JSON");
+  command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer("Example:\n  t4d weave frames/*.vdb -o moving.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,8 +14,13 @@ struct ErrorCurve {
   std::vector<std::pair<double, double>> points;  ///< size, error
 };
 
-/// An <svg> element: errors over sizes with logarithmic axes, so that errors of one order are
-/// parallel lines; dashed beside each curve, with the class `order`, one of order `order`.
+/// The order of convergence: the slope of the least-squares line through the points' logarithms.
+/// Nothing for fewer than two different sizes.
+std::optional<double> orderOf(const std::vector<std::pair<double, double>>& points);
+
+/// An <svg> element: errors over sizes with logarithmic axes, where errors of one order lie on
+/// parallel lines. From each curve's first point a dashed line of order `order` starts, with the
+/// CSS class `order`.
 struct ConvergencePlot {
   std::string title;
   std::string xLabel;

@@ -23,7 +23,7 @@ th, td { padding: 5px 16px 5px 0; text-align: right; border-bottom: 1px solid va
 th { font-weight: 600; color: var(--soft); }
 td:first-child, th:first-child { text-align: left; }
 .key { font-weight: 600; }
-.key.a { color: var(--a); } .key.b { color: var(--b); }
+.key.a { color: var(--a); } .key.b { color: var(--b); } .key.d { color: var(--d); }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
 .plots svg { width: 100%; background: var(--card); border-radius: 8px; }
 svg text { font-size: 12px; fill: var(--soft); }

@@ -16,8 +16,8 @@ using model::Point3;
 
 /// Samples along each side of a pixel.
 constexpr std::uint32_t kSamples = 3;
-/// Edges are drawn for triangles whose least altitude is more than so many pixels, faintly for
-/// those that hardly are.
+/// Edges are drawn for triangles whose smallest altitude is more than this many pixels, more
+/// faintly the smaller it is.
 constexpr double kLeastAltitude = 5;
 constexpr double kFullAltitude = 40;
 constexpr double kEdgePixels = 0.5;
@@ -150,8 +150,25 @@ View viewOf(const model::Bounds3& bounds, bool zUp) {
   return view;
 }
 
+bool showsEdges(const model::TriangleMesh& mesh, const View& view, std::uint32_t pixels) {
+  const double least = kLeastAltitude * view.extent / pixels;  // length units
+  double large = 0;
+  double total = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Point3& p = mesh.vertices[a];
+    const Point3& q = mesh.vertices[b];
+    const Point3& r = mesh.vertices[c];
+    const double area = 0.5 * (q - p).cross(r - p).norm();
+    const double longest = std::max({(q - p).norm(), (r - q).norm(), (p - r).norm()});
+    total += area;
+    if (2 * area > least * longest) large += area;
+  }
+  return large >= 0.5 * total;
+}
+
 std::vector<std::uint8_t> pictureOf(const model::TriangleMesh& mesh, const ColourAt& colourAt,
-                                    const View& view, std::uint32_t pixels, Shading shading) {
+                                    const View& view, std::uint32_t pixels, Shading shading,
+                                    bool edges) {
   Canvas canvas(pixels);
   const Eigen::Matrix3d axes = axesOf(view);
   const double scale = canvas.side() / view.extent;
@@ -168,10 +185,10 @@ std::vector<std::uint8_t> pictureOf(const model::TriangleMesh& mesh, const Colou
     // y points down in `points`, which turns the normal round.
     Eigen::Vector3d normal = (points[c] - points[a]).cross(points[b] - points[a]);
     normal.y() = -normal.y();
-    if (!(normal.z() > 0)) continue;  // seen from inside: something is in front of it
+    if (!(normal.z() > 0)) continue;  // faces away: something is in front of it
     const double facing = std::max(0.0, normal.normalized().dot(light));
     const double bright = solid ? 0.52 + 0.5 * facing : 0.82 + 0.18 * facing;
-    canvas.draw({points[a], points[b], points[c]}, static_cast<float>(bright), solid);
+    canvas.draw({points[a], points[b], points[c]}, static_cast<float>(bright), edges);
   }
 
   const std::vector<std::uint8_t> raw = canvas.pixels([&](const Point3& p) {

@@ -18,6 +18,10 @@ constexpr double kLeft = 78;
 constexpr double kRight = 14;
 constexpr double kTop = 34;
 constexpr double kBottom = 40;
+constexpr double kLegendHeight = 18;
+constexpr double kSwatch = 22;
+/// About the width of a character of 12 pixels.
+constexpr double kCharacter = 6.6;
 
 struct Axis {
   double low = 0;
@@ -49,9 +53,25 @@ std::string labelOf(double value, double step) {
   return fmt::format("{:.{}g}", value, std::max(digits, 2));
 }
 
+/// The names of the curves, each beside a piece of it, in a row below the title.
+std::string legendOf(const Plot& plot) {
+  std::string svg;
+  double x = kLeft;
+  for (const Curve& curve : plot.curves) {
+    svg += fmt::format(
+        "<line class=\"curve {0}\" x1=\"{1:.1f}\" x2=\"{2:.1f}\" y1=\"{3}\" y2=\"{3}\"/>"
+        "<text class=\"axis\" x=\"{4:.1f}\" y=\"{5}\">{6}</text>\n",
+        curve.cssClass, x, x + kSwatch, kTop, x + kSwatch + 6, kTop + 4, escaped(curve.name));
+    x += kSwatch + 6 + kCharacter * static_cast<double>(curve.name.size()) + 18;
+  }
+  return svg;
+}
+
 }  // namespace
 
 std::string svgOf(const Plot& plot) {
+  const bool hasLegend = plot.curves.size() > 1;
+  const double top = kTop + (hasLegend ? kLegendHeight : 0);
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   for (const Curve& curve : plot.curves) {
@@ -75,13 +95,14 @@ std::string svgOf(const Plot& plot) {
     return kLeft + fraction * (kWidth - kLeft - kRight);
   };
   const auto yOf = [&](double value) {
-    return kHeight - kBottom - (value - y.low) / (y.high - y.low) * (kHeight - kTop - kBottom);
+    return kHeight - kBottom - (value - y.low) / (y.high - y.low) * (kHeight - top - kBottom);
   };
 
   std::string svg = fmt::format(
       "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n"
       "<text class=\"title\" x=\"{}\" y=\"18\">{}</text>\n",
       kWidth, kHeight, escaped(plot.title), kLeft, escaped(plot.title));
+  if (hasLegend) svg += legendOf(plot);
   auto out = std::back_inserter(svg);
   const int yCount = static_cast<int>(std::lround((y.high - y.low) / y.step));
   for (int i = 0; i <= yCount; ++i) {

@@ -5,7 +5,8 @@
 
 namespace t4d::tools {
 
-/// A curve of a plot; `name` is a CSS class too. Values that are not finite are left out.
+/// A curve of a plot, drawn with the CSS classes `curve` and `cssClass`. Values that are not finite
+/// are left out.
 struct Curve {
   std::string name;
   std::string cssClass;
@@ -20,7 +21,8 @@ struct Plot {
   bool fromZero = false;  ///< the y axis starts at 0
 };
 
-/// An <svg> element. Its colours are those of the CSS classes `axis`, `grid`, and of the curves.
+/// An <svg> element, with a legend if there are several curves. Its colours are those of the CSS
+/// classes `axis`, `grid`, and of the curves.
 std::string svgOf(const Plot& plot);
 
 }  // namespace t4d::tools

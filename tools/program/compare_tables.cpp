@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "tools/program/compare_page.h"
+#include "tools/program/console.h"
+#include "tools/report/convergence_plot.h"
+
+namespace t4d::tools {
+namespace {
+
+using measure::SliceComparison;
+
+std::string numberText(double value) { return fmt::format("{:.9g}", value); }
+
+/// "+1.23 %"; rounding counts as none.
+std::string percentText(double fraction) {
+  constexpr double kRounding = 1e-12;
+  return std::abs(fraction) < kRounding ? "0 %" : fmt::format("{:+.3g} %", 100 * fraction);
+}
+
+std::string orderText(const std::optional<double>& order) {
+  return order ? fmt::format("{:.2f}", *order) : "";
+}
+
+/// " [mm³]"; nothing for no unit.
+std::string inUnit(const std::string& unit, std::string_view power = {}) {
+  return unit.empty() ? "" : fmt::format(" [{}{}]", unit, power);
+}
+
+/// " [mm³ s]", with what is known.
+std::string hypervolumeUnit(const CompareReport& report) {
+  if (report.lengthUnit.empty() || report.timeUnit.empty()) return "";
+  return fmt::format(" [{}³ {}]", report.lengthUnit, report.timeUnit);
+}
+
+/// The errors that are more than rounding over the voxel size.
+template <class ErrorOf>
+std::optional<double> orderBy(std::span<const Comparison> comparisons, ErrorOf errorOf) {
+  constexpr double kRounding = 1e-12;
+  std::vector<std::pair<double, double>> points;
+  for (const Comparison& comparison : comparisons) {
+    const std::optional<double> error = errorOf(comparison);
+    if (!comparison.b.voxelSize || !error || !(std::abs(*error) > kRounding)) continue;
+    points.emplace_back(*comparison.b.voxelSize, std::abs(*error));
+  }
+  return orderOf(points);
+}
+
+}  // namespace
+
+std::optional<double> ComparedMesh::hypervolumeError() const {
+  if (!hypervolumeExpected || *hypervolumeExpected == 0) return std::nullopt;
+  return hypervolume / *hypervolumeExpected - 1;
+}
+
+std::optional<double> Comparison::meanDifference() const {
+  double difference = 0;
+  double volume = 0;
+  for (const SliceComparison& slice : slices) {
+    difference += slice.difference.volume;
+    volume += slice.volumeA;
+  }
+  if (!(volume > 0)) return std::nullopt;
+  return difference / volume;
+}
+
+double Comparison::largestHausdorff() const {
+  double largest = 0;
+  for (const SliceComparison& slice : slices) {
+    const double distance = slice.distance.hausdorff();
+    if (std::isfinite(distance)) largest = std::max(largest, distance);
+  }
+  return largest;
+}
+
+ConvergenceOrders ordersOf(std::span<const Comparison> comparisons) {
+  return {orderBy(comparisons, [](const Comparison& c) { return c.b.hypervolumeError(); }),
+          orderBy(comparisons, [](const Comparison& c) { return c.meanDifference(); }),
+          orderBy(comparisons,
+                  [](const Comparison& c) { return std::optional<double>(c.largestHausdorff()); })};
+}
+
+Table meshTable(const CompareReport& report, const Comparison& comparison) {
+  const ComparedMesh& a = comparison.a;
+  const ComparedMesh& b = comparison.b;
+  const auto ratio = [](double ofA, double ofB) {
+    return ofA > 0 ? fmt::format("{:.3g}", ofB / ofA) : std::string();
+  };
+  const auto orUnknown = [](const std::string& text) { return text.empty() ? "-" : text; };
+  Table rows = {{"", "a: " + a.name, "b: " + b.name, "b / a"},
+                {"backend", orUnknown(a.backend), orUnknown(b.backend), ""}};
+  const auto count = [&](const char* label, std::uint64_t ofA, std::uint64_t ofB) {
+    rows.push_back({label, grouped(ofA), grouped(ofB),
+                    ratio(static_cast<double>(ofA), static_cast<double>(ofB))});
+  };
+  count("vertices", a.vertices, b.vertices);
+  count("tetrahedra", a.tetrahedra, b.tetrahedra);
+  rows.push_back({"size of the file", sizeText(a.bytes), sizeText(b.bytes),
+                  ratio(static_cast<double>(a.bytes), static_cast<double>(b.bytes))});
+  if (a.seconds && b.seconds) {
+    rows.push_back({"construction", fmt::format("{:.3f} s", *a.seconds),
+                    fmt::format("{:.3f} s", *b.seconds), ratio(*a.seconds, *b.seconds)});
+  }
+  if (a.peakBytes && b.peakBytes) {
+    rows.push_back({"peak memory", sizeText(*a.peakBytes), sizeText(*b.peakBytes),
+                    ratio(static_cast<double>(*a.peakBytes), static_cast<double>(*b.peakBytes))});
+  }
+  rows.push_back({"hypervolume" + hypervolumeUnit(report), numberText(a.hypervolume),
+                  numberText(b.hypervolume), ratio(a.hypervolume, b.hypervolume)});
+  if (a.hypervolumeExpected && b.hypervolumeExpected) {
+    rows.push_back({"  of the true solid", numberText(*a.hypervolumeExpected),
+                    numberText(*b.hypervolumeExpected), ""});
+  }
+  if (a.hypervolumeError() && b.hypervolumeError()) {
+    rows.push_back(
+        {"  error", percentText(*a.hypervolumeError()), percentText(*b.hypervolumeError()), ""});
+  }
+  return rows;
+}
+
+Table sliceTable(const CompareReport& report, const Comparison& comparison) {
+  const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  Table rows = {{"time" + inUnit(report.timeUnit), "volume a" + inUnit(report.lengthUnit, "³"),
+                 "volume b", "area a" + inUnit(report.lengthUnit, "²"), "area b", "sym. difference",
+                 "of a", "Hausdorff" + inUnit(report.lengthUnit)}};
+  for (const SliceComparison& slice : comparison.slices) {
+    const double difference = slice.difference.volume;
+    const double hausdorff = slice.distance.hausdorff();
+    rows.push_back(
+        {number(slice.time), number(slice.volumeA), number(slice.volumeB), number(slice.areaA),
+         number(slice.areaB), number(difference),
+         slice.volumeA > 0 ? fmt::format("{:.3g} %", 100 * difference / slice.volumeA) : "-",
+         std::isfinite(hausdorff) ? number(hausdorff) : "-"});
+  }
+  return rows;
+}
+
+Table convergenceTable(const CompareReport& report) {
+  Table rows = {{"", "voxel size" + inUnit(report.lengthUnit), "frames", "tetrahedra", "file",
+                 "construction", "peak memory", "hypervolume error", "sym. difference",
+                 "Hausdorff" + inUnit(report.lengthUnit)}};
+  const auto row = [&](const ComparedMesh& mesh, std::string label, std::string difference,
+                       std::string hausdorff) {
+    rows.push_back({std::move(label), mesh.voxelSize ? fmt::format("{}", *mesh.voxelSize) : "",
+                    mesh.frames ? grouped(*mesh.frames) : "", grouped(mesh.tetrahedra),
+                    sizeText(mesh.bytes),
+                    mesh.seconds ? fmt::format("{:.3f} s", *mesh.seconds) : "",
+                    mesh.peakBytes ? sizeText(*mesh.peakBytes) : "",
+                    mesh.hypervolumeError() ? percentText(*mesh.hypervolumeError()) : "",
+                    std::move(difference), std::move(hausdorff)});
+  };
+  row(report.comparisons.front().a, "mesh method", "", "");
+  for (const Comparison& comparison : report.comparisons) {
+    const auto difference = comparison.meanDifference();
+    row(comparison.b, "voxel method", difference ? fmt::format("{:.3g} %", 100 * *difference) : "",
+        fmt::format("{:.3g}", comparison.largestHausdorff()));
+  }
+  const ConvergenceOrders orders = ordersOf(report.comparisons);
+  rows.push_back({"order of convergence", "", "", "", "", "", "", orderText(orders.hypervolume),
+                  orderText(orders.difference), orderText(orders.hausdorff)});
+  return rows;
+}
+
+}  // namespace t4d::tools
