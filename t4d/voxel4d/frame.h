@@ -81,6 +81,12 @@ struct Frame {
   bool hasValues() const { return outsideValue != 0; }
 };
 
+/// Says why `frame` cannot be woven, and which of its blocks or tiles is to blame: a time or a
+/// value that is not finite; blocks or tiles out of order, in one place, or beyond 32-bit lattice
+/// coordinates; a tile whose size is not a power of two or that does not lie at a multiple of it;
+/// values that are missing, or that disagree with the bits or the tiles about what is inside.
+Result<void> checkFrame(const Frame& frame);
+
 /// The number of lattice points inside.
 std::uint64_t countInside(const Frame& frame);
 

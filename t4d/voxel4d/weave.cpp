@@ -290,6 +290,9 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   for (std::size_t i = 0; i < count; ++i) {
     auto frame = frames.frame(i);
     if (!frame) return pass(frame.error());
+    if (auto checked = checkFrame(*frame); !checked) {
+      return invalid(checked.error().message, fmt::format("frame {}", i));
+    }
     auto layer = FrameLayer::of(std::move(*frame), lattice);
     if (!layer) {
       layer.error().where = fmt::format("frame {}", i);

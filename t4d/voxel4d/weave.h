@@ -37,8 +37,9 @@ struct WeaveReport {
 /// where the field, linear along the edge, is zero, or at the midpoint if a frame has no values.
 /// Blocks are distributed over threads (oneTBB); the result is the same for any number of them.
 ///
-/// Fails for fewer than two frames, times that do not increase, more than 2^32 - 1 vertices or
-/// cells in a slab, and no frame with anything inside; and if the source or the sink does.
+/// Fails for fewer than two frames, a frame that checkFrame refuses, times that do not increase,
+/// more than 2^32 - 1 vertices or cells in a slab, and no frame with anything inside; and if the
+/// source or the sink does.
 Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink);
 
 }  // namespace t4d::voxel4d

@@ -1,0 +1,122 @@
+#include <bit>
+#include <cmath>
+#include <map>
+#include <unordered_set>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "t4d/voxel4d/frame.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+/// Lattice points have 32-bit coordinates, blocks 8 of them along an axis.
+constexpr std::int64_t kMostBlocks = std::int64_t{1} << 28;
+
+std::string named(const char* what, const Coord& coord) {
+  return fmt::format("the {} at ({}, {}, {})", what, coord.x, coord.y, coord.z);
+}
+
+bool isWithinLattice(const Coord& coord, std::int64_t size) {
+  const auto within = [&](std::int64_t c) { return c >= -kMostBlocks && c + size <= kMostBlocks; };
+  return within(coord.x) && within(coord.y) && within(coord.z);
+}
+
+/// The tiles seen so far, by size.
+class TileIndex {
+ public:
+  void add(const InsideTile& tile) { bySize_[tile.size].insert(tile.coord); }
+
+  /// Whether a tile of at least `least` blocks along an axis covers the block.
+  bool covers(const Coord& block, std::int32_t least) const {
+    for (auto level = bySize_.lower_bound(least); level != bySize_.end(); ++level) {
+      const std::int32_t mask = ~(level->first - 1);
+      if (level->second.contains({block.x & mask, block.y & mask, block.z & mask})) return true;
+    }
+    return false;
+  }
+
+ private:
+  std::map<std::int32_t, std::unordered_set<Coord, CoordHash>> bySize_;
+};
+
+Result<void> checkTiles(const Frame& frame, TileIndex& index) {
+  for (std::size_t i = 0; i < frame.tiles.size(); ++i) {
+    const InsideTile& tile = frame.tiles[i];
+    const auto wrong = [&](const std::string& message) {
+      return invalid(fmt::format("{} {}", named("tile", tile.coord), message));
+    };
+    if (tile.size < 1 || !std::has_single_bit(static_cast<std::uint32_t>(tile.size))) {
+      return wrong(fmt::format("has the size {}, which is not a power of two", tile.size));
+    }
+    if (((tile.coord.x | tile.coord.y | tile.coord.z) & (tile.size - 1)) != 0) {
+      return wrong(fmt::format("is not at a multiple of its size {}", tile.size));
+    }
+    if (!isWithinLattice(tile.coord, tile.size)) return wrong("lies beyond 32-bit coordinates");
+    if (i > 0 && !(frame.tiles[i - 1].coord < tile.coord)) {
+      return wrong("does not come after the one before it");
+    }
+    if (frame.hasValues() ? !(std::isfinite(tile.value) && tile.value < 0) : tile.value != 0) {
+      return wrong(fmt::format("has the value {}; expected is {}", tile.value,
+                               frame.hasValues() ? "a negative number" : "0, as it has no values"));
+    }
+    index.add(tile);
+  }
+  for (const InsideTile& tile : frame.tiles) {
+    if (index.covers(tile.coord, 2 * tile.size)) {
+      return invalid(named("tile", tile.coord) + " lies within another");
+    }
+  }
+  return {};
+}
+
+/// What is wrong with the values of a block, at the first point of it; empty where nothing is.
+std::string faultOfValues(const Block& block, bool hasValues) {
+  if (block.values.empty()) return hasValues ? "has no values, other than its frame" : "";
+  if (!hasValues) return "has values, other than its frame";
+  for (unsigned i = 0; i < 512; ++i) {
+    const double value = block.values.at(i);
+    const bool inside = (block.inside[i >> 6U] >> (i & 63U) & 1U) != 0;
+    if (!std::isfinite(value) || inside != (value < 0)) {
+      return fmt::format("has the value {} at its point {}, which it says is {}", value, i,
+                         inside ? "inside" : "outside");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> checkFrame(const Frame& frame) {
+  if (!std::isfinite(frame.time)) return invalid(fmt::format("its time is {}", frame.time));
+  if (!(std::isfinite(frame.outsideValue) && frame.outsideValue >= 0)) {
+    return invalid(
+        fmt::format("its value outside is {}; expected is a positive number, or 0 for no "
+                    "values",
+                    frame.outsideValue));
+  }
+  TileIndex tiles;
+  if (auto checked = checkTiles(frame, tiles); !checked) return checked;
+  for (std::size_t i = 0; i < frame.blocks.size(); ++i) {
+    const Coord& coord = frame.blocks[i].coord;
+    if (!isWithinLattice(coord, 1)) {
+      return invalid(named("block", coord) + " lies beyond 32-bit coordinates");
+    }
+    if (i > 0 && !(frame.blocks[i - 1].coord < coord)) {
+      return invalid(named("block", coord) + " does not come after the one before it");
+    }
+    if (tiles.covers(coord, 1)) return invalid(named("block", coord) + " lies within a tile");
+  }
+  std::vector<std::string> faults(frame.blocks.size());
+  tbb::parallel_for(std::size_t{0}, frame.blocks.size(), [&](std::size_t i) {
+    faults[i] = faultOfValues(frame.blocks[i], frame.hasValues());
+  });
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    if (faults[i].empty()) continue;
+    return invalid(fmt::format("{} {}", named("block", frame.blocks[i].coord), faults[i]));
+  }
+  return {};
+}
+
+}  // namespace t4d::voxel4d
