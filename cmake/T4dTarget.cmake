@@ -1,4 +1,7 @@
 include(${CMAKE_CURRENT_LIST_DIR}/components.cmake)
+macro(t4d_find)
+  find_package(${ARGV} REQUIRED)
+endmacro()
 if(T4D_COMPONENTS STREQUAL "all")
   set(T4D_ENABLED_COMPONENTS ${t4d_ALL_COMPONENTS})
 else()
@@ -16,7 +19,9 @@ endforeach()
 # installed (cmake/install.cmake).
 find_package(tl-expected REQUIRED)
 find_package(fmt REQUIRED)
-find_package(nlohmann_json REQUIRED)
+if(T4D_BUILD_TESTS OR "formats" IN_LIST T4D_ENABLED_COMPONENTS)
+  find_package(nlohmann_json REQUIRED)
+endif()
 
 # t4d_add_library(<folder> SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...]
 #                 [PRECOMPILED <set>])

@@ -29,17 +29,9 @@ function(t4d_with_needs variable)
   set(${variable} ${result} PARENT_SCOPE)
 endfunction()
 
-# t4d_find(<package> ...): find_package in the build, find_dependency in the installed package.
-macro(t4d_find)
-  if(COMMAND find_dependency)
-    find_dependency(${ARGV})
-  else()
-    find_package(${ARGV} REQUIRED)
-  endif()
-endmacro()
-
 # t4d_find_packages(<component>): what a component needs besides other components. Not listed are
-# packages of which only headers are used, and only to build the library.
+# packages of which only headers are used, and only to build the library. Who calls it defines
+# t4d_find(<package> ...).
 macro(t4d_find_packages component)
   if("${component}" STREQUAL "model")
     t4d_find(Eigen3 3.4)

@@ -1,0 +1,39 @@
+// Has the oracle judge a backend: here a sweep whose ends are closed by cones.
+#include <cstdio>
+
+#include <t4d/conformance/backends/run.h>
+#include <t4d/mesh4d/sweep.h>
+
+using namespace t4d;
+
+class OwnBackend : public conformance::Backend {
+ public:
+  std::string name() const override { return "own"; }
+  bool supports(const conformance::Case& given) const override { return given.mesh.has_value(); }
+
+  /// What the mesh must be: the true solid, up to 1 %.
+  Result<conformance::Law> law(const conformance::Case& given,
+                               const conformance::Resolution&) const override {
+    return conformance::trueLaw(given, 0.01);
+  }
+
+  /// Puts the slabs into the sink; a backend of your own makes them its own way.
+  Result<void> build(const conformance::Case& given, const conformance::Resolution&,
+                     model::Sink& sink) const override {
+    mesh4d::SweepOptions options;
+    options.steps = mesh4d::MinVolumeRatio{given.minVolumeRatio};
+    options.caps = mesh4d::CapMethod::Cone;
+    const auto swept = mesh4d::sweep(given.mesh->mesh, given.mesh->motion, options, sink);
+    return swept ? Result<void>() : t4d::pass(swept.error());
+  }
+};
+
+int main() {
+  const OwnBackend backend;
+  for (const conformance::Case& given : conformance::analyticCases()) {
+    if (given.large || !backend.supports(given)) continue;
+    const auto result = conformance::runCase(given, backend, true);
+    std::printf("%s %s: %zu of %zu checks passed\n", result.passed() ? "PASS" : "FAIL",
+                result.id.c_str(), result.passedChecks(), result.checks.size());
+  }
+}

@@ -1,0 +1,28 @@
+# Compiles each installed header alone: one source file a header, with the include folders that the
+# package gives and no others.
+cmake_minimum_required(VERSION 3.25)
+include(${settings})
+start()
+file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/t4d/*.h)
+if(NOT headers)
+  message(FATAL_ERROR "no header is installed")
+endif()
+set(sources)
+foreach(header IN LISTS headers)
+  string(MAKE_C_IDENTIFIER ${header} name)
+  file(WRITE ${work_dir}/project/${name}.cpp "#include <${header}>\n")
+  list(APPEND sources ${name}.cpp)
+endforeach()
+list(JOIN sources " " sources)
+file(WRITE ${work_dir}/project/CMakeLists.txt "
+cmake_minimum_required(VERSION 3.25)
+project(headers LANGUAGES CXX)
+find_package(t4d REQUIRED)
+set(targets \${t4d_INSTALLED_COMPONENTS})
+list(TRANSFORM targets PREPEND t4d::)
+add_library(headers STATIC ${sources})
+target_link_libraries(headers PRIVATE \${targets})
+")
+# Nothing is run, so nothing needs to be optimised.
+configure(project -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_BUILD_TYPE=)
+run(${CMAKE_COMMAND} --build build)

@@ -1,0 +1,11 @@
+# Installs the build into `prefix`.
+cmake_minimum_required(VERSION 3.25)
+include(${settings})
+start()
+file(REMOVE_RECURSE ${prefix})
+run(${CMAKE_COMMAND} --install ${t4d_build} --prefix ${prefix})
+foreach(schema sweep head reader_slice motion)
+  if(NOT EXISTS ${prefix}/share/t4d/schemas/${schema}.schema.json)
+    message(FATAL_ERROR "the JSON Schema of ${schema} is not installed")
+  endif()
+endforeach()
