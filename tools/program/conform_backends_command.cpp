@@ -7,6 +7,7 @@
 #include <fnmatch.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/conformance/backends/own_backends.h"
 #include "t4d/conformance/backends/program_backend.h"
 #include "t4d/conformance/backends/run.h"
 #include "t4d/formats/output_file.h"
@@ -38,15 +39,20 @@ struct Options {
   std::optional<int> threads;
 };
 
+std::vector<std::string> ownNames() {
+  std::vector<std::string> names;
+  for (const auto& backend : conformance::ownBackends()) names.push_back(backend->name());
+  return names;
+}
+
 Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const Options& options) {
-  const auto asked = [&](const char* name) {
+  const auto asked = [&](const std::string& name) {
     if (options.backends.empty()) return !options.programGiven;
     return std::find(options.backends.begin(), options.backends.end(), name) !=
            options.backends.end();
   };
-  std::vector<std::unique_ptr<Backend>> backends;
-  if (asked("mesh4d")) backends.push_back(conformance::meshBackend());
-  if (asked("voxel4d")) backends.push_back(conformance::voxelBackend());
+  std::vector<std::unique_ptr<Backend>> backends = conformance::ownBackends();
+  std::erase_if(backends, [&](const auto& backend) { return !asked(backend->name()); });
   if (options.programGiven) {
     conformance::ProgramOptions program = options.program;
     program.keep = options.keep;
@@ -90,9 +96,9 @@ ordered_json jsonOf(const CaseResult& result) {
     const bool voxels = level.resolution.voxelSize > 0;
     levels.push_back({{"voxel_size", voxels ? ordered_json(level.resolution.voxelSize) : nullptr},
                       {"steps", voxels ? ordered_json(level.resolution.steps) : nullptr},
-                      {"vertices", level.verdict.vertices},
-                      {"tetrahedra", level.verdict.tetrahedra},
-                      {"hypervolume", level.verdict.hypervolume},
+                      {"vertices", level.mesh.vertices},
+                      {"tetrahedra", level.mesh.tetrahedra},
+                      {"hypervolume", level.mesh.hypervolume},
                       {"error_hypervolume", orNull(level.hypervolumeError)},
                       {"error_slices", orNull(level.sliceError)}});
   }
@@ -214,9 +220,8 @@ void addConformBackends(CLI::App& conform, int& exitCode) {
       "backends", "Prove what makes 4D meshes right: moving solids known in closed form");
   auto options = std::make_shared<Options>();
   command
-      ->add_option("--backend", options->backends,
-                   "mesh4d or voxel4d; may be given for each (default: both)")
-      ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
+      ->add_option("--backend", options->backends, "Test this backend; repeatable (default: all)")
+      ->check(CLI::IsMember(ownNames()))
       ->allow_extra_args(false);
   auto* program = command->add_option(
       "--backend-program", options->program.command,

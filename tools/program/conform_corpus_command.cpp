@@ -33,9 +33,9 @@ int copy(const std::string& directory, bool force) {
 
 /// How a reader must end: what the case has in common with others of its kind.
 std::string resultOf(const ReaderCase& test) {
-  if (test.id.starts_with("poison/")) return "valid";
+  if (test.id.starts_with("overwrite/")) return "valid";
   if (test.id.starts_with("cut/") || test.id.starts_with("flip/")) return "invalid";
-  return conformance::nameOf(test.file->verdict);
+  return conformance::nameOf(test.file->validity);
 }
 
 std::string faultOf(const ReaderCase& test) {
@@ -46,7 +46,7 @@ std::string faultOf(const ReaderCase& test) {
   if (test.id.starts_with("flip/")) {
     return fmt::format("{} with a bit flipped, in {}.", test.file->id, counted(starts, "place"));
   }
-  if (test.id.starts_with("poison/")) {
+  if (test.id.starts_with("overwrite/")) {
     return fmt::format("{} with all destroyed that a slice does not need, at {}.", test.file->id,
                        counted(starts - 1, "time"));
   }

@@ -112,7 +112,7 @@ std::vector<std::string> conformRow(const CaseResult& result) {
           result.backend,
           fmt::format("{}{}/{}", result.passed() ? "" : "FAILED ", result.passedChecks(),
                       result.checks.size()),
-          judged ? fmt::format("{:.8g}", result.levels.back().verdict.hypervolume) : "",
+          judged ? fmt::format("{:.8g}", result.levels.back().mesh.hypervolume) : "",
           result.hypervolumeExpected ? fmt::format("{:.8g}", *result.hypervolumeExpected) : "",
           errorText(result.worstError),
           orderText(result.orders.hypervolume),

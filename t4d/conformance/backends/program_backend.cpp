@@ -53,8 +53,8 @@ class ProgramBackend : public Backend {
 
   std::string name() const override { return "program"; }
   bool supports(const Case& given) const override { return given.mesh.has_value(); }
-  Result<Law> law(const Case& given, const Resolution&) const override {
-    return trueLaw(given, options_.tolerance);
+  Result<Expectation> expectation(const Case& given, const Resolution&) const override {
+    return solidExpectation(given, options_.tolerance);
   }
 
   Result<void> build(const Case& given, const Resolution&, model::Sink& sink) const override {

@@ -78,15 +78,15 @@ ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
   if (!unknown.empty()) {
     trial.wrongToAccept =
         fmt::format("it names the feature {}, which the reader does not know (M6)", unknown);
-  } else if (file.verdict == Verdict::Invalid) {
+  } else if (file.validity == Validity::Invalid) {
     const std::string where = file.offset ? fmt::format(" at byte {}", *file.offset) : "";
     trial.wrongToAccept = fmt::format("rule {} is broken{}: {}", file.rule, where, file.fault);
   } else {
-    if (file.verdict == Verdict::Valid) trial.wrongToRefuse = "the file is valid";
+    if (file.validity == Validity::Valid) trial.wrongToRefuse = "the file is valid";
     if (file.describe) trial.answer = *file.describe;
   }
   test.trials.push_back(trial);
-  if (file.verdict == Verdict::Invalid && unknown.empty()) {
+  if (file.validity == Validity::Invalid && unknown.empty()) {
     if (const auto time = timeToRefuse(file)) test.trials.push_back(sliceInstead(trial, *time));
   }
   if (!trial.wrongToAccept.empty()) return test;
@@ -160,8 +160,8 @@ ReaderCase flipCase(const CorpusFile& file, const DamageLimits& limits) {
 }
 
 /// No trials where every slice needs all, or the file has no index.
-ReaderCase poisonCase(const CorpusFile& file) {
-  ReaderCase test{.id = "poison/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+ReaderCase overwriteCase(const CorpusFile& file) {
+  ReaderCase test{.id = "overwrite/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
   Trial describing;
   for (const ExpectedSlice& slice : file.slices) {
     const auto parts = partsForSlice(file.bytes, slice.time);
@@ -226,35 +226,35 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   std::vector<const CorpusFile*> ordered;
   ordered.reserve(files.size());
   for (const CorpusFile& file : files) ordered.push_back(&file);
-  const auto rank = [](Verdict verdict) {
-    return verdict == Verdict::Valid ? 0 : verdict == Verdict::Either ? 1 : 2;
+  const auto rank = [](Validity validity) {
+    return validity == Validity::Valid ? 0 : validity == Validity::Either ? 1 : 2;
   };
   std::stable_sort(ordered.begin(), ordered.end(), [&](const auto* a, const auto* b) {
-    if (a->verdict != b->verdict) return rank(a->verdict) < rank(b->verdict);
-    if (a->verdict != Verdict::Valid) return false;
+    if (a->validity != b->validity) return rank(a->validity) < rank(b->validity);
+    if (a->validity != Validity::Valid) return false;
     return std::pair(a->features.size(), a->bytes.size()) <
            std::pair(b->features.size(), b->bytes.size());
   });
   std::vector<ReaderCase> cases;
   std::vector<ReaderCase> cuts;
   std::vector<ReaderCase> flips;
-  std::vector<ReaderCase> poisons;
+  std::vector<ReaderCase> overwrites;
   for (const CorpusFile* file : ordered) {
     const std::string unknown = unknownFeature(*file, options.without);
     cases.push_back(corpusCase(*file, unknown));
-    if (file->verdict != Verdict::Valid) continue;
+    if (file->validity != Validity::Valid) continue;
     cuts.push_back(cutCase(*file, limits));
     flips.push_back(flipCase(*file, limits));
-    ReaderCase poison = poisonCase(*file);
-    if (!poison.trials.empty()) poisons.push_back(std::move(poison));
+    ReaderCase overwrite = overwriteCase(*file);
+    if (!overwrite.trials.empty()) overwrites.push_back(std::move(overwrite));
     // A file that is refused for its features says nothing about damage.
     if (unknown.empty()) continue;
-    for (auto* damaged : {&cuts, &flips, &poisons}) {
+    for (auto* damaged : {&cuts, &flips, &overwrites}) {
       if (damaged->empty() || damaged->back().file != file) continue;
       damaged->back().skipped = "the file names a feature left out by --without";
     }
   }
-  for (auto* more : {&cuts, &flips, &poisons}) {
+  for (auto* more : {&cuts, &flips, &overwrites}) {
     std::move(more->begin(), more->end(), std::back_inserter(cases));
   }
   return cases;

@@ -25,7 +25,7 @@ struct Trial {
 };
 
 struct ReaderCase {
-  std::string id;  ///< that of the corpus file, or "cut/NAME", "flip/NAME", "poison/NAME"
+  std::string id;  ///< that of the corpus file, or "cut/NAME", "flip/NAME", "overwrite/NAME"
   const CorpusFile* file = nullptr;
   std::vector<Trial> trials;
   std::string skipped;  ///< why it is not to be run; mostly empty

@@ -193,7 +193,7 @@ std::string reportText(const std::string& reader, const std::string& command,
     text += fmt::format("{} {}\n", name, cases[i].id);
     // Of other cases the message says it.
     const CorpusFile& file = *cases[i].file;
-    if (cases[i].id == file.id && file.verdict != Verdict::Invalid) {
+    if (cases[i].id == file.id && file.validity != Validity::Invalid) {
       text += fmt::format("  {}\n", file.fault);
     }
     text += fmt::format("  {}\n", results[i].message);

@@ -34,10 +34,6 @@ std::string shortly(const Trial& trial) {
   return trial.about.substr(0, trial.about.find(" with "));
 }
 
-struct TrialResult {
-  Judgement judgement;
-  double seconds = 0;
-};
 /// Of the trials of one case; none where it was not run.
 using TrialResults = std::vector<std::optional<TrialResult>>;
 
@@ -85,7 +81,7 @@ class SuiteRun {
         failed_ = true;
         return;
       }
-      const Outcome outcome = result->judgement.outcome;
+      const Outcome outcome = result->outcome;
       if (outcome == Outcome::TimedOut) {
         ++slow_[i];
         ++allSlow_;
@@ -111,7 +107,9 @@ class SuiteRun {
     limits.stop = options_.stop;
     const auto run = system::runProgram(words, limits);
     if (!run) return pass(run.error());
-    return TrialResult{judge(trial, *run, path.string(), options_.seconds), run->seconds};
+    TrialResult result = evaluate(trial, *run, path.string(), options_.seconds);
+    result.seconds = run->seconds;
+    return result;
   }
 
   const std::vector<ReaderCase>& cases_;
@@ -141,7 +139,7 @@ ReaderResult resultOf(const ReaderCase& test, const TrialResults& trials) {
     notRun += trials[i] ? 0 : 1;
     if (!trials[i]) continue;
     result.seconds += trials[i]->seconds;
-    if (trials[i]->judgement.outcome != Outcome::Passed) result.wrong.push_back(i);
+    if (trials[i]->outcome != Outcome::Passed) result.wrong.push_back(i);
   }
   if (result.wrong.empty()) {
     if (notRun == 0) return result;
@@ -150,9 +148,9 @@ ReaderResult resultOf(const ReaderCase& test, const TrialResults& trials) {
     return result;
   }
   std::stable_sort(result.wrong.begin(), result.wrong.end(), [&](std::size_t a, std::size_t b) {
-    return trials[a]->judgement.outcome > trials[b]->judgement.outcome;
+    return trials[a]->outcome > trials[b]->outcome;
   });
-  const Judgement& worst = trials[result.wrong[0]]->judgement;
+  const TrialResult& worst = *trials[result.wrong[0]];
   result.outcome = worst.outcome;
   result.message = fmt::format("{}: {}", test.trials[result.wrong[0]].about, worst.message);
   for (std::size_t i = 1; i < std::min(result.wrong.size(), kNamed); ++i) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "t4d/conformance/driver/judge.h"
+#include "t4d/conformance/driver/evaluate.h"
 #include "t4d/model/slab.h"
 
 /// Puts a reader to its cases, several at a time.

@@ -227,9 +227,9 @@ TEST(ReaderCases, OfAFeatureThatAReaderDoesNotKnowAreRefusals) {
 TEST(ReaderCases, AreChosenByGlobsAndFolders) {
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files);
-  ASSERT_TRUE(selectCases(cases, {"valid/one-simplex*", "poison"}, {"*/one-simplex"}));
+  ASSERT_TRUE(selectCases(cases, {"valid/one-simplex*", "overwrite"}, {"*/one-simplex"}));
   for (const ReaderCase& test : cases) {
-    EXPECT_TRUE(test.id.starts_with("valid/one-simplex") || test.id.starts_with("poison/"));
+    EXPECT_TRUE(test.id.starts_with("valid/one-simplex") || test.id.starts_with("overwrite/"));
     EXPECT_EQ(test.skipped.empty(), !test.id.ends_with("/one-simplex")) << test.id;
   }
   EXPECT_THAT(selectCases(cases, {}, {"nothing/like*"}).error().text(),
@@ -243,7 +243,7 @@ TEST(ReaderCases, AreChosenByNamesAndByWhatAShellMakesOfThem) {
     EXPECT_TRUE(selectCases(cases, {pattern}, {})) << pattern;
     return cases.size();
   };
-  EXPECT_EQ(chosen("one-simplex"), 4U);  // in valid, cut, flip and poison
+  EXPECT_EQ(chosen("one-simplex"), 4U);  // in valid, cut, flip and overwrite
   EXPECT_EQ(chosen("valid/one-simplex.t4d"), 1U);
   EXPECT_EQ(chosen("invalid/"), chosen("invalid"));
 }

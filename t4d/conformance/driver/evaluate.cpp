@@ -1,4 +1,4 @@
-#include "t4d/conformance/driver/judge.h"
+#include "t4d/conformance/driver/evaluate.h"
 
 #include <algorithm>
 #include <cstring>
@@ -40,7 +40,7 @@ std::string signalName(int number) {
   return name == nullptr ? "" : fmt::format(" (SIG{})", name);
 }
 
-Judgement judgeAnswer(const Trial& trial, const system::ProgramRun& run) {
+TrialResult evaluateAnswer(const Trial& trial, const system::ProgramRun& run) {
   if (trial.answer.json.empty()) return {};
   ordered_json actual;
   try {
@@ -87,8 +87,8 @@ const char* nameOf(Outcome outcome) {
   return "crashed";
 }
 
-Judgement judge(const Trial& trial, const system::ProgramRun& run, const std::string& path,
-                double seconds) {
+TrialResult evaluate(const Trial& trial, const system::ProgramRun& run, const std::string& path,
+                     double seconds) {
   switch (run.end) {
     case system::ProgramRun::End::Stopped:
       return {Outcome::Skipped, "stopped"};
@@ -114,7 +114,7 @@ Judgement judge(const Trial& trial, const system::ProgramRun& run, const std::st
                                  ? fmt::format("accepted, but {}", wrong)
                                  : fmt::format("refused, but {}; {}", wrong, lastWords(run, path))};
   }
-  return accepted ? judgeAnswer(trial, run) : Judgement{};
+  return accepted ? evaluateAnswer(trial, run) : TrialResult{};
 }
 
 }  // namespace t4d::conformance

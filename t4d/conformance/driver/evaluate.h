@@ -19,14 +19,15 @@ enum class Outcome : std::uint8_t {
 /// "passed", "timed_out".
 const char* nameOf(Outcome outcome);
 
-struct Judgement {
+struct TrialResult {
   Outcome outcome = Outcome::Passed;
-  std::string message;  ///< what is wrong, in words for who wrote the reader; empty where it passed
+  std::string message;  ///< what is wrong, for the author of the reader; empty if it passed
+  double seconds = 0;
 };
 
-/// What a run of the reader is worth. `path` is the file that it was given, called FILE in
-/// messages; `seconds` how long it was given.
-Judgement judge(const Trial& trial, const system::ProgramRun& run, const std::string& path,
-                double seconds);
+/// Compares a run of the reader with what the trial requires. `path` is the file that it was given,
+/// called FILE in messages; `timeoutSeconds` the limit of the run.
+TrialResult evaluate(const Trial& trial, const system::ProgramRun& run, const std::string& path,
+                     double timeoutSeconds);
 
 }  // namespace t4d::conformance
