@@ -125,7 +125,7 @@ void printText(const std::vector<CaseResult>& results, std::size_t passed) {
     for (const Check& check : result.checks) {
       if (check.passed || ++failed > kShown) continue;
       const std::string differ =
-          check.tolerance > 0 ? fmt::format(", may differ by {:.2g}", check.tolerance) : "";
+          check.tolerance > 0 ? fmt::format(", tolerance {:.2g}", check.tolerance) : "";
       fmt::print("FAILED {} by {}: {}: expected {}, found {}{} ({}){}\n", result.id, result.backend,
                  check.name, valueText(check.expected), valueText(check.actual), differ,
                  check.reason, check.found.empty() ? "" : "\n       " + check.found);
@@ -166,9 +166,7 @@ int run(const Options& options) {
     }
   }
   if (jobs.empty()) {
-    return wrongUsage(
-        "no case is left for these options; `t4d conform backends --list` says which "
-        "there are");
+    return wrongUsage("no case matches these options; `t4d conform backends --list` lists them");
   }
   if (options.list) return list(cases, *backends, options);
   if (!options.keep.empty()) {
@@ -176,7 +174,7 @@ int run(const Options& options) {
     std::filesystem::create_directories(options.keep, error);
     if (error) {
       return report(
-          {ErrorCode::Failed, "cannot make the folder: " + error.message(), options.keep, {}});
+          {ErrorCode::Failed, "cannot create the folder: " + error.message(), options.keep, {}});
     }
   }
   std::optional<formats::OutputFile> page;
@@ -188,12 +186,12 @@ int run(const Options& options) {
 
   std::vector<CaseResult> results;
   {
-    ProgressBar bar("running the cases");
+    ProgressBar bar("testing the backends");
     const model::Progress show = bar.callback();
     double done = 0;
     results = conformance::runCases(jobs, options.quick, [&](const CaseResult&) {
       ++done;
-      if (show) show(done / static_cast<double>(jobs.size()));  // only where there is a terminal
+      show(done / static_cast<double>(jobs.size()));
     });
   }
   const auto passed = static_cast<std::size_t>(std::count_if(
@@ -216,44 +214,40 @@ int run(const Options& options) {
 }  // namespace
 
 void addConformBackends(CLI::App& conform, int& exitCode) {
-  auto* command = conform.add_subcommand(
-      "backends", "Prove what makes 4D meshes right: moving solids known in closed form");
+  auto* command =
+      conform.add_subcommand("backends", "Check the backends against closed-form solutions");
   auto options = std::make_shared<Options>();
   command
       ->add_option("--backend", options->backends, "Test this backend; repeatable (default: all)")
       ->check(CLI::IsMember(ownNames()))
       ->allow_extra_args(false);
-  auto* program = command->add_option(
-      "--backend-program", options->program.command,
-      "Judge a program, called as CMD CASE.obj MOTION.json OUT.t4d (docs/conform.md)");
+  auto* program = command->add_option("--backend-program", options->program.command,
+                                      "Test a program, run as CMD CASE.obj MOTION.json OUT.t4d");
   command
       ->add_option("--tolerance", options->program.tolerance,
-                   "How far the program's times, lengths and volumes may be off, as a fraction")
+                   "Relative tolerance of the program's times, lengths and volumes")
       ->check(numberAboveZero())
       ->capture_default_str()
       ->needs(program);
-  command
-      ->add_option("--timeout", options->program.timeoutSeconds,
-                   "Seconds that the program may take for a case")
+  command->add_option("--timeout", options->program.timeoutSeconds, "Timeout per case, in seconds")
       ->check(numberAboveZero())
       ->capture_default_str()
       ->needs(program);
-  command->add_option("--keep", options->keep, "A folder to leave the program's files in")
+  command->add_option("--keep", options->keep, "Keep the program's files in this folder")
       ->check(someName())
       ->needs(program);
   command
-      ->add_option(
-          "--case", options->cases,
-          "Only cases of this name; * and ? stand for any text. May be given several times")
+      ->add_option("--case", options->cases,
+                   "Run only cases whose name matches this glob; repeatable")
       ->allow_extra_args(false);
-  command->add_flag("--quick", options->quick, "Leave out the smallest voxels and the large case");
+  command->add_flag("--quick", options->quick, "Skip the smallest voxels and the large case");
   addThreadsOption(*command, options->threads);
   auto* json = command->add_flag("--json", options->json, "Print every check as JSON");
   auto* html = command
                    ->add_option("--html", options->html,
-                                "A page to write: the table, plots of convergence, every check")
+                                "Write a page: the table, convergence plots, every check")
                    ->check(someName());
-  command->add_flag("--list", options->list, "Say what would run, and run nothing")
+  command->add_flag("--list", options->list, "List the cases and run nothing")
       ->excludes(json)
       ->excludes(html);
   command->footer(

@@ -37,10 +37,8 @@ class ConformReader : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   system::ProgramRun shell(const std::string& script) {
-    system::RunLimits limits;
-    limits.seconds = 120;
     const std::string there = "cd '" + folder_.string() + "'; ";
-    const auto run = system::runProgram({"/bin/sh", "-c", there + script}, limits);
+    const auto run = system::runProgram({"/bin/sh", "-c", there + script}, {.timeoutSeconds = 120});
     EXPECT_TRUE(run) << run.error().text();
     return run.value_or(system::ProgramRun{});
   }

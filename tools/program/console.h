@@ -8,7 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "t4d/model/error.h"
-#include "t4d/model/slab.h"
+#include "tools/program/progress_bar.h"
 
 /// What the program says, and where: results on standard output, all else on standard error.
 namespace t4d::tools {
@@ -59,27 +59,5 @@ std::string sizeText(std::uint64_t bytes);
 
 /// The largest memory the process has had, in bytes.
 std::uint64_t peakBytes();
-
-/// Draws a bar on standard error while something takes longer than half a second, where standard
-/// error is a terminal; erased at the end.
-class ProgressBar {
- public:
-  explicit ProgressBar(std::string title);
-  ~ProgressBar();
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
-
-  /// For an option of type model::Progress; lives as long as the bar.
-  model::Progress callback();
-
- private:
-  void show(double fraction);
-  double now() const;
-
-  std::string title_;
-  bool terminal_;
-  double begun_;
-  double drawn_ = 0;
-};
 
 }  // namespace t4d::tools

@@ -78,9 +78,7 @@ class ProgramBackend : public Backend {
 
     std::vector<std::string> words = words_;
     for (const fs::path& path : paths) words.push_back(path.string());
-    system::RunLimits limits;
-    limits.seconds = options_.timeoutSeconds;
-    const auto ran = system::runProgram(words, limits);
+    const auto ran = system::runProgram(words, {.timeoutSeconds = options_.timeoutSeconds});
     if (!ran) return pass(ran.error());
     if (auto written = writeText(folder / (given.id + ".log"), ran->output + ran->message);
         !written) {
@@ -110,7 +108,7 @@ class ProgramBackend : public Backend {
 }  // namespace
 
 Result<std::unique_ptr<Backend>> programBackend(ProgramOptions options) {
-  auto words = system::readerCommand(options.command);
+  auto words = system::splitCommand(options.command);
   if (!words) return pass(words.error());
   return std::make_unique<ProgramBackend>(std::move(options), std::move(*words));
 }

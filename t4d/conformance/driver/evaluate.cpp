@@ -19,8 +19,8 @@ constexpr std::size_t kQuotedBytes = 300;
 constexpr std::size_t kShownDifferences = 3;
 
 /// The end of what it wrote to standard error, where Python and others say what went wrong.
-std::string lastWords(const system::ProgramRun& run, const std::string& path) {
-  std::string text = run.message;
+std::string lastWords(const Reply& reply, const std::string& path) {
+  std::string text = reply.message;
   for (std::size_t at = 0; (at = text.find(path, at)) != std::string::npos; at += 4) {
     text.replace(at, path.size(), "FILE");
   }
@@ -40,13 +40,13 @@ std::string signalName(int number) {
   return name == nullptr ? "" : fmt::format(" (SIG{})", name);
 }
 
-TrialResult evaluateAnswer(const Trial& trial, const system::ProgramRun& run) {
+TrialResult evaluateAnswer(const Trial& trial, const Reply& reply) {
   if (trial.answer.json.empty()) return {};
   ordered_json actual;
   try {
-    actual = ordered_json::parse(run.output);
+    actual = ordered_json::parse(reply.output);
   } catch (const ordered_json::parse_error& error) {
-    if (run.output.find_first_not_of(" \n\r\t") == std::string::npos) {
+    if (reply.output.find_first_not_of(" \n\r\t") == std::string::npos) {
       return {Outcome::Failed, "accepted, but it printed nothing"};
     }
     constexpr std::size_t kShown = 80;
@@ -54,7 +54,7 @@ TrialResult evaluateAnswer(const Trial& trial, const system::ProgramRun& run) {
     return {Outcome::Failed,
             fmt::format("accepted, but what it printed is not one JSON object: wrong from byte {}, "
                         "\"{}\"",
-                        at, plain(std::string_view(run.output).substr(at), kShown))};
+                        at, plain(std::string_view(reply.output).substr(at), kShown))};
   }
   const std::vector<std::string> wrong = differences(
       ordered_json::parse(trial.answer.json), ordered_json::parse(trial.answer.within), actual);
@@ -87,34 +87,69 @@ const char* nameOf(Outcome outcome) {
   return "crashed";
 }
 
-TrialResult evaluate(const Trial& trial, const system::ProgramRun& run, const std::string& path,
-                     double seconds) {
+Reply replyOf(system::ProgramRun run) {
+  using End = system::ProgramRun::End;
+  Reply reply;
   switch (run.end) {
-    case system::ProgramRun::End::Stopped:
-      return {Outcome::Skipped, "stopped"};
-    case system::ProgramRun::End::TimedOut:
-      return {Outcome::TimedOut,
-              fmt::format("did not end within {} s; {}", seconds, lastWords(run, path))};
-    case system::ProgramRun::End::Signalled:
-      return {Outcome::Crashed, fmt::format("ended by signal {}{}; {}", run.code,
-                                            signalName(run.code), lastWords(run, path))};
-    case system::ProgramRun::End::Exited:
+    case End::Exited:
+      reply.kind = run.code == 0   ? Reply::Kind::Accepted
+                   : run.code == 1 ? Reply::Kind::Refused
+                                   : Reply::Kind::Exited;
+      break;
+    case End::Signalled:
+      reply.kind = Reply::Kind::Signalled;
+      break;
+    case End::TimedOut:
+      reply.kind = Reply::Kind::TimedOut;
+      break;
+    case End::Stopped:
+      reply.kind = Reply::Kind::Stopped;
       break;
   }
-  if (run.code != 0 && run.code != 1) {
-    return {
-        Outcome::Crashed,
-        fmt::format("ended with exit code {}, which is neither 0 (accepted) nor 1 (refused); {}",
-                    run.code, lastWords(run, path))};
+  reply.code = run.code;
+  reply.output = std::move(run.output);
+  reply.message = std::move(run.message);
+  reply.seconds = run.seconds;
+  return reply;
+}
+
+TrialResult evaluate(const Trial& trial, const Reply& reply, const std::string& path,
+                     double timeoutSeconds) {
+  const auto result = [&](Outcome outcome, std::string message) {
+    return TrialResult{outcome, std::move(message), reply.seconds};
+  };
+  switch (reply.kind) {
+    case Reply::Kind::Stopped:
+      return result(Outcome::Skipped, "stopped");
+    case Reply::Kind::TimedOut:
+      return result(Outcome::TimedOut, fmt::format("no answer within {} s; {}", timeoutSeconds,
+                                                   lastWords(reply, path)));
+    case Reply::Kind::Signalled:
+      return result(Outcome::Crashed, fmt::format("ended by signal {}{}; {}", reply.code,
+                                                  signalName(reply.code), lastWords(reply, path)));
+    case Reply::Kind::Exited:
+      return result(Outcome::Crashed,
+                    fmt::format("ended with exit code {}{}; {}", reply.code,
+                                reply.code == 0 || reply.code == 1
+                                    ? " instead of answering"
+                                    : ", which is neither 0 (accepted) nor 1 (refused)",
+                                lastWords(reply, path)));
+    case Reply::Kind::Malformed:
+      return result(Outcome::Crashed, reply.message);
+    case Reply::Kind::Accepted:
+    case Reply::Kind::Refused:
+      break;
   }
-  const bool accepted = run.code == 0;
+  const bool accepted = reply.kind == Reply::Kind::Accepted;
   const std::string& wrong = accepted ? trial.wrongToAccept : trial.wrongToRefuse;
   if (!wrong.empty()) {
-    return {Outcome::Failed, accepted
-                                 ? fmt::format("accepted, but {}", wrong)
-                                 : fmt::format("refused, but {}; {}", wrong, lastWords(run, path))};
+    return result(Outcome::Failed,
+                  accepted ? fmt::format("accepted, but {}", wrong)
+                           : fmt::format("refused, but {}; {}", wrong, lastWords(reply, path)));
   }
-  return accepted ? evaluateAnswer(trial, run) : TrialResult{};
+  TrialResult answered = accepted ? evaluateAnswer(trial, reply) : TrialResult{};
+  answered.seconds = reply.seconds;
+  return answered;
 }
 
 }  // namespace t4d::conformance

@@ -11,13 +11,34 @@ namespace t4d::conformance {
 enum class Outcome : std::uint8_t {
   Passed,
   Skipped,
-  Failed,  ///< it accepted what it must refuse or the other way round, or its answer is wrong
+  Failed,  ///< accepted or refused the wrong file, or gave a wrong answer
   TimedOut,
-  Crashed,  ///< ended by a signal, or with an exit code other than 0 and 1
+  Crashed,  ///< ended by a signal, or in a way that the protocol does not know
 };
 
 /// "passed", "timed_out".
 const char* nameOf(Outcome outcome);
+
+/// What a reader made of a request.
+struct Reply {
+  enum class Kind : std::uint8_t {
+    Accepted,
+    Refused,
+    Malformed,  ///< it broke the protocol of a serving reader; `message` says how
+    Exited,     ///< without a reply, with the exit code `code`
+    Signalled,  ///< by the signal `code`
+    TimedOut,
+    Stopped,  ///< by us, on request
+  };
+  Kind kind = Kind::Accepted;
+  int code = 0;
+  std::string output;   ///< the answer of a reader that accepts
+  std::string message;  ///< what it said on standard error, or why it refused
+  double seconds = 0;
+};
+
+/// The reply of a reader that was started for one request: exit code 0 accepts, 1 refuses.
+Reply replyOf(system::ProgramRun run);
 
 struct TrialResult {
   Outcome outcome = Outcome::Passed;
@@ -25,9 +46,9 @@ struct TrialResult {
   double seconds = 0;
 };
 
-/// Compares a run of the reader with what the trial requires. `path` is the file that it was given,
-/// called FILE in messages; `timeoutSeconds` the limit of the run.
-TrialResult evaluate(const Trial& trial, const system::ProgramRun& run, const std::string& path,
+/// Compares a reply with what the trial requires. `path` is the file that the reader was given,
+/// called FILE in messages; `timeoutSeconds` what it was allowed.
+TrialResult evaluate(const Trial& trial, const Reply& reply, const std::string& path,
                      double timeoutSeconds);
 
 }  // namespace t4d::conformance

@@ -12,18 +12,17 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-system::ProgramRun exited(int code, const std::string& output = "",
-                          const std::string& message = "") {
+Reply exited(int code, const std::string& output = "", const std::string& message = "") {
   system::ProgramRun run;
   run.code = code;
   run.output = output;
   run.message = message;
-  return run;
+  return replyOf(run);
 }
 
-/// What is said of a run, and "" where it is right.
-std::string said(const Trial& trial, const system::ProgramRun& run) {
-  return evaluate(trial, run, "/tmp/x/3.t4d", 10).message;
+/// The message for a reply; "" if it is right.
+std::string said(const Trial& trial, const Reply& reply) {
+  return evaluate(trial, reply, "/tmp/x/3.t4d", 10).message;
 }
 
 Trial valid() {
@@ -85,18 +84,20 @@ TEST(Evaluate, LeavesToReadersWhatTheyMayDecide) {
 }
 
 TEST(Evaluate, TellsCrashesFromRefusals) {
-  system::ProgramRun run = exited(SIGSEGV, "", "one\ntwo\nthree\nfour\n");
+  system::ProgramRun run;
+  run.code = SIGSEGV;
+  run.message = "one\ntwo\nthree\nfour\n";
   run.end = system::ProgramRun::End::Signalled;
-  TrialResult result = evaluate(damaged(), run, "x", 10);
+  TrialResult result = evaluate(damaged(), replyOf(run), "x", 10);
   EXPECT_EQ(result.outcome, Outcome::Crashed);
   EXPECT_EQ(result.message, "ended by signal 11 (SIGSEGV); it said: two\\nthree\\nfour");
   result = evaluate(damaged(), exited(3), "x", 10);
   EXPECT_EQ(result.outcome, Outcome::Crashed);
   EXPECT_THAT(result.message, StartsWith("ended with exit code 3"));
   run.end = system::ProgramRun::End::TimedOut;
-  result = evaluate(damaged(), run, "x", 10);
+  result = evaluate(damaged(), replyOf(run), "x", 10);
   EXPECT_EQ(result.outcome, Outcome::TimedOut);
-  EXPECT_THAT(result.message, StartsWith("did not end within 10 s"));
+  EXPECT_THAT(result.message, StartsWith("no answer within 10 s"));
 }
 
 TEST(PlainText, KeepsTextAndEscapesTheRest) {

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/conformance/driver/served_reader.h"
 #include "t4d/system/temporary_folder.h"
 
 namespace t4d::conformance {
@@ -15,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A reader that does not end costs RunLimits::seconds each time.
+/// A reader that hangs costs SuiteOptions::timeoutSeconds each time.
 constexpr int kSlowTrialsOfCase = 2;
 constexpr int kSlowTrials = 20;
 /// How many wrong trials of a case are named, and their files kept.
@@ -37,7 +38,7 @@ std::string shortly(const Trial& trial) {
 /// Of the trials of one case; none where it was not run.
 using TrialResults = std::vector<std::optional<TrialResult>>;
 
-/// Runs the trials of all cases, taken one after the other by as many threads as may run.
+/// Runs the trials of all cases. Threads take them from one queue, in order.
 class SuiteRun {
  public:
   SuiteRun(const std::vector<ReaderCase>& cases, const SuiteOptions& options,
@@ -69,12 +70,25 @@ class SuiteRun {
 
  private:
   void work(const fs::path& path) {
+    ServedReader served(options_.command, options_.timeoutSeconds, options_.stop);
+    std::optional<std::pair<std::size_t, std::size_t>> last;
+    // What a serving reader does after its answer belongs to that request.
+    const auto blameLast = [&] {
+      const auto fault = last ? served.lateFault() : std::nullopt;
+      if (!fault) return;
+      const auto [i, j] = *last;
+      if (results_[i][j]->outcome == Outcome::Passed) {
+        *results_[i][j] = {Outcome::Crashed, *fault, results_[i][j]->seconds};
+      }
+      if (options_.first) found_ = true;
+    };
     while (!failed_ && !found_ && !(options_.stop != nullptr && *options_.stop)) {
       const std::size_t next = next_++;
-      if (next >= queue_.size()) return;
+      if (next >= queue_.size()) break;
       const auto [i, j] = queue_[next];
       if (slow_[i] >= kSlowTrialsOfCase || allSlow_ >= kSlowTrials) continue;
-      auto result = tried(*cases_[i].file, cases_[i].trials[j], path);
+      blameLast();
+      auto result = tried(*cases_[i].file, cases_[i].trials[j], path, served);
       if (!result) {
         const std::lock_guard lock(mutex_);
         error_ = result.error();
@@ -87,29 +101,51 @@ class SuiteRun {
         ++allSlow_;
       }
       if (outcome != Outcome::Passed && options_.first) found_ = true;
-      if (outcome != Outcome::Skipped) results_[i][j] = std::move(*result);
+      if (outcome != Outcome::Skipped) {
+        results_[i][j] = std::move(*result);
+        last = {i, j};
+      }
       if (progress_ && mutex_.try_lock()) {
         progress_(static_cast<double>(next) / static_cast<double>(queue_.size()));
         mutex_.unlock();
       }
     }
+    blameLast();
   }
 
-  Result<TrialResult> tried(const CorpusFile& file, const Trial& trial,
-                            const fs::path& path) const {
+  Result<TrialResult> tried(const CorpusFile& file, const Trial& trial, const fs::path& path,
+                            ServedReader& served) const {
     const auto written = write(path, trial.damage ? trial.damage(file.bytes) : file.bytes);
     if (!written) return pass(written.error());
-    std::vector<std::string> words = options_.command;
-    words.push_back(path.string());
-    words.insert(words.end(), trial.request.begin(), trial.request.end());
-    system::RunLimits limits;
-    limits.seconds = options_.seconds;
-    limits.stop = options_.stop;
-    const auto run = system::runProgram(words, limits);
-    if (!run) return pass(run.error());
-    TrialResult result = evaluate(trial, *run, path.string(), options_.seconds);
-    result.seconds = run->seconds;
-    return result;
+    const auto evaluated = [&](const Reply& reply) {
+      return evaluate(trial, reply, path.string(), options_.timeoutSeconds);
+    };
+    if (!options_.serve) {
+      std::vector<std::string> words = options_.command;
+      words.push_back(path.string());
+      words.insert(words.end(), trial.request.begin(), trial.request.end());
+      auto run = system::runProgram(
+          words, {.timeoutSeconds = options_.timeoutSeconds, .stop = options_.stop});
+      if (!run) return pass(run.error());
+      return evaluated(replyOf(std::move(*run)));
+    }
+    const bool fresh = !served.hasAnswered();
+    const auto reply = served.ask(trial.request, path.string());
+    if (!reply) return pass(reply.error());
+    TrialResult result = evaluated(*reply);
+    if (result.outcome != Outcome::Failed && result.outcome != Outcome::Crashed) return result;
+    served.restart();
+    if (fresh) return result;
+    const auto again = served.ask(trial.request, path.string());
+    if (!again) return pass(again.error());
+    const TrialResult alone = evaluated(*again);
+    if (alone.outcome == Outcome::Skipped) return alone;
+    if (alone.outcome == Outcome::Passed) {
+      result.message += "; a fresh process gets it right: an earlier request has left something";
+      return result;
+    }
+    served.restart();
+    return alone;
   }
 
   const std::vector<ReaderCase>& cases_;
@@ -144,7 +180,7 @@ ReaderResult resultOf(const ReaderCase& test, const TrialResults& trials) {
   if (result.wrong.empty()) {
     if (notRun == 0) return result;
     result.outcome = Outcome::Skipped;
-    result.message = "not run: the run ended before, or too many starts took too long";
+    result.message = "not run: the run ended before, or too many requests timed out";
     return result;
   }
   std::stable_sort(result.wrong.begin(), result.wrong.end(), [&](std::size_t a, std::size_t b) {
