@@ -224,7 +224,7 @@ class Comparison {
            key == "features";
   }
 
-  /// What `within` says of a member: itself for all that is not judged by a number of its own.
+  /// What `within` says of a member: itself where the member has no tolerance of its own.
   static const ordered_json* toleranceOf(const ordered_json& within, const std::string& key) {
     if (!within.is_object()) return &within;
     if (const auto found = within.find(key); found != within.end()) return &*found;

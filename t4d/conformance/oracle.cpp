@@ -31,7 +31,7 @@ class SideCounter : public model::Sink {
   Counts counts_;
 };
 
-/// Hands slabs to both judges in one reading.
+/// Passes each slab to two sinks, so that the mesh is read once.
 class Both : public model::Sink {
  public:
   Both(model::Sink& first, model::Sink& second) : first_(first), second_(second) {}
@@ -55,7 +55,8 @@ std::string firstOf(const measure::MeshReport& report, std::initializer_list<con
   return {};
 }
 
-void judgeMesh(const measure::MeshReport& report, const Law& law, std::vector<Check>& checks) {
+void checkMesh(const measure::MeshReport& report, const Expectation& expectation,
+               std::vector<Check>& checks) {
   const auto lacks = [&](const char* name, std::initializer_list<const char*> codes,
                          const char* reason) {
     const std::string found = firstOf(report, codes);
@@ -67,32 +68,32 @@ void judgeMesh(const measure::MeshReport& report, const Law& law, std::vector<Ch
   lacks("oriented", {"facet-orientation", "inside-out"},
         "on opposite sides, and the mesh faces outward");
   lacks("vertex links", {"vertex-link"}, "every vertex link is a sphere");
-  if (law.manifoldCaps) {
+  if (expectation.manifoldCaps) {
     lacks("vertex links inside the caps", {"cap-vertex-link"}, "every vertex link is a sphere");
   }
   checks.push_back(countIs("degenerate cells", 0, report.degenerateCells,
                            "no cell without volume, up to the rounding of its corners",
                            firstOf(report, {"degenerate-cell"})));
-  checks.push_back(measureIs("time begin", law.timeBegin, report.time.begin));
-  checks.push_back(measureIs("time end", law.timeEnd, report.time.end));
-  if (law.bounds) {
+  checks.push_back(measureIs("time begin", expectation.timeBegin, report.time.begin));
+  checks.push_back(measureIs("time end", expectation.timeEnd, report.time.end));
+  if (expectation.bounds) {
     for (int axis = 0; axis < 3; ++axis) {
       const char name = "xyz"[axis];
       const auto face = [&](double value) {
-        return Measure{value, law.bounds->tolerance, law.bounds->reason};
+        return Measure{value, expectation.bounds->tolerance, expectation.bounds->reason};
       };
-      checks.push_back(measureIs(fmt::format("least {}", name), face(law.bounds->box.min[axis]),
-                                 report.bounds.min[axis]));
-      checks.push_back(measureIs(fmt::format("largest {}", name), face(law.bounds->box.max[axis]),
-                                 report.bounds.max[axis]));
+      checks.push_back(measureIs(fmt::format("least {}", name),
+                                 face(expectation.bounds->box.min[axis]), report.bounds.min[axis]));
+      checks.push_back(measureIs(fmt::format("largest {}", name),
+                                 face(expectation.bounds->box.max[axis]), report.bounds.max[axis]));
     }
   }
-  if (law.hypervolume) {
-    checks.push_back(measureIs("hypervolume", *law.hypervolume, report.hypervolume));
+  if (expectation.hypervolume) {
+    checks.push_back(measureIs("hypervolume", *expectation.hypervolume, report.hypervolume));
   }
 }
 
-void judgeCounts(const char* what, const Counts& expected, const Counts& actual,
+void checkCounts(const char* what, const Counts& expected, const Counts& actual,
                  const std::string& reason, std::vector<Check>& checks) {
   checks.push_back(
       countIs(fmt::format("vertices{}", what), expected.vertices, actual.vertices, reason));
@@ -101,12 +102,12 @@ void judgeCounts(const char* what, const Counts& expected, const Counts& actual,
 }
 
 /// Returns the volume.
-std::optional<double> judgeSlice(const model::Source& mesh, const SliceLaw& law,
+std::optional<double> checkSlice(const model::Source& mesh, const SliceExpectation& expectation,
                                  std::vector<Check>& checks) {
   const auto named = [&](const std::string& what) {
-    return fmt::format("slice at {:.6g}: {}", law.time, what);
+    return fmt::format("slice at {:.6g}: {}", expectation.time, what);
   };
-  const auto slice = convert::sliceAtTime(mesh, law.time);
+  const auto slice = convert::sliceAtTime(mesh, expectation.time);
   if (!slice) {
     checks.push_back(holds(named("exists"), true, false, kByDefinition, slice.error().text()));
     return std::nullopt;
@@ -114,24 +115,25 @@ std::optional<double> judgeSlice(const model::Source& mesh, const SliceLaw& law,
   checks.push_back(holds(named("closed"), true, isClosed(slice->mesh),
                          "a slice of a closed 4D mesh is a closed surface"));
   const double volume = signedVolume(slice->mesh);
-  if (law.volume) checks.push_back(measureIs(named("volume"), *law.volume, volume));
-  if (law.surface) {
+  if (expectation.volume) checks.push_back(measureIs(named("volume"), *expectation.volume, volume));
+  if (expectation.surface) {
     double farthest = 0;
     for (const model::Point3& vertex : slice->mesh.vertices) {
-      farthest = std::max(farthest, std::abs(law.surface->distance(vertex)));
+      farthest = std::max(farthest, std::abs(expectation.surface->distance(vertex)));
     }
     checks.push_back(measureIs(named("farthest vertex from the true surface"),
-                               {0, law.surface->tolerance, law.surface->reason}, farthest));
+                               {0, expectation.surface->tolerance, expectation.surface->reason},
+                               farthest));
   }
-  if (!law.genera) return volume;
+  if (!expectation.genera) return volume;
   const std::vector<double> genera = measure::generaOf(slice->mesh);
   const char* reason = "the topology of the solid; V - E + F = 2 - 2 genus";
-  checks.push_back(countIs(named("surfaces"), law.genera->size(), genera.size(), reason));
-  for (std::size_t i = 0; i < std::min(genera.size(), law.genera->size()); ++i) {
+  checks.push_back(countIs(named("surfaces"), expectation.genera->size(), genera.size(), reason));
+  for (std::size_t i = 0; i < std::min(genera.size(), expectation.genera->size()); ++i) {
     const std::string which =
-        law.genera->size() == 1 ? "genus" : fmt::format("genus of surface {}", i + 1);
-    checks.push_back(
-        measureIs(named(which), {static_cast<double>((*law.genera)[i]), 0, reason}, genera[i]));
+        expectation.genera->size() == 1 ? "genus" : fmt::format("genus of surface {}", i + 1);
+    checks.push_back(measureIs(
+        named(which), {static_cast<double>((*expectation.genera)[i]), 0, reason}, genera[i]));
   }
   return volume;
 }
@@ -155,13 +157,14 @@ Check measureIs(std::string name, const Measure& expected, double actual) {
   return {std::move(name), expected.value, actual, expected.tolerance, expected.reason, passed, {}};
 }
 
-bool Verdict::passed() const {
+bool MeshResult::passed() const {
   return std::all_of(checks.begin(), checks.end(), [](const Check& check) { return check.passed; });
 }
 
-Verdict judge(const model::Source& mesh, const Law& law, const model::Progress& progress) {
-  Verdict verdict;
-  std::vector<Check>& checks = verdict.checks;
+MeshResult verify(const model::Source& mesh, const Expectation& expectation,
+                  const model::Progress& progress) {
+  MeshResult result;
+  std::vector<Check>& checks = result.checks;
   measure::MeshChecker checker({.vertexLinks = true});
   SideCounter sides;
   Both both(checker, sides);
@@ -169,23 +172,25 @@ Verdict judge(const model::Source& mesh, const Law& law, const model::Progress& 
   checks.push_back(holds("slabs", true, read.has_value(),
                          "indices in range, numbers finite, layers exactly at their times",
                          read ? std::string() : read.error().text()));
-  if (!read) return verdict;
+  if (!read) return result;
 
   const measure::MeshReport report = checker.finish();
-  verdict.hypervolume = report.hypervolume;
-  verdict.vertices = report.vertices;
-  verdict.tetrahedra = report.tetrahedra;
-  judgeMesh(report, law, checks);
-  if (law.counts) {
-    judgeCounts("", *law.counts, {report.vertices, report.tetrahedra}, law.countsReason, checks);
+  result.hypervolume = report.hypervolume;
+  result.vertices = report.vertices;
+  result.tetrahedra = report.tetrahedra;
+  checkMesh(report, expectation, checks);
+  if (expectation.counts) {
+    checkCounts("", *expectation.counts, {report.vertices, report.tetrahedra},
+                expectation.countsReason, checks);
   }
-  if (law.sideCounts) {
-    judgeCounts(" between the caps", *law.sideCounts, sides.counts(), law.countsReason, checks);
+  if (expectation.sideCounts) {
+    checkCounts(" between the caps", *expectation.sideCounts, sides.counts(),
+                expectation.countsReason, checks);
   }
-  for (const SliceLaw& slice : law.slices) {
-    verdict.sliceVolumes.push_back(judgeSlice(mesh, slice, checks));
+  for (const SliceExpectation& slice : expectation.slices) {
+    result.sliceVolumes.push_back(checkSlice(mesh, slice, checks));
   }
-  return verdict;
+  return result;
 }
 
 }  // namespace t4d::conformance

@@ -10,8 +10,8 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/model/slab.h"
 
-/// The one place that judges a 4D mesh against what is known of it in closed form. It says what was
-/// expected, what was found, how far apart they may be and why.
+/// Verifies a 4D mesh against its closed form. Each check says what was expected, what was found,
+/// how far apart they may be and why.
 namespace t4d::conformance {
 
 /// Whether something holds, a number of things, or a measure.
@@ -43,17 +43,17 @@ struct Measure {
 Check measureIs(std::string name, const Measure& expected, double actual);
 
 /// Where a surface is.
-struct SurfaceLaw {
+struct SurfaceExpectation {
   std::function<double(const model::Point3&)> distance;  ///< of a point; of either sign
   double tolerance = 0;  ///< the most that a vertex of the slice may be off it
   std::string reason;
 };
 
 /// What is known of the solid at a time.
-struct SliceLaw {
+struct SliceExpectation {
   double time = 0;
   std::optional<Measure> volume;
-  std::optional<SurfaceLaw> surface;
+  std::optional<SurfaceExpectation> surface;
   /// The genus of each of its surfaces, in descending order; a cavity has a surface of its own.
   std::optional<std::vector<int>> genera;
 };
@@ -64,19 +64,19 @@ struct Counts {
 };
 
 /// The box that the moving solid fills, over all times.
-struct BoundsLaw {
+struct BoundsExpectation {
   model::Bounds3 box;
   double tolerance = 0;  ///< of each of the six faces, in length units
   std::string reason;
 };
 
 /// What is known of a 4D mesh.
-struct Law {
+struct Expectation {
   Measure timeBegin;
   Measure timeEnd;
   std::optional<Measure> hypervolume;
-  std::optional<BoundsLaw> bounds;
-  std::vector<SliceLaw> slices;
+  std::optional<BoundsExpectation> bounds;
+  std::vector<SliceExpectation> slices;
   std::optional<Counts> counts;
   std::optional<Counts> sideCounts;  ///< without the slabs that close the ends (no thickness)
   std::string countsReason;
@@ -85,21 +85,22 @@ struct Law {
   bool manifoldCaps = true;
 };
 
-struct Verdict {
+struct MeshResult {
   std::vector<Check> checks;
   double hypervolume = 0;
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
-  std::vector<std::optional<double>> sliceVolumes;  ///< one for each slice of the law
+  std::vector<std::optional<double>> sliceVolumes;  ///< one for each slice of the expectation
 
   bool passed() const;
 };
 
-/// Judges whether the mesh is sound (slabs by themselves and joined), closed, oriented, with
-/// spheres for vertex links and no cell without volume; then whether it is the mesh that the law
-/// describes. Where a slab cannot be read or makes no sense at all, that is the last check.
+/// Checks that the mesh is valid (each slab, and the seams between them), closed, consistently
+/// oriented, a manifold, and without degenerate cells; then that it is the mesh that `expectation`
+/// describes. If a slab cannot be read or is invalid, that check is the last one.
 ///
 /// Reads every slab once, and for each slice one more time.
-Verdict judge(const model::Source& mesh, const Law& law, const model::Progress& progress = {});
+MeshResult verify(const model::Source& mesh, const Expectation& expectation,
+                  const model::Progress& progress = {});
 
 }  // namespace t4d::conformance

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "t4d/conformance/backends/backend.h"
+#include "t4d/conformance/backends/own_backends.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/mesh4d/sweep.h"
@@ -38,7 +38,7 @@ Case caseOf(const std::string& id) {
 /// The cube on its screw as mesh4d makes it: 24 steps between two caps.
 struct Swept {
   Case given = caseOf("cube-screw");
-  Law law = *meshBackend()->law(given, {});
+  Expectation expectation = *meshBackend()->expectation(given, {});
   std::vector<Slab> slabs;
 
   Swept() {
@@ -57,16 +57,16 @@ Connectivity& own(Slab& slab) {
   return editable;
 }
 
-Verdict verdictOf(const std::vector<Slab>& slabs, const Law& law) {
+MeshResult resultOf(const std::vector<Slab>& slabs, const Expectation& expectation) {
   model::Mesh mesh;
   for (const Slab& slab : slabs) EXPECT_TRUE(mesh.put(slab));
-  return judge(mesh, law);
+  return verify(mesh, expectation);
 }
 
 /// The names of the failed checks; those of slices without their time.
-std::vector<std::string> failedOf(const Verdict& verdict) {
+std::vector<std::string> failedOf(const MeshResult& result) {
   std::vector<std::string> names;
-  for (const Check& check : verdict.checks) {
+  for (const Check& check : result.checks) {
     if (check.passed) continue;
     std::string name = check.name;
     if (name.starts_with("slice at ")) name = "slice" + name.substr(name.find(':'));
@@ -77,29 +77,29 @@ std::vector<std::string> failedOf(const Verdict& verdict) {
   return names;
 }
 
-std::vector<std::string> failed(const std::vector<Slab>& slabs, const Law& law) {
-  return failedOf(verdictOf(slabs, law));
+std::vector<std::string> failed(const std::vector<Slab>& slabs, const Expectation& expectation) {
+  return failedOf(resultOf(slabs, expectation));
 }
 
 TEST(Oracle, PassesARightMeshAndSaysByWhat) {
   const Swept swept;
-  const Verdict verdict = verdictOf(swept.slabs, swept.law);
-  EXPECT_TRUE(verdict.passed());
-  EXPECT_THAT(failedOf(verdict), IsEmpty());
-  EXPECT_GT(verdict.checks.size(), 40U);
-  for (const Check& check : verdict.checks) EXPECT_NE(check.reason, "") << check.name;
-  EXPECT_EQ(verdict.sliceVolumes.size(), swept.law.slices.size());
+  const MeshResult result = resultOf(swept.slabs, swept.expectation);
+  EXPECT_TRUE(result.passed());
+  EXPECT_THAT(failedOf(result), IsEmpty());
+  EXPECT_GT(result.checks.size(), 40U);
+  for (const Check& check : result.checks) EXPECT_NE(check.reason, "") << check.name;
+  EXPECT_EQ(result.sliceVolumes.size(), swept.expectation.slices.size());
 }
 
 TEST(Oracle, FindsADroppedCell) {
   Swept swept;
   own(swept.middle()).cells.pop_back();
   own(swept.middle()).cellAttributes.clear();
-  const Verdict verdict = verdictOf(swept.slabs, swept.law);
-  EXPECT_THAT(failedOf(verdict), IsSupersetOf({"closed", "vertex links", "hypervolume",
-                                               "tetrahedra between the caps"}));
-  EXPECT_THAT(failedOf(verdict), Not(Contains("oriented")));
-  const auto closed = std::find_if(verdict.checks.begin(), verdict.checks.end(),
+  const MeshResult result = resultOf(swept.slabs, swept.expectation);
+  EXPECT_THAT(failedOf(result), IsSupersetOf({"closed", "vertex links", "hypervolume",
+                                              "tetrahedra between the caps"}));
+  EXPECT_THAT(failedOf(result), Not(Contains("oriented")));
+  const auto closed = std::find_if(result.checks.begin(), result.checks.end(),
                                    [](const Check& check) { return check.name == "closed"; });
   EXPECT_THAT(closed->found, testing::HasSubstr("has 1 cells, not 2 (4 such facets)"));
 }
@@ -108,7 +108,7 @@ TEST(Oracle, FindsAFlippedCell) {
   Swept swept;
   Cell& cell = own(swept.middle()).cells.back();
   std::swap(cell[0], cell[1]);
-  const auto names = failed(swept.slabs, swept.law);
+  const auto names = failed(swept.slabs, swept.expectation);
   EXPECT_THAT(names, IsSupersetOf({"oriented", "hypervolume"}));
   EXPECT_THAT(names, Not(Contains("closed")));
 }
@@ -125,7 +125,7 @@ TEST(Oracle, FindsAMeshInsideOut) {
     }
     slab.connectivity = connectivity;
   }
-  EXPECT_THAT(failed(swept.slabs, swept.law),
+  EXPECT_THAT(failed(swept.slabs, swept.expectation),
               ElementsAre("oriented", "hypervolume", "slice: volume"));
 }
 
@@ -133,13 +133,13 @@ TEST(Oracle, FindsAMovedVertex) {
   {  // a centroid: the mesh stays closed, but encloses something else
     Swept swept;
     swept.middle().vertices[swept.middle().connectivity->firstMean()].x() += 0.01;
-    EXPECT_THAT(failed(swept.slabs, swept.law), Contains("hypervolume"));
-    EXPECT_THAT(failed(swept.slabs, swept.law), Not(Contains("seams")));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), Contains("hypervolume"));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), Not(Contains("seams")));
   }
   {  // a vertex of a layer, in one of its two slabs
     Swept swept;
     swept.middle().vertices[0].x() += 1e-9;
-    EXPECT_THAT(failed(swept.slabs, swept.law), Contains("seams"));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), Contains("seams"));
   }
   {  // and in both
     Swept swept;
@@ -149,13 +149,13 @@ TEST(Oracle, FindsAMovedVertex) {
          {&slab.vertices[0], &before.vertices[before.connectivity->firstUpper()]}) {
       vertex->z() += 0.01;
     }
-    EXPECT_THAT(failed(swept.slabs, swept.law), Contains("hypervolume"));
-    EXPECT_THAT(failed(swept.slabs, swept.law), Not(Contains("seams")));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), Contains("hypervolume"));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), Not(Contains("seams")));
   }
   {  // out of all bounds
     Swept swept;
     swept.middle().vertices[swept.middle().connectivity->firstMean()].y() = 1000;
-    EXPECT_THAT(failed(swept.slabs, swept.law), IsSupersetOf({"largest y", "hypervolume"}));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), IsSupersetOf({"largest y", "hypervolume"}));
   }
 }
 
@@ -168,18 +168,18 @@ TEST(Oracle, FindsShiftedTimes) {
   {
     Swept swept;
     shift(swept.middle(), 0.01);
-    EXPECT_THAT(failed(swept.slabs, swept.law), Contains("seams"));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), Contains("seams"));
   }
   {
     Swept swept;
     for (Slab& slab : swept.slabs) shift(slab, 0.5);
-    EXPECT_THAT(failed(swept.slabs, swept.law), IsSupersetOf({"time begin", "time end"}));
-    EXPECT_THAT(failed(swept.slabs, swept.law), Not(Contains("seams")));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), IsSupersetOf({"time begin", "time end"}));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), Not(Contains("seams")));
   }
   {  // a vertex off its layer's time
     Swept swept;
     swept.middle().vertices[0].w() += 1e-9;
-    EXPECT_THAT(failed(swept.slabs, swept.law), ElementsAre("slabs"));
+    EXPECT_THAT(failed(swept.slabs, swept.expectation), ElementsAre("slabs"));
   }
 }
 
@@ -189,17 +189,17 @@ TEST(Oracle, FindsDoubledCells) {
   connectivity.cellAttributes.clear();
   connectivity.cells.insert(connectivity.cells.end(), connectivity.cells.begin(),
                             connectivity.cells.begin() + 14);
-  EXPECT_THAT(failed(swept.slabs, swept.law),
+  EXPECT_THAT(failed(swept.slabs, swept.expectation),
               IsSupersetOf({"closed", "vertex links", "tetrahedra between the caps"}));
 }
 
 TEST(Oracle, FindsAMissingSlab) {
   Swept swept;
   swept.slabs.erase(swept.slabs.begin() + 5);
-  EXPECT_THAT(failed(swept.slabs, swept.law), IsSupersetOf({"seams", "hypervolume"}));
+  EXPECT_THAT(failed(swept.slabs, swept.expectation), IsSupersetOf({"seams", "hypervolume"}));
   swept = Swept();
   swept.slabs.pop_back();  // the cap
-  EXPECT_THAT(failed(swept.slabs, swept.law), IsSupersetOf({"closed", "vertex links"}));
+  EXPECT_THAT(failed(swept.slabs, swept.expectation), IsSupersetOf({"closed", "vertex links"}));
 }
 
 TEST(Oracle, FindsCellsWithoutVolume) {
@@ -216,7 +216,7 @@ TEST(Oracle, FindsCellsWithoutVolume) {
     }
   }
   slab.vertices[last] = slab.vertices[side];
-  EXPECT_THAT(failed(swept.slabs, swept.law), Contains("degenerate cells"));
+  EXPECT_THAT(failed(swept.slabs, swept.expectation), Contains("degenerate cells"));
 }
 
 TEST(Oracle, StopsAtWhatMakesNoSense) {
@@ -224,10 +224,10 @@ TEST(Oracle, StopsAtWhatMakesNoSense) {
     Swept swept;
     if (kind == 0) own(swept.middle()).cells[0][0] = 1'000'000;
     if (kind == 1) swept.middle().vertices[3].x() = std::numeric_limits<double>::quiet_NaN();
-    const Verdict verdict = verdictOf(swept.slabs, swept.law);
-    EXPECT_THAT(failedOf(verdict), ElementsAre("slabs"));
-    EXPECT_EQ(verdict.checks.size(), 1U);
-    EXPECT_THAT(verdict.checks[0].found, testing::HasSubstr("slab 13: "));
+    const MeshResult result = resultOf(swept.slabs, swept.expectation);
+    EXPECT_THAT(failedOf(result), ElementsAre("slabs"));
+    EXPECT_EQ(result.checks.size(), 1U);
+    EXPECT_THAT(result.checks[0].found, testing::HasSubstr("slab 13: "));
   }
 }
 
@@ -259,11 +259,11 @@ TEST(Oracle, FindsMeshesThatTouchInAVertex) {
   addPentachoron(*connectivity, 0, {1, 2, 3, 4});
   addPentachoron(*connectivity, 0, {5, 6, 7, 8});  // four axes turned: the same orientation
   slab.connectivity = connectivity;
-  Law law;
-  law.timeBegin = {-1, 0, "given"};
-  law.timeEnd = {1, 0, "given"};
-  law.hypervolume = Measure{2.0 / 24, 1e-15, "two simplices"};
-  EXPECT_THAT(failed({slab}, law), ElementsAre("vertex links"));
+  Expectation expectation;
+  expectation.timeBegin = {-1, 0, "given"};
+  expectation.timeEnd = {1, 0, "given"};
+  expectation.hypervolume = Measure{2.0 / 24, 1e-15, "two simplices"};
+  EXPECT_THAT(failed({slab}, expectation), ElementsAre("vertex links"));
 }
 
 TEST(Oracle, TellsTopologiesApart) {
@@ -274,41 +274,41 @@ TEST(Oracle, TellsTopologiesApart) {
                               {.caps = mesh4d::CapMethod::Cone, .progress = {}}, made));
     return made;
   };
-  const auto lawOf = [](std::vector<int> genera) {
-    Law law;
-    law.timeBegin = {0, 0, "given"};
-    law.timeEnd = {1, 0, "given"};
-    law.slices.push_back({0.5, {}, {}, std::move(genera)});
-    law.manifoldCaps = false;
-    return law;
+  const auto expectationOf = [](std::vector<int> genera) {
+    Expectation expectation;
+    expectation.timeBegin = {0, 0, "given"};
+    expectation.timeEnd = {1, 0, "given"};
+    expectation.slices.push_back({0.5, {}, {}, std::move(genera)});
+    expectation.manifoldCaps = false;
+    return expectation;
   };
   model::Mesh ball = swept(fixtures::icosphere(3, 1));
   model::Mesh torus = swept(fixtures::torus(3, 1, 9, 5));
   model::Mesh hollow = swept(fixtures::hollowCube(4, 2));
-  EXPECT_TRUE(judge(ball, lawOf({0})).passed());
-  EXPECT_TRUE(judge(torus, lawOf({1})).passed());
-  EXPECT_TRUE(judge(hollow, lawOf({0, 0})).passed());
-  EXPECT_THAT(failedOf(judge(torus, lawOf({0}))), ElementsAre("slice: genus"));
-  EXPECT_THAT(failedOf(judge(ball, lawOf({1}))), ElementsAre("slice: genus"));
-  EXPECT_THAT(failedOf(judge(hollow, lawOf({0}))), ElementsAre("slice: surfaces"));
-  EXPECT_THAT(failedOf(judge(ball, lawOf({0, 0}))), ElementsAre("slice: surfaces"));
-  EXPECT_THAT(failedOf(judge(ball, lawOf({}))), ElementsAre("slice: surfaces"));
+  EXPECT_TRUE(verify(ball, expectationOf({0})).passed());
+  EXPECT_TRUE(verify(torus, expectationOf({1})).passed());
+  EXPECT_TRUE(verify(hollow, expectationOf({0, 0})).passed());
+  EXPECT_THAT(failedOf(verify(torus, expectationOf({0}))), ElementsAre("slice: genus"));
+  EXPECT_THAT(failedOf(verify(ball, expectationOf({1}))), ElementsAre("slice: genus"));
+  EXPECT_THAT(failedOf(verify(hollow, expectationOf({0}))), ElementsAre("slice: surfaces"));
+  EXPECT_THAT(failedOf(verify(ball, expectationOf({0, 0}))), ElementsAre("slice: surfaces"));
+  EXPECT_THAT(failedOf(verify(ball, expectationOf({}))), ElementsAre("slice: surfaces"));
   // A cone over a torus: its apex is no point of a manifold.
-  Law strict = lawOf({1});
+  Expectation strict = expectationOf({1});
   strict.manifoldCaps = true;
-  EXPECT_THAT(failedOf(judge(torus, strict)), ElementsAre("vertex links inside the caps"));
+  EXPECT_THAT(failedOf(verify(torus, strict)), ElementsAre("vertex links inside the caps"));
 }
 
 TEST(Oracle, FindsTheSameSolidElsewhere) {
   // A cube that turns the other way has the same volumes and fills the same box.
   Case given = caseOf("cube-about-z");
-  const Law law = *meshBackend()->law(given, {});
+  const Expectation expectation = *meshBackend()->expectation(given, {});
   given.mesh->motion.segments[0].screw.angleDegrees *= -1;
   model::Segment& segment = given.mesh->motion.segments[0];
   segment.end = segment.screw.at(1);
   model::Mesh mesh;
   ASSERT_TRUE(meshBackend()->build(given, {}, mesh));
-  EXPECT_THAT(failedOf(judge(mesh, law)),
+  EXPECT_THAT(failedOf(verify(mesh, expectation)),
               ElementsAre("slice: farthest vertex from the true surface"));
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 struct Woven {
   model::Mesh mesh;
-  measure::MeshReport judged;
+  measure::MeshReport report;
 };
 
 /// The field sampled every `voxelSize`, at `frames` times, and woven.
@@ -33,10 +33,10 @@ Woven wovenFrom(const fixtures::Field& field, double voxelSize, std::size_t fram
   Woven woven;
   const auto report = voxel4d::weave(*source, {}, woven.mesh);
   EXPECT_TRUE(report) << report.error().text();
-  woven.judged = *measure::checkMesh(woven.mesh, {.vertexLinks = links});
-  EXPECT_TRUE(woven.judged.closed && woven.judged.oriented) << field.name;
-  EXPECT_EQ(woven.judged.issues.errors, 0U) << field.name;
-  EXPECT_EQ(woven.judged.degenerateCells, 0U) << field.name;
+  woven.report = *measure::checkMesh(woven.mesh, {.vertexLinks = links});
+  EXPECT_TRUE(woven.report.closed && woven.report.oriented) << field.name;
+  EXPECT_EQ(woven.report.issues.errors, 0U) << field.name;
+  EXPECT_EQ(woven.report.degenerateCells, 0U) << field.name;
   return woven;
 }
 
@@ -73,7 +73,7 @@ TEST(Woven, SlicesHaveTheTopologyOfTheSolid) {
     const auto frames =
         static_cast<std::size_t>(field.slope == 0 ? field.timeEnd - field.timeBegin + 1 : 25);
     Woven woven = wovenFrom(field, 1, frames, true);
-    EXPECT_TRUE(*woven.judged.vertexLinksOk);
+    EXPECT_TRUE(*woven.report.vertexLinksOk);
     for (const fixtures::Topology& expected : field.topology) {
       SCOPED_TRACE(expected.time);
       const auto slice = sliceAtTime(woven.mesh, expected.time);
@@ -107,7 +107,7 @@ void convergence(const fixtures::Field& field, double coarsest, double leastOrde
   std::vector<double> volume;
   for (const int refinement : {1, 2, 4}) {
     Woven woven = wovenFrom(field, coarsest / refinement, 8 * refinement + 1);
-    hypervolume.push_back(std::abs(woven.judged.hypervolume - *field.hypervolume) /
+    hypervolume.push_back(std::abs(woven.report.hypervolume - *field.hypervolume) /
                           *field.hypervolume);
     double sum = 0;
     const auto times = model::evenTimes({field.timeBegin, field.timeEnd}, 14);

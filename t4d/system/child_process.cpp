@@ -1,5 +1,6 @@
 #include "t4d/system/child_process.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -27,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// Longest wait between two looks at RunLimits::stop.
+/// Longest wait between two looks at RunOptions::stop.
 constexpr int kLookMilliseconds = 100;
 
 class Descriptor {
@@ -68,15 +69,18 @@ class Stream {
   int theirs() const { return theirs_.get(); }
   void closeTheirs() { theirs_.reset(); }
 
-  /// Takes what is there. Closes our end where no more can come.
+  /// Takes what is there, up to more than a pipe can hold: a program may write faster than we read.
+  /// Closes our end where no more can come.
   void drain() {
+    constexpr int kReads = 32;
     std::array<char, 65536> buffer;
-    while (ours_.get() >= 0) {
+    for (int reads = 0; reads < kReads && ours_.get() >= 0; ++reads) {
       const ssize_t size = read(ours_.get(), buffer.data(), buffer.size());
       if (size < 0 && errno == EINTR) continue;
       if (size < 0 && errno == EAGAIN) return;
       if (size <= 0) return ours_.reset();
-      text_.append(buffer.data(), std::min(static_cast<std::size_t>(size), most_ - text_.size()));
+      const std::size_t room = most_ - std::min(most_, text_.size());
+      text_.append(buffer.data(), std::min(static_cast<std::size_t>(size), room));
     }
   }
 
@@ -87,15 +91,20 @@ class Stream {
   std::size_t most_;
 };
 
-/// What a process is started with: its streams, a group of its own, no signal blocked or ignored,
-/// nothing else of ours open.
+/// How a process is started: its streams, a group of its own, no signal blocked or ignored, and
+/// no other descriptor of ours open.
 class Spawning {
  public:
-  Spawning(const Stream& output, const Stream& message) {
+  /// Each is a descriptor; for `message`, -1 means that it shares ours.
+  Spawning(int input, int output, int message) {
     posix_spawn_file_actions_init(&actions_);
-    posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&actions_, output.theirs(), STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&actions_, message.theirs(), STDERR_FILENO);
+    if (input >= 0) {
+      posix_spawn_file_actions_adddup2(&actions_, input, STDIN_FILENO);
+    } else {
+      posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    }
+    posix_spawn_file_actions_adddup2(&actions_, output, STDOUT_FILENO);
+    if (message >= 0) posix_spawn_file_actions_adddup2(&actions_, message, STDERR_FILENO);
     posix_spawn_file_actions_addclosefrom_np(&actions_, STDERR_FILENO + 1);
     posix_spawnattr_init(&attributes_);
     sigset_t signals;
@@ -141,25 +150,34 @@ tl::unexpected<Error> cannotStart(const std::string& path, int reason) {
               path);
 }
 
-/// Waits for the process to end while taking what it prints. Returns why we must end it, if so.
-std::optional<ProgramRun::End> watch(int process, Stream& output, Stream& message,
-                                     const RunLimits& limits) {
-  const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                           std::chrono::duration<double>(limits.seconds));
-  while (true) {
-    std::array<pollfd, 3> waiting = {
-        pollfd{process, POLLIN, 0}, {output.ours(), POLLIN, 0}, {message.ours(), POLLIN, 0}};
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    if (left <= 0) return ProgramRun::End::TimedOut;
-    const int wait = left < kLookMilliseconds ? static_cast<int>(left) + 1 : kLookMilliseconds;
-    poll(waiting.data(), waiting.size(), wait);
-    if (waiting[1].revents != 0) output.drain();
-    if (waiting[2].revents != 0) message.drain();
-    if (waiting[0].revents != 0) return std::nullopt;
-    if (limits.stop != nullptr && *limits.stop) return ProgramRun::End::Stopped;
+/// Blocks SIGPIPE in this thread, and forgets those that arrived.
+class WithoutSigpipe {
+ public:
+  WithoutSigpipe() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGPIPE);
+    sigset_t pending;
+    sigemptyset(&pending);
+    sigpending(&pending);
+    wasPending_ = sigismember(&pending, SIGPIPE) == 1;
+    pthread_sigmask(SIG_BLOCK, &set_, &before_);
   }
-}
+  ~WithoutSigpipe() {
+    const timespec none{};
+    if (!wasPending_) {
+      while (sigtimedwait(&set_, nullptr, &none) < 0 && errno == EINTR) {
+      }
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  WithoutSigpipe(const WithoutSigpipe&) = delete;
+  WithoutSigpipe& operator=(const WithoutSigpipe&) = delete;
+
+ private:
+  sigset_t set_{};
+  sigset_t before_{};
+  bool wasPending_ = false;
+};
 
 bool executable(const fs::path& path) {
   std::error_code error;
@@ -197,7 +215,7 @@ Result<std::vector<std::string>> wordsOf(const std::string& text) {
 
 }  // namespace
 
-Result<std::vector<std::string>> readerCommand(const std::string& text) {
+Result<std::vector<std::string>> splitCommand(const std::string& text) {
   std::error_code error;
   if (text.find('/') != std::string::npos && executable(text)) return std::vector{text};
   auto words = wordsOf(text);
@@ -230,42 +248,139 @@ Result<std::vector<std::string>> readerCommand(const std::string& text) {
                  program);
 }
 
-Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunLimits& limits) {
+struct ChildProcess::State {
+  explicit State(const Options& options)
+      : output(run.output, options.outputBytes), message(run.message, options.outputBytes) {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { reap(); }
+
+  /// Kills the process group and waits for the process; returns its status.
+  int reap() {
+    if (child == 0) return 0;
+    // Before it is waited for: until then no other group can have its number.
+    kill(-child, SIGKILL);
+    note.release();
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    child = 0;
+    return status;
+  }
+
   ProgramRun run;
-  Stream output(run.output, limits.outputBytes);
-  Stream message(run.message, limits.outputBytes);
-  if (auto open = output.open(); !open) return pass(open.error());
-  if (auto open = message.open(); !open) return pass(open.error());
-  const auto begun = Clock::now();
+  Stream output;
+  Stream message;
+  Descriptor input;
   pid_t child = 0;
-  if (const int failed = Spawning(output, message).start(words, child); failed != 0) {
+  Cleanup note;
+  Descriptor process;
+  Clock::time_point begun;
+};
+
+ChildProcess::ChildProcess(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ChildProcess::ChildProcess(ChildProcess&&) noexcept = default;
+ChildProcess& ChildProcess::operator=(ChildProcess&&) noexcept = default;
+ChildProcess::~ChildProcess() = default;
+
+Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
+                                         const Options& options) {
+  auto state = std::make_unique<State>(options);
+  if (auto open = state->output.open(); !open) return pass(open.error());
+  if (options.captureMessage) {
+    if (auto open = state->message.open(); !open) return pass(open.error());
+  }
+  Descriptor theirInput;
+  if (options.pipeInput) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) return cannot("make a pipe", errno);
+    theirInput.reset(ends[0]);
+    state->input.reset(ends[1]);
+    if (fcntl(ends[1], F_SETFL, O_NONBLOCK) != 0) return cannot("set up a pipe", errno);
+  }
+  const Spawning spawning(theirInput.get(), state->output.theirs(), state->message.theirs());
+  state->begun = Clock::now();
+  pid_t child = 0;
+  if (const int failed = spawning.start(words, child); failed != 0) {
     return cannotStart(words[0], failed);
   }
-  Cleanup note = Cleanup::process(-child);
-  output.closeTheirs();
-  message.closeTheirs();
+  state->child = child;
+  state->note = Cleanup::process(-child);
+  state->output.closeTheirs();
+  state->message.closeTheirs();
+  state->process.reset(static_cast<int>(syscall(SYS_pidfd_open, child, 0)));
+  if (state->process.get() < 0) return cannot("watch a process", errno);
+  return ChildProcess(std::move(state));
+}
 
-  const Descriptor process(static_cast<int>(syscall(SYS_pidfd_open, child, 0)));
-  const int noDescriptor = errno;
-  std::optional<ProgramRun::End> ended = ProgramRun::End::Stopped;
-  if (process.get() >= 0) ended = watch(process.get(), output, message, limits);
-  // Before it is waited for: then the number of its group cannot be another's.
-  kill(-child, SIGKILL);
-  note.release();
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+std::string& ChildProcess::output() { return state_->run.output; }
+std::string& ChildProcess::message() { return state_->run.message; }
+bool ChildProcess::outputClosed() const { return state_->output.ours() < 0; }
+pid_t ChildProcess::pid() const { return state_->child; }
+
+bool ChildProcess::send(const std::string& text) {
+  const WithoutSigpipe quiet;
+  ssize_t size = 0;
+  do {
+    size = write(state_->input.get(), text.data(), text.size());
+  } while (size < 0 && errno == EINTR);
+  return size == static_cast<ssize_t>(text.size());
+}
+
+ChildProcess::Wait ChildProcess::wait(double timeoutSeconds, const std::atomic<bool>* stop,
+                                      const std::function<bool()>& done) {
+  constexpr double kLongest = 1e9;  // some thirty years; what the clock's type can hold
+  const auto deadline =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                         std::chrono::duration<double>(std::min(timeoutSeconds, kLongest)));
+  while (true) {
+    std::array<pollfd, 3> waiting = {pollfd{state_->process.get(), POLLIN, 0},
+                                     {state_->output.ours(), POLLIN, 0},
+                                     {state_->message.ours(), POLLIN, 0}};
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    const int wait = left <= 0 ? 0 : static_cast<int>(std::min<long>(left + 1, kLookMilliseconds));
+    poll(waiting.data(), waiting.size(), wait);
+    // Whatever it wrote before it ended is there when its end can be seen.
+    state_->output.drain();
+    state_->message.drain();
+    if (done && done()) return Wait::Done;
+    if (waiting[0].revents != 0) return Wait::Ended;
+    if (stop != nullptr && *stop) return Wait::Stopped;
+    if (left <= 0) return Wait::TimedOut;
   }
-  if (process.get() < 0) return cannot("watch a process", noDescriptor);
-  output.drain();
-  message.drain();
-  run.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
-  if (ended) {
-    run.end = *ended;
-  } else if (WIFSIGNALED(status)) {
-    run.end = ProgramRun::End::Signalled;
-    run.code = WTERMSIG(status);
-  } else {
-    run.code = WEXITSTATUS(status);
+}
+
+ProgramRun ChildProcess::finish() {
+  const int status = state_->reap();
+  state_->output.drain();
+  state_->message.drain();
+  ProgramRun run = std::move(state_->run);
+  run.seconds = std::chrono::duration<double>(Clock::now() - state_->begun).count();
+  run.end = WIFSIGNALED(status) ? ProgramRun::End::Signalled : ProgramRun::End::Exited;
+  run.code = WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status);
+  return run;
+}
+
+Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunOptions& options) {
+  auto child = ChildProcess::start(
+      words, {.captureMessage = options.captureMessage, .outputBytes = options.outputBytes});
+  if (!child) return pass(child.error());
+  const auto waited = child->wait(options.timeoutSeconds, options.stop);
+  ProgramRun run = child->finish();
+  if (waited == ChildProcess::Wait::TimedOut) run.end = ProgramRun::End::TimedOut;
+  if (waited == ChildProcess::Wait::Stopped) run.end = ProgramRun::End::Stopped;
+  return run;
+}
+
+Result<ProgramRun> runSelf(const std::vector<std::string>& arguments) {
+  std::vector<std::string> words = {"/proc/self/exe"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  auto run = runProgram(words, {.captureMessage = false});
+  if (run && run->end == ProgramRun::End::Signalled) {
+    return fail(ErrorCode::Failed,
+                fmt::format("`t4d {}` was ended by signal {}{}", arguments.front(), run->code,
+                            run->code == SIGKILL ? " (out of memory?)" : ""));
   }
   return run;
 }

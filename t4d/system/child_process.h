@@ -1,19 +1,26 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include <sys/types.h>
+
 #include "t4d/model/error.h"
 
-/// Runs somebody's program and says how it ended, whatever it does.
+/// Runs other programs, and reports how they end whatever they do.
 namespace t4d::system {
 
-struct RunLimits {
-  double seconds = 10;
-  std::size_t outputBytes = std::size_t{16} << 20;  ///< of each stream; what is more is dropped
-  /// Where this becomes true the program is ended.
+struct RunOptions {
+  double timeoutSeconds = std::numeric_limits<double>::infinity();
+  std::size_t outputBytes = std::size_t{16} << 20;  ///< kept of each stream; the rest is dropped
+  /// The program is killed when this becomes true.
   const std::atomic<bool>* stop = nullptr;
+  /// False: it writes to the standard error of this process instead of ProgramRun::message.
+  bool captureMessage = true;
 };
 
 /// How a program ended.
@@ -21,8 +28,8 @@ struct ProgramRun {
   enum class End : std::uint8_t {
     Exited,     ///< with the exit code `code`
     Signalled,  ///< by the signal `code`
-    TimedOut,   ///< by us, after RunLimits::seconds
-    Stopped,    ///< by us, as RunLimits::stop said
+    TimedOut,   ///< killed after RunOptions::timeoutSeconds
+    Stopped,    ///< killed because of RunOptions::stop
   };
   End end = End::Exited;
   int code = 0;
@@ -31,14 +38,64 @@ struct ProgramRun {
   double seconds = 0;   ///< from start to end
 };
 
-/// The words of a command as a user gives it, "python3 my_reader.py --fast": quotes and backslashes
-/// are a shell's; a text that is the path of a file is one word. The first word comes back as a
-/// path, found as a shell finds it. Errors: it is not there, or cannot be executed.
-Result<std::vector<std::string>> readerCommand(const std::string& text);
+/// Splits a command as a user types it, "python3 my_reader.py --fast", into words. Quotes and
+/// backslashes work as in a shell; a text that is the path of an executable file is one word. The
+/// first word is returned as a path, looked up in PATH as a shell does. Errors: the program does
+/// not exist, or is not executable.
+Result<std::vector<std::string>> splitCommand(const std::string& text);
 
 /// Runs `words[0]`, a path, with the other words as arguments, in a process group of its own and
-/// with an empty standard input. Whatever it has started and left behind is ended with it. Any
-/// number may run at a time, from any threads. Errors: it cannot be started.
-Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunLimits& limits = {});
+/// with an empty standard input. Processes that it leaves behind in its group are killed. Safe to
+/// call from many threads. Errors: the program cannot be started.
+Result<ProgramRun> runProgram(const std::vector<std::string>& words,
+                              const RunOptions& options = {});
+
+/// Runs this program again with other arguments, sharing standard error. Errors: it cannot be
+/// started, or a signal ended it.
+Result<ProgramRun> runSelf(const std::vector<std::string>& arguments);
+
+/// A program that runs while this one talks to it or watches it. runProgram is all that most
+/// callers need.
+class ChildProcess {
+ public:
+  struct Options {
+    bool pipeInput = false;  ///< `send` writes to its standard input; empty otherwise
+    bool captureMessage = true;
+    std::size_t outputBytes = RunOptions{}.outputBytes;
+  };
+
+  /// Starts it in a process group of its own, as runProgram does.
+  static Result<ChildProcess> start(const std::vector<std::string>& words, const Options& options);
+  ChildProcess(ChildProcess&&) noexcept;
+  ChildProcess& operator=(ChildProcess&&) noexcept;
+  /// Kills it and its process group.
+  ~ChildProcess();
+
+  /// What it has printed so far and nobody has taken out. At most Options::outputBytes each; what
+  /// it prints beyond that is dropped.
+  std::string& output();
+  std::string& message();
+  bool outputClosed() const;
+  pid_t pid() const;
+
+  /// Writes to its standard input. False if it does not take all of the text at once: it has closed
+  /// its standard input, has ended, or has not read what was sent before.
+  bool send(const std::string& text);
+
+  enum class Wait : std::uint8_t { Done, Ended, TimedOut, Stopped };
+  /// Collects output until `done` returns true, the process has ended, `timeoutSeconds` have passed
+  /// or `stop` becomes true. With 0 seconds it takes what is there.
+  Wait wait(double timeoutSeconds, const std::atomic<bool>* stop = nullptr,
+            const std::function<bool()>& done = {});
+
+  /// Kills what is left of its process group and returns how the process ended: by its own exit or
+  /// signal if it had ended before, killed (Signalled, SIGKILL) otherwise. Call it once.
+  ProgramRun finish();
+
+ private:
+  struct State;
+  explicit ChildProcess(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace t4d::system

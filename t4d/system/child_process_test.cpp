@@ -18,14 +18,14 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-ProgramRun shell(const std::string& script, const RunLimits& limits = {}) {
-  const auto run = runProgram({"/bin/sh", "-c", script}, limits);
+ProgramRun shell(const std::string& script, const RunOptions& options = {}) {
+  const auto run = runProgram({"/bin/sh", "-c", script}, options);
   EXPECT_TRUE(run) << run.error().text();
   return run.value_or(ProgramRun{});
 }
 
 /// A folder of its own, which is the current one while the test runs.
-class ReaderCommand : public testing::Test {
+class SplitCommand : public testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::path(testing::TempDir()) / ("t4d_command_" + std::to_string(::getpid()));
@@ -42,7 +42,7 @@ class ReaderCommand : public testing::Test {
     if (executable) fs::permissions(folder_ / name, fs::perms::owner_all);
   }
   std::string fault(const std::string& command) {
-    const auto words = readerCommand(command);
+    const auto words = splitCommand(command);
     return words ? "none" : words.error().text();
   }
 
@@ -54,7 +54,7 @@ int openDescriptors() {
   return static_cast<int>(std::distance(fs::directory_iterator("/proc/self/fd"), {}));
 }
 
-TEST(ReaderProcess, ExitCodeAndBothStreamsComeBack) {
+TEST(RunProgram, ExitCodeAndBothStreamsComeBack) {
   const ProgramRun run = shell("echo answer; echo why >&2; exit 7");
   EXPECT_EQ(run.end, ProgramRun::End::Exited);
   EXPECT_EQ(run.code, 7);
@@ -63,7 +63,7 @@ TEST(ReaderProcess, ExitCodeAndBothStreamsComeBack) {
   EXPECT_EQ(shell("exit 0").code, 0);
 }
 
-TEST(ReaderProcess, SignalsAreToldFromExitCodes) {
+TEST(RunProgram, SignalsAreToldFromExitCodes) {
   const ProgramRun run = shell("echo before; kill -SEGV $$");
   EXPECT_EQ(run.end, ProgramRun::End::Signalled);
   EXPECT_EQ(run.code, SIGSEGV);
@@ -78,10 +78,10 @@ bool hasEnded(int process) {
   return !(stat >> state >> state >> state) || state == "Z";
 }
 
-TEST(ReaderProcess, WhatTakesTooLongIsEndedWithAllThatItStarted) {
-  RunLimits limits;
-  limits.seconds = 1;
-  const ProgramRun run = shell("trap '' TERM; sleep 600 & echo $!; wait", limits);
+TEST(RunProgram, WhatTakesTooLongIsEndedWithAllThatItStarted) {
+  RunOptions options;
+  options.timeoutSeconds = 1;
+  const ProgramRun run = shell("trap '' TERM; sleep 600 & echo $!; wait", options);
   EXPECT_EQ(run.end, ProgramRun::End::TimedOut);
   EXPECT_GE(run.seconds, 1);
   const int started = std::stoi(run.output);
@@ -92,53 +92,53 @@ TEST(ReaderProcess, WhatTakesTooLongIsEndedWithAllThatItStarted) {
   EXPECT_TRUE(hasEnded(started));
 }
 
-TEST(ReaderProcess, WhatItLeavesBehindIsNotWaitedFor) {
+TEST(RunProgram, WhatItLeavesBehindIsNotWaitedFor) {
   const ProgramRun run = shell("sleep 60 & echo done");
   EXPECT_EQ(run.end, ProgramRun::End::Exited);
   EXPECT_EQ(run.output, "done\n");
   EXPECT_LT(run.seconds, 30);
 }
 
-TEST(ReaderProcess, OutputWithoutEndIsTakenUpToALimit) {
-  RunLimits limits;
-  limits.outputBytes = 1000;
+TEST(RunProgram, OutputWithoutEndIsTakenUpToALimit) {
+  RunOptions options;
+  options.outputBytes = 1000;
   const ProgramRun run =
-      shell("head -c 3000000 /dev/zero; head -c 3000000 /dev/zero >&2; exit 1", limits);
+      shell("head -c 3000000 /dev/zero; head -c 3000000 /dev/zero >&2; exit 1", options);
   EXPECT_EQ(run.code, 1);
   EXPECT_EQ(run.output.size(), 1000U);
   EXPECT_EQ(run.message.size(), 1000U);
   EXPECT_EQ(shell("head -c 3000000 /dev/zero").output.size(), 3000000U);
 }
 
-TEST(ReaderProcess, StreamsThatAreClosedDoNotEndIt) {
+TEST(RunProgram, StreamsThatAreClosedDoNotEndIt) {
   const ProgramRun run = shell("exec >&- 2>&-; sleep 0.2; exit 5");
   EXPECT_EQ(run.end, ProgramRun::End::Exited);
   EXPECT_EQ(run.code, 5);
 }
 
-TEST(ReaderProcess, StandardInputIsEmptyAndNothingElseIsOpen) {
+TEST(RunProgram, StandardInputIsEmptyAndNothingElseIsOpen) {
   EXPECT_EQ(shell("cat; echo end").output, "end\n");
   const int before = openDescriptors();
   EXPECT_EQ(shell("ls /proc/self/fd | wc -l").output, "4\n");  // three, and that of the folder
   EXPECT_EQ(openDescriptors(), before);
 }
 
-TEST(ReaderProcess, IsEndedOnRequest) {
+TEST(RunProgram, IsEndedOnRequest) {
   std::atomic<bool> stop = false;
-  RunLimits limits;
-  limits.stop = &stop;
-  limits.seconds = 60;
+  RunOptions options;
+  options.stop = &stop;
+  options.timeoutSeconds = 60;
   std::thread later([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     stop = true;
   });
-  const ProgramRun run = shell("sleep 60", limits);
+  const ProgramRun run = shell("sleep 60", options);
   later.join();
   EXPECT_EQ(run.end, ProgramRun::End::Stopped);
   EXPECT_LT(run.seconds, 30);
 }
 
-TEST(ReaderProcess, ManyRunAtATimeAndNoneIsLeft) {
+TEST(RunProgram, ManyRunAtATimeAndNoneIsLeft) {
   std::atomic<int> right = 0;
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
@@ -156,17 +156,64 @@ TEST(ReaderProcess, ManyRunAtATimeAndNoneIsLeft) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-TEST_F(ReaderCommand, IsTakenApartAsAShellDoes) {
-  write("my reader", "#!/bin/sh\n", true);
-  write("reader", "#!/bin/sh\n", true);
-  EXPECT_THAT(*readerCommand("./reader"), ElementsAre("./reader"));
-  EXPECT_THAT(*readerCommand("./my reader"), ElementsAre("./my reader"));
-  EXPECT_THAT(*readerCommand(" ./reader  -a 'b c' \"d 'e'\" f\\ g '' "),
-              ElementsAre("./reader", "-a", "b c", "d 'e'", "f g", ""));
-  EXPECT_THAT(*readerCommand("sh -x"), ElementsAre(HasSubstr("/sh"), "-x"));
+TEST(RunProgram, TimesOutWhileItPrintsWithoutEnd) {
+  const ProgramRun run = shell("yes", {.timeoutSeconds = 0.3, .outputBytes = 1000});
+  EXPECT_EQ(run.end, ProgramRun::End::TimedOut);
+  EXPECT_LT(run.seconds, 30);
 }
 
-TEST_F(ReaderCommand, SaysWhatToDoWhereItCannotBeRun) {
+/// A program that prints each line that it is sent in capitals.
+ChildProcess capitals(const std::string& before = {}) {
+  const std::string script = before + "while read -r line; do echo $line | tr a-z A-Z; done";
+  auto child = ChildProcess::start({"/bin/sh", "-c", script}, {.pipeInput = true});
+  EXPECT_TRUE(child);
+  return std::move(*child);
+}
+
+TEST(ChildProcess, AnswersLineByLine) {
+  const int before = openDescriptors();
+  {
+    ChildProcess child = capitals();
+    for (const char* word : {"one", "two"}) {
+      ASSERT_TRUE(child.send(std::string(word) + "\n"));
+      const auto line = [&] { return child.output().find('\n') != std::string::npos; };
+      EXPECT_EQ(child.wait(30, nullptr, line), ChildProcess::Wait::Done);
+    }
+    EXPECT_EQ(child.output(), "ONE\nTWO\n");
+    EXPECT_EQ(child.wait(0), ChildProcess::Wait::TimedOut);
+  }
+  EXPECT_EQ(openDescriptors(), before);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+}
+
+TEST(ChildProcess, WhatItDoesNotReadDoesNotBlockOrEndUs) {
+  ChildProcess closed = capitals("exec <&-; sleep 60; ");
+  while (closed.send("word\n")) {  // until it has closed it
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ChildProcess deaf = capitals("sleep 60; ");
+  EXPECT_FALSE(deaf.send(std::string(std::size_t{1} << 20, 'x')));
+  EXPECT_EQ(deaf.finish().end, ProgramRun::End::Signalled);
+}
+
+TEST(RunSelf, RunsThisProgramWithOtherArguments) {
+  const auto run = runSelf({"--gtest_list_tests", "--gtest_filter=RunSelf.*"});
+  ASSERT_TRUE(run);
+  EXPECT_EQ(run->code, 0);
+  EXPECT_THAT(run->output, HasSubstr("RunsThisProgramWithOtherArguments"));
+}
+
+TEST_F(SplitCommand, IsTakenApartAsAShellDoes) {
+  write("my reader", "#!/bin/sh\n", true);
+  write("reader", "#!/bin/sh\n", true);
+  EXPECT_THAT(*splitCommand("./reader"), ElementsAre("./reader"));
+  EXPECT_THAT(*splitCommand("./my reader"), ElementsAre("./my reader"));
+  EXPECT_THAT(*splitCommand(" ./reader  -a 'b c' \"d 'e'\" f\\ g '' "),
+              ElementsAre("./reader", "-a", "b c", "d 'e'", "f g", ""));
+  EXPECT_THAT(*splitCommand("sh -x"), ElementsAre(HasSubstr("/sh"), "-x"));
+}
+
+TEST_F(SplitCommand, SaysWhatToDoWhereItCannotBeRun) {
   write("reader.py", "print()\n", false);
   write("local", "#!/bin/sh\n", true);
   EXPECT_EQ(fault("./none"), "./none: is not there");
@@ -178,7 +225,7 @@ TEST_F(ReaderCommand, SaysWhatToDoWhereItCannotBeRun) {
   EXPECT_THAT(fault("  "), HasSubstr("empty"));
 }
 
-TEST_F(ReaderCommand, SaysWhyItCannotBeStarted) {
+TEST_F(SplitCommand, SaysWhyItCannotBeStarted) {
   write("no-interpreter", "#!/no/such/python\n", true);
   write("no-first-line", "print()\n", true);
   auto run = runProgram({"./no-interpreter"});

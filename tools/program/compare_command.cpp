@@ -20,6 +20,7 @@
 #include "t4d/mesh4d/steps.h"
 #include "t4d/model/converted_source.h"
 #include "t4d/model/times.h"
+#include "t4d/system/child_process.h"
 #include "t4d/system/temporary_folder.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "tools/program/commands.h"
@@ -29,7 +30,6 @@
 #include "tools/program/input_bodies.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/self_program.h"
 #include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
@@ -151,11 +151,11 @@ Result<std::variant<MeshFile, int>> build(const Options& options, const Truth& t
   for (const std::string& caps : options.caps) {
     if (voxelSize.has_value() == (caps == "flat" || caps == "half-step")) add("--caps", caps);
   }
-  auto finished = runSelf(arguments);
+  const auto finished = system::runSelf(arguments);
   if (!finished) return pass(finished.error());
-  if (finished->exitCode != kDone) {
+  if (finished->code != kDone) {
     say("the backend " + backend + " made no 4D mesh");
-    return finished->exitCode;
+    return finished->code;
   }
   const auto said = ordered_json::parse(finished->output, nullptr, false);
   if (!said.is_object() || !said.contains("seconds") || !said.contains("peak_bytes")) {

@@ -7,6 +7,7 @@
 #include <fnmatch.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/conformance/backends/own_backends.h"
 #include "t4d/conformance/backends/program_backend.h"
 #include "t4d/conformance/backends/run.h"
 #include "t4d/formats/output_file.h"
@@ -38,15 +39,20 @@ struct Options {
   std::optional<int> threads;
 };
 
+std::vector<std::string> ownNames() {
+  std::vector<std::string> names;
+  for (const auto& backend : conformance::ownBackends()) names.push_back(backend->name());
+  return names;
+}
+
 Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const Options& options) {
-  const auto asked = [&](const char* name) {
+  const auto asked = [&](const std::string& name) {
     if (options.backends.empty()) return !options.programGiven;
     return std::find(options.backends.begin(), options.backends.end(), name) !=
            options.backends.end();
   };
-  std::vector<std::unique_ptr<Backend>> backends;
-  if (asked("mesh4d")) backends.push_back(conformance::meshBackend());
-  if (asked("voxel4d")) backends.push_back(conformance::voxelBackend());
+  std::vector<std::unique_ptr<Backend>> backends = conformance::ownBackends();
+  std::erase_if(backends, [&](const auto& backend) { return !asked(backend->name()); });
   if (options.programGiven) {
     conformance::ProgramOptions program = options.program;
     program.keep = options.keep;
@@ -90,9 +96,9 @@ ordered_json jsonOf(const CaseResult& result) {
     const bool voxels = level.resolution.voxelSize > 0;
     levels.push_back({{"voxel_size", voxels ? ordered_json(level.resolution.voxelSize) : nullptr},
                       {"steps", voxels ? ordered_json(level.resolution.steps) : nullptr},
-                      {"vertices", level.verdict.vertices},
-                      {"tetrahedra", level.verdict.tetrahedra},
-                      {"hypervolume", level.verdict.hypervolume},
+                      {"vertices", level.mesh.vertices},
+                      {"tetrahedra", level.mesh.tetrahedra},
+                      {"hypervolume", level.mesh.hypervolume},
                       {"error_hypervolume", orNull(level.hypervolumeError)},
                       {"error_slices", orNull(level.sliceError)}});
   }
@@ -119,7 +125,7 @@ void printText(const std::vector<CaseResult>& results, std::size_t passed) {
     for (const Check& check : result.checks) {
       if (check.passed || ++failed > kShown) continue;
       const std::string differ =
-          check.tolerance > 0 ? fmt::format(", may differ by {:.2g}", check.tolerance) : "";
+          check.tolerance > 0 ? fmt::format(", tolerance {:.2g}", check.tolerance) : "";
       fmt::print("FAILED {} by {}: {}: expected {}, found {}{} ({}){}\n", result.id, result.backend,
                  check.name, valueText(check.expected), valueText(check.actual), differ,
                  check.reason, check.found.empty() ? "" : "\n       " + check.found);
@@ -160,9 +166,7 @@ int run(const Options& options) {
     }
   }
   if (jobs.empty()) {
-    return wrongUsage(
-        "no case is left for these options; `t4d conform backends --list` says which "
-        "there are");
+    return wrongUsage("no case matches these options; `t4d conform backends --list` lists them");
   }
   if (options.list) return list(cases, *backends, options);
   if (!options.keep.empty()) {
@@ -170,7 +174,7 @@ int run(const Options& options) {
     std::filesystem::create_directories(options.keep, error);
     if (error) {
       return report(
-          {ErrorCode::Failed, "cannot make the folder: " + error.message(), options.keep, {}});
+          {ErrorCode::Failed, "cannot create the folder: " + error.message(), options.keep, {}});
     }
   }
   std::optional<formats::OutputFile> page;
@@ -182,12 +186,12 @@ int run(const Options& options) {
 
   std::vector<CaseResult> results;
   {
-    ProgressBar bar("running the cases");
+    ProgressBar bar("testing the backends");
     const model::Progress show = bar.callback();
     double done = 0;
     results = conformance::runCases(jobs, options.quick, [&](const CaseResult&) {
       ++done;
-      if (show) show(done / static_cast<double>(jobs.size()));  // only where there is a terminal
+      show(done / static_cast<double>(jobs.size()));
     });
   }
   const auto passed = static_cast<std::size_t>(std::count_if(
@@ -210,45 +214,40 @@ int run(const Options& options) {
 }  // namespace
 
 void addConformBackends(CLI::App& conform, int& exitCode) {
-  auto* command = conform.add_subcommand(
-      "backends", "Prove what makes 4D meshes right: moving solids known in closed form");
+  auto* command =
+      conform.add_subcommand("backends", "Check the backends against closed-form solutions");
   auto options = std::make_shared<Options>();
   command
-      ->add_option("--backend", options->backends,
-                   "mesh4d or voxel4d; may be given for each (default: both)")
-      ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
+      ->add_option("--backend", options->backends, "Test this backend; repeatable (default: all)")
+      ->check(CLI::IsMember(ownNames()))
       ->allow_extra_args(false);
-  auto* program = command->add_option(
-      "--backend-program", options->program.command,
-      "Judge a program, called as CMD CASE.obj MOTION.json OUT.t4d (docs/conform.md)");
+  auto* program = command->add_option("--backend-program", options->program.command,
+                                      "Test a program, run as CMD CASE.obj MOTION.json OUT.t4d");
   command
       ->add_option("--tolerance", options->program.tolerance,
-                   "How far the program's times, lengths and volumes may be off, as a fraction")
+                   "Relative tolerance of the program's times, lengths and volumes")
       ->check(numberAboveZero())
       ->capture_default_str()
       ->needs(program);
-  command
-      ->add_option("--timeout", options->program.timeoutSeconds,
-                   "Seconds that the program may take for a case")
+  command->add_option("--timeout", options->program.timeoutSeconds, "Timeout per case, in seconds")
       ->check(numberAboveZero())
       ->capture_default_str()
       ->needs(program);
-  command->add_option("--keep", options->keep, "A folder to leave the program's files in")
+  command->add_option("--keep", options->keep, "Keep the program's files in this folder")
       ->check(someName())
       ->needs(program);
   command
-      ->add_option(
-          "--case", options->cases,
-          "Only cases of this name; * and ? stand for any text. May be given several times")
+      ->add_option("--case", options->cases,
+                   "Run only cases whose name matches this glob; repeatable")
       ->allow_extra_args(false);
-  command->add_flag("--quick", options->quick, "Leave out the smallest voxels and the large case");
+  command->add_flag("--quick", options->quick, "Skip the smallest voxels and the large case");
   addThreadsOption(*command, options->threads);
   auto* json = command->add_flag("--json", options->json, "Print every check as JSON");
   auto* html = command
                    ->add_option("--html", options->html,
-                                "A page to write: the table, plots of convergence, every check")
+                                "Write a page: the table, convergence plots, every check")
                    ->check(someName());
-  command->add_flag("--list", options->list, "Say what would run, and run nothing")
+  command->add_flag("--list", options->list, "List the cases and run nothing")
       ->excludes(json)
       ->excludes(html);
   command->footer(

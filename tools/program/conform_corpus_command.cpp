@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -31,24 +32,30 @@ int copy(const std::string& directory, bool force) {
   return kDone;
 }
 
-/// How a reader must end: what the case has in common with others of its kind.
+/// What a reader must find in the files of a case.
 std::string resultOf(const ReaderCase& test) {
-  if (test.id.starts_with("poison/")) return "valid";
+  if (test.id.starts_with("overwrite/")) return "valid";
   if (test.id.starts_with("cut/") || test.id.starts_with("flip/")) return "invalid";
-  return conformance::nameOf(test.file->verdict);
+  return conformance::nameOf(test.file->validity);
 }
 
 std::string faultOf(const ReaderCase& test) {
-  const std::size_t starts = test.trials.size();
+  // Some files are both described and sliced.
+  const auto count = [&](const char* request) {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        test.trials,
+        [&](const conformance::Trial& trial) { return trial.request.front() == request; }));
+  };
   if (test.id.starts_with("cut/")) {
-    return fmt::format("{} cut off, at {}.", test.file->id, counted(starts, "length"));
+    return fmt::format("{} truncated to {}.", test.file->id, counted(count("describe"), "length"));
   }
   if (test.id.starts_with("flip/")) {
-    return fmt::format("{} with a bit flipped, in {}.", test.file->id, counted(starts, "place"));
+    return fmt::format("{} with a bit flipped, in {}.", test.file->id,
+                       counted(count("describe"), "place"));
   }
-  if (test.id.starts_with("poison/")) {
-    return fmt::format("{} with all destroyed that a slice does not need, at {}.", test.file->id,
-                       counted(starts - 1, "time"));
+  if (test.id.starts_with("overwrite/")) {
+    return fmt::format("{} with everything overwritten that a slice does not need, at {}.",
+                       test.file->id, counted(count("slice"), "time"));
   }
   return test.file->fault;
 }
@@ -87,25 +94,24 @@ int list(const std::vector<std::string>& only, const std::vector<std::string>& s
 
 void addConformCorpus(CLI::App& conform, int& exitCode) {
   auto* copying = conform.add_subcommand(
-      "copy",
-      "Write the files that readers are tried on into a folder, with what to expect of each");
+      "copy", "Write the corpus into a folder: files for readers, with the right answers");
   auto directory = std::make_shared<std::string>();
   auto force = std::make_shared<bool>(false);
-  copying->add_option("DIR", *directory, "The folder; it is made where it is missing")
+  copying->add_option("DIR", *directory, "The folder; created if missing")
       ->required()
       ->check(someName());
-  copying->add_flag("--force", *force, "Also into a folder that is not empty");
+  copying->add_flag("--force", *force, "Write into a folder that is not empty");
   copying->footer("Example:\n  t4d conform copy corpus");
   copying->callback([=, &exitCode] { exitCode = copy(*directory, *force); });
 
   auto* listing = conform.add_subcommand(
-      "list", "List the cases that readers are put to: result, broken rule and fault of each");
+      "list", "List the cases of `conform reader`: expected result, broken rule and fault");
   auto only = std::make_shared<std::vector<std::string>>();
   auto skip = std::make_shared<std::vector<std::string>>();
   auto json = std::make_shared<bool>(false);
-  listing->add_option("--only", *only, "Only these cases: globs or folders ('cut')")
+  listing->add_option("--only", *only, "List only these cases: globs or folders ('cut')")
       ->type_name("GLOB");
-  listing->add_option("--skip", *skip, "Leave these cases out")->type_name("GLOB");
+  listing->add_option("--skip", *skip, "Skip these cases")->type_name("GLOB");
   listing->add_flag("--json", *json, "Print JSON");
   listing->footer("Example:\n  t4d conform list --only 'invalid/H*'");
   listing->callback([=, &exitCode] { exitCode = list(*only, *skip, *json); });

@@ -107,12 +107,12 @@ std::vector<std::string> conformColumns() {
 }
 
 std::vector<std::string> conformRow(const CaseResult& result) {
-  const bool judged = !result.levels.empty();
+  const bool built = !result.levels.empty();
   return {result.id,
           result.backend,
           fmt::format("{}{}/{}", result.passed() ? "" : "FAILED ", result.passedChecks(),
                       result.checks.size()),
-          judged ? fmt::format("{:.8g}", result.levels.back().verdict.hypervolume) : "",
+          built ? fmt::format("{:.8g}", result.levels.back().mesh.hypervolume) : "",
           result.hypervolumeExpected ? fmt::format("{:.8g}", *result.hypervolumeExpected) : "",
           errorText(result.worstError),
           orderText(result.orders.hypervolume),
@@ -132,10 +132,10 @@ std::string conformPage(std::span<const CaseResult> results) {
   std::size_t checks = 0;
   for (const CaseResult& result : results) checks += result.checks.size();
   std::string html = fmt::format(
-      "<p>{} of {} cases passed, {} checks in all. Each is a moving solid of which hypervolume, "
-      "slices, topology and extent are known in closed form; what a backend makes of it is judged "
-      "against that. The worst error is the largest relative one of any volume, at the smallest "
-      "voxels.</p>\n<div class=\"scroll\"><table>\n<tr>",
+      "<p>{} of {} cases passed, {} checks in all. Each case is a moving solid whose hypervolume, "
+      "slices, topology and extent are known in closed form. The worst error is the largest "
+      "relative error of any volume, at the smallest voxel size.</p>\n<div "
+      "class=\"scroll\"><table>\n<tr>",
       passed, results.size(), grouped(checks));
   for (const std::string& column : conformColumns()) {
     html += fmt::format("<th>{}</th>", escaped(column));
@@ -154,8 +154,8 @@ std::string conformPage(std::span<const CaseResult> results) {
   if (const std::string plots = plotsOf(results); !plots.empty()) {
     html +=
         "<h2>Convergence</h2>\n<p>Error of the <span class=\"key a\">hypervolume</span> and of the "
-        "<span class=\"key b\">slices' volumes</span> (root of the mean square) over the size of "
-        "voxels; both axes are logarithmic. Dashed: order 2.</p>\n<div class=\"convergence\">\n" +
+        "<span class=\"key b\">slices' volumes</span> (root mean square) by voxel size; "
+        "both axes are logarithmic. Dashed: order 2.</p>\n<div class=\"convergence\">\n" +
         plots + "</div>\n";
   }
   html += "<h2>Every check</h2>\n" + details;

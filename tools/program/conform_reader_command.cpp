@@ -22,8 +22,9 @@ struct Options {
   std::vector<std::string> only;
   std::vector<std::string> skip;
   CaseOptions cases;
+  bool serve = false;
   unsigned parallel = std::max(1U, std::thread::hardware_concurrency());
-  double seconds = 10;
+  double timeoutSeconds = 10;
   std::string junit;
   std::string keep;
   bool first = false;
@@ -39,7 +40,7 @@ extern "C" void interrupt(int signal) {
   interrupted = true;
 }
 
-/// While it lives, a signal that would end the program ends the readers that run instead.
+/// While it exists, a signal that would end this program stops the readers instead.
 class Interruptible {
  public:
   Interruptible() {
@@ -62,8 +63,8 @@ class Interruptible {
   std::array<struct sigaction, kSignals.size()> before_{};
 };
 
-/// A reader that crashes a hundred times should not leave a hundred core dumps.
-void leaveNoCoreDumps() {
+/// A reader that crashes a hundred times would leave a hundred core dumps.
+void disableCoreDumps() {
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
 }
@@ -74,29 +75,30 @@ Result<void> writeText(const std::string& path, const std::string& text) {
   return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
 }
 
-/// What to type for the same cases once more.
+/// The command that runs the same cases again.
 std::string commandOf(const Options& options) {
   std::string command = fmt::format("t4d conform reader --reader '{}'", options.reader);
   for (const std::string& feature : options.cases.without) command += " --without " + feature;
+  if (options.serve) command += " --serve";
   return command + (options.cases.thorough ? " --thorough" : "");
 }
 
 int run(const Options& options) {
-  const auto command = system::readerCommand(options.reader);
+  const auto command = system::splitCommand(options.reader);
   if (!command) return wrongUsage(command.error().text());
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files, options.cases);
   if (auto done = selectCases(cases, options.only, options.skip); !done) {
     return wrongUsage(done.error().text() + "; `t4d conform list` lists them");
   }
-  leaveNoCoreDumps();
+  disableCoreDumps();
   Result<std::vector<ReaderResult>> results;
   {
     const Interruptible interruptible;
-    ProgressBar bar("trying the reader");
-    results = runReaderCases(
-        cases, {*command, options.seconds, options.parallel, options.first, &interrupted},
-        bar.callback());
+    ProgressBar bar("testing the reader");
+    const SuiteOptions suite = {*command,         options.serve, options.timeoutSeconds,
+                                options.parallel, options.first, &interrupted};
+    results = runReaderCases(cases, suite, bar.callback());
   }
   if (!results) {
     return results.error().code == ErrorCode::InvalidInput ? wrongUsage(results.error().text())
@@ -116,7 +118,7 @@ int run(const Options& options) {
     printJson(reportJson(options.reader, cases, *results));
   } else {
     constexpr std::size_t kShown = 20;
-    fmt::print("{}", reportText(options.reader, commandOf(options), cases, *results,
+    fmt::print("{}", reportText(options.reader, commandOf(options), options.serve, cases, *results,
                                 options.verbose ? cases.size() : kShown));
   }
   const OutcomeCounts counts = countsOf(*results);
@@ -130,46 +132,51 @@ int run(const Options& options) {
 
 void addConformReader(CLI::App& conform, int& exitCode) {
   auto* command = conform.add_subcommand(
-      "reader", "Put any program that reads .t4d to the corpus and to damage made on the spot");
+      "reader", "Run a reader against the corpus, and against files damaged on the spot");
   auto options = std::make_shared<Options>();
   command
       ->add_option("--reader", options->reader,
-                   "The program, called as READER FILE describe and READER FILE slice T; it may "
-                   "have arguments: 'python3 my_reader.py'")
+                   "The program, run as READER FILE describe and READER FILE slice T; may have "
+                   "arguments: 'python3 my_reader.py'")
       ->required()
       ->type_name("READER");
-  command->add_option("--only", options->only, "Only these cases: globs or folders ('cut')")
+  command->add_flag("--serve", options->serve,
+                    "Run READER --serve once, and send it one request a line: much faster if it "
+                    "is slow to start");
+  command->add_option("--only", options->only, "Run only these cases: globs or folders ('cut')")
       ->type_name("GLOB");
-  command->add_option("--skip", options->skip, "Leave these cases out")->type_name("GLOB");
+  command->add_option("--skip", options->skip, "Skip these cases")->type_name("GLOB");
   command
       ->add_option("--without", options->cases.without,
-                   "A feature that the reader does not know: it must refuse files that name it")
+                   "A feature that the reader does not support; it must refuse files that use it")
       ->delimiter(',')
       ->check(CLI::IsMember({"zstd", "means"}))
       ->type_name("FEATURE");
   command
-      ->add_option("--parallel", options->parallel, "Starts at a time (default: one a processor)")
+      ->add_option("--parallel", options->parallel,
+                   "Concurrent reader processes (default: the number of processors)")
       ->check(CLI::Range(1U, 1024U))
       ->type_name("N");
-  command->add_option("--timeout", options->seconds, "Seconds that a start may take (default: 10)")
+  command
+      ->add_option("--timeout", options->timeoutSeconds,
+                   "Timeout per request, in seconds (default: 10)")
       ->check(CLI::Range(0.01, 86400.0))
       ->type_name("SECONDS");
-  command->add_option("--junit", options->junit, "Write the results as JUnit's XML")
+  command->add_option("--junit", options->junit, "Write the results as JUnit XML")
       ->type_name("FILE");
-  command
-      ->add_option("--keep", options->keep,
-                   "Leave files of cases that are not right here, up to four of each")
+  command->add_option("--keep", options->keep, "Keep up to four files of each failed case in DIR")
       ->type_name("DIR");
   command->add_flag(
       "--thorough", options->cases.thorough,
-      "Ten times as many damaged files, for a reader that starts in some milliseconds");
-  command->add_flag("--first", options->first, "End at the first start that is not right");
-  command->add_flag("--verbose", options->verbose, "Say all cases that are not right");
+      "Ten times as many damaged files, for a reader that is fast to start or serves");
+  command->add_flag("--first", options->first, "Stop at the first failure");
+  command->add_flag("--verbose", options->verbose, "List all failed cases");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
-      "Exits with 0 where all cases have passed, with 1 where one has not.\n"
+      "Exits with 0 if every case passed, 1 if any failed.\n"
       "Examples:\n"
       "  t4d conform reader --reader ./my-reader\n"
+      "  t4d conform reader --reader 'node my_reader.mjs' --serve\n"
       "  t4d conform reader --reader 'python3 my_reader.py' --without zstd --only valid");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }

@@ -1,13 +1,11 @@
 #include "tools/program/console.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include "tools/program/hints.h"
 
@@ -95,36 +93,6 @@ std::uint64_t peakBytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
-
-ProgressBar::ProgressBar(std::string title)
-    : title_(std::move(title)), terminal_(isatty(STDERR_FILENO) == 1), begun_(now()) {}
-
-ProgressBar::~ProgressBar() {
-  if (drawn_ > 0) printOnStandardError("\r\033[K");
-}
-
-double ProgressBar::now() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-model::Progress ProgressBar::callback() {
-  if (!terminal_) return {};
-  return [this](double fraction) { show(fraction); };
-}
-
-void ProgressBar::show(double fraction) {
-  constexpr double kSilent = 0.5;
-  constexpr double kBetween = 0.1;
-  constexpr int kWidth = 40;
-  const double time = now();
-  if (time - begun_ < kSilent || time - drawn_ < kBetween) return;
-  drawn_ = time;
-  const int filled = static_cast<int>(fraction * kWidth);
-  const double left = fraction > 0 ? (time - begun_) * (1 - fraction) / fraction : 0;
-  printOnStandardError(fmt::format("\r\033[K{} [{:=<{}}{:{}}] {:3.0f} %  {:.0f} s left", title_, "",
-                                   filled, "", kWidth - filled, fraction * 100, left));
-  std::fflush(stderr);
 }
 
 }  // namespace t4d::tools

@@ -8,7 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "t4d/model/error.h"
-#include "t4d/model/slab.h"
+#include "tools/program/progress_bar.h"
 
 /// Output of the program: results go to standard output, everything else to standard error.
 namespace t4d::tools {
@@ -57,27 +57,5 @@ std::string sizeText(std::uint64_t bytes);
 
 /// Peak memory of the process, in bytes.
 std::uint64_t peakBytes();
-
-/// Draws a bar on standard error while something takes longer than half a second, where standard
-/// error is a terminal; erased at the end.
-class ProgressBar {
- public:
-  explicit ProgressBar(std::string title);
-  ~ProgressBar();
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
-
-  /// For an option of type model::Progress; lives as long as the bar.
-  model::Progress callback();
-
- private:
-  void show(double fraction);
-  double now() const;
-
-  std::string title_;
-  bool terminal_;
-  double begun_;
-  double drawn_ = 0;
-};
 
 }  // namespace t4d::tools

@@ -8,21 +8,22 @@
 #include <functional>
 #include <iostream>
 #include <iterator>
+#include <limits>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "t4d/formats/t4d/test_slabs.h"
+#include "t4d/system/child_process.h"
 #include "tests/paths.h"
 
 /// However writing ends, there is a whole file under the target's name, the old one or the new one,
@@ -61,67 +62,53 @@ class Crash : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  /// Starts a program in the folder. `prepare` is called in the new process.
-  pid_t start(const Words& words, const std::function<void()>& prepare = {}) const {
-    const pid_t child = ::fork();
-    if (child != 0) return child;
-    const auto redirect = [&](const char* name, int descriptor) {
-      const int file = ::open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-      ::dup2(file, descriptor);
-    };
-    redirect("stdout.txt", STDOUT_FILENO);
-    redirect("stderr.txt", STDERR_FILENO);
-    // Whoever started the tests may ignore them.
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXFSZ}) std::signal(signal, SIG_DFL);
-    if (prepare) prepare();
-    std::vector<char*> argv;
-    argv.reserve(words.size() + 1);
-    for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
-    argv.push_back(nullptr);
-    if (::chdir(folder_.c_str()) == 0) ::execvp(argv[0], argv.data());
-    ::_exit(127);
+  /// Starts a program in the folder. `before` is a line of a shell script, run in the same process.
+  system::ChildProcess start(const Words& words, const std::string& before = {}) const {
+    Words all = {"/bin/sh", "-c", "cd '" + folder_.string() + "'; " + before + " exec \"$@\"",
+                 "sh"};
+    all.insert(all.end(), words.begin(), words.end());
+    auto child = system::ChildProcess::start(all, {});
+    if (!child) throw std::runtime_error(child.error().text());
+    return std::move(*child);
   }
 
-  Ended wait(pid_t child) const {
-    int status = 0;
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    Ended ended;
-    if (WIFEXITED(status)) ended.exitCode = WEXITSTATUS(status);
-    if (WIFSIGNALED(status)) ended.signal = WTERMSIG(status);
-    ended.out = contents(folder_ / "stdout.txt");
-    ended.err = contents(folder_ / "stderr.txt");
-    return ended;
+  static Ended wait(system::ChildProcess child) {
+    child.wait(std::numeric_limits<double>::infinity());
+    system::ProgramRun run = child.finish();
+    const bool exited = run.end == system::ProgramRun::End::Exited;
+    return {exited ? run.code : -1, exited ? 0 : run.code, std::move(run.output),
+            std::move(run.message)};
   }
 
   static Words t4d(Words words) {
     words.insert(words.begin(), T4D_PROGRAM);
     return words;
   }
-  Ended run(const Words& words, const std::function<void()>& prepare = {}) const {
-    return wait(start(t4d(words), prepare));
+  Ended run(const Words& words, const std::string& before = {}) const {
+    return wait(start(t4d(words), before));
   }
 
   Ended killed(const Words& words, Seconds after, int signal) const {
-    const pid_t child = start(t4d(words));
+    system::ChildProcess child = start(t4d(words));
     std::this_thread::sleep_for(after);
-    ::kill(child, signal);
-    return wait(child);
+    ::kill(child.pid(), signal);
+    return wait(std::move(child));
   }
 
   /// Killed as soon as the part has `size` bytes, unless it ends before.
   Ended killedAtSize(const Words& words, std::uint64_t size) const {
-    const pid_t child = start(t4d(words));
-    const fs::path part = target().parent_path() / (".out.t4d." + std::to_string(child) + ".part");
+    system::ChildProcess child = start(t4d(words));
+    const fs::path part =
+        target().parent_path() / (".out.t4d." + std::to_string(child.pid()) + ".part");
     std::error_code ignored;
     siginfo_t ended{};
     while (ended.si_pid == 0) {
       const std::uintmax_t now = fs::file_size(part, ignored);
       if (now != static_cast<std::uintmax_t>(-1) && now >= size) break;
-      ::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+      ::waitid(P_PID, static_cast<id_t>(child.pid()), &ended, WEXITED | WNOHANG | WNOWAIT);
     }
-    ::kill(child, SIGKILL);
-    return wait(child);
+    ::kill(child.pid(), SIGKILL);
+    return wait(std::move(child));
   }
 
   /// A screw of a sphere in `steps` steps, which all have the same hypervolume.
@@ -345,11 +332,10 @@ class SignalledParent : public Signalled {
       const int signal = i % 2 == 0 ? SIGINT : SIGTERM;
       const Seconds after(moment(random));
       SCOPED_TRACE(std::string(strsignal(signal)) + " after " + std::to_string(after.count()));
-      const pid_t child =
-          start(t4d(words), [&] { ::setenv("TMPDIR", (folder_ / "target").c_str(), 1); });
+      system::ChildProcess child = start(t4d(words), "export TMPDIR=\"$PWD/target\";");
       std::this_thread::sleep_for(after);
-      ::kill(child, signal);
-      const Ended done = wait(child);
+      ::kill(child.pid(), signal);
+      const Ended done = wait(std::move(child));
       EXPECT_TRUE(done.exitCode == 0 || done.signal == signal) << done.exitCode << done.err;
       EXPECT_TRUE(fs::is_empty(folder_ / "target"));
       // Of what has been killed the end may take a moment.
@@ -373,7 +359,7 @@ TEST_F(SignalledParent, ACompareEndsItsSweeps) {
                           1.5);
 }
 
-TEST_F(SignalledParent, AJudgeEndsTheProgram) {
+TEST_F(SignalledParent, ConformEndsTheBackendProgram) {
   std::ofstream(folder_ / "slow") << "#!/bin/sh\nsleep 60 & wait\n";
   fs::permissions(folder_ / "slow", fs::perms::owner_all);
   endsWithAllItHasStarted({"conform", "backends", "--backend-program", "./slow"}, 0.5);
@@ -383,20 +369,20 @@ TEST_F(Signalled, AFolderThatWasMadeGoes) {
   const Words words = {"voxelize",     "fx/torus.obj", "-m",       "fx/paper-screw.json",
                        "--voxel-size", "0.1",          "--frames", "500",
                        "-o",           "target/made"};
-  const pid_t child = start(t4d(words));
+  system::ChildProcess child = start(t4d(words));
   while (parts().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  ::kill(child, SIGINT);
-  EXPECT_EQ(wait(child).signal, SIGINT);
+  ::kill(child.pid(), SIGINT);
+  EXPECT_EQ(wait(std::move(child)).signal, SIGINT);
   EXPECT_TRUE(fs::is_empty(folder_ / "target"));
 }
 
 TEST_F(Signalled, WhatIgnoresTheSignalGoesOn) {
   const Words words = sweep(2000);
   const Reference reference = referenceOf(words);
-  const pid_t child = start(t4d(words), [] { std::signal(SIGHUP, SIG_IGN); });
+  system::ChildProcess child = start(t4d(words), "trap '' HUP;");
   std::this_thread::sleep_for(reference.duration / 2);
-  ::kill(child, SIGHUP);
-  const Ended done = wait(child);
+  ::kill(child.pid(), SIGHUP);
+  const Ended done = wait(std::move(child));
   EXPECT_EQ(done.exitCode, 0) << done.signal << done.err;
   EXPECT_EQ(contents(target()), reference.bytes);
 }
@@ -457,10 +443,7 @@ TEST_F(Full, ALimitOnTheSizeOfAFileKeepsTheOldFileAndNothingElse) {
     if (words.back() == "target") continue;  // its files are small
     clear();
     std::ofstream(target()) << kOld;
-    const Ended ended = run(words, [] {
-      const rlimit limit = {1 << 20, 1 << 20};
-      ::setrlimit(RLIMIT_FSIZE, &limit);
-    });
+    const Ended ended = run(words, "ulimit -f 2048;");  // of 512 bytes
     expectRefusal(ended, words, "File too large");
     EXPECT_EQ(contents(target()), kOld);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "target"), {}), 1);
@@ -482,14 +465,12 @@ TEST_F(FailingDisk, NeverLeavesAWrongFile) {
         SCOPED_TRACE(std::string(std::strerror(reason)) + " from call " + std::to_string(from));
         clear();
         if (old) std::ofstream(target()) << kOld;
-        const Ended ended = run(words, [&] {
-          ::setenv("LD_PRELOAD", T4D_FAILING_DISK, 1);
-          // Builds with sanitizers want to be the first library otherwise.
-          ::setenv("ASAN_OPTIONS", "verify_asan_link_order=0", 1);
-          ::setenv("T4D_FAIL_FOLDER", (folder_ / "target").c_str(), 1);
-          ::setenv("T4D_FAIL_FROM", std::to_string(from).c_str(), 1);
-          ::setenv("T4D_FAIL_ERRNO", std::to_string(reason).c_str(), 1);
-        });
+        // Builds with sanitizers want to be the first library otherwise.
+        const Ended ended = run(words, "export LD_PRELOAD='" T4D_FAILING_DISK
+                                       "' ASAN_OPTIONS=verify_asan_link_order=0 "
+                                       "T4D_FAIL_FOLDER=\"$PWD/target\" T4D_FAIL_FROM=" +
+                                           std::to_string(from) +
+                                           " T4D_FAIL_ERRNO=" + std::to_string(reason) + ";");
         const std::string found = contents(target());
         if (ended.exitCode == 0) {
           EXPECT_EQ(found, whole);

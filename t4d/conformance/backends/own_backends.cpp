@@ -1,68 +1,15 @@
-#include "t4d/conformance/backends/backend.h"
-#include "t4d/mesh4d/sweep.h"
-#include "t4d/voxel4d/sampled_frames.h"
-#include "t4d/voxel4d/voxelize.h"
-#include "t4d/voxel4d/weave.h"
+#include "t4d/conformance/backends/own_backends.h"
 
 namespace t4d::conformance {
-namespace {
 
-#ifdef T4D_WITH_TETGEN
-constexpr mesh4d::CapMethod kCaps = mesh4d::CapMethod::TetGen;
-#else
-constexpr mesh4d::CapMethod kCaps = mesh4d::CapMethod::Cone;
-#endif
-
-class MeshBackend : public Backend {
- public:
-  std::string name() const override { return "mesh4d"; }
-  bool supports(const Case& given) const override { return given.mesh.has_value(); }
-  Result<Law> law(const Case& given, const Resolution&) const override {
-    return sweptLaw(given, kCaps == mesh4d::CapMethod::Cone);
-  }
-  Result<void> build(const Case& given, const Resolution&, model::Sink& sink) const override {
-    mesh4d::SweepOptions options;
-    options.steps = mesh4d::MinVolumeRatio{given.minVolumeRatio};
-    options.caps = kCaps;
-    const auto swept = mesh4d::sweep(given.mesh->mesh, given.mesh->motion, options, sink);
-    if (!swept) return pass(swept.error());
-    return {};
-  }
-};
-
-class VoxelBackend : public Backend {
- public:
-  std::string name() const override { return "voxel4d"; }
-  bool supports(const Case& given) const override { return !given.voxels.voxelSizes.empty(); }
-  std::vector<Resolution> resolutions(const Case& given) const override {
-    return voxelResolutions(given);
-  }
-  Result<Law> law(const Case& given, const Resolution& resolution) const override {
-    return given.voxels.mask ? maskLaw(given) : voxelLaw(given, resolution);
-  }
-  Result<void> build(const Case& given, const Resolution& resolution,
-                     model::Sink& sink) const override {
-    voxel4d::FrameTimes when{resolution.steps + 1, {}};
-    if (given.voxels.mask) when.step = 1;
-    auto times = voxel4d::frameTimes(given.time(), when);
-    if (!times) return pass(times.error());
-    const auto frames =
-        given.mesh
-            ? voxel4d::voxelFrames(voxel4d::movingSolid(given.mesh->mesh, given.mesh->motion),
-                                   std::move(*times), {resolution.voxelSize, given.voxels.mask})
-            : voxel4d::sampledFrames(
-                  given.field->value, {resolution.voxelSize, model::Point3::Zero()},
-                  given.field->box, std::move(*times), {.slope = given.field->slope});
-    const auto woven = voxel4d::weave(*frames, {}, sink);
-    if (!woven) return pass(woven.error());
-    return {};
-  }
-};
-
-}  // namespace
-
-std::unique_ptr<Backend> meshBackend() { return std::make_unique<MeshBackend>(); }
-
-std::unique_ptr<Backend> voxelBackend() { return std::make_unique<VoxelBackend>(); }
+std::vector<std::unique_ptr<Backend>> ownBackends() {
+  constexpr std::unique_ptr<Backend> (*kTable[])() = {
+      meshBackend,
+      voxelBackend,
+  };
+  std::vector<std::unique_ptr<Backend>> backends;
+  for (const auto make : kTable) backends.push_back(make());
+  return backends;
+}
 
 }  // namespace t4d::conformance

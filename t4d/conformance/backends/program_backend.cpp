@@ -53,8 +53,8 @@ class ProgramBackend : public Backend {
 
   std::string name() const override { return "program"; }
   bool supports(const Case& given) const override { return given.mesh.has_value(); }
-  Result<Law> law(const Case& given, const Resolution&) const override {
-    return trueLaw(given, options_.tolerance);
+  Result<Expectation> expectation(const Case& given, const Resolution&) const override {
+    return solidExpectation(given, options_.tolerance);
   }
 
   Result<void> build(const Case& given, const Resolution&, model::Sink& sink) const override {
@@ -78,9 +78,7 @@ class ProgramBackend : public Backend {
 
     std::vector<std::string> words = words_;
     for (const fs::path& path : paths) words.push_back(path.string());
-    system::RunLimits limits;
-    limits.seconds = options_.timeoutSeconds;
-    const auto ran = system::runProgram(words, limits);
+    const auto ran = system::runProgram(words, {.timeoutSeconds = options_.timeoutSeconds});
     if (!ran) return pass(ran.error());
     if (auto written = writeText(folder / (given.id + ".log"), ran->output + ran->message);
         !written) {
@@ -110,7 +108,7 @@ class ProgramBackend : public Backend {
 }  // namespace
 
 Result<std::unique_ptr<Backend>> programBackend(ProgramOptions options) {
-  auto words = system::readerCommand(options.command);
+  auto words = system::splitCommand(options.command);
   if (!words) return pass(words.error());
   return std::make_unique<ProgramBackend>(std::move(options), std::move(*words));
 }

@@ -9,9 +9,9 @@
 namespace t4d::conformance {
 
 struct ProgramOptions {
-  /// Its words as readerCommand takes them (t4d/system/child_process.h).
+  /// As system::splitCommand takes it (t4d/system/child_process.h).
   std::string command;
-  /// Of times, lengths and volumes, as a fraction of them (trueLaw).
+  /// Of times, lengths and volumes, as a fraction of them (solidExpectation).
   double tolerance = 0.01;
   double timeoutSeconds = 300;
   /// Where the files of the cases stay; empty for a temporary folder. There is one at its path.

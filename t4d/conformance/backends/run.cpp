@@ -18,7 +18,7 @@ std::optional<double> relativeError(const Measure& expected, double actual) {
 }
 
 /// The order of convergence as a check.
-void judgeOrder(const std::string& of, const std::vector<Level>& levels,
+void checkOrder(const std::string& of, const std::vector<Level>& levels,
                 std::optional<double> Level::*error, std::optional<double>& order,
                 std::vector<Check>& checks) {
   const Level& coarse = levels.front();
@@ -55,29 +55,29 @@ CaseResult runCase(const Case& given, const Backend& backend, bool quick,
     const std::string prefix =
         resolutions.size() > 1 ? fmt::format("h = {:g}: ", resolution.voxelSize) : std::string();
     model::Mesh mesh;
-    const auto law = backend.law(given, resolution);
-    const auto built =
-        law ? backend.build(given, resolution, mesh) : Result<void>(pass(law.error()));
+    const auto expectation = backend.expectation(given, resolution);
+    const auto built = expectation ? backend.build(given, resolution, mesh)
+                                   : Result<void>(pass(expectation.error()));
     result.checks.push_back(holds(prefix + "made", true, built.has_value(),
                                   "the backend makes a mesh of the case",
                                   built ? std::string() : built.error().text()));
     if (!built) break;
 
-    Level level{resolution, judge(mesh, *law), {}, {}};
-    for (const Check& check : level.verdict.checks) {
+    Level level{resolution, verify(mesh, *expectation), {}, {}};
+    for (const Check& check : level.mesh.checks) {
       result.checks.push_back(check);
       result.checks.back().name = prefix + check.name;
     }
-    if (law->hypervolume) {
-      level.hypervolumeError = relativeError(*law->hypervolume, level.verdict.hypervolume);
-      result.hypervolumeExpected = law->hypervolume->value;
+    if (expectation->hypervolume) {
+      level.hypervolumeError = relativeError(*expectation->hypervolume, level.mesh.hypervolume);
+      result.hypervolumeExpected = expectation->hypervolume->value;
     }
     result.worstError = level.hypervolumeError;
     double squares = 0;
     int count = 0;
-    for (std::size_t k = 0; k < level.verdict.sliceVolumes.size(); ++k) {
-      const auto& expected = law->slices[k].volume;
-      const auto& actual = level.verdict.sliceVolumes[k];
+    for (std::size_t k = 0; k < level.mesh.sliceVolumes.size(); ++k) {
+      const auto& expected = expectation->slices[k].volume;
+      const auto& actual = level.mesh.sliceVolumes[k];
       if (!expected || !actual) continue;
       const auto error = relativeError(*expected, *actual);
       if (!error) continue;
@@ -90,9 +90,9 @@ CaseResult runCase(const Case& given, const Backend& backend, bool quick,
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(resolutions.size()));
   }
   if (result.levels.size() == resolutions.size() && resolutions.size() > 1) {
-    judgeOrder("hypervolume", result.levels, &Level::hypervolumeError, result.orders.hypervolume,
+    checkOrder("hypervolume", result.levels, &Level::hypervolumeError, result.orders.hypervolume,
                result.checks);
-    judgeOrder("slices' volumes", result.levels, &Level::sliceError, result.orders.slices,
+    checkOrder("slices' volumes", result.levels, &Level::sliceError, result.orders.slices,
                result.checks);
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

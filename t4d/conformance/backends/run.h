@@ -15,8 +15,8 @@ namespace t4d::conformance {
 /// What one resolution of a case led to.
 struct Level {
   Resolution resolution;
-  Verdict verdict;
-  std::optional<double> hypervolumeError;  ///< |found - true| / true, where the law has one
+  MeshResult mesh;
+  std::optional<double> hypervolumeError;  ///< |found - true| / true, if the true one is known
   std::optional<double> sliceError;        ///< root of the mean square over slices, likewise
 };
 
@@ -41,13 +41,12 @@ struct CaseResult {
   std::size_t passedChecks() const;
 };
 
-/// Has a backend make the case at each resolution, and judges what it makes. `quick`: all but the
-/// finest one, where there are more than two. A backend that fails to make a mesh fails the check
-/// "made".
+/// Builds the case at each resolution and verifies the meshes. `quick` leaves out the finest
+/// resolution if there are more than two. A backend that returns an error fails the check "made".
 ///
-/// Errors should fall with the square of the voxel size h (laws.h): expected is order 2 between the
-/// coarsest and the finest. How the surface lies on the lattice changes the factor before h^2;
-/// the tolerance is what a change of that by two makes.
+/// Errors should fall with the square of the voxel size h (expectations.h): expected is order 2
+/// between the coarsest and the finest. How the surface lies on the lattice changes the factor
+/// before h^2; the tolerance is what a change of that by two makes.
 CaseResult runCase(const Case& given, const Backend& backend, bool quick,
                    const model::Progress& progress = {});
 

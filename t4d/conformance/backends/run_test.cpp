@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "t4d/conformance/backends/own_backends.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
@@ -58,9 +59,9 @@ TEST(Cases, AreNamedOnceAndKnowWhatTheyAre) {
 
 TEST(Cases, SquirrelSizeHasThePapersCounts) {
   // 3,909,554 vertices and 18,266,982 tetrahedra are those of its 65 steps and the paper's caps.
-  const Law law = *meshBackend()->law(caseOf("squirrel-size"), {});
-  EXPECT_EQ(3'909'554 - law.sideCounts->vertices, 2 * 102U);
-  EXPECT_EQ(18'266'982 - law.sideCounts->tetrahedra, 2 * 35'311U);
+  const Expectation expectation = *meshBackend()->expectation(caseOf("squirrel-size"), {});
+  EXPECT_EQ(3'909'554 - expectation.sideCounts->vertices, 2 * 102U);
+  EXPECT_EQ(18'266'982 - expectation.sideCounts->tetrahedra, 2 * 35'311U);
 }
 
 TEST(Backends, PassAllCasesQuickly) {
@@ -111,8 +112,8 @@ class OwnBackend : public Backend {
   std::vector<Resolution> resolutions(const Case& given) const override {
     return like_->resolutions(given);
   }
-  Result<Law> law(const Case& given, const Resolution& resolution) const override {
-    return like_->law(given, resolution);
+  Result<Expectation> expectation(const Case& given, const Resolution& resolution) const override {
+    return like_->expectation(given, resolution);
   }
   Result<void> build(const Case& given, const Resolution& resolution,
                      model::Sink& sink) const override {

@@ -75,9 +75,10 @@ std::vector<std::string> neededFeatures(const std::vector<BodySlabs>& bodies,
   return features;
 }
 
-AcceptedBuilder::AcceptedBuilder(const std::string& id, Verdict verdict, const std::string& what) {
+AcceptedBuilder::AcceptedBuilder(const std::string& id, Validity validity,
+                                 const std::string& what) {
   case_.file.id = id;
-  case_.file.verdict = verdict;
+  case_.file.validity = validity;
   case_.file.fault = what;
 }
 
@@ -156,8 +157,8 @@ AcceptedCase AcceptedBuilder::finish() const {
 }
 
 AcceptedBuilder& AcceptedCases::add(const std::string& name, const std::string& what) {
-  const std::string folder = verdict_ == Verdict::Valid ? "valid/" : "impl/";
-  return builders_.emplace_back(folder + name, verdict_, what);
+  const std::string folder = validity_ == Validity::Valid ? "valid/" : "impl/";
+  return builders_.emplace_back(folder + name, validity_, what);
 }
 
 std::vector<AcceptedCase> AcceptedCases::finish() const {

@@ -34,7 +34,7 @@ std::vector<AcceptedCase> implCases();
 class AcceptedBuilder {
  public:
   /// `id` as in CorpusFile, `what` its `fault`.
-  AcceptedBuilder(const std::string& id, Verdict verdict, const std::string& what);
+  AcceptedBuilder(const std::string& id, Validity validity, const std::string& what);
 
   /// The file as Image::of makes it, with `head` for HEAD where it is given.
   AcceptedBuilder& of(const std::vector<BodySlabs>& bodies, const ImageOptions& options = {},
@@ -62,17 +62,17 @@ class AcceptedBuilder {
   std::vector<double> times_;
 };
 
-/// Files in the making, of one verdict: Valid or Either.
+/// Files in the making, of one validity: Valid or Either.
 class AcceptedCases {
  public:
-  explicit AcceptedCases(Verdict verdict) : verdict_(verdict) {}
+  explicit AcceptedCases(Validity validity) : validity_(validity) {}
 
   /// Further calls do not move it.
   AcceptedBuilder& add(const std::string& name, const std::string& what);
   std::vector<AcceptedCase> finish() const;
 
  private:
-  Verdict verdict_;
+  Validity validity_;
   std::deque<AcceptedBuilder> builders_;
 };
 

@@ -63,13 +63,13 @@ Result<std::string> contents(const std::filesystem::path& path) {
 
 }  // namespace
 
-const char* nameOf(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::Valid:
+const char* nameOf(Validity validity) {
+  switch (validity) {
+    case Validity::Valid:
       return "valid";
-    case Verdict::Invalid:
+    case Validity::Invalid:
       return "invalid";
-    case Verdict::Either:
+    case Validity::Either:
       break;
   }
   return "either";
@@ -95,7 +95,7 @@ std::string manifestText(const std::vector<CorpusFile>& files) {
          {"file", file.id + ".t4d"},
          {"sha256", sha256(file.bytes)},
          {"bytes", file.bytes.size()},
-         {"result", nameOf(file.verdict)},
+         {"result", nameOf(file.validity)},
          {"features", file.features},
          {"spec_version", kSpecVersion},
          {"clause", orNull(file.rule, !file.rule.empty())},

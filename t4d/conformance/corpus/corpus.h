@@ -13,14 +13,14 @@
 /// a reader must give, files with one fault each, and files of which a reader may decide.
 namespace t4d::conformance {
 
-enum class Verdict : std::uint8_t {
+enum class Validity : std::uint8_t {
   Valid,    ///< a reader must accept it
   Invalid,  ///< a reader must refuse it
   Either,   ///< a reader may do one or the other; if it accepts, its answers must be right
 };
 
 /// "valid", "invalid", "either".
-const char* nameOf(Verdict verdict);
+const char* nameOf(Validity validity);
 
 /// What `slice TIME` must answer.
 struct ExpectedSlice {
@@ -31,7 +31,7 @@ struct ExpectedSlice {
 
 struct CorpusFile {
   std::string id;  ///< folder and name: "invalid/H2-header-checksum"
-  Verdict verdict = Verdict::Valid;
+  Validity validity = Validity::Valid;
   /// What the file uses: "zstd", "means", "no-index", "float32", ... A reader's tests can be told
   /// to leave out what it does not do.
   std::vector<std::string> features;

@@ -195,7 +195,7 @@ void addMeshes(AcceptedCases& cases) {
 }  // namespace
 
 std::vector<AcceptedCase> implCases() {
-  AcceptedCases cases(Verdict::Either);
+  AcceptedCases cases(Validity::Either);
   addHeads(cases);
   addArrays(cases);
   addMeshes(cases);

@@ -77,7 +77,7 @@ void InvalidCases::addBytes(const std::string& name, const std::string& fault, c
                             const std::string& bytes, std::uint64_t offset) {
   InvalidCase made;
   made.file.id = "invalid/" + name;
-  made.file.verdict = Verdict::Invalid;
+  made.file.validity = Validity::Invalid;
   made.file.features = base.features;
   made.file.rule = name.substr(0, name.find('-'));
   made.file.fault = fault;

@@ -816,7 +816,7 @@ void addHeads(AcceptedCases& cases) {
 }  // namespace
 
 std::vector<AcceptedCase> validCases() {
-  AcceptedCases cases(Verdict::Valid);
+  AcceptedCases cases(Validity::Valid);
   addShapes(cases);
   addSlabs(cases);
   addNumbers(cases);

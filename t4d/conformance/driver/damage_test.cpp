@@ -22,7 +22,7 @@ using testing::IsEmpty;
 const std::vector<CorpusFile>& validFiles() {
   static const std::vector<CorpusFile> files = [] {
     std::vector<CorpusFile> all = makeCorpus();
-    std::erase_if(all, [](const CorpusFile& file) { return file.verdict != Verdict::Valid; });
+    std::erase_if(all, [](const CorpusFile& file) { return file.validity != Validity::Valid; });
     return all;
   }();
   return files;
@@ -142,12 +142,12 @@ TEST_F(Damage, AFileWithoutIndexHasNoChunksThatASliceDoesNotNeed) {
 }
 
 TEST_F(Damage, SlicesDoNotMissWhatTheyDoNotNeed) {
-  int poisoned = 0;
+  int overwritten = 0;
   for (const CorpusFile& valid : validFiles()) {
     for (const ExpectedSlice& slice : valid.slices) {
       const auto parts = partsForSlice(valid.bytes, slice.time);
       if (!parts || parts->unneeded.empty()) continue;
-      ++poisoned;
+      ++overwritten;
       for (const Garbage garbage : {Garbage::Ones, Garbage::Noise}) {
         SCOPED_TRACE(valid.id + " at " + std::to_string(slice.time));
         const std::string bytes = overwritten(valid.bytes, parts->unneeded, garbage);
@@ -161,7 +161,7 @@ TEST_F(Damage, SlicesDoNotMissWhatTheyDoNotNeed) {
       }
     }
   }
-  EXPECT_GT(poisoned, 5);
+  EXPECT_GT(overwritten, 5);
 }
 
 TEST_F(Damage, SlicesMissWhatTheyRead) {

@@ -6,9 +6,9 @@
 
 namespace t4d::conformance {
 
-/// What a stranger's program has printed, fit for one line of a terminal, JSON and XML: UTF-8
-/// without control characters; other bytes as \x1b, ends of lines as \n. Of more than `most` bytes
-/// the rest is "...".
+/// Escapes the output of another program for one line of a terminal, JSON or XML: UTF-8 without
+/// control characters; other bytes become \x1b, line feeds \n. What follows after `most` bytes
+/// becomes "...".
 std::string plain(std::string_view text, std::size_t most = std::string_view::npos);
 
 }  // namespace t4d::conformance

@@ -14,10 +14,10 @@ namespace {
 
 using nlohmann::json;
 
-/// How much damage is done to valid files. All together should not take more starts than a reader
-/// in Python (some 30 ms a start) makes in a minute or two; or, thorough, one in C++ (1 ms).
+/// How much damage is done to valid files. A reader in Python (some 30 ms a start) should make all
+/// requests in a minute or two; a thorough run is for one in C++ (1 ms), or one that serves.
 struct DamageLimits {
-  std::uint64_t smallBytes;  ///< a file of up to so many is cut at every byte
+  std::uint64_t smallBytes;  ///< a file of at most this size is truncated to every length
   std::size_t cuts;          ///< of each larger file
   std::size_t flips;         ///< of each larger file; of a small one in every part
 };
@@ -26,7 +26,7 @@ constexpr DamageLimits kThorough = {1000, 100, 100};
 
 std::string nameOf(const CorpusFile& file) { return file.id.substr(file.id.find('/') + 1); }
 
-/// The feature that the file names in HEAD and the reader does not know; mostly empty.
+/// The feature that the file names in HEAD and the reader does not support; empty if none.
 std::string unknownFeature(const CorpusFile& file, const std::vector<std::string>& without) {
   if (!file.describe || without.empty()) return {};
   const json description = json::parse(file.describe->json);
@@ -49,7 +49,7 @@ std::string namesOf(const std::vector<Part>& parts) {
   return names;
 }
 
-/// The trial again, for a slice instead of a description.
+/// The same trial with a slice as its request.
 Trial sliceInstead(Trial trial, double time) {
   trial.request = sliceRequest(time);
   trial.about = trial.about == "describe"
@@ -58,9 +58,9 @@ Trial sliceInstead(Trial trial, double time) {
   return trial;
 }
 
-/// A time for which a slice must be refused, too: the broken rule is one of what is always read, or
-/// of arrays and parts where all are needed. Rules that hold between chunks can take more to see
-/// than is read for a slice.
+/// A time for which a slice must be refused as well: the broken rule is about what every slice
+/// reads, or about arrays and parts of which it needs all. To detect a broken rule between chunks
+/// can take more than a slice reads.
 std::optional<double> timeToRefuse(const CorpusFile& file) {
   constexpr std::string_view kOfWhatIsAlwaysRead = "HFM";
   constexpr std::string_view kOfWhatASliceIsMadeOf = "ATNLP";
@@ -78,15 +78,15 @@ ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
   if (!unknown.empty()) {
     trial.wrongToAccept =
         fmt::format("it names the feature {}, which the reader does not know (M6)", unknown);
-  } else if (file.verdict == Verdict::Invalid) {
+  } else if (file.validity == Validity::Invalid) {
     const std::string where = file.offset ? fmt::format(" at byte {}", *file.offset) : "";
     trial.wrongToAccept = fmt::format("rule {} is broken{}: {}", file.rule, where, file.fault);
   } else {
-    if (file.verdict == Verdict::Valid) trial.wrongToRefuse = "the file is valid";
+    if (file.validity == Validity::Valid) trial.wrongToRefuse = "the file is valid";
     if (file.describe) trial.answer = *file.describe;
   }
   test.trials.push_back(trial);
-  if (file.verdict == Verdict::Invalid && unknown.empty()) {
+  if (file.validity == Validity::Invalid && unknown.empty()) {
     if (const auto time = timeToRefuse(file)) test.trials.push_back(sliceInstead(trial, *time));
   }
   if (!trial.wrongToAccept.empty()) return test;
@@ -118,7 +118,7 @@ ReaderCase cutCase(const CorpusFile& file, const DamageLimits& limits) {
   ReaderCase test{.id = "cut/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
   const auto parts = partsForSlice(file.bytes, timeOf(file));
   const std::vector<std::uint64_t> lengths = cutLengthsOf(file.bytes, limits);
-  // A slice finds all that it reads from the footer, so that a few lengths will do.
+  // A slice starts from the footer, so a few lengths are enough.
   const std::size_t step = std::max<std::size_t>(1, lengths.size() / limits.cuts);
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     Trial trial;
@@ -159,9 +159,9 @@ ReaderCase flipCase(const CorpusFile& file, const DamageLimits& limits) {
   return test;
 }
 
-/// No trials where every slice needs all, or the file has no index.
-ReaderCase poisonCase(const CorpusFile& file) {
-  ReaderCase test{.id = "poison/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
+/// No trials if every slice needs everything, or the file has no index.
+ReaderCase overwriteCase(const CorpusFile& file) {
+  ReaderCase test{.id = "overwrite/" + nameOf(file), .file = &file, .trials = {}, .skipped = {}};
   Trial describing;
   for (const ExpectedSlice& slice : file.slices) {
     const auto parts = partsForSlice(file.bytes, slice.time);
@@ -195,7 +195,7 @@ bool matches(const std::string& id, const std::string& pattern) {
          fnmatch(pattern.c_str(), name.c_str(), 0) == 0 || id.starts_with(pattern + "/");
 }
 
-/// What a shell makes of a pattern that names a folder or file.
+/// Removes what a shell completes: the end of a folder or file name.
 std::string withoutEnding(std::string pattern) {
   for (const std::string_view ending : {"/", ".t4d"}) {
     if (pattern.ends_with(ending)) pattern.resize(pattern.size() - ending.size());
@@ -226,35 +226,35 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   std::vector<const CorpusFile*> ordered;
   ordered.reserve(files.size());
   for (const CorpusFile& file : files) ordered.push_back(&file);
-  const auto rank = [](Verdict verdict) {
-    return verdict == Verdict::Valid ? 0 : verdict == Verdict::Either ? 1 : 2;
+  const auto rank = [](Validity validity) {
+    return validity == Validity::Valid ? 0 : validity == Validity::Either ? 1 : 2;
   };
   std::stable_sort(ordered.begin(), ordered.end(), [&](const auto* a, const auto* b) {
-    if (a->verdict != b->verdict) return rank(a->verdict) < rank(b->verdict);
-    if (a->verdict != Verdict::Valid) return false;
+    if (a->validity != b->validity) return rank(a->validity) < rank(b->validity);
+    if (a->validity != Validity::Valid) return false;
     return std::pair(a->features.size(), a->bytes.size()) <
            std::pair(b->features.size(), b->bytes.size());
   });
   std::vector<ReaderCase> cases;
   std::vector<ReaderCase> cuts;
   std::vector<ReaderCase> flips;
-  std::vector<ReaderCase> poisons;
+  std::vector<ReaderCase> overwrites;
   for (const CorpusFile* file : ordered) {
     const std::string unknown = unknownFeature(*file, options.without);
     cases.push_back(corpusCase(*file, unknown));
-    if (file->verdict != Verdict::Valid) continue;
+    if (file->validity != Validity::Valid) continue;
     cuts.push_back(cutCase(*file, limits));
     flips.push_back(flipCase(*file, limits));
-    ReaderCase poison = poisonCase(*file);
-    if (!poison.trials.empty()) poisons.push_back(std::move(poison));
-    // A file that is refused for its features says nothing about damage.
+    ReaderCase overwrite = overwriteCase(*file);
+    if (!overwrite.trials.empty()) overwrites.push_back(std::move(overwrite));
+    // A file that is refused for its features tells nothing about damage.
     if (unknown.empty()) continue;
-    for (auto* damaged : {&cuts, &flips, &poisons}) {
+    for (auto* damaged : {&cuts, &flips, &overwrites}) {
       if (damaged->empty() || damaged->back().file != file) continue;
-      damaged->back().skipped = "the file names a feature left out by --without";
+      damaged->back().skipped = "the file uses a feature named by --without";
     }
   }
-  for (auto* more : {&cuts, &flips, &poisons}) {
+  for (auto* more : {&cuts, &flips, &overwrites}) {
     std::move(more->begin(), more->end(), std::back_inserter(cases));
   }
   return cases;
@@ -270,11 +270,11 @@ Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::
   bool any = false;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (!only.empty() && !(*kept)[i]) continue;
-    if ((*skipped)[i]) cases[i].skipped = "left out by --skip";
+    if ((*skipped)[i]) cases[i].skipped = "named by --skip";
     any = any || cases[i].skipped.empty();
     chosen.push_back(std::move(cases[i]));
   }
-  if (!any) return invalid("nothing is left to try: all cases are left out");
+  if (!any) return invalid("no case is left: all are skipped");
   cases = std::move(chosen);
   return {};
 }

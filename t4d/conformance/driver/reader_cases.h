@@ -7,44 +7,44 @@
 #include "t4d/conformance/corpus/corpus.h"
 #include "t4d/model/error.h"
 
-/// What a reader under test is put to: the files of the corpus as they are, and damage to the valid
-/// ones of them.
+/// The cases for a reader under test: the files of the corpus, and damaged copies of the valid
+/// ones.
 namespace t4d::conformance {
 
-/// One start of the reader.
+/// One request to the reader.
 struct Trial {
   std::string about;                 ///< "slice 0.5", "cut to 24 bytes"
   std::vector<std::string> request;  ///< {"describe"} or {"slice", "0.5"}
-  /// Why it is wrong to accept or to refuse the file; empty where a reader may. They go on from
+  /// Why it is wrong to accept or to refuse the file; empty if a reader may. They continue
   /// "accepted, but " and "refused, but ".
   std::string wrongToAccept;
   std::string wrongToRefuse;
-  Answer answer;  ///< what it must print if it accepts; no text where that does not matter
-  /// The file that it is given, from that of the corpus; none where it is that one.
+  Answer answer;  ///< what it must print if it accepts; empty if that does not matter
+  /// Makes the file that it is given from that of the corpus; none if it is the same.
   std::function<std::string(const std::string&)> damage;
 };
 
 struct ReaderCase {
-  std::string id;  ///< that of the corpus file, or "cut/NAME", "flip/NAME", "poison/NAME"
+  std::string id;  ///< that of the corpus file, or "cut/NAME", "flip/NAME", "overwrite/NAME"
   const CorpusFile* file = nullptr;
   std::vector<Trial> trials;
-  std::string skipped;  ///< why it is not to be run; mostly empty
+  std::string skipped;  ///< why the case is skipped; empty if it is not
 };
 
 struct CaseOptions {
-  /// Features of HEAD that the reader does not know: it must refuse a file that names one of them.
+  /// Features of HEAD that the reader does not support: it must refuse files that name one.
   std::vector<std::string> without;
-  /// Ten times as many starts: some 30,000.
+  /// Ten times as many requests: some 30,000.
   bool thorough = false;
 };
 
-/// All cases, in the order in which somebody who writes a reader will want to look at them: valid
-/// files, those with the fewest features first, what readers may decide, invalid files, damage.
-/// They point to `files`.
+/// All cases, in the order in which the author of a reader should look at them: valid files, those
+/// with the fewest features first; what readers may decide; invalid files; damage. They point into
+/// `files`.
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
                                     const CaseOptions& options = {});
 
-/// Keeps the cases that match one of `only`, where there are any, and marks those that match one of
+/// Keeps the cases that match one of `only`, unless it is empty, and marks those that match one of
 /// `skip`. A pattern is a glob of the id ("invalid/H*", where * matches / too) or of the name in it
 /// ("one-simplex"), or a folder ("cut"). Errors: a pattern that matches nothing; no case is left.
 Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::string>& only,

@@ -96,9 +96,9 @@ std::string junitCase(const ReaderCase& test, const ReaderResult& result) {
   return xml + "    </testcase>\n";
 }
 
-/// How to see the first wrong trial of a case without this program between.
-std::string byHand(const std::string& reader, const std::string& command, const ReaderCase& test,
-                   const Trial& trial) {
+/// How to repeat a failed trial without this program.
+std::string byHand(const std::string& reader, const std::string& command, bool serve,
+                   const ReaderCase& test, const Trial& trial) {
   std::string request;
   for (const std::string& word : trial.request) request += " " + word;
   const std::string file = "corpus/" + keptFile(test, trial).string();
@@ -108,7 +108,8 @@ std::string byHand(const std::string& reader, const std::string& command, const 
   } else {
     text = "  t4d conform copy corpus   # once\n";
   }
-  text += fmt::format("  {} {}{}; echo $?\n", reader, file, request);
+  text += serve ? fmt::format("  echo \"{} {}\" | {} --serve\n", request.substr(1), file, reader)
+                : fmt::format("  {} {}{}; echo $?\n", reader, file, request);
   if (trial.answer.json.empty() || trial.damage) return text;
   return text + fmt::format("  The right answers are in corpus/{}.json.\n", test.id);
 }
@@ -129,7 +130,7 @@ std::string table(const std::vector<Kind>& kinds, const std::vector<ReaderResult
   return text + "\n";
 }
 
-/// Why cases were skipped, a line for each reason.
+/// Why cases were skipped, one line for each reason.
 std::string skippedFor(const std::vector<ReaderResult>& results) {
   std::map<std::string, std::size_t> counts;
   for (const ReaderResult& result : results) {
@@ -178,7 +179,7 @@ std::string reportJunit(const std::string& reader, const std::vector<ReaderCase>
   return xml + "</testsuites>\n";
 }
 
-std::string reportText(const std::string& reader, const std::string& command,
+std::string reportText(const std::string& reader, const std::string& command, bool serve,
                        const std::vector<ReaderCase>& cases,
                        const std::vector<ReaderResult>& results, std::size_t most) {
   std::string text;
@@ -193,21 +194,22 @@ std::string reportText(const std::string& reader, const std::string& command,
     text += fmt::format("{} {}\n", name, cases[i].id);
     // Of other cases the message says it.
     const CorpusFile& file = *cases[i].file;
-    if (cases[i].id == file.id && file.verdict != Verdict::Invalid) {
+    if (cases[i].id == file.id && file.validity != Validity::Invalid) {
       text += fmt::format("  {}\n", file.fault);
     }
     text += fmt::format("  {}\n", results[i].message);
   }
-  if (wrong > most) text += fmt::format("and {} more (--verbose says all)\n", wrong - most);
+  if (wrong > most) text += fmt::format("and {} more (--verbose lists all)\n", wrong - most);
   if (wrong > 0) text += "\n";
   text += table(kindsOf(cases), results) + skippedFor(results);
   if (wrong == 0) {
-    return text + fmt::format("{} of {} cases of the corpus {} passed, none is wrong\n",
+    return text + fmt::format("{} of {} cases of corpus {} passed, none failed\n",
                               countOf(countsOf(results), Outcome::Passed), cases.size(),
                               kCorpusVersion);
   }
   text += fmt::format("\nLook first at {}:\n", cases[first].id);
-  return text + byHand(reader, command, cases[first], cases[first].trials[results[first].wrong[0]]);
+  return text +
+         byHand(reader, command, serve, cases[first], cases[first].trials[results[first].wrong[0]]);
 }
 
 }  // namespace t4d::conformance

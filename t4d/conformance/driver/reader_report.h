@@ -8,10 +8,10 @@
 
 #include "t4d/conformance/driver/reader_suite.h"
 
-/// What came out of putting a reader to its cases, for people and for machines.
+/// Reports the results of a reader, for people and for machines.
 namespace t4d::conformance {
 
-/// How many cases had each Outcome.
+/// Number of cases with each Outcome.
 using OutcomeCounts = std::array<std::size_t, 5>;
 OutcomeCounts countsOf(const std::vector<ReaderResult>& results);
 
@@ -23,14 +23,15 @@ std::string kindOf(const std::string& id);
 nlohmann::ordered_json reportJson(const std::string& reader, const std::vector<ReaderCase>& cases,
                                   const std::vector<ReaderResult>& results);
 
-/// JUnit's XML as continuous integration reads it: a test suite for each kind of case.
+/// JUnit XML, for continuous integration: a test suite for each kind of case.
 std::string reportJunit(const std::string& reader, const std::vector<ReaderCase>& cases,
                         const std::vector<ReaderResult>& results);
 
-/// Text for a terminal: the cases that are not right, at most `most` of them; a table of outcomes
-/// by kind of case; and how to look at the first by hand. `command` is what ran the cases, for
-/// another time: "t4d conform reader --reader ./my-reader".
-std::string reportText(const std::string& reader, const std::string& command,
+/// Text for a terminal: at most `most` of the failed cases, a table of outcomes by kind of case,
+/// and how to reproduce the first failure by hand. `command` runs the cases again: "t4d conform
+/// reader
+/// --reader ./my-reader"; `serve` as in SuiteOptions.
+std::string reportText(const std::string& reader, const std::string& command, bool serve,
                        const std::vector<ReaderCase>& cases,
                        const std::vector<ReaderResult>& results, std::size_t most);
 

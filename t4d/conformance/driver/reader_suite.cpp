@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/conformance/driver/served_reader.h"
 #include "t4d/system/temporary_folder.h"
 
 namespace t4d::conformance {
@@ -17,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A reader that does not end costs RunLimits::seconds each time.
+/// A reader that hangs costs SuiteOptions::timeoutSeconds each time.
 constexpr int kSlowTrialsOfCase = 2;
 constexpr int kSlowTrials = 20;
 /// How many wrong trials of a case are named, and their files kept.
@@ -39,14 +40,10 @@ std::string shortly(const Trial& trial) {
   return trial.about.substr(0, trial.about.find(" with "));
 }
 
-struct TrialResult {
-  Judgement judgement;
-  double seconds = 0;
-};
 /// Of the trials of one case; none where it was not run.
 using TrialResults = std::vector<std::optional<TrialResult>>;
 
-/// Runs the trials of all cases, taken one after the other by as many threads as may run.
+/// Runs the trials of all cases. Threads take them from one queue, in order.
 class SuiteRun {
  public:
   SuiteRun(const std::vector<ReaderCase>& cases, const SuiteOptions& options,
@@ -78,45 +75,82 @@ class SuiteRun {
 
  private:
   void work(const fs::path& path) {
+    ServedReader served(options_.command, options_.timeoutSeconds, options_.stop);
+    std::optional<std::pair<std::size_t, std::size_t>> last;
+    // What a serving reader does after its answer belongs to that request.
+    const auto blameLast = [&] {
+      const auto fault = last ? served.lateFault() : std::nullopt;
+      if (!fault) return;
+      const auto [i, j] = *last;
+      if (results_[i][j]->outcome == Outcome::Passed) {
+        *results_[i][j] = {Outcome::Crashed, *fault, results_[i][j]->seconds};
+      }
+      if (options_.first) found_ = true;
+    };
     while (!failed_ && !found_ && !(options_.stop != nullptr && *options_.stop)) {
       const std::size_t next = next_++;
-      if (next >= queue_.size()) return;
+      if (next >= queue_.size()) break;
       const auto [i, j] = queue_[next];
       if (slow_[i] >= kSlowTrialsOfCase || allSlow_ >= kSlowTrials) continue;
-      auto result = tried(*cases_[i].file, cases_[i].trials[j], path);
+      blameLast();
+      auto result = tried(*cases_[i].file, cases_[i].trials[j], path, served);
       if (!result) {
         const std::lock_guard lock(mutex_);
         error_ = result.error();
         failed_ = true;
         return;
       }
-      const Outcome outcome = result->judgement.outcome;
+      const Outcome outcome = result->outcome;
       if (outcome == Outcome::TimedOut) {
         ++slow_[i];
         ++allSlow_;
       }
       if (outcome != Outcome::Passed && options_.first) found_ = true;
-      if (outcome != Outcome::Skipped) results_[i][j] = std::move(*result);
+      if (outcome != Outcome::Skipped) {
+        results_[i][j] = std::move(*result);
+        last = {i, j};
+      }
       if (progress_ && mutex_.try_lock()) {
         progress_(static_cast<double>(next) / static_cast<double>(queue_.size()));
         mutex_.unlock();
       }
     }
+    blameLast();
   }
 
-  Result<TrialResult> tried(const CorpusFile& file, const Trial& trial,
-                            const fs::path& path) const {
+  Result<TrialResult> tried(const CorpusFile& file, const Trial& trial, const fs::path& path,
+                            ServedReader& served) const {
     const auto written = write(path, trial.damage ? trial.damage(file.bytes) : file.bytes);
     if (!written) return pass(written.error());
-    std::vector<std::string> words = options_.command;
-    words.push_back(path.string());
-    words.insert(words.end(), trial.request.begin(), trial.request.end());
-    system::RunLimits limits;
-    limits.seconds = options_.seconds;
-    limits.stop = options_.stop;
-    const auto run = system::runProgram(words, limits);
-    if (!run) return pass(run.error());
-    return TrialResult{judge(trial, *run, path.string(), options_.seconds), run->seconds};
+    const auto evaluated = [&](const Reply& reply) {
+      return evaluate(trial, reply, path.string(), options_.timeoutSeconds);
+    };
+    if (!options_.serve) {
+      std::vector<std::string> words = options_.command;
+      words.push_back(path.string());
+      words.insert(words.end(), trial.request.begin(), trial.request.end());
+      auto run = system::runProgram(
+          words, {.timeoutSeconds = options_.timeoutSeconds, .stop = options_.stop});
+      if (!run) return pass(run.error());
+      return evaluated(replyOf(std::move(*run)));
+    }
+    const bool fresh = !served.hasAnswered();
+    const auto reply = served.ask(trial.request, path.string());
+    if (!reply) return pass(reply.error());
+    TrialResult result = evaluated(*reply);
+    if (result.outcome != Outcome::Failed && result.outcome != Outcome::Crashed) return result;
+    served.restart();
+    if (fresh) return result;
+    const auto again = served.ask(trial.request, path.string());
+    if (!again) return pass(again.error());
+    const TrialResult alone = evaluated(*again);
+    if (alone.outcome == Outcome::Skipped) return alone;
+    if (alone.outcome == Outcome::Passed) {
+      result.message += "; a fresh process gets it right: an earlier request has left something";
+      return result;
+    }
+    served.restart();
+    return alone;
   }
 
   const std::vector<ReaderCase>& cases_;
@@ -146,18 +180,18 @@ ReaderResult resultOf(const ReaderCase& test, const TrialResults& trials) {
     notRun += trials[i] ? 0 : 1;
     if (!trials[i]) continue;
     result.seconds += trials[i]->seconds;
-    if (trials[i]->judgement.outcome != Outcome::Passed) result.wrong.push_back(i);
+    if (trials[i]->outcome != Outcome::Passed) result.wrong.push_back(i);
   }
   if (result.wrong.empty()) {
     if (notRun == 0) return result;
     result.outcome = Outcome::Skipped;
-    result.message = "not run: the run ended before, or too many starts took too long";
+    result.message = "not run: the run ended before, or too many requests timed out";
     return result;
   }
   std::stable_sort(result.wrong.begin(), result.wrong.end(), [&](std::size_t a, std::size_t b) {
-    return trials[a]->judgement.outcome > trials[b]->judgement.outcome;
+    return trials[a]->outcome > trials[b]->outcome;
   });
-  const Judgement& worst = trials[result.wrong[0]]->judgement;
+  const TrialResult& worst = *trials[result.wrong[0]];
   result.outcome = worst.outcome;
   result.message = fmt::format("{}: {}", test.trials[result.wrong[0]].about, worst.message);
   for (std::size_t i = 1; i < std::min(result.wrong.size(), kNamed); ++i) {

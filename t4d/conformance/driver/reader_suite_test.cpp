@@ -82,7 +82,7 @@ TEST_F(ReaderSuite, ARightReaderPasses) {
   const auto results = run(kRight);
   EXPECT_THAT(outcomes(results), ElementsAre(Outcome::Passed, Outcome::Passed, Outcome::Passed));
   for (const ReaderResult& result : results) EXPECT_EQ(result.message, "");
-  EXPECT_THAT(reportText("r", "t4d", cases_, results, 20), Not(HasSubstr("Look first")));
+  EXPECT_THAT(reportText("r", "t4d", false, cases_, results, 20), Not(HasSubstr("Look first")));
 }
 
 TEST_F(ReaderSuite, WrongReadersFailByTheRightCases) {
@@ -104,7 +104,7 @@ TEST_F(ReaderSuite, WrongReadersFailByTheRightCases) {
 
 TEST_F(ReaderSuite, AReaderThatSleepsIsLeftAloneSoon) {
   SuiteOptions options;
-  options.seconds = 0.3;
+  options.timeoutSeconds = 0.3;
   const auto results = run(R"([ x$text = xgood ] && echo "$answer" || sleep 60)", options);
   ASSERT_EQ(results.size(), 3U);
   EXPECT_EQ(results[1].outcome, Outcome::TimedOut);
@@ -112,7 +112,7 @@ TEST_F(ReaderSuite, AReaderThatSleepsIsLeftAloneSoon) {
   EXPECT_THAT(results[2].message, HasSubstr(" not run)"));
 }
 
-TEST_F(ReaderSuite, EndsAtTheFirstWhereAskedTo) {
+TEST_F(ReaderSuite, StopsAtTheFirstFailureIfAsked) {
   SuiteOptions options;
   options.first = true;
   const auto results = run("exit 3", options);
@@ -155,7 +155,7 @@ TEST_F(ReaderSuite, KeepsTheFilesThatWentWrong) {
   std::ifstream(folder_ / "kept/cut/good/cut-to-3-bytes.t4d") >> text;
   EXPECT_EQ(text, "goo");
   EXPECT_TRUE(fs::exists(folder_ / "kept/valid/good.t4d"));
-  EXPECT_THAT(reportText("./r", "t4d", cases_, results, 20),
+  EXPECT_THAT(reportText("./r", "t4d", false, cases_, results, 20),
               HasSubstr("Look first at valid/good:\n  t4d conform copy corpus   # once\n"
                         "  ./r corpus/valid/good.t4d describe"));
 }
@@ -184,6 +184,100 @@ TEST_F(ReaderSuite, ReportsInXmlThatHoldsWhateverAReaderSays) {
   EXPECT_THAT(xml, HasSubstr("it said: &lt;&amp;&quot;\\x01\\xff]]&gt;</failure>"));
   EXPECT_THAT(xml, HasSubstr("<testsuite name=\"cut\" tests=\"1\" failures=\"0\" errors=\"0\" "
                              "skipped=\"1\">\n    <testcase classname=\"t4d.cut\" name=\"good\""));
+}
+
+/// The same cases for readers that serve: after `$verb` and `$file`, the script prints a line.
+class ServingSuite : public ReaderSuite {
+ protected:
+  std::vector<ReaderResult> serve(const std::string& script, SuiteOptions options = {}) {
+    const fs::path reader = folder_ / "server";
+    std::ofstream(reader) << "#!/bin/sh\n[ \"$1\" = --serve ] || exit 9\nanswer='accept " << kAnswer
+                          << "'\necho started >>" << (folder_ / "starts").string()
+                          << "\nwhile read -r verb file; do\ntext=$(cat \"$file\")\n"
+                          << script << "\ndone\n";
+    fs::permissions(reader, fs::perms::owner_all);
+    options.command = {reader.string()};
+    options.serve = true;
+    const auto results = runReaderCases(cases_, options);
+    EXPECT_TRUE(results) << results.error().text();
+    return results.value_or(std::vector<ReaderResult>{});
+  }
+  int starts() const {
+    std::ifstream file(folder_ / "starts");
+    return static_cast<int>(std::count(std::istreambuf_iterator<char>(file), {}, '\n'));
+  }
+
+  static constexpr const char* kServed =
+      R"(if [ x$text = xgood ]; then echo "$answer"; else echo "refuse because"; fi)";
+};
+
+TEST_F(ServingSuite, ARightReaderPassesInOneProcess) {
+  const auto results = serve(kServed);
+  EXPECT_THAT(outcomes(results), ElementsAre(Outcome::Passed, Outcome::Passed, Outcome::Passed));
+  EXPECT_EQ(starts(), 1);
+}
+
+TEST_F(ServingSuite, WrongReadersFailByTheCasesOfThoseStartedEachTime) {
+  const auto accepting = serve(R"(echo "$answer")");
+  EXPECT_THAT(outcomes(accepting), ElementsAre(Outcome::Passed, Outcome::Failed, Outcome::Failed));
+  EXPECT_EQ(accepting[1].message, "describe: accepted, but it is bad");
+  EXPECT_THAT(accepting[2].message, HasSubstr("(4 of 4 wrong)"));
+  const auto refusing = serve("echo refuse no file is any good");
+  EXPECT_THAT(outcomes(refusing), ElementsAre(Outcome::Failed, Outcome::Passed, Outcome::Passed));
+  EXPECT_EQ(refusing[0].message,
+            "describe: refused, but the file is valid; it said: no file is any good");
+}
+
+TEST_F(ServingSuite, ChargesCrashesAndTimeoutsToTheirCases) {
+  const auto crashing = serve(std::string("[ x$text = xbad ] && kill -SEGV $$\n") + kServed);
+  EXPECT_THAT(outcomes(crashing), ElementsAre(Outcome::Passed, Outcome::Crashed, Outcome::Passed));
+  EXPECT_THAT(crashing[1].message, StartsWith("describe: ended by signal 11 (SIGSEGV)"));
+  const auto leaving = serve(std::string("[ x$text = xbad ] && exit 0\n") + kServed);
+  EXPECT_THAT(outcomes(leaving), ElementsAre(Outcome::Passed, Outcome::Crashed, Outcome::Passed));
+  EXPECT_THAT(leaving[1].message, HasSubstr("ended with exit code 0 instead of answering"));
+  SuiteOptions options;
+  options.timeoutSeconds = 0.3;
+  const auto hanging = serve(std::string("[ x$text = xbad ] && sleep 60\n") + kServed, options);
+  EXPECT_THAT(outcomes(hanging), ElementsAre(Outcome::Passed, Outcome::TimedOut, Outcome::Passed));
+}
+
+TEST_F(ServingSuite, RefusesWhatIsNoAnswer) {
+  cases_.resize(1);
+  for (const char* script : {"echo ok", "echo", "echo acceptable", "printf 'refuse'; exec >&-"}) {
+    for (const ReaderResult& result : serve(script)) {
+      EXPECT_EQ(result.outcome, Outcome::Crashed) << script << ": " << result.message;
+    }
+  }
+  EXPECT_THAT(serve("echo ok")[0].message,
+              HasSubstr("answered \"ok\", which is neither `accept JSON` nor `refuse WHY`"));
+  EXPECT_THAT(serve("exec >&-; sleep 60")[0].message, HasSubstr("closed its standard output"));
+}
+
+TEST_F(ServingSuite, RefusesAnswersThatNobodyAskedFor) {
+  const auto twice = serve(
+      std::string("if [ x$text = xbad ]; then printf 'refuse\\nrefuse again\\n'; continue; fi\n") +
+      kServed);
+  EXPECT_THAT(outcomes(twice), ElementsAre(Outcome::Passed, Outcome::Crashed, Outcome::Passed));
+  EXPECT_THAT(twice[1].message,
+              HasSubstr("wrote more than one line for this request: \"refuse again"));
+  // All at once, before any request.
+  std::ofstream(folder_ / "early") << "#!/bin/sh\nyes refuse\n";
+  fs::permissions(folder_ / "early", fs::perms::owner_all);
+  SuiteOptions options;
+  options.command = {(folder_ / "early").string()};
+  options.serve = true;
+  const auto early = runReaderCases(cases_, options);
+  ASSERT_TRUE(early);
+  for (const ReaderResult& result : *early) EXPECT_NE(result.outcome, Outcome::Passed);
+}
+
+TEST_F(ServingSuite, SaysWhereAnEarlierRequestHasLeftSomething) {
+  const auto results = serve(std::string("[ $seen ] && text=bad; seen=1\n") + kServed);
+  EXPECT_THAT(outcomes(results), ElementsAre(Outcome::Passed, Outcome::Passed, Outcome::Passed));
+  std::swap(cases_[0], cases_[1]);
+  const auto swapped = serve(std::string("[ $seen ] && text=bad; seen=1\n") + kServed);
+  EXPECT_EQ(swapped[1].outcome, Outcome::Failed);
+  EXPECT_THAT(swapped[1].message, HasSubstr("a fresh process gets it right"));
 }
 
 TEST(ReaderCases, AreInOrderAndHaveNamesOfTheirOwn) {
@@ -227,9 +321,9 @@ TEST(ReaderCases, OfAFeatureThatAReaderDoesNotKnowAreRefusals) {
 TEST(ReaderCases, AreChosenByGlobsAndFolders) {
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files);
-  ASSERT_TRUE(selectCases(cases, {"valid/one-simplex*", "poison"}, {"*/one-simplex"}));
+  ASSERT_TRUE(selectCases(cases, {"valid/one-simplex*", "overwrite"}, {"*/one-simplex"}));
   for (const ReaderCase& test : cases) {
-    EXPECT_TRUE(test.id.starts_with("valid/one-simplex") || test.id.starts_with("poison/"));
+    EXPECT_TRUE(test.id.starts_with("valid/one-simplex") || test.id.starts_with("overwrite/"));
     EXPECT_EQ(test.skipped.empty(), !test.id.ends_with("/one-simplex")) << test.id;
   }
   EXPECT_THAT(selectCases(cases, {}, {"nothing/like*"}).error().text(),
@@ -243,7 +337,7 @@ TEST(ReaderCases, AreChosenByNamesAndByWhatAShellMakesOfThem) {
     EXPECT_TRUE(selectCases(cases, {pattern}, {})) << pattern;
     return cases.size();
   };
-  EXPECT_EQ(chosen("one-simplex"), 4U);  // in valid, cut, flip and poison
+  EXPECT_EQ(chosen("one-simplex"), 4U);  // in valid, cut, flip and overwrite
   EXPECT_EQ(chosen("valid/one-simplex.t4d"), 1U);
   EXPECT_EQ(chosen("invalid/"), chosen("invalid"));
 }
@@ -251,7 +345,7 @@ TEST(ReaderCases, AreChosenByNamesAndByWhatAShellMakesOfThem) {
 TEST(ReaderCases, SomeMustBeLeft) {
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files);
-  EXPECT_THAT(selectCases(cases, {"cut"}, {"cut"}).error().text(), HasSubstr("nothing is left"));
+  EXPECT_THAT(selectCases(cases, {"cut"}, {"cut"}).error().text(), HasSubstr("no case is left"));
 }
 
 /// A slice, too, must see what is broken in what it reads.

@@ -2,11 +2,12 @@
 // Reads a .t4d file as the appendix "A reader under test" of t4d/formats/t4d/SPEC.md asks:
 //
 //     t4d_reader.mjs FILE describe     reads everything and checks every rule
-//     t4d_reader.mjs FILE slice T      reads what the slice needs, no more where there is an index
+//     t4d_reader.mjs FILE slice T      reads what the slice needs, no more if there is an index
+//     t4d_reader.mjs --serve           answers such requests from standard input, one a line
 //
-// Prints one JSON object and exits with 0, or refuses the file with 1 and says why on standard
-// error. 2 is wrong usage; a mistake in this program is 70, for Node's own 1 would look like a
-// refusal.
+// Prints one JSON object and exits with 0, or refuses the file, exits with 1 and says why on
+// standard error. 2 is wrong usage. A mistake in this program exits with 70: Node's own 1 would
+// look like a refusal.
 //
 // Bytes are taken apart by the parser that compile.mjs makes of t4d/formats/t4d/t4d.ksy, and by nothing
 // else. It checks what the grammar can say; what is checked here is the rest: checksums, text,
@@ -18,8 +19,9 @@
 // never looked at, only their bytes.
 //
 // It is started from the folder that compile.mjs makes.
-import { fstatSync, openSync, readSync } from 'node:fs';
+import { closeSync, fstatSync, openSync, readSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import { createInterface } from 'node:readline';
 
 const require = createRequire(import.meta.url);
 const KaitaiStream = require('kaitai-struct/KaitaiStream');
@@ -61,6 +63,10 @@ class File {
       done += more;
     }
     return bytes;
+  }
+
+  close() {
+    closeSync(this.descriptor);
   }
 }
 
@@ -678,22 +684,58 @@ function measure({ points, triangles }) {
   };
 }
 
-async function main([path, verb, time, ...rest]) {
+/** ['describe'] or ['slice', time], or null. */
+function requestOf([verb, time, ...rest]) {
+  if (verb === 'describe' && time === undefined) return [verb];
   const isSlice = verb === 'slice' && time?.trim() && !Number.isNaN(Number(time));
-  if (!(verb === 'describe' && time === undefined) && !(isSlice && rest.length === 0)) {
-    console.error('usage: t4d_reader.mjs FILE describe | FILE slice T');
-    return 2;
-  }
+  return isSlice && rest.length === 0 ? [verb, Number(time)] : null;
+}
+
+/** { answer }, { refusal } or { mistake }. */
+async function respond(path, [verb, time]) {
+  let file;
   try {
-    const file = new File(path);
-    const answer = isSlice ? await slice(file, Number(time)) : await describe(file);
-    process.stdout.write(`${JSON.stringify(answer, null, 1)}\n`);
-    return 0;
+    file = new File(path);
+    return { answer: verb === 'slice' ? await slice(file, time) : await describe(file) };
   } catch (error) {
     const isRefusal = error instanceof Invalid || error.syscall !== undefined;
-    console.error(isRefusal ? `${path}: ${error.message}` : error);
-    return isRefusal ? 1 : 70;
+    return isRefusal ? { refusal: `${path}: ${error.message}` } : { mistake: error };
+  } finally {
+    file?.close();
   }
+}
+
+/** Answers requests line by line: "describe FILE", "slice T FILE". */
+async function serve() {
+  for await (const line of createInterface({ input: process.stdin, crlfDelay: Infinity })) {
+    const [, verb, time, path] = /^(\S+) (?:(?<=^slice )(\S+) )?(.*)$/.exec(line) ?? [];
+    const request = requestOf(time === undefined ? [verb] : [verb, time]);
+    const { answer, refusal, mistake } =
+      request ? await respond(path, request) : { mistake: `not a request: ${line}` };
+    if (mistake) {
+      console.error(mistake);
+      return 70;
+    }
+    process.stdout.write(answer
+      ? `accept ${JSON.stringify(answer)}\n` : `refuse ${refusal.replaceAll('\n', ' ')}\n`);
+  }
+  return 0;
+}
+
+async function main([path, ...words]) {
+  if (path === '--serve' && words.length === 0) return serve();
+  const request = requestOf(words);
+  if (!request) {
+    console.error('usage: t4d_reader.mjs FILE describe | FILE slice T | --serve');
+    return 2;
+  }
+  const { answer, refusal, mistake } = await respond(path, request);
+  if (!answer) {
+    console.error(refusal ?? mistake);
+    return refusal ? 1 : 70;
+  }
+  process.stdout.write(`${JSON.stringify(answer, null, 1)}\n`);
+  return 0;
 }
 
 process.exitCode = await main(process.argv.slice(2));

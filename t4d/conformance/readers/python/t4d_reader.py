@@ -2,18 +2,19 @@
 """Reads a .t4d file as the appendix "A reader under test" of t4d/formats/t4d/SPEC.md asks:
 
     t4d_reader.py FILE describe     reads everything and checks every rule
-    t4d_reader.py FILE slice T      reads what the slice needs, no more where the file has an index
+    t4d_reader.py FILE slice T      reads what the slice needs, no more if the file has an index
+    t4d_reader.py --serve           answers such requests from standard input, one a line
 
-Prints one JSON object and exits with 0, or refuses the file with 1; the message on standard error
-then names the byte, counted from the beginning of the file, and the rule. 2 is wrong usage. A
-mistake in this program is 70, for the 1 that Python itself ends with would look like a refusal.
+Prints one JSON object and exits with 0, or refuses the file and exits with 1; the message on
+standard error then names the rule and the byte, counted from the beginning of the file. 2 is wrong
+usage. A mistake in this program exits with 70: Python's own 1 would look like a refusal.
 
-Written from SPEC.md alone, for Python 3.11 and its standard library. That has no Zstandard before
-3.14, so arrays of codec 1 go through the system's libzstd.so.1 by ctypes: a decompressor is too
-much for an example, a profile without compression would leave out most files that there are, and
-hardly a Linux lacks the library. Only files with such an array need it.
+Written from SPEC.md alone, for Python 3.11 and its standard library. Python has no Zstandard before
+3.14, so arrays of codec 1 are decompressed by the system's libzstd.so.1 through ctypes. Files
+without such arrays do not need it.
 """
 import json
+import os
 import struct
 import sys
 from array import array
@@ -740,32 +741,66 @@ def describe_slice(name, points, triangles):
             "volume": volume.hex(), "area": area.hex(), **bounds(corners_of(points.values()), 3)}
 
 
-def main(arguments):
-    try:
-        path, verb, *rest = arguments
-        time = [float(each) for each in rest]
-        if (verb, len(time)) not in (("describe", 0), ("slice", 1)) or any(map(isnan, time)):
-            raise ValueError
-    except ValueError:
-        print("usage: t4d_reader.py FILE describe | FILE slice T", file=sys.stderr)
-        return 2
+def answer(path, verb, *time):
+    """(0, the answer), (1, why the file is refused) or (70, the mistake in this program)"""
+    file = None
     try:
         file = File(path)
-        print(json.dumps(slice_at(file, *time) if verb == "slice" else describe(file), indent=1))
-        return 0
+        return 0, slice_at(file, *time) if verb == "slice" else describe(file)
     except (Invalid, OSError) as error:
-        print(f"{path}: {error}", file=sys.stderr)
-        return 1
+        return 1, f"{path}: {error}"
     except MemoryError:
-        print(f"{path}: not enough memory", file=sys.stderr)
-        return 1
+        return 1, f"{path}: not enough memory"
     except Exception as error:
         frame = error.__traceback__
         while frame.tb_next:
             frame = frame.tb_next
-        print(f"t4d_reader.py, line {frame.tb_lineno}: {error!r}: a mistake in this program",
-              file=sys.stderr)
-        return 70
+        return 70, f"t4d_reader.py, line {frame.tb_lineno}: {error!r}: a mistake in this program"
+    finally:
+        if file:
+            file.stream.close()
+
+
+def request_of(words):
+    """("describe",) or ("slice", T), or None"""
+    try:
+        verb, *rest = words
+        time = [float(each) for each in rest]
+    except ValueError:
+        return None
+    known = (verb, len(time)) in (("describe", 0), ("slice", 1)) and not any(map(isnan, time))
+    return (verb, *time) if known else None
+
+
+def serve():
+    """Answers requests line by line: "describe FILE", "slice T FILE"."""
+    sys.stdout.reconfigure(errors="backslashreplace")
+    for line in sys.stdin.buffer:
+        verb, _, path = os.fsdecode(line.rstrip(b"\n")).partition(" ")
+        words = [verb]
+        if verb == "slice":
+            time, _, path = path.partition(" ")
+            words.append(time)
+        request = request_of(words)
+        code, found = answer(path, *request) if request else (2, f"what is {verb!r}?")
+        if code > 1:
+            print(found, file=sys.stderr)
+            return code
+        reply = "refuse " + " ".join(found.split()) if code else "accept " + json.dumps(found)
+        print(reply, flush=True)
+    return 0
+
+
+def main(arguments):
+    if arguments == ["--serve"]:
+        return serve()
+    request = request_of(arguments[1:])
+    if not request:
+        print("usage: t4d_reader.py FILE describe | FILE slice T | --serve", file=sys.stderr)
+        return 2
+    code, found = answer(arguments[0], *request)
+    print(found if code else json.dumps(found, indent=1), file=sys.stderr if code else sys.stdout)
+    return code
 
 
 if __name__ == "__main__":

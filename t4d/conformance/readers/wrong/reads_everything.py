@@ -1,5 +1,5 @@
 #!/usr/bin/python3 -IS
-# caught by: poison
+# caught by: overwrite
 """Reads and checks the whole file before it answers a slice."""
 import sys
 

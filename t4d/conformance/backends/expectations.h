@@ -14,7 +14,7 @@ namespace t4d::conformance {
 /// fraction s of a step that turns by theta has exactly the volume
 /// V0 (1 - 2 s (1 - s) (1 - cos theta)), so a step of duration dt encloses V0 dt (2 + cos theta)
 /// / 3. Tolerances are those of rounding. With `cones` the ends are closed by cones, not by TetGen.
-Result<Law> sweptLaw(const Case& given, bool cones);
+Result<Expectation> sweptExpectation(const Case& given, bool cones);
 
 /// Voxels of an edge, and equally many frames a voxel of motion.
 struct Resolution {
@@ -41,13 +41,13 @@ std::vector<Resolution> voxelResolutions(const Case& given);
 ///
 /// And each vertex of a slice shares its cell with a point inside and one outside: the surface is
 /// no farther away than the diagonal of a voxel and the motion between two frames.
-Law voxelLaw(const Case& given, const Resolution& resolution);
+Expectation voxelExpectation(const Case& given, const Resolution& resolution);
 
 /// The paper's mask frames: the case has `voxels.mask`.
-Law maskLaw(const Case& given);
+Expectation maskExpectation(const Case& given);
 
 /// The true solid of a mesh case, within a fraction of what is measured: for a backend of which
 /// nothing else is known. It may close the ends by cones.
-Law trueLaw(const Case& given, double relativeTolerance);
+Expectation solidExpectation(const Case& given, double relativeTolerance);
 
 }  // namespace t4d::conformance

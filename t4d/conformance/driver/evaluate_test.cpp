@@ -1,4 +1,4 @@
-#include "t4d/conformance/driver/judge.h"
+#include "t4d/conformance/driver/evaluate.h"
 
 #include <csignal>
 
@@ -12,18 +12,17 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-system::ProgramRun exited(int code, const std::string& output = "",
-                          const std::string& message = "") {
+Reply exited(int code, const std::string& output = "", const std::string& message = "") {
   system::ProgramRun run;
   run.code = code;
   run.output = output;
   run.message = message;
-  return run;
+  return replyOf(run);
 }
 
-/// What is said of a run, and "" where it is right.
-std::string said(const Trial& trial, const system::ProgramRun& run) {
-  return judge(trial, run, "/tmp/x/3.t4d", 10).message;
+/// The message for a reply; "" if it is right.
+std::string said(const Trial& trial, const Reply& reply) {
+  return evaluate(trial, reply, "/tmp/x/3.t4d", 10).message;
 }
 
 Trial valid() {
@@ -41,21 +40,21 @@ Trial damaged() {
   return trial;
 }
 
-TEST(Judge, TakesTheAnswerWithWhateverElseIsInIt) {
+TEST(Evaluate, TakesTheAnswerWithWhateverElseIsInIt) {
   EXPECT_EQ(said(valid(), exited(0, valid().answer.json)), "");
   EXPECT_EQ(said(valid(), exited(0, R"( {"more": [1], "version": "1.0",
       "bodies": [{"name": "a", "vertices": "14"}]} )")),
             "");
 }
 
-TEST(Judge, NamesTheMemberThatIsWrong) {
+TEST(Evaluate, NamesTheMemberThatIsWrong) {
   EXPECT_EQ(said(valid(), exited(0, R"({"version": "1.0",
                                         "bodies": [{"name": "a", "vertices": "12"}]})")),
             "bodies[0].vertices is \"12\", not \"14\"");
   EXPECT_EQ(said(valid(), exited(0, "[]")), "the answer is not an object");
 }
 
-TEST(Judge, ShowsWhatIsPrintedInsteadOfJson) {
+TEST(Evaluate, ShowsWhatIsPrintedInsteadOfJson) {
   EXPECT_EQ(said(valid(), exited(0, "14 vertices\n\x1b[0m")),
             "accepted, but what it printed is not one JSON object: wrong from byte 3, "
             "\"vertices\\n\\x1b[0m\"");
@@ -65,7 +64,7 @@ TEST(Judge, ShowsWhatIsPrintedInsteadOfJson) {
               HasSubstr("wrong from byte 15, \"and more"));
 }
 
-TEST(Judge, SaysWhyAFileMustBeAcceptedOrRefused) {
+TEST(Evaluate, SaysWhyAFileMustBeAcceptedOrRefused) {
   EXPECT_EQ(said(damaged(), exited(0)),
             "accepted, but rule H2 is broken at byte 20: The checksum is wrong.");
   EXPECT_EQ(said(damaged(), exited(1)), "");
@@ -74,7 +73,7 @@ TEST(Judge, SaysWhyAFileMustBeAcceptedOrRefused) {
   EXPECT_THAT(said(valid(), exited(1)), HasSubstr("it said nothing"));
 }
 
-TEST(Judge, LeavesToReadersWhatTheyMayDecide) {
+TEST(Evaluate, LeavesToReadersWhatTheyMayDecide) {
   Trial either = valid();
   either.wrongToRefuse.clear();
   EXPECT_EQ(said(either, exited(1)), "");
@@ -84,19 +83,21 @@ TEST(Judge, LeavesToReadersWhatTheyMayDecide) {
   EXPECT_EQ(said(either, exited(0, "anything")), "");
 }
 
-TEST(Judge, TellsCrashesFromRefusals) {
-  system::ProgramRun run = exited(SIGSEGV, "", "one\ntwo\nthree\nfour\n");
+TEST(Evaluate, TellsCrashesFromRefusals) {
+  system::ProgramRun run;
+  run.code = SIGSEGV;
+  run.message = "one\ntwo\nthree\nfour\n";
   run.end = system::ProgramRun::End::Signalled;
-  Judgement judgement = judge(damaged(), run, "x", 10);
-  EXPECT_EQ(judgement.outcome, Outcome::Crashed);
-  EXPECT_EQ(judgement.message, "ended by signal 11 (SIGSEGV); it said: two\\nthree\\nfour");
-  judgement = judge(damaged(), exited(3), "x", 10);
-  EXPECT_EQ(judgement.outcome, Outcome::Crashed);
-  EXPECT_THAT(judgement.message, StartsWith("ended with exit code 3"));
+  TrialResult result = evaluate(damaged(), replyOf(run), "x", 10);
+  EXPECT_EQ(result.outcome, Outcome::Crashed);
+  EXPECT_EQ(result.message, "ended by signal 11 (SIGSEGV); it said: two\\nthree\\nfour");
+  result = evaluate(damaged(), exited(3), "x", 10);
+  EXPECT_EQ(result.outcome, Outcome::Crashed);
+  EXPECT_THAT(result.message, StartsWith("ended with exit code 3"));
   run.end = system::ProgramRun::End::TimedOut;
-  judgement = judge(damaged(), run, "x", 10);
-  EXPECT_EQ(judgement.outcome, Outcome::TimedOut);
-  EXPECT_THAT(judgement.message, StartsWith("did not end within 10 s"));
+  result = evaluate(damaged(), replyOf(run), "x", 10);
+  EXPECT_EQ(result.outcome, Outcome::TimedOut);
+  EXPECT_THAT(result.message, StartsWith("no answer within 10 s"));
 }
 
 TEST(PlainText, KeepsTextAndEscapesTheRest) {

@@ -1,4 +1,4 @@
-#include "t4d/conformance/backends/laws.h"
+#include "t4d/conformance/backends/expectations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -100,13 +100,13 @@ std::function<double(const Point3&)> distanceAt(
 /// The slices of a case; `volume` gives the measure at a time. Vertices may be `off` the true
 /// surface.
 template <class Volume>
-std::vector<SliceLaw> slicesOf(const Case& given, const Volume& volume, double off,
-                               const std::string& reason) {
+std::vector<SliceExpectation> slicesOf(const Case& given, const Volume& volume, double off,
+                                       const std::string& reason) {
   const auto tree =
       given.mesh ? std::make_shared<measure::TriangleTree>(given.mesh->mesh) : nullptr;
-  std::vector<SliceLaw> slices;
+  std::vector<SliceExpectation> slices;
   const auto add = [&](double time) {
-    SliceLaw& slice = slices.emplace_back();
+    SliceExpectation& slice = slices.emplace_back();
     slice.time = time;
     slice.volume = volume(time);
     slice.surface.emplace();
@@ -118,7 +118,7 @@ std::vector<SliceLaw> slicesOf(const Case& given, const Volume& volume, double o
   for (const double time : given.sliceTimes()) add(time);
   if (!given.field) return slices;
   for (const fixtures::Topology& topology : given.field->topology) {
-    const auto same = [&](const SliceLaw& slice) { return slice.time == topology.time; };
+    const auto same = [&](const SliceExpectation& slice) { return slice.time == topology.time; };
     if (std::none_of(slices.begin(), slices.end(), same)) add(topology.time);
     std::find_if(slices.begin(), slices.end(), same)->genera = generaOf(topology);
   }
@@ -171,7 +171,7 @@ double sliceOfStep(double volume, double s, double theta) {
 
 }  // namespace
 
-Result<Law> sweptLaw(const Case& given, bool cones) {
+Result<Expectation> sweptExpectation(const Case& given, bool cones) {
   const MovingMesh& moving = *given.mesh;
   const model::Motion& motion = moving.motion;
   const auto steps =
@@ -180,9 +180,9 @@ Result<Law> sweptLaw(const Case& given, bool cones) {
   const Rounding rounding = roundingOf(moving);
   const std::string reason = "exact but for rounding";
 
-  Law law;
-  law.timeBegin = {motion.timeBegin(), 0, "exact"};
-  law.timeEnd = {motion.timeEnd(), 0, "exact"};
+  Expectation expectation;
+  expectation.timeBegin = {motion.timeBegin(), 0, "exact"};
+  expectation.timeEnd = {motion.timeEnd(), 0, "exact"};
   double longestEdge = 0;
   for (const model::Triangle& triangle : moving.mesh.triangles) {
     for (int i = 0; i < 3; ++i) {
@@ -211,8 +211,8 @@ Result<Law> sweptLaw(const Case& given, bool cones) {
     off = std::max(off, radiusAbout(segment, moving) * (1 - std::cos(theta / 2)) +
                             longestEdge * theta / 4 + rounding.position);
   }
-  law.hypervolume = {hypervolume, rounding.hypervolume, reason};
-  law.bounds = {box, rounding.position, reason};
+  expectation.hypervolume = {hypervolume, rounding.hypervolume, reason};
+  expectation.bounds = {box, rounding.position, reason};
   const auto volumeAt = [&](double time) {
     std::size_t i = 0;
     while (i + 1 < motion.segments.size() && time >= motion.segments[i].timeEnd) ++i;
@@ -222,22 +222,23 @@ Result<Law> sweptLaw(const Case& given, bool cones) {
     return Measure{sliceOfStep(moving.volume, at - std::floor(at), thetaOf(i)), rounding.volume,
                    reason};
   };
-  law.slices = slicesOf(given, volumeAt, off, "chords instead of arcs");
+  expectation.slices = slicesOf(given, volumeAt, off, "chords instead of arcs");
 
   const std::uint64_t v = moving.mesh.vertices.size();
   const std::uint64_t f = moving.mesh.triangles.size();
   const std::uint64_t e = 3 * f / 2;
-  law.sideCounts = {(allSteps + 1) * v + allSteps * (e + f), 14 * f * allSteps};
-  law.countsReason = "(steps + 1) V + steps (E + F) vertices, 14 F steps tetrahedra";
-  law.manifoldCaps = !cones;
+  expectation.sideCounts = {(allSteps + 1) * v + allSteps * (e + f), 14 * f * allSteps};
+  expectation.countsReason = "(steps + 1) V + steps (E + F) vertices, 14 F steps tetrahedra";
+  expectation.manifoldCaps = !cones;
   if (cones) {
-    law.counts = {law.sideCounts->vertices + 2, law.sideCounts->tetrahedra + 2 * f};
-    law.countsReason += ", and two cones";
+    expectation.counts = {expectation.sideCounts->vertices + 2,
+                          expectation.sideCounts->tetrahedra + 2 * f};
+    expectation.countsReason += ", and two cones";
   } else if (given.meshCounts) {
-    law.counts = given.meshCounts;
-    law.countsReason += "; the paper's Table 1";
+    expectation.counts = given.meshCounts;
+    expectation.countsReason += "; the paper's Table 1";
   }
-  return law;
+  return expectation;
 }
 
 std::vector<Resolution> voxelResolutions(const Case& given) {
@@ -259,7 +260,7 @@ std::vector<Resolution> voxelResolutions(const Case& given) {
   return resolutions;
 }
 
-Law voxelLaw(const Case& given, const Resolution& resolution) {
+Expectation voxelExpectation(const Case& given, const Resolution& resolution) {
   const double h = resolution.voxelSize;
   const model::TimeSpan span = given.time();
   const double duration = span.end - span.begin;
@@ -276,10 +277,10 @@ Law voxelLaw(const Case& given, const Resolution& resolution) {
   };
   const std::string reason = "bound of order h^2 for linear interpolation of the distance";
 
-  Law law;
-  law.timeBegin = {span.begin, 0, "flat caps lie exactly at the first frame's time"};
-  law.timeEnd = {span.end, 0, "flat caps lie exactly at the last frame's time"};
-  law.slices = slicesOf(
+  Expectation expectation;
+  expectation.timeBegin = {span.begin, 0, "flat caps lie exactly at the first frame's time"};
+  expectation.timeEnd = {span.end, 0, "flat caps lie exactly at the last frame's time"};
+  expectation.slices = slicesOf(
       given,
       [&](double time) {
         return Measure{given.volumeAt(time), errorAt(time), reason};
@@ -291,7 +292,7 @@ Law voxelLaw(const Case& given, const Resolution& resolution) {
     for (std::uint64_t i = 0; i < resolution.steps; ++i) {
       error += frameTime * errorAt(span.begin + (static_cast<double>(i) + 0.5) * frameTime);
     }
-    law.hypervolume = {*hypervolume, error, reason};
+    expectation.hypervolume = {*hypervolume, error, reason};
   }
   if (given.mesh) {
     Bounds3 box;
@@ -302,27 +303,27 @@ Law voxelLaw(const Case& given, const Resolution& resolution) {
     // A ball of radius sqrt(3)/2 voxels always holds a lattice point, and touches the three faces
     // of a cube's corner when its centre is sqrt(3) times that from the tip.
     const double tip = (1 + std::numbers::sqrt3) * std::numbers::sqrt3 / 2 * h;
-    law.bounds = {box, tip, "a cube's tip in which no lattice point lies is cut off"};
+    expectation.bounds = {box, tip, "a cube's tip in which no lattice point lies is cut off"};
   }
-  return law;
+  return expectation;
 }
 
-Law maskLaw(const Case& given) {
+Expectation maskExpectation(const Case& given) {
   const MovingMesh& moving = *given.mesh;
   const double h = given.voxels.voxelSizes.front();
   const double last = static_cast<double>(given.voxels.maskFrames - 1);
   const double begin = moving.motion.timeBegin();
   const double rounding = 1e3 * kEpsilon * given.voxels.maskVolume;
-  Law law;
-  law.timeBegin = {begin, 0, "flat caps lie exactly at the first frame's time"};
-  law.timeEnd = {begin + last, 0, "flat caps lie exactly at the last frame's time"};
-  law.hypervolume = {given.voxels.maskVolume * last, rounding * last,
-                     "exact but for rounding: a step encloses the mean of its two layers"};
-  law.counts = given.voxels.counts;
-  law.countsReason = "the paper's Table 1";
+  Expectation expectation;
+  expectation.timeBegin = {begin, 0, "flat caps lie exactly at the first frame's time"};
+  expectation.timeEnd = {begin + last, 0, "flat caps lie exactly at the last frame's time"};
+  expectation.hypervolume = {given.voxels.maskVolume * last, rounding * last,
+                             "exact but for rounding: a step encloses the mean of its two layers"};
+  expectation.counts = given.voxels.counts;
+  expectation.countsReason = "the paper's Table 1";
   const auto tree = std::make_shared<measure::TriangleTree>(moving.mesh);
   for (const double time : {0.0, std::floor(0.37 * last), last}) {
-    SliceLaw& slice = law.slices.emplace_back();
+    SliceExpectation& slice = expectation.slices.emplace_back();
     slice.time = begin + time;
     slice.volume = {given.voxels.maskVolume, rounding, "exact but for rounding"};
     slice.surface.emplace();
@@ -335,37 +336,37 @@ Law maskLaw(const Case& given) {
   for (const double time : {0.0, last}) addPosed(box, moving, moving.motion.at(begin + time));
   box.min.array() += 0.5 * h;
   box.max.array() -= 0.5 * h;
-  law.bounds = {box, 1e3 * kEpsilon * box.max.cwiseAbs().maxCoeff(),
-                "half a voxel within the cube, whose faces lie on lattice points"};
-  return law;
+  expectation.bounds = {box, 1e3 * kEpsilon * box.max.cwiseAbs().maxCoeff(),
+                        "half a voxel within the cube, whose faces lie on lattice points"};
+  return expectation;
 }
 
-Law trueLaw(const Case& given, double relativeTolerance) {
+Expectation solidExpectation(const Case& given, double relativeTolerance) {
   const MovingMesh& moving = *given.mesh;
   const model::TimeSpan span = given.time();
   const double duration = span.end - span.begin;
   const std::string reason = fmt::format("the true solid, within {:g}", relativeTolerance);
-  Law law;
-  law.timeBegin = {span.begin, relativeTolerance * duration, reason};
-  law.timeEnd = {span.end, relativeTolerance * duration, reason};
-  law.hypervolume = {moving.volume * duration, relativeTolerance * moving.volume * duration,
-                     reason};
+  Expectation expectation;
+  expectation.timeBegin = {span.begin, relativeTolerance * duration, reason};
+  expectation.timeEnd = {span.end, relativeTolerance * duration, reason};
+  expectation.hypervolume = {moving.volume * duration, relativeTolerance * moving.volume * duration,
+                             reason};
   // Between two of so many poses nothing bulges out by a millionth of the path.
   constexpr int kPoses = 1024;
   Bounds3 box;
   for (int i = 0; i <= kPoses; ++i) {
     addPosed(box, moving, moving.motion.at(span.begin + duration * i / kPoses));
   }
-  law.manifoldCaps = false;
+  expectation.manifoldCaps = false;
   const double length = relativeTolerance * (box.max - box.min).norm();
-  law.bounds = {box, length, reason + " of the diagonal"};
-  law.slices = slicesOf(
+  expectation.bounds = {box, length, reason + " of the diagonal"};
+  expectation.slices = slicesOf(
       given,
       [&](double) {
         return Measure{moving.volume, relativeTolerance * moving.volume, reason};
       },
       length, reason + " of the diagonal");
-  return law;
+  return expectation;
 }
 
 }  // namespace t4d::conformance

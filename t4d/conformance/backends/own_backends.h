@@ -1,0 +1,21 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "t4d/conformance/backends/backend.h"
+
+namespace t4d::conformance {
+
+/// Sweeps triangles (mesh4d). Ends are closed by TetGen, or by cones in a build without it.
+std::unique_ptr<Backend> meshBackend();
+
+/// Weaves voxels (voxel4d): level sets of a moving mesh, or samples of a field.
+std::unique_ptr<Backend> voxelBackend();
+
+/// All of the above, in the order in which they are listed. A new backend is a file that defines
+/// its function, a declaration here, and a line in the table of own_backends.cpp; `t4d conform
+/// backends` takes their names from here.
+std::vector<std::unique_ptr<Backend>> ownBackends();
+
+}  // namespace t4d::conformance

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+
+#include "t4d/conformance/driver/reader_cases.h"
+#include "t4d/system/child_process.h"
+
+namespace t4d::conformance {
+
+/// From right to worst.
+enum class Outcome : std::uint8_t {
+  Passed,
+  Skipped,
+  Failed,  ///< accepted or refused the wrong file, or gave a wrong answer
+  TimedOut,
+  Crashed,  ///< ended by a signal, or in a way that the protocol does not know
+};
+
+/// "passed", "timed_out".
+const char* nameOf(Outcome outcome);
+
+/// What a reader made of a request.
+struct Reply {
+  enum class Kind : std::uint8_t {
+    Accepted,
+    Refused,
+    Malformed,  ///< it broke the protocol of a serving reader; `message` says how
+    Exited,     ///< without a reply, with the exit code `code`
+    Signalled,  ///< by the signal `code`
+    TimedOut,
+    Stopped,  ///< by us, on request
+  };
+  Kind kind = Kind::Accepted;
+  int code = 0;
+  std::string output;   ///< the answer of a reader that accepts
+  std::string message;  ///< what it said on standard error, or why it refused
+  double seconds = 0;
+};
+
+/// The reply of a reader that was started for one request: exit code 0 accepts, 1 refuses.
+Reply replyOf(system::ProgramRun run);
+
+struct TrialResult {
+  Outcome outcome = Outcome::Passed;
+  std::string message;  ///< what is wrong, for the author of the reader; empty if it passed
+  double seconds = 0;
+};
+
+/// Compares a reply with what the trial requires. `path` is the file that the reader was given,
+/// called FILE in messages; `timeoutSeconds` what it was allowed.
+TrialResult evaluate(const Trial& trial, const Reply& reply, const std::string& path,
+                     double timeoutSeconds);
+
+}  // namespace t4d::conformance

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "t4d/model/slab.h"
+
+namespace t4d::tools {
+
+/// Shows on standard error how far a long job has got. On a terminal: a bar, after half a second,
+/// erased at the end. Elsewhere, as in a log: a line every ten seconds.
+class ProgressBar {
+ public:
+  /// Where it prints, and the time in seconds.
+  struct Console {
+    bool terminal;
+    std::function<double()> now;
+    std::function<void(const std::string&)> print;
+  };
+  static Console standardError();
+
+  explicit ProgressBar(std::string title, Console console = standardError());
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// For an option of type model::Progress; valid as long as the bar exists.
+  model::Progress callback();
+
+ private:
+  void show(double fraction);
+
+  std::string title_;
+  Console console_;
+  double begun_;
+  double shown_ = 0;  // when; 0 if not yet
+};
+
+}  // namespace t4d::tools
