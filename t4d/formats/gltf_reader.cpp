@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "t4d/formats/gltf_losses.h"
 #include "t4d/formats/gltf_model.h"
 #include "t4d/formats/mesh_builder.h"
 
@@ -45,26 +46,25 @@ class Reader {
     }
     auto loaded = std::move(builder_).finish();
     if (!loaded) return loaded;
-    note(*loaded, hidden_, "left out {} hidden nodes, whose scale is zero");
-    note(*loaded, notTriangles_, "left out {} sets of points or lines");
-    note(*loaded, deformed_, "took {} skinned or morphed sets of triangles in their rest pose");
+    if (hidden_ > 0) {
+      loaded->notices.push_back(
+          fmt::format("left out {}, whose scale is zero", counted(hidden_, "hidden node")));
+    }
+    loaded->losses = gltfLosses(model_, used_);
     return loaded;
   }
 
  private:
-  static void note(LoadedMesh& loaded, std::size_t count, fmt::format_string<std::size_t&> text) {
-    if (count > 0) loaded.notices.push_back(fmt::format(text, count));
-  }
-
   std::string element(const char* kind, int index) const {
     return fmt::format("{}: {}[{}]", file_.path.string(), kind, index);
   }
 
-  Result<std::vector<Instance>> allMeshes() const {
+  Result<std::vector<Instance>> allMeshes() {
     std::vector<Instance> all;
     all.reserve(model_.meshes.size());
     for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i) {
       all.push_back({i, Eigen::Affine3d::Identity()});
+      used_.meshes.insert(i);
     }
     return all;
   }
@@ -126,16 +126,25 @@ class Reader {
   Result<std::vector<Instance>> placedMeshes() {
     const auto first = roots();
     if (!first) return pass(first.error());
-    // A stack of our own: a chain of nodes may be longer than the program's.
-    std::vector<std::pair<int, Eigen::Affine3d>> open;
-    const auto push = [&](const std::vector<int>& nodes, const Eigen::Affine3d& parent) {
-      for (auto i = nodes.rbegin(); i != nodes.rend(); ++i) open.emplace_back(*i, parent);
+    struct Visit {
+      int node;
+      int parent;             // -1 for none
+      Eigen::Affine3d world;  // of the parent
+      bool hidden;
     };
-    push(*first, Eigen::Affine3d::Identity());
+    // An explicit stack: a chain of nodes may be too long for recursion.
+    std::vector<Visit> open;
+    const auto push = [&](const std::vector<int>& nodes, const Visit& parent) {
+      for (auto i = nodes.rbegin(); i != nodes.rend(); ++i) {
+        open.push_back({*i, parent.node, parent.world, parent.hidden});
+      }
+    };
+    push(*first, {-1, -1, Eigen::Affine3d::Identity(), false});
     std::vector<bool> visited(model_.nodes.size(), false);
+    std::vector<int> parents(model_.nodes.size(), -1);
     std::vector<Instance> placed;
     while (!open.empty()) {
-      const auto [index, parent] = open.back();
+      const auto [index, parent, parentWorld, parentHidden] = open.back();
       open.pop_back();
       const auto* node = at(model_.nodes, index);
       if (node == nullptr) {
@@ -146,18 +155,21 @@ class Reader {
         return invalid("has two parents, or is below itself", element("nodes", index));
       }
       visited[static_cast<std::size_t>(index)] = true;
+      parents[static_cast<std::size_t>(index)] = parent;
       const auto local = localTransform(*node, index);
       if (!local) return pass(local.error());
-      const Eigen::Affine3d world = parent * *local;
-      if (world.linear().isZero(0)) {
-        ++hidden_;
-        continue;
-      }
+      const Eigen::Affine3d world = parentWorld * *local;
+      const bool hidden = world.linear().isZero(0);
+      hidden_ += hidden && !parentHidden;
       if (node->mesh >= 0) {
-        placed.push_back({node->mesh, world});
-        deformed_ += node->skin >= 0;
+        if (!hidden) placed.push_back({node->mesh, world});
+        used_.meshes.insert(node->mesh);
+        // An insertion that finds the node has found its ancestors, too.
+        for (int i = index; i >= 0 && used_.nodes.insert(i).second;) {
+          i = parents[static_cast<std::size_t>(i)];
+        }
       }
-      push(node->children, world);
+      push(node->children, {index, parent, world, hidden});
     }
     return placed;
   }
@@ -211,10 +223,7 @@ class Reader {
 
   Result<void> readPrimitive(const tinygltf::Primitive& primitive, const Eigen::Affine3d& world) {
     const int mode = primitive.mode;
-    if (mode >= TINYGLTF_MODE_POINTS && mode <= TINYGLTF_MODE_LINE_STRIP) {
-      ++notTriangles_;
-      return {};
-    }
+    if (mode >= TINYGLTF_MODE_POINTS && mode <= TINYGLTF_MODE_LINE_STRIP) return {};
     if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
         mode != TINYGLTF_MODE_TRIANGLE_FAN) {
       return invalid(fmt::format("mode {}, expected 0 to 6", mode), places_.back());
@@ -226,7 +235,6 @@ class Reader {
     }
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end()) return {};  // allowed, and draws nothing
-    deformed_ += !primitive.targets.empty();
 
     const std::uint64_t first = builder_.pointCount();
     const auto count = addPoints(position->second, world);
@@ -297,8 +305,7 @@ class Reader {
   std::vector<std::string> places_;
   MeshBuilder builder_;
   std::size_t hidden_ = 0;
-  std::size_t notTriangles_ = 0;
-  std::size_t deformed_ = 0;
+  GltfUse used_;
 };
 
 }  // namespace

@@ -127,15 +127,96 @@ TEST(GltfReader, ReadsNormalizedIntegersAndSparseValues) {
   EXPECT_EQ(readBytes("a.glb", glb(sparse)).mesh.vertices.size(), 3u);
 }
 
-TEST(GltfReader, NotesWhatItLeavesOut) {
-  const auto document = patched(R"([
-    {"op": "add", "path": "/meshes/0/primitives/-", "value":
-      {"attributes": {"POSITION": 0}, "mode": 1}},
-    {"op": "add", "path": "/nodes/-", "value": {"mesh": 0, "scale": [0, 0, 0]}},
-    {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}])");
-  EXPECT_EQ(readBytes("a.glb", glb(document)).notices,
-            (std::vector<std::string>{"left out 1 hidden nodes, whose scale is zero",
-                                      "left out 1 sets of points or lines"}));
+using Lines = std::vector<std::string>;
+
+Lines lossesWith(const char* patch) { return readBytes("a.glb", glb(patched(patch))).losses; }
+
+TEST(GltfReader, NotesHiddenNodes) {
+  const auto loaded = readBytes("a.glb", glb(patched(R"([
+    {"op": "add", "path": "/nodes/-", "value": {"mesh": 0, "scale": [0, 0, 0], "children": [2]}},
+    {"op": "add", "path": "/nodes/-", "value": {"mesh": 0}},
+    {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}])")));
+  EXPECT_EQ(loaded.mesh.triangles.size(), 2u);
+  EXPECT_EQ(loaded.notices, Lines{"left out 1 hidden node, whose scale is zero"});
+  EXPECT_EQ(loaded.losses, Lines{});
+}
+
+TEST(GltfReader, LosesNothingOfPositionsAndTriangles) {
+  EXPECT_EQ(readBytes("a.glb", glb(squareDocument())).losses, Lines{});
+}
+
+/// An animation of a node's translation; what its sampler names is not looked at.
+std::string animationOf(int node) {
+  return fmt::format(R"({{"op": "add", "path": "/animations", "value": [{{
+    "channels": [{{"sampler": 0, "target": {{"node": {}, "path": "translation"}}}}],
+    "samplers": [{{"input": 0, "output": 0}}]}}]}})",
+                     node);
+}
+
+TEST(GltfReader, ListsTheAnimationOfNodesThatMoveAMeshAlone) {
+  const char* kFamily = R"([{"op": "add", "path": "/nodes", "value":
+    [{"mesh": 0}, {"children": [0, 2]}, {"name": "empty"}, {"name": "outside"}]},
+    {"op": "replace", "path": "/scenes/0/nodes", "value": [1]}, )";
+  const auto lossesOf = [&](int node) {
+    return lossesWith((kFamily + animationOf(node) + "]").c_str());
+  };
+  const Lines moved{"the animation of 1 node: the mesh is as it is at rest"};
+  EXPECT_EQ(lossesOf(0), moved);
+  EXPECT_EQ(lossesOf(1), moved);
+  EXPECT_EQ(lossesOf(2), Lines{});
+  EXPECT_EQ(lossesOf(3), Lines{});
+}
+
+TEST(GltfReader, ListsAnAnimationThatShowsAHiddenNode) {
+  EXPECT_EQ(lossesWith((R"([{"op": "add", "path": "/nodes/-", "value":
+              {"mesh": 0, "scale": [0, 0, 0]}},
+            {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}, )" +
+                        animationOf(1) + "]")
+                           .c_str()),
+            Lines{"the animation of 1 node: the mesh is as it is at rest"});
+}
+
+TEST(GltfReader, ListsSkinsMorphTargetsAndInstances) {
+  EXPECT_EQ(lossesWith(R"([
+              {"op": "add", "path": "/nodes/0/skin", "value": 0},
+              {"op": "add", "path": "/skins", "value": [{"joints": [0]}]},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/JOINTS_0", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/WEIGHTS_0", "value": 0}])"),
+            Lines{"the skin of 1 node: the mesh is as it is before skinning"});
+  EXPECT_EQ(lossesWith(R"([{"op": "add", "path": "/meshes/0/primitives/0/targets",
+                            "value": [{"POSITION": 0}]}])"),
+            Lines{"the morph targets of 1 mesh: its base shape is used"});
+  EXPECT_EQ(lossesWith(R"([{"op": "add", "path": "/nodes/0/extensions",
+                            "value": {"EXT_mesh_gpu_instancing": {}}},
+                           {"op": "add", "path": "/extensionsUsed",
+                            "value": ["EXT_mesh_gpu_instancing"]}])"),
+            Lines{"the instances of 1 node (EXT_mesh_gpu_instancing): the mesh is placed once"});
+}
+
+TEST(GltfReader, ListsGeometryThatItLeavesOut) {
+  EXPECT_EQ(lossesWith(R"([
+              {"op": "add", "path": "/meshes/0/primitives/-",
+               "value": {"attributes": {"POSITION": 0}, "mode": 1}},
+              {"op": "add", "path": "/meshes/-", "value": {"primitives": []}},
+              {"op": "add", "path": "/scenes/-", "value": {}}])"),
+            (Lines{"1 set of points or lines", "1 scene besides the default one",
+                   "1 mesh outside the scene"}));
+}
+
+TEST(GltfReader, ListsWhatOnlyConcernsTheLookInOneLine) {
+  EXPECT_EQ(lossesWith(R"([
+              {"op": "add", "path": "/meshes/0/primitives/0/material", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/NORMAL", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_0", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_1", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/COLOR_0", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/_HEAT", "value": 0},
+              {"op": "add", "path": "/materials", "value": [{}, {}]},
+              {"op": "add", "path": "/images", "value": [{"uri": "a.png"}]},
+              {"op": "add", "path": "/extensionsUsed",
+               "value": ["KHR_materials_ior", "KHR_lights_punctual"]}])"),
+            Lines{"vertex colors, normals, texture coordinates, attribute _HEAT, 1 material, "
+                  "1 image, extension KHR_lights_punctual: only positions and triangles are read"});
 }
 
 TEST(GltfReader, ChecksEveryRange) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,11 @@ class MeshBuilder {
   /// stand before its points.
   Result<void> addPolygon(std::span<const std::uint64_t> corners, Place place);
 
+  /// Adds the triangles of a strip, the second, fourth, ... turned over, so that all of them face
+  /// to the side of the first. Triangles that name a corner twice are what strips are joined by:
+  /// they are left out without a notice. Fewer than three corners make no triangle.
+  Result<void> addStrip(std::span<const std::uint64_t> corners, Place place);
+
   std::size_t pointCount() const { return points_.size(); }
 
   /// Merges points with equal coordinates, splits polygons into triangles, drops triangles with
@@ -46,6 +52,8 @@ class MeshBuilder {
     Place place;
   };
 
+  Result<std::uint32_t> cornerOf(std::uint64_t index, Place place) const;
+  Result<void> checkCorner(std::uint32_t corner, Place place) const;
   Result<void> checkCorners() const;
   /// The number of the first point with the same coordinates, for each point.
   std::vector<std::uint32_t> firstEquals() const;
@@ -56,6 +64,9 @@ class MeshBuilder {
   std::vector<model::Point3> points_;
   std::vector<std::uint32_t> corners_;
   std::vector<Polygon> polygons_;
+  /// The largest corner of any strip: it may stand in none of the strip's triangles.
+  std::uint32_t largestOfStrips_ = 0;
+  std::optional<Place> placeOfLargest_;
 };
 
 }  // namespace t4d::formats

@@ -35,7 +35,8 @@ struct PlyHeader {
 };
 
 /// Reads from the start of a file to `end_header`; the scanner stops before the end of that line.
-/// Fails on a header that has no vertices with x, y and z, or no faces with a list of corners.
+/// Fails on a header without vertices that have x, y and z, or without faces or triangle strips
+/// that have a list of corners, and on one that declares one of these elements twice.
 Result<PlyHeader> readPlyHeader(TextScanner& scanner);
 
 }  // namespace t4d::formats

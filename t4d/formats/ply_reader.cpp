@@ -129,12 +129,14 @@ class Reader {
   Result<void> readRow(const PlyElement& element) {
     const auto place = rows_.place();
     const bool isVertex = element.name == "vertex";
-    const bool isFace = element.name == "face";
+    const bool isStrip = element.name == "tristrips";
+    const bool isFace = element.name == "face" || isStrip;
     model::Point3 point = model::Point3::Zero();
     for (const PlyProperty& property : element.properties) {
       if (property.isList) {
-        if (auto done = readList(property); !done) return done;
-        if (!isFace || !isCornerList(property)) continue;
+        const bool isCorners = isFace && isCornerList(property);
+        if (auto done = readList(property, isCorners, isStrip); !done) return done;
+        if (!isCorners || isStrip) continue;
         if (auto done = builder_.addPolygon(corners_, place); !done) return done;
       } else {
         double value = 0;
@@ -150,8 +152,9 @@ class Reader {
     return builder_.addPoint(point, place);
   }
 
-  /// Reads into corners_; what is skipped need not be whole numbers.
-  Result<void> readList(const PlyProperty& property) {
+  /// Reads the corners of a face into corners_, or adds the strips of a list of strips, in which -1
+  /// ends a strip. The entries of other lists are skipped; they need not be whole numbers.
+  Result<void> readList(const PlyProperty& property, bool isCorners, bool isStrip) {
     double count = 0;
     if (!rows_.next(property.countType, count, "the length of a list")) return pass(rows_.error());
     const std::uint64_t most = rows_.bytesLeft() / Rows::leastBytes(property.type);
@@ -160,10 +163,17 @@ class Reader {
                      rows_.where());
     }
     corners_.clear();
+    auto place = rows_.place();
     for (auto left = static_cast<std::uint64_t>(count); left > 0; --left) {
       double corner = 0;
       if (!rows_.next(property.type, corner, "an entry of a list")) return pass(rows_.error());
-      if (!isCornerList(property)) continue;
+      if (!isCorners) continue;
+      if (isStrip && corner == -1) {
+        if (auto done = builder_.addStrip(corners_, place); !done) return done;
+        corners_.clear();
+        place = rows_.place();
+        continue;
+      }
       if (!isIndex(corner)) {
         return invalid(
             fmt::format("a face names vertex {}, expected a whole number from 0 on", corner),
@@ -171,7 +181,8 @@ class Reader {
       }
       corners_.push_back(static_cast<std::uint64_t>(corner));
     }
-    return {};
+    if (!isStrip) return {};
+    return builder_.addStrip(corners_, place);
   }
 
   static bool isCornerList(const PlyProperty& property) {

@@ -30,6 +30,9 @@ std::string lostLine(const model::Attribute& attribute, std::string_view why);
 /// A line for each attribute of the meshes, once a name, for a format that has no room.
 std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes, std::string_view why);
 
+/// The error of a writer with the path before its place. Errors of the file itself name it already.
+tl::unexpected<Error> inFile(const std::filesystem::path& path, Error error);
+
 /// Adds the line unless it is there.
 void addOnce(std::vector<std::string>& lines, std::string line);
 

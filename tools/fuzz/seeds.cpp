@@ -166,9 +166,10 @@ void writeMeshSeeds(const fs::path& folder) {
 
 void writeGltfSeeds(const fs::path& folder) {
   const std::vector meshes = {formats::NamedMesh{"a", tetrahedron()}};
-  expect(formats::writeGltf(folder / "a.glb", meshes, {0.5, true}));
-  expect(formats::writeGltf(folder / "a.gltf", meshes));
-  auto flipbook = expect(formats::FlipbookWriter::create(folder / "flipbook.glb", {}, 10));
+  expect(formats::writeTriangleMeshes(folder / "a.glb", meshes,
+                                      {.placement = {.metresPerUnit = 0.5, .zUp = true}}));
+  expect(formats::writeTriangleMeshes(folder / "a.gltf", meshes));
+  auto flipbook = expect(formats::FlipbookWriter::create(folder / "flipbook.glb", 10));
   expect(flipbook.add(0, meshes));
   expect(flipbook.add(1, meshes));
   expect(flipbook.finish());

@@ -424,7 +424,7 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   refuses("slice cube.t4d --time -1 -o out.glb", "lasts from 0 to 64");
   misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
   misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
-  misused("slice cube.t4d --time 1 -o out.xyz", ".glb, .gltf, .stl, .obj, .ply");
+  misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .gltf or .glb");
   misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
   misused("flipbook cube.t4d --frames 2.5 -o out.glb",
           "--frames: '2.5' is not a whole number from 1 to 100000");
