@@ -15,7 +15,7 @@
 namespace t4d::formats {
 namespace {
 
-// Numbers are written as they stand in memory.
+// Numbers are written as they are in memory.
 static_assert(std::endian::native == std::endian::little);
 
 template <class T>
@@ -170,7 +170,7 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, tinygltf::Primit
     } else if (attribute.components > 4) {
       lose("glTF has attributes of at most 4 components");
     } else if (name.size() == 1 || primitive.attributes.count(name) > 0) {
-      lose("another has the same name, or it has none");
+      lose("it has no name, or that of another");
     } else {
       std::vector<float> numbers;
       for (std::size_t row = 0; row < attribute.rows(); ++row) {
@@ -237,7 +237,7 @@ int GltfBuilder::addNode(tinygltf::Node node, int parent) {
 Result<std::string> GltfBuilder::documentJson() {
   tinygltf::Scene scene;
   scene.name = "t4d";
-  // A root with nothing below it would be an empty node.
+  // A root without children would be an empty node.
   if (model_.nodes.front().children.empty()) {
     model_.nodes.clear();
   } else {
@@ -250,7 +250,7 @@ Result<std::string> GltfBuilder::documentJson() {
     // Compact in a .glb, indented in a .gltf.
     tinygltf::TinyGLTF().WriteGltfSceneToStream(&model_, stream, isText_, false);
   } catch (const std::exception& exception) {
-    return invalid(fmt::format("a name or an extra is not text in UTF-8: {}", exception.what()));
+    return invalid(fmt::format("a name or an extra is not UTF-8 text: {}", exception.what()));
   }
   return std::move(stream).str();
 }

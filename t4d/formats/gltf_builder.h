@@ -21,7 +21,7 @@ class GltfBuilder {
  public:
   struct Limits {
     std::uint64_t binaryBytes = 0xffffffff;  ///< of a .glb, whose length is a 32-bit number
-    /// Of the buffer of a .gltf: more would make a document of over 2 GiB, too long for readers.
+    /// Of the buffer of a .gltf: more would make a document of over 2 GiB, too large for readers.
     std::uint64_t textBufferBytes = std::uint64_t{3} << 29;
   };
 
@@ -63,7 +63,7 @@ class GltfBuilder {
   bool attributes_;
   Limits limits_;
   tinygltf::Model model_;
-  /// The buffer in pieces: growing a single one would hold it twice.
+  /// The buffer in pieces: growing a single one would need twice its memory.
   std::vector<std::vector<unsigned char>> pieces_;
   std::uint64_t bufferBytes_ = 0;
   std::vector<std::string> lost_;

@@ -13,8 +13,8 @@
 namespace t4d::formats {
 namespace {
 
-// A mesh can be placed any number of times by a few bytes of JSON. More numbers than this, or than
-// the file has bytes, are taken for an attack.
+// A few bytes of JSON can instantiate a mesh any number of times. More numbers than this, or than
+// the file has bytes, count as an attack.
 constexpr std::size_t kMostInstanced = std::size_t{1} << 26;
 
 template <class T>
@@ -69,7 +69,7 @@ class Reader {
     return all;
   }
 
-  /// Refuses, before anything is read, what would come to more than `kMostInstanced` numbers.
+  /// Fails, before anything is read, when the instances have more than `kMostInstanced` numbers.
   Result<void> checkCost(const std::vector<Instance>& instances) const {
     std::size_t bufferBytes = 0;
     for (const auto& buffer : model_.buffers) bufferBytes += buffer.data.size();
@@ -89,8 +89,8 @@ class Reader {
             (position == primitive.attributes.end() ? 0 : 3 * numbersOf(position->second));
         if (cost > budget) {
           return fail(ErrorCode::Unsupported,
-                      "its nodes place more geometry than the file can hold; make them into one "
-                      "mesh",
+                      "its nodes instantiate more geometry than the file holds; merge them into "
+                      "one mesh",
                       element("meshes", index));
         }
         budget -= cost;
@@ -99,7 +99,7 @@ class Reader {
     return {};
   }
 
-  /// The nodes to start from: those of the default scene, or all that are nobody's child.
+  /// The root nodes: those of the default scene, or all without a parent.
   Result<std::vector<int>> roots() const {
     if (!model_.scenes.empty()) {
       const int index = std::max(model_.defaultScene, 0);
@@ -152,7 +152,7 @@ class Reader {
                        element("nodes", index));
       }
       if (visited[static_cast<std::size_t>(index)]) {
-        return invalid("has two parents, or is below itself", element("nodes", index));
+        return invalid("has two parents or is its own ancestor", element("nodes", index));
       }
       visited[static_cast<std::size_t>(index)] = true;
       parents[static_cast<std::size_t>(index)] = parent;
@@ -180,7 +180,7 @@ class Reader {
     };
     if (!hasSize(node.matrix, 16) || !hasSize(node.translation, 3) || !hasSize(node.rotation, 4) ||
         !hasSize(node.scale, 3)) {
-      return invalid("a transform with a wrong count of numbers", element("nodes", index));
+      return invalid("a transform with the wrong number of values", element("nodes", index));
     }
     Eigen::Affine3d transform = Eigen::Affine3d::Identity();
     if (!node.matrix.empty()) {
@@ -279,7 +279,7 @@ class Reader {
   }
 
   /// The order of corners in strips and fans is that of the glTF 2.0 specification, 3.7.2.1. A
-  /// transform that mirrors turns the triangles over.
+  /// mirroring transform reverses the triangles.
   Result<void> addTriangles(int mode, const std::vector<std::uint64_t>& corners,
                             std::uint64_t first, bool mirrored) {
     const bool separate = mode == TINYGLTF_MODE_TRIANGLES;

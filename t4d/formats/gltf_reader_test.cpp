@@ -230,9 +230,9 @@ TEST(GltfReader, ChecksEveryRange) {
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/bufferViews/0/byteLength", "value": 61}])"),
             "a.glb: accessors[0]: buffer view 0 is 61 bytes from byte 0, but its buffer has 60");
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/bufferViews/0/buffer", "value": 1}])"),
-            "a.glb: accessors[0]: buffer view 0 names buffer 1, but there are 1");
+            "a.glb: accessors[0]: buffer view 0 refers to buffer 1, but there are 1");
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/bufferView", "value": 7}])"),
-            "a.glb: accessors[0]: names buffer view 7, but there are 2");
+            "a.glb: accessors[0]: refers to buffer view 7, but there are 2");
   EXPECT_EQ(errorWith(R"([{"op": "remove", "path": "/accessors/0/bufferView"},
                           {"op": "replace", "path": "/accessors/0/count", "value": 4000000000}])"),
             "a.glb: accessors[0]: 4000000000 elements without a buffer view");
@@ -251,7 +251,7 @@ TEST(GltfReader, ChecksEveryRange) {
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/scene", "value": 1}])"),
             "a.glb: scenes[1]: does not exist; there are 1");
   EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/nodes/0/children", "value": [0]}])"),
-            "a.glb: nodes[0]: has two parents, or is below itself");
+            "a.glb: nodes[0]: has two parents or is its own ancestor");
   EXPECT_EQ(errorOf("a.glb", glb(squareDocument(), squareBuffer({0, 1, 2, 2, 1, 4}))),
             "a.glb: accessors[1]: index 5 is 4, but a.glb: meshes[0].primitives[0] has 4 "
             "positions");
@@ -266,7 +266,7 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
             "a.glb: meshes[0].primitives[0]: is compressed by KHR_draco_mesh_compression, which "
             "is not supported");
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/asset/version", "value": "1.0"}])"),
-            "a.glb: says version '1.0' of glTF, expected 2.0");
+            "a.glb: is glTF version '1.0', expected 2.0");
   const std::string deep(100'000, '[');
   EXPECT_EQ(errorOf("a.gltf", R"({"extras":)" + deep),
             "a.gltf: byte 209: JSON nested more than 200 levels deep");
@@ -274,10 +274,10 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
             "a.gltf: is not glTF 2.0: \"asset\" object not found in .gltf or not an object type");
   auto bytes = glb(squareDocument());
   EXPECT_EQ(errorOf("a.glb", bytes.substr(0, bytes.size() - 1)),
-            fmt::format("a.glb: byte 8: says a length of {} bytes; the file has {}", bytes.size(),
-                        bytes.size() - 1));
+            fmt::format("a.glb: byte 8: declares a length of {} bytes; the file has {}",
+                        bytes.size(), bytes.size() - 1));
   bytes.replace(4, 4, bytesOf(1));
-  EXPECT_EQ(errorOf("a.glb", bytes), "a.glb: byte 4: says version 1 of binary glTF, expected 2");
+  EXPECT_EQ(errorOf("a.glb", bytes), "a.glb: byte 4: is version 1 of binary glTF, expected 2");
 }
 
 TEST(GltfReader, RefusesGeometryThatAFewBytesMultiply) {
@@ -289,8 +289,8 @@ TEST(GltfReader, RefusesGeometryThatAFewBytesMultiply) {
   const auto primitive = document["meshes"][0]["primitives"][0];
   for (int i = 0; i < 1000; ++i) document["meshes"][0]["primitives"].push_back(primitive);
   EXPECT_EQ(errorOf("a.glb", glb(document, std::string(12 * points, '\0'))),
-            "a.glb: meshes[0]: its nodes place more geometry than the file can "
-            "hold; make them into one mesh");
+            "a.glb: meshes[0]: its nodes instantiate more geometry than the file "
+            "holds; merge them into one mesh");
 }
 
 }  // namespace

@@ -85,12 +85,11 @@ Result<int> FlipbookWriter::State::addTimes(std::span<const std::uint64_t> frame
   return builder.addFloats(times, 1, true, 0);
 }
 
-/// Keys at 0, where the scale changes, and at the end, without which the last frame would last no
-/// time.
+/// Keys at 0, where the scale changes, and at the end, or the last frame would have no duration.
 Result<void> FlipbookWriter::State::animate() {
   tinygltf::Animation animation;
   animation.name = "flipbook";
-  // One array of scales for each way a frame can lie in the film: only, first, last, between.
+  // One array of scales for each position of a frame: only, first, last, between.
   std::array<std::optional<int>, 4> scales;
   for (const auto& [frame, node] : shown) {
     const bool first = frame == 0;

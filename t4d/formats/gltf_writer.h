@@ -48,7 +48,7 @@ class FlipbookWriter {
   ~FlipbookWriter();
 
   /// Adds a frame that shows `meshes`, one for each body, at the time `meshTime` of the mesh. A
-  /// single mesh hangs at the frame's node itself, several at a child each.
+  /// single mesh is the frame's node's own; several have a child node each.
   Result<void> add(double meshTime, std::span<const NamedMesh> meshes);
 
   /// Writes the file; returns the attributes that were lost, as `writeTriangleMeshes` does. At

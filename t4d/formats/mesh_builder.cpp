@@ -19,7 +19,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 std::uint64_t hashOf(const Point3& point) {
   std::uint64_t hash = 0;
   for (int i = 0; i < 3; ++i) {
-    // The finaliser of splitmix64: neighbouring coordinates land far apart.
+    // The finaliser of splitmix64, which scatters neighbouring coordinates.
     hash += std::bit_cast<std::uint64_t>(point[i]) + 0x9e3779b97f4a7c15;
     hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;
     hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
@@ -28,7 +28,7 @@ std::uint64_t hashOf(const Point3& point) {
   return hash;
 }
 
-/// Corners of a polygon without those that equal the one before.
+/// Removes corners that equal the one before.
 void dropRepeats(std::vector<std::uint32_t>& corners) {
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
   while (corners.size() > 1 && corners.front() == corners.back()) corners.pop_back();
@@ -124,7 +124,7 @@ Result<void> MeshBuilder::addStrip(std::span<const std::uint64_t> corners, Place
 Result<std::uint32_t> MeshBuilder::cornerOf(std::uint64_t index, Place place) const {
   if (index >= kNone) {
     return invalid(
-        fmt::format("a face names vertex {}, beyond any that can exist", index + firstIndex_),
+        fmt::format("a face refers to vertex {}, beyond any that can exist", index + firstIndex_),
         placeText_(place));
   }
   return static_cast<std::uint32_t>(index);
@@ -132,7 +132,7 @@ Result<std::uint32_t> MeshBuilder::cornerOf(std::uint64_t index, Place place) co
 
 Result<void> MeshBuilder::checkCorner(std::uint32_t corner, Place place) const {
   if (corner < points_.size()) return {};
-  return invalid(fmt::format("a face names vertex {}, but there are {} (counted from {})",
+  return invalid(fmt::format("a face refers to vertex {}, but there are {} (counted from {})",
                              std::uint64_t{corner} + firstIndex_, points_.size(), firstIndex_),
                  placeText_(place));
 }
@@ -182,7 +182,7 @@ Result<LoadedMesh> MeshBuilder::finish() && {
     } else if (!triangulator.add(points_, corners, triangles)) {
       return fail(ErrorCode::Unsupported,
                   fmt::format("a concave face of {} corners takes too long to split into "
-                              "triangles; split it before",
+                              "triangles; triangulate it first",
                               corners.size()),
                   placeText_(place));
     }

@@ -44,7 +44,7 @@ Result<PlyElement> readElement(TextScanner& scanner) {
   PlyElement element{std::string(scanner.word()), 0, {}};
   std::int64_t count = 0;
   if (!scanner.integer(count, "the element's name and count")) return pass(scanner.error());
-  if (count < 0) return scanner.invalidHere(fmt::format("says {} elements", count));
+  if (count < 0) return scanner.invalidHere(fmt::format("declares {} elements", count));
   element.count = static_cast<std::uint64_t>(count);
   return element;
 }

@@ -13,7 +13,7 @@
 namespace t4d::formats {
 namespace {
 
-/// The rows of text data: one a line.
+/// The rows of text data, one per line.
 class TextRows {
  public:
   TextRows(const InputFile&, TextScanner& scanner) : scanner_(scanner) {}
@@ -35,7 +35,7 @@ class TextRows {
   TextScanner& scanner_;
 };
 
-/// The rows of binary data: nothing between them.
+/// The rows of binary data, without separators.
 class BinaryRows {
  public:
   BinaryRows(const InputFile& file, TextScanner& scanner, std::endian order)
@@ -103,16 +103,17 @@ class Reader {
 
  private:
   Result<void> readElement(const PlyElement& element) {
-    if (element.properties.empty()) return {};  // nothing stands in the file
+    if (element.properties.empty()) return {};  // there is nothing in the file
     std::size_t rowBytes = 0;
     for (const PlyProperty& property : element.properties) {
       rowBytes += Rows::leastBytes(property.isList ? property.countType : property.type);
     }
     if (element.count > rows_.bytesLeft() / rowBytes) {
-      return invalid(fmt::format("says {} of element {}, which cannot stand in the {} bytes that "
-                                 "follow the header",
-                                 element.count, inQuotes(element.name), rows_.bytesLeft()),
-                     rows_.where());
+      return invalid(
+          fmt::format("declares {} of element {}, more than the {} bytes after the header "
+                      "can hold",
+                      element.count, inQuotes(element.name), rows_.bytesLeft()),
+          rows_.where());
     }
     if (element.name == "vertex") builder_.reserve(element.count, 0);
     for (std::uint64_t row = 0; row < element.count; ++row) {
@@ -176,7 +177,7 @@ class Reader {
       }
       if (!isIndex(corner)) {
         return invalid(
-            fmt::format("a face names vertex {}, expected a whole number from 0 on", corner),
+            fmt::format("a face refers to vertex {}, expected a whole number from 0 on", corner),
             rows_.where());
       }
       corners_.push_back(static_cast<std::uint64_t>(corner));

@@ -189,16 +189,16 @@ TEST(PlyReader, JudgesTheIndicesOfStripsAsThoseOfFaces) {
     return errorOf("a.ply", plyOf("ascii", {}, strips));
   };
   EXPECT_EQ(errorAfter({{0, 1, 2}, {0, 1, 14}}),
-            "a.ply:26: a face names vertex 14, but there are 14 (counted from 0)");
+            "a.ply:26: a face refers to vertex 14, but there are 14 (counted from 0)");
   // Also where they make no triangle.
   EXPECT_EQ(errorAfter({{0, 1, 2}, {0, 0, 99}}),
-            "a.ply:26: a face names vertex 99, but there are 14 (counted from 0)");
+            "a.ply:26: a face refers to vertex 99, but there are 14 (counted from 0)");
   EXPECT_EQ(errorAfter({{0, 1, 2, -1, 99}}),
-            "a.ply:25: a face names vertex 99, but there are 14 (counted from 0)");
+            "a.ply:25: a face refers to vertex 99, but there are 14 (counted from 0)");
   EXPECT_EQ(errorAfter({{0, 1, -2}}),
-            "a.ply:25: a face names vertex -2, expected a whole number from 0 on");
+            "a.ply:25: a face refers to vertex -2, expected a whole number from 0 on");
   EXPECT_EQ(errorOf("a.ply", plyOf("ascii", {{0, 1, -1}}, {{0, 1, 2}})),
-            "a.ply:27: a face names vertex -1, expected a whole number from 0 on");
+            "a.ply:27: a face refers to vertex -1, expected a whole number from 0 on");
   EXPECT_EQ(errorAfter({{0, 0, 1, 1}}), "a.ply: holds no triangles");
 }
 
@@ -209,7 +209,8 @@ TEST(PlyReader, SaysWhatIsWrongWithTheHeader) {
   EXPECT_EQ(errorOf("a.ply", "ply\nformat binary 1.0\n"),
             "a.ply:2: found 'binary', expected 'ascii', 'binary_little_endian' or "
             "'binary_big_endian'");
-  EXPECT_EQ(errorOf("a.ply", header("ascii", "element vertex -3\n")), "a.ply:4: says -3 elements");
+  EXPECT_EQ(errorOf("a.ply", header("ascii", "element vertex -3\n")),
+            "a.ply:4: declares -3 elements");
   EXPECT_EQ(errorOf("a.ply", header("ascii", "element vertex 3\nproperty half x\n")),
             "a.ply:5: found 'half', expected a type such as 'float' or 'uint8'");
   EXPECT_EQ(errorOf("a.ply", header("ascii", "element vertex 3\nproperty float x\n")),
@@ -229,9 +230,9 @@ TEST(PlyReader, SaysWhatIsWrongWithTheData) {
   EXPECT_EQ(errorOf("a.ply", text + "0 0 0\n1 0 0 5\n0 1 0\n3 0 1 2\n"),
             "a.ply:12: found '5', expected the end of the line");
   EXPECT_EQ(errorOf("a.ply", text + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2.5\n"),
-            "a.ply:14: a face names vertex 2.5, expected a whole number from 0 on");
+            "a.ply:14: a face refers to vertex 2.5, expected a whole number from 0 on");
   EXPECT_EQ(errorOf("a.ply", text + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"),
-            "a.ply:14: a face names vertex 7, but there are 3 (counted from 0)");
+            "a.ply:14: a face refers to vertex 7, but there are 3 (counted from 0)");
   EXPECT_EQ(errorOf("a.ply", text + "0 0 0\n1 0 0\n0 1 0\n-1 0 1 7\n"),
             "a.ply:14: a list of length -1, expected 0 to 4");
 
@@ -239,8 +240,8 @@ TEST(PlyReader, SaysWhatIsWrongWithTheData) {
   const auto size = std::to_string(binary.size());
   EXPECT_EQ(errorOf("a.ply", binary + "12345"),
             "a.ply: byte " + size +
-                ": says 3 of element 'vertex', which cannot stand in the 5 "
-                "bytes that follow the header");
+                ": declares 3 of element 'vertex', more than the 5 bytes after the header can "
+                "hold");
   EXPECT_EQ(errorOf("a.ply", binary + std::string(36, '\0') + "\x03" + std::string(11, '\0')),
             "a.ply: byte " + std::to_string(binary.size() + 37) +
                 ": a list of length 3, expected 0 to 2");
@@ -253,8 +254,8 @@ TEST(PlyReader, SaysWhatIsWrongWithTheData) {
   many.replace(many.find("vertex 3"), 8, "vertex 4000000000000");
   EXPECT_EQ(errorOf("a.ply", many + std::string(60, '\0')),
             "a.ply: byte " + std::to_string(many.size()) +
-                ": says 4000000000000 of element 'vertex', which cannot stand in the 60 bytes that "
-                "follow the header");
+                ": declares 4000000000000 of element 'vertex', more than the 60 bytes after the "
+                "header can hold");
 }
 
 }  // namespace

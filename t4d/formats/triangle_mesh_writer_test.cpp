@@ -85,11 +85,12 @@ TEST(TriangleMeshWriter, PlyKeepsAttributesThatAllMeshesHave) {
   const auto path = temporaryPath("attributes.ply");
   const auto lost = writeTriangleMeshes(path, std::vector{named}, {.attributes = true});
   ASSERT_TRUE(lost) << lost.error().text();
-  EXPECT_EQ(*lost, (std::vector<std::string>{
-                       "vertex attribute 'x': another has the same name",
-                       "vertex attribute 'short': its rows do not fit the mesh",
-                       "triangle attribute 'key': PLY has no integers of 64 bits, and some do not "
-                       "fit a double"}));
+  EXPECT_EQ(*lost,
+            (std::vector<std::string>{
+                "vertex attribute 'x': another has the same name",
+                "vertex attribute 'short': its rows do not fit the mesh",
+                "triangle attribute 'key': PLY has no 64-bit integers, and some are not exact "
+                "in a double"}));
   const std::string bytes = fileContents(path);
   const std::string declared =
       "property double z\nproperty float heat_flux\nelement face 4\nproperty list uchar int "
@@ -124,7 +125,7 @@ TEST(TriangleMeshWriter, RefusesWhatCannotBeWritten) {
             path.string() + ": mesh 'tetrahedron'");
   named.mesh.triangles[1][0] = 4;
   EXPECT_EQ(writeTriangleMeshes(path, std::vector{named}).error().message,
-            "triangle 1 names vertex 4, but there are 4 (counted from 0)");
+            "triangle 1 refers to vertex 4, but there are 4 (counted from 0)");
   named.mesh.vertices[0].y() = std::nan("");
   EXPECT_FALSE(writeTriangleMeshes(path, std::vector{named}));
   EXPECT_FALSE(std::filesystem::exists(path));

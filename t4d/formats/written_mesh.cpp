@@ -31,8 +31,8 @@ Result<void> checkWritable(const NamedMesh& named) {
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const auto largest = *std::ranges::max_element(triangles[i]);
     if (largest < vertices.size()) continue;
-    return invalid(fmt::format("triangle {} names vertex {}, but there are {} (counted from 0)", i,
-                               largest, vertices.size()),
+    return invalid(fmt::format("triangle {} refers to vertex {}, but there are {} (counted from 0)",
+                               i, largest, vertices.size()),
                    meshNamed(named));
   }
   return {};
