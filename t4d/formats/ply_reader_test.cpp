@@ -220,7 +220,7 @@ TEST(PlyReader, SaysWhatIsWrongWithTheHeader) {
             "a.ply:8: the header ends, expected an element 'face' or 'tristrips' with a list "
             "'vertex_indices'");
   EXPECT_EQ(errorOf("a.ply", header("ascii", kElements + "element face 1\n")),
-            "a.ply:10: the header ends, expected at most one element 'face'");
+            "a.ply:11: the header ends, expected at most one element 'face'");
 }
 
 TEST(PlyReader, SaysWhatIsWrongWithTheData) {
