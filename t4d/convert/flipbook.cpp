@@ -10,9 +10,7 @@ namespace t4d::convert {
 
 Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
                                      std::span<const double> times,
-                                     const std::filesystem::path& path,
-                                     const formats::GltfPlacement& placement,
-                                     double framesPerSecond,
+                                     const std::filesystem::path& path, double framesPerSecond,
                                      const formats::MeshWriteOptions& options,
                                      const model::Progress& progress) {
   if (std::all_of(bodies.begin(), bodies.end(),
@@ -27,7 +25,7 @@ Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
                                  span.begin, span.end));
     }
   }
-  auto writer = formats::FlipbookWriter::create(path, placement, framesPerSecond, options);
+  auto writer = formats::FlipbookWriter::create(path, framesPerSecond, options);
   if (!writer) return pass(writer.error());
   FlipbookReport report;
   for (const double time : times) {

@@ -22,9 +22,7 @@ struct FlipbookReport {
 /// body has a slab, for no times at all, and for a time before or after all bodies.
 Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
                                      std::span<const double> times,
-                                     const std::filesystem::path& path,
-                                     const formats::GltfPlacement& placement,
-                                     double framesPerSecond,
+                                     const std::filesystem::path& path, double framesPerSecond,
                                      const formats::MeshWriteOptions& options = {},
                                      const model::Progress& progress = {});
 

@@ -8,7 +8,7 @@
 namespace t4d::formats {
 namespace {
 
-/// Elements of numbers somewhere in a buffer, checked to lie in it.
+/// Elements in a buffer, checked to lie within it.
 struct Elements {
   const unsigned char* first = nullptr;
   std::size_t stride = 0;  // bytes
@@ -78,7 +78,7 @@ class AccessorReader {
       numbers.reserve(accessor.count * width);
       copy(*elements, accessor, width, numbers);
     } else {
-      // All zeros: the file says only how many, so it must not say too much.
+      // All zeros: the file gives only their count, which must be limited.
       if (!accessor.sparse.isSparse || accessor.count > bufferBytes()) {
         return invalid(fmt::format("{} elements without a buffer view", accessor.count), where_);
       }
@@ -105,7 +105,7 @@ class AccessorReader {
                      where_);
     }
     if (viewIndex < 0 || static_cast<std::size_t>(viewIndex) >= model_.bufferViews.size()) {
-      return invalid(fmt::format("names buffer view {}, but there are {}", viewIndex,
+      return invalid(fmt::format("refers to buffer view {}, but there are {}", viewIndex,
                                  model_.bufferViews.size()),
                      where_);
     }
@@ -117,7 +117,7 @@ class AccessorReader {
                   where_);
     }
     if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) {
-      return invalid(fmt::format("buffer view {} names buffer {}, but there are {}", viewIndex,
+      return invalid(fmt::format("buffer view {} refers to buffer {}, but there are {}", viewIndex,
                                  view.buffer, model_.buffers.size()),
                      where_);
     }

@@ -9,13 +9,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/file_extension.h"
+#include "t4d/formats/base64.h"
 #include "t4d/formats/written_mesh.h"
 
 namespace t4d::formats {
 namespace {
 
-// Numbers are written as they stand in memory.
+// Numbers are written as they are in memory.
 static_assert(std::endian::native == std::endian::little);
 
 template <class T>
@@ -67,58 +67,23 @@ Result<tinygltf::Node> rootNode(const GltfPlacement& placement) {
   return root;
 }
 
-std::string base64(std::span<const unsigned char> bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t bits = 0;
-    for (std::size_t j = 0; j < 3; ++j) bits = bits << 8 | (j < count ? bytes[i + j] : 0u);
-    for (std::size_t j = 0; j < 4; ++j) {
-      text += j <= count ? kDigits[bits >> (18 - 6 * j) & 63] : '=';
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
-GltfBuilder::GltfBuilder(OutputFile file, std::filesystem::path path,
-                         const MeshWriteOptions& options, const Limits& limits)
-    : file_(std::move(file)),
-      path_(std::move(path)),
-      isText_(lowerCaseExtension(path_) == ".gltf"),
-      options_(options),
-      limits_(limits) {}
-
-Result<GltfBuilder> GltfBuilder::create(const std::filesystem::path& path,
-                                        const GltfPlacement& placement,
-                                        const MeshWriteOptions& options, const Limits& limits) {
-  if (!canWriteGltf(path)) {
-    return fail(ErrorCode::Unsupported, "glTF can be written to .glb, .gltf", path.string());
-  }
-  auto root = rootNode(placement);
-  if (!root) return invalid(root.error().message, path.string());
-  auto file = OutputFile::create(path);
-  if (!file) return pass(file.error());
-  GltfBuilder builder(std::move(*file), path, options, limits);
+Result<GltfBuilder> GltfBuilder::create(Form form, const MeshWriteOptions& options,
+                                        const Limits& limits) {
+  auto root = rootNode(options.placement);
+  if (!root) return pass(root.error());
+  GltfBuilder builder(form, options, limits);
   builder.model_.asset.version = "2.0";
-  builder.model_.asset.generator = "t4d";
+  builder.model_.asset.generator = kGltfGenerator;
   builder.model_.nodes.push_back(std::move(*root));
   return builder;
-}
-
-Error GltfBuilder::atPath(Error error) const {
-  error.where = error.where.empty() ? path_.string() : path_.string() + ": " + error.where;
-  return error;
 }
 
 tl::unexpected<Error> GltfBuilder::tooLarge() const {
   return fail(ErrorCode::Unsupported,
               isText_ ? "more geometry than a .gltf can hold; write .glb, or fewer frames or meshes"
-                      : "more than the 4 GiB that a .glb can have; write fewer frames or meshes",
-              path_.string());
+                      : "more than the 4 GiB that a .glb can have; write fewer frames or meshes");
 }
 
 Result<int> GltfBuilder::addAccessor(std::span<const unsigned char> bytes, int componentType,
@@ -205,7 +170,7 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, tinygltf::Primit
     } else if (attribute.components > 4) {
       lose("glTF has attributes of at most 4 components");
     } else if (name.size() == 1 || primitive.attributes.count(name) > 0) {
-      lose("another has the same name, or it has none");
+      lose("it has no name, or that of another");
     } else {
       std::vector<float> numbers;
       for (std::size_t row = 0; row < attribute.rows(); ++row) {
@@ -229,10 +194,10 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, tinygltf::Primit
 }
 
 Result<int> GltfBuilder::addMesh(const NamedMesh& named) {
-  if (auto good = checkWritable(named); !good) return pass(atPath(good.error()));
+  if (auto good = checkWritable(named); !good) return pass(good.error());
   if (named.mesh.triangles.empty()) return -1;
   const auto vertices = roundedVertices(named);
-  if (!vertices) return pass(atPath(vertices.error()));
+  if (!vertices) return pass(vertices.error());
   const std::span<const float> numbers(vertices->data()->data(), 3 * vertices->size());
   const auto positions = addFloats(numbers, 3, true, TINYGLTF_TARGET_ARRAY_BUFFER);
   if (!positions) return pass(positions.error());
@@ -244,7 +209,7 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named) {
   primitive.attributes["POSITION"] = *positions;
   primitive.indices = *indices;
   primitive.material = 0;
-  if (options_.attributes) {
+  if (attributes_) {
     if (auto done = addAttributes(named, primitive); !done) return pass(done.error());
   }
   if (model_.materials.empty()) {
@@ -272,7 +237,7 @@ int GltfBuilder::addNode(tinygltf::Node node, int parent) {
 Result<std::string> GltfBuilder::documentJson() {
   tinygltf::Scene scene;
   scene.name = "t4d";
-  // A root with nothing below it would be an empty node.
+  // A root without children would be an empty node.
   if (model_.nodes.front().children.empty()) {
     model_.nodes.clear();
   } else {
@@ -285,24 +250,24 @@ Result<std::string> GltfBuilder::documentJson() {
     // Compact in a .glb, indented in a .gltf.
     tinygltf::TinyGLTF().WriteGltfSceneToStream(&model_, stream, isText_, false);
   } catch (const std::exception& exception) {
-    return invalid(fmt::format("a name or an extra is not text in UTF-8: {}", exception.what()),
-                   path_.string());
+    return invalid(fmt::format("a name or an extra is not UTF-8 text: {}", exception.what()));
   }
   return std::move(stream).str();
 }
 
-Result<std::vector<std::string>> GltfBuilder::finish() {
+Result<std::vector<std::string>> GltfBuilder::finish(OutputFile& file) {
   const auto json = documentJson();
   if (!json) return pass(json.error());
-  if (auto done = isText_ ? writeText(*json) : writeBinary(*json); !done) return pass(done.error());
-  if (auto done = file_.commit(); !done) return pass(done.error());
+  if (auto done = isText_ ? writeText(file, *json) : writeBinary(file, *json); !done) {
+    return pass(done.error());
+  }
   return lost_;
 }
 
 // tinygltf would copy the buffer and ignore errors of writing, so its document has no buffer: the
 // buffer's entry is put in as the first member of the document, and its bytes come from us.
 
-Result<void> GltfBuilder::writeBinary(std::string_view document) {
+Result<void> GltfBuilder::writeBinary(OutputFile& file, std::string_view document) const {
   std::string json(document);
   if (bufferBytes_ > 0) {
     json.insert(1, fmt::format("\"buffers\":[{{\"byteLength\":{}}}],", bufferBytes_));
@@ -315,43 +280,43 @@ Result<void> GltfBuilder::writeBinary(std::string_view document) {
   constexpr std::uint32_t kVersion = 2;
   const auto chunk = [&](std::uint64_t bytes, const char* type) -> Result<void> {
     const auto bytes32 = static_cast<std::uint32_t>(bytes);
-    if (auto done = file_.write(&bytes32, 4); !done) return done;
-    return file_.write(type, 4);
+    if (auto done = file.write(&bytes32, 4); !done) return done;
+    return file.write(type, 4);
   };
   const auto length32 = static_cast<std::uint32_t>(length);
-  if (auto done = file_.write("glTF", 4); !done) return done;
-  if (auto done = file_.write(&kVersion, 4); !done) return done;
-  if (auto done = file_.write(&length32, 4); !done) return done;
+  if (auto done = file.write("glTF", 4); !done) return done;
+  if (auto done = file.write(&kVersion, 4); !done) return done;
+  if (auto done = file.write(&length32, 4); !done) return done;
   if (auto done = chunk(json.size(), "JSON"); !done) return done;
-  if (auto done = file_.write(json.data(), json.size()); !done) return done;
+  if (auto done = file.write(json.data(), json.size()); !done) return done;
   if (!hasBuffer) return {};
   if (auto done = chunk(bufferBytes_, "BIN"); !done) return done;  // and a zero byte
   for (const auto& piece : pieces_) {
-    if (auto done = file_.write(piece.data(), piece.size()); !done) return done;
+    if (auto done = file.write(piece.data(), piece.size()); !done) return done;
   }
   return {};
 }
 
-Result<void> GltfBuilder::writeText(std::string_view document) {
-  if (bufferBytes_ == 0) return file_.write(document.data(), document.size());
+Result<void> GltfBuilder::writeText(OutputFile& file, std::string_view document) const {
+  if (bufferBytes_ == 0) return file.write(document.data(), document.size());
   const std::string before = fmt::format(
       "{{\n  \"buffers\": [\n    {{\n      \"byteLength\": {},\n      \"uri\": "
       "\"data:application/octet-stream;base64,",
       bufferBytes_);
-  if (auto done = file_.write(before.data(), before.size()); !done) return done;
+  if (auto done = file.write(before.data(), before.size()); !done) return done;
   // Base64 turns three bytes into four digits: what does not divide waits for the next piece.
   std::vector<unsigned char> waiting;
   for (const auto& piece : pieces_) {
     waiting.insert(waiting.end(), piece.begin(), piece.end());
     const std::size_t whole = waiting.size() / 3 * 3;
     const std::string text = base64(std::span(waiting).first(whole));
-    if (auto done = file_.write(text.data(), text.size()); !done) return done;
+    if (auto done = file.write(text.data(), text.size()); !done) return done;
     waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(whole));
   }
   const std::string after = base64(waiting) + "\"\n    }\n  ],";
-  if (auto done = file_.write(after.data(), after.size()); !done) return done;
+  if (auto done = file.write(after.data(), after.size()); !done) return done;
   const auto members = document.substr(1);
-  return file_.write(members.data(), members.size());
+  return file.write(members.data(), members.size());
 }
 
 }  // namespace t4d::formats

@@ -12,18 +12,23 @@
 
 namespace t4d::formats {
 
-/// A glTF file in the making: the document, and one buffer with all numbers.
+/// `asset.generator` of every file that is written here.
+inline constexpr const char* kGltfGenerator = "t4d";
+
+/// A glTF file in the making: the document, and one buffer with all numbers. `where` of its errors
+/// names the mesh, or is empty; `inFile` adds the path.
 class GltfBuilder {
  public:
   struct Limits {
     std::uint64_t binaryBytes = 0xffffffff;  ///< of a .glb, whose length is a 32-bit number
-    /// Of the buffer of a .gltf: more would make a document of over 2 GiB, too long for readers.
+    /// Of the buffer of a .gltf: more would make a document of over 2 GiB, too large for readers.
     std::uint64_t textBufferBytes = std::uint64_t{3} << 29;
   };
 
-  /// Opens the file and makes the root node. `path` has an extension that `canWriteGltf` knows.
-  static Result<GltfBuilder> create(const std::filesystem::path& path,
-                                    const GltfPlacement& placement, const MeshWriteOptions& options,
+  enum class Form { Binary, Text };
+
+  /// Makes the root node.
+  static Result<GltfBuilder> create(Form form, const MeshWriteOptions& options,
                                     const Limits& limits);
 
   tinygltf::Model& model() { return model_; }
@@ -38,30 +43,27 @@ class GltfBuilder {
   /// asked for, and returns its number. `target` is that of the buffer view, or 0.
   Result<int> addFloats(std::span<const float> numbers, int components, bool bounds, int target);
 
-  /// Writes the file and returns the attributes that were lost.
-  Result<std::vector<std::string>> finish();
+  /// Writes all to the file, which the caller commits, and returns the attributes that were lost.
+  Result<std::vector<std::string>> finish(OutputFile& file);
 
  private:
-  GltfBuilder(OutputFile file, std::filesystem::path path, const MeshWriteOptions& options,
-              const Limits& limits);
+  GltfBuilder(Form form, const MeshWriteOptions& options, const Limits& limits)
+      : isText_(form == Form::Text), attributes_(options.attributes), limits_(limits) {}
 
-  Error atPath(Error error) const;
   Result<int> addAccessor(std::span<const unsigned char> bytes, int componentType, int type,
                           std::size_t count, int target);
   Result<int> addIndices(const NamedMesh& named);
   Result<void> addAttributes(const NamedMesh& named, tinygltf::Primitive& primitive);
   Result<std::string> documentJson();
-  Result<void> writeText(std::string_view json);
-  Result<void> writeBinary(std::string_view json);
+  Result<void> writeText(OutputFile& file, std::string_view json) const;
+  Result<void> writeBinary(OutputFile& file, std::string_view json) const;
   tl::unexpected<Error> tooLarge() const;
 
-  OutputFile file_;
-  std::filesystem::path path_;
   bool isText_;
-  MeshWriteOptions options_;
+  bool attributes_;
   Limits limits_;
   tinygltf::Model model_;
-  /// The buffer in pieces: growing a single one would hold it twice.
+  /// The buffer in pieces: growing a single one would need twice its memory.
   std::vector<std::vector<unsigned char>> pieces_;
   std::uint64_t bufferBytes_ = 0;
   std::vector<std::string> lost_;

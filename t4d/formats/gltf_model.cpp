@@ -13,11 +13,11 @@ constexpr std::size_t kGlbHeaderBytes = 20;  // magic, version, length; length a
 // tinygltf decodes embedded buffers with 32-bit counters.
 constexpr std::size_t kMostTextBytes = std::numeric_limits<std::int32_t>::max();
 constexpr std::size_t kMostBinaryBytes = std::numeric_limits<std::uint32_t>::max();
-// tinygltf walks `extras` recursively: deeper nesting could end the stack. Real files stay
+// tinygltf parses `extras` recursively: deeper nesting could overflow the stack. Real files stay
 // below 20.
 constexpr int kDeepestNesting = 200;
 
-/// The JSON text of the file, after a check of what stands around it.
+/// The JSON text of the file, after a check of the container.
 Result<std::string_view> jsonOf(const InputFile& file) {
   const std::string_view bytes = file.bytes;
   if (!bytes.starts_with("glTF")) {
@@ -38,16 +38,15 @@ Result<std::string_view> jsonOf(const InputFile& file) {
   const auto number = [&](std::size_t at) { return loadNumber<std::uint32_t>(bytes.data() + at); };
   if (number(4) != 2) {
     return fail(ErrorCode::Unsupported,
-                fmt::format("says version {} of binary glTF, expected 2", number(4)),
-                file.atByte(4));
+                fmt::format("is version {} of binary glTF, expected 2", number(4)), file.atByte(4));
   }
   if (number(8) > bytes.size()) {
     return invalid(
-        fmt::format("says a length of {} bytes; the file has {}", number(8), bytes.size()),
+        fmt::format("declares a length of {} bytes; the file has {}", number(8), bytes.size()),
         file.atByte(8));
   }
   if (number(12) > bytes.size() - kGlbHeaderBytes) {
-    return invalid(fmt::format("says {} bytes of JSON; only {} follow", number(12),
+    return invalid(fmt::format("declares {} bytes of JSON; only {} follow", number(12),
                                bytes.size() - kGlbHeaderBytes),
                    file.atByte(12));
   }
@@ -76,7 +75,8 @@ Result<void> checkNesting(const InputFile& file, std::string_view json) {
   return {};
 }
 
-/// Buffers are looked for in the file's folder only; tinygltf would go on in the working directory.
+/// Buffers are looked for in the file's folder only; tinygltf would also search the working
+/// directory.
 bool isBeside(const std::string& path, void* folder) {
   const auto& prefix = *static_cast<const std::string*>(folder);
   std::error_code ignored;
@@ -108,7 +108,7 @@ std::string oneLine(std::string text) {
   return text;
 }
 
-/// Extensions that leave positions and triangles as they are, by the start of their names.
+/// Prefixes of extensions that do not change positions and triangles.
 bool leavesGeometry(const std::string& extension) {
   constexpr std::string_view kHarmless[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_",
                                             "KHR_lights_", "KHR_mesh_quantization"};
@@ -148,7 +148,7 @@ Result<tinygltf::Model> loadGltfModel(const InputFile& file) {
   }
   if (!model.asset.version.starts_with("2.")) {
     return fail(ErrorCode::Unsupported,
-                fmt::format("says version '{}' of glTF, expected 2.0", model.asset.version),
+                fmt::format("is glTF version '{}', expected 2.0", model.asset.version),
                 file.path.string());
   }
   for (const std::string& extension : model.extensionsRequired) {

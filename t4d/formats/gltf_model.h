@@ -8,16 +8,16 @@
 #include "t4d/formats/input_file.h"
 #include "t4d/model/error.h"
 
-/// What is left to do before and after tinygltf parses a file, which checks little of it.
+/// What to check before and after tinygltf parses a file.
 namespace t4d::formats {
 
-/// Parses a glTF 2.0 file, text or binary, and loads its buffers, from files in or below its folder
-/// too; images are not loaded. Fails on what tinygltf cannot parse, other versions, and required
-/// extensions that would change the geometry.
+/// Parses a glTF 2.0 file, text or binary, and loads its buffers, which may be files in or below
+/// its folder. Does not load images. Fails on what tinygltf cannot parse, other versions, and
+/// required extensions that would change the geometry.
 Result<tinygltf::Model> loadGltfModel(const InputFile& file);
 
 /// The numbers of an accessor, element after element, `components` each: normalised integers are
-/// mapped to [-1, 1] or [0, 1], sparse values are put in. Every range is checked against the
+/// mapped to [-1, 1] or [0, 1], sparse values are substituted. Every range is checked against the
 /// buffers. `where` of an error names the accessor.
 Result<std::vector<double>> readGltfAccessor(const InputFile& file, const tinygltf::Model& model,
                                              int accessor, int components);

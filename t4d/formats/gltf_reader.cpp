@@ -6,14 +6,15 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "t4d/formats/gltf_losses.h"
 #include "t4d/formats/gltf_model.h"
 #include "t4d/formats/mesh_builder.h"
 
 namespace t4d::formats {
 namespace {
 
-// A mesh can be placed any number of times by a few bytes of JSON. More numbers than this, or than
-// the file has bytes, are taken for an attack.
+// A few bytes of JSON can instantiate a mesh any number of times. More numbers than this, or than
+// the file has bytes, count as an attack.
 constexpr std::size_t kMostInstanced = std::size_t{1} << 26;
 
 template <class T>
@@ -45,31 +46,30 @@ class Reader {
     }
     auto loaded = std::move(builder_).finish();
     if (!loaded) return loaded;
-    note(*loaded, hidden_, "left out {} hidden nodes, whose scale is zero");
-    note(*loaded, notTriangles_, "left out {} sets of points or lines");
-    note(*loaded, deformed_, "took {} skinned or morphed sets of triangles in their rest pose");
+    if (hidden_ > 0) {
+      loaded->notices.push_back(
+          fmt::format("left out {}, whose scale is zero", counted(hidden_, "hidden node")));
+    }
+    loaded->losses = gltfLosses(model_, used_);
     return loaded;
   }
 
  private:
-  static void note(LoadedMesh& loaded, std::size_t count, fmt::format_string<std::size_t&> text) {
-    if (count > 0) loaded.notices.push_back(fmt::format(text, count));
-  }
-
   std::string element(const char* kind, int index) const {
     return fmt::format("{}: {}[{}]", file_.path.string(), kind, index);
   }
 
-  Result<std::vector<Instance>> allMeshes() const {
+  Result<std::vector<Instance>> allMeshes() {
     std::vector<Instance> all;
     all.reserve(model_.meshes.size());
     for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i) {
       all.push_back({i, Eigen::Affine3d::Identity()});
+      used_.meshes.insert(i);
     }
     return all;
   }
 
-  /// Refuses, before anything is read, what would come to more than `kMostInstanced` numbers.
+  /// Fails, before anything is read, when the instances have more than `kMostInstanced` numbers.
   Result<void> checkCost(const std::vector<Instance>& instances) const {
     std::size_t bufferBytes = 0;
     for (const auto& buffer : model_.buffers) bufferBytes += buffer.data.size();
@@ -89,8 +89,8 @@ class Reader {
             (position == primitive.attributes.end() ? 0 : 3 * numbersOf(position->second));
         if (cost > budget) {
           return fail(ErrorCode::Unsupported,
-                      "its nodes place more geometry than the file can hold; make them into one "
-                      "mesh",
+                      "its nodes instantiate more geometry than the file holds; merge them into "
+                      "one mesh",
                       element("meshes", index));
         }
         budget -= cost;
@@ -99,7 +99,7 @@ class Reader {
     return {};
   }
 
-  /// The nodes to start from: those of the default scene, or all that are nobody's child.
+  /// The root nodes: those of the default scene, or all without a parent.
   Result<std::vector<int>> roots() const {
     if (!model_.scenes.empty()) {
       const int index = std::max(model_.defaultScene, 0);
@@ -126,16 +126,25 @@ class Reader {
   Result<std::vector<Instance>> placedMeshes() {
     const auto first = roots();
     if (!first) return pass(first.error());
-    // A stack of our own: a chain of nodes may be longer than the program's.
-    std::vector<std::pair<int, Eigen::Affine3d>> open;
-    const auto push = [&](const std::vector<int>& nodes, const Eigen::Affine3d& parent) {
-      for (auto i = nodes.rbegin(); i != nodes.rend(); ++i) open.emplace_back(*i, parent);
+    struct Visit {
+      int node;
+      int parent;             // -1 for none
+      Eigen::Affine3d world;  // of the parent
+      bool hidden;
     };
-    push(*first, Eigen::Affine3d::Identity());
+    // An explicit stack: a chain of nodes may be too long for recursion.
+    std::vector<Visit> open;
+    const auto push = [&](const std::vector<int>& nodes, const Visit& parent) {
+      for (auto i = nodes.rbegin(); i != nodes.rend(); ++i) {
+        open.push_back({*i, parent.node, parent.world, parent.hidden});
+      }
+    };
+    push(*first, {-1, -1, Eigen::Affine3d::Identity(), false});
     std::vector<bool> visited(model_.nodes.size(), false);
+    std::vector<int> parents(model_.nodes.size(), -1);
     std::vector<Instance> placed;
     while (!open.empty()) {
-      const auto [index, parent] = open.back();
+      const auto [index, parent, parentWorld, parentHidden] = open.back();
       open.pop_back();
       const auto* node = at(model_.nodes, index);
       if (node == nullptr) {
@@ -143,21 +152,24 @@ class Reader {
                        element("nodes", index));
       }
       if (visited[static_cast<std::size_t>(index)]) {
-        return invalid("has two parents, or is below itself", element("nodes", index));
+        return invalid("has two parents or is its own ancestor", element("nodes", index));
       }
       visited[static_cast<std::size_t>(index)] = true;
+      parents[static_cast<std::size_t>(index)] = parent;
       const auto local = localTransform(*node, index);
       if (!local) return pass(local.error());
-      const Eigen::Affine3d world = parent * *local;
-      if (world.linear().isZero(0)) {
-        ++hidden_;
-        continue;
-      }
+      const Eigen::Affine3d world = parentWorld * *local;
+      const bool hidden = world.linear().isZero(0);
+      hidden_ += hidden && !parentHidden;
       if (node->mesh >= 0) {
-        placed.push_back({node->mesh, world});
-        deformed_ += node->skin >= 0;
+        if (!hidden) placed.push_back({node->mesh, world});
+        used_.meshes.insert(node->mesh);
+        // An insertion that finds the node has found its ancestors, too.
+        for (int i = index; i >= 0 && used_.nodes.insert(i).second;) {
+          i = parents[static_cast<std::size_t>(i)];
+        }
       }
-      push(node->children, world);
+      push(node->children, {index, parent, world, hidden});
     }
     return placed;
   }
@@ -168,7 +180,7 @@ class Reader {
     };
     if (!hasSize(node.matrix, 16) || !hasSize(node.translation, 3) || !hasSize(node.rotation, 4) ||
         !hasSize(node.scale, 3)) {
-      return invalid("a transform with a wrong count of numbers", element("nodes", index));
+      return invalid("a transform with the wrong number of values", element("nodes", index));
     }
     Eigen::Affine3d transform = Eigen::Affine3d::Identity();
     if (!node.matrix.empty()) {
@@ -211,10 +223,7 @@ class Reader {
 
   Result<void> readPrimitive(const tinygltf::Primitive& primitive, const Eigen::Affine3d& world) {
     const int mode = primitive.mode;
-    if (mode >= TINYGLTF_MODE_POINTS && mode <= TINYGLTF_MODE_LINE_STRIP) {
-      ++notTriangles_;
-      return {};
-    }
+    if (mode >= TINYGLTF_MODE_POINTS && mode <= TINYGLTF_MODE_LINE_STRIP) return {};
     if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
         mode != TINYGLTF_MODE_TRIANGLE_FAN) {
       return invalid(fmt::format("mode {}, expected 0 to 6", mode), places_.back());
@@ -226,7 +235,6 @@ class Reader {
     }
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end()) return {};  // allowed, and draws nothing
-    deformed_ += !primitive.targets.empty();
 
     const std::uint64_t first = builder_.pointCount();
     const auto count = addPoints(position->second, world);
@@ -271,7 +279,7 @@ class Reader {
   }
 
   /// The order of corners in strips and fans is that of the glTF 2.0 specification, 3.7.2.1. A
-  /// transform that mirrors turns the triangles over.
+  /// mirroring transform reverses the triangles.
   Result<void> addTriangles(int mode, const std::vector<std::uint64_t>& corners,
                             std::uint64_t first, bool mirrored) {
     const bool separate = mode == TINYGLTF_MODE_TRIANGLES;
@@ -297,8 +305,7 @@ class Reader {
   std::vector<std::string> places_;
   MeshBuilder builder_;
   std::size_t hidden_ = 0;
-  std::size_t notTriangles_ = 0;
-  std::size_t deformed_ = 0;
+  GltfUse used_;
 };
 
 }  // namespace

@@ -127,15 +127,96 @@ TEST(GltfReader, ReadsNormalizedIntegersAndSparseValues) {
   EXPECT_EQ(readBytes("a.glb", glb(sparse)).mesh.vertices.size(), 3u);
 }
 
-TEST(GltfReader, NotesWhatItLeavesOut) {
-  const auto document = patched(R"([
-    {"op": "add", "path": "/meshes/0/primitives/-", "value":
-      {"attributes": {"POSITION": 0}, "mode": 1}},
-    {"op": "add", "path": "/nodes/-", "value": {"mesh": 0, "scale": [0, 0, 0]}},
-    {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}])");
-  EXPECT_EQ(readBytes("a.glb", glb(document)).notices,
-            (std::vector<std::string>{"left out 1 hidden nodes, whose scale is zero",
-                                      "left out 1 sets of points or lines"}));
+using Lines = std::vector<std::string>;
+
+Lines lossesWith(const char* patch) { return readBytes("a.glb", glb(patched(patch))).losses; }
+
+TEST(GltfReader, NotesHiddenNodes) {
+  const auto loaded = readBytes("a.glb", glb(patched(R"([
+    {"op": "add", "path": "/nodes/-", "value": {"mesh": 0, "scale": [0, 0, 0], "children": [2]}},
+    {"op": "add", "path": "/nodes/-", "value": {"mesh": 0}},
+    {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}])")));
+  EXPECT_EQ(loaded.mesh.triangles.size(), 2u);
+  EXPECT_EQ(loaded.notices, Lines{"left out 1 hidden node, whose scale is zero"});
+  EXPECT_EQ(loaded.losses, Lines{});
+}
+
+TEST(GltfReader, LosesNothingOfPositionsAndTriangles) {
+  EXPECT_EQ(readBytes("a.glb", glb(squareDocument())).losses, Lines{});
+}
+
+/// An animation of a node's translation; what its sampler names is not looked at.
+std::string animationOf(int node) {
+  return fmt::format(R"({{"op": "add", "path": "/animations", "value": [{{
+    "channels": [{{"sampler": 0, "target": {{"node": {}, "path": "translation"}}}}],
+    "samplers": [{{"input": 0, "output": 0}}]}}]}})",
+                     node);
+}
+
+TEST(GltfReader, ListsTheAnimationOfNodesThatMoveAMeshAlone) {
+  const char* kFamily = R"([{"op": "add", "path": "/nodes", "value":
+    [{"mesh": 0}, {"children": [0, 2]}, {"name": "empty"}, {"name": "outside"}]},
+    {"op": "replace", "path": "/scenes/0/nodes", "value": [1]}, )";
+  const auto lossesOf = [&](int node) {
+    return lossesWith((kFamily + animationOf(node) + "]").c_str());
+  };
+  const Lines moved{"the animation of 1 node: the mesh is as it is at rest"};
+  EXPECT_EQ(lossesOf(0), moved);
+  EXPECT_EQ(lossesOf(1), moved);
+  EXPECT_EQ(lossesOf(2), Lines{});
+  EXPECT_EQ(lossesOf(3), Lines{});
+}
+
+TEST(GltfReader, ListsAnAnimationThatShowsAHiddenNode) {
+  EXPECT_EQ(lossesWith((R"([{"op": "add", "path": "/nodes/-", "value":
+              {"mesh": 0, "scale": [0, 0, 0]}},
+            {"op": "add", "path": "/scenes/0/nodes/-", "value": 1}, )" +
+                        animationOf(1) + "]")
+                           .c_str()),
+            Lines{"the animation of 1 node: the mesh is as it is at rest"});
+}
+
+TEST(GltfReader, ListsSkinsMorphTargetsAndInstances) {
+  EXPECT_EQ(lossesWith(R"([
+              {"op": "add", "path": "/nodes/0/skin", "value": 0},
+              {"op": "add", "path": "/skins", "value": [{"joints": [0]}]},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/JOINTS_0", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/WEIGHTS_0", "value": 0}])"),
+            Lines{"the skin of 1 node: the mesh is as it is before skinning"});
+  EXPECT_EQ(lossesWith(R"([{"op": "add", "path": "/meshes/0/primitives/0/targets",
+                            "value": [{"POSITION": 0}]}])"),
+            Lines{"the morph targets of 1 mesh: its base shape is used"});
+  EXPECT_EQ(lossesWith(R"([{"op": "add", "path": "/nodes/0/extensions",
+                            "value": {"EXT_mesh_gpu_instancing": {}}},
+                           {"op": "add", "path": "/extensionsUsed",
+                            "value": ["EXT_mesh_gpu_instancing"]}])"),
+            Lines{"the instances of 1 node (EXT_mesh_gpu_instancing): the mesh is placed once"});
+}
+
+TEST(GltfReader, ListsGeometryThatItLeavesOut) {
+  EXPECT_EQ(lossesWith(R"([
+              {"op": "add", "path": "/meshes/0/primitives/-",
+               "value": {"attributes": {"POSITION": 0}, "mode": 1}},
+              {"op": "add", "path": "/meshes/-", "value": {"primitives": []}},
+              {"op": "add", "path": "/scenes/-", "value": {}}])"),
+            (Lines{"1 set of points or lines", "1 scene besides the default one",
+                   "1 mesh outside the scene"}));
+}
+
+TEST(GltfReader, ListsWhatOnlyConcernsTheLookInOneLine) {
+  EXPECT_EQ(lossesWith(R"([
+              {"op": "add", "path": "/meshes/0/primitives/0/material", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/NORMAL", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_0", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_1", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/COLOR_0", "value": 0},
+              {"op": "add", "path": "/meshes/0/primitives/0/attributes/_HEAT", "value": 0},
+              {"op": "add", "path": "/materials", "value": [{}, {}]},
+              {"op": "add", "path": "/images", "value": [{"uri": "a.png"}]},
+              {"op": "add", "path": "/extensionsUsed",
+               "value": ["KHR_materials_ior", "KHR_lights_punctual"]}])"),
+            Lines{"vertex colors, normals, texture coordinates, attribute _HEAT, 1 material, "
+                  "1 image, extension KHR_lights_punctual: only positions and triangles are read"});
 }
 
 TEST(GltfReader, ChecksEveryRange) {
@@ -149,9 +230,9 @@ TEST(GltfReader, ChecksEveryRange) {
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/bufferViews/0/byteLength", "value": 61}])"),
             "a.glb: accessors[0]: buffer view 0 is 61 bytes from byte 0, but its buffer has 60");
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/bufferViews/0/buffer", "value": 1}])"),
-            "a.glb: accessors[0]: buffer view 0 names buffer 1, but there are 1");
+            "a.glb: accessors[0]: buffer view 0 refers to buffer 1, but there are 1");
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/bufferView", "value": 7}])"),
-            "a.glb: accessors[0]: names buffer view 7, but there are 2");
+            "a.glb: accessors[0]: refers to buffer view 7, but there are 2");
   EXPECT_EQ(errorWith(R"([{"op": "remove", "path": "/accessors/0/bufferView"},
                           {"op": "replace", "path": "/accessors/0/count", "value": 4000000000}])"),
             "a.glb: accessors[0]: 4000000000 elements without a buffer view");
@@ -170,7 +251,7 @@ TEST(GltfReader, ChecksEveryRange) {
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/scene", "value": 1}])"),
             "a.glb: scenes[1]: does not exist; there are 1");
   EXPECT_EQ(errorWith(R"([{"op": "add", "path": "/nodes/0/children", "value": [0]}])"),
-            "a.glb: nodes[0]: has two parents, or is below itself");
+            "a.glb: nodes[0]: has two parents or is its own ancestor");
   EXPECT_EQ(errorOf("a.glb", glb(squareDocument(), squareBuffer({0, 1, 2, 2, 1, 4}))),
             "a.glb: accessors[1]: index 5 is 4, but a.glb: meshes[0].primitives[0] has 4 "
             "positions");
@@ -185,7 +266,7 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
             "a.glb: meshes[0].primitives[0]: is compressed by KHR_draco_mesh_compression, which "
             "is not supported");
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/asset/version", "value": "1.0"}])"),
-            "a.glb: says version '1.0' of glTF, expected 2.0");
+            "a.glb: is glTF version '1.0', expected 2.0");
   const std::string deep(100'000, '[');
   EXPECT_EQ(errorOf("a.gltf", R"({"extras":)" + deep),
             "a.gltf: byte 209: JSON nested more than 200 levels deep");
@@ -193,10 +274,10 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
             "a.gltf: is not glTF 2.0: \"asset\" object not found in .gltf or not an object type");
   auto bytes = glb(squareDocument());
   EXPECT_EQ(errorOf("a.glb", bytes.substr(0, bytes.size() - 1)),
-            fmt::format("a.glb: byte 8: says a length of {} bytes; the file has {}", bytes.size(),
-                        bytes.size() - 1));
+            fmt::format("a.glb: byte 8: declares a length of {} bytes; the file has {}",
+                        bytes.size(), bytes.size() - 1));
   bytes.replace(4, 4, bytesOf(1));
-  EXPECT_EQ(errorOf("a.glb", bytes), "a.glb: byte 4: says version 1 of binary glTF, expected 2");
+  EXPECT_EQ(errorOf("a.glb", bytes), "a.glb: byte 4: is version 1 of binary glTF, expected 2");
 }
 
 TEST(GltfReader, RefusesGeometryThatAFewBytesMultiply) {
@@ -208,8 +289,8 @@ TEST(GltfReader, RefusesGeometryThatAFewBytesMultiply) {
   const auto primitive = document["meshes"][0]["primitives"][0];
   for (int i = 0; i < 1000; ++i) document["meshes"][0]["primitives"].push_back(primitive);
   EXPECT_EQ(errorOf("a.glb", glb(document, std::string(12 * points, '\0'))),
-            "a.glb: meshes[0]: its nodes place more geometry than the file can "
-            "hold; make them into one mesh");
+            "a.glb: meshes[0]: its nodes instantiate more geometry than the file "
+            "holds; merge them into one mesh");
 }
 
 }  // namespace

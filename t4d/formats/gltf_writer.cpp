@@ -8,19 +8,18 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf_builder.h"
+#include "t4d/formats/written_mesh.h"
 
 namespace t4d::formats {
 
-bool canWriteGltf(const std::filesystem::path& path) {
-  const std::string extension = lowerCaseExtension(path);
-  return extension == ".glb" || extension == ".gltf";
-}
+namespace {
 
-Result<std::vector<std::string>> writeGltf(const std::filesystem::path& path,
-                                           std::span<const NamedMesh> meshes,
-                                           const GltfPlacement& placement,
-                                           const MeshWriteOptions& options) {
-  auto builder = GltfBuilder::create(path, placement, options, {});
+using Form = GltfBuilder::Form;
+
+Result<std::vector<std::string>> writeScene(Form form, OutputFile& file,
+                                            std::span<const NamedMesh> meshes,
+                                            const MeshWriteOptions& options) {
+  auto builder = GltfBuilder::create(form, options, {});
   if (!builder) return pass(builder.error());
   for (const NamedMesh& named : meshes) {
     const auto mesh = builder->addMesh(named);
@@ -31,7 +30,25 @@ Result<std::vector<std::string>> writeGltf(const std::filesystem::path& path,
     node.mesh = *mesh;
     builder->addNode(std::move(node));
   }
-  return builder->finish();
+  return builder->finish(file);
+}
+
+}  // namespace
+
+bool isGltf(const std::filesystem::path& path) {
+  const std::string extension = lowerCaseExtension(path);
+  return extension == ".glb" || extension == ".gltf";
+}
+
+Result<std::vector<std::string>> writeGltfBinary(OutputFile& file,
+                                                 std::span<const NamedMesh> meshes,
+                                                 const MeshWriteOptions& options) {
+  return writeScene(Form::Binary, file, meshes, options);
+}
+
+Result<std::vector<std::string>> writeGltfText(OutputFile& file, std::span<const NamedMesh> meshes,
+                                               const MeshWriteOptions& options) {
+  return writeScene(Form::Text, file, meshes, options);
 }
 
 struct FlipbookWriter::State {
@@ -41,6 +58,7 @@ struct FlipbookWriter::State {
   };
 
   GltfBuilder builder;
+  OutputFile file;
   std::filesystem::path path;
   double framesPerSecond;
   std::uint64_t frameCount = 0;
@@ -57,22 +75,21 @@ Result<int> FlipbookWriter::State::addTimes(std::span<const std::uint64_t> frame
   for (const std::uint64_t frame : frames) {
     const auto time = static_cast<float>(seconds(frame));
     if (!std::isfinite(time) || (!times.empty() && time <= times.back())) {
-      return fail(ErrorCode::Unsupported,
-                  fmt::format("{} frames at {} a second are more than float32 times can tell apart",
-                              frameCount, framesPerSecond),
-                  path.string());
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("{} frames at {} a second are more than float32 times can distinguish",
+                      frameCount, framesPerSecond));
     }
     times.push_back(time);
   }
   return builder.addFloats(times, 1, true, 0);
 }
 
-/// Keys at 0, where the scale changes, and at the end, without which the last frame would last no
-/// time.
+/// Keys at 0, where the scale changes, and at the end, or the last frame would have no duration.
 Result<void> FlipbookWriter::State::animate() {
   tinygltf::Animation animation;
   animation.name = "flipbook";
-  // One array of scales for each way a frame can lie in the film: only, first, last, between.
+  // One array of scales for each position of a frame: only, first, last, between.
   std::array<std::optional<int>, 4> scales;
   for (const auto& [frame, node] : shown) {
     const bool first = frame == 0;
@@ -116,17 +133,24 @@ FlipbookWriter& FlipbookWriter::operator=(FlipbookWriter&&) noexcept = default;
 FlipbookWriter::~FlipbookWriter() = default;
 
 Result<FlipbookWriter> FlipbookWriter::create(const std::filesystem::path& path,
-                                              const GltfPlacement& placement,
                                               double framesPerSecond,
                                               const MeshWriteOptions& options) {
   if (!(framesPerSecond > 0) || !std::isfinite(framesPerSecond)) {
     return invalid(fmt::format("{} frames a second, expected more than 0", framesPerSecond),
                    path.string());
   }
-  auto builder = GltfBuilder::create(path, placement, options, {});
-  if (!builder) return pass(builder.error());
-  return FlipbookWriter(
-      std::unique_ptr<State>(new State{std::move(*builder), path, framesPerSecond}));
+  if (!isGltf(path)) {
+    return fail(ErrorCode::Unsupported,
+                "unsupported output extension; a flipbook is written as .glb or .gltf",
+                path.string());
+  }
+  const Form form = lowerCaseExtension(path) == ".glb" ? Form::Binary : Form::Text;
+  auto builder = GltfBuilder::create(form, options, {});
+  if (!builder) return inFile(path, builder.error());
+  auto file = OutputFile::create(path);
+  if (!file) return pass(file.error());
+  return FlipbookWriter(std::unique_ptr<State>(
+      new State{std::move(*builder), std::move(*file), path, framesPerSecond}));
 }
 
 Result<void> FlipbookWriter::add(double meshTime, std::span<const NamedMesh> meshes) {
@@ -138,7 +162,7 @@ Result<void> FlipbookWriter::add(double meshTime, std::span<const NamedMesh> mes
   std::vector<std::pair<int, const NamedMesh*>> visible;
   for (const NamedMesh& named : meshes) {
     const auto mesh = state_->builder.addMesh(named);
-    if (!mesh) return pass(mesh.error());
+    if (!mesh) return inFile(state_->path, mesh.error());
     if (*mesh >= 0) visible.emplace_back(*mesh, &named);
   }
   ++state_->frameCount;
@@ -163,8 +187,11 @@ Result<void> FlipbookWriter::add(double meshTime, std::span<const NamedMesh> mes
 
 Result<std::vector<std::string>> FlipbookWriter::finish() {
   if (state_->frameCount == 0) return invalid("a flipbook without frames", state_->path.string());
-  if (auto done = state_->animate(); !done) return pass(done.error());
-  return state_->builder.finish();
+  if (auto done = state_->animate(); !done) return inFile(state_->path, done.error());
+  auto lost = state_->builder.finish(state_->file);
+  if (!lost) return inFile(state_->path, lost.error());
+  if (auto done = state_->file.commit(); !done) return pass(done.error());
+  return lost;
 }
 
 }  // namespace t4d::formats

@@ -49,7 +49,8 @@ TEST(GltfWriter, WritesWhatTheReaderReads) {
   const auto named = box(0.1);
   for (const char* file : {"a.glb", "a.gltf"}) {
     const auto path = temporaryPath(file);
-    const auto lost = writeGltf(path, std::vector{named, box(3, 1, "other"), {"empty", {}}});
+    const auto lost =
+        writeTriangleMeshes(path, std::vector{named, box(3, 1, "other"), {"empty", {}}});
     ASSERT_TRUE(lost) << lost.error().text();
     EXPECT_TRUE(lost->empty());
     const auto loaded = readTriangleMesh(path);
@@ -62,7 +63,8 @@ TEST(GltfWriter, WritesWhatTheReaderReads) {
 
 TEST(GltfWriter, PlacesInMetresWithYUp) {
   const auto path = temporaryPath("placed.glb");
-  ASSERT_TRUE(writeGltf(path, std::vector{box(2, 5)}, {0.001, true, R"({"lengthUnit": "mm"})"}));
+  ASSERT_TRUE(writeTriangleMeshes(path, std::vector{box(2, 5)},
+                                  {.placement = {0.001, true, R"({"lengthUnit": "mm"})"}}));
   const auto loaded = readTriangleMesh(path);
   ASSERT_TRUE(loaded) << loaded.error().text();
   const auto bounds = model::boundsOf(loaded->mesh);
@@ -84,7 +86,7 @@ TEST(GltfWriter, WritesVertexAttributesAndListsTheOthers) {
       model::makeAttribute<std::uint8_t>("kind", Domain::Cell,
                                          {0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1})};
   const auto path = temporaryPath("attributes.glb");
-  const auto lost = writeGltf(path, std::vector{named}, {}, {.attributes = true});
+  const auto lost = writeTriangleMeshes(path, std::vector{named}, {.attributes = true});
   ASSERT_TRUE(lost) << lost.error().text();
   EXPECT_EQ(*lost, (std::vector<std::string>{
                        "vertex attribute 'bad': some of its numbers are not finite in float32, the "
@@ -101,7 +103,7 @@ TEST(GltfWriter, TakesWideIndicesOnlyWhereTheyAreNeeded) {
     for (std::uint32_t i = 0; i < count; ++i) named.mesh.vertices.emplace_back(i, i % 7, 1);
     for (std::uint32_t i = 2; i < count; ++i) named.mesh.triangles.push_back({0, i - 1, i});
     const auto path = temporaryPath("wide.glb");
-    ASSERT_TRUE(writeGltf(path, std::vector{named}));
+    ASSERT_TRUE(writeTriangleMeshes(path, std::vector{named}));
     EXPECT_EQ(documentOf(path)["accessors"][1]["componentType"], count == 65535 ? 5123 : 5125);
     EXPECT_EQ(readTriangleMesh(path)->mesh.triangles, named.mesh.triangles);
   }
@@ -110,7 +112,7 @@ TEST(GltfWriter, TakesWideIndicesOnlyWhereTheyAreNeeded) {
 TEST(GltfWriter, WritesAValidSceneOfNothing) {
   for (const char* file : {"nothing.glb", "nothing.gltf"}) {
     const auto path = temporaryPath(file);
-    ASSERT_TRUE(writeGltf(path, {}));
+    ASSERT_TRUE(writeTriangleMeshes(path, {}));
     EXPECT_FALSE(documentOf(path).contains("nodes"));
     EXPECT_EQ(readTriangleMesh(path).error().message, "holds no triangles");
   }
@@ -119,26 +121,28 @@ TEST(GltfWriter, WritesAValidSceneOfNothing) {
 TEST(GltfWriter, RefusesWhatCannotBeWritten) {
   const auto path = temporaryPath("refused.glb");
   auto named = box(1e39);
-  EXPECT_EQ(writeGltf(path, std::vector{named}).error().where, path.string() + ": mesh 'box'");
-  EXPECT_EQ(writeGltf(path, {}, {0}).error().message,
+  EXPECT_EQ(writeTriangleMeshes(path, std::vector{named}).error().where,
+            path.string() + ": mesh 'box'");
+  EXPECT_EQ(writeTriangleMeshes(path, {}, {.placement = {0}}).error().message,
             "0 metres for a unit of length, expected more than 0");
-  EXPECT_EQ(writeGltf(path, {}, {1, false, "[1]"}).error().message,
+  EXPECT_EQ(writeTriangleMeshes(path, {}, {.placement = {1, false, "[1]"}}).error().message,
             "the extras are not a JSON object");
-  EXPECT_NE(writeGltf(path, std::vector{box(1, 1, "\xff")}).error().message.find("UTF-8"),
+  EXPECT_NE(writeTriangleMeshes(path, std::vector{box(1, 1, "\xff")}).error().message.find("UTF-8"),
             std::string::npos);
-  EXPECT_EQ(writeGltf("a.usd", {}).error().text(), "a.usd: glTF can be written to .glb, .gltf");
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 TEST(GltfWriter, StopsBeforeAFileGrowsBeyondItsLimit) {
   const auto path = temporaryPath("large.glb");
   const auto meshesThatFit = [&](std::uint64_t bytes) -> Result<int> {
-    auto builder = GltfBuilder::create(path, {}, {}, {.binaryBytes = bytes});
+    auto builder = GltfBuilder::create(GltfBuilder::Form::Binary, {}, {.binaryBytes = bytes});
     for (int i = 0; i < 3; ++i) {
       if (auto mesh = builder->addMesh(box(1)); !mesh) return mesh;
     }
-    auto lost = builder->finish();
+    auto file = OutputFile::create(path);
+    auto lost = builder->finish(*file);
     if (!lost) return pass(lost.error());
+    EXPECT_TRUE(file->commit());
     return static_cast<int>(std::filesystem::file_size(path));
   };
   const auto size = meshesThatFit(1'000'000);
@@ -174,7 +178,7 @@ double scaleAt(const std::filesystem::path& path, int node, double time) {
 TEST(FlipbookWriter, ShowsExactlyOneFrameAtAnyTime) {
   for (const int frames : {1, 2, 3, 7}) {
     const auto path = temporaryPath("flipbook.glb");
-    auto writer = FlipbookWriter::create(path, {}, 25);
+    auto writer = FlipbookWriter::create(path, 25);
     ASSERT_TRUE(writer) << writer.error().text();
     for (int i = 0; i < frames; ++i) {
       ASSERT_TRUE(writer->add(100.5 + i, std::vector{box(1 + i)}));
@@ -198,7 +202,7 @@ TEST(FlipbookWriter, ShowsExactlyOneFrameAtAnyTime) {
 
 TEST(FlipbookWriter, RestsAtTheFirstFrame) {
   const auto path = temporaryPath("rest.glb");
-  auto writer = FlipbookWriter::create(path, {}, 10);
+  auto writer = FlipbookWriter::create(path, 10);
   ASSERT_TRUE(writer->add(0, std::vector{box(2), box(3, 1, "other")}));
   ASSERT_TRUE(writer->add(1, std::vector{box(5), box(7, 1, "other")}));
   ASSERT_TRUE(writer->finish());
@@ -206,12 +210,14 @@ TEST(FlipbookWriter, RestsAtTheFirstFrame) {
   ASSERT_TRUE(loaded) << loaded.error().text();
   EXPECT_EQ(model::signedVolume(loaded->mesh), 5);
   EXPECT_EQ(loaded->notices,
-            std::vector<std::string>{"left out 1 hidden nodes, whose scale is zero"});
+            std::vector<std::string>{"left out 1 hidden node, whose scale is zero"});
+  EXPECT_EQ(loaded->losses,
+            std::vector<std::string>{"the animation of 2 nodes: the mesh is as it is at rest"});
 }
 
 TEST(FlipbookWriter, HasNoNodeForAnEmptyFrame) {
   const auto path = temporaryPath("gap.glb");
-  auto writer = FlipbookWriter::create(path, {}, 10);
+  auto writer = FlipbookWriter::create(path, 10);
   for (const auto& meshes :
        {std::vector<NamedMesh>{{"box", {}}}, std::vector{box(1)}, std::vector<NamedMesh>{},
         std::vector{box(2), NamedMesh{"b", {}}}, std::vector<NamedMesh>{{"box", {}}}}) {
@@ -227,10 +233,12 @@ TEST(FlipbookWriter, HasNoNodeForAnEmptyFrame) {
 
 TEST(FlipbookWriter, RefusesWhatMakesNoFlipbook) {
   const auto path = temporaryPath("none.glb");
-  EXPECT_EQ(FlipbookWriter::create(path, {}, 0).error().message,
+  EXPECT_EQ(FlipbookWriter::create(path, 0).error().message,
             "0 frames a second, expected more than 0");
-  EXPECT_FALSE(FlipbookWriter::create(temporaryPath("missing") / "a.glb", {}, 1));
-  auto writer = FlipbookWriter::create(path, {}, 1e30);
+  EXPECT_EQ(FlipbookWriter::create("a.stl", 1).error().text(),
+            "a.stl: unsupported output extension; a flipbook is written as .glb or .gltf");
+  EXPECT_FALSE(FlipbookWriter::create(temporaryPath("missing") / "a.glb", 1));
+  auto writer = FlipbookWriter::create(path, 1e30);
   EXPECT_EQ(writer->finish().error().message, "a flipbook without frames");
   EXPECT_FALSE(writer->add(NAN, {}));
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(writer->add(i, std::vector{box(1)}));

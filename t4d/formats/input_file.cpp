@@ -36,10 +36,12 @@ Result<InputFile> readInputFile(const std::filesystem::path& path) {
   try {
     file.bytes.resize(size);
   } catch (const std::exception&) {
-    return ioError(fmt::format("cannot keep its {} bytes in memory", size));
+    return ioError(fmt::format("its {} bytes do not fit in memory", size));
   }
+  errno = 0;
   if (!in.read(file.bytes.data(), static_cast<std::streamsize>(size))) {
-    return ioError(fmt::format("cannot read: only {} of {} bytes came", in.gcount(), size));
+    return ioError(fmt::format("cannot read: {}",
+                               errno == 0 ? "the file has become shorter" : std::strerror(errno)));
   }
   return file;
 }

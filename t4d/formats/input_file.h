@@ -23,7 +23,7 @@ struct InputFile {
 /// Reads a file that exists, is a regular file and is not empty; everything else is an error.
 Result<InputFile> readInputFile(const std::filesystem::path& path);
 
-/// The number of type T whose bytes stand at `from`, in the given order.
+/// The number of type T at `from`, in the given byte order.
 template <class T>
 T loadNumber(const char* from, std::endian order = std::endian::little) {
   char bytes[sizeof(T)];

@@ -1,6 +1,7 @@
 #include "t4d/formats/mesh_builder.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
 
@@ -18,7 +19,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 std::uint64_t hashOf(const Point3& point) {
   std::uint64_t hash = 0;
   for (int i = 0; i < 3; ++i) {
-    // The finaliser of splitmix64: neighbouring coordinates land far apart.
+    // The finaliser of splitmix64, which scatters neighbouring coordinates.
     hash += std::bit_cast<std::uint64_t>(point[i]) + 0x9e3779b97f4a7c15;
     hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;
     hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
@@ -27,13 +28,14 @@ std::uint64_t hashOf(const Point3& point) {
   return hash;
 }
 
-/// Corners of a polygon without those that equal the one before.
+/// Removes corners that equal the one before.
 void dropRepeats(std::vector<std::uint32_t>& corners) {
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
   while (corners.size() > 1 && corners.front() == corners.back()) corners.pop_back();
 }
 
-bool hasEqualCorners(const model::Triangle& triangle) {
+template <class Index>
+bool hasEqualCorners(const std::array<Index, 3>& triangle) {
   return triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
 }
 
@@ -93,30 +95,57 @@ Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Pla
     return invalid(fmt::format("a face of {} corners, expected at least 3", corners.size()),
                    placeText_(place));
   }
-  for (const std::uint64_t corner : corners) {
-    if (corner >= kNone) {
-      return invalid(
-          fmt::format("a face names vertex {}, beyond any that can exist", corner + firstIndex_),
-          placeText_(place));
-    }
-    corners_.push_back(static_cast<std::uint32_t>(corner));
+  for (const std::uint64_t index : corners) {
+    const auto corner = cornerOf(index, place);
+    if (!corner) return pass(corner.error());
+    corners_.push_back(*corner);
   }
   polygons_.push_back({corners_.size(), place});
   return {};
+}
+
+Result<void> MeshBuilder::addStrip(std::span<const std::uint64_t> corners, Place place) {
+  for (const std::uint64_t index : corners) {
+    const auto corner = cornerOf(index, place);
+    if (!corner) return pass(corner.error());
+    if (placeOfLargest_ && *corner <= largestOfStrips_) continue;
+    largestOfStrips_ = *corner;
+    placeOfLargest_ = place;
+  }
+  for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
+    const std::array<std::uint64_t, 3> triangle{corners[i], corners[i + 1 + i % 2],
+                                                corners[i + 2 - i % 2]};
+    if (hasEqualCorners(triangle)) continue;
+    if (auto added = addPolygon(triangle, place); !added) return added;
+  }
+  return {};
+}
+
+Result<std::uint32_t> MeshBuilder::cornerOf(std::uint64_t index, Place place) const {
+  if (index >= kNone) {
+    return invalid(
+        fmt::format("a face refers to vertex {}, beyond any that can exist", index + firstIndex_),
+        placeText_(place));
+  }
+  return static_cast<std::uint32_t>(index);
+}
+
+Result<void> MeshBuilder::checkCorner(std::uint32_t corner, Place place) const {
+  if (corner < points_.size()) return {};
+  return invalid(fmt::format("a face refers to vertex {}, but there are {} (counted from {})",
+                             std::uint64_t{corner} + firstIndex_, points_.size(), firstIndex_),
+                 placeText_(place));
 }
 
 Result<void> MeshBuilder::checkCorners() const {
   std::size_t i = 0;
   for (const Polygon& polygon : polygons_) {
     for (; i < polygon.end; ++i) {
-      if (corners_[i] < points_.size()) continue;
-      return invalid(
-          fmt::format("a face names vertex {}, but there are {} (counted from {})",
-                      std::uint64_t{corners_[i]} + firstIndex_, points_.size(), firstIndex_),
-          placeText_(polygon.place));
+      if (auto checked = checkCorner(corners_[i], polygon.place); !checked) return checked;
     }
   }
-  return {};
+  if (!placeOfLargest_) return {};
+  return checkCorner(largestOfStrips_, *placeOfLargest_);
 }
 
 std::vector<std::uint32_t> MeshBuilder::firstEquals() const {
@@ -153,12 +182,12 @@ Result<LoadedMesh> MeshBuilder::finish() && {
     } else if (!triangulator.add(points_, corners, triangles)) {
       return fail(ErrorCode::Unsupported,
                   fmt::format("a concave face of {} corners takes too long to split into "
-                              "triangles; split it before",
+                              "triangles; triangulate it first",
                               corners.size()),
                   placeText_(place));
     }
   }
-  degenerate += std::erase_if(triangles, hasEqualCorners);
+  degenerate += std::erase_if(triangles, hasEqualCorners<std::uint32_t>);
   if (degenerate > 0) {
     loaded.notices.push_back(
         droppedNotice(degenerate, "triangle", "triangles", "with two equal corners"));

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,10 +13,10 @@
 
 namespace t4d::formats {
 
-/// Makes the triangle mesh of the points and polygons that a reader finds, and judges them.
+/// Checks the points and polygons of a file and makes a triangle mesh of them.
 class MeshBuilder {
  public:
-  /// Where something stands in the file; `PlaceText` makes the `where` of an error from it.
+  /// A place in the file; `PlaceText` turns it into the `where` of an error.
   using Place = std::uint64_t;
   using PlaceText = std::function<std::string(Place)>;
 
@@ -23,15 +24,20 @@ class MeshBuilder {
   MeshBuilder(std::string file, PlaceText placeText, unsigned firstIndex = 0)
       : file_(std::move(file)), placeText_(std::move(placeText)), firstIndex_(firstIndex) {}
 
-  /// Room for as many; the caller has checked the counts against the size of the file.
+  /// Reserves memory; the caller has checked the counts against the size of the file.
   void reserve(std::size_t points, std::size_t polygons);
 
   /// Coordinates that are not finite are an error.
   Result<void> addPoint(const model::Point3& point, Place place);
 
-  /// `corners` are the numbers of points, from 0; fewer than three are an error. A polygon may
-  /// stand before its points.
+  /// `corners` are the numbers of points, from 0; fewer than three are an error. A polygon may come
+  /// before its points.
   Result<void> addPolygon(std::span<const std::uint64_t> corners, Place place);
+
+  /// Adds the triangles of a strip. The corners of every second one are reversed, so that all face
+  /// the same side. Triangles that use a corner twice only join strips: they are dropped without a
+  /// notice. Fewer than three corners make no triangle.
+  Result<void> addStrip(std::span<const std::uint64_t> corners, Place place);
 
   std::size_t pointCount() const { return points_.size(); }
 
@@ -46,8 +52,10 @@ class MeshBuilder {
     Place place;
   };
 
+  Result<std::uint32_t> cornerOf(std::uint64_t index, Place place) const;
+  Result<void> checkCorner(std::uint32_t corner, Place place) const;
   Result<void> checkCorners() const;
-  /// The number of the first point with the same coordinates, for each point.
+  /// For each point, the number of the first one with the same coordinates.
   std::vector<std::uint32_t> firstEquals() const;
 
   std::string file_;
@@ -56,6 +64,9 @@ class MeshBuilder {
   std::vector<model::Point3> points_;
   std::vector<std::uint32_t> corners_;
   std::vector<Polygon> polygons_;
+  /// The largest corner of any strip, which need not be in a triangle.
+  std::uint32_t largestOfStrips_ = 0;
+  std::optional<Place> placeOfLargest_;
 };
 
 }  // namespace t4d::formats

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Stops the reading of a motion; caught at the end of parseMotion.
+/// Ends parsing; caught at the end of parseMotion.
 struct Refusal {
   Error error;
 };
@@ -94,7 +94,7 @@ class Object {
   }
 
  private:
-  /// Scalars as they are written; of arrays and objects the kind alone, for they may be deep.
+  /// Scalars as written; only the kind of arrays and objects, which may be deep.
   static std::string describe(const json& value) {
     if (value.is_array()) return fmt::format("an array of {} values", value.size());
     if (value.is_object()) return "an object";

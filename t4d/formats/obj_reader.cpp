@@ -50,7 +50,7 @@ class Reader {
     return builder_.addPolygon(corners_, line);
   }
 
-  /// `v`, `v/vt`, `v//vn` or `v/vt/vn`; v counts from 1, or back from the latest vertex.
+  /// `v`, `v/vt`, `v//vn` or `v/vt/vn`; v counts from 1, or backwards from the latest vertex.
   Result<std::uint64_t> readCorner(std::string_view word) {
     constexpr const char* kExpected = "a corner V, V/VT, V//VN or V/VT/VN";
     const std::size_t slash = std::min(word.find('/'), word.size());
@@ -60,10 +60,10 @@ class Reader {
       return scanner_.unexpectedWord(word, kExpected);
     }
     const auto count = static_cast<std::int64_t>(builder_.pointCount());
-    if (index == 0) return scanner_.invalidHere("a face names vertex 0, but OBJ counts from 1");
+    if (index == 0) return scanner_.invalidHere("a face refers to vertex 0, but OBJ counts from 1");
     if (index < -count) {
       return scanner_.invalidHere(
-          fmt::format("a face names vertex {}, but only {} stand before it", index, count));
+          fmt::format("a face refers to vertex {}, but only {} come before it", index, count));
     }
     return static_cast<std::uint64_t>(index > 0 ? index - 1 : count + index);
   }

@@ -40,13 +40,13 @@ TEST(ObjReader, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 3/x\n"),
             "a.obj:5: found '3/x', expected a corner V, V/VT, V//VN or V/VT/VN");
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 5\n"),
-            "a.obj:5: a face names vertex 5, but there are 4 (counted from 1)");
+            "a.obj:5: a face refers to vertex 5, but there are 4 (counted from 1)");
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 -5\n"),
-            "a.obj:5: a face names vertex -5, but only 4 stand before it");
+            "a.obj:5: a face refers to vertex -5, but only 4 come before it");
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 0\n"),
-            "a.obj:5: a face names vertex 0, but OBJ counts from 1");
+            "a.obj:5: a face refers to vertex 0, but OBJ counts from 1");
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 5000000000\n"),
-            "a.obj:5: a face names vertex 5000000000, beyond any that can exist");
+            "a.obj:5: a face refers to vertex 5000000000, beyond any that can exist");
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 99999999999999999999\n"),
             "a.obj:5: found '99999999999999999999', expected a corner V, V/VT, V//VN or V/VT/VN");
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2\n"),

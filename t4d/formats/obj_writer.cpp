@@ -9,7 +9,7 @@
 namespace t4d::formats {
 namespace {
 
-/// A name must stay on its line.
+/// A name must be on one line.
 std::string oneLine(std::string name) {
   for (char& c : name) {
     if (c == '\n' || c == '\r') c = ' ';

@@ -10,7 +10,7 @@
 namespace t4d::formats {
 namespace {
 
-// The shortest lines there can be, with their ends: "0 0 0" and "3 0 0 0".
+// The shortest possible lines, with their ends: "0 0 0" and "3 0 0 0".
 constexpr std::size_t kVertexBytes = 6;
 constexpr std::size_t kFaceBytes = 8;
 
@@ -46,7 +46,7 @@ class Reader {
       return fail(ErrorCode::Unsupported, "is binary OFF, which is not supported",
                   scanner_.where());
     }
-    // The count of edges is for nothing, and some leave it out.
+    // The count of edges is not needed, and some files omit it.
     if (!scanner_.parse(first, vertexCount_, "the number of vertices") ||
         !scanner_.integer(faceCount_, "the number of faces")) {
       return pass(scanner_.error());
@@ -55,7 +55,7 @@ class Reader {
                                              std::tuple{faceCount_, kFaceBytes, "faces"}}) {
       if (count < 0 || static_cast<std::uint64_t>(count) > scanner_.bytesLeft() / bytes + 1) {
         return scanner_.invalidHere(
-            fmt::format("says {} {}, which cannot stand in the {} bytes that follow", count, what,
+            fmt::format("declares {} {}, which the {} bytes that follow cannot hold", count, what,
                         scanner_.bytesLeft()));
       }
     }
@@ -72,10 +72,10 @@ class Reader {
     }
     if (prefix.empty()) return {};
     if (prefix == "4" || prefix == "n" || prefix == "4n") {
-      return fail(ErrorCode::Unsupported,
-                  fmt::format("is {}, a mesh that is not in three dimensions; expected 'OFF'",
-                              inQuotes(keyword)),
-                  scanner_.where());
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("is {}, not a mesh in three dimensions; expected 'OFF'", inQuotes(keyword)),
+          scanner_.where());
     }
     return scanner_.unexpectedWord(keyword, "'OFF'");
   }
@@ -106,7 +106,7 @@ class Reader {
       if (!scanner_.integer(corner, "the number of a vertex")) return pass(scanner_.error());
       if (corner < 0) {
         return scanner_.invalidHere(
-            fmt::format("a face names vertex {}; expected 0 or more", corner));
+            fmt::format("a face refers to vertex {}; expected 0 or more", corner));
       }
       corners_.push_back(static_cast<std::uint64_t>(corner));
     }

@@ -5,8 +5,8 @@
 
 namespace t4d::formats {
 
-/// Reads an OFF file: `OFF` with any of the prefixes `ST`, `C` and `N`; normals and colours are
-/// ignored. `4OFF`, `nOFF` and binary OFF are refused by name.
+/// Reads an OFF file, `OFF` with any of the prefixes `ST`, `C` and `N`. Normals, colours and
+/// texture coordinates are ignored. `4OFF`, `nOFF` and binary OFF are refused by name.
 Result<LoadedMesh> readOff(const InputFile& file);
 
 }  // namespace t4d::formats

@@ -22,24 +22,24 @@ TEST(OffReader, IgnoresColumnsAfterPositionsAndCorners) {
 
 TEST(OffReader, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(errorOf("a.off", "4OFF\n5 10 10 5\n"),
-            "a.off:1: is '4OFF', a mesh that is not in three dimensions; expected 'OFF'");
+            "a.off:1: is '4OFF', not a mesh in three dimensions; expected 'OFF'");
   EXPECT_EQ(errorOf("a.off", "nOFF\n3\n3 1 0\n"),
-            "a.off:1: is 'nOFF', a mesh that is not in three dimensions; expected 'OFF'");
+            "a.off:1: is 'nOFF', not a mesh in three dimensions; expected 'OFF'");
   EXPECT_EQ(errorOf("a.off", "OFF BINARY\n"), "a.off:1: is binary OFF, which is not supported");
   EXPECT_EQ(errorOf("a.off", "3 1 0\n" + kBody), "a.off:1: found '3', expected 'OFF'");
   EXPECT_EQ(errorOf("a.off", "OFF\n999999999 1 0\n" + kBody),
-            "a.off:2: says 999999999 vertices, which cannot stand in the 29 bytes that follow");
+            "a.off:2: declares 999999999 vertices, which the 29 bytes that follow cannot hold");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 -1 0\n" + kBody),
-            "a.off:2: says -1 faces, which cannot stand in the 29 bytes that follow");
+            "a.off:2: declares -1 faces, which the 29 bytes that follow cannot hold");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 2 0\n" + kBody), "a.off:6: the file ends after 1 of 2 faces");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 1 0\n" + kBody + "3 0 1 2\n"),
             "a.off:7: found '3', expected the end of the file after 1 faces");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n"),
             "a.off:4: the line ends, expected a coordinate");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"),
-            "a.off:6: a face names vertex 3, but there are 3 (counted from 0)");
+            "a.off:6: a face refers to vertex 3, but there are 3 (counted from 0)");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"),
-            "a.off:6: a face names vertex -1; expected 0 or more");
+            "a.off:6: a face refers to vertex -1; expected 0 or more");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n900000000 0 1 2\n"),
             "a.off:6: the line ends, expected the number of a vertex");
   EXPECT_EQ(errorOf("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n"),

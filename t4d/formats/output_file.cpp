@@ -94,7 +94,7 @@ Result<void> OutputFile::write(const void* data, std::size_t size) {
 Result<void> OutputFile::commit() {
   if (auto done = flush(); !done) return done;
   if (::close(std::exchange(descriptor_, -1)) != 0) return ioError(target_, "write");
-  // Devices and pipes have their place.
+  // Devices and pipes are not renamed.
   return part_ ? system::PartFile::putInPlace({&part_, 1}) : Result<void>();
 }
 

@@ -11,8 +11,8 @@
 namespace t4d::formats {
 
 /// A file that appears whole or not at all: bytes go to a part file (system::PartFile), which
-/// `commit` puts in place. Without `commit` the part file is removed. A target that exists and is
-/// not a regular file (a device, a pipe) is written to directly; a symbolic link is followed.
+/// `commit` renames. Without `commit` the part file is removed. A target that is a device or a pipe
+/// is written to directly; a symbolic link is followed.
 class OutputFile {
  public:
   static Result<OutputFile> create(const std::filesystem::path& target);
@@ -29,7 +29,7 @@ class OutputFile {
   /// Bytes written so far.
   std::uint64_t size() const { return size_; }
 
-  /// Flushes everything to the disk and puts the file in its place.
+  /// Flushes everything to the disk and gives the file its name.
   Result<void> commit();
 
  private:

@@ -44,7 +44,7 @@ Result<PlyElement> readElement(TextScanner& scanner) {
   PlyElement element{std::string(scanner.word()), 0, {}};
   std::int64_t count = 0;
   if (!scanner.integer(count, "the element's name and count")) return pass(scanner.error());
-  if (count < 0) return scanner.invalidHere(fmt::format("says {} elements", count));
+  if (count < 0) return scanner.invalidHere(fmt::format("declares {} elements", count));
   element.count = static_cast<std::uint64_t>(count);
   return element;
 }
@@ -73,13 +73,16 @@ bool has(const PlyElement& element, std::initializer_list<std::string_view> name
   });
 }
 
-Result<void> judge(const PlyHeader& header, const TextScanner& scanner) {
+Result<void> checkElements(const PlyHeader& header, const TextScanner& scanner) {
+  for (const std::string_view name : {"vertex", "face", "tristrips"}) {
+    if (std::ranges::count(header.elements, name, &PlyElement::name) > 1) {
+      return scanner.invalidHere(
+          fmt::format("the header ends, expected at most one element '{}'", name));
+    }
+  }
   const auto named = [&](std::string_view name) -> const PlyElement* {
-    const auto count = std::count_if(header.elements.begin(), header.elements.end(),
-                                     [&](const auto& element) { return element.name == name; });
-    if (count != 1) return nullptr;
-    return &*std::find_if(header.elements.begin(), header.elements.end(),
-                          [&](const auto& element) { return element.name == name; });
+    const auto found = std::ranges::find(header.elements, name, &PlyElement::name);
+    return found == header.elements.end() ? nullptr : &*found;
   };
   const PlyElement* vertex = named("vertex");
   if (vertex == nullptr || !has(*vertex, {"x"}, false) || !has(*vertex, {"y"}, false) ||
@@ -87,14 +90,11 @@ Result<void> judge(const PlyHeader& header, const TextScanner& scanner) {
     return scanner.invalidHere(
         "the header ends, expected one element 'vertex' with properties 'x', 'y' and 'z'");
   }
-  const PlyElement* face = named("face");
-  if (face != nullptr && has(*face, {"vertex_indices", "vertex_index"}, true)) return {};
-  if (named("tristrips") != nullptr) {
-    return fail(ErrorCode::Unsupported, "holds triangle strips, which are not supported",
-                scanner.where());
+  for (const PlyElement* element : {named("face"), named("tristrips")}) {
+    if (element != nullptr && has(*element, {"vertex_indices", "vertex_index"}, true)) return {};
   }
   return scanner.invalidHere(
-      "the header ends, expected one element 'face' with a list 'vertex_indices'");
+      "the header ends, expected an element 'face' or 'tristrips' with a list 'vertex_indices'");
 }
 
 }  // namespace
@@ -128,7 +128,7 @@ Result<PlyHeader> readPlyHeader(TextScanner& scanner) {
       if (!encoding) return scanner.invalidHere("the header ends, expected a line 'format'");
       scanner.rest();
       header.encoding = *encoding;
-      if (auto good = judge(header, scanner); !good) return pass(good.error());
+      if (auto good = checkElements(header, scanner); !good) return pass(good.error());
       return header;
     } else {
       return scanner.unexpectedWord(keyword, "a line of a PLY header");

@@ -25,7 +25,7 @@ struct PlyProperty {
 
 struct PlyElement {
   std::string name;
-  std::uint64_t count = 0;  ///< as the header says; not checked
+  std::uint64_t count = 0;  ///< as declared; not checked
   std::vector<PlyProperty> properties;
 };
 
@@ -34,8 +34,9 @@ struct PlyHeader {
   std::vector<PlyElement> elements;
 };
 
-/// Reads from the start of a file to `end_header`; the scanner stops before the end of that line.
-/// Fails on a header that has no vertices with x, y and z, or no faces with a list of corners.
+/// Reads the header up to `end_header`; the scanner stops before the end of that line.
+/// Fails on a header without vertices that have x, y and z, or without faces or triangle strips
+/// that have a list of corners, and on one that declares one of these elements twice.
 Result<PlyHeader> readPlyHeader(TextScanner& scanner);
 
 }  // namespace t4d::formats

@@ -13,7 +13,7 @@
 namespace t4d::formats {
 namespace {
 
-/// The rows of text data: one a line.
+/// The rows of text data, one per line.
 class TextRows {
  public:
   TextRows(const InputFile&, TextScanner& scanner) : scanner_(scanner) {}
@@ -35,7 +35,7 @@ class TextRows {
   TextScanner& scanner_;
 };
 
-/// The rows of binary data: nothing between them.
+/// The rows of binary data, without separators.
 class BinaryRows {
  public:
   BinaryRows(const InputFile& file, TextScanner& scanner, std::endian order)
@@ -103,16 +103,17 @@ class Reader {
 
  private:
   Result<void> readElement(const PlyElement& element) {
-    if (element.properties.empty()) return {};  // nothing stands in the file
+    if (element.properties.empty()) return {};  // there is nothing in the file
     std::size_t rowBytes = 0;
     for (const PlyProperty& property : element.properties) {
       rowBytes += Rows::leastBytes(property.isList ? property.countType : property.type);
     }
     if (element.count > rows_.bytesLeft() / rowBytes) {
-      return invalid(fmt::format("says {} of element {}, which cannot stand in the {} bytes that "
-                                 "follow the header",
-                                 element.count, inQuotes(element.name), rows_.bytesLeft()),
-                     rows_.where());
+      return invalid(
+          fmt::format("declares {} of element {}, more than the {} bytes after the header "
+                      "can hold",
+                      element.count, inQuotes(element.name), rows_.bytesLeft()),
+          rows_.where());
     }
     if (element.name == "vertex") builder_.reserve(element.count, 0);
     for (std::uint64_t row = 0; row < element.count; ++row) {
@@ -129,12 +130,14 @@ class Reader {
   Result<void> readRow(const PlyElement& element) {
     const auto place = rows_.place();
     const bool isVertex = element.name == "vertex";
-    const bool isFace = element.name == "face";
+    const bool isStrip = element.name == "tristrips";
+    const bool isFace = element.name == "face" || isStrip;
     model::Point3 point = model::Point3::Zero();
     for (const PlyProperty& property : element.properties) {
       if (property.isList) {
-        if (auto done = readList(property); !done) return done;
-        if (!isFace || !isCornerList(property)) continue;
+        const bool isCorners = isFace && isCornerList(property);
+        if (auto done = readList(property, isCorners, isStrip); !done) return done;
+        if (!isCorners || isStrip) continue;
         if (auto done = builder_.addPolygon(corners_, place); !done) return done;
       } else {
         double value = 0;
@@ -150,8 +153,9 @@ class Reader {
     return builder_.addPoint(point, place);
   }
 
-  /// Reads into corners_; what is skipped need not be whole numbers.
-  Result<void> readList(const PlyProperty& property) {
+  /// Reads the corners of a face into corners_, or adds the strips of a list of strips, in which -1
+  /// ends a strip. The entries of other lists are skipped; they need not be whole numbers.
+  Result<void> readList(const PlyProperty& property, bool isCorners, bool isStrip) {
     double count = 0;
     if (!rows_.next(property.countType, count, "the length of a list")) return pass(rows_.error());
     const std::uint64_t most = rows_.bytesLeft() / Rows::leastBytes(property.type);
@@ -160,18 +164,26 @@ class Reader {
                      rows_.where());
     }
     corners_.clear();
+    auto place = rows_.place();
     for (auto left = static_cast<std::uint64_t>(count); left > 0; --left) {
       double corner = 0;
       if (!rows_.next(property.type, corner, "an entry of a list")) return pass(rows_.error());
-      if (!isCornerList(property)) continue;
+      if (!isCorners) continue;
+      if (isStrip && corner == -1) {
+        if (auto done = builder_.addStrip(corners_, place); !done) return done;
+        corners_.clear();
+        place = rows_.place();
+        continue;
+      }
       if (!isIndex(corner)) {
         return invalid(
-            fmt::format("a face names vertex {}, expected a whole number from 0 on", corner),
+            fmt::format("a face refers to vertex {}, expected a whole number from 0 on", corner),
             rows_.where());
       }
       corners_.push_back(static_cast<std::uint64_t>(corner));
     }
-    return {};
+    if (!isStrip) return {};
+    return builder_.addStrip(corners_, place);
   }
 
   static bool isCornerList(const PlyProperty& property) {

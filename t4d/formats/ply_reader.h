@@ -5,8 +5,10 @@
 
 namespace t4d::formats {
 
-/// Reads a PLY file, text or binary of either byte order: positions of the `vertex` element and
-/// lists of the `face` element; other elements and properties are skipped.
+/// Reads a PLY file, text or binary in either byte order: the positions of the element `vertex`,
+/// the polygons of `face` and the strips of `tristrips`, where -1 ends a strip. A file may have
+/// both faces and strips. Other elements and properties, normals and colours among them, are
+/// skipped.
 Result<LoadedMesh> readPly(const InputFile& file);
 
 }  // namespace t4d::formats

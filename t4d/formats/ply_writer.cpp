@@ -16,7 +16,7 @@ using model::Attribute;
 using model::Domain;
 using model::ScalarType;
 
-/// An attribute that all meshes have, as it is declared in the header.
+/// An attribute that all meshes have, as declared in the header.
 struct Column {
   std::string attribute;  // its name in the meshes
   bool asDouble = false;  // PLY has no 64-bit integers
@@ -80,7 +80,7 @@ std::string whyNot(const Attribute& attribute, std::span<const NamedMesh> meshes
     }
     if (!fits(*same, named.mesh)) return "its rows do not fit the mesh";
     if (is64Bit(same->type) && !isExactInDouble(*same)) {
-      return "PLY has no integers of 64 bits, and some do not fit a double";
+      return "PLY has no 64-bit integers, and some are not exact in a double";
     }
   }
   return {};
@@ -225,7 +225,7 @@ class Writer {
 
 }  // namespace
 
-// Numbers are written as they stand in memory.
+// Numbers are written as they are in memory.
 static_assert(std::endian::native == std::endian::little);
 
 Result<std::vector<std::string>> writePly(OutputFile& file, std::span<const NamedMesh> meshes,

@@ -10,7 +10,7 @@ namespace {
 using model::Point3;
 
 Point3 newellNormal(std::span<const Point3> vertices, std::span<const std::uint32_t> corners) {
-  // About the first corner, so that a polygon far from the origin loses no digits.
+  // Relative to the first corner, so that a polygon far from the origin loses no digits.
   const Point3& origin = vertices[corners[0]];
   Point3 normal = Point3::Zero();
   for (std::size_t i = 2; i < corners.size(); ++i) {
@@ -53,7 +53,7 @@ bool PolygonTriangulator::clipEars(std::vector<model::Triangle>& triangles) {
   std::size_t left = corners_.size();
   std::size_t misses = 0;
   std::uint32_t here = 1;  // so that the diagonal of a quadrilateral starts at its first corner
-  // Without an ear the polygon crosses itself or has no area: what is left becomes a fan.
+  // Without an ear, the polygon crosses itself or has no area: the rest becomes a fan.
   while (left > 3 && misses < left) {
     Corner& corner = corners_[here];
     if (workLeft_ == 0) return false;

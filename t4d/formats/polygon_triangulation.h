@@ -12,15 +12,14 @@ namespace t4d::formats {
 /// the polygon is an edge of exactly one triangle.
 class PolygonTriangulator {
  public:
-  /// Looking for ears takes cubic time on hostile polygons: this many comparisons take seconds.
+  /// Ear clipping takes cubic time on hostile polygons; this many comparisons take seconds.
   static constexpr std::uint64_t kMostWork = 1'000'000'000;
 
   explicit PolygonTriangulator(std::uint64_t mostWork = kMostWork) : workLeft_(mostWork) {}
 
   /// Appends corners - 2 triangles to `triangles`. `corners` are at least three indices into
-  /// `vertices`. They are cut off ear by ear, seen along the polygon's Newell normal, which
-  /// needs no convexity. False when the polygons given so far are too intricate to be done in
-  /// seconds.
+  /// `vertices`. Clips ears in the projection along the polygon's Newell normal, so the polygon
+  /// need not be convex. Returns false when the polygons so far would take more than seconds.
   bool add(std::span<const model::Point3> vertices, std::span<const std::uint32_t> corners,
            std::vector<model::Triangle>& triangles);
 

@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <random>
 
-#include "t4d/formats/gltf_writer.h"
 #include "t4d/formats/test_files.h"
-#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 
 /// Damaged files must be read or refused, never crash, hang or ask for much memory: run under
 /// AddressSanitizer this is a small fuzzer.
@@ -30,14 +29,11 @@ struct Sample {
 
 std::vector<Sample> samples() {
   std::vector<Sample> all;
-  for (const char* file : {"cube.stl", "cube.obj", "cube.ply"}) {
+  for (const auto& format : triangleMeshFormats()) {
+    if (format.write == nullptr) continue;
+    const std::string file = "cube" + std::string(format.extension);
     const auto path = temporaryPath(file);
-    EXPECT_TRUE(writeTriangleMeshes(path, std::vector{cube()}));
-    all.push_back({file, fileContents(path)});
-  }
-  for (const char* file : {"cube.glb", "cube.gltf"}) {
-    const auto path = temporaryPath(file);
-    EXPECT_TRUE(writeGltf(path, std::vector{cube()}, {0.5, true}));
+    EXPECT_TRUE(writeTriangleMeshes(path, std::vector{cube()}, {.placement = {0.5, true}}));
     all.push_back({file, fileContents(path)});
   }
   all.push_back({"text.stl",
@@ -47,6 +43,10 @@ std::vector<Sample> samples() {
                  "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
                  "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
                  "end_header\n0 0 0\n1 0 0\n0.2 0.2 0\n0 1 0\n-1 -1 0\n5 0 1 2 3 4\n"});
+  all.push_back({"strips.ply",
+                 "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                 "property float z\nelement tristrips 1\nproperty list int int vertex_indices\n"
+                 "end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 3 2 0\n"});
   all.push_back({"text.off",
                  "OFF\n# comment\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 3 2\n3 0 1 "
                  "2 1.0 0 0\n"});

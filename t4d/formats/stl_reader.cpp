@@ -90,7 +90,7 @@ class TextReader {
   Result<void> readFacet() {
     const auto line = scanner_.line();
     if (auto done = expect({"normal"}); !done) return done;
-    // Writers put "nan" into the normal of a flat triangle, and nobody needs it.
+    // Some writers give a flat triangle the normal "nan"; it is not used.
     for (int i = 0; i < 3; ++i) scanner_.wordAcrossLines();
     if (auto done = expect({"outer", "loop"}); !done) return done;
     const std::uint64_t first = builder_.pointCount();
@@ -127,7 +127,7 @@ Result<LoadedMesh> readStl(const InputFile& file) {
                    file.path.string());
   }
   return invalid(
-      fmt::format("the count says {} triangles, for which the file must have {} bytes; "
+      fmt::format("the count is {} triangles, for which the file must have {} bytes; "
                   "it has {}",
                   (binaryBytes(file) - kHeaderBytes) / kTriangleBytes, binaryBytes(file), size),
       file.atByte(kHeaderBytes - 4));

@@ -5,8 +5,8 @@
 
 namespace t4d::formats {
 
-/// Reads a text or a binary STL file. Binary is a file whose size fits the count at byte 80,
-/// whatever its header says; normals are ignored.
+/// Reads a text or a binary STL file. A file is binary when its size fits the count at byte 80,
+/// whatever its header says. Normals are ignored.
 Result<LoadedMesh> readStl(const InputFile& file);
 
 }  // namespace t4d::formats

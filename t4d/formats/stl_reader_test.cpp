@@ -51,10 +51,10 @@ TEST(StlReader, SaysWhatIsWrongWithABinaryFile) {
   auto short1 = binaryStl("cube", 12);
   short1.pop_back();
   EXPECT_EQ(errorOf("short.stl", short1),
-            "short.stl: byte 80: the count says 12 triangles, for which the file must have 684 "
+            "short.stl: byte 80: the count is 12 triangles, for which the file must have 684 "
             "bytes; it has 683");
   EXPECT_EQ(errorOf("many.stl", binaryStl("solid", 0xffffffff).replace(5, 1, 1, '\0')),
-            "many.stl: byte 80: the count says 4294967295 triangles, for which the file must have "
+            "many.stl: byte 80: the count is 4294967295 triangles, for which the file must have "
             "214748364834 bytes; it has 684");
   EXPECT_EQ(errorOf("junk.stl", "junk"),
             "junk.stl: neither begins with 'solid' nor has the 84 bytes of a binary header: the "

@@ -11,7 +11,7 @@
 namespace t4d::formats {
 namespace {
 
-/// The header must not begin with "solid", by which text files are known.
+/// The header must not begin with "solid", as text files do.
 constexpr char kHeader[80] = "binary STL, written by t4d";
 
 }  // namespace

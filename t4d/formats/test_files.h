@@ -11,10 +11,10 @@
 
 #include "t4d/formats/triangle_mesh_reader.h"
 
-/// What the tests of readers and writers share.
+/// Helpers for tests of readers and writers.
 namespace t4d::formats {
 
-/// A path in a folder of this process alone.
+/// A path in a folder that only this process uses.
 inline std::filesystem::path temporaryPath(const std::string& name) {
   const auto folder =
       std::filesystem::path(testing::TempDir()) / ("t4d_formats_" + std::to_string(::getpid()));
@@ -53,7 +53,7 @@ inline std::string errorOf(const std::string& name, const std::string& bytes) {
   return text;
 }
 
-/// The bytes of a number, little-endian as they stand in most files.
+/// The bytes of a number in the machine's order, which is little-endian.
 template <class T>
 std::string bytesOf(T value) {
   std::string bytes(sizeof(T), '\0');

@@ -15,7 +15,7 @@ constexpr std::size_t kLongestQuote = 40;
 
 bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 
-/// from_chars takes no plus sign, text files have them.
+/// from_chars does not accept a plus sign; text files have them.
 std::string_view withoutPlus(std::string_view word) {
   return word.size() > 1 && word[0] == '+' && word[1] != '-' && word[1] != '+' ? word.substr(1)
                                                                                : word;
@@ -104,7 +104,7 @@ bool TextScanner::nextLine() {
     while (hasWord()) word();
     const std::size_t lineBreak = lineBreakAt(at_);
     if (lineBreak == 0) return false;
-    // The last line's number stays for errors at the end of the text.
+    // Errors at the end of the text get the number of the last line.
     at_ += lineBreak;
     if (at_ < text_.size()) ++line_;
     if (hasWord()) return true;

@@ -9,14 +9,14 @@
 
 namespace t4d::formats {
 
-/// What of a text is not plain words.
+/// Lexical rules.
 struct TextRules {
   char comment = '\0';        ///< starts a comment that ends with the line; '\0': there are none
-  bool continuation = false;  ///< a backslash at the end of a line joins it with the next
+  bool continuation = false;  ///< a backslash at the end of a line continues it on the next
 };
 
-/// Walks a text line by line and word by word, and knows the line for errors. Lines end with \n,
-/// \r\n or \r. Words are separated by blanks. The file must outlive the scanner.
+/// Reads a text line by line and word by word, and keeps the line number for errors. Lines end with
+/// \n, \r\n or \r. Words are separated by blanks. The file must outlive the scanner.
 class TextScanner {
  public:
   explicit TextScanner(const InputFile& file, TextRules rules = {});
@@ -30,18 +30,18 @@ class TextScanner {
   /// The next word of this line or of the lines after it; empty at the end of the text.
   std::string_view wordAcrossLines();
 
-  /// What is left of this line, without the blanks around it; the line is done then.
+  /// The rest of this line, without the blanks around it; ends the line.
   std::string_view rest();
 
-  /// Steps over the line break here, for what follows is not text; gives the offset behind it.
+  /// Skips the line break here, after which binary data follow; returns the offset behind it.
   std::size_t skipLineBreak();
 
   /// Reads the next word of this line as a number: the nearest double, or the exact integer. On
-  /// false `error()` says what was found where `what` was expected.
+  /// false, `error()` says what was found and that `what` was expected.
   bool number(double& value, const char* what);
   bool integer(std::int64_t& value, const char* what);
 
-  /// The same for a word that was read already.
+  /// The same for a word that has been read.
   bool parse(std::string_view word, double& value, const char* what);
   bool parse(std::string_view word, std::int64_t& value, const char* what);
 

@@ -13,19 +13,20 @@ struct LoadedMesh {
   model::TriangleMesh mesh;
   /// What was changed while reading, a sentence each: dropped triangles, unused vertices, ...
   std::vector<std::string> notices;
+  /// What the file holds and the mesh does not, a sentence each. Only glTF files have losses; what
+  /// the other formats say of the look of a surface (normals, texture coordinates, colours,
+  /// materials) is skipped without one.
+  std::vector<std::string> losses = {};
 };
 
-/// Whether the extension is one that readTriangleMesh knows.
-bool canReadTriangleMesh(const std::filesystem::path& path);
-
-/// Reads .stl (text or binary), .obj, .ply (text or binary), .off, .gltf or .glb, told apart by the
-/// extension.
+/// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .gltf
+/// or .glb, by the extension.
 ///
-/// Coordinates are the nearest doubles of what the file says, in its own units and axes (glTF: the
-/// default scene in metres, y up, with its node transforms, without its animations). Vertices with
-/// equal coordinates become one; the others keep their order. Polygons become triangles. Triangles
-/// with two equal corners and vertices of no triangle are dropped, with a notice. Whether the mesh
-/// is closed is not judged here.
+/// Coordinates are the doubles nearest to the numbers in the file, in its own units and axes (glTF:
+/// the default scene in metres, y up, with its node transforms, at rest). Vertices with equal
+/// coordinates become one; the others keep their order. Polygons become triangles. Triangles with
+/// two equal corners and vertices of no triangle are dropped, with a notice. Does not check whether
+/// the mesh is closed.
 ///
 /// Fails on a file that cannot be read, breaks its format, has coordinates that are not finite or
 /// indices out of range, or holds no triangles. `where` of the error is `path:LINE`,

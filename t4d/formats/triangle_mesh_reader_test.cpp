@@ -11,10 +11,10 @@ namespace {
 TEST(TriangleMeshReader, RefusesWhatIsNoFileOfAMesh) {
   EXPECT_EQ(errorOf("a.stl", ""), "a.stl: is empty");
   EXPECT_EQ(errorOf("a.step", "x"),
-            "a.step: the extension .step is not one of a triangle mesh: .stl, .obj, .ply, .off, "
+            "a.step: .step is not the extension of a triangle mesh: .stl, .obj, .ply, .off, "
             ".gltf or .glb");
   EXPECT_EQ(errorOf("mesh", "x"),
-            "mesh: the extension (none) is not one of a triangle mesh: .stl, .obj, .ply, .off, "
+            "mesh: (none) is not the extension of a triangle mesh: .stl, .obj, .ply, .off, "
             ".gltf or .glb");
   const auto missing = readTriangleMesh(temporaryPath("missing.obj"));
   ASSERT_FALSE(missing);

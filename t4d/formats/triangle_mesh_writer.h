@@ -15,30 +15,40 @@ struct NamedMesh {
   model::TriangleMesh mesh;
 };
 
+/// From the mesh's units and axes to those of glTF: metres, y up, right-handed. It becomes the
+/// transform of one root node, above all others, and is stated in that node's `extras`; coordinates
+/// are written as they are.
+struct GltfPlacement {
+  double metresPerUnit = 1;
+  bool zUp = false;  ///< the mesh's z is up: turn by -90 degrees about x, which makes it glTF's y
+  std::string extras = {};  ///< a JSON object whose members join the root's extras, or ""
+};
+
 struct MeshWriteOptions {
   /// Write vertex and triangle attributes where the format has room for them.
   bool attributes = false;
+  /// For formats with units and axes of their own: glTF.
+  GltfPlacement placement = {};
 };
 
-/// Writes by extension, replacing a file that exists:
+/// Writes a file by its extension, replacing one that exists:
 /// * .stl: binary, float32; several meshes become one;
-/// * .obj: text, each coordinate the shortest decimal that reads back the same, an `o` group a
-/// mesh;
+/// * .obj: text, each coordinate the shortest decimal that reads back the same, an `o` group for
+///   each mesh;
 /// * .ply: binary little-endian, float64; several meshes become one; attributes, if asked for, as
-///   properties of the vertices and faces.
+///   properties of the vertices and faces;
+/// * .glb (binary), .gltf (text, the geometry in it as a data URI): float32, a node and a mesh for
+///   each mesh that has triangles. No normals, so viewers shade flat. Attributes, if asked for, of
+///   vertices with one to four components, as float32 attributes `_NAME`.
 ///
-/// Meshes without triangles are written. Returns a line for each attribute that was asked for and
-/// could not be written; empty when nothing was lost. Fails on an unknown extension, coordinates
-/// that are not finite or beyond float32 where that is written, indices out of range, more than the
-/// format can count, and errors of the file system.
+/// Meshes without triangles are written, except to glTF, which does not allow them. Returns a line
+/// for each attribute that was asked for and could not be written; empty when nothing was lost.
+/// Fails on an unknown extension, coordinates that are not finite or beyond float32 where that is
+/// written, indices out of range, more than the format can count or hold (4 GiB in a .glb, 1.5 GiB
+/// of geometry in a .gltf), names that are not UTF-8 and extras that are not a JSON object (glTF),
+/// and errors of the file system.
 Result<std::vector<std::string>> writeTriangleMeshes(const std::filesystem::path& path,
                                                      std::span<const NamedMesh> meshes,
                                                      const MeshWriteOptions& options = {});
-
-/// True for an extension that `writeTriangleMeshes` knows.
-bool canWriteTriangleMesh(const std::filesystem::path& path);
-
-/// Those extensions, for messages: ".stl, .obj, .ply".
-std::string writableTriangleMeshExtensions();
 
 }  // namespace t4d::formats

@@ -31,8 +31,8 @@ Result<void> checkWritable(const NamedMesh& named) {
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const auto largest = *std::ranges::max_element(triangles[i]);
     if (largest < vertices.size()) continue;
-    return invalid(fmt::format("triangle {} names vertex {}, but there are {} (counted from 0)", i,
-                               largest, vertices.size()),
+    return invalid(fmt::format("triangle {} refers to vertex {}, but there are {} (counted from 0)",
+                               i, largest, vertices.size()),
                    meshNamed(named));
   }
   return {};
@@ -113,6 +113,13 @@ std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes,
 
 void addOnce(std::vector<std::string>& lines, std::string line) {
   if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
+}
+
+tl::unexpected<Error> inFile(const std::filesystem::path& path, Error error) {
+  if (error.code != ErrorCode::Failed) {
+    error.where = error.where.empty() ? path.string() : path.string() + ": " + error.where;
+  }
+  return pass(std::move(error));
 }
 
 }  // namespace t4d::formats

@@ -8,11 +8,10 @@
 /// What the writers of triangle meshes share.
 namespace t4d::formats {
 
-/// Says what makes a mesh unfit to be written: coordinates that are not finite, indices out of
-/// range.
+/// Fails on a mesh that cannot be written: coordinates that are not finite, indices out of range.
 Result<void> checkWritable(const NamedMesh& named);
 
-/// The coordinates in float32; an error where one is beyond its range.
+/// The coordinates in float32. Fails when one is out of its range.
 Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named);
 
 /// One number of an attribute. 64-bit integers are rounded to the nearest double.
@@ -27,8 +26,11 @@ std::string plainName(std::string_view name);
 /// "vertex attribute 'NAME': WHY"
 std::string lostLine(const model::Attribute& attribute, std::string_view why);
 
-/// A line for each attribute of the meshes, once a name, for a format that has no room.
+/// A line for each attribute name of the meshes, for a format without attributes.
 std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes, std::string_view why);
+
+/// Puts the path before the place of a writer's error. Errors of the file itself have it already.
+tl::unexpected<Error> inFile(const std::filesystem::path& path, Error error);
 
 /// Adds the line unless it is there.
 void addOnce(std::vector<std::string>& lines, std::string line);

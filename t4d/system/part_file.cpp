@@ -73,7 +73,7 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   // A folder may be writable and not readable.
   if (descriptor < 0 || syncAndClose(descriptor)) return {};
-  return ioError(target, "have the new name kept on the disk");
+  return ioError(target, "sync the directory");
 }
 
 void PartFile::remove() noexcept {

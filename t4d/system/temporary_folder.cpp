@@ -1,17 +1,23 @@
 #include "t4d/system/temporary_folder.h"
 
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
+#include <string>
 #include <utility>
 
 namespace t4d::system {
 
 Result<TemporaryFolder> TemporaryFolder::create() {
+  const auto cannot = [](const std::string& reason, const std::filesystem::path& where) {
+    return fail(ErrorCode::Failed, "cannot make a temporary folder (TMPDIR says where): " + reason,
+                where.string());
+  };
   std::error_code error;
-  std::string name = (std::filesystem::temp_directory_path(error) / "t4d-XXXXXX").string();
-  if (error || mkdtemp(name.data()) == nullptr) {
-    return fail(ErrorCode::Failed, "cannot make a temporary folder; TMPDIR says where they go",
-                name);
-  }
+  const auto parent = std::filesystem::temp_directory_path(error);
+  if (error) return cannot(error.message(), parent);
+  std::string name = (parent / "t4d-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) return cannot(std::strerror(errno), parent);
   return TemporaryFolder(name);
 }
 

@@ -8,17 +8,17 @@
 #include <span>
 #include <string>
 
-/// What the fuzz targets share.
+/// Helpers for fuzz targets.
 namespace t4d::fuzz {
 
-/// Ends the process, for libFuzzer a finding, where what must hold does not.
+/// Ends the process, which is a finding for libFuzzer, unless the condition holds.
 inline void must(bool holds, const std::string& claim) {
   if (holds) return;
   std::fprintf(stderr, "== broken claim: %s\n", claim.c_str());
   std::abort();
 }
 
-/// A regular file in memory alone, for readers that take a path.
+/// A regular file in memory, for readers that take a path.
 class MemoryFile {
  public:
   MemoryFile();
@@ -34,7 +34,7 @@ class MemoryFile {
   std::filesystem::path path_;
 };
 
-/// Counts the bytes that are on the heap more than when it was made; one at a time.
+/// Counts the heap bytes allocated since its construction. Only one at a time.
 class HeapMeter {
  public:
   HeapMeter();

@@ -1,5 +1,5 @@
-/// tinygltf itself, in the place of Debian's library: so the sanitizers watch it and the fuzzer
-/// sees where in it an input gets.
+/// tinygltf itself instead of Debian's library, so that the sanitizers check it and the fuzzer sees
+/// its coverage.
 #define TINYGLTF_IMPLEMENTATION
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_IMPLEMENTATION

@@ -5,7 +5,7 @@
 
 namespace t4d::fuzz {
 
-/// What is read from any file is a mesh; what is refused is so with a reason and a place in `path`.
+/// Whatever is read is a valid mesh; whatever is refused has a reason and a place in `path`.
 inline void checkLoaded(const Result<formats::LoadedMesh>& loaded, const std::string& path) {
   if (!loaded) {
     must(!loaded.error().message.empty() && loaded.error().where.starts_with(path),

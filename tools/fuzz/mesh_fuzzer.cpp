@@ -4,7 +4,7 @@
 #include "t4d/formats/stl_reader.h"
 #include "tools/fuzz/loaded_mesh.h"
 
-/// A triangle mesh as STL, OBJ, PLY or OFF: the first byte says which, the file follows.
+/// A triangle mesh as STL, OBJ, PLY or OFF: the first byte selects the format, the file follows.
 namespace t4d::fuzz {
 namespace {
 
@@ -22,7 +22,7 @@ Result<formats::LoadedMesh> read(char format, const formats::InputFile& file) {
 }
 
 int test(std::span<const std::uint8_t> bytes) {
-  // An empty file never gets as far as the readers.
+  // Readers are never given an empty file.
   if (bytes.size() < 2) return -1;
   const char format = static_cast<char>(bytes.front());
   if (std::string("sopf").find(format) == std::string::npos) return -1;

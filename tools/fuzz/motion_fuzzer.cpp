@@ -8,8 +8,7 @@
 namespace t4d::fuzz {
 namespace {
 
-/// A number of that many digits may ask for a million segments, which is allowed but takes its
-/// time.
+/// A number with so many digits may request a million segments, which is allowed but slow.
 constexpr int kMostDigits = 4;
 
 bool asksForManySegments(const std::string& text) {

@@ -14,9 +14,8 @@
 #include "t4d/voxel4d/vdb_samples.h"
 #include "t4d/voxel4d/weave.h"
 
-/// Writes the files that the fuzzers begin with, a folder for each: `fuzz_seeds FOLDER`. They are
-/// as small as files with everything in them can be, for a fuzzer does the more the smaller they
-/// are.
+/// Writes the seeds of the fuzzers, a folder for each: `fuzz_seeds FOLDER`. They are as small as
+/// files with everything in them can be: a fuzzer does more executions on small files.
 namespace t4d::fuzz {
 namespace {
 
@@ -134,7 +133,7 @@ std::string contents(const fs::path& path) {
 }
 
 void writeMeshSeeds(const fs::path& folder) {
-  // The first byte of an input says its format.
+  // The first byte of an input selects its format.
   for (const char* extension : {"stl", "obj", "ply"}) {
     const fs::path path = folder / extension;
     const fs::path named = path.string() + "." + extension;
@@ -166,9 +165,10 @@ void writeMeshSeeds(const fs::path& folder) {
 
 void writeGltfSeeds(const fs::path& folder) {
   const std::vector meshes = {formats::NamedMesh{"a", tetrahedron()}};
-  expect(formats::writeGltf(folder / "a.glb", meshes, {0.5, true}));
-  expect(formats::writeGltf(folder / "a.gltf", meshes));
-  auto flipbook = expect(formats::FlipbookWriter::create(folder / "flipbook.glb", {}, 10));
+  expect(formats::writeTriangleMeshes(folder / "a.glb", meshes,
+                                      {.placement = {.metresPerUnit = 0.5, .zUp = true}}));
+  expect(formats::writeTriangleMeshes(folder / "a.gltf", meshes));
+  auto flipbook = expect(formats::FlipbookWriter::create(folder / "flipbook.glb", 10));
   expect(flipbook.add(0, meshes));
   expect(flipbook.add(1, meshes));
   expect(flipbook.finish());

@@ -9,14 +9,14 @@
 #include "t4d/measure/validate.h"
 #include "tools/fuzz/fuzz.h"
 
-/// A .t4d file, read in all the ways there are, validated, sliced.
+/// A .t4d file, read in every way, validated and sliced.
 namespace t4d::fuzz {
 namespace {
 
 using formats::T4dOpen;
 using formats::T4dReader;
 
-/// A number that tells all bits of a slab, without a copy: memory is counted here.
+/// A hash of all bits of a slab, made without a copy: memory is counted here.
 std::size_t hashOf(const model::Slab& slab) {
   std::size_t hash = 0;
   const auto add = [&](const auto& values) {
@@ -42,7 +42,7 @@ std::size_t hashOf(const model::Slab& slab) {
   return hash;
 }
 
-/// What a slab is: nothing where it is refused.
+/// The hash of a slab; nothing if it is refused.
 using SlabMark = std::optional<std::size_t>;
 
 SlabMark markOf(const model::Source& body, std::size_t index) {
@@ -93,8 +93,8 @@ bool allRead(const ReadBodies& bodies) {
   return true;
 }
 
-/// Slabs at the same place are the same, whoever found them; either way may refuse one, for what
-/// the index says may be wrong.
+/// Slabs at the same place are the same, however they were found. Either way may refuse one, since
+/// the index may be wrong.
 void compare(const ReadBodies& a, const ReadBodies& b) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     for (const ReadSlab& one : a[i]) {
@@ -132,7 +132,7 @@ void checkSlices(T4dReader& reader, bool valid) {
   }
 }
 
-/// A file that is accepted as a whole is so in every way.
+/// A file that is accepted as a whole is accepted in every way.
 void checkJudgement(const std::filesystem::path& path, bool wholeFile) {
   const auto validation = measure::validateT4dFile(path, {.vertexLinks = true});
   must(validation.has_value(), "a file can be judged");

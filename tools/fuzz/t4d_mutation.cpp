@@ -68,7 +68,7 @@ std::string indexOf(const std::vector<LooseChunk>& chunks, const std::vector<std
   return payload;
 }
 
-/// Random choices of one mutation.
+/// The random choices of one mutation.
 class Choices {
  public:
   explicit Choices(unsigned seed) : random_(seed) {}
@@ -101,7 +101,7 @@ std::vector<std::size_t> arraysIn(const std::string& payload) {
   return found;
 }
 
-/// Puts an array of another length or codec in the place of one.
+/// Replaces an array by one of another length or codec.
 void remakeArray(std::string& payload, Choices& choose) {
   const auto arrays = arraysIn(payload);
   if (arrays.empty()) return;
@@ -129,7 +129,7 @@ void remakeArray(std::string& payload, Choices& choose) {
   payload.replace(at, end - at, reinterpret_cast<const char*>(record.data()), record.size());
 }
 
-/// Gives one field of eight or four bytes a value that is another field's, or a likely one.
+/// Gives a field of eight or four bytes the value of another field, or a likely one.
 void replaceField(std::string& payload, Choices& choose) {
   if (payload.size() < 8) return;
   const std::size_t from = choose.below(payload.size() / 4) * 4;
@@ -203,7 +203,7 @@ LooseFile takeApart(const std::string& bytes) {
 }
 
 std::string putTogether(LooseFile file, const Repairs& repairs) {
-  // INDX has one length whatever is in it, so offsets are known before it is made.
+  // The length of INDX does not depend on its contents, so offsets are known before it is made.
   std::size_t slabs = 0;
   for (const LooseChunk& chunk : file.chunks) slabs += chunk.type == kSlab ? 1 : 0;
   std::vector<std::uint64_t> offsets;

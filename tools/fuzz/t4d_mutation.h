@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-/// .t4d files that are wrong in one place only: whatever a mutation does to one chunk, the
-/// checksums, offsets and counts of the rest can be made to follow, or a reader would never get
-/// past them.
+/// Mutations of .t4d files that are wrong in one place only: after a mutation of one chunk, the
+/// checksums, offsets and counts of the rest can be updated, or readers would stop at them.
 namespace t4d::fuzz {
 
 struct LooseChunk {
@@ -23,22 +22,22 @@ struct LooseFile {
   std::string rest;  ///< what follows the last chunk: the footer, or anything
 };
 
-/// Takes bytes apart as far as there are chunks by their lengths; checksums do not matter.
+/// Splits bytes into chunks by their lengths, as far as possible; ignores checksums.
 LooseFile takeApart(const std::string& bytes);
 
-/// What is made to follow the rest when a file is put together.
+/// What is updated when a file is put together.
 struct Repairs {
   bool parts = true;  ///< offsets of CONN and LAYR in each SLAB, to where those have moved
   bool index = true;  ///< INDX, the count of chunks in DONE, and the footer
 };
 
-/// With right checksums.
+/// Puts a file together, with valid checksums.
 std::string putTogether(LooseFile file, const Repairs& repairs);
 
-/// Makes every checksum of a file right and nothing else.
+/// Corrects every checksum of a file, and nothing else.
 void repairChecksums(std::string& bytes);
 
-/// Makes DONE tell the truth of the slabs, if they can be read.
+/// Corrects the summaries in DONE, if the slabs can be read.
 std::string withTrueSums(const std::string& bytes);
 
 }  // namespace t4d::fuzz

@@ -79,7 +79,7 @@ int test(std::span<const std::uint8_t> bytes) {
   static MemoryFile file;
   file.set(bytes);
   const HeapMeter heap;
-  // The last byte is as good as any to choose by.
+  // The last byte makes the choice.
   const bool density = !bytes.empty() && bytes.back() % 2 == 1;
   readFrames({file.path()}, {});
   readFrames({file.path(), file.path()},
@@ -96,8 +96,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return t4d::fuzz::test({data, size});
 }
 
-/// Most of a small .vdb are the empty masks of its nodes: changes are made mostly where something
-/// is.
+/// Most of a small .vdb is empty masks of nodes: most mutations go where something is.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t maxSize, unsigned seed) {
   std::minstd_rand random(seed);
@@ -111,7 +110,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   const std::size_t at = telling[random() % telling.size()];
   const std::size_t begin = at < kBefore ? 0 : at - kBefore;
   const std::size_t length = std::min(kLength, size - begin);
-  // In place, or all that follows would be somewhere else.
+  // In place, or everything behind it would move.
   std::uint8_t part[kLength];
   std::memcpy(part, data + begin, length);
   const std::size_t now = LLVMFuzzerMutate(part, length, length);

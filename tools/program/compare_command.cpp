@@ -14,7 +14,7 @@
 
 #include "t4d/formats/motion_reader.h"
 #include "t4d/formats/output_file.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/steps.h"
@@ -93,6 +93,7 @@ std::optional<std::string> misuseOf(const Options& options) {
 struct Truth {
   model::TriangleMesh mesh;
   model::Motion motion;
+  bool lossy;  ///< the file of the solid holds more than the mesh that was read
 
   double volume() const { return std::abs(signedVolume(mesh)); }
   double hypervolume() const { return volume() * (motion.timeEnd() - motion.timeBegin()); }
@@ -103,7 +104,7 @@ Result<Truth> truthOf(const Options& options) {
   if (!loaded) return pass(loaded.error());
   auto motion = formats::readMotion(options.motion);
   if (!motion) return pass(motion.error());
-  return Truth{std::move(loaded->mesh), std::move(*motion)};
+  return Truth{std::move(loaded->mesh), std::move(*motion), !loaded->losses.empty()};
 }
 
 /// A 4D mesh in a file, and what is known of how it was made.
@@ -153,7 +154,7 @@ Result<std::variant<MeshFile, int>> build(const Options& options, const Truth& t
   }
   const auto finished = system::runSelf(arguments);
   if (!finished) return pass(finished.error());
-  if (finished->code != kDone) {
+  if (finished->code != kDone && finished->code != kLoss) {
     say("the backend " + backend + " made no 4D mesh");
     return finished->code;
   }
@@ -430,7 +431,10 @@ int buildAndCompare(const Options& options, Outputs& outputs) {
     made.title += fmt::format(", voxels of {}, {}", *files.front().mesh.voxelSize,
                               counted(*files.front().mesh.frames, "frame"));
   }
-  return compareFiles(options, outputs, meshMethod, files, std::move(made), truth->volume());
+  const int done =
+      compareFiles(options, outputs, meshMethod, files, std::move(made), truth->volume());
+  // The backends have listed what was lost.
+  return done == kDone && truth->lossy ? kLoss : done;
 }
 
 int run(const Options& options) {
@@ -461,9 +465,9 @@ void addCompare(CLI::App& app, int& exitCode) {
       "compare", "Compare two 4D meshes: two files, or both backends on one solid and motion");
   auto options = std::make_shared<Options>();
   command
-      ->add_option(
-          "INPUT", options->input,
-          "A solid for both backends (.stl, .obj, .ply, .off, .gltf or .glb), or a .t4d file")
+      ->add_option("INPUT", options->input,
+                   fmt::format("A solid for both backends ({}), or a .t4d file",
+                               formats::readableTriangleMeshExtensions()))
       ->required();
   command->add_option("OTHER", options->other, "The .t4d file to compare it with");
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)");

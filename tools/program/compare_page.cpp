@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/base64.h"
 #include "t4d/measure/distance_quantile.h"
 #include "t4d/measure/triangle_tree.h"
 #include "tools/program/console.h"
@@ -54,23 +55,6 @@ figcaption { font-size: 13px; color: var(--soft); }
   margin: 0 0 12px; }
 .ramp i { width: 220px; height: 12px; border-radius: 3px; }
 )";
-
-std::string base64(std::span<const std::uint8_t> bytes) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j) {
-      group = group << 8 | (i + j < bytes.size() ? bytes[i + j] : 0U);
-    }
-    for (std::size_t j = 0; j < 4; ++j) {
-      text += i + j <= bytes.size() ? kDigits[group >> (18 - 6 * j) & 63U] : '=';
-    }
-  }
-  return text;
-}
 
 Colour rampAt(double fraction) {
   const double at = std::clamp(fraction, 0.0, 1.0) * (kRamp.size() - 1);
@@ -166,7 +150,7 @@ std::string figure(std::span<const std::uint8_t> png, const std::string& caption
   return fmt::format(
       "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
       "<figcaption>{0}</figcaption></figure>\n",
-      escaped(caption), kPixels, base64(png));
+      escaped(caption), kPixels, formats::base64(png));
 }
 
 std::string rampOf(const CompareReport& report, double end, double farthest) {

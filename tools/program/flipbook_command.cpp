@@ -52,9 +52,8 @@ int run(const Options& options) {
   Result<convert::FlipbookReport> written;
   {
     ProgressBar bar("slicing");
-    written = convert::writeFlipbook(input->bodies, times, options.output, placement,
-                                     options.framesPerSecond, {.attributes = options.attributes},
-                                     bar.callback());
+    written = convert::writeFlipbook(input->bodies, times, options.output, options.framesPerSecond,
+                                     {options.attributes, placement}, bar.callback());
   }
   if (!written) {
     Error error = written.error();
@@ -103,8 +102,8 @@ void addFlipbook(CLI::App& app, int& exitCode) {
       ->check(someName())
       ->check(CLI::Validator(
           [](std::string& path) {
-            return formats::canWriteGltf(path) ? std::string()
-                                               : "'" + path + "' is not a .glb or .gltf file";
+            return formats::isGltf(path) ? std::string()
+                                         : "'" + path + "' is not a .glb or .gltf file";
           },
           ""));
   command->add_option("--fps", options->framesPerSecond, "Frames per second")

@@ -9,7 +9,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/salvage.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 
 namespace t4d::tools {
 namespace {
@@ -53,7 +53,8 @@ std::string recoveryHint(const std::string& path) {
 
 /// How to get from a file of one kind to the kind that was wanted.
 std::string conversionHint(const std::string& path) {
-  if (formats::canReadTriangleMesh(path)) {
+  const auto* format = formats::triangleMeshFormat(path);
+  if (format != nullptr && format->read != nullptr) {
     return fmt::format(
         "it is a triangle mesh; sweep it first: t4d sweep {} --motion MOTION.json -o {}",
         quoted(path), freeName(path, "", ".t4d"));

@@ -158,6 +158,26 @@ TEST_F(Program, WritesEveryFormatAndPlaysTwo) {
   EXPECT_EQ(run("flipbook cube.t4d --times 1:2:3 -o f.gltf --json").value()["frames"], 3);
 }
 
+TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);
+  ASSERT_EQ(run("flipbook cube.t4d --frames 2 -o moving.glb").exitCode, 0);
+  const std::string lost = "t4d: lost: the animation of 2 nodes: the mesh is as it is at rest\n";
+  for (const std::string verb : {"sweep $ -m fx/rest.json -o a.t4d",
+                                 "voxelize $ -m fx/rest.json --voxel-size 4 --frames 2 -o a",
+                                 "compare $ -m fx/rest.json --voxel-size 4 --frames 2"}) {
+    const auto with = [&](const char* model) {
+      return run(std::string(verb).replace(verb.find('$'), 1, model));
+    };
+    const Finished still = with("still.glb");
+    EXPECT_EQ(still.exitCode, 0) << verb << still.err;
+    EXPECT_EQ(still.err, "");
+    const Finished moving = with("moving.glb");
+    EXPECT_EQ(moving.exitCode, 3) << verb << moving.err;
+    EXPECT_THAT(moving.err, testing::HasSubstr(lost));
+  }
+}
+
 TEST_F(Program, RecoversWhatIsWhole) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   const std::string whole = contents(folder_ / "cube.t4d");
@@ -424,7 +444,7 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   refuses("slice cube.t4d --time -1 -o out.glb", "lasts from 0 to 64");
   misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
   misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
-  misused("slice cube.t4d --time 1 -o out.xyz", ".glb, .gltf, .stl, .obj, .ply");
+  misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .gltf or .glb");
   misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
   misused("flipbook cube.t4d --frames 2.5 -o out.glb",
           "--frames: '2.5' is not a whole number from 1 to 100000");

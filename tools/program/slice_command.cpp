@@ -5,8 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/convert/slice.h"
-#include "t4d/formats/gltf_writer.h"
-#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -77,16 +76,15 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
 
 Result<std::vector<std::string>> write(const Options& options, const Sections& sections,
                                        const formats::Metadata& metadata) {
-  const formats::MeshWriteOptions how{.attributes = options.attributes};
-  if (!formats::canWriteGltf(options.output)) {
-    return formats::writeTriangleMeshes(options.output, sections.meshes, how);
+  formats::MeshWriteOptions how{.attributes = options.attributes};
+  if (formats::triangleMeshFormat(options.output)->placed) {
+    std::vector<std::string> notices;
+    const formats::GltfPlacement placement = placementOf(metadata, notices);
+    printNotices(notices);
+    // Only a slice at a time lies in space; others have the time for an axis.
+    if (options.time) how.placement = placement;
   }
-  std::vector<std::string> notices;
-  formats::GltfPlacement placement = placementOf(metadata, notices);
-  // Only a slice at a time lies in space; others have the time for an axis.
-  if (!options.time) placement = {};
-  printNotices(notices);
-  return formats::writeGltf(options.output, sections.meshes, placement, how);
+  return formats::writeTriangleMeshes(options.output, sections.meshes, how);
 }
 
 int run(const Options& options) {
@@ -172,17 +170,16 @@ void addSlice(CLI::App& app, int& exitCode) {
   cuts->require_option(1);
   command
       ->add_option("-o,--output", options->output,
-                   "The file to write: .glb, .gltf, .stl, .ply or .obj (default: none, only "
-                   "measure)")
+                   fmt::format("The file to write: {} (default: none, only measure)",
+                               formats::writableTriangleMeshExtensions()))
       ->check(someName())
       ->check(CLI::Validator(
           [](std::string& path) {
-            return formats::canWriteGltf(path) || formats::canWriteTriangleMesh(path)
+            const auto* format = formats::triangleMeshFormat(path);
+            return format != nullptr && format->write != nullptr
                        ? std::string()
-                       : fmt::format(
-                             "the extension of '{}' says no format that can be written; "
-                             "these can: .glb, .gltf, {}",
-                             path, formats::writableTriangleMeshExtensions());
+                       : fmt::format("unsupported output extension: '{}' is not {}", path,
+                                     formats::writableTriangleMeshExtensions());
           },
           ""));
   addBodyOption(*command, options->body);

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/motion_reader.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
@@ -198,7 +198,7 @@ int run(const Options& options) {
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
                sizeText(peakBytes()));
   }
-  return kDone;
+  return reportLosses(loaded->losses);
 }
 
 }  // namespace
@@ -207,7 +207,9 @@ void addSweep(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "sweep", "Sweep a closed triangle mesh along a rigid motion into a 4D mesh");
   auto options = std::make_shared<Options>();
-  command->add_option("MODEL", options->model, "The solid: .stl, .obj, .ply, .off, .gltf or .glb")
+  command
+      ->add_option("MODEL", options->model,
+                   "The solid: " + formats::readableTriangleMeshExtensions())
       ->required();
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)")
       ->required();

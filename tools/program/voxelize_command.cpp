@@ -1,5 +1,5 @@
 #include "t4d/formats/motion_reader.h"
-#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/voxel_series.h"
@@ -24,9 +24,10 @@ int run(const Options& options) {
                                       *motion, notices);
   if (!times) return report(times.error());
   printNotices(notices);
-  return writeVoxelSeries(options.series, *times,
-                          voxel4d::movingSolid(std::move(loaded->mesh), std::move(*motion)),
-                          options.model);
+  const int done = writeVoxelSeries(
+      options.series, *times, voxel4d::movingSolid(std::move(loaded->mesh), std::move(*motion)),
+      options.model);
+  return done == kDone ? reportLosses(loaded->losses) : done;
 }
 
 }  // namespace
@@ -35,7 +36,9 @@ void addVoxelize(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "voxelize", "Write a moving triangle mesh as a time series of OpenVDB grids");
   auto options = std::make_shared<Options>();
-  command->add_option("MODEL", options->model, "The solid: .stl, .obj, .ply, .off, .gltf or .glb")
+  command
+      ->add_option("MODEL", options->model,
+                   "The solid: " + formats::readableTriangleMeshExtensions())
       ->required();
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)")
       ->required();

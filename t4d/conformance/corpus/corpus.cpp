@@ -57,7 +57,9 @@ std::vector<std::pair<std::string, std::string>> allTexts() {
 Result<std::string> contents(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file) return fail(ErrorCode::Io, "cannot be read", path.string());
+  if (!file) {
+    return fail(ErrorCode::Io, fmt::format("cannot read: {}", std::strerror(errno)), path.string());
+  }
   return bytes;
 }
 

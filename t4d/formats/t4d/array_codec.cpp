@@ -38,7 +38,7 @@ void transposeBack(std::span<const std::byte> from, std::size_t rowBytes, std::b
   }
 }
 
-/// One zstd frame; nothing where it cannot be made. A `windowLog` of 0 is what the level brings.
+/// One zstd frame; empty when zstd fails. A `windowLog` of 0 means the level's default.
 std::vector<std::byte> zstdFrame(std::span<const std::byte> bytes, int level, int windowLog) {
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                      &ZSTD_freeCCtx);
@@ -56,7 +56,7 @@ std::vector<std::byte> compressed(const ArrayView& array, int level) {
   transpose(array.bytes, array.rowBytes(), transposed.data());
   std::vector<std::byte> frame = zstdFrame(transposed, level, 0);
   if (frame.size() * t4d_layout::kMaxExpansion < transposed.size()) {
-    // A block holds no more than the window and takes at least 4 bytes: 4 KiB keep to the limit.
+    // A block holds at most the window and takes at least 4 bytes: 4 KiB keep within the limit.
     constexpr int kSmallWindowLog = 12;
     frame = zstdFrame(transposed, level, kSmallWindowLog);
   }
@@ -65,7 +65,7 @@ std::vector<std::byte> compressed(const ArrayView& array, int level) {
 
 Result<std::vector<std::byte>> decompressed(std::span<const std::byte> stored, std::size_t rowBytes,
                                             std::uint64_t size) {
-  // The library may know frames from before the standard, and skips what is to be skipped.
+  // The library may accept frames from before the standard, and skips skippable frames.
   std::uint32_t magic = 0;
   if (stored.size() >= sizeof magic) std::memcpy(&magic, stored.data(), sizeof magic);
   if (magic != ZSTD_MAGICNUMBER ||
@@ -121,7 +121,7 @@ Result<PackedArray> takePacked(ByteReader& from, Features features) {
   const auto reserved = from.take<std::uint8_t>() | from.take<std::uint32_t>();
   array.rows = from.take<std::uint64_t>();
   const auto storedBytes = from.take<std::uint64_t>();
-  if (from.overrun()) return invalid("an array's header is cut off");
+  if (from.overrun()) return invalid("an array's header is truncated");
   const std::size_t scalar = model::scalarSize(array.type);
   if (scalar == 0) return invalid(fmt::format("an array has the unknown number type {}", type));
   if (array.components == 0) return invalid("an array has rows of no numbers");
@@ -152,7 +152,7 @@ Result<PackedArray> takePacked(ByteReader& from, Features features) {
         fmt::format("an array of no rows is stored by codec {} in {} bytes", codec, storedBytes));
   }
   array.stored = from.takeBytes(storedBytes);
-  if (!from.skipPadding()) return invalid("an array's padding is cut off or not zero");
+  if (!from.skipPadding()) return invalid("an array's padding is truncated or not zero");
   if (array.codec == Codec::Raw && storedBytes != size) {
     return invalid(fmt::format("an array of {} bytes is stored in {}", size, storedBytes));
   }

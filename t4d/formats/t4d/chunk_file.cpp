@@ -68,7 +68,7 @@ tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string
   return pass(Error{code, message, fmt::format("{}: byte {}", path_, offset), offset});
 }
 
-/// Callers have held `offset` and `bytes` against the file's size.
+/// Callers have checked `offset` and `bytes` against the file's size.
 Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64_t bytes) const {
   std::vector<std::byte> data(bytes);
   std::size_t have = 0;
@@ -129,7 +129,7 @@ Result<ChunkFile::Header> ChunkFile::readHeader() const {
 
 Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
   if (end < kFileHeaderBytes + kFooterBytes) {
-    return damaged(end, "the file is cut off before its footer");
+    return damaged(end, "the file is truncated before its footer");
   }
   const std::uint64_t offset = end - kFooterBytes;
   auto bytes = read(offset, kFooterBytes);
@@ -144,7 +144,7 @@ Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
   const auto crc = from.take<std::uint32_t>();
   if (std::memcmp(bytes->data() + from.position(), kEndSignature.data(), kEndSignature.size()) !=
       0) {
-    return damaged(offset, "the footer is missing: the file is cut off, or something follows it");
+    return damaged(offset, "the footer is missing: the file is truncated, or something follows it");
   }
   if (crc != crc32c(bytes->data(), covered)) {
     return damaged(offset, "the footer's checksum does not match: the file is damaged");
@@ -168,7 +168,7 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
 }
 
 std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {
-  // A block of most disks: where one cannot be read, the next may be.
+  // The block size of most disks: when one cannot be read, the next may be readable.
   constexpr std::uint64_t kBlock = 4096;
   constexpr std::size_t kFlagsAt = sizeof(ChunkType);
   for (std::uint64_t at = padded(from); at < size_;) {
@@ -181,7 +181,7 @@ std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {
         std::memcpy(type.data(), all.data() + i, type.size());
         std::uint32_t flags = 0;
         std::memcpy(&flags, all.data() + i + kFlagsAt, sizeof flags);
-        // The checksum is for the few places that look like a chunk.
+        // Compute the checksum only where the bytes look like a chunk.
         if (!isChunkType(type) || (flags & ~kFlagCritical) != 0) continue;
         if (auto header = chunkHeader(at + i, all.subspan(i, kChunkHeaderBytes))) return *header;
       }
@@ -223,7 +223,7 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
   if (header.payloadBytes > left || padded(header.payloadBytes) > left) {
     return damaged(offset,
                    fmt::format("the chunk {} claims {} bytes where {} are left: the file is "
-                               "cut off",
+                               "truncated",
                                header.name(), header.payloadBytes, left));
   }
   return header;

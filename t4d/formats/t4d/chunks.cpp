@@ -78,7 +78,7 @@ void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into) {
   }
 }
 
-/// `into` has as many vertices as the array rows; their times are left as they are.
+/// `into` has a vertex for each row; its times are unchanged.
 Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
   const auto bytes = unpack(array);
   if (!bytes) return pass(bytes.error());
@@ -105,7 +105,7 @@ Result<Attribute> takeAttribute(ByteReader& from, Features features) {
   const auto domain = from.take<std::uint8_t>();
   const auto reserved = from.takeBytes(3);
   const auto nameBytes = from.take<std::uint32_t>();
-  if (from.overrun()) return invalid("an attribute is cut off");
+  if (from.overrun()) return invalid("an attribute is truncated");
   if (domain != static_cast<std::uint8_t>(Domain::Vertex) &&
       domain != static_cast<std::uint8_t>(Domain::Cell)) {
     return invalid(fmt::format("an attribute has the unknown domain {}", domain));
@@ -120,7 +120,7 @@ Result<Attribute> takeAttribute(ByteReader& from, Features features) {
   }
   const auto name = from.takeBytes(nameBytes);
   if (from.overrun() || !from.skipPadding()) {
-    return invalid("an attribute's name is cut off, or its padding is not zero");
+    return invalid("an attribute's name is truncated, or its padding is not zero");
   }
   auto array = takeArray(from, features);
   if (!array) return pass(array.error());
@@ -140,7 +140,7 @@ Result<std::vector<Attribute>> takeAttributes(ByteReader& from, std::uint32_t co
   return attributes;
 }
 
-/// Names go into messages and JSON, which must be UTF-8.
+/// Names are put into messages and JSON, which must be UTF-8.
 bool isUtf8(std::string_view text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto lead = static_cast<unsigned char>(text[i++]);

@@ -176,7 +176,7 @@ TEST(Chunks, RefuseAttributesThatCannotBe) {
   EXPECT_THAT(slabWith(1, 0, std::byte{0}), HasSubstr("name of 0 bytes"));
   EXPECT_THAT(slabWith(1, 256, std::byte{0}), HasSubstr("name of 256 bytes"));
   EXPECT_THAT(slabWith(1, ~0U, std::byte{0}), HasSubstr("name of 4294967295 bytes"));
-  EXPECT_THAT(slabWith(1, 255, std::byte{0}), HasSubstr("cut off"));
+  EXPECT_THAT(slabWith(1, 255, std::byte{0}), HasSubstr("truncated"));
   EXPECT_THAT(slabWith(1, 4, std::byte{1}), HasSubstr("padding is not zero"));
 }
 

@@ -7,7 +7,7 @@
 namespace t4d::formats {
 
 std::uint32_t crc32c(const void* data, std::size_t size) {
-  // The library takes a length of type int, and a pointer to what it only reads.
+  // The library takes the length as an int, and a pointer to non-const.
   constexpr std::size_t kPiece = std::size_t{1} << 30;
   auto* from = static_cast<unsigned char*>(const_cast<void*>(data));
   std::uint32_t crc = ~std::uint32_t{0};

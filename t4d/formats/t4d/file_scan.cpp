@@ -32,7 +32,7 @@ class Scanner {
  private:
   Result<void> readNext() {
     if (scan_.end == file_.size()) {
-      return file_.damaged(scan_.end, "the file ends before its end mark: it is cut off");
+      return file_.damaged(scan_.end, "the file ends before its end mark: it is truncated");
     }
     auto header = file_.readChunkHeader(scan_.end);
     if (!header) return pass(header.error());
@@ -97,7 +97,7 @@ class Scanner {
     bool named = false;  ///< by a slab
   };
 
-  /// Notes that a slab names the part at `offset`; false where none is there.
+  /// Records that a slab refers to the part at `offset`; false when there is none.
   static bool name(std::vector<Part>& parts, std::uint64_t offset) {
     const auto found =
         std::lower_bound(parts.begin(), parts.end(), offset,

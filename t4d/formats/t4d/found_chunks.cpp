@@ -8,7 +8,7 @@ namespace t4d::formats {
 
 namespace {
 
-/// What a slab says of itself, by which it is known wherever it is.
+/// The fields of a slab that identify it wherever it is.
 auto identityOf(const IndexRecord& record) {
   return std::tuple(record.parts.body, record.time.begin, record.time.end,
                     record.parts.connectivity, record.parts.lower, record.parts.upper,
@@ -16,7 +16,7 @@ auto identityOf(const IndexRecord& record) {
 }
 using Identity = decltype(identityOf({}));
 
-/// A slab of nothing, which a file may have twice in a row.
+/// An empty slab, which a file may have twice in a row.
 bool mayBeTwice(const IndexRecord& record) {
   return record.parts.lower == 0 && record.parts.upper == 0 && record.time.begin == record.time.end;
 }
@@ -39,7 +39,7 @@ void FoundChunks::compareWith(std::span<const IndexRecord> index) {
   }
   std::stable_sort(slabs_.begin(), slabs_.end(),
                    [](const auto& a, const auto& b) { return a.before < b.before; });
-  // A slab that is missing would have moved as far as the one before it.
+  // A missing slab would have moved as far as the one before it.
   for (FoundSlab& slab : missing_) {
     const auto next =
         std::upper_bound(slabs_.begin(), slabs_.end(), slab.before,
@@ -50,7 +50,7 @@ void FoundChunks::compareWith(std::span<const IndexRecord> index) {
   }
 }
 
-/// Which record of the index each slab is.
+/// The index record of each slab.
 void FoundChunks::match(std::span<const IndexRecord> index) {
   std::set<std::pair<Identity, std::uint64_t>> open;
   for (const IndexRecord& record : index) open.emplace(identityOf(record), record.slab);
@@ -58,7 +58,7 @@ void FoundChunks::match(std::span<const IndexRecord> index) {
   std::uint64_t shift = 0;
   for (Slab& slab : found_) {
     const Identity identity = identityOf(slab.record);
-    // Slabs of nothing may be alike: that at the place that is expected, or else the first.
+    // Empty slabs may be equal: take the one at the expected place, or else the first.
     auto record = open.find({identity, slab.record.slab - shift});
     if (record == open.end()) record = open.lower_bound({identity, 0});
     if (record != open.end() && record->first == identity) {

@@ -243,7 +243,7 @@ TEST(T4dReader, KeepsToItsMultipleOfTheFileInMemory) {
       const std::size_t peak = peakOf([&] { fault = faultOf(path, how); });
       EXPECT_LE(peak, allowedFor(hostile.bytes)) << hostile.name;
       // Refused too early, a file would show nothing.
-      EXPECT_TRUE(fault.empty() || fault.ends_with("it is cut off")) << hostile.name << fault;
+      EXPECT_TRUE(fault.empty() || fault.ends_with("it is truncated")) << hostile.name << fault;
     }
   }
 }

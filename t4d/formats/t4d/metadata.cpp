@@ -14,8 +14,8 @@ using Json = nlohmann::json;
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// A JSON object that is nested no deeper than allowed: what handles JSON recurses, here and
-/// elsewhere, and a stack is soon full.
+/// A JSON object that is not nested too deep: code that handles JSON recurses, here and elsewhere,
+/// and could overflow the stack.
 Result<Json> parseObject(const std::string& text) {
   bool tooDeep = false;
   const Json::parser_callback_t check = [&](int depth, Json::parse_event_t event, Json&) {
@@ -31,7 +31,7 @@ Result<Json> parseObject(const std::string& text) {
     error.offset = byte;
     return pass(std::move(error));
   };
-  // The parser would take a zero byte for the end of the text.
+  // The parser would treat a zero byte as the end of the text.
   if (const auto zero = text.find('\0'); zero != std::string::npos) return wrongAt(zero);
   Json json;
   try {

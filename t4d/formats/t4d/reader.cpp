@@ -39,7 +39,7 @@ struct Index {
   std::uint64_t offset = 0;
 };
 
-/// A chunk that the footer names.
+/// A chunk that the footer refers to.
 Result<ChunkFile::Chunk> readNamed(ChunkFile& file, std::uint64_t offset, ChunkType type) {
   const std::uint64_t footer = file.size() - kFooterBytes;
   if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset >= footer) {
@@ -69,7 +69,7 @@ Result<Index> readIndex(ChunkFile& file) {
   return Index{std::move(*records), std::move(*decodedDone), footer->done, footer->index};
 }
 
-/// Judges the index by itself: whether the slabs are where it says is seen when they are read.
+/// Checks the index by itself. Whether the slabs are where it says is checked when they are read.
 Result<void> checkIndex(const ChunkFile& file, const Index& index, std::size_t bodyCount) {
   RecordJudge judge(file, bodyCount);
   for (const IndexRecord& record : index.records) {
@@ -81,7 +81,8 @@ Result<void> checkIndex(const ChunkFile& file, const Index& index, std::size_t b
   return {};
 }
 
-/// After the end mark that `scan` found come an index that says the same and a footer, or nothing.
+/// Checks that the end mark is followed by an index that agrees with `scan` and a footer, or by
+/// nothing.
 Result<void> checkTail(ChunkFile& file, bool indexed, const FileScan& scan) {
   if (!indexed) {
     if (scan.end == file.size()) return {};
@@ -164,7 +165,7 @@ class T4dReader::File {
   std::optional<Error> damage_;
 
  private:
-  /// A file that promises an index and does not end with one: says how far it can be read.
+  /// For a file that promises an index and does not end with one: adds how far it can be read.
   Result<void> cutOff(Error error, std::uint64_t firstChunk) {
     const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
     if (scan.damage && !scan.done) {

@@ -21,8 +21,8 @@ class T4dSalvage::File {
  public:
   explicit File(ChunkFile file) : file_(std::move(file)) {}
 
-  /// With `judged` a file that seems whole is judged by all rules of the format as well; otherwise
-  /// it is known to be damaged.
+  /// With `judged`, a file that seems intact is checked against all rules of the format as well;
+  /// without, it is known to be damaged.
   Result<void> run(bool judged, const model::Progress& progress) {
     constexpr double kWalkShare = 0.5;
     if (auto begun = readBeginning(); !begun) return begun;
@@ -51,7 +51,7 @@ class T4dSalvage::File {
 
   struct Body {
     SlabSource slabs;
-    bool encloses = false;  ///< a slab of it has cells and lasts
+    bool encloses = false;  ///< one of its slabs has cells and a duration
   };
 
   Metadata metadata_;
@@ -67,7 +67,7 @@ class T4dSalvage::File {
     lost_.push_back({offset, std::move(what), time});
   }
 
-  /// File header and HEAD. What is not damaged but beyond this reader is an error.
+  /// Reads the file header and HEAD. Fails on what is not damaged but unsupported.
   Result<void> readBeginning() {
     const auto header = file_.readHeader();
     if (header) {
@@ -97,7 +97,7 @@ class T4dSalvage::File {
       return {};
     }
     if (head.error().code == ErrorCode::Unsupported) return pass(head.error());
-    // What remains to be seen is whether another chunk is there instead.
+    // Another chunk may be there instead.
     const auto chunk = file_.readChunkHeader(kFileHeaderBytes);
     if (chunk && chunk->type != kHead) {
       at_ = kFileHeaderBytes;
@@ -110,7 +110,7 @@ class T4dSalvage::File {
     return {};
   }
 
-  /// Where the search for a chunk goes on after none was found at `offset`.
+  /// Where to continue the search when there is no chunk at `offset`.
   std::uint64_t nextChunk(std::uint64_t offset) {
     const auto next = file_.findChunk(offset + kAlignment);
     return next ? next->offset : file_.size();
@@ -147,7 +147,7 @@ class T4dSalvage::File {
     }
   }
 
-  /// Whether the chunk before was the last of the file. Says what follows, and what is left of the
+  /// Whether the chunk before was the last of the file. Reports what follows, and an incomplete
   /// footer.
   bool atEnd() {
     const auto follows = [&](std::uint64_t end) {
@@ -163,7 +163,7 @@ class T4dSalvage::File {
     }
     if (left < kFooterBytes) {
       footerError_.message = fmt::format(
-          "the file is cut off: of its footer are {} of {} bytes left", left, kFooterBytes);
+          "the file is truncated: {} of the {} bytes of its footer are left", left, kFooterBytes);
       footerError_.offset = at_;
     }
     return true;
@@ -202,7 +202,7 @@ class T4dSalvage::File {
     found_.addSlab({header.offset, header.bytes(), decoded->parts, decoded->time});
   }
 
-  /// Reads what was found, and names the slabs that the index knows and that are not whole.
+  /// Reads what was found, and lists the slabs of the index that are not intact.
   void takeSlabs() {
     std::map<std::uint64_t, std::size_t> lostAt;
     for (std::size_t i = 0; i < lost_.size(); ++i) lostAt.emplace(lost_[i].offset, i);
@@ -222,7 +222,7 @@ class T4dSalvage::File {
     if (index_) {
       slabsKnown_ = found_.slabs().size() + found_.missing().size();
     } else if (done_) {
-      // Each slab takes some bytes: more than that many are a lie, and could overflow the sum.
+      // Each slab takes some bytes: a larger number is false, and could overflow the sum.
       const std::uint64_t most = file_.size() / kChunkHeaderBytes;
       std::uint64_t known = 0;
       for (const BodySummary& body : done_->bodies) {
@@ -233,7 +233,7 @@ class T4dSalvage::File {
     }
   }
 
-  /// Takes the parts to where they are now.
+  /// Updates the offsets of the parts that have moved.
   Result<void> takeRecord(IndexRecord record) {
     SlabParts& parts = record.parts;
     const std::uint64_t bodyCount = metadataSaved_ ? metadata_.bodies.size() : kMaxBodies;
@@ -270,7 +270,7 @@ class T4dSalvage::File {
                   .first->second;
     auto slab = body.slabs.read(record);
     if (!slab) {
-      // Other slabs that name the same part need not read it.
+      // Other slabs that refer to this part need not read it.
       const std::uint64_t at = slab.error().offset.value_or(0);
       broken_.insert(at);
       if (body.slabs.slabCount() == 0) bodies_.erase(parts.body);
@@ -335,7 +335,7 @@ class T4dSalvage::File {
   Error footerError_;
   ChunkType last_{};  // of the chunk before
   FoundChunks found_;
-  std::set<std::uint64_t> broken_;  // parts that cannot be read for all their checksums
+  std::set<std::uint64_t> broken_;  // parts with valid checksums that cannot be read
   std::optional<Done> done_;
   std::optional<std::vector<IndexRecord>> index_;
 };

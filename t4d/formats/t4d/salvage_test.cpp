@@ -347,7 +347,7 @@ TEST(T4dSalvage, NamesWhatIsMissingAtTheEnd) {
   EXPECT_THAT(cutAt(footer), HasSubstr("footer"));
   EXPECT_THAT(cutAt(footer + 11),
               testing::Eq(std::to_string(footer) +
-                          ": the file is cut off: of its footer are 11 of 40 bytes left\n"));
+                          ": the file is truncated: 11 of the 40 bytes of its footer are left\n"));
   std::string bytes = sample.bytes;
   bytes[footer + 17] ^= 1;
   EXPECT_THAT(lossesOf(bytes), is(footer, "the footer's checksum does not match"));

@@ -99,7 +99,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
                     connectivity.lowerCount, interiorCount, connectivity.upperCount, lowerCount,
                     decoded->interior.size(), upper->layer.size()));
   }
-  // Those of the slab itself: the index may say -0 where it says 0.
+  // The slab's own: the index may have -0 for its 0.
   slab->timeBegin = decoded->time.begin;
   slab->timeEnd = decoded->time.end;
   slab->vertices.resize(connectivity.vertexCount);

@@ -9,7 +9,7 @@ meta:
 doc: |
   A `.t4d` file holds 4D meshes: each is the boundary of a moving solid in space-time (x, y, z, t),
   made of tetrahedra and cut into slabs in time order. SPEC.md beside this file is the
-  specification; where the two differ, it is right.
+  specification; where the two differ, SPEC.md applies.
 
   Two ways in:
 
@@ -114,7 +114,7 @@ types:
         valid:
           expr: reserved == [0, 0, 0, 0]
         -rule: F6
-        doc: After the end signature, so that a file that is cut off is called that.
+        doc: After the end signature, so that a truncated file is reported as such.
 
   chunk:
     doc-ref: SPEC.md, "Chunks"
@@ -135,7 +135,7 @@ types:
             '"SLAB"': slab
             '"DONE"': done
             '"INDX"': indx
-        doc: The bytes of an unknown type stay bytes.
+        doc: The payload of an unknown type is left as bytes.
       - id: padding
         type: u1
         repeat: expr
@@ -170,7 +170,7 @@ types:
     instances:
       is_critical:
         value: flags == 1
-        doc: A reader must refuse the file where it does not know the type (C8).
+        doc: A reader must refuse the file if it does not know the type (C8).
       is_known:
         value: >-
           type.text == "HEAD" or type.text == "CONN" or type.text == "LAYR" or type.text == "SLAB"
@@ -179,7 +179,7 @@ types:
         value: (8 - len_payload % 8) % 8
       len_chunk:
         value: 24 + len_payload + len_padding
-        doc: The distance to the next chunk. It may overflow unless `len_payload` has been checked.
+        doc: The distance to the next chunk. May overflow unless `len_payload` has been checked.
 
   chunk_type:
     seq:
@@ -259,7 +259,7 @@ types:
         valid:
           expr: codec == codec::raw or num_rows <= len_stored * 1024 / len_row
         -rule: A9
-        doc: Does not overflow, for the stored bytes were there.
+        doc: Cannot overflow, since the stored bytes exist.
     instances:
       len_scalar:
         value: >-
@@ -317,7 +317,7 @@ types:
         -rule: T3
       - id: name_bytes
         size: len_name
-        doc: UTF-8; `name` is its text, and what it makes of bytes that are not depends on the language.
+        doc: UTF-8; `name` is its text. How invalid UTF-8 is decoded depends on the language.
       - id: padding
         type: u1
         repeat: expr
@@ -345,8 +345,8 @@ types:
 
   conn:
     doc: |
-      All of a slab but positions. The vertices of a slab are, in this order: lower layer, interior
-      vertices that are stored, means, upper layer.
+      Everything of a slab except its positions. The vertices of a slab are, in this order: lower
+      layer, interior vertices that are stored, means, upper layer.
     doc-ref: SPEC.md, "CONN"
     seq:
       - id: num_vertices
@@ -500,7 +500,7 @@ types:
         -rule: S9
 
   done:
-    doc: The end mark. A file whose DONE is there and right has all its slabs.
+    doc: The end mark. A file with a valid DONE has all its slabs.
     doc-ref: SPEC.md, "DONE"
     seq:
       - id: num_chunks

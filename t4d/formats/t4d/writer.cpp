@@ -82,7 +82,7 @@ class T4dWriter::File {
 
     std::uint32_t index;
     BodySummary summary;
-    // What the next slab can share.
+    // What the next slab may share.
     std::shared_ptr<const Connectivity> connectivity;
     std::uint64_t connectivityOffset = 0;
     std::vector<Point4> upperLayer;
@@ -92,7 +92,7 @@ class T4dWriter::File {
     File& file_;
   };
 
-  /// What has failed once cannot be finished: the file would look whole and lack slabs.
+  /// After a failure the file cannot be finished: it would look complete and lack slabs.
   Result<void> put(Body& body, const Slab& slab) {
     if (error_) return pass(*error_);
     auto done = putSlab(body, slab);
@@ -237,7 +237,7 @@ T4dWriter::~T4dWriter() = default;
 
 Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Metadata& metadata,
                                     const T4dWriteOptions& options) {
-  // A reader would refuse what parseHead refuses.
+  // A reader would refuse it.
   const auto parsed = headText(metadata, {}).and_then(parseHead);
   if (!parsed) return invalid(parsed.error().message, path.string());
   auto out = OutputFile::create(path);

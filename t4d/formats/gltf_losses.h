@@ -1,0 +1,25 @@
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include <tiny_gltf.h>
+
+namespace t4d::formats {
+
+/// What the reader takes of a document.
+struct GltfUse {
+  std::set<int> nodes;   ///< of the scene, with a mesh at or below them; hidden ones, too
+  std::set<int> meshes;  ///< of these nodes; without nodes, all of them
+};
+
+/// A sentence for each thing that a glTF document holds and a triangle mesh does not: geometry
+/// first (animation, skins, morph targets, ...), then one for all that only concerns its look. What
+/// concerns no used node or mesh is not named, but for meshes and scenes that are left out.
+std::vector<std::string> gltfLosses(const tinygltf::Model& model, const GltfUse& used);
+
+/// "1 node", "2 nodes"; `many` where the plural is not `one` with an s.
+std::string counted(std::size_t number, const std::string& one, const std::string& many = {});
+
+}  // namespace t4d::formats

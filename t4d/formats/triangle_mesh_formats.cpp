@@ -1,0 +1,65 @@
+#include "t4d/formats/triangle_mesh_formats.h"
+
+#include <algorithm>
+#include <array>
+
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/gltf_reader.h"
+#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/obj_reader.h"
+#include "t4d/formats/obj_writer.h"
+#include "t4d/formats/off_reader.h"
+#include "t4d/formats/ply_reader.h"
+#include "t4d/formats/ply_writer.h"
+#include "t4d/formats/stl_reader.h"
+#include "t4d/formats/stl_writer.h"
+
+namespace t4d::formats {
+namespace {
+
+constexpr std::array kFormats{
+    TriangleMeshFormat{".stl", "STL", readStl, writeStl},
+    TriangleMeshFormat{".obj", "Wavefront OBJ", readObj, writeObj},
+    TriangleMeshFormat{".ply", "PLY", readPly, writePly},
+    TriangleMeshFormat{".off", "OFF", readOff},
+    TriangleMeshFormat{".gltf", "glTF", readGltf, writeGltfText, true},
+    TriangleMeshFormat{".glb", "binary glTF", readGltf, writeGltfBinary, true},
+};
+
+/// "a, b or c".
+std::string listed(const std::vector<std::string_view>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+}  // namespace
+
+std::span<const TriangleMeshFormat> triangleMeshFormats() { return kFormats; }
+
+const TriangleMeshFormat* triangleMeshFormat(const std::filesystem::path& path) {
+  const auto found =
+      std::ranges::find(kFormats, lowerCaseExtension(path), &TriangleMeshFormat::extension);
+  return found == kFormats.end() ? nullptr : &*found;
+}
+
+std::string readableTriangleMeshExtensions() {
+  std::vector<std::string_view> extensions;
+  for (const auto& format : kFormats) {
+    if (format.read != nullptr) extensions.push_back(format.extension);
+  }
+  return listed(extensions);
+}
+
+std::string writableTriangleMeshExtensions() {
+  std::vector<std::string_view> extensions;
+  for (const auto& format : kFormats) {
+    if (format.write != nullptr) extensions.push_back(format.extension);
+  }
+  return listed(extensions);
+}
+
+}  // namespace t4d::formats
