@@ -1,4 +1,4 @@
-// Has the oracle judge a backend: here a sweep whose ends are closed by cones.
+// Tests a backend against closed-form solutions: here a sweep whose ends are closed by cones.
 #include <cstdio>
 
 #include <t4d/conformance/backends/run.h>
@@ -12,9 +12,9 @@ class OwnBackend : public conformance::Backend {
   bool supports(const conformance::Case& given) const override { return given.mesh.has_value(); }
 
   /// What the mesh must be: the true solid, up to 1 %.
-  Result<conformance::Law> law(const conformance::Case& given,
-                               const conformance::Resolution&) const override {
-    return conformance::trueLaw(given, 0.01);
+  Result<conformance::Expectation> expectation(const conformance::Case& given,
+                                               const conformance::Resolution&) const override {
+    return conformance::solidExpectation(given, 0.01);
   }
 
   /// Puts the slabs into the sink; a backend of your own makes them its own way.

@@ -7,6 +7,7 @@
 
 #include "t4d/convert/slice.h"
 #include "t4d/measure/surface_genus.h"
+#include "t4d/model/sinks.h"
 
 namespace t4d::conformance {
 namespace {
@@ -29,19 +30,6 @@ class SideCounter : public model::Sink {
 
  private:
   Counts counts_;
-};
-
-/// Passes each slab to two sinks, so that the mesh is read once.
-class Both : public model::Sink {
- public:
-  Both(model::Sink& first, model::Sink& second) : first_(first), second_(second) {}
-  Result<void> put(const model::Slab& slab) override {
-    return first_.put(slab).and_then([&] { return second_.put(slab); });
-  }
-
- private:
-  model::Sink& first_;
-  model::Sink& second_;
 };
 
 /// What the checker found first of a kind, with its slab.
@@ -167,7 +155,7 @@ MeshResult verify(const model::Source& mesh, const Expectation& expectation,
   std::vector<Check>& checks = result.checks;
   measure::MeshChecker checker({.vertexLinks = true});
   SideCounter sides;
-  Both both(checker, sides);
+  model::Tee both({&checker, &sides});
   const auto read = model::pump(mesh, both, progress);
   checks.push_back(holds("slabs", true, read.has_value(),
                          "indices in range, numbers finite, layers exactly at their times",

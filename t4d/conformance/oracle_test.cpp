@@ -271,7 +271,7 @@ TEST(Oracle, TellsTopologiesApart) {
     model::Mesh made;
     const model::ScrewRun run{1, {}, 1};
     EXPECT_TRUE(mesh4d::sweep(mesh, *model::chainScrews(0, std::span(&run, 1)),
-                              {.caps = mesh4d::CapMethod::Cone, .progress = {}}, made));
+                              {.caps = mesh4d::CapMethod::Cone}, made));
     return made;
   };
   const auto expectationOf = [](std::vector<int> genera) {

@@ -71,7 +71,7 @@ struct Swept {
 Swept sweepOf(const Solid& solid, const model::Motion& motion, const mesh4d::StepRule& rule,
               mesh4d::PrismSplit prism = mesh4d::PrismSplit::Fourteen) {
   Swept swept;
-  auto report = mesh4d::sweep(solid.mesh, motion, {rule, solid.caps, prism, {}}, swept.mesh);
+  auto report = mesh4d::sweep(solid.mesh, motion, {rule, solid.caps, prism}, swept.mesh);
   EXPECT_TRUE(report) << solid.name << ": " << report.error().text();
   if (!report) return swept;
   swept.report = *report;

@@ -24,7 +24,7 @@ class Flipbook : public testing::Test {
  protected:
   Result<FlipbookReport> write(std::span<const model::Body> bodies,
                                const std::vector<double>& times) {
-    return writeFlipbook(bodies, times, folder_.path() / "out.glb", {}, 24);
+    return writeFlipbook(bodies, times, folder_.path() / "out.glb", 24);
   }
   bool written() const { return std::filesystem::exists(folder_.path() / "out.glb"); }
 

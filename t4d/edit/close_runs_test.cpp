@@ -39,7 +39,7 @@ std::vector<Sample> samples() {
       name = solid.name + " along " + motion.name;
       const auto report = mesh4d::sweep(
           solid.mesh, *formats::parseMotion(motion.json, motion.name),
-          {mesh4d::StepsPerSegment{2}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen, {}},
+          {mesh4d::StepsPerSegment{2}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen},
           mesh);
       EXPECT_TRUE(report) << report.error().text();
     }
@@ -113,7 +113,7 @@ TEST(CloseRuns, LayersThatDifferInTheSignOfZeroHangTogether) {
   const model::ScrewRun run{1, up, 2};
   model::Mesh mesh;
   ASSERT_TRUE(mesh4d::sweep(fixtures::paperCube(2), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen, {}}, mesh));
+                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
   std::vector<model::Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
   for (model::Point4& vertex : slabs[2].vertices) {
     for (double& number : vertex) number = number == 0 ? -0.0 : number;
@@ -172,7 +172,7 @@ TEST(CloseRuns, BeginningOfASweepHasTheHypervolumeOfTheLaw) {
   model::Mesh mesh;
   ASSERT_TRUE(mesh4d::sweep(
       fixtures::cube(20), *model::chainScrews(0, {&run, 1}),
-      {mesh4d::StepsPerSegment{kSteps}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen, {}},
+      {mesh4d::StepsPerSegment{kSteps}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen},
       mesh));
   const double theta = std::numbers::pi / 2 / kSteps;
   for (std::size_t steps = 1; steps <= kSteps; ++steps) {
@@ -197,7 +197,7 @@ TEST(CloseRuns, CapsAreMarkedInTheAttributesOfCells) {
   const model::ScrewRun run{1, up, 3};
   model::Mesh mesh;
   ASSERT_TRUE(mesh4d::sweep(fixtures::twoBoxes(2, 1), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen, {}}, mesh));
+                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
   const Closed closed = closedFrom(mesh.slabs(), {false, false, true, false, false});
   ASSERT_EQ(closed.mesh.slabs().size(), 3U);
   for (const std::size_t at : {0U, 2U}) {
@@ -222,7 +222,7 @@ TEST(CloseRuns, VerticesOfALayerKeepTheirAttributes) {
   const model::ScrewRun run{1, up, 2};
   model::Mesh mesh;
   ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen, {}}, mesh));
+                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
   model::Slab slab = mesh.slabs()[1];
   std::vector<float> numbers(slab.vertices.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(i);
@@ -240,7 +240,7 @@ TEST(CloseRuns, WhatIsNotClosedElsewhereStaysOpenAndSaysWhere) {
   const model::ScrewRun run{1, up, 3};
   model::Mesh mesh;
   ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen, {}}, mesh));
+                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
   std::vector<model::Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
   auto torn = std::make_shared<model::Connectivity>(*slabs[1].connectivity);
   torn->cells.resize(torn->cells.size() - 14);

@@ -53,12 +53,12 @@ std::string atEnd(const RunEnd& end) {
 }  // namespace
 
 Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
-                                 const std::filesystem::path& output,
-                                 const RecoverOptions& options) {
+                                 const std::filesystem::path& output, const RecoverOptions& options,
+                                 const model::Progress& progress) {
   // Reading, writing and judging take about as long.
   const auto third = [&](double index) -> model::Progress {
-    if (!options.progress) return {};
-    return [&progress = options.progress, index](double f) { progress((index + f) / 3); };
+    if (!progress) return {};
+    return [&progress, index](double f) { progress((index + f) / 3); };
   };
   auto salvage = formats::T4dSalvage::open(input, third(0));
   if (!salvage) return pass(salvage.error());

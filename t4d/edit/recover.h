@@ -14,7 +14,6 @@ namespace t4d::edit {
 
 struct RecoverOptions {
   std::string generator;  ///< program and version, for the file's metadata
-  model::Progress progress;
 };
 
 /// A layer of a recovered body that a cap closes.
@@ -41,6 +40,7 @@ struct RecoverReport {
 /// Fails where `input` is no .t4d at all, or `output` cannot be written.
 Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
                                  const std::filesystem::path& output,
-                                 const RecoverOptions& options = {});
+                                 const RecoverOptions& options = {},
+                                 const model::Progress& progress = {});
 
 }  // namespace t4d::edit

@@ -54,12 +54,10 @@ Written sweptCube() {
   const model::ScrewRun run{kSteps, screw, 1};
   const auto motion = *model::chainScrews(0, {&run, 1});
   return written([&](model::Sink& sink) {
-    const auto report = mesh4d::sweep(fixtures::cube(20), motion,
-                                      {mesh4d::StepsPerSegment{kSteps},
-                                       mesh4d::CapMethod::Cone,
-                                       mesh4d::PrismSplit::Fourteen,
-                                       {}},
-                                      sink);
+    const auto report = mesh4d::sweep(
+        fixtures::cube(20), motion,
+        {mesh4d::StepsPerSegment{kSteps}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen},
+        sink);
     EXPECT_TRUE(report) << report.error().text();
   });
 }
@@ -224,7 +222,7 @@ TEST(Recover, KeepsTheMetadataAndSaysWhereItComesFrom) {
   const auto output = temporaryPath("recovered.t4d");
   const auto input =
       formats::writeFile("broken.t4d", original.bytes.substr(0, original.bytes.size() / 2));
-  const auto report = recoverT4d(input, output, {.generator = "us", .progress = {}});
+  const auto report = recoverT4d(input, output, {.generator = "us"});
   ASSERT_TRUE(report);
   const formats::Metadata metadata = T4dReader::open(output)->metadata();
   EXPECT_THAT(metadata.bodies, testing::ElementsAre("body 0"));

@@ -59,8 +59,8 @@ std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
 class Sweeper {
  public:
   Sweeper(const TriangleMesh& mesh, const model::Motion& motion, const SweepOptions& options,
-          model::Sink& sink)
-      : mesh_(mesh), motion_(motion), options_(options), sink_(sink) {}
+          model::Sink& sink, const model::Progress& progress)
+      : mesh_(mesh), motion_(motion), options_(options), sink_(sink), progress_(progress) {}
 
   Result<SweepReport> run() {
     auto counts = stepsOf(motion_, options_.steps, mesh_.vertices);
@@ -125,8 +125,8 @@ class Sweeper {
         setMeans(*slab.connectivity, slab.vertices);
         if (auto put = this->put(slab); !put) return put;
         ++done;
-        if (options_.progress) {
-          options_.progress(static_cast<double>(done) / static_cast<double>(report_.steps));
+        if (progress_) {
+          progress_(static_cast<double>(done) / static_cast<double>(report_.steps));
         }
       }
     }
@@ -148,13 +148,15 @@ class Sweeper {
   const model::Motion& motion_;
   const SweepOptions& options_;
   model::Sink& sink_;
+  const model::Progress& progress_;
   SweepReport report_;
 };
 
 }  // namespace
 
 Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
-                          const SweepOptions& options, model::Sink& sink) {
+                          const SweepOptions& options, model::Sink& sink,
+                          const model::Progress& progress) {
   if (auto checked = model::checkClosedSurface(mesh); !checked) return pass(checked.error());
   if (mesh.triangles.size() > kMaxTriangles) {
     return invalid(fmt::format("the mesh has {} triangles; at most {} can be swept",
@@ -163,7 +165,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
   if (motion.segments.empty()) return invalid("the motion has no segment");
   auto turned = turnedRound(mesh);
   if (!turned) return pass(turned.error());
-  auto report = Sweeper(*turned ? **turned : mesh, motion, options, sink).run();
+  auto report = Sweeper(*turned ? **turned : mesh, motion, options, sink, progress).run();
   if (!report) return report;
   if (*turned) report->notices.emplace_back("the mesh was inside out and was turned round");
   if (options.caps == CapMethod::Cone) {

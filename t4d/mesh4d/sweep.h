@@ -18,7 +18,6 @@ struct SweepOptions {
   StepRule steps = MinVolumeRatio{};
   CapMethod caps = CapMethod::TetGen;
   PrismSplit prism = PrismSplit::Fourteen;
-  model::Progress progress;
 };
 
 struct SweepReport {
@@ -42,6 +41,7 @@ struct SweepReport {
 ///
 /// Fails if checkClosedSurface, stepsOf, fillSolid or the sink does.
 Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& motion,
-                          const SweepOptions& options, model::Sink& sink);
+                          const SweepOptions& options, model::Sink& sink,
+                          const model::Progress& progress = {});
 
 }  // namespace t4d::mesh4d

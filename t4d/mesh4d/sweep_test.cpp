@@ -11,7 +11,7 @@ namespace {
 
 /// With cones at both ends, which need no TetGen.
 SweepOptions options(const StepRule& steps = MinVolumeRatio{}) {
-  return {steps, CapMethod::Cone, PrismSplit::Fourteen, {}};
+  return {steps, CapMethod::Cone, PrismSplit::Fourteen};
 }
 
 TEST(Sweep, InsideOutMeshIsTurnedRoundWithANotice) {

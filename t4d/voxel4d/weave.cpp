@@ -277,7 +277,8 @@ class SlabWriter {
 
 }  // namespace
 
-Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink) {
+Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink,
+                          const model::Progress& progress) {
   const std::size_t count = frames.frameCount();
   if (count < 2) {
     return invalid(fmt::format("there are {} frames; a motion has at least two", count));
@@ -322,7 +323,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     }
     before = std::move(after);
     ++slabs.report.frames;
-    if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(count));
+    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
   }
   const double end = before.time();
   const double last = options.caps == CapStyle::HalfStep ? halfStepAfter : end;

@@ -18,7 +18,6 @@ enum class CapStyle : std::uint8_t {
 
 struct WeaveOptions {
   CapStyle caps = CapStyle::Flat;
-  model::Progress progress;
 };
 
 struct WeaveReport {
@@ -40,6 +39,7 @@ struct WeaveReport {
 /// Fails for fewer than two frames, a frame that checkFrame refuses, times that do not increase,
 /// more than 2^32 - 1 vertices or cells in a slab, and no frame with anything inside; and if the
 /// source or the sink does.
-Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink);
+Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink,
+                          const model::Progress& progress = {});
 
 }  // namespace t4d::voxel4d

@@ -114,7 +114,7 @@ TEST(Weave, RandomLatticesAreClosedOrientedManifolds) {
         for (const CapStyle caps : {CapStyle::Flat, CapStyle::HalfStep}) {
           BoxFrames frames(size, 4, toss, values);
           Woven result;
-          const auto report = weave(frames, {caps, {}}, result.mesh);
+          const auto report = weave(frames, {caps}, result.mesh);
           if (!report) continue;  // all outside by chance
           result.report = *report;
           result.judged = *measure::checkMesh(result.mesh, {.vertexLinks = true});
@@ -216,7 +216,7 @@ TEST(FrameLayer, CrossingsAreNumberedUpToTheLastOf32Bits) {
 TEST(Weave, HalfStepCapsAreHalfAStepOutside) {
   const auto cube = [](int x, int, int, int) { return x == 1 ? -1.0 : 1.0; };
   BoxFrames frames({3, 3, 3}, 3, cube, false);
-  Woven result = woven(frames, {CapStyle::HalfStep, {}});
+  Woven result = woven(frames, {CapStyle::HalfStep});
   expectSound(result);
   EXPECT_EQ(result.judged.time.begin, -0.5);
   EXPECT_EQ(result.judged.time.end, 2.5);

@@ -113,8 +113,8 @@ int run(const std::string& input, const std::string& output, bool json) {
   Result<edit::RecoverReport> recovered;
   {
     ProgressBar bar("recovering");
-    recovered = edit::recoverT4d(
-        input, output, {.generator = std::string(versionText()), .progress = bar.callback()});
+    recovered =
+        edit::recoverT4d(input, output, {.generator = std::string(versionText())}, bar.callback());
   }
   if (!recovered) return report(recovered.error());
   printLosses(recovered->lost);

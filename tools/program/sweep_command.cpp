@@ -121,8 +121,7 @@ Result<Made> sweepMesh(const Options& options, const model::TriangleMesh& mesh,
   how.steps = ruleOf(options);
   how.caps = options.caps == "cone" ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen;
   how.prism = options.prism == 3 ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
-  how.progress = bar.callback();
-  auto report = mesh4d::sweep(mesh, motion, how, sink);
+  auto report = mesh4d::sweep(mesh, motion, how, sink, bar.callback());
   if (!report) return pass(report.error());
   return Made{report->vertices, report->tetrahedra, report->steps, report->capTetrahedra,
               report->notices};
@@ -141,8 +140,7 @@ Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh
   ProgressBar bar("voxelising and weaving");
   voxel4d::WeaveOptions how;
   how.caps = options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
-  how.progress = bar.callback();
-  auto report = voxel4d::weave(*frames, how, sink);
+  auto report = voxel4d::weave(*frames, how, sink, bar.callback());
   if (!report) return pass(report.error());
   made.vertices = report->vertices;
   made.tetrahedra = report->tetrahedra;

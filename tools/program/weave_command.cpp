@@ -56,7 +56,7 @@ int run(const Options& options) {
     ProgressBar bar("weaving");
     const auto caps =
         options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
-    woven = voxel4d::weave(**frames, {caps, bar.callback()}, writer->body(0));
+    woven = voxel4d::weave(**frames, {caps}, writer->body(0), bar.callback());
   }
   if (!woven) return report(woven.error());
   auto bytes = writer->finish();

@@ -134,17 +134,14 @@ TEST(Backends, WrongSweepsAreCaught) {
   const Case given = caseOf("cube-screw");
   // Three cells a prism, not fourteen.
   const OwnBackend three(meshBackend(), [](const Case& c, const Resolution&, model::Sink& sink) {
-    return sweptBy(
-        c, {.caps = mesh4d::CapMethod::Cone, .prism = mesh4d::PrismSplit::Three, .progress = {}},
-        sink);
+    return sweptBy(c, {.caps = mesh4d::CapMethod::Cone, .prism = mesh4d::PrismSplit::Three}, sink);
   });
   EXPECT_THAT(failedOf(runCase(given, three, false)),
               testing::IsSupersetOf({"vertices between the caps", "tetrahedra between the caps"}));
   // A step fewer.
   const OwnBackend coarse(meshBackend(), [](const Case& c, const Resolution&, model::Sink& sink) {
-    return sweptBy(
-        c, {.steps = mesh4d::StepsPerSegment{23}, .caps = mesh4d::CapMethod::Cone, .progress = {}},
-        sink);
+    return sweptBy(c, {.steps = mesh4d::StepsPerSegment{23}, .caps = mesh4d::CapMethod::Cone},
+                   sink);
   });
   EXPECT_THAT(failedOf(runCase(given, coarse, false)),
               testing::IsSupersetOf({"hypervolume", "vertices between the caps"}));

@@ -104,7 +104,7 @@ TEST_F(ReaderSuite, WrongReadersFailByTheRightCases) {
 
 TEST_F(ReaderSuite, AReaderThatSleepsIsLeftAloneSoon) {
   SuiteOptions options;
-  options.timeoutSeconds = 0.3;
+  options.timeoutSeconds = 1;
   const auto results = run(R"([ x$text = xgood ] && echo "$answer" || sleep 60)", options);
   ASSERT_EQ(results.size(), 3U);
   EXPECT_EQ(results[1].outcome, Outcome::TimedOut);
@@ -236,7 +236,7 @@ TEST_F(ServingSuite, ChargesCrashesAndTimeoutsToTheirCases) {
   EXPECT_THAT(outcomes(leaving), ElementsAre(Outcome::Passed, Outcome::Crashed, Outcome::Passed));
   EXPECT_THAT(leaving[1].message, HasSubstr("ended with exit code 0 instead of answering"));
   SuiteOptions options;
-  options.timeoutSeconds = 0.3;
+  options.timeoutSeconds = 1;
   const auto hanging = serve(std::string("[ x$text = xbad ] && sleep 60\n") + kServed, options);
   EXPECT_THAT(outcomes(hanging), ElementsAre(Outcome::Passed, Outcome::TimedOut, Outcome::Passed));
 }
