@@ -79,7 +79,7 @@ TEST_F(ConformReader, AReaderThatRefusesAllFailsTheValidFilesAlone) {
       conform("reader " + reader("echo no >&2; exit 1") + "--skip cut flip");
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.output, HasSubstr("refused, but the file is valid; it said: no"));
-  EXPECT_THAT(run.output, HasSubstr("more (--verbose says all)"));
+  EXPECT_THAT(run.output, HasSubstr("more (--verbose lists all)"));
   EXPECT_THAT(run.output, HasSubstr("Look first at valid/"));
   // What it says to type works.
   const std::size_t at = run.output.find("t4d conform copy corpus   # once\n  ./my-reader ");

@@ -86,8 +86,11 @@ std::string hintForFile(const std::string& path) {
 
 std::string hintFor(const Error& error) {
   switch (error.remedy) {
-    case Remedy::OtherFormat:
-      return hintForFile(fileOf(error));
+    case Remedy::OtherFormat: {
+      const std::string file = fileOf(error);
+      const std::string hint = conversionHint(file);
+      return hint.empty() ? recoveryHint(file) : hint;
+    }
     case Remedy::IsoValue:
       return "try: --iso VALUE, if the grids hold densities; inside is where they are above it";
     case Remedy::FrameTime:
