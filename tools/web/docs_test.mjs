@@ -51,10 +51,11 @@ const varying = [
   [/( at byte|"offset":) \d+/g, '$1 N'],
   [/^(size of the file|construction|peak memory) .*$/gm, '$1'],
 ];
-// Both streams reach a terminal, in an order that pipes do not keep.
+// Progress is shown where work is long. Both streams reach a terminal, in an order that pipes do not keep.
 const comparable = (text) => varying
   .reduce((rest, [pattern, by]) => rest.replaceAll(pattern, by), text)
-  .split('\n').map((line) => line.trimEnd()).filter((line) => line !== '').sort();
+  .split('\n').map((line) => line.trimEnd())
+  .filter((line) => line !== '' && !/^t4d: .*: \d+ %/.test(line)).sort();
 
 const shell = (command, cwd) => spawnSync('sh', ['-c', command], {
   cwd,
