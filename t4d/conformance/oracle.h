@@ -10,30 +10,30 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/model/slab.h"
 
-/// Verifies a 4D mesh against its closed form. Each check says what was expected, what was found,
-/// how far apart they may be and why.
+/// Verifies a 4D mesh against its closed form. Each check states the expected and the actual value,
+/// the tolerance, and the reason for it.
 namespace t4d::conformance {
 
-/// Whether something holds, a number of things, or a measure.
+/// A property, a count, or a measure.
 using Value = std::variant<bool, std::uint64_t, double>;
 
 struct Check {
   std::string name;
   Value expected;
   Value actual;
-  double tolerance = 0;  ///< the most by which they may differ, in their unit
-  std::string reason;    ///< why so much: rounding, order of convergence, ...
+  double tolerance = 0;  ///< the maximum difference, in the unit of the values
+  std::string reason;    ///< why the tolerance is what it is: rounding, order of convergence, ...
   bool passed = false;
-  std::string found;  ///< of a failed check: what is wrong, where more is known than the numbers
+  std::string found;  ///< for a failed check: what is wrong, if more is known than the numbers
 };
 
-/// Each makes a check and says whether it is passed.
+/// Each returns a check and sets whether it passed.
 Check holds(std::string name, bool expected, bool actual, std::string reason,
             std::string found = {});
 Check countIs(std::string name, std::uint64_t expected, std::uint64_t actual, std::string reason,
               std::string found = {});
 
-/// A number, and how far from it a right answer may be.
+/// A number and its tolerance.
 struct Measure {
   double value = 0;
   double tolerance = 0;
@@ -42,14 +42,14 @@ struct Measure {
 
 Check measureIs(std::string name, const Measure& expected, double actual);
 
-/// Where a surface is.
+/// Location of a surface.
 struct SurfaceExpectation {
-  std::function<double(const model::Point3&)> distance;  ///< of a point; of either sign
-  double tolerance = 0;  ///< the most that a vertex of the slice may be off it
+  std::function<double(const model::Point3&)> distance;  ///< from a point; of either sign
+  double tolerance = 0;  ///< the maximum distance of a vertex of the slice
   std::string reason;
 };
 
-/// What is known of the solid at a time.
+/// Expected properties of the solid at one time.
 struct SliceExpectation {
   double time = 0;
   std::optional<Measure> volume;
@@ -66,11 +66,11 @@ struct Counts {
 /// The box that the moving solid fills, over all times.
 struct BoundsExpectation {
   model::Bounds3 box;
-  double tolerance = 0;  ///< of each of the six faces, in length units
+  double tolerance = 0;  ///< for each of the six faces, in length units
   std::string reason;
 };
 
-/// What is known of a 4D mesh.
+/// Expected properties of a 4D mesh.
 struct Expectation {
   Measure timeBegin;
   Measure timeEnd;
@@ -80,8 +80,8 @@ struct Expectation {
   std::optional<Counts> counts;
   std::optional<Counts> sideCounts;  ///< without the slabs that close the ends (no thickness)
   std::string countsReason;
-  /// Inner vertices of caps have spheres for links too. A cap that is a cone over a torus, say,
-  /// cannot have that; hypervolume and slices do not suffer.
+  /// The links of inner cap vertices are spheres too. A cone over a torus, for example, cannot
+  /// satisfy this; hypervolume and slices are not affected.
   bool manifoldCaps = true;
 };
 
@@ -90,16 +90,16 @@ struct MeshResult {
   double hypervolume = 0;
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
-  std::vector<std::optional<double>> sliceVolumes;  ///< one for each slice of the expectation
+  std::vector<std::optional<double>> sliceVolumes;  ///< one per slice of the expectation
 
   bool passed() const;
 };
 
 /// Checks that the mesh is valid (each slab, and the seams between them), closed, consistently
-/// oriented, a manifold, and without degenerate cells; then that it is the mesh that `expectation`
-/// describes. If a slab cannot be read or is invalid, that check is the last one.
+/// oriented, a manifold, and without degenerate cells; then that it matches `expectation`. If a
+/// slab cannot be read or is invalid, that check is the last one.
 ///
-/// Reads every slab once, and for each slice one more time.
+/// Reads every slab once, and once more for each slice.
 MeshResult verify(const model::Source& mesh, const Expectation& expectation,
                   const model::Progress& progress = {});
 

@@ -13,7 +13,7 @@
 #include "t4d/measure/surface_genus.h"
 #include "t4d/mesh4d/sweep.h"
 
-/// The oracle is right about a right mesh, and about meshes that were broken on purpose.
+/// The oracle passes a correct mesh, and detects meshes that were broken on purpose.
 namespace t4d::conformance {
 namespace {
 
@@ -49,7 +49,7 @@ struct Swept {
   Slab& middle() { return slabs[slabs.size() / 2]; }
 };
 
-/// The same slab with its own connectivity, to be spoiled.
+/// The slab with a connectivity of its own, to be modified.
 Connectivity& own(Slab& slab) {
   auto copy = std::make_shared<Connectivity>(*slab.connectivity);
   Connectivity& editable = *copy;
@@ -293,14 +293,14 @@ TEST(Oracle, TellsTopologiesApart) {
   EXPECT_THAT(failedOf(verify(hollow, expectationOf({0}))), ElementsAre("slice: surfaces"));
   EXPECT_THAT(failedOf(verify(ball, expectationOf({0, 0}))), ElementsAre("slice: surfaces"));
   EXPECT_THAT(failedOf(verify(ball, expectationOf({}))), ElementsAre("slice: surfaces"));
-  // A cone over a torus: its apex is no point of a manifold.
+  // A cone over a torus: the mesh is not a manifold at its apex.
   Expectation strict = expectationOf({1});
   strict.manifoldCaps = true;
   EXPECT_THAT(failedOf(verify(torus, strict)), ElementsAre("vertex links inside the caps"));
 }
 
 TEST(Oracle, FindsTheSameSolidElsewhere) {
-  // A cube that turns the other way has the same volumes and fills the same box.
+  // A cube that rotates the other way has the same volumes and fills the same box.
   Case given = caseOf("cube-about-z");
   const Expectation expectation = *meshBackend()->expectation(given, {});
   given.mesh->motion.segments[0].screw.angleDegrees *= -1;
@@ -330,12 +330,13 @@ TEST(SurfaceGenus, IsThatOfEachSurface) {
   const auto first = static_cast<std::uint32_t>(both.vertices.size());
   const model::TriangleMesh torus = fixtures::torus(3, 1, 8, 5);
   both.vertices.insert(both.vertices.end(), torus.vertices.begin(), torus.vertices.end());
-  both.vertices.emplace_back(9, 9, 9);  // of no triangle
+  both.vertices.emplace_back(9, 9, 9);  // in no triangle
   for (const auto& [a, b, c] : torus.triangles) {
     both.triangles.push_back({first + a, first + b, first + c});
   }
   EXPECT_THAT(measure::generaOf(both), ElementsAre(1, 0));
-  // Joined in one vertex they are one surface, which is no manifold: half a handle is missing.
+  // Joined at one vertex they are a single surface that is not a manifold: half a handle is
+  // missing.
   for (auto& triangle : both.triangles) {
     for (auto& vertex : triangle) {
       if (vertex == first) vertex = 0;

@@ -14,8 +14,8 @@
 #include "t4d/mesh4d/sweep.h"
 #include "tests/paths.h"
 
-/// What must hold for every swept solid, whatever the mesh and the motion: DESIGN.md's law of slice
-/// volumes, exact layers, closed sections by any hyperplane.
+/// Theorems for every swept solid, whatever the mesh and the motion: the slice volumes of
+/// DESIGN.md, exact layers, closed sections by any hyperplane.
 namespace t4d::convert {
 namespace {
 
@@ -27,7 +27,7 @@ struct Solid {
   mesh4d::CapMethod caps = mesh4d::CapMethod::TetGen;
 };
 
-/// The fixtures, and the real meshes where they are.
+/// The fixtures, and the real meshes if they are present.
 const std::vector<Solid>& solids() {
   static const std::vector<Solid> all = [] {
     std::vector<Solid> list;
@@ -61,7 +61,7 @@ std::vector<std::pair<std::string, model::Motion>> motions() {
   return list;
 }
 
-/// A sweep, and for each of its steps the angle that it turns by.
+/// A sweep, and the rotation angle of each of its steps.
 struct Swept {
   model::Mesh mesh;
   mesh4d::SweepReport report;
@@ -191,7 +191,7 @@ TEST(Swept, SectionByAnyHyperplaneIsClosedAndFacesOutward) {
       const auto report = *measure::checkMesh(swept.mesh);
       const model::Point4 middle = 0.5 * (report.bounds.min + report.bounds.max);
       for (int i = 0; i < 8; ++i) {
-        // The three axes, then any direction.
+        // The three axes, then arbitrary directions.
         Hyperplane hyperplane;
         hyperplane.normal =
             i < 3 ? Eigen::Vector4d(Eigen::Vector4d::Unit(i))
@@ -266,7 +266,7 @@ TEST(Swept, MaxDeviationIsKeptAndReached) {
       }
     }
     EXPECT_LE(worst, allowed * (1 + 1e-9));
-    // One step fewer would leave the path too far.
+    // With one step fewer the deviation would be too large.
     const auto steps = static_cast<double>(swept.report.steps);
     if (steps > 1) {
       EXPECT_GT(worst * std::pow(steps / (steps - 1), 2), allowed * 0.99);

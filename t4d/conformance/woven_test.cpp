@@ -12,8 +12,8 @@
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
 
-/// What must hold for solids woven from voxels: closed whatever happens to their topology, slices
-/// of the right topology, volumes that converge.
+/// Properties of every solid woven from voxels: closed whatever happens to its topology, slices of
+/// the right topology, volumes that converge.
 namespace t4d::convert {
 namespace {
 
@@ -25,7 +25,7 @@ struct Woven {
 /// The field sampled every `voxelSize`, at `frames` times, and woven.
 Woven wovenFrom(const fixtures::Field& field, double voxelSize, std::size_t frames,
                 bool links = false) {
-  // Off the origin by irregular parts of a voxel, so that nothing falls together by chance.
+  // Offset from the origin by irregular fractions of a voxel, so that nothing coincides by chance.
   const voxel4d::Lattice lattice{voxelSize, voxelSize * model::Point3(0.17, 0.31, 0.23)};
   const auto source = voxel4d::sampledFrames(
       field.value, field.slope == 0 ? voxel4d::Lattice{} : lattice, field.box,
@@ -42,7 +42,7 @@ Woven wovenFrom(const fixtures::Field& field, double voxelSize, std::size_t fram
 
 struct SurfaceTopology {
   int components = 0;
-  int genus = 0;  // of all components together
+  int genus = 0;  // total over all components
 };
 
 /// From V - E + F = 2 (components - genus) of a closed surface.
@@ -97,7 +97,7 @@ double observedOrder(const char* what, const std::vector<double>& errors) {
     std::cout << " " << order;
   }
   std::cout << "\n";
-  // Over both halvings, which evens out how the lattice happens to lie.
+  // Over both halvings, which averages the effect of the lattice's position.
   return std::log2(errors.front() / errors.back()) / static_cast<double>(errors.size() - 1);
 }
 

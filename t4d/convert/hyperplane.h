@@ -7,7 +7,7 @@
 
 namespace t4d::convert {
 
-/// All points p of space-time with normal . p = offset. The normal points to the side that is
+/// All points p of space-time with normal . p = offset. The normal points to the side called
 /// "above".
 struct Hyperplane {
   Eigen::Vector4d normal = Eigen::Vector4d::UnitW();
@@ -18,10 +18,10 @@ struct Hyperplane {
   static Hyperplane across(int axis, double value) { return {Eigen::Vector4d::Unit(axis), value}; }
 };
 
-/// Orthonormal coordinates within a hyperplane: the rows multiplied with a point of space-time.
+/// Orthonormal coordinates within a hyperplane: multiply the rows by a point of space-time.
 ///
-/// The axis along which the normal is largest is left out (the last one of equals); the other
-/// three, in the order x, y, z, t, are made orthonormal to the normal and to each other
+/// The axis along which the normal is largest is left out (the last one if several are equal). The
+/// other three, in the order x, y, z, t, are made orthonormal to the normal and to each other
 /// (Gram-Schmidt). For x = c the result is (y, z, t), for t = c it is (x, y, z).
 struct HyperplaneBasis {
   Eigen::Matrix<double, 3, 4> axes;
@@ -29,10 +29,10 @@ struct HyperplaneBasis {
   bool rightHanded;
 };
 
-/// Of a hyperplane that checkHyperplane accepts. The opposite normal gives the same axes.
+/// The hyperplane must satisfy checkHyperplane. The opposite normal gives the same axes.
 HyperplaneBasis basisOf(const Hyperplane& hyperplane);
 
-/// Fails for numbers that are not finite, and for a normal of length zero.
+/// Fails if a number is not finite or the normal has length zero.
 Result<void> checkHyperplane(const Hyperplane& hyperplane);
 
 }  // namespace t4d::convert

@@ -18,7 +18,7 @@ using model::ScalarType;
 using model::Slab;
 using model::Triangle;
 
-/// The two corners of a cell that a cut point lies between: one below and one above.
+/// The two corners of a cell with a cut point between them: one below and one above.
 struct CutEdge {
   std::uint8_t below;
   std::uint8_t above;
@@ -30,7 +30,7 @@ struct CutEdge {
 ///     i below:       ij, ik, il          i above:  il, ik, ij
 ///     i, j below:    ik, il, jl, jk
 ///
-/// which faces outward where the cell does: for i below, moving out of the corner i along the three
+/// which faces outward if the cell does: for i below, moving away from corner i along the three
 /// edges keeps det[n, j-i, k-i, l-i] > 0.
 struct Section {
   std::uint8_t size = 0;
@@ -64,25 +64,26 @@ constexpr std::uint32_t kNone = ~0U;
 
 }  // namespace
 
-/// A vertex of the slice: on the edge between two vertices of the slab, or on one (both the same).
+/// A vertex of the slice: on the edge between two vertices of the slab, or at a single vertex (both
+/// equal).
 struct Slicer::CutPoint {
   std::uint32_t below;
   std::uint32_t above;
   double fraction;  // from below to above
 };
 
-/// Maps edges of the slab to vertices of the slice: each vertex has a chain of the cut edges above
-/// it. Chains are at most as long as a vertex has neighbours, and close together in memory because
-/// the cells are.
+/// Maps edges of the slab to vertices of the slice. Each vertex has a chain of the cut edges above
+/// it. A chain is at most as long as the vertex has neighbours, and its entries are close together
+/// in memory because the cells are.
 class Slicer::PointTable {
  public:
-  /// Empties the table, for a slab with `vertexCount` vertices.
+  /// Clears the table, for a slab with `vertexCount` vertices.
   void clear(std::size_t vertexCount) {
     first_.assign(vertexCount, kNone);
     entries_.clear();
   }
 
-  /// The value of an edge, kNone if it is new: the caller then sets it before the next call.
+  /// The value of an edge, kNone if it is new. The caller then sets it before the next call.
   std::uint32_t& at(std::uint32_t below, std::uint32_t above) {
     std::uint32_t* link = &first_[below];
     while (*link != kNone) {
@@ -111,7 +112,7 @@ class Slicer::PointTable {
     std::uint32_t point;
     std::uint32_t next;
   };
-  std::vector<std::uint32_t> first_;  // of each vertex, kNone where no edge is cut
+  std::vector<std::uint32_t> first_;  // per vertex, kNone if no edge is cut
   std::vector<Entry> entries_;
 };
 
@@ -152,7 +153,7 @@ Result<void> Slicer::put(const Slab& slab) {
   if (auto checked = check(slab); !checked) return checked;
   const model::Connectivity& connectivity = *slab.connectivity;
 
-  // Points on the seam are known from the slab before, by their indices in its upper layer.
+  // Points on the seam are known from the previous slab, by their indices in its upper layer.
   std::vector<std::array<std::uint32_t, 3>> seam;
   if (connectivity.lowerCount == lastUpperCount_) {
     table_->forEachFrom(lastFirstUpper_,
@@ -203,8 +204,8 @@ Result<void> Slicer::put(const Slab& slab) {
   return {};
 }
 
-/// If all points of a section are vertices of the slab, they are put into the order of the slab, so
-/// that the slice at a layer is numbered like the input.
+/// If all points of a section are vertices of the slab, they are sorted in the order of the slab,
+/// so that the slice at a layer is numbered like the input.
 void Slicer::numberAsInLayer(std::size_t firstPoint, std::size_t firstTriangle) {
   const bool allVertices = std::all_of(points_.begin(), points_.end(), [](const CutPoint& point) {
     return point.below == point.above;
@@ -309,7 +310,7 @@ Result<Slice> sliceAtTime(const model::Source& source, double given) {
                                span.begin, span.end));
   }
   const double time = *meant;
-  // The first slab that ends later; at the very end, the first that ends there.
+  // The first slab that ends later or, at the very end, the first that ends there.
   const bool atEnd = time == span.end;
   std::size_t low = 0;
   std::size_t high = source.slabCount();
@@ -324,7 +325,7 @@ Result<Slice> sliceAtTime(const model::Source& source, double given) {
     }
   }
   Slicer slicer(Hyperplane::atTime(time), atEnd ? OnHyperplane::Above : OnHyperplane::Below);
-  // Between runs of slabs there is nothing, and nothing to read.
+  // Between runs of slabs the solid is empty, and there is nothing to read.
   if (low < source.slabCount() && source.timeSpan(low).begin <= time) {
     auto slab = source.slab(low);
     if (!slab) return pass(slab.error());

@@ -9,7 +9,7 @@
 namespace t4d::convert {
 namespace {
 
-/// A source that gives the last slab again without reading it again. For one thread.
+/// A source that keeps the last slab, so that it is not read again. Not thread-safe.
 class LastSlabKept : public model::Source {
  public:
   explicit LastSlabKept(const model::Source& source) : source_(source) {}
@@ -19,7 +19,7 @@ class LastSlabKept : public model::Source {
   Result<std::shared_ptr<const model::Slab>> slab(std::size_t index) const override {
     if (index_ != index) {
       index_ = index;
-      last_ = nullptr;  // not two slabs in memory
+      last_ = nullptr;  // avoids two slabs in memory
       last_ = source_.slab(index);
     }
     return last_;
@@ -35,7 +35,7 @@ class LastSlabKept : public model::Source {
 
 std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<const double> times,
                                         const model::Progress& progress) {
-  // In time order, so that the times of one slab follow one another.
+  // In time order, so that times within one slab are consecutive.
   std::vector<std::size_t> order(times.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto key = [&](std::size_t i) {

@@ -7,9 +7,9 @@
 
 namespace t4d::convert {
 
-/// The solid at each of `times`, which may be in any order: result i is what sliceAtTime gives for
-/// times[i], so a time outside the mesh is an error of its own. Reads each slab at most once, and
-/// none that no time falls into; one slab is in memory beside the slices.
+/// The solid at each of `times`, which may be in any order. Result i is that of sliceAtTime for
+/// times[i], so a time outside the mesh is an error in that result only. Reads each slab at most
+/// once, and only those that a time falls into; keeps one slab in memory besides the slices.
 std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<const double> times,
                                         const model::Progress& progress = {});
 

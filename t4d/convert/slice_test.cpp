@@ -72,8 +72,8 @@ TEST(Slice, PentachoronHasTheSimplexShrinkingToItsApex) {
   }
 }
 
-/// A cube that moves in three steps of 0.7, whose layers are those of steps that were added up: the
-/// last is at 2.0999999999999996.
+/// A cube that moves in three steps of 0.7, with layers at accumulated times: the last is at
+/// 2.0999999999999996.
 model::Mesh sweptOverSums() {
   model::ScrewRun run;
   run.duration = 0.7;

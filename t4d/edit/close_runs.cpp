@@ -21,7 +21,7 @@ using model::Point3;
 using model::Point4;
 using model::Slab;
 
-/// The facets of a layer that have a cell on one side only.
+/// The facets of a layer that belong to a single cell.
 std::vector<Facet> openFacets(const Connectivity& connectivity, bool lower) {
   auto topology = facetTopology(connectivity);
   std::vector<Facet>& facets = lower ? topology.lower : topology.upper;
@@ -29,13 +29,13 @@ std::vector<Facet> openFacets(const Connectivity& connectivity, bool lower) {
   return std::move(facets);
 }
 
-/// Facets as a surface: which of its connected parts each belongs to.
+/// Facets as a surface, with the connected part that each belongs to.
 struct Surface {
-  std::vector<std::uint32_t> part;  ///< of each facet
+  std::vector<std::uint32_t> part;  ///< per facet
   std::uint32_t parts = 0;
 };
 
-/// Says which facet or edge keeps them from being a closed, oriented surface.
+/// Fails if the facets are not a closed, oriented surface, and names the facet or edge at fault.
 Result<Surface> surfaceOf(const std::vector<Facet>& facets) {
   struct Edge {
     std::uint32_t low, high, facet;
@@ -57,7 +57,7 @@ Result<Surface> surfaceOf(const std::vector<Facet>& facets) {
   std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
     return std::tie(a.low, a.high, a.facet) < std::tie(b.low, b.high, b.facet);
   });
-  // Facets that share an edge are of one part; its root is its first facet.
+  // Facets that share an edge are in the same part; its root is its first facet.
   model::UnionFind parts(facets.size());
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t end = i;
@@ -82,7 +82,7 @@ Result<Surface> surfaceOf(const std::vector<Facet>& facets) {
   return surface;
 }
 
-/// The row of `attribute` for every cell of a cap, where that is agreed on.
+/// The row of `attribute` for every cell of a cap, if its meaning is registered.
 std::optional<std::vector<std::byte>> rowInCap(const Attribute& attribute, bool begin) {
   if (attribute.components != 1) return std::nullopt;
   if (attribute.name == "kind" && attribute.type == model::ScalarType::UInt8) {
@@ -94,7 +94,7 @@ std::optional<std::vector<std::byte>> rowInCap(const Attribute& attribute, bool 
   return std::nullopt;
 }
 
-/// The cone over open facets of a layer of `neighbour`; the layer alone where there are none.
+/// The cone over open facets of a layer of `neighbour`; only the layer if there are none.
 class Cone {
  public:
   Cone(const Slab& neighbour, bool begin, const std::vector<Facet>& facets, const Surface& surface)
@@ -129,9 +129,9 @@ class Cone {
   }
 
  private:
-  /// On the other side of each facet than the cell that has it.
+  /// Each lies on the opposite side of its facet from the existing cell.
   std::vector<Cell> cells() const {
-    // Apexes come before an upper layer and after a lower one.
+    // Apexes come before an upper layer, but after a lower one.
     const std::uint32_t firstInLayer = begin_ ? surface_.parts : 0;
     const std::uint32_t firstApex = begin_ ? 0 : layerCount_;
     std::vector<Cell> cells;
@@ -145,7 +145,7 @@ class Cone {
     return cells;
   }
 
-  /// One for each part of the surface.
+  /// One apex per part of the surface.
   std::vector<Point4> apexes() const {
     std::vector<model::Bounds3> bounds(surface_.parts);
     for (std::size_t i = 0; i < facets_.size(); ++i) {
@@ -231,8 +231,8 @@ Result<void> RunCloser::endRun(bool another) {
   return putCap(*last_, false, another);
 }
 
-/// Layers that are not empty must meet one another between two runs (`needed`), though nothing be
-/// open there.
+/// With `needed`, between two runs, the slab is put even if no facet is open: consecutive slabs
+/// must share a layer, so one run has to end and the next to begin with an empty one.
 Result<void> RunCloser::putCap(const Slab& neighbour, bool begin, bool needed) {
   std::vector<Facet> facets = openFacets(*neighbour.connectivity, begin);
   RunEnd end;

@@ -9,40 +9,42 @@
 
 namespace t4d::edit {
 
-/// A layer at which a run of slabs began or ended and the mesh was open.
+/// A layer where a run of consecutive slabs begins or ends and the mesh is open.
 struct RunEnd {
-  std::uint64_t slab = 0;  ///< of those given, the one that has the layer
+  std::uint64_t slab = 0;  ///< the slab with this layer, counted among those put
   double time = 0;
   bool begin = false;           ///< the run begins here; otherwise it ends here
-  std::uint64_t triangles = 0;  ///< facets closed, each by a cell of the cap
-  /// Why they could not be closed; the mesh stays open here.
+  std::uint64_t triangles = 0;  ///< facets closed, each by one cap cell
+  /// Why the facets could not be closed; the mesh stays open here.
   std::optional<std::string> open;
 };
 
-/// Makes a closed mesh of some of the slabs of a closed mesh. It takes them in time order and gives
-/// them on; where slabs are missing, it ends the run before and begins the next with a slab without
-/// thickness, the cone over the facets that the missing slab shared:
+/// Turns a subset of the slabs of a closed mesh into a closed mesh. It takes slabs in time order
+/// and passes them on. Where slabs are missing, it adds two slabs without thickness: one ends the
+/// run before the gap, the other begins the run after it. Each is a cone over the facets that the
+/// missing slab shared:
 ///
 ///                       apexes
-///      *-----*-----*    /  |  \     the cap: each open facet of the layer joined to an apex at
-///       \  .   .  /    *---*---*    the same time, one for each connected part of them
+///      *-----*-----*    /  |  \     the cap: each open facet of the layer is joined to an apex at
+///       \  .   .  /    *---*---*    the same time, one apex per connected part of them
 ///
-/// Open facets of a mesh closed elsewhere are a closed surface, the slice at that time, so the cone
-/// closes it. It encloses nothing: hypervolume and slices of the slabs given stay exact. Between an
-/// end and the next begin the mesh is empty. As with any cone, cells may overlap within the cap.
+/// The open facets of a mesh that is closed elsewhere form a closed surface, the slice at that
+/// time, so the cone closes the mesh. It encloses nothing: the hypervolume and the slices of the
+/// given slabs stay exact. In the gap the mesh is empty. As with any cone, cells may overlap within
+/// the cap.
 ///
-/// Slabs hang together where the upper layer of one equals the lower layer of the next (-0 equals
-/// 0). A cell of a cap has the attributes of the cell whose facet it closes, but for "kind" and
-/// "triangle" (t4d/formats/t4d/SPEC.md, section "Registries"); an apex those of a vertex of its
-/// surface.
+/// Two slabs are consecutive if the upper layer of one equals the lower layer of the next (-0
+/// equals 0). A cap cell has the attributes of the cell whose facet it closes, except "kind" and
+/// "triangle" (t4d/formats/t4d/SPEC.md, section "Registries"). An apex has the attributes of a
+/// vertex of its surface.
 class RunCloser : public model::Sink {
  public:
-  /// `sink` lives as long as this.
+  /// `sink` must outlive this object.
   explicit RunCloser(model::Sink& sink) : sink_(sink) {}
 
   Result<void> put(const model::Slab& slab) override;
 
-  /// Ends the last run. Returns where runs began and ended openly, in time order.
+  /// Ends the last run. Returns where runs began and ended with open facets, in time order.
   Result<std::vector<RunEnd>> finish();
 
  private:
@@ -52,7 +54,7 @@ class RunCloser : public model::Sink {
 
   model::Sink& sink_;
   std::optional<model::Slab> last_;
-  std::uint64_t count_ = 0;  // of slabs given
+  std::uint64_t count_ = 0;  // slabs put so far
   std::vector<RunEnd> ends_;
 };
 

@@ -17,8 +17,8 @@
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
 
-/// Any slabs of a closed mesh are a closed mesh again, with the hypervolume and the slices that
-/// they had.
+/// Closing any subset of the slabs of a closed mesh gives a closed mesh, with the hypervolume and
+/// the slices of those slabs.
 namespace t4d::edit {
 namespace {
 
@@ -79,7 +79,7 @@ Closed closedFrom(std::span<const model::Slab> slabs, const std::vector<bool>& k
   closed.ends = std::move(*ends);
   const auto report = *measure::checkMesh(closed.mesh);
   EXPECT_TRUE(report.closed && report.oriented);
-  // Caps alone, and slabs of nothing, enclose nothing, which is an error of its own.
+  // Caps alone, and slabs without cells, enclose nothing, which is a separate error.
   EXPECT_EQ(report.issues.errors, enclosing ? 0U : 1U)
       << (report.issues.issues.empty() ? "" : report.issues.issues.front().message);
   for (const RunEnd& end : closed.ends) EXPECT_FALSE(end.open) << *end.open;
@@ -202,7 +202,7 @@ TEST(CloseRuns, CapsAreMarkedInTheAttributesOfCells) {
   ASSERT_EQ(closed.mesh.slabs().size(), 3U);
   for (const std::size_t at : {0U, 2U}) {
     const model::Slab& cap = closed.mesh.slabs()[at];
-    // An apex for each of the boxes.
+    // One apex for each of the boxes.
     EXPECT_EQ(cap.vertices.size(), 16U + 2U);
     EXPECT_EQ(cap.connectivity->cells.size(), 24U);
     for (const model::Attribute& attribute : cap.connectivity->cellAttributes) {
@@ -227,7 +227,7 @@ TEST(CloseRuns, VerticesOfALayerKeepTheirAttributes) {
   std::vector<float> numbers(slab.vertices.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(i);
   slab.attributes.push_back(model::makeAttribute("number", model::Domain::Vertex, numbers));
-  // Checks, too, that both sides of a seam have the same.
+  // This also checks that both sides of a seam match.
   Closed closed = closedFrom({&slab, 1}, {true});
   ASSERT_EQ(closed.mesh.slabs().size(), 3U);
   const auto slice = convert::sliceAtTime(closed.mesh, 1);
@@ -255,7 +255,7 @@ TEST(CloseRuns, WhatIsNotClosedElsewhereStaysOpenAndSaysWhere) {
   ASSERT_TRUE(ends->front().open);
   EXPECT_NE(ends->front().open->find("edge"), std::string::npos) << *ends->front().open;
   EXPECT_FALSE(ends->back().open);
-  // The layers meet an empty one all the same, so that the slabs can be in one file.
+  // Each layer still joins an empty one, so that the slabs fit into one file.
   ASSERT_EQ(made.slabs().size(), 6U);
   EXPECT_TRUE(made.slabs()[2].connectivity->cells.empty());
   EXPECT_EQ(made.slabs()[2].connectivity->lowerCount, 8U);

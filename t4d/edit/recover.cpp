@@ -12,10 +12,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Of the metadata, which has to stay small.
+/// Limits the size of the metadata.
 constexpr std::size_t kMostGaps = 1000;
 
-/// Times between slabs at which a body is not.
+/// Times between slabs at which a body does not exist.
 ordered_json gapsOf(formats::T4dSalvage& salvage) {
   ordered_json gaps = ordered_json::array();
   for (std::size_t i = 0; i < salvage.metadata().bodies.size(); ++i) {
@@ -30,7 +30,7 @@ ordered_json gapsOf(formats::T4dSalvage& salvage) {
   return gaps;
 }
 
-/// The metadata of the recovered file: as it was, made by us, with a note of where it comes from.
+/// The metadata of the recovered file: the original, with our generator and a note on its origin.
 formats::Metadata metadataOf(formats::T4dSalvage& salvage, const std::filesystem::path& input,
                              const std::string& generator) {
   formats::Metadata metadata = salvage.metadata();
@@ -55,7 +55,7 @@ std::string atEnd(const RunEnd& end) {
 Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
                                  const std::filesystem::path& output, const RecoverOptions& options,
                                  const model::Progress& progress) {
-  // Reading, writing and judging take about as long.
+  // Reading, writing and validating take about the same time.
   const auto third = [&](double index) -> model::Progress {
     if (!progress) return {};
     return [&progress, index](double f) { progress((index + f) / 3); };
@@ -96,7 +96,7 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
         continue;
       }
       report.closed.push_back({name, end});
-      // Nothing is missing there: the cap makes another mesh of what the file had.
+      // Nothing was lost here, but the cap changes the mesh.
       if (!damaged) {
         const std::string what =
             fmt::format("the body '{}' was open {}, and has a cap there now", name, atEnd(end));

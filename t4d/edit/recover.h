@@ -16,7 +16,7 @@ struct RecoverOptions {
   std::string generator;  ///< program and version, for the file's metadata
 };
 
-/// A layer of a recovered body that a cap closes.
+/// A layer of a recovered body that was closed by a cap.
 struct RecoverCap {
   std::string body;
   RunEnd end;
@@ -24,20 +24,20 @@ struct RecoverCap {
 
 struct RecoverReport {
   std::uint64_t slabsSaved = 0;
-  std::optional<std::uint64_t> slabsKnown;  ///< as formats::T4dSalvage
+  std::optional<std::uint64_t> slabsKnown;  ///< see formats::T4dSalvage
   bool metadataSaved = false;
-  /// By offset; empty where the file was valid. Of a file that was not damaged, caps that were
-  /// added because the mesh was open.
+  /// Ordered by offset: the losses of the file, layers that stay open and, if the file was not
+  /// damaged, caps added because the mesh was open. Empty if the file was valid and closed.
   std::vector<formats::T4dLoss> lost;
   std::vector<RecoverCap> closed;
-  /// Of the file written; nothing where no slab could be saved, and no file was written.
+  /// For the written file; empty if no slab could be saved, in which case no file was written.
   std::optional<measure::T4dValidation> validation;
 };
 
-/// Writes the whole slabs of a damaged or truncated .t4d (formats::T4dSalvage) to `output`, their
-/// numbers unchanged; closes the mesh where slabs are missing (RunCloser); and judges what it has
-/// written. The details of the metadata get a member "recovered" that says where it comes from.
-/// Fails where `input` is no .t4d at all, or `output` cannot be written.
+/// Writes the intact slabs of a damaged or truncated .t4d (formats::T4dSalvage) to `output`, with
+/// their numbers unchanged; closes the mesh where slabs are missing (RunCloser); and validates the
+/// result. The details of the metadata get a member "recovered" that names the origin of the data.
+/// Fails if `input` is not a .t4d file or `output` cannot be written.
 Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
                                  const std::filesystem::path& output,
                                  const RecoverOptions& options = {},

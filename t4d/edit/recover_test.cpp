@@ -190,8 +190,8 @@ TEST(Recover, BeginningOfAWovenMeshIsValid) {
 
 TEST(Recover, LosesOneSlabWhereOneIsDamagedAndTheRestIsExact) {
   for (Written original : {sweptCube(), wovenSpheres()}) {
-    for (const formats::ChunkPlace& chunk : formats::chunksOf(original.bytes)) {
-      if (chunk.type != "SLAB") continue;
+    for (const formats::ChunkHeader& chunk : formats::listChunks(original.bytes)) {
+      if (chunk.name() != "SLAB") continue;
       SCOPED_TRACE(chunk.offset);
       std::string bytes = original.bytes;
       bytes[chunk.payload() + chunk.payloadBytes / 2] ^= 0x20;

@@ -59,7 +59,7 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
 }
 
 std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const double> times) {
-  std::vector<std::vector<double>> layers;  // of each body, in increasing order
+  std::vector<std::vector<double>> layers;  // per body, in increasing order
   for (const model::Body& body : bodies) {
     std::vector<double>& own = layers.emplace_back();
     for (std::size_t i = 0; i < body.source->slabCount(); ++i) {

@@ -8,12 +8,12 @@
 #include "t4d/model/body.h"
 #include "t4d/model/triangle_mesh.h"
 
-/// Two 4D meshes side by side: what their solids at some times have and do not have in common.
+/// Compares two 4D meshes by the solids they represent at given times.
 namespace t4d::measure {
 
 struct CompareOptions {
   SolidDifferenceOptions difference;
-  double distanceTolerance = 1e-3;  ///< of surfaceDistance
+  double distanceTolerance = 1e-3;  ///< for surfaceDistance
 };
 
 /// Two solids at one time; a solid that does not exist then is empty.
@@ -27,24 +27,24 @@ struct SliceComparison {
   SurfaceDistance distance;
 };
 
-/// The solid of all bodies that exist at a time, as one closed mesh without attributes; empty where
-/// none does. Fails where slicing does.
+/// The solid of all bodies that exist at a time, as one closed mesh without attributes; empty if
+/// none does. Fails if slicing does.
 Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double time);
 
-/// Fails where solidDifference does.
+/// Fails if solidDifference does.
 Result<SliceComparison> compareSolids(double time, const model::TriangleMesh& a,
                                       const model::TriangleMesh& b,
                                       const CompareOptions& options = {});
 
-/// Compares the solids at each time, in the memory of two slabs and two slices.
+/// Compares the solids at each time, with two slabs and two slices in memory.
 Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
                                                std::span<const model::Body> b,
                                                std::span<const double> times,
                                                const CompareOptions& options = {},
                                                const model::Progress& progress = {});
 
-/// How many of `times` fall on a layer, or an end, of every body that exists then, and within some
-/// body. Where all do, nothing is seen of what happens between layers.
+/// How many of `times` fall within some body, and on a layer or an end of every body that exists
+/// then. If all do, the comparison says nothing about the time between layers.
 std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const double> times);
 
 }  // namespace t4d::measure

@@ -31,7 +31,7 @@ void ComponentCounter::add(const Components& components, std::uint32_t lowerCoun
     if (ofLayer_[i] == kNoComponent || components.ofVertex[i] == kNoComponent) continue;
     sets.unite(ofLayer_[i], live_ + components.ofVertex[i]);
   }
-  // A component ends here where the slab does not use its vertices in the lower layer.
+  // A component ends here if the slab does not use its vertices in the lower layer.
   const std::uint32_t total = live_ + components.count;
   std::vector<std::uint32_t> number(total, kNoComponent);
   std::uint32_t newLive = 0;

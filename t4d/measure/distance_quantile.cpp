@@ -11,9 +11,10 @@ namespace {
 
 constexpr std::size_t kSamples = 10'000;
 
-/// Sample k lies in the triangle in which (k + 1/2) / kSamples of the area is reached, so that a
-/// triangle gets as many as its area deserves, up to one. Within its triangle it is a point of a
-/// sequence that fills the unit square evenly (Roberts' R2, of the plastic number), folded.
+/// Sample k lies in the triangle where the cumulative area reaches (k + 1/2) / kSamples of the
+/// total, so the number of samples in a triangle is proportional to its area, to within one.
+/// Positions within triangles are successive points of a low-discrepancy sequence in the unit
+/// square (Roberts' R2, based on the plastic number), folded.
 std::vector<model::Point3> samplesOf(const model::TriangleMesh& mesh) {
   constexpr double kFirst = 0.7548776662466927;
   constexpr double kSecond = 0.5698402909980532;

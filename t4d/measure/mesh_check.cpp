@@ -62,8 +62,8 @@ Result<void> MeshChecker::put(const model::Slab& slab) {
   reportFacets(checked->facets.unmatched, "in the slab", report_.slabs);
   if (!checked->nonManifold.empty()) {
     report_.vertexLinksOk = false;
-    // The apex of a cone over a surface that is not one sphere; the cap encloses nothing, so
-    // hypervolume and slices stay exact.
+    // This is the apex of a cone over a surface that is not a single sphere. The cap encloses
+    // nothing, so hypervolume and slices stay exact.
     const bool inCap = slab.timeBegin == slab.timeEnd;
     report_.issues.add(
         {inCap ? "cap-vertex-link" : "vertex-link",
@@ -127,7 +127,7 @@ void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const ch
   }
 }
 
-/// Checks the layer between the slab before and `after`; either is absent at an end of the mesh.
+/// Checks the layer between the previous slab and `after`; either is absent at an end of the mesh.
 void MeshChecker::checkSeam(const model::Slab* after,
                             const std::shared_ptr<const Checked>& checkedAfter) {
   const std::uint32_t upper = before_ ? before_->connectivity->upperCount : 0;
@@ -226,7 +226,7 @@ void MeshChecker::measure(const model::Slab& slab) {
   const double largest = slab.vertices.empty() ? 0
                                                : std::max(report_.bounds.min.cwiseAbs().maxCoeff(),
                                                           report_.bounds.max.cwiseAbs().maxCoeff());
-  // A cell's volume is known to the rounding of its corners, times its extent in the other two
+  // A cell's volume is known up to the rounding of its corners, times its extent in the other two
   // directions. Below a few of these units it counts as zero.
   const double flat = 4 * std::numeric_limits<double>::epsilon() * largest;
 
@@ -239,7 +239,8 @@ void MeshChecker::measure(const model::Slab& slab) {
     const Eigen::Vector4d u = slab.vertices[cell[1]] - a;
     const Eigen::Vector4d v = slab.vertices[cell[2]] - a;
     const Eigen::Vector4d w = slab.vertices[cell[3]] - a;
-    // n with det[m, u, v, w] = m . n for every m: outward, of length six times the cell's volume.
+    // n with det[m, u, v, w] = m . n for every m: outward, with a length of six times the cell's
+    // volume.
     const double vw01 = v[0] * w[1] - v[1] * w[0];
     const double vw02 = v[0] * w[2] - v[2] * w[0];
     const double vw03 = v[0] * w[3] - v[3] * w[0];
@@ -264,14 +265,14 @@ void MeshChecker::measure(const model::Slab& slab) {
     }
   }
   report_.boundaryVolume += volume6 / 6;
-  // Slabs partly cancel: the sum over them is compensated (Kahan).
+  // Slabs partly cancel, so the sum over them is compensated (Kahan).
   const double corrected = hypervolume24 - hypervolume24Carry_;
   const double sum = hypervolume24_ + corrected;
   hypervolume24Carry_ = (sum - hypervolume24_) - corrected;
   hypervolume24_ = sum;
 }
 
-/// Remembers what the next slab must repeat.
+/// Stores what the next slab must repeat.
 void MeshChecker::keepUpperLayer(const model::Slab& slab) {
   const model::Connectivity& connectivity = *slab.connectivity;
   upperLayer_.assign(slab.upperLayer().begin(), slab.upperLayer().end());

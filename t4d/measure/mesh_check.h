@@ -21,10 +21,10 @@ struct Issue {
   Severity severity = Severity::Error;
   std::string message;                  ///< names the cell, facet or vertex
   std::optional<std::uint64_t> slab;    ///< counted from 0
-  std::optional<std::uint64_t> offset;  ///< byte offset in a file, where it comes from one
+  std::optional<std::uint64_t> offset;  ///< byte offset, if the slab comes from a file
 };
 
-/// Findings: all are counted, the first kKeptOfEachCode of each code are kept.
+/// Findings. All are counted; the first kKeptOfEachCode of each code are kept.
 struct IssueList {
   static constexpr std::uint64_t kKeptOfEachCode = 10;
 
@@ -40,10 +40,10 @@ struct IssueList {
   std::map<std::string, std::uint64_t> kept_;
 };
 
-/// What a check of a whole 4D mesh found.
+/// Result of checking a whole 4D mesh.
 struct MeshReport {
   std::uint64_t slabs = 0;
-  std::uint64_t vertices = 0;  ///< each once, however many slabs hold it
+  std::uint64_t vertices = 0;  ///< each counted once, even if two slabs have it
   std::uint64_t tetrahedra = 0;
   model::TimeSpan time;
   model::Bounds4 bounds;
@@ -65,12 +65,12 @@ struct CheckOptions {
   bool vertexLinks = false;  ///< the deep check: every vertex is manifold
 };
 
-/// Checks and measures a 4D mesh slab by slab, in the memory of two: that each slab is sound by
-/// itself (checkSlab), that layers are equal (`==`) across seams, that the mesh is closed and
-/// oriented and, on request, that it is manifold at every vertex. What depends on the connectivity
-/// alone is done once for consecutive slabs that share it.
+/// Checks and measures a 4D mesh slab by slab, with two in memory: that each slab is valid on its
+/// own (checkSlab), that layers are equal (`==`) across seams, that the mesh is closed and oriented
+/// and, on request, that it is manifold at every vertex. Checks that depend on the connectivity
+/// alone are done once for consecutive slabs that share it.
 ///
-/// Findings do not stop it; `put` fails only for a slab that cannot be checked at all.
+/// Findings do not stop the check; `put` fails only for a slab that cannot be checked at all.
 class MeshChecker : public model::Sink {
  public:
   explicit MeshChecker(CheckOptions options = {});
@@ -83,7 +83,7 @@ class MeshChecker : public model::Sink {
 
  private:
   struct Checked;  // a connectivity and what was found in it
-  struct Seam;     // two of them in a row
+  struct Seam;     // two consecutive ones
 
   void reportFacets(const std::vector<model::Facet>& facets, const char* where, std::uint64_t slab);
   void checkSeam(const model::Slab* after, const std::shared_ptr<const Checked>& checkedAfter);

@@ -36,8 +36,8 @@ model::Slab pentachoron() {
   return slab;
 }
 
-/// A tetrahedron at rest from t = 0 to `steps`, closed by itself at both ends: caps of one cell,
-/// and three-cell prisms. Written out here so that this test stands on no builder.
+/// A tetrahedron at rest from t = 0 to `steps`, closed at both ends: caps of one cell, and
+/// three-cell prisms. Written out here so that this test does not depend on a builder.
 std::vector<model::Slab> restingTetrahedron(int steps) {
   const std::array<Eigen::Vector3d, 4> corners = {
       Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0),
@@ -102,7 +102,7 @@ std::vector<std::string> codes(const MeshReport& report) {
   return all;
 }
 
-/// The same slab with its own connectivity, to be spoiled.
+/// The slab with a connectivity of its own, to be modified.
 model::Connectivity& own(model::Slab& slab) {
   auto copy = std::make_shared<model::Connectivity>(*slab.connectivity);
   model::Connectivity& editable = *copy;

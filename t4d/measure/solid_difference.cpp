@@ -13,8 +13,8 @@ using model::Point3;
 using model::Triangle;
 using model::TriangleMesh;
 
-/// Each turns the axes to directions that no face of a made thing is likely to be parallel to, and
-/// none is another one turned by a symmetry of a cube: their errors have nothing in common.
+/// Each rotates the axes to directions that are unlikely to be parallel to a face of a man-made
+/// object. No two are related by a symmetry of the cube, so their errors are independent.
 const std::array<Eigen::Quaterniond, 4> kTurns = {Eigen::Quaterniond(0.837, 0.311, 0.229, 0.387),
                                                   Eigen::Quaterniond(0.611, -0.453, 0.539, 0.117),
                                                   Eigen::Quaterniond(0.283, 0.721, -0.167, 0.491),
@@ -30,12 +30,12 @@ struct Lattice {
 
   double y(std::int64_t row) const { return y0 + (static_cast<double>(row) + 0.5) * spacing; }
   double x(std::int64_t column) const { return x0 + (static_cast<double>(column) + 0.5) * spacing; }
-  /// The first row whose y is at least this, up to rounding; `rows` where there is none.
+  /// The first row whose y is at least this, up to rounding; `rows` if there is none.
   std::int64_t rowFrom(double value) const {
     const double row = std::ceil((value - y0) / spacing - 0.5);
     return static_cast<std::int64_t>(std::clamp(row, 0.0, static_cast<double>(rows)));
   }
-  /// The first column whose x is greater than this; the same for every triangle that asks.
+  /// The first column whose x is greater than this; the same for every triangle.
   std::int64_t columnAfter(double value) const {
     const double column = std::floor((value - x0) / spacing + 0.5);
     return static_cast<std::int64_t>(std::clamp(column, 0.0, static_cast<double>(columns)));
@@ -53,13 +53,13 @@ Lattice latticeOver(const Bounds3& bounds, std::uint32_t resolution) {
   lattice.y0 = bounds.min.y();
   lattice.columns = along(size.x());
   lattice.rows = along(size.y());
-  // Not in the middle: with symmetric solids the lines would come in pairs that say the same.
+  // Not centred: with symmetric solids the lines would come in pairs with equal results.
   lattice.x0 = bounds.min.x() - 0.382 * lattice.spacing;
   lattice.y0 = bounds.min.y() - 0.236 * lattice.spacing;
   return lattice;
 }
 
-/// A mesh in the lattice's coordinates, with its triangles in the rows that they may meet.
+/// A mesh in the lattice's coordinates, with its triangles sorted into the rows they may meet.
 class Rows {
  public:
   Rows(const TriangleMesh& mesh, const Lattice& lattice, const Eigen::Matrix3d& rotation,
@@ -88,12 +88,13 @@ class Rows {
   }
 
   /// Calls `hit(column, z, turn)` where a line of the row goes through a triangle: behind it the
-  /// surface winds `turn`, 1 or -1, times more than before it.
+  /// winding number is greater than before it by `turn`, 1 or -1.
   ///
-  /// A row's y is above a vertex or not, which decides which edges it crosses; an edge is crossed
-  /// at the same point whichever triangle asks, since that is computed from its lower end on; and a
-  /// triangle is hit in the columns between its two crossed edges. Whatever the rounding, a column
-  /// thus has as many edges on its left as the closed mesh gives it, and turns add up to 0.
+  /// Whether a row's y is above a vertex decides which edges the row crosses. An edge is crossed at
+  /// the same point for both of its triangles, since that is computed from its lower end. A
+  /// triangle is hit in the columns between its two crossed edges. So whatever the rounding,
+  /// all triangles agree on the edges to the left of a column, and the turns of a closed mesh add
+  /// up to 0.
   template <class Hit>
   void forEachHit(std::size_t row, const Lattice& lattice, Hit hit) const {
     struct Crossing {
@@ -120,8 +121,8 @@ class Rows {
       if (crossings[1].x < crossings[0].x) std::swap(crossings[0], crossings[1]);
       const auto& [left, right] = crossings;
       const std::int64_t end = lattice.columnAfter(right.x);
-      // Walked upward on its right a triangle is counter-clockwise seen from +z: it faces that way,
-      // and the line, which goes towards +z, leaves the solid.
+      // If it is walked upward on its right, a triangle is counter-clockwise seen from +z: it faces
+      // that way, and the line, which goes towards +z, leaves the solid.
       const int turn = right.up ? -1 : 1;
       for (std::int64_t column = lattice.columnAfter(left.x); column < end; ++column) {
         const double s = (lattice.x(column) - left.x) / (right.x - left.x);
@@ -133,17 +134,17 @@ class Rows {
  private:
   const TriangleMesh& mesh_;
   std::vector<Point3> points_;
-  std::vector<std::size_t> starts_;       // of each row in triangles_
-  std::vector<std::uint32_t> triangles_;  // of each row
+  std::vector<std::size_t> starts_;       // start of each row in triangles_
+  std::vector<std::uint32_t> triangles_;  // by row
 };
 
 struct Hit {
   std::int64_t column;
   double z;
-  int turn;  // of the winding number of a less that of b
+  int turn;  // change of (winding number of a) - (winding number of b)
 };
 
-/// The integral along lines that are parallel to z after turning.
+/// The integral along lines that are parallel to z after the rotation.
 double integrate(const TriangleMesh& a, const TriangleMesh& b, const Eigen::Matrix3d& rotation,
                  const Point3& middle, std::uint32_t resolution) {
   Bounds3 bounds;

@@ -18,17 +18,17 @@ struct SolidDifference {
 };
 
 /// The volume of the points that lie in one solid and not in the other, for solids bounded by
-/// closed triangle meshes: the integral of |w_a - w_b|, with w how often a surface winds round a
-/// point. For surfaces that do not intersect themselves w is 1 inside and 0 outside. Where they do,
-/// parts count as often as they do in signedVolume, so that always |V_a - V_b| <= volume, and no
-/// part makes the result fail.
+/// closed triangle meshes: the integral of |w_a - w_b|, where w is the winding number of a surface
+/// about a point. For surfaces that do not intersect themselves w is 1 inside and 0 outside. If
+/// they do, parts count as often as they do in signedVolume, so that |V_a - V_b| <= volume always
+/// holds, and no part makes the function fail.
 ///
-/// The mean of integrals along four square lattices of parallel lines, exact on each line and by
-/// the midpoint rule across, each lattice spanning the bounds of both. The lines are askew to the
-/// axes, since solids often have faces along those: then the integrand is continuous, and the error
-/// falls with the square of the spacing. `error` is twice the largest deviation of the four from
-/// their mean: an estimate, which is too small for about one pair of solids in fifty. Surfaces that
-/// have the same triangles, in whatever order, give exactly 0.
+/// The result is the mean of integrals along four square lattices of parallel lines, exact on each
+/// line and by the midpoint rule across, each lattice spanning the bounds of both. The lines are
+/// askew to the axes, since solids often have faces along those: then the integrand is continuous,
+/// and the error falls with the square of the spacing. `error` is twice the largest deviation of
+/// the four from their mean: an estimate, which is too small for about one pair of solids in fifty.
+/// Surfaces that consist of the same triangles, in any order, give exactly 0.
 ///
 /// Fails for a mesh that is not closed.
 Result<SolidDifference> solidDifference(const model::TriangleMesh& a, const model::TriangleMesh& b,

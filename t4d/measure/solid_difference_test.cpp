@@ -29,7 +29,7 @@ TriangleMesh together(TriangleMesh one, const TriangleMesh& other) {
   return one;
 }
 
-/// Of a cube of side 2 and the same one moved.
+/// The difference of a cube of side 2 and the same cube moved.
 double movedCubeDifference(const Eigen::Vector3d& by) {
   const Eigen::Vector3d common = (2 - by.array().abs()).max(0);
   return 2 * (8 - common.prod());
@@ -113,7 +113,7 @@ TEST(SolidDifference, CountsOverlapsAsVolumesDo) {
 }
 
 TEST(SolidDifference, CoarseLatticesDoNotLeak) {
-  // A line that left a solid where it did not enter would count for the whole length of it.
+  // A line that left a solid without having entered it would count with its whole length.
   for (int i = 0; i < 200; ++i) {
     const TriangleMesh torus = fixtures::torus(3, 1, 3 + i % 20, 3 + i / 20);
     const auto difference =

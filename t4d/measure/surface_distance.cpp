@@ -18,7 +18,7 @@ struct Corner {
   TriangleTree::Nearest nearest;
 };
 
-/// A part of a triangle, with what its points are at most away from the other mesh.
+/// A part of a triangle, with an upper bound of its points' distance from the other mesh.
 struct Piece {
   std::array<Corner, 3> corners;
   double atMost = 0;
@@ -26,7 +26,7 @@ struct Piece {
   friend bool operator<(const Piece& a, const Piece& b) { return a.atMost < b.atMost; }
 };
 
-/// What the points of a piece are at most away from one triangle of the other mesh.
+/// An upper bound of the distance of the points of a piece from one triangle of the other mesh.
 double farthestFrom(std::uint32_t triangle, const std::array<Corner, 3>& corners,
                     const TriangleTree& other) {
   double farthest = 0;
@@ -38,7 +38,7 @@ double farthestFrom(std::uint32_t triangle, const std::array<Corner, 3>& corners
   return farthest;
 }
 
-/// The largest distance of a point of `mesh` from `other`, at most `tolerance` short.
+/// The largest distance of a point of `mesh` from `other`, at most `tolerance` too small.
 double oneSided(const TriangleMesh& mesh, const TriangleTree& other, double tolerance) {
   std::vector<TriangleTree::Nearest> nearest(mesh.vertices.size());
   std::vector<bool> known(mesh.vertices.size());
@@ -59,7 +59,7 @@ double oneSided(const TriangleMesh& mesh, const TriangleTree& other, double tole
       bound = std::min(bound, farthestFrom(corner.nearest.triangle, corners, other));
       if (bound <= farthest + tolerance) return;
     }
-    // Corners are often nearest to three triangles round the one that is nearest to the middle.
+    // Corners are often nearest to three triangles around the one that is nearest to the middle.
     const Point3 middle = (corners[0].point + corners[1].point + corners[2].point) / 3;
     const TriangleTree::Nearest near = other.nearest(middle);
     bound = std::min(bound, farthestFrom(near.triangle, corners, other));
@@ -110,7 +110,7 @@ SurfaceDistance surfaceDistance(const TriangleMesh& a, const TriangleMesh& b,
   for (const TriangleMesh* mesh : {&a, &b}) {
     for (const Point3& vertex : mesh->vertices) bounds.add(vertex);
   }
-  // Below this, halving would go on over distances that are rounding.
+  // Below this, distances are rounding errors, and halving would not end.
   constexpr double kLeast = 1e-12;
   const double tolerance = std::max(relativeTolerance, kLeast) * (bounds.max - bounds.min).norm();
   return {oneSided(a, TriangleTree(b), tolerance), oneSided(b, TriangleTree(a), tolerance),

@@ -20,7 +20,7 @@ TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by) {
   return mesh;
 }
 
-/// That the true value, which is known, is where the result says it is.
+/// Checks that the known value lies in the interval of the result.
 void expectWithin(double value, double found, double tolerance) {
   EXPECT_LE(found, value * (1 + 1e-12) + 1e-12);
   EXPECT_GE(found + tolerance, value * (1 - 1e-12) - 1e-12);
@@ -44,7 +44,7 @@ TEST(TriangleTree, IsAsNearAsTheNearestOfAllTriangles) {
 }
 
 TEST(TriangleTree, DistanceToATriangleIsThatOfItsNearestPoint) {
-  // Against many points of the triangle, and of one without area.
+  // Compared with many points of the triangle, and of one without area.
   std::mt19937 random(2);
   std::uniform_real_distribution<double> number(-1, 1);
   for (int i = 0; i < 60; ++i) {
@@ -89,7 +89,7 @@ TEST(SurfaceDistance, OfAMovedCubeIsHowFarItMoved) {
 }
 
 TEST(SurfaceDistance, OfScaledSpheresIsTheDifferenceOfRadii) {
-  // Farthest are the vertices of the outer one.
+  // The vertices of the outer one are farthest.
   const SurfaceDistance distance =
       surfaceDistance(fixtures::icosphere(1, 3), fixtures::icosphere(1.5, 3), 1e-4);
   expectWithin(0.5, distance.hausdorff(), distance.tolerance);

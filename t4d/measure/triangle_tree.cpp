@@ -21,8 +21,8 @@ double squaredDistance(const Bounds3& box, const Point3& p) {
   return (box.min - p).cwiseMax(p - box.max).cwiseMax(0).squaredNorm();
 }
 
-/// Inside the prism over the triangle the distance to its plane, elsewhere that to its edges; a
-/// triangle without area consists of its edges. Exactly 0 in a corner.
+/// Inside the prism over the triangle, the distance to its plane; elsewhere, the distance to its
+/// edges. A triangle without area consists of its edges. Exactly 0 at a corner.
 double squaredDistance(const std::array<Point3, 3>& t, const Point3& p) {
   if (p == t[0] || p == t[1] || p == t[2]) return 0;
   const Point3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -94,7 +94,7 @@ void TriangleTree::build(std::uint32_t begin, std::uint32_t end,
 }
 
 TriangleTree::Nearest TriangleTree::nearest(const Point3& point) const {
-  // Halving keeps the tree's depth below 33, and each level leaves at most one node waiting.
+  // Halving keeps the tree's depth below 33, and each level leaves at most one pending node.
   constexpr std::size_t kMaxDepth = 40;
   struct Waiting {
     std::uint32_t node;

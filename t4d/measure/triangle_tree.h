@@ -8,11 +8,11 @@
 
 namespace t4d::measure {
 
-/// The triangles of a mesh in a tree of boxes (each node's triangles halved at the median along the
-/// longest axis of their centres), which answers which one is nearest to a point.
+/// A bounding box tree over the triangles of a mesh that finds the triangle nearest to a point.
+/// Each node's triangles are split at the median along the longest axis of their centres.
 class TriangleTree {
  public:
-  /// `mesh` has at least one triangle. The tree keeps copies of the corners.
+  /// `mesh` must have at least one triangle. The tree copies the corners.
   explicit TriangleTree(const model::TriangleMesh& mesh);
 
   struct Nearest {
@@ -20,16 +20,16 @@ class TriangleTree {
     double distance = 0;         ///< exact up to rounding
   };
 
-  /// The triangle nearest to a point; of several equally near ones any.
+  /// The triangle nearest to a point; any of them if several are equally near.
   Nearest nearest(const model::Point3& point) const;
 
-  /// Distance of a point to one triangle.
+  /// Distance from a point to one triangle.
   double distanceTo(std::uint32_t triangle, const model::Point3& point) const;
 
  private:
   struct Node {
     model::Bounds3 bounds;
-    std::uint32_t first = 0;  // of its triangles in order_; of an inner node the second child
+    std::uint32_t first = 0;  // of its triangles in order_; for an inner node, the second child
     std::uint32_t count = 0;  // 0 for an inner node, whose first child is the next node
   };
 

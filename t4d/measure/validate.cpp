@@ -7,7 +7,7 @@
 namespace t4d::measure {
 namespace {
 
-/// Adds what was found in one body to what is known of all.
+/// Merges the report of one body into that of all bodies.
 void join(MeshReport& all, const MeshReport& one) {
   all.slabs += one.slabs;
   all.vertices += one.vertices;
@@ -22,7 +22,7 @@ void join(MeshReport& all, const MeshReport& one) {
 }
 
 Issue issueOf(const Error& error) {
-  // The place is the file's name and the offset, which the issue has by itself.
+  // `where` is dropped: it gives the file and the offset, and the issue has the offset itself.
   return {"file-damaged", Severity::Error, error.message, {}, error.offset};
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 using LinkTriangle = std::array<std::uint32_t, 3>;
 
-/// Tests one link at a time and keeps its buffers from one to the next.
+/// Tests one link at a time; reuses its buffers.
 class SphereTest {
  public:
   /// A surface is a sphere when each edge has two triangles, the triangles are connected across
@@ -50,8 +50,8 @@ class SphereTest {
   model::UnionFind sets_;
 };
 
-/// The vertices from `first` to `last` (not included) that have cells and a link that is not a
-/// sphere, counted from `first`.
+/// The vertices from `first` to `last` (exclusive) that have cells and a link that is not a sphere,
+/// numbered from `first`.
 std::vector<std::uint32_t> nonManifoldVertices(const std::vector<model::Cell>& cells,
                                                std::uint32_t first, std::uint32_t last) {
   const std::uint32_t count = last - first;

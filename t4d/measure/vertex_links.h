@@ -9,11 +9,11 @@
 /// link is not a sphere is non-manifold; a mesh without such a vertex is a 3-manifold.
 namespace t4d::measure {
 
-/// The interior vertices of a slab that have cells and are non-manifold.
+/// The non-manifold interior vertices of a slab, ignoring those without cells.
 std::vector<std::uint32_t> nonManifoldInteriorVertices(const model::Connectivity& connectivity);
 
-/// The same for the layer between two slabs, counted from its first vertex. Either slab may be
-/// null, at an end of the mesh.
+/// The same for the layer between two slabs; vertices are numbered from the first of the layer.
+/// Either slab may be null, at an end of the mesh.
 std::vector<std::uint32_t> nonManifoldLayerVertices(const model::Connectivity* before,
                                                     const model::Connectivity* after);
 

@@ -49,7 +49,7 @@ std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
                                                                 std::uint32_t meshVertices) {
   auto connectivity = capConnectivity(cap, meshVertices, CellKind::StartCap);
   connectivity->upperCount = meshVertices;
-  // Inner points come before the layer here, and after it in the cap.
+  // Inner points come before the layer here, but after it in the cap.
   const auto inner = static_cast<std::uint32_t>(cap.inner.size());
   for (model::Cell& cell : connectivity->cells) {
     for (std::uint32_t& vertex : cell) {

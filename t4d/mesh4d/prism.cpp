@@ -10,7 +10,7 @@ using model::Cell;
 using model::Connectivity;
 using model::Triangle;
 
-/// The edges of a closed mesh, numbered in the order in which triangles first have them.
+/// The edges of a closed mesh, numbered in the order in which triangles first use them.
 struct Edges {
   std::vector<std::array<std::uint32_t, 2>> ends;
   std::vector<std::array<std::uint32_t, 3>> ofTriangle;  // side i is corner i to corner i + 1
@@ -68,7 +68,7 @@ Connectivity fourteenCells(const model::TriangleMesh& mesh) {
   step.vertexCount = 2 * vertexCount + edgeCount + triangleCount;
   const std::uint32_t firstQuad = vertexCount;
   const std::uint32_t firstPrism = firstQuad + edgeCount;
-  const std::uint32_t up = firstPrism + triangleCount;  // from a vertex to itself at the step's end
+  const std::uint32_t up = firstPrism + triangleCount;  // from a lower vertex to its upper copy
 
   step.means.offsets.reserve(edgeCount + triangleCount + 1);
   step.means.sources.reserve(4 * edgeCount + 6 * triangleCount);
@@ -98,8 +98,8 @@ Connectivity fourteenCells(const model::TriangleMesh& mesh) {
   return step;
 }
 
-/// The staircase from the triangle's smallest vertex to its largest: every quadrilateral is cut by
-/// the diagonal that rises from its smaller vertex, so neighbours agree.
+/// The staircase from the triangle's smallest vertex to its largest: every quadrilateral is split
+/// by the diagonal that rises from its smaller vertex, so neighbours agree.
 Connectivity threeCells(const model::TriangleMesh& mesh) {
   const auto vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
   Connectivity step;

@@ -12,7 +12,7 @@ namespace t4d::mesh4d {
 /// How the prism that a triangle sweeps in one step is divided into cells.
 enum class PrismSplit : std::uint8_t {
   Fourteen,  ///< the paper's symmetric division (section 4.1, fig. 6), with four new vertices
-  Three,     ///< the smallest, without new vertices; slices between layers depend on the numbering
+  Three,  ///< the smallest, without new vertices; slices between layers depend on vertex numbering
 };
 
 /// The origin of a cell: the values of its attribute "kind".

@@ -45,13 +45,13 @@ TEST(Prism, IsClosedButForTheSolidsTrianglesInBothLayers) {
         ASSERT_EQ(facets->size(), solid.mesh.triangles.size());
         for (const model::Facet& facet : *facets) EXPECT_EQ(facet.even + facet.odd, 1U);
       }
-      // What is open below is open above, the other way round.
+      // Facets open below are open above, with opposite orientation.
       EXPECT_TRUE(unmatchedAtSeam(topology.upper, topology.lower).empty());
     }
   }
 }
 
-/// One step from a solid to any other places of its vertices, in unit time.
+/// One step of unit time from a solid to arbitrary new positions of its vertices.
 model::Slab stepBetween(const model::TriangleMesh& from, const std::vector<model::Point3>& to,
                         PrismSplit split) {
   model::Slab slab;

@@ -15,7 +15,7 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
-constexpr std::size_t kNamed = 10;  // how many triangles an error names
+constexpr std::size_t kNamed = 10;  // the number of triangles that an error names
 constexpr const char* kWayOut = "mend the mesh, or close the ends with cones";
 
 Result<void> checkAreas(const model::TriangleMesh& mesh,
@@ -48,7 +48,7 @@ Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh) try {
   for (const Kernel::Point_3& point : points) vertices.push_back(surface.add_vertex(point));
   for (const auto& [a, b, c] : mesh.triangles) {
     if (surface.add_face(vertices[a], vertices[b], vertices[c]) == SurfaceMesh::null_face()) {
-      return invalid("the mesh is not a manifold");  // checkClosedSurface says where
+      return invalid("the mesh is not a manifold");  // checkClosedSurface gives the location
     }
   }
   std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;

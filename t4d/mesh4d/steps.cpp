@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
-/// An angle that is a whole number of steps up to the rounding of acos() gives that number.
+/// The number of steps for an angle; a whole number up to the rounding of acos() is taken as exact.
 double stepsFor(double angleDegrees, double stepDegrees) {
   constexpr double kRounding = 1e-12;
   return std::ceil(std::abs(angleDegrees) / stepDegrees * (1 - kRounding));
@@ -42,7 +42,7 @@ Result<void> checkRule(const StepRule& rule) {
   return {};
 }
 
-/// The largest turn of one step of `segment`, in degrees.
+/// The largest angle of one step of `segment`, in degrees.
 double stepDegrees(const StepRule& rule, const model::Segment& segment,
                    const std::vector<model::Point3>& points) {
   if (const auto* volume = std::get_if<MinVolumeRatio>(&rule)) {
@@ -51,7 +51,7 @@ double stepDegrees(const StepRule& rule, const model::Segment& segment,
   const double radius = radiusAbout(segment, points);
   const double sagitta = std::get<MaxDeviation>(rule).length;
   if (sagitta >= radius) return 180;
-  // 1 - cos(angle / 2) = sagitta / radius, solved so that small angles keep their digits.
+  // 1 - cos(angle / 2) = sagitta / radius, solved without cancellation at small angles.
   return 4 * std::asin(std::sqrt(sagitta / (2 * radius))) * kDegreesPerRadian;
 }
 

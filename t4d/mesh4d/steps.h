@@ -21,8 +21,8 @@ struct StepsPerSegment {
 };
 
 /// Keep every point within this distance, in length units, of its true screw path at the same time.
-/// In the middle of a step, a point at distance r from the axis is r (1 - cos(angle / 2)) off its
-/// path.
+/// At the middle of a step, a point at distance r from the axis deviates from its path by r (1 -
+/// cos(angle / 2)).
 struct MaxDeviation {
   double length = 0;
 };

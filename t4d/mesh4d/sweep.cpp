@@ -20,7 +20,7 @@ using model::Pose;
 using model::Slab;
 using model::TriangleMesh;
 
-/// With more triangles, indices of cells and means of a step would exceed 32 bits.
+/// With more triangles, the indices of a step's cells and means would exceed 32 bits.
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
 void place(const std::vector<Point3>& points, const Pose& pose, double time, Point4* into) {
@@ -39,7 +39,7 @@ Result<std::optional<TriangleMesh>> turnedRound(const TriangleMesh& mesh) {
   return invalid("the mesh encloses no volume");
 }
 
-/// A notice of the first step that turns so far that it hardly follows the motion.
+/// A notice about the first step with an angle so large that it hardly follows the motion.
 std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
                                              const std::vector<std::uint64_t>& counts) {
   // At 90 degrees the volume in the middle of the step is half the solid's; allow for rounding.

@@ -21,16 +21,16 @@ struct SweepOptions {
 };
 
 struct SweepReport {
-  std::uint64_t vertices = 0;    ///< (steps + 1) V + steps (E + F), and the points inside the caps
-  std::uint64_t tetrahedra = 0;  ///< 14 F steps (or 3 F steps), and the caps
+  std::uint64_t vertices = 0;    ///< (steps + 1) V + steps (E + F), plus the points inside the caps
+  std::uint64_t tetrahedra = 0;  ///< 14 F steps (or 3 F steps), plus the caps
   std::uint64_t steps = 0;
-  std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
+  std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< at start and end
   std::vector<std::string> notices;                     ///< notes for the user, one sentence each
 };
 
 /// Sweeps a solid through space-time and puts the boundary of the region it covers, a 4D mesh, into
-/// `sink`, slab by slab: the start cap, one slab per step, the end cap (paper, section 4.1). Needs
-/// memory for two layers and one step, however long the motion is.
+/// `sink`, slab by slab: the start cap, one slab per step, the end cap (paper, section 4.1). Keeps
+/// two layers and one step in memory, however long the motion is.
 ///
 /// `mesh` must be closed, edge- and vertex-manifold and consistently oriented; it may have several
 /// components and cavities. A mesh that is inside out as a whole is flipped, with a notice. Poses

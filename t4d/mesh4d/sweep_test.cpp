@@ -9,7 +9,7 @@
 namespace t4d::mesh4d {
 namespace {
 
-/// With cones at both ends, which need no TetGen.
+/// With cones at both ends, so TetGen is not needed.
 SweepOptions options(const StepRule& steps = MinVolumeRatio{}) {
   return {steps, CapMethod::Cone, PrismSplit::Fourteen};
 }
@@ -45,7 +45,7 @@ TEST(Sweep, ConesAreReported) {
       sweep(fixtures::torus(2, 1, 8, 6), turnAbout(Eigen::Vector3d::UnitX(), 10), options(), swept);
   ASSERT_EQ(report->notices.size(), 1U);
   EXPECT_NE(report->notices[0].find("cones"), std::string::npos);
-  // The apex over a torus is no manifold point: a warning of the deep check.
+  // The mesh is not a manifold at the apex over a torus: a warning of the deep check.
   const auto judged = *measure::checkMesh(swept, {.vertexLinks = true});
   EXPECT_TRUE(judged.closed && judged.oriented && judged.valid());
   EXPECT_FALSE(*judged.vertexLinksOk);

@@ -6,7 +6,7 @@
 
 namespace t4d::mesh4d {
 
-/// One segment from time 0 on that turns about an axis through the origin.
+/// One segment starting at time 0 that rotates about an axis through the origin.
 inline model::Motion turnAbout(const Eigen::Vector3d& axis, double degrees, double duration = 1) {
   model::ScrewRun run;
   run.duration = duration;

@@ -1,7 +1,7 @@
 #include "t4d/mesh4d/tetgen_cap.h"
 
-// The terminatetetgen of the header frees the mesh and then throws, and unwinding frees it again.
-// The library calls this one instead, which only throws.
+// The header's terminatetetgen frees the mesh and then throws, and unwinding frees it again. The
+// library calls our version instead, which only throws.
 #define terminatetetgen terminatetetgen_unused
 #include <tetgen.h>
 #undef terminatetetgen
@@ -48,7 +48,7 @@ void describe(const model::TriangleMesh& mesh, tetgenio& in) {
   }
 }
 
-/// What fills the convex parts of space around the surface's inside, cavities included.
+/// Fills the inside of the surface, including its cavities.
 Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
   static std::mutex oneAtATime;
   const std::lock_guard lock(oneAtATime);
@@ -56,7 +56,7 @@ Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
   tetgenio out;
   describe(mesh, in);
   try {
-    // p: fill the surface; Y: no point is added to it; Q: print nothing.
+    // p: fill the surface; Y: add no points to it; Q: print nothing.
     char switches[] = "pYQ";
     ::tetrahedralize(switches, &in, &out);
   } catch (int reason) {
@@ -97,14 +97,14 @@ Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
     volume6 += (at(cell[1]) - a).dot((at(cell[2]) - a).cross(at(cell[3]) - a));
     cap.cells.push_back(cell);
   }
-  // TetGen orients all cells alike, which way round depends on its version.
+  // TetGen orients all cells alike, but the orientation depends on its version.
   if (volume6 < 0) {
     for (Cell& cell : cap.cells) std::swap(cell[0], cell[1]);
   }
   return cap;
 }
 
-/// Finds the input triangle that a facet is, if any.
+/// Finds the input triangle that equals a facet, if any.
 class TriangleIndex {
  public:
   explicit TriangleIndex(const model::TriangleMesh& mesh) {
@@ -130,8 +130,8 @@ class TriangleIndex {
   std::vector<Entry> entries_;
 };
 
-/// Keeps the cells on the inner side of the surface: TetGen fills cavities too. A cell that has a
-/// triangle of the surface facing out of it is inside; others follow their neighbours.
+/// Keeps the cells on the inner side of the surface: TetGen fills cavities too. A cell with a
+/// triangle of the surface that faces out of it is inside; others follow their neighbours.
 Result<void> removeOutside(const model::TriangleMesh& mesh, Cap& cap) {
   const TriangleIndex index(mesh);
   enum Side : std::uint8_t { kUnknown, kInside, kOutside };
@@ -226,7 +226,7 @@ void dropUnusedPoints(std::uint32_t given, Cap& cap) {
   cap.inner = std::move(kept);
 }
 
-/// Checks that the volumes of the cells add up to that of the solid.
+/// Checks that the volumes of the cells add up to the volume of the solid.
 Result<void> checkVolume(const model::TriangleMesh& mesh, const Cap& cap) {
   const auto at = [&](std::uint32_t vertex) -> const Point3& {
     return vertex < mesh.vertices.size() ? mesh.vertices[vertex]

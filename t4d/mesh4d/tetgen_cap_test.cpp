@@ -40,7 +40,7 @@ TEST(TetGenCap, FillsEverySolidWithItsVolume) {
 TEST(TetGenCap, CavityStaysEmpty) {
   const auto cap = fillSolid(fixtures::hollowCube(4, 2), CapMethod::TetGen);
   ASSERT_TRUE(cap) << cap.error().text();
-  // Every facet that only one cell has is a triangle of one of the two shells.
+  // Every facet of a single cell is a triangle of one of the two shells.
   model::Connectivity cells;
   cells.vertexCount = 16 + static_cast<std::uint32_t>(cap->inner.size());
   cells.cells = cap->cells;
@@ -80,7 +80,7 @@ TEST(TetGenCap, TriangleWithoutAreaIsNamed) {
 TEST(TetGenCap, InsideOutComponentIsRefused) {
   model::TriangleMesh mesh = fixtures::twoBoxes(2, 1);
   for (std::size_t i = 0; i < 12; ++i) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
-  // The larger box decides which way the whole faces.
+  // The larger box decides the orientation of the whole mesh.
   for (model::Point3& vertex : mesh.vertices) {
     if (vertex.x() > 0) vertex *= 2;
   }
@@ -105,7 +105,7 @@ TEST(TetGenCap, SolidInACavityIsFilled) {
   const double theta = 20.0 / static_cast<double>(report->steps) * M_PI / 180;
   expected = volume * (2 + std::cos(theta)) / 3;
   EXPECT_NEAR(judged.hypervolume, expected, 1e-9 * expected);
-  // The shells of a cavity are joined through the solid, the core stands alone.
+  // The shells of a cavity are connected through the solid; the core is separate.
   EXPECT_EQ(judged.components, 2U);
 }
 

@@ -7,7 +7,7 @@
 
 namespace t4d::model {
 
-/// The values of the enumerators are those of the file format (t4d/formats/t4d/SPEC.md).
+/// Enumerator values are those of the file format (t4d/formats/t4d/SPEC.md).
 enum class ScalarType : std::uint8_t {
   UInt8 = 1,
   Int8 = 2,

@@ -5,8 +5,8 @@
 
 namespace t4d::model {
 
-/// A 4D mesh in other units: the slabs of `source` with every coordinate and time converted, made
-/// when they are asked for. Connectivity and attributes stay as they are.
+/// A 4D mesh in other units: the slabs of `source` with every coordinate and time converted when
+/// they are requested. Connectivity and attributes stay as they are.
 class ConvertedSource : public Source {
  public:
   /// `source` must outlive this view.

@@ -6,7 +6,7 @@
 
 namespace t4d::model {
 
-/// The squared distance of p from the segment from a to b, which may be a point.
+/// The squared distance from p to the segment from a to b, which may be a single point.
 inline double squaredDistanceToSegment(const Point3& p, const Point3& a, const Point3& b) {
   const Point3 along = b - a;
   const double length2 = along.squaredNorm();

@@ -9,16 +9,16 @@
 
 namespace t4d {
 
-/// What kind of thing went wrong; the program's exit code follows from it.
+/// The kind of error; it determines the program's exit code.
 enum class ErrorCode {
-  InvalidInput,  ///< the data given is not what it must be (exit 4)
+  InvalidInput,  ///< the data violates a requirement (exit 4)
   Io,            ///< a file cannot be opened or read (exit 4)
   Unsupported,   ///< valid, but beyond what this build or version can do (exit 4)
-  Failed,        ///< a failure on valid input, or of an output's place (exit 1)
+  Failed,        ///< a failure on valid input, or in writing the output (exit 1)
 };
 
 /// What a caller can change to avoid an error. Messages name no option and no verb; a program adds
-/// its own words for these.
+/// its own wording for these.
 enum class Remedy : std::uint8_t {
   None,
   OtherFormat,  ///< the file is of another format than the one read
@@ -33,9 +33,9 @@ struct Error {
   ErrorCode code = ErrorCode::Failed;
   /// What was found, what was expected, and what to do.
   std::string message;
-  /// Where: a file, with line or byte offset; a slab; an element. Empty where the caller knows.
+  /// Where: a file, with line or byte offset; a slab; an element. Empty if the caller knows.
   std::string where;
-  /// Byte offset in the file, where there is one.
+  /// Byte offset in the file, if there is one.
   std::optional<std::uint64_t> offset = {};
   Remedy remedy = Remedy::None;
 
@@ -56,7 +56,7 @@ inline tl::unexpected<Error> invalid(std::string message, std::string where = {}
   return fail(ErrorCode::InvalidInput, std::move(message), std::move(where), remedy);
 }
 
-/// Hands an error on to the caller's Result.
+/// Passes an error on to the caller's Result.
 inline tl::unexpected<Error> pass(Error error) { return tl::unexpected<Error>(std::move(error)); }
 
 }  // namespace t4d

@@ -6,7 +6,7 @@
 namespace t4d::model {
 namespace {
 
-/// One facet of one cell, its smallest vertex left out: facets are kept in buckets by that one.
+/// One facet of one cell, without its smallest vertex, which is the index of its bucket.
 struct CellFacet {
   std::uint32_t middle;
   std::uint32_t high;

@@ -6,8 +6,9 @@
 
 #include "t4d/model/slab.h"
 
-/// Facets are the triangles of the cells; in a closed, oriented mesh each has two cells, on
-/// opposite sides. This depends on the connectivity alone: slabs that share one are checked once.
+/// Facets are the triangles of the cells. In a closed, oriented mesh each has two cells, on
+/// opposite sides. This depends on the connectivity alone, so slabs that share one are checked
+/// once.
 namespace t4d::model {
 
 /// Three vertices in increasing order, and whether sorting them took an even permutation.
@@ -35,10 +36,10 @@ struct Facet {
 
 /// The facets of one slab that are not matched within it.
 struct FacetTopology {
-  /// Outside the layers and without exactly one cell on each side: errors of the mesh.
+  /// Outside the layers and without exactly one cell on each side: errors in the mesh.
   std::vector<Facet> unmatched;
-  /// With all vertices in one layer, in increasing order, matched or not, since the neighbouring
-  /// slab may have cells there too. Vertices are counted from the first of the layer.
+  /// All vertices lie in one layer; in increasing order, matched or not, since the neighbouring
+  /// slab may have cells there too. Vertices are numbered from the first of the layer.
   std::vector<Facet> lower;
   std::vector<Facet> upper;
 };
@@ -46,8 +47,8 @@ struct FacetTopology {
 FacetTopology facetTopology(const Connectivity& connectivity);
 
 /// The facets of a seam that do not have exactly one cell on each side, given the upper facets of
-/// the slab before and the lower facets of the slab after. Facet::cell is a cell of the slab
-/// before, or of the slab after for a facet that only that one has.
+/// the slab before and the lower facets of the slab after. Facet::cell is a cell of the slab before
+/// or, if only the slab after has the facet, a cell of that slab.
 std::vector<Facet> unmatchedAtSeam(const std::vector<Facet>& before,
                                    const std::vector<Facet>& after);
 

@@ -8,7 +8,8 @@
 namespace t4d::model {
 namespace {
 
-/// Makes room for `more` rows after the first `used`; grows by half, so that rows are seldom moved.
+/// Makes room for `more` rows after the first `used`. Capacity grows by half, so that rows are
+/// seldom moved.
 template <class Matrix>
 void reserveRows(Matrix& matrix, Eigen::Index used, std::size_t more) {
   const Eigen::Index needed = used + static_cast<Eigen::Index>(more);
@@ -31,7 +32,7 @@ class Flattener : public Sink {
     if (slabs_ > 0 && !std::ranges::equal(lower, upperLayer_)) {
       return wrong("its lower layer is not the upper layer of the one before");
     }
-    // Where the slab's vertex 0 is: lower layers after the first are there already.
+    // The row of the slab's vertex 0: lower layers after the first are already there.
     const Eigen::Index first =
         vertexCount_ - (slabs_ > 0 ? static_cast<Eigen::Index>(lower.size()) : 0);
     const Eigen::Index end = first + static_cast<Eigen::Index>(slab.vertices.size());
@@ -66,7 +67,7 @@ class Flattener : public Sink {
     return invalid(message, fmt::format("slab {}", slabs_));
   }
 
-  FlatMesh mesh_;  // with rows to spare
+  FlatMesh mesh_;  // with spare rows
   Eigen::Index vertexCount_ = 0;
   Eigen::Index cellCount_ = 0;
   std::size_t slabs_ = 0;

@@ -35,8 +35,8 @@ SinCos sinCosDegrees(double degrees) {
   }
 }
 
-/// R - 1 for a rotation R about a direction of length 1 (Rodrigues' formula), to full relative
-/// precision for small angles too: an axis far away is multiplied by it.
+/// R - 1 for a rotation R about a unit vector (Rodrigues' formula), to full relative precision also
+/// at small angles, since it is multiplied by the distance of the axis.
 Eigen::Matrix3d rotationMinusOne(const Eigen::Vector3d& axis, double degrees) {
   const auto [s, c] = sinCosDegrees(degrees);
   const double halfSine = sinCosDegrees(degrees / 2).sin;
@@ -130,14 +130,15 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
 
 namespace {
 
-/// The screw of least angle that moves `from` to `to` (Chasles), its translation along its axis.
+/// The screw of smallest angle that moves `from` to `to` (Chasles), with its translation along its
+/// axis.
 Screw screwBetween(const Pose& from, const Pose& to) {
   const Eigen::Matrix3d rotation = to.rotation * from.rotation.transpose();
   const Eigen::Vector3d shift = to.translation - rotation * from.translation;
   Screw screw;
   const Eigen::AngleAxisd angleAxis(Eigen::Quaterniond(rotation).normalized());
   const double degrees = angleAxis.angle() * (180.0 / std::numbers::pi);
-  // Below this a rotation is rounding noise of the quaternions, and its axis means nothing.
+  // Below this a rotation is rounding noise of the quaternions, and its axis is meaningless.
   constexpr double kNoRotationDegrees = 1e-12;
   if (degrees < kNoRotationDegrees) {
     screw.translation = shift;

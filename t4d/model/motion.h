@@ -41,11 +41,11 @@ struct Screw {
 struct Segment {
   double timeBegin = 0;
   double timeEnd = 0;
-  Pose start;   ///< from the input mesh to where this segment starts
+  Pose start;   ///< from the input mesh to the start of this segment
   Pose end;     ///< the next segment's `start`
   Screw screw;  ///< in world coordinates, applied after `start`
 
-  /// The pose at a fraction of the segment: `start` at 0 and `end` at 1 exactly.
+  /// The pose at a fraction of the segment: exactly `start` at 0 and `end` at 1.
   Pose at(double fraction) const;
 };
 
@@ -64,14 +64,14 @@ struct Motion {
 /// The maximum number of segments; more would not fit in memory.
 inline constexpr std::uint64_t kMaxSegments = 1'000'000;
 
-/// `count` equal screws in a row; each is in world coordinates.
+/// `count` equal screws in sequence, each in world coordinates.
 struct ScrewRun {
   double duration = 0;  ///< of one screw; positive
   Screw screw;
   std::uint64_t count = 1;
 };
 
-/// Chains screws from `startTime` on; the first starts with the input mesh as it is. Times are
+/// Chains screws starting at `startTime`; the first starts with the input mesh unmoved. Times are
 /// exact sums of decimals (times.h). Fails for no run, a duration that is not positive or too short
 /// to represent, a rotation about an axis of length zero, and numbers that are not finite.
 Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs);
@@ -83,7 +83,7 @@ struct KeyPose {
   Eigen::Quaterniond quaternion = Eigen::Quaterniond::Identity();
 };
 
-/// Joins consecutive poses by their one screw of at most half a turn (Chasles' theorem), whose
+/// Joins consecutive poses by the unique screw of at most half a turn (Chasles' theorem), whose
 /// translation is along its axis. Fails for fewer than two poses, times that do not increase, and
 /// quaternions that are not of unit length (to 1e-6).
 Result<Motion> joinPoses(std::span<const KeyPose> poses);

@@ -7,7 +7,7 @@
 
 namespace t4d::model {
 
-/// Takes slabs and drops them: for reading a source through, and for timing what makes slabs.
+/// Discards slabs: for reading a source through, and for timing producers.
 class NullSink : public Sink {
  public:
   Result<void> put(const Slab& /*slab*/) override { return {}; }

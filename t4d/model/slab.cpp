@@ -160,7 +160,7 @@ TimeSpan Mesh::timeSpan(std::size_t index) const {
 }
 
 Result<std::shared_ptr<const Slab>> Mesh::slab(std::size_t index) const {
-  return std::shared_ptr<const Slab>(std::shared_ptr<void>(), &slabs_[index]);  // owns nothing
+  return std::shared_ptr<const Slab>(std::shared_ptr<void>(), &slabs_[index]);  // non-owning
 }
 
 }  // namespace t4d::model

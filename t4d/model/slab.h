@@ -24,7 +24,7 @@
 ///        |    lower layer  *-----*-----*   equal to the upper layer of the slab before
 ///        +------------------------------> x, y, z
 ///
-/// Producers of 4D meshes put slabs into a Sink; what holds a 4D mesh is a Source of slabs.
+/// Producers of 4D meshes put slabs into a Sink. A Source provides the slabs of a 4D mesh.
 namespace t4d::model {
 
 /// A tetrahedron: four vertices (a, b, c, d), local to the slab. With the outward normal n of the
@@ -46,10 +46,10 @@ struct Means {
   friend bool operator==(const Means&, const Means&) = default;
 };
 
-/// Everything in a slab but positions. Slabs with the same connectivity share one object, so what
-/// depends on the connectivity alone can be computed once.
+/// Everything in a slab except positions. Slabs with the same connectivity share one object, so
+/// results that depend on the connectivity alone can be computed once.
 struct Connectivity {
-  /// The order of vertices is: lower layer, interior, upper layer. The last `means.size()` of the
+  /// Vertices are ordered: lower layer, interior, upper layer. The last `means.size()` of the
   /// interior are means of vertices that are not means themselves.
   std::uint32_t vertexCount = 0;
   std::uint32_t lowerCount = 0;
@@ -65,8 +65,8 @@ struct Connectivity {
   friend bool operator==(const Connectivity&, const Connectivity&) = default;
 };
 
-/// Fails for inconsistent counts, an index out of range, a cell with a vertex twice, a mean of
-/// nothing or of a mean, and an attribute of the wrong length. Everything that takes slabs from
+/// Fails for inconsistent counts, an index out of range, a cell with a repeated vertex, a mean of
+/// nothing or of a mean, and an attribute of the wrong length. All code that takes slabs from
 /// outside the library checks this first.
 Result<void> checkConnectivity(const Connectivity& connectivity);
 
@@ -92,25 +92,25 @@ struct Slab {
 void setMeans(const Connectivity& connectivity, std::span<Point4> vertices);
 
 /// Fails for a missing connectivity, a wrong number of vertices, coordinates that are not finite,
-/// layers off their times, vertices outside the slab's times, attributes of the wrong length.
+/// layers off their times, vertices outside the slab's times, and attributes of the wrong length.
 Result<void> checkSlab(const Slab& slab);
 
-/// Takes the slabs of one 4D mesh in time order. After an error the caller stops.
+/// Takes the slabs of one 4D mesh in time order. After an error, the caller must stop.
 class Sink {
  public:
   virtual ~Sink() = default;
   virtual Result<void> put(const Slab& slab) = 0;
 };
 
-/// Gives the slabs of one 4D mesh, in any order and to any number of threads at once.
+/// Provides the slabs of one 4D mesh, in any order and to any number of threads at once.
 class Source {
  public:
   virtual ~Source() = default;
   virtual std::size_t slabCount() const = 0;
-  /// Known without reading the slab.
+  /// Does not read the slab.
   virtual TimeSpan timeSpan(std::size_t index) const = 0;
-  /// The slab is valid while the caller holds it and the source exists. A caller that lets go of
-  /// each slab before it asks for the next has one in memory at a time.
+  /// The slab is valid while the caller holds it and the source exists. A caller that releases each
+  /// slab before requesting the next has one in memory at a time.
   virtual Result<std::shared_ptr<const Slab>> slab(std::size_t index) const = 0;
 };
 

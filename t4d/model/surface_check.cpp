@@ -18,7 +18,7 @@ struct HalfEdge {
   std::uint32_t low;
   std::uint32_t high;
   std::uint32_t triangle;
-  bool forward;  // the triangle has it from low to high
+  bool forward;  // the triangle traverses it from low to high
 };
 
 Result<void> checkElements(const TriangleMesh& mesh) {
@@ -59,7 +59,7 @@ std::vector<HalfEdge> sortedHalfEdges(const TriangleMesh& mesh) {
   return edges;
 }
 
-/// Each edge has exactly two triangles, which have it in opposite directions.
+/// Checks that each edge has exactly two triangles, which traverse it in opposite directions.
 Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
   std::size_t open = 0;
   std::size_t nonManifold = 0;
@@ -118,8 +118,8 @@ Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& e
   return {};
 }
 
-/// The triangles around each vertex form one fan: they are connected across the edges at the
-/// vertex.
+/// Checks that the triangles around each vertex form one fan: they are connected across the edges
+/// at the vertex.
 Result<void> checkVertices(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
   // Corners (3 * triangle + corner), united across each edge at both of its ends.
   UnionFind fans(3 * mesh.triangles.size());

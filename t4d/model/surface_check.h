@@ -5,13 +5,15 @@
 
 namespace t4d::model {
 
-/// Checks that `mesh` bounds a solid. The error is the first of these, with the place: no
-/// triangles; a coordinate that is not finite; an index out of range; a triangle that has a vertex
-/// twice; a boundary edge, with one triangle; a non-manifold edge, with more than two; inconsistent
-/// orientation, two triangles with their common edge in the same direction; a non-manifold vertex,
-/// where several fans of triangles touch. Does not look for self-intersections.
+/// Checks that `mesh` bounds a solid. The error is the first of these, with its location: no
+/// triangles; a coordinate that is not finite; an index out of range; a triangle with a repeated
+/// vertex; a boundary edge, with one triangle; a non-manifold edge, with more than two;
+/// inconsistent orientation, two triangles with their common edge in the same direction; a
+/// non-manifold vertex, where several fans of triangles touch. Does not look for
+/// self-intersections.
 ///
-/// The message counts all edges of the kind, which shows how far from closed the mesh is.
+/// The message gives the number of all edges of that kind, which shows how far from closed the mesh
+/// is.
 Result<void> checkClosedSurface(const TriangleMesh& mesh);
 
 }  // namespace t4d::model

@@ -22,13 +22,13 @@ struct Decimal {
   int exponent = 0;
 };
 
-/// The shortest decimal number that is read back as `value`, which is finite.
+/// The shortest decimal number that reads back as `value`, which must be finite.
 Decimal decimalOf(double value) {
   std::array<char, 32> text{};
   const char* end = std::to_chars(text.data(), text.data() + text.size(), std::abs(value),
                                   std::chars_format::scientific)
                         .ptr;
-  // d.ddde+dd, or without the point.
+  // d.ddde+dd, possibly without the point.
   Decimal decimal;
   const char* at = text.data();
   bool fraction = false;
@@ -49,7 +49,7 @@ Decimal decimalOf(double value) {
   return decimal;
 }
 
-/// a * x + b * y with one exponent; nothing where that takes more than 128 bits.
+/// a * x + b * y with a common exponent; nothing if that takes more than 128 bits.
 std::optional<Decimal> combined(Decimal a, Int128 x, Decimal b, Int128 y) {
   if (a.mantissa == 0) a.exponent = b.exponent;
   if (b.mantissa == 0) b.exponent = a.exponent;
@@ -68,10 +68,10 @@ std::optional<Decimal> combined(Decimal a, Int128 x, Decimal b, Int128 y) {
   return sum;
 }
 
-/// The double nearest to decimal / n; nothing where that is out of range.
+/// The double nearest to decimal / n; nothing if it is out of range.
 std::optional<double> quotient(const Decimal& decimal, std::uint64_t n) {
-  // 128 bits have 39 digits; 20 zeros may follow the point, and a double has 17 digits. What is
-  // left after that only says on which side of a tie the number lies.
+  // 128 bits have 39 digits; 20 zeros may follow the point, and a double has 17 digits. Further
+  // digits only decide on which side of a tie the number lies.
   constexpr int kFractionDigits = 60;
   const bool negative = decimal.mantissa < 0;
   const Uint128 magnitude =
@@ -98,7 +98,7 @@ std::optional<double> quotient(const Decimal& decimal, std::uint64_t n) {
   return read.ec == std::errc() ? std::optional(value) : std::nullopt;
 }
 
-/// The one of `marks` that is nearest to `time` if it is the same to a person, otherwise `time`.
+/// The mark nearest to `time` if it is within kSameTimeUlps, otherwise `time`.
 double nearestMark(const TimeSpan& span, double time, std::initializer_list<double> marks) {
   const double nearest = *std::min_element(marks.begin(), marks.end(), [&](double a, double b) {
     return std::abs(time - a) < std::abs(time - b);

@@ -4,12 +4,12 @@
 #include <optional>
 #include <vector>
 
-/// Times of layers, frames and slices, such that those that people type are hit.
+/// Times of layers, frames and slices, computed to equal the decimal numbers that people type.
 ///
-/// A double stands for the shortest decimal number that is read back as it, 0.7 for instance.
+/// A double stands for the shortest decimal number that reads back as it, for instance 0.7.
 /// Multiples are computed exactly for these decimal numbers and rounded once: the third step of 0.7
-/// from 0 on ends at 2.1, while 3 * 0.7 in doubles is 2.0999999999999996. Where the exact numbers
-/// need more than 128 bits, plain double arithmetic takes over.
+/// from 0 ends at 2.1, while 3 * 0.7 in doubles is 2.0999999999999996. If the exact numbers need
+/// more than 128 bits, plain double arithmetic is used.
 namespace t4d::model {
 
 class Source;
@@ -31,16 +31,15 @@ std::vector<double> steppedTimes(double begin, double step, std::uint64_t count)
 /// `count` times evenly spaced from `begin` to `end`, both included; `begin` alone for one.
 std::vector<double> evenTimes(const TimeSpan& span, std::uint64_t count);
 
-/// Times as near as this are the same to a person: units in the last place of the largest of the
-/// magnitudes of the time and of both ends of the mesh. Sums of rounded steps are off by one or
-/// two.
+/// Times within this distance are considered equal. In units in the last place of the largest
+/// magnitude among the time and both ends of the mesh. Sums of rounded steps are off by one or two.
 inline constexpr int kSameTimeUlps = 4;
 
-/// The time of a mesh that `time` means: the nearest end or layer within kSameTimeUlps, otherwise
-/// `time` itself; nothing where it lies outside the mesh, or the mesh has no slab.
+/// The time of a mesh that `time` refers to: the nearest end or layer within kSameTimeUlps,
+/// otherwise `time` itself; nothing if it lies outside the mesh, or the mesh has no slab.
 std::optional<double> timeWithin(const Source& source, double time);
 
-/// The same for the two ends alone.
+/// The same, considering the two ends only.
 std::optional<double> timeWithin(const TimeSpan& span, double time);
 
 }  // namespace t4d::model

@@ -23,8 +23,8 @@ struct TriangleMesh {
 
 Bounds3 boundsOf(const TriangleMesh& mesh);
 
-/// Volume enclosed by a closed mesh, positive if its triangles face outward; summed about the
-/// centre of the bounds, so that a mesh far from the origin loses no digits.
+/// Volume enclosed by a closed mesh, positive if its triangles face outward. Summed about the
+/// centre of the bounds, so that a mesh far from the origin loses no precision.
 double signedVolume(const TriangleMesh& mesh);
 
 double surfaceArea(const TriangleMesh& mesh);

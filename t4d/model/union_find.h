@@ -8,7 +8,7 @@
 
 namespace t4d::model {
 
-/// Disjoint sets of the items 0 .. size - 1, each item alone at first.
+/// Disjoint sets of the items 0 .. size - 1, initially singletons.
 class UnionFind {
  public:
   explicit UnionFind(std::size_t size = 0) { reset(size); }
@@ -18,13 +18,13 @@ class UnionFind {
     std::iota(parent_.begin(), parent_.end(), 0U);
   }
 
-  /// The smallest item of the set of `item`.
+  /// The smallest item in the set of `item`.
   std::uint32_t root(std::uint32_t item) {
     while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
     return item;
   }
 
-  /// Merges the sets of two items. False where they were one already.
+  /// Merges the sets of two items. False if they were already the same.
   bool unite(std::uint32_t a, std::uint32_t b) {
     a = root(a);
     b = root(b);

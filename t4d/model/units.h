@@ -5,11 +5,11 @@
 
 namespace t4d::model {
 
-/// Metres in one unit of length ("mm", "m", "in", ...); nothing for a unit that is not known.
+/// Metres per unit of length ("mm", "m", "in", ...); nothing for an unknown unit.
 std::optional<double> metresPer(std::string_view lengthUnit);
 
-/// Converts numbers from one unit to another by a fraction of two whole numbers in lowest terms.
-/// Where one unit is a multiple of the other, as m is of mm, the result is rounded once.
+/// Converts numbers from one unit to another by a fraction of two whole numbers in lowest terms. If
+/// one unit is a multiple of the other, as m is of mm, the result is rounded once.
 struct UnitConversion {
   double numerator = 1;
   double denominator = 1;
@@ -18,7 +18,7 @@ struct UnitConversion {
   bool isIdentity() const { return numerator == denominator; }
 };
 
-/// Converts lengths given in `from` to `to`; nothing where one of two different units is not known.
+/// Converts lengths given in `from` to `to`; nothing if the units differ and one is unknown.
 std::optional<UnitConversion> lengthConversion(std::string_view from, std::string_view to);
 
 /// The same for times ("s", "ms", "min", ...).

@@ -28,7 +28,8 @@ class ArrayFrames : public FrameSource {
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return frames_.size(); }
 
-  /// Fields differ from zero by `most` at most: what is outside is taken to differ as much.
+  /// `most` is the largest distance of a field value from zero; points outside the arrays get that
+  /// distance.
   Result<void> setOutside(double most) {
     outside_ = static_cast<T>(iso_ + sign_ * (most > 0 ? most : 1));
     outsideValue_ = field(outside_);
@@ -74,7 +75,7 @@ class ArrayFrames : public FrameSource {
     return value;
   }
 
-  /// Block number `index`, and where there are values those of its 512 points.
+  /// Fills block number `index` and, if there are values, those of its 512 points.
   void fill(std::span<const T> values, std::size_t index, Block& block, T* into) const {
     const std::array<std::size_t, 3> at = {index / blocks_[2] / blocks_[1],
                                            index / blocks_[2] % blocks_[1], index % blocks_[2]};

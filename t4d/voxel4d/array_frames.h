@@ -20,14 +20,14 @@ struct ArrayFrame {
 
 struct ArrayOptions {
   std::array<std::size_t, 3> size = {0, 0, 0};  ///< nx, ny, nz, the same for all frames
-  Lattice lattice;                              ///< its origin is the place of point (0, 0, 0)
-  /// Inside is where values are above this. Without it, where they are below zero.
+  Lattice lattice;                              ///< its origin is the position of point (0, 0, 0)
+  /// Values above this are inside. Without it, values below zero are.
   std::optional<double> iso = {};
 };
 
 /// Frames for `weave` from arrays of float or double values, or of bools that are true inside.
-/// Everything beyond the arrays is outside. Arrays are read when their frame is asked for, so they
-/// must outlive the source.
+/// Everything beyond the arrays is outside. An array is read when its frame is requested, so the
+/// arrays must outlive the source.
 ///
 /// Fails for a size of zero or of more than 2^31 - 1 points along an axis, an array of another
 /// length, a value that is not finite, a voxel size that is not positive, `iso` with bools, and

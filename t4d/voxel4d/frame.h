@@ -41,7 +41,7 @@ inline constexpr std::int32_t kBlockSize = 8;
 
 /// The scalar field of a block, negative inside: float or double values of its 512 points in the
 /// order of BlockMask, or none (bool and mask grids; surfaces then lie at the midpoints). Points to
-/// memory that the frame's `owner` keeps alive.
+/// memory kept alive by the frame's `owner`.
 struct BlockValues {
   const float* floats = nullptr;
   const double* doubles = nullptr;
@@ -54,7 +54,7 @@ struct BlockValues {
   }
 };
 
-/// 512 points of which some are inside and some outside, or which have values.
+/// 512 points that are partly inside, or that have values.
 struct Block {
   Coord coord;  ///< in units of blocks
   BlockMask inside{};
@@ -62,11 +62,11 @@ struct Block {
 };
 
 /// A cube of points that are all inside: `size` blocks along each axis, starting with the block
-/// `coord`. Frame::blocks has none of the blocks within it.
+/// `coord`. Frame::blocks has no blocks within it.
 struct InsideTile {
   Coord coord;            ///< in units of blocks, a multiple of `size`
   std::int32_t size = 1;  ///< a power of two
-  double value = 0;       ///< of the field, negative; 0 where there are no values
+  double value = 0;       ///< of the field, negative; 0 without values
 };
 
 /// The solid at one time on a lattice: blocks near its surface and tiles deep inside. All other
@@ -81,16 +81,16 @@ struct Frame {
   bool hasValues() const { return outsideValue != 0; }
 };
 
-/// Says why `frame` cannot be woven, and which of its blocks or tiles is to blame: a time or a
-/// value that is not finite; blocks or tiles out of order, in one place, or beyond 32-bit lattice
-/// coordinates; a tile whose size is not a power of two or that does not lie at a multiple of it;
-/// values that are missing, or that disagree with the bits or the tiles about what is inside.
+/// Fails if `frame` cannot be woven, and names the block or tile at fault: a time or a value that
+/// is not finite; blocks or tiles that are out of order, overlap, or lie beyond 32-bit lattice
+/// coordinates; a tile whose size is not a power of two or whose coordinates are not multiples of
+/// it; values that are missing, or that contradict the bits or the tiles about what is inside.
 Result<void> checkFrame(const Frame& frame);
 
 /// The number of lattice points inside.
 std::uint64_t countInside(const Frame& frame);
 
-/// From lattice points to space: origin + voxelSize * point, the same along every axis.
+/// Maps lattice points to space: origin + voxelSize * point, the same along every axis.
 struct Lattice {
   double voxelSize = 1;  ///< length units
   model::Point3 origin = model::Point3::Zero();
@@ -101,7 +101,7 @@ struct Lattice {
   friend bool operator==(const Lattice&, const Lattice&) = default;
 };
 
-/// Frames in time order, with one in memory at a time.
+/// Provides frames in time order, with one in memory at a time.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;

@@ -11,7 +11,7 @@
 namespace t4d::voxel4d {
 namespace {
 
-/// Lattice points have 32-bit coordinates, blocks 8 of them along an axis.
+/// Lattice points have 32-bit coordinates, and a block has 8 of them along an axis.
 constexpr std::int64_t kMostBlocks = std::int64_t{1} << 28;
 
 std::string named(const char* what, const Coord& coord) {
@@ -28,7 +28,7 @@ class TileIndex {
  public:
   void add(const InsideTile& tile) { bySize_[tile.size].insert(tile.coord); }
 
-  /// Whether a tile of at least `least` blocks along an axis covers the block.
+  /// Whether a tile of at least `least` blocks along each axis covers the block.
   bool covers(const Coord& block, std::int32_t least) const {
     for (auto level = bySize_.lower_bound(least); level != bySize_.end(); ++level) {
       const std::int32_t mask = ~(level->first - 1);
@@ -71,7 +71,7 @@ Result<void> checkTiles(const Frame& frame, TileIndex& index) {
   return {};
 }
 
-/// What is wrong with the values of a block, at the first point of it; empty where nothing is.
+/// What is wrong with the values of a block, at the first such point; empty if nothing is.
 std::string faultOfValues(const Block& block, bool hasValues) {
   if (block.values.empty()) return hasValues ? "has no values, other than its frame" : "";
   if (!hasValues) return "has values, other than its frame";

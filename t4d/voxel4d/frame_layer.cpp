@@ -167,7 +167,7 @@ void FrameLayer::findSurfaceBlocks() {
 }
 
 Result<void> FrameLayer::numberCrossings() {
-  // Edges begin in a block that also begins a mixed cube.
+  // Edges begin in a block that also contains the start of a mixed cube.
   std::vector<CrossingBlock> all(surfaceBlocks_.size());
   tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
     std::array<BlockView, 8> views;

@@ -13,7 +13,7 @@ namespace t4d::voxel4d {
 /// One block of a frame: its signs and values, or one sign for all of its points.
 struct BlockView {
   const Block* block = nullptr;
-  bool inside = false;  ///< of all points, where `block` is null
+  bool inside = false;  ///< for all points, if `block` is null
   double value = 0;     ///< likewise; 0 where the frame has no values
 
   std::uint64_t word(unsigned x) const {
@@ -34,7 +34,7 @@ inline std::uint32_t countBefore(std::uint64_t word, unsigned bit) {
 /// first crossing of every word.
 struct CrossingBlock {
   Coord coord;
-  std::array<BlockMask, 3> edges{};  ///< along x, y, z, from the point to the next
+  std::array<BlockMask, 3> edges{};  ///< along x, y, z, from each point to the next
   std::array<std::array<std::uint32_t, 8>, 3> first{};
 
   bool has(int axis, unsigned x, unsigned bit) const { return (edges[axis][x] >> bit & 1U) != 0; }
@@ -50,7 +50,7 @@ Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block);
 /// A frame prepared for weaving: its numbered crossings and the blocks around its surface.
 class FrameLayer {
  public:
-  /// All points outside: the frame before the first and after the last.
+  /// All points are outside: the frame before the first and after the last.
   FrameLayer() = default;
   /// Fails if numberFrom does.
   static Result<FrameLayer> of(Frame frame, const Lattice& lattice);
@@ -63,9 +63,10 @@ class FrameLayer {
   /// The crossings of the edges that begin in a block; null if there are none.
   const CrossingBlock* crossings(const Coord& coord) const;
 
-  /// Blocks in which a cube with corners both inside and outside begins; in increasing order.
+  /// Blocks with the lowest corner of a cube that has corners both inside and outside; in
+  /// increasing order.
   const std::vector<Coord>& surfaceBlocks() const { return surfaceBlocks_; }
-  /// Stored blocks that are all inside.
+  /// Stored blocks that are entirely inside.
   const std::vector<Coord>& solidBlocks() const { return solidBlocks_; }
   const std::vector<InsideTile>& tiles() const { return frame_.tiles; }
   /// True if one tile of this frame covers all of `tile`.
@@ -98,13 +99,12 @@ class FrameLayer {
 /// that no cell collapses where the surface passes through a lattice point.
 inline constexpr double kOffLattice = 1e-3;
 
-/// Where a field that is linear from a to b, of which one is negative, is zero.
+/// The zero of a field that is linear from a to b, exactly one of which is negative.
 inline double crossing(double a, double b) {
   return std::clamp(a / (a - b), kOffLattice, 1 - kOffLattice);
 }
 
-/// The 8 blocks with coordinates 0 or +1 from one on: number d has x = d & 1, y = d >> 1, z = d
-/// >> 2.
+/// The 8 blocks at coordinate offsets 0 or +1: number d has x = d & 1, y = d >> 1, z = d >> 2.
 inline Coord neighbour(const Coord& coord, unsigned d, std::int32_t by = 1) {
   return {coord.x + by * static_cast<std::int32_t>(d & 1U),
           coord.y + by * static_cast<std::int32_t>(d >> 1U & 1U),

@@ -13,21 +13,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A screw as the points of the unmoved mesh see it: they stay, the world turns the other way.
+/// A screw in the frame of the unmoved mesh: its points stay, and the world moves the other way.
 ///
 /// At the fraction f of a segment the point p moves, per segment, by
 ///
 ///   d/df (R(f) (s(p) - a) + f T) = theta d x R(f) (s(p) - a) + T
 ///
-/// with s the segment's start, a and d its axis, theta its angle, T its translation. Turned back by
-/// R(f), and with T = T_across + T_along, this has the length of
+/// with s the segment's start, a and d its axis, theta its angle, T its translation. Rotated back
+/// by R(f), and with T = T_across + T_along, this has the length of
 ///
 ///   u + R(-f) T_across + T_along,    u = theta d x (s(p) - a),
 ///
-/// where u and R(-f) T_across lie across the axis and T_along along it. The first is fixed and the
-/// second runs through an arc of the angle theta, so the length is largest where the arc comes
-/// nearest to the direction of u. It is a convex function of p: the largest over a mesh is that of
-/// a vertex.
+/// where u and R(-f) T_across are perpendicular to the axis and T_along is parallel to it. The
+/// first is fixed and the second describes an arc of angle theta, so the length is largest where
+/// the arc comes nearest to the direction of u. The length is a convex function of p, so its
+/// maximum over a mesh is at a vertex.
 class SeenScrew {
  public:
   explicit SeenScrew(const model::Segment& segment)
@@ -44,13 +44,13 @@ class SeenScrew {
     if (across_ > 0) acrossDirection_ = across / across_;
   }
 
-  /// The largest of any point within `reach` of `centre`; an upper bound.
+  /// The maximum over all points within `reach` of `centre`; an upper bound.
   double pathWithin(const model::Point3& centre, double reach) const {
     const double radius = axis_.cross(centre - axisPoint_).norm() + reach;
     return std::hypot(angle_ * radius + across_, along_);
   }
 
-  /// The largest speed of `point` times the segment's duration.
+  /// The maximum speed of `point` times the segment's duration.
   double pathOf(const model::Point3& point) const {
     const Vector3d u = angle_ * axis_.cross(point - axisPoint_);
     if (across_ == 0) return std::hypot(u.norm(), along_);
@@ -106,7 +106,7 @@ double largestGap(std::span<const double> times) {
 }
 
 Result<std::uint64_t> framesWithin(double distance, double speed, const model::TimeSpan& span) {
-  // A path of whole distances may come out longer by rounding.
+  // A path of a whole number of distances may come out longer by rounding.
   constexpr double kRounding = 1e-12;
   const double steps =
       std::max(1.0, std::ceil((span.end - span.begin) * speed / distance * (1 - kRounding)));

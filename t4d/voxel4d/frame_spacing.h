@@ -8,21 +8,21 @@
 #include "t4d/model/triangle_mesh.h"
 
 /// How close in time the frames of a motion must be. Between two frames the voxel method can only
-/// blend: what moves by more than a voxel in between comes out thinner than it is.
+/// blend: a part that moves by more than a voxel in between comes out too thin.
 namespace t4d::voxel4d {
 
-/// The largest speed, at any time of `motion`, of any point of the convex hull of `mesh`'s
+/// The maximum speed, over all times of `motion`, of any point of the convex hull of `mesh`'s
 /// vertices, in length units per time unit; up to rounding. 0 without vertices. Takes time
 /// proportional to vertices times segments at most.
 double maxSpeed(const model::TriangleMesh& mesh, const model::Motion& motion);
 
-/// The largest time between two consecutive of `times`, which increase; times `speed` it bounds how
-/// far a point can move between two frames.
+/// The largest difference between two consecutive elements of `times`, which must increase.
+/// Multiplied by `speed`, it bounds how far a point can move between two frames.
 double largestGap(std::span<const double> times);
 
-/// The number of even frames over `span`, at least two, between which no point moves by more than
-/// `distance` > 0 (length units) when its speed is at most `speed`: a path is no longer than speed
-/// times time, and a displacement no longer than the path. Fails where that takes more than
+/// The number of evenly spaced frames over `span`, at least two, between which no point moves by
+/// more than `distance` > 0 (length units) if its speed is at most `speed`: a path is no longer
+/// than speed times time, and a displacement no longer than the path. Fails if that takes more than
 /// kMaxFrames.
 Result<std::uint64_t> framesWithin(double distance, double speed, const model::TimeSpan& span);
 

@@ -27,7 +27,7 @@ class Random {
   std::mt19937 engine_;
 };
 
-/// Screws one after the other: turns of any size about axes near and far, with translations in any
+/// A sequence of screws: rotations of any size about axes near and far, with translations in any
 /// direction, fast and slow.
 model::Motion randomMotion(Random& random) {
   std::vector<model::ScrewRun> runs;
@@ -41,7 +41,7 @@ model::Motion randomMotion(Random& random) {
   return *model::chainScrews(random.number(-5, 5), runs);
 }
 
-/// The farthest that a vertex gets from where it was within a frame's time, by samples.
+/// The maximum distance that a vertex moves within a frame's time, from samples.
 double sampledMove(const model::TriangleMesh& mesh, const model::Motion& motion,
                    const std::vector<double>& times) {
   constexpr int kSamples = 4;

@@ -11,7 +11,7 @@ namespace t4d::voxel4d {
 
 namespace {
 
-/// A mesh in voxels, as OpenVDB wants to see it.
+/// A mesh in voxel units, with the interface that OpenVDB expects.
 struct IndexSpaceMesh {
   const model::TriangleMesh& mesh;
   const Lattice& lattice;
@@ -31,7 +31,7 @@ struct IndexSpaceMesh {
 openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattice& lattice,
                                    const Frame& inside) {
   // OpenVDB tells inside from outside by flooding from outside, which fills cavities. So it
-  // computes the distances alone, and the signs are ours.
+  // computes only the distances, and we set the signs.
   const auto transform = transformOf(lattice);
   auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
       IndexSpaceMesh{mesh, lattice}, *transform, kHalfWidth, kHalfWidth,

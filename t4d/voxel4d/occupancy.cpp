@@ -21,7 +21,7 @@ namespace {
 
 __extension__ typedef __int128 Int128;  // NOLINT(modernize-use-using)
 
-/// Coordinates of a column's triangles as integers, units of a power of two of a voxel: below 2^60,
+/// Integer coordinates of a column's triangles, in units of a power of two of a voxel: below 2^60,
 /// so that the cross product of two differences fits in 128 bits.
 constexpr int kFixedBits = 60;
 
@@ -34,7 +34,7 @@ struct FixedPoint {
 struct Scene {
   std::vector<Point3> points;
   std::vector<FixedPoint> fixed;
-  std::int64_t unit = 1;  // a voxel in fixed coordinates
+  std::int64_t unit = 1;  // one voxel in fixed coordinates
   double onSurface = 0;   // in voxels
   std::span<const Triangle> triangles;
 };
@@ -59,7 +59,7 @@ Scene sceneOf(const TriangleMesh& mesh, const Lattice& lattice) {
   return scene;
 }
 
-/// On which side of the line from a to b columns lie: positive on the left. Seen from the other
+/// On which side of the line from a to b a column lies: positive on the left. For the other
 /// triangle of this edge it is exactly the negative.
 struct Side {
   Side(const Scene& scene, const FixedPoint& a, const FixedPoint& b, std::int64_t x, std::int64_t y)
@@ -81,7 +81,7 @@ struct Side {
   Int128 stepY;
   Int128 atRow;
   Int128 at;
-  bool shifted;  // the side of the column (e, e^2) further, where it lies on the line
+  bool shifted;  // the side of the column shifted by (e, e^2), if it lies on the line
 };
 
 struct Crossing {
@@ -92,7 +92,8 @@ struct Crossing {
 std::int64_t floorOf(double value) { return static_cast<std::int64_t>(std::floor(value)); }
 std::int64_t ceilOf(double value) { return static_cast<std::int64_t>(std::ceil(value)); }
 
-/// Calls `found(x, y, z, winding)` for each column with x in [xBegin, xEnd] that crosses triangle.
+/// Calls `found(x, y, z, winding)` for each column with x in [xBegin, xEnd] that crosses the
+/// triangle.
 template <class Found>
 void cross(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, std::int64_t xEnd,
            const Found& found) {
@@ -118,11 +119,11 @@ void cross(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
   for (std::int64_t y = y0; y <= y1; ++y) {
     for (std::int64_t x = x0; x <= x1; ++x) {
       if (ab.left() == up && bc.left() == up && ca.left() == up) {
-        // A mean of the corners, so that rounding cannot take it off the triangle.
+        // A weighted mean of the corners, so that rounding cannot move it off the triangle.
         const double wa = static_cast<double>(bc.at) * inverse;
         const double wb = static_cast<double>(ca.at) * inverse;
         const double wc = static_cast<double>(ab.at) * inverse;
-        // The top of a solid is where columns leave it.
+        // At the top of a solid, columns leave it.
         found(x, y, wa * za + wb * zb + wc * zc, up ? -1 : 1);
       }
       ab.nextX();
@@ -135,8 +136,8 @@ void cross(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
   }
 }
 
-/// Calls `found(x, y, z)` for each lattice point on the triangle with x in [xBegin, xEnd]: along
-/// the axis nearest to the normal only one point of each column can lie on it.
+/// Calls `found(x, y, z)` for each lattice point on the triangle with x in [xBegin, xEnd]. Along
+/// the axis nearest to the normal, only one point of each column can lie on it.
 template <class Found>
 void touch(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, std::int64_t xEnd,
            const Found& found) {
@@ -181,7 +182,7 @@ void touch(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
       if (size > 0) {
         height -= (normal[u] * (p[u] - a[u]) + normal[v] * (p[v] - a[v])) / normal[axis];
       }
-      // Columns beside the triangle may meet its plane anywhere.
+      // The column may be beside the triangle, where the plane's height is unbounded.
       height = std::round(std::clamp(height, low[axis] - 1, high[axis] + 1));
       if (height < static_cast<double>(first[axis]) || height > static_cast<double>(last[axis])) {
         continue;
@@ -195,7 +196,7 @@ void touch(const Scene& scene, const Triangle& triangle, std::int64_t xBegin, st
   }
 }
 
-/// The blocks that a solid reaches: a box, with a margin of nothing.
+/// The blocks that a solid reaches: its bounding box, without a margin.
 struct BlockBox {
   Coord min;
   Coord max;
@@ -330,13 +331,13 @@ class BlockSlice {
   std::int32_t x_;
   std::int64_t yFirst_;
   std::size_t columns_;
-  std::vector<std::size_t> first_;  // crossings of column i begin there
+  std::vector<std::size_t> first_;  // index of the first crossing of column i
   std::vector<Crossing> crossings_;
   std::vector<Coord> touched_;  // by increasing y
   std::size_t nextTouched_ = 0;
 };
 
-/// For each x of blocks the triangles that reach it, by increasing number.
+/// For each block coordinate x, the triangles that reach it, in increasing order.
 struct Buckets {
   std::vector<std::size_t> first;
   std::vector<std::uint32_t> triangles;
@@ -349,7 +350,7 @@ Buckets bucketsOf(const Scene& scene, const BlockBox& box) {
     const auto clamped = [&](std::int64_t x) {
       return std::clamp(blockOf(x), box.min.x, box.max.x) - box.min.x;
     };
-    // Columns on the surface to rounding belong to it.
+    // Columns that are on the surface up to rounding count as on it.
     return std::pair(clamped(floorOf(low - scene.onSurface)), clamped(ceilOf(high)));
   };
   Buckets buckets;
@@ -382,7 +383,8 @@ Result<void> checkVoxelizable(const TriangleMesh& mesh, const Lattice& lattice) 
     });
   };
   if (!std::all_of(mesh.triangles.begin(), mesh.triangles.end(), usable) || !isClosed(mesh)) {
-    // That one says where. It may be stricter: here a vertex or an edge may join several surfaces.
+    // checkClosedSurface says where. It may be stricter: here a vertex or an edge may join several
+    // surfaces.
     if (auto closed = model::checkClosedSurface(mesh); !closed) return closed;
   }
   model::Bounds3 bounds;

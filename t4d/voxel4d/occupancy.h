@@ -8,22 +8,23 @@
 namespace t4d::voxel4d {
 
 /// Lattice points closer to the surface than this fraction of the largest coordinate (in voxels)
-/// lie on it: some thousand roundings of a double, more than posing a mesh accumulates.
+/// count as on it. This is several thousand roundings of a double, more than posing a mesh
+/// accumulates.
 inline constexpr double kOnSurface = 1e-12;
 
-/// Lattice coordinates go from -kMaxCoordinate to kMaxCoordinate, so that sums of them fit.
+/// Lattice coordinates range from -kMaxCoordinate to kMaxCoordinate, so that sums of them fit.
 inline constexpr std::int32_t kMaxCoordinate = 1 << 28;
 
 /// The maximum number of points in the box around a solid: 4096 along each axis.
 inline constexpr double kMaxBoxPoints = 68'719'476'736.0;
 
-/// Fails for a mesh that bounds no solid (an edge that is not traversed equally often in both
-/// directions, an index out of range, a coordinate that is not finite), and for one with too many
-/// lattice points in its box or too far from the origin; the error says how many or how far.
+/// Fails for a mesh that does not bound a solid (an edge that is not traversed equally often in
+/// both directions, an index out of range, a coordinate that is not finite), and for one with too
+/// many lattice points in its box or too far from the origin; the error says how many or how far.
 Result<void> checkVoxelizable(const model::TriangleMesh& mesh, const Lattice& lattice);
 
-/// The lattice points strictly inside `mesh`: those with a winding number other than 0. A point on
-/// the surface (see kOnSurface) is outside. Self-intersections, cavities, several components and
+/// The lattice points strictly inside `mesh`: those with a non-zero winding number. A point on the
+/// surface (see kOnSurface) is outside. Self-intersections, cavities, several components and
 /// triangles without area are allowed; the empty mesh has nothing inside.
 ///
 /// For every lattice column along z, the triangles that it crosses are sorted and their windings

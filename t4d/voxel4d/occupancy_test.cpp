@@ -65,7 +65,7 @@ TEST(Occupancy, SurfaceMovedByARoundingIsStillTheSurface) {
   for (const double part : {-1e-14, 1e-14}) {
     EXPECT_EQ(countInside(fixtures::paperCube(20 * (1 + part))), 6859U);
   }
-  // Turned there in three steps, so that its corners are off by roundings.
+  // Rotated there in three steps, so that its corners have rounding errors.
   auto cube = fixtures::paperCube(20);
   for (int i = 0; i < 3; ++i) cube = posed(cube, turned(30, {0, 1, 0}, {0, 0, 0}));
   EXPECT_EQ(countInside(cube), 6859U);
@@ -112,7 +112,7 @@ TEST(Occupancy, OverlapsCountOnceAndOrientationDoesNotMatter) {
   const TriangleMesh other = posed(fixtures::cube(20), {Eigen::Matrix3d::Identity(), {10, 0, 0}});
   for (const auto& [a, b, c] : other.triangles) two.triangles.push_back({8 + a, 8 + b, 8 + c});
   two.vertices.insert(two.vertices.end(), other.vertices.begin(), other.vertices.end());
-  // Faces within the union are surface, and points on them so outside.
+  // Faces within the union belong to the surface, so points on them are outside.
   EXPECT_EQ(countInside(two), 29U * 19U * 19U - 2U * 19U * 19U);
   TriangleMesh turnedInsideOut = fixtures::paperCube(20);
   for (auto& triangle : turnedInsideOut.triangles) std::swap(triangle[0], triangle[1]);

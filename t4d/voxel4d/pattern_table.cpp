@@ -88,7 +88,7 @@ int dimension(PointMask mask) {
   return rank;
 }
 
-/// A hyperplane through four of the points, and on which side of it all of them are.
+/// A hyperplane through four of the points, and the side of it on which each point lies.
 struct Hyperplane {
   PointMask on = 0;
   PointMask below = 0;
@@ -96,7 +96,7 @@ struct Hyperplane {
   bool boundary = false;  // of the hypercube
 };
 
-/// Every hyperplane that four of the 48 points span. Facets of all hulls lie in one of these.
+/// Every hyperplane spanned by four of the 48 points. The facets of all hulls lie in these.
 std::vector<Hyperplane> spannedHyperplanes() {
   std::set<std::array<int, 5>> seen;
   std::vector<Hyperplane> all;
@@ -108,7 +108,7 @@ std::vector<Hyperplane> spannedHyperplanes() {
           Vector n = cross(minus(p[b], p[a]), minus(p[c], p[a]), minus(p[d], p[a]));
           int divisor = std::gcd(std::gcd(n[0], n[1]), std::gcd(n[2], n[3]));
           if (divisor == 0) continue;
-          // One sign for both directions of a normal: the first number that is not 0 is positive.
+          // Normalizes the sign of a normal: its first non-zero component is positive.
           if (n < Vector{}) divisor = -divisor;
           for (int& k : n) k /= divisor;
           const int offset = dot(n, p[a]);
@@ -142,7 +142,7 @@ PointMask hullPoints(unsigned pattern) {
 std::vector<int> inCyclicOrder(PointMask mask) {
   std::vector<int> list = pointsIn(mask);
   const Vector& origin = points()[list[0]];
-  // Two coordinates in which the polygon is not a line.
+  // Two coordinates in which the polygon does not collapse to a line.
   int i = 0;
   int j = 0;
   const auto spansPlane = [&](int a, int b) {
@@ -161,8 +161,8 @@ std::vector<int> inCyclicOrder(PointMask mask) {
       }
     }
   }
-  // Around the centroid, times their number. Directions to distinct vertices of these few small
-  // polygons are far apart, so floating-point angles order them.
+  // Angles around the centroid (times the number of points). Directions to distinct vertices of
+  // these few small polygons are far apart, so floating-point angles order them reliably.
   const int n = static_cast<int>(list.size());
   int sumI = 0;
   int sumJ = 0;
@@ -177,7 +177,7 @@ std::vector<int> inCyclicOrder(PointMask mask) {
   return list;
 }
 
-/// A facet of the patch, as its 2-faces: convex polygons of points.
+/// A facet of the patch, given by its 2-faces: convex polygons of points.
 using Polytope = std::vector<std::vector<int>>;
 
 /// The patch of one pattern, not yet cut into tetrahedra.
@@ -212,10 +212,10 @@ std::vector<Polytope> patchOf(unsigned pattern, const std::vector<Hyperplane>& h
   return patch;
 }
 
-/// A symmetry of the hypercube, as what it does to the 48 points.
+/// A symmetry of the hypercube, as a permutation of the 48 points.
 using Symmetry = std::array<std::uint8_t, kPoints>;
 
-/// All 384: permutations of the axes, each axis reversed or not.
+/// All 384 symmetries: permutations of the axes, each axis reversed or not.
 std::vector<Symmetry> symmetries() {
   std::map<Vector, int> number;
   for (int i = 0; i < kPoints; ++i) number[points()[i]] = i;
@@ -246,7 +246,7 @@ unsigned imageOf(unsigned pattern, const Symmetry& symmetry) {
   return image;
 }
 
-/// The place of each point in the order of pulling: lexicographic by (t, z, y, x).
+/// The rank of each point in the pulling order: lexicographic by (t, z, y, x).
 std::array<int, kPoints> pullingOrder() {
   std::array<int, kPoints> order{};
   for (int i = 0; i < kPoints; ++i) {
@@ -313,7 +313,7 @@ const PatternTable& PatternTable::get() {
 PatternTable::PatternTable() {
   const std::vector<Hyperplane> hyperplanes = spannedHyperplanes();
   const std::vector<Symmetry> group = symmetries();
-  // Patches of one pattern of each class; every other pattern is the image of such a one.
+  // Patches of one representative pattern of each class; every other pattern is the image of one.
   std::vector<std::vector<Polytope>> patches;
   struct Image {
     int patch = -1;

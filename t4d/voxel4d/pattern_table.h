@@ -23,17 +23,17 @@
 ///     +--x 0 ------- 1                  8 -------- 9
 ///
 /// It has 32 edges. Edge 8 a + r runs along axis a (x, y, z, t) from a corner whose bit a is 0; r
-/// is that corner's number with bit a taken out. So edges 0-7 run along x, 8-15 along y, 16-23
-/// along z and 24-31 along t.
+/// is that corner's number with bit a removed. So edges 0-7 run along x, 8-15 along y, 16-23 along
+/// z and 24-31 along t.
 ///
 /// For each pattern take the convex hull of the inside corners and of the midpoints of the edges
 /// that join an inside to an outside corner. The hull's facets (3-polytopes) that do not lie on the
 /// hypercube's boundary are the patch: the surface within this hypercube. Their vertices are
-/// midpoints of edges only. Each polytope is cut into tetrahedra by pulling: from its smallest
-/// vertex to the triangles of the 2-faces that do not have it, these in turn fanned from their
-/// smallest vertex, in one order of all points of the lattice (lexicographic). That order is the
-/// same seen from any hypercube, so neighbours cut their common faces alike, and the whole is
-/// closed.
+/// midpoints of edges only. Each polytope is cut into tetrahedra by pulling: its smallest vertex is
+/// joined to the triangles of the 2-faces that do not contain it, and each 2-face is fanned from
+/// its own smallest vertex. "Smallest" refers to the lexicographic order of all points of the
+/// lattice. That order is the same seen from any hypercube, so neighbours divide their common faces
+/// alike, and the whole surface is closed.
 namespace t4d::voxel4d {
 
 inline constexpr int kCorners = 16;
@@ -55,9 +55,8 @@ class PatternTable {
  public:
   using Tetrahedron = std::array<std::uint8_t, 4>;
 
-  /// Computed on first use by exact integer arithmetic, in a fraction of a second: half a megabyte
-  /// of numbers in the source would be no easier to trust than the 200 lines that compute
-  /// them.
+  /// Computed on first use by exact integer arithmetic, in a fraction of a second. Half a megabyte
+  /// of numbers in the source would be no easier to trust than the 200 lines that compute them.
   static const PatternTable& get();
 
   std::span<const Tetrahedron> tetrahedra(unsigned pattern) const {
@@ -67,7 +66,7 @@ class PatternTable {
   std::uint32_t edges(unsigned pattern) const { return edges_[pattern]; }
   std::uint32_t count(unsigned pattern) const { return first_[pattern + 1] - first_[pattern]; }
 
-  /// Patterns that differ only by a symmetry of the hypercube: 402 classes.
+  /// The number of classes of patterns up to symmetries of the hypercube: 402.
   int classCount() const { return classCount_; }
 
  private:

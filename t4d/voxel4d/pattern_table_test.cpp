@@ -11,7 +11,7 @@
 namespace t4d::voxel4d {
 namespace {
 
-/// Facets of one pattern's cells: how often each is there, with its sign.
+/// Facets of one pattern's cells: how often each occurs, with its sign.
 struct Count {
   int even = 0;
   int odd = 0;
@@ -68,9 +68,10 @@ TEST(PatternTable, EdgesJoinNeighbours) {
 
 TEST(PatternTable, HasThe402Classes) { EXPECT_EQ(PatternTable::get().classCount(), 402); }
 
-/// The conditions under which hypercubes fit together, for all 65,536 patterns: a facet inside has
-/// two cells on opposite sides; every other lies on exactly one side of the hypercube; and what is
-/// left on a side depends on that side's signs alone, mirrored for the neighbour that shares it.
+/// The conditions under which hypercubes fit together, for all 65,536 patterns: an interior facet
+/// has two cells on opposite sides; every other facet lies on exactly one side of the hypercube;
+/// and the unmatched facets on a side depend on that side's signs alone, mirrored for the neighbour
+/// that shares it.
 TEST(PatternTable, EveryPatternFitsItsNeighbours) {
   using Left = std::vector<std::pair<std::array<std::uint32_t, 3>, bool>>;
   std::map<std::pair<int, unsigned>, Left> onSide;  // (axis, signs) as on the side of value 0
@@ -95,7 +96,7 @@ TEST(PatternTable, EveryPatternFitsItsNeighbours) {
         for (auto& vertex : moved) vertex = movedToZero(static_cast<int>(vertex), axis);
       }
       const model::OrientedFacet facet = model::orientedFacet(moved[0], moved[1], moved[2]);
-      // Seen from the neighbour the facet is turned round.
+      // Seen from the neighbour, the facet has the opposite orientation.
       const bool even = (count.even == 1) == facet.even;
       left[{axis, value}].emplace_back(facet.vertices, value == 0 ? even : !even);
     }

@@ -12,8 +12,8 @@ using model::Point3;
 
 namespace {
 
-/// Edge, in blocks, of the cubes that threads take one at a time; one sample may decide a whole
-/// cube.
+/// Edge length, in blocks, of the cubes that threads process one at a time; one sample may decide a
+/// whole cube.
 constexpr std::int32_t kLargestCube = 16;
 
 struct Samples {

@@ -15,9 +15,8 @@ struct SampleOptions {
   /// Blocks keep their values if one is below this or if they have points on both sides; in all
   /// other blocks the field is plus or minus this. In units of the field; 0 means 3 voxels.
   double band = 0;
-  /// The field's Lipschitz constant: 1 for distances. One sample is then enough for cubes of blocks
-  /// that cannot be near the surface. 0 if it is unknown; every point of the box is
-  /// sampled then.
+  /// The field's Lipschitz constant: 1 for distances. One sample then suffices for cubes of blocks
+  /// that cannot be near the surface. 0 if it is unknown; every point of the box is then sampled.
   double slope = 0;
   bool asFloat = false;  ///< store values as float, as most grids do
   bool mask = false;     ///< store no values

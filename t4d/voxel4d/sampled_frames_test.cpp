@@ -13,7 +13,7 @@ namespace {
 
 using model::Point3;
 
-/// What a frame says of a point: the field where it is stored, else plus or minus the band.
+/// The value of a frame at a point: the field where it is stored, else plus or minus the band.
 double valueAt(const Frame& frame, int x, int y, int z) {
   const Coord coord{x >> 3, y >> 3, z >> 3};
   for (const Block& block : frame.blocks) {

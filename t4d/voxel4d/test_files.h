@@ -10,10 +10,10 @@
 
 #include "t4d/voxel4d/frame.h"
 
-/// What the tests of this folder share.
+/// Shared by the tests of this folder.
 namespace t4d::voxel4d {
 
-/// An empty folder of this test alone.
+/// An empty folder for this test alone.
 class TestFolder {
  public:
   TestFolder() {
@@ -31,7 +31,7 @@ class TestFolder {
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   const std::filesystem::path& path() const { return path_; }
 
-  /// Names of what lies in it, sorted.
+  /// Sorted names of the folder's entries.
   std::vector<std::string> names() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(path_)) {

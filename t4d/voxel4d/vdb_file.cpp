@@ -14,13 +14,13 @@ namespace t4d::voxel4d {
 
 namespace {
 
-/// The first eight bytes of every .vdb.
+/// The first eight bytes of every .vdb file.
 constexpr std::string_view kMagic("\x20\x42\x44\x56\0\0\0\0", 8);
 
-/// Where more grids than this are announced the count is damaged.
+/// If more grids than this are announced, the count is damaged.
 constexpr std::int32_t kMaxGrids = 10'000'000;
 
-/// Versions of the format: since 222 compression is said of each grid.
+/// Supported format versions: since 222 each grid states its compression.
 constexpr std::uint32_t kOldestVersion = 222;
 constexpr std::uint32_t kNewestVersion = 224;
 
@@ -35,7 +35,7 @@ tl::unexpected<Error> damaged(const std::string& where, const std::exception& er
                  where);
 }
 
-/// Part of a file in memory; positions are those in the file.
+/// Part of a file in memory; positions are relative to the file.
 class PartInMemory : public std::streambuf {
  public:
   PartInMemory(std::istream& file, std::int64_t begin, std::int64_t end)
@@ -67,13 +67,13 @@ class PartInMemory : public std::streambuf {
 
 constexpr auto kThrowing = std::ios::failbit | std::ios::badbit | std::ios::eofbit;
 
-/// A grid up to its tree.
+/// A grid without its tree.
 struct Beginning {
   openvdb::GridBase::Ptr grid;
   VdbCoding coding;
 };
 
-/// Metadata of the types that any of ours are of; others are left out.
+/// Reads metadata of the types that we use; others are skipped.
 void readMetadata(VdbStream& stream, openvdb::MetaMap& into) {
   const auto count = stream.take<std::uint32_t>();
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -108,7 +108,7 @@ void readMetadata(VdbStream& stream, openvdb::MetaMap& into) {
 openvdb::math::Transform::Ptr readTransform(VdbStream& stream) {
   const std::string type = stream.text();
   if (type == openvdb::math::NonlinearFrustumMap::mapType()) {
-    // Nobody here uses one, and it holds another map, which may be one again, and so on.
+    // No supported grid uses one, and it contains another map, which may be one again, and so on.
     return openvdb::math::Transform::createFrustumTransform({{0, 0, 0}, {1, 1, 1}}, 1, 1);
   }
   require(openvdb::math::MapRegistry::isRegistered(type), "has a transform of the unknown type {}",
@@ -132,7 +132,7 @@ Beginning readBeginning(VdbStream& stream, const std::string& gridType) {
   return beginning;
 }
 
-/// What the writer counted must be there.
+/// Checks the counts that the writer stored in the metadata.
 void checkStatistics(const openvdb::GridBase& grid) {
   const auto voxels = grid.getMetadata<openvdb::Int64Metadata>("file_voxel_count");
   const auto count = static_cast<std::int64_t>(grid.activeVoxelCount());
@@ -164,7 +164,7 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
     return invalid(file->size_ == 0 ? "is empty" : "is not a VDB file", path.string());
   }
   file->stream_.seekg(0);
-  // OpenVDB does not look whether what it reads is there.
+  // OpenVDB does not check whether its reads succeed.
   file->stream_.exceptions(kThrowing);
   try {
     file->readDirectory();
@@ -199,7 +199,7 @@ void VdbFile::readEntry(VdbStream& stream) {
   Place place;
   place.uniqueName = stream.text();
   place.gridType = stream.text();
-  // Whether the numbers are halves is said in the metadata too.
+  // The metadata also says whether the values are halves.
   if (place.gridType.ends_with(kHalfSuffix)) {
     place.gridType.resize(place.gridType.size() - kHalfSuffix.size());
   }
@@ -253,7 +253,7 @@ openvdb::GridBase::Ptr VdbFile::readWhole(std::size_t index) {
     checkStatistics(*grid);
     return grid;
   }
-  // Its tree is another grid's.
+  // The grid shares the tree of another grid.
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (places_[i].uniqueName != place.parent || !places_[i].parent.empty()) continue;
     grid->setTree(readWhole(i)->baseTreePtr());

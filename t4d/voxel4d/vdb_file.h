@@ -14,10 +14,10 @@
 
 namespace t4d::voxel4d {
 
-/// Reads a .vdb file of format version 222 to 224 (OpenVDB 1.0 and later) grid by grid, without
-/// trusting it: OpenVDB's own io::File accepts truncated or damaged files as valid, or crashes.
+/// Reads a .vdb file of format version 222 to 224 (OpenVDB 1.0 and later) grid by grid, as
+/// untrusted input: OpenVDB's own io::File accepts truncated or damaged files as valid, or crashes.
 /// Here every number is checked before it is used, each grid must lie within the file and end where
-/// the file says, and its counts must be those of its metadata.
+/// the file says, and its counts must match its metadata.
 class VdbFile {
  public:
   struct Entry {
@@ -27,11 +27,11 @@ class VdbFile {
     openvdb::GridBase::Ptr header;  ///< metadata and transform, without the tree
   };
 
-  /// Reads everything before the trees. A file that was streamed has no offsets, so it is read
-  /// completely once.
+  /// Reads everything before the trees. A streamed file has no offsets, so it is read completely
+  /// once.
   static Result<std::unique_ptr<VdbFile>> open(const std::filesystem::path& path);
 
-  /// In the file's order.
+  /// In file order.
   std::span<const Entry> grids() const { return entries_; }
 
   /// The whole grid.

@@ -60,8 +60,8 @@ TEST(VdbFile, ReadsWhatOpenVdbReads) {
   }
 }
 
-/// Sizes, counts, coordinates and flags that lie: each file is refused or read, and no more memory
-/// is asked for than there is.
+/// False sizes, counts, coordinates and flags: each file is rejected or read, and never makes the
+/// reader allocate more memory than there is.
 TEST(VdbFile, StandsHostileNumbersAnywhere) {
   const TestFolder folder;
   const auto path = folder / "a.vdb";
@@ -69,7 +69,7 @@ TEST(VdbFile, StandsHostileNumbersAnywhere) {
   for (const auto& [name, bytes] : vdbSamples()) {
     std::size_t step = 0;
     for (std::size_t at = 8; at + 8 <= bytes.size(); ++at) {
-      // Most of a small file are empty masks.
+      // Most bytes of a small file belong to empty masks.
       if (bytes[at] == 0 || ++step % 41 != 0) continue;
       for (const std::int64_t lie : {std::int64_t{-1}, std::int64_t{-(1 << 20)},
                                      std::int64_t{1} << 40, std::int64_t{0x7FFFFFFF}}) {

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
-/// All .vdb in a folder, hidden ones left out.
+/// All .vdb files in a folder, except hidden ones.
 Result<std::vector<fs::path>> filesIn(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -61,7 +61,7 @@ struct Place {
   double time = 0;
 };
 
-/// The places of the frames in order; their times are not set.
+/// The places of the frames in order, without their times.
 Result<std::vector<Place>> placesOf(const std::vector<fs::path>& files, const std::string& grid) {
   std::vector<Place> places;
   for (const fs::path& path : files) {
@@ -228,9 +228,9 @@ class VdbFrames : public FrameSource {
   std::vector<Place> places_;
   Lattice lattice_;
   std::optional<double> iso_;
-  std::unique_ptr<VdbFile> file_;  // of the frame asked for last
+  std::unique_ptr<VdbFile> file_;  // of the last frame requested
   fs::path openPath_;
-  bool solid_ = false;  // whether any frame so far had something inside
+  bool solid_ = false;  // whether any frame so far had a point inside
 };
 
 }  // namespace
@@ -257,7 +257,7 @@ bool naturallyLess(std::string_view a, std::string_view b) {
     if (left != right) return left < right;
   }
   if (i < a.size() || j < b.size()) return i == a.size();
-  return a < b;  // differ in leading zeros at most
+  return a < b;  // they differ in leading zeros at most
 }
 
 Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inputs,
@@ -272,7 +272,7 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
   const auto lattice = checkHeaders(*places, options);
   if (!lattice) {
     Error error = lattice.error();
-    // Of a file with several quantities some are no frames.
+    // In a file with several quantities, some grids are not frames.
     if (error.remedy == Remedy::None && files->size() == 1 && severalNames(*places)) {
       error.remedy = Remedy::GridName;
     }

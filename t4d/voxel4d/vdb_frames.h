@@ -19,28 +19,28 @@ struct VdbFramesOptions {
   /// Time between two frames; overrides the times in the metadata.
   std::optional<double> frameTime = {};
   double startTime = 0;   ///< of the first frame, with `frameTime`
-  std::string grid = {};  ///< use only grids of this name; "" for all
+  std::string grid = {};  ///< use only grids with this name; "" for all
 };
 
-/// Frames from .vdb files: several files (or all .vdb files of a folder) of one grid each, in
-/// natural order of their names, frame2 before frame10; or one file, whose grids are the frames, in
-/// natural order of their names, and in the file's order if these are equal.
+/// Frames from .vdb files: either several files (or all .vdb files of a folder) of one grid each,
+/// in natural order of their names, frame2 before frame10; or one file whose grids are the frames,
+/// in natural order of their names, and in file order if these are equal.
 ///
 /// Inside are values below zero of float and double grids, or above `iso`; true values of bool
 /// grids, active or not; active points of mask grids. A grid is read again when its frame is
 /// requested; the frame uses its values without copying.
 ///
-/// Refused, with the file and the grid: what is not a VDB file, is cut off or damaged as far as it
-/// can be told (.vdb has no checksums); other types of grid; frames with values beside frames
-/// without; a fog volume without `iso`, and `iso` for bool and mask grids; transforms that are not
-/// a uniform scale with a translation, or not the first frame's; a background that is inside;
-/// values that are not finite; no time; times that do not increase; fewer than two frames. When the
-/// last frame has been asked for and no frame had a point inside, that frame is an error. Frames
-/// without any, before, between or after others, are all right.
+/// These are errors that name the file and the grid: a file that is not VDB, or is truncated or
+/// damaged as far as that can be detected (.vdb has no checksums); other types of grid; frames with
+/// values mixed with frames without; a fog volume without `iso`, and `iso` for bool and mask grids;
+/// transforms that are not a uniform scale with a translation, or differ from the first frame's; a
+/// background that is inside; values that are not finite; no time; times that do not increase;
+/// fewer than two frames. If no frame has a point inside, requesting the last frame is an error.
+/// Otherwise frames without inside points are allowed anywhere.
 Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const std::filesystem::path> inputs,
                                                    const VdbFramesOptions& options = {});
 
-/// Whether a name comes before another if runs of digits are compared as numbers.
+/// Whether `a` comes before `b` if runs of digits are compared as numbers.
 bool naturallyLess(std::string_view a, std::string_view b);
 
 }  // namespace t4d::voxel4d

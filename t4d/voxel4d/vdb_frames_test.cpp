@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Grids as other programs write them, and what becomes of them.
+/// Grids as written by other programs, and the resulting frames.
 class VdbFrames : public testing::Test {
  protected:
   static void SetUpTestSuite() { openvdb::initialize(); }
@@ -43,7 +43,7 @@ class VdbFrames : public testing::Test {
     return folder_ / name;
   }
 
-  /// `name.vdb` of two frames, the first good.
+  /// `name.vdb` with two frames, the first valid.
   std::vector<fs::path> afterGood(const openvdb::GridBase::Ptr& second) {
     return {write("frame1.vdb", {sphereAt(0)}), write("frame2.vdb", {second})};
   }
@@ -62,7 +62,6 @@ class VdbFrames : public testing::Test {
     return frames;
   }
 
-  /// The error of opening, or of the first frame that fails.
   /// The error of opening the inputs or of reading their frames.
   static std::optional<Error> errorOf(const std::vector<fs::path>& inputs,
                                       const VdbFramesOptions& options = {}) {

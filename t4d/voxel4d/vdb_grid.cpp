@@ -14,10 +14,10 @@ namespace t4d::voxel4d {
 
 namespace {
 
-/// Entries of a transform's matrix that are this much smaller than its scale are rounding.
+/// Entries of a transform's matrix smaller than its scale times this are rounding errors.
 constexpr double kTransformTolerance = 1e-12;
 
-/// What is inside for a grid's values, and how they become a field.
+/// Which values of a grid are inside, and how they are converted to a field.
 template <class Value>
 struct Rule {
   double sign = 1;
@@ -72,7 +72,7 @@ tl::unexpected<Error> notFinite(const std::string& where, const openvdb::Coord& 
                  where);
 }
 
-/// Blocks of a tree's nodes of one level that are inside as a whole.
+/// Blocks covered by nodes of one level of a tree that are entirely inside.
 template <class Node, class Value>
 Result<void> addTiles(const std::vector<const Node*>& nodes, const Rule<Value>& rule,
                       const std::string& where, std::vector<InsideTile>& tiles) {
@@ -127,7 +127,7 @@ Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid, double time,
         where);
   }
   if constexpr (kHasValues) {
-    // A background on the iso value is outside, if only just.
+    // A background equal to the iso value is outside, if only just.
     frame.outsideValue = std::max(rule.field(background), std::numeric_limits<double>::min());
   }
 

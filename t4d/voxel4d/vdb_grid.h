@@ -12,7 +12,7 @@
 /// do not include OpenVDB.
 namespace t4d::voxel4d {
 
-/// Registers OpenVDB's types. Call it before using OpenVDB; more calls do no harm.
+/// Registers OpenVDB's types. Call it before using OpenVDB; repeated calls are harmless.
 void initializeOpenVdb();
 
 /// The block that a point lies in, and the first point of a block.
@@ -30,17 +30,18 @@ enum class GridKind : std::uint8_t { Values, Mask };
 /// types.
 Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where);
 
-/// Fails for all transforms but a uniform scale with a translation; the error says what was found.
+/// Fails for all transforms except a uniform scale with a translation; the error says what was
+/// found.
 Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& where);
 
-/// The frame of a grid, which the frame then owns: leaf nodes become blocks, inside values above
-/// them tiles. Inside are values below zero, or above `iso` if it is given; true values of bool
-/// grids; and active points of mask grids. Fails for a background that is inside, values that are
-/// not finite, and points farther than kMaxCoordinate from the origin.
+/// The frame of a grid, which the frame then owns. Leaf nodes become blocks; inside values above
+/// them become tiles. Inside are values below zero, or above `iso` if it is given; true values of
+/// bool grids; and active points of mask grids. Fails for a background that is inside, values that
+/// are not finite, and points farther than kMaxCoordinate from the origin.
 Result<Frame> frameOf(const openvdb::GridBase::ConstPtr& grid, double time,
                       const std::optional<double>& iso, const std::string& where);
 
-/// The inside of a frame as a bool grid: its points are true and active.
+/// The inside points of a frame as a bool grid: they are true and active.
 openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice);
 
 /// Half the width of the narrow band, in voxels.

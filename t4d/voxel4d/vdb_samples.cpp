@@ -13,7 +13,7 @@ namespace t4d::voxel4d {
 
 namespace {
 
-/// Writes what io::Stream cannot: files with offsets, into memory.
+/// Writes files with offsets to memory, which io::Stream cannot do.
 struct Archive : private openvdb::io::Archive {
   static std::string bytesOf(const openvdb::GridCPtrVec& grids, std::uint32_t compression,
                              bool offsets) {
@@ -25,7 +25,7 @@ struct Archive : private openvdb::io::Archive {
   }
 };
 
-/// Sets the voxels of a leaf node to what leaves `inactive` kinds of inactive values.
+/// Sets the voxels of a leaf node so that it has `inactive` kinds of inactive values.
 template <class Grid>
 typename Grid::Ptr gridWith(int inactive) {
   using Value = typename Grid::ValueType;
@@ -86,7 +86,7 @@ std::vector<VdbSample> vdbSamples() {
        {std::uint32_t{io::COMPRESS_NONE}, std::uint32_t{io::COMPRESS_ZIP},
         std::uint32_t{io::COMPRESS_BLOSC}, std::uint32_t{io::COMPRESS_ACTIVE_MASK},
         std::uint32_t{io::COMPRESS_ZIP | io::COMPRESS_ACTIVE_MASK}}) {
-    // Bare, a node of tiles alone takes 128 KiB.
+    // Uncompressed, a node of tiles alone takes 128 KiB.
     if ((compression & ~std::uint32_t{io::COMPRESS_ACTIVE_MASK}) != 0) {
       add(fmt::format("float_{}", compression), {gridWith<FloatGrid>(3)}, compression);
       add(fmt::format("half_{}", compression), {halved<DoubleGrid>(gridWith<DoubleGrid>(2))},

@@ -12,8 +12,7 @@ struct VdbSample {
 };
 
 /// Float, double, bool and mask grids in every encoding of OpenVDB: all compressions, half floats,
-/// all encodings of inactive values, with offsets and streamed, several grids, shared
-/// trees.
+/// all encodings of inactive values, with offsets and streamed, several grids, shared trees.
 std::vector<VdbSample> vdbSamples();
 
 }  // namespace t4d::voxel4d

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// OpenVDB's own io::File does not notice a full disk; a stream of ours throws.
+/// OpenVDB's own io::File does not notice a full disk; our stream throws.
 struct Encoder : private openvdb::io::Archive {
   using Archive::write;
   static void encode(std::ostream& out, const openvdb::GridBase::Ptr& grid) {
@@ -73,7 +73,7 @@ VdbSeries::VdbSeries(VdbSeries&& other) noexcept
 
 VdbSeries::~VdbSeries() {
   parts_.clear();
-  // Only an empty folder goes.
+  // Removes the folder only if it is empty.
   std::error_code ignored;
   if (madeFolder_) fs::remove(folder_, ignored);
 }

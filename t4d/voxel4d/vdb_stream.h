@@ -12,7 +12,7 @@
 /// Bytes of an untrusted .vdb file. For the sources of this folder only.
 namespace t4d::voxel4d {
 
-/// What is wrong with a file, to follow its name.
+/// What is wrong with a file; callers prepend its name.
 struct VdbDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -28,7 +28,7 @@ class VdbStream {
  public:
   VdbStream(std::istream& stream, std::int64_t end) : stream_(stream), end_(end) {}
 
-  /// For OpenVDB's functions that read what has been checked.
+  /// For OpenVDB functions that read data which has been checked.
   std::istream& stream() { return stream_; }
   std::int64_t position() const { return stream_.tellg(); }
   std::int64_t left() const { return end_ - position(); }

@@ -15,7 +15,7 @@ namespace {
 namespace io = openvdb::io;
 using openvdb::Coord;
 
-/// The header of a block that Blosc has compressed (README_CHUNK_FORMAT.rst of c-blosc).
+/// The header of a block compressed by Blosc (README_CHUNK_FORMAT.rst of c-blosc).
 struct BloscHeader {
   std::array<std::uint8_t, 4> versions;
   std::uint32_t bytes = 0;
@@ -23,8 +23,8 @@ struct BloscHeader {
   std::uint32_t compressedBytes = 0;
 };
 
-/// Numbers as they are stored: bare, or as a block with its size, negative where it is not
-/// compressed after all.
+/// Numbers as stored: raw, or as a block preceded by its size, which is negative if the block is
+/// not compressed after all.
 class PackedBytes {
  public:
   PackedBytes(VdbStream& stream, std::uint32_t compression)
@@ -96,7 +96,7 @@ class TreeReader {
   void readRoot(Root& root) {
     const auto tiles = stream_.take<std::uint32_t>();
     const auto children = stream_.take<std::uint32_t>();
-    // Both are in the order of their coordinates.
+    // Both are in coordinate order.
     std::optional<Coord> before;
     for (std::uint32_t i = 0; i < tiles; ++i) {
       const Coord corner = takeCorner(before);
@@ -140,7 +140,7 @@ class TreeReader {
     return node;
   }
 
-  /// Where the values of a leaf node are active; the values follow when all nodes are there.
+  /// Reads where the values of a leaf node are active; the values follow after all nodes.
   std::unique_ptr<Leaf> readLeaf(const Coord& corner) {
     const auto active = takeLeafMask();
     auto leaf = std::make_unique<Leaf>(corner, valueOf(background_), false);
@@ -164,8 +164,8 @@ class TreeReader {
     }
   }
 
-  /// The values of a node, some of which are not stored where the others are: what is not active
-  /// has the background's value or one of two others.
+  /// The values of a node, of which some inactive ones may not be stored: those have the
+  /// background's value or one of two others.
   template <class Mask>
   void readValues(std::span<Stored> into, const Mask& active) {
     enum Inactive : std::uint8_t {
@@ -231,7 +231,7 @@ class TreeReader {
     return Coord(numbers.data());
   }
 
-  /// Of a child of the root.
+  /// Reads the corner of a child of the root.
   Coord takeCorner(std::optional<Coord>& before) {
     const Coord corner = takeCoord();
     for (int axis = 0; axis < 3; ++axis) {

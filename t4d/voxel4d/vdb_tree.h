@@ -21,11 +21,11 @@ bool canReadVdbTree(const std::string& treeType);
 /// Reads a tree of OpenVDB's file format version 222 to 224.
 ///
 /// OpenVDB's own readers trust the file: the size of compressed values, so that they may write past
-/// the end of a buffer; numbers that represent a bool; the order of nodes; and in a node that ends
-/// early, pointers that were never set. So every node is created here, after everything in it has
-/// been checked. OpenVDB only decompresses data of the right size.
+/// the end of a buffer; numbers that represent a bool; the order of nodes. After a node that ends
+/// early they leave pointers uninitialized. So every node is created here, after everything in it
+/// has been checked. OpenVDB only decompresses data of the right size.
 ///
-/// Throws VdbDamage, the stream's exceptions and OpenVDB's.
+/// Throws VdbDamage and the exceptions of the stream and of OpenVDB.
 openvdb::TreeBase::Ptr readVdbTree(VdbStream& stream, const std::string& treeType,
                                    const VdbCoding& coding);
 

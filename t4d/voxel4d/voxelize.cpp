@@ -14,10 +14,10 @@ namespace t4d::voxel4d {
 
 namespace {
 
-/// A step that misses the last time by less than this fraction of itself reaches it.
+/// A step that misses the last time by less than this fraction of its length reaches it.
 constexpr double kStepTolerance = 1e-9;
 
-/// One frame of a solid: its inside points, and its level set unless only the mask is wanted.
+/// One frame of a solid: its inside points, and its level set unless only the mask is requested.
 struct Voxels {
   Frame inside;
   openvdb::FloatGrid::Ptr levelSet;
@@ -73,7 +73,7 @@ Result<void> checkCount(double count) {
   return invalid(fmt::format("{:.0f} frames; at most {} are allowed", count, kMaxFrames));
 }
 
-/// The number of frames `when.step` apart: as many as fit, or `when.count`.
+/// The number of frames at intervals of `when.step`: as many as fit, or `when.count`.
 Result<std::uint64_t> countOfSteps(const model::TimeSpan& span, const FrameTimes& when) {
   const double step = *when.step;
   if (!(step > 0) || !std::isfinite(step)) {
@@ -146,7 +146,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
   for (const double time : times) {
     auto voxels = voxelsOf(solid, time, lattice, options.mask);
     if (!voxels) return pass(voxels.error());
-    // The folder is not touched before the first frame is known to be good.
+    // The folder is not touched before the first frame is known to be valid.
     if (!files) {
       auto created = VdbSeries::create(folder, times.size());
       if (!created) return pass(created.error());

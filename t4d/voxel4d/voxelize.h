@@ -25,21 +25,21 @@ struct FrameTimes {
   std::optional<double> step = {};
 };
 
-/// These times (model::evenTimes, model::steppedTimes). Fails for fewer than two or more than
-/// kMaxFrames, for a step that is not positive, for more steps than fit, and for times that are too
-/// close to represent.
+/// Computes these times (model::evenTimes, model::steppedTimes). Fails for fewer than two or more
+/// than kMaxFrames, for a step that is not positive, for more steps than fit, and for times that
+/// are too close to represent.
 Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when);
 
-/// A solid as a function of time: closed and facing outward; empty when there is none.
+/// A solid as a function of time: closed and facing outward; empty if there is none.
 using SolidAtTime = std::function<Result<model::TriangleMesh>(double time)>;
 
 /// `mesh` in the poses of `motion`.
 SolidAtTime movingSolid(model::TriangleMesh mesh, model::Motion motion);
 
 struct VoxelizeOptions {
-  /// In length units. Lattice points are the multiples of it, so the origin is one.
+  /// In length units. Lattice points are its multiples, so the origin is one of them.
   double voxelSize = 1;
-  /// Only store which points are strictly inside (see occupancy.h), instead of the distance from
+  /// Store only which points are strictly inside (see occupancy.h), instead of the distance from
   /// the surface in a band of three voxels on either side.
   bool mask = false;
 };
@@ -53,16 +53,16 @@ struct VoxelSeries {
   std::uint64_t frames = 0;
   std::uint64_t bytes = 0;             ///< of all files
   std::uint64_t insidePoints = 0;      ///< of all frames
-  std::uint64_t mostActiveVoxels = 0;  ///< the maximum over all frames
+  std::uint64_t mostActiveVoxels = 0;  ///< in any one frame
 };
 
 /// Writes the frames of voxelFrames into `folder` (created if missing) as frame_0000.vdb, ...:
 /// level sets named "surface", or bool grids named "inside" whose true values are active. The
 /// metadata `t4d_time` of each is its time.
 ///
-/// The series appears completely or not at all: files are renamed when all have been written. Fails
-/// if voxelFrames does, and for a folder with other .vdb files, which would be taken for frames of
-/// this series.
+/// The series appears completely or not at all: files are renamed after all have been written.
+/// Fails if voxelFrames does, or if the folder has other .vdb files, which would be taken for
+/// frames of this series.
 Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector<double>& times,
                                      const VoxelizeOptions& options,
                                      const std::filesystem::path& folder,

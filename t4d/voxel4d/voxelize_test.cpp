@@ -96,7 +96,7 @@ TEST(Voxelize, LevelSetsAreDistancesInTheirBand) {
       if (std::abs(distance) < 2 * h) {
         ASSERT_NEAR(block.values.at(i), distance, 1e-5) << p.transpose();
       } else {
-        // The band may have a voxel less at corners.
+        // The band may be one voxel narrower at corners.
         ASSERT_GE(std::abs(block.values.at(i)), 2 * h - 1e-5) << p.transpose();
         ASSERT_LE(std::abs(block.values.at(i)), 3 * h + 1e-5) << p.transpose();
       }
@@ -199,7 +199,7 @@ TEST(Voxelize, SeriesAppearsWholeOrNotAtAll) {
   EXPECT_FALSE(writeVoxelFrames(failing, {0, 1, 2}, {}, folder.path()));
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"frame_0000.vdb", "frame_0001.vdb"}));
   ASSERT_TRUE(writeVoxelFrames(good, {0, 1, 2}, {}, folder.path()));
-  // Fewer frames than lie there would leave old ones among the new.
+  // Fewer frames than the folder has would leave old ones among the new.
   const auto fewer = writeVoxelFrames(good, {0, 1}, {}, folder.path());
   ASSERT_FALSE(fewer);
   EXPECT_NE(fewer.error().text().find("other .vdb files (frame_0002.vdb)"), std::string::npos)

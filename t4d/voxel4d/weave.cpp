@@ -20,13 +20,13 @@ using model::Point4;
 struct WovenBlock {
   Coord coord;
   BlockMask timeEdges{};                     // points whose sign differs between the frames
-  std::array<std::uint32_t, 8> firstTime{};  // number of the first of each word
+  std::array<std::uint32_t, 8> firstTime{};  // number of the first crossing in each word
   std::uint64_t firstCell = 0;
   std::uint32_t cellCount = 0;
-  /// Cubes that have cells: their point in the block, and their pattern.
+  /// Cubes that have cells: the index of their lowest point in the block, and their pattern.
   std::vector<std::pair<std::uint16_t, std::uint16_t>> cubes;
 
-  /// The number of the crossing in time at a point.
+  /// The number of the crossing along t at a point.
   std::uint32_t numberInTime(unsigned x, unsigned bit) const {
     return firstTime[x] + countBefore(timeEdges[x], bit);
   }
@@ -87,7 +87,7 @@ class Weaver {
     return connectivity;
   }
 
-  /// All vertices of the slab; `timeAt(fraction)` is the time of a crossing in time.
+  /// All vertices of the slab; `timeAt(fraction)` is the time of a crossing along t.
   template <class TimeAt>
   std::vector<Point4> vertices(const Lattice& lattice, TimeAt timeAt) const {
     std::vector<Point4> all(before_.vertices().size() + interiorCount_ + after_.vertices().size());
@@ -116,8 +116,8 @@ class Weaver {
   }
 
  private:
-  /// The blocks in which a mixed hypercube can begin: those at the surface of one of the frames,
-  /// and those that are inside in one frame and outside in the other.
+  /// Finds the blocks in which a mixed hypercube can begin: those at the surface of one of the
+  /// frames, and those that are inside in one frame and outside in the other.
   void findBlocks() {
     std::vector<Coord> coords;
     std::set_union(before_.surfaceBlocks().begin(), before_.surfaceBlocks().end(),
@@ -187,8 +187,8 @@ class Weaver {
     }
   }
 
-  /// What numbers the edges of the cubes of one block: the tables of its 8 neighbours, at both
-  /// times and between them.
+  /// Numbers the edges of the cubes of one block: the tables of its 8 neighbours, at both times and
+  /// between them.
   struct Neighbourhood {
     std::array<const CrossingBlock*, 8> before{};
     std::array<const CrossingBlock*, 8> after{};
@@ -308,7 +308,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     }
     const bool half = options.caps == CapStyle::HalfStep;
     if (i == 1) {
-      // The first cap waits for the second frame, which defines the length of a step.
+      // The first cap waits for the second frame, which determines the length of a step.
       const double first = half ? model::dividedTime({end, begin}, 3, 2) : begin;
       if (auto put = slabs.put(nothing, before, first, begin, [&](double) { return first; });
           !put) {

@@ -27,9 +27,9 @@ struct WeaveReport {
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
 };
 
-/// Weaves frames into a 4D mesh by 4D marching cubes (paper, section 3.2; pattern_table.h says how)
-/// and puts it into `sink`: a cap, a slab between every two frames, a cap. Two frames are in memory
-/// at a time. Only blocks that the surface meets are processed.
+/// Weaves frames into a 4D mesh by 4D marching cubes (paper, section 3.2; see pattern_table.h) and
+/// puts it into `sink`: a cap, a slab between every two frames, a cap. Two frames are in memory at
+/// a time. Only blocks that the surface meets are processed.
 ///
 /// The vertices of a layer are the crossings of the frame's lattice edges, in an order that depends
 /// on the frame alone; the interior vertices of a slab are those of edges in time. A crossing lies

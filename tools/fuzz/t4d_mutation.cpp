@@ -6,8 +6,8 @@
 #include <random>
 
 #include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/chunks.h"
-#include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/reader.h"
 #include "tools/fuzz/fuzz.h"
@@ -37,10 +37,6 @@ void setNumber(std::string& bytes, std::size_t offset, T value) {
 
 void append(std::string& bytes, const void* data, std::size_t size) {
   bytes.append(static_cast<const char*>(data), size);
-}
-
-std::uint32_t crcOf(const std::string& bytes, std::size_t offset, std::size_t size) {
-  return formats::crc32c(bytes.data() + offset, size);
 }
 
 bool endsWithSignature(const std::string& bytes) {
@@ -184,21 +180,13 @@ LooseFile takeApart(const std::string& bytes) {
   LooseFile file;
   file.header = bytes.substr(0, kFileHeaderBytes);
   file.header.resize(kFileHeaderBytes);
-  std::size_t at = std::min(kFileHeaderBytes, bytes.size());
-  const std::size_t end = bytes.size() - (endsWithSignature(bytes) ? kFooterBytes : 0);
-  while (at < end && end - at >= kChunkHeaderBytes) {
-    const auto length = numberAt<std::uint64_t>(bytes, at + 8);
-    const std::size_t left = end - at - kChunkHeaderBytes;
-    if (length > left || padded(length) > left) break;
-    LooseChunk chunk;
-    std::memcpy(chunk.type.data(), bytes.data() + at, chunk.type.size());
-    chunk.flags = numberAt<std::uint32_t>(bytes, at + 4);
-    chunk.payload = bytes.substr(at + kChunkHeaderBytes, length);
-    chunk.offset = at;
-    at += kChunkHeaderBytes + padded(length);
-    file.chunks.push_back(std::move(chunk));
+  std::size_t end = std::min(kFileHeaderBytes, bytes.size());
+  for (const formats::ChunkHeader& chunk : formats::listChunks(bytes)) {
+    file.chunks.push_back(
+        {chunk.type, chunk.flags, bytes.substr(chunk.payload(), chunk.payloadBytes), chunk.offset});
+    end = chunk.end();
   }
-  file.rest = bytes.substr(at);
+  file.rest = bytes.substr(end);
   return file;
 }
 
@@ -258,26 +246,8 @@ std::string putTogether(LooseFile file, const Repairs& repairs) {
     bytes.resize(padded(bytes.size()));
   }
   bytes += file.rest;
-  repairChecksums(bytes);
+  formats::repairChecksums(bytes);
   return bytes;
-}
-
-void repairChecksums(std::string& bytes) {
-  if (bytes.size() >= kFileHeaderBytes) setNumber(bytes, 20, crcOf(bytes, 0, 20));
-  const std::size_t end = bytes.size() - (endsWithSignature(bytes) ? kFooterBytes : 0);
-  std::size_t at = kFileHeaderBytes;
-  while (at < end && end - at >= kChunkHeaderBytes) {
-    const auto length = numberAt<std::uint64_t>(bytes, at + 8);
-    const std::size_t left = end - at - kChunkHeaderBytes;
-    if (length <= left) setNumber(bytes, at + 16, crcOf(bytes, at + kChunkHeaderBytes, length));
-    setNumber(bytes, at + 20, crcOf(bytes, at, 20));
-    if (length > left || padded(length) > left) break;
-    at += kChunkHeaderBytes + padded(length);
-  }
-  if (endsWithSignature(bytes)) {
-    const std::size_t footer = bytes.size() - kFooterBytes;
-    setNumber(bytes, footer + 28, crcOf(bytes, footer, 28));
-  }
 }
 
 std::string withTrueSums(const std::string& bytes) {
@@ -315,7 +285,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   const std::size_t way = choose.below(8);
   if (way < 2) {
     mutateBytes(bytes, maxSize);
-    if (way == 1) repairChecksums(bytes);
+    if (way == 1) formats::repairChecksums(bytes);
   } else {
     LooseFile file = takeApart(bytes);
     if (choose.oneIn(16)) mutateBytes(file.header, file.header.size());

@@ -34,9 +34,6 @@ struct Repairs {
 /// Puts a file together, with valid checksums.
 std::string putTogether(LooseFile file, const Repairs& repairs);
 
-/// Corrects every checksum of a file, and nothing else.
-void repairChecksums(std::string& bytes);
-
 /// Corrects the summaries in DONE, if the slabs can be read.
 std::string withTrueSums(const std::string& bytes);
 

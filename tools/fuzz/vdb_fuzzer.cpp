@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/voxel4d/occupancy.h"
+#include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "tools/fuzz/fuzz.h"
 
@@ -14,46 +14,9 @@ extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, st
 namespace t4d::fuzz {
 namespace {
 
-using voxel4d::Coord;
-using voxel4d::Frame;
-
 // A byte is a child of a node at most, and a node of 32^3 children takes 64 KiB of masks.
 constexpr std::size_t kMemoryPerFileByte = 256;
 constexpr std::size_t kMemoryAlways = std::size_t{4} << 20;
-
-bool within(const Coord& low, std::int32_t size) {
-  constexpr std::int32_t kMost = voxel4d::kMaxCoordinate / voxel4d::kBlockSize;
-  const auto in = [&](std::int32_t from) { return from >= -kMost && from <= kMost - size; };
-  return in(low.x) && in(low.y) && in(low.z);
-}
-
-void checkFrame(const Frame& frame) {
-  must(std::isfinite(frame.time), "times are finite");
-  must(std::isfinite(frame.outsideValue) && frame.outsideValue >= 0, "outside is outside");
-  const voxel4d::Block* before = nullptr;
-  for (const voxel4d::Block& block : frame.blocks) {
-    must(before == nullptr || before->coord < block.coord, "blocks are in order");
-    must(within(block.coord, 1), "blocks are within reach");
-    must(block.values.empty() || frame.hasValues(), "values are in frames with values");
-    for (unsigned i = 0; i < 512 && !block.values.empty(); ++i) {
-      const double value = block.values.at(i);
-      must(std::isfinite(value), "values are finite");
-      must((value < 0) == ((block.inside[i / 64] >> (i % 64) & 1) != 0),
-           "inside is where values are negative");
-    }
-    before = &block;
-  }
-  const voxel4d::InsideTile* last = nullptr;
-  for (const voxel4d::InsideTile& tile : frame.tiles) {
-    must(last == nullptr || last->coord < tile.coord, "tiles are in order");
-    must(within(tile.coord, tile.size), "tiles are within reach");
-    must(tile.coord.x % tile.size == 0 && tile.coord.y % tile.size == 0 &&
-             tile.coord.z % tile.size == 0,
-         "tiles are at multiples of their size");
-    must(std::isfinite(tile.value) && tile.value <= 0, "tiles are inside");
-    last = &tile;
-  }
-}
 
 void readFrames(const std::vector<std::filesystem::path>& files,
                 const voxel4d::VdbFramesOptions& options) {
@@ -71,7 +34,8 @@ void readFrames(const std::vector<std::filesystem::path>& files,
            "a refusal says what and where");
       return;
     }
-    checkFrame(*frame);
+    const auto checked = voxel4d::checkFrame(*frame);
+    must(checked.has_value(), checked ? "" : checked.error().message.c_str());
   }
 }
 

@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-/// The verbs of the program. Each adds its subcommand to the application; when it is chosen, its
-/// callback runs it and sets the exit code.
+/// The verbs of the program. Each function adds a subcommand to the application; its callback runs
+/// the verb and sets the exit code.
 namespace t4d::tools {
 
 /// addSweep, addSlice, ...: one for each line of the table of verbs in CMakeLists.txt.
@@ -14,8 +14,8 @@ namespace t4d::tools {
 /// Adds all verbs in the order of the table.
 void addVerbs(CLI::App& app, int& exitCode);
 
-/// What is wrong with the verb `word` of `command` ("" where it is missing), with the verbs that
-/// there are.
+/// The error message for an unknown verb `word` of `command` ("" if it is missing), with a list of
+/// the existing verbs.
 std::string wrongVerb(const CLI::App& command, const std::string& word);
 
 /// Verbs of `conform`.

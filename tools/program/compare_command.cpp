@@ -39,7 +39,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMaxSlices = 100'000;
-/// Number of pairs of solids that the page has pictures of.
+/// The number of pairs of solids shown on the page.
 constexpr std::size_t kPictures = 3;
 
 struct Options {
@@ -63,7 +63,7 @@ struct Options {
   bool builds() const { return other.empty(); }
 };
 
-/// The times of a:b:n, n a whole number from 1 to kMaxSlices.
+/// The times of a:b:n, with n a whole number from 1 to kMaxSlices.
 std::optional<std::vector<double>> timesOf(const std::string& text) {
   auto numbers = numbersBetween(text, ':');
   if (!numbers || numbers->size() != 3) return std::nullopt;
@@ -72,7 +72,7 @@ std::optional<std::vector<double>> timesOf(const std::string& text) {
   return model::evenTimes({(*numbers)[0], (*numbers)[1]}, static_cast<std::uint64_t>(n));
 }
 
-/// Why the options cannot be combined; nothing if they can.
+/// The error message if the options cannot be combined; nothing if they can.
 std::optional<std::string> misuseOf(const Options& options) {
   if (options.builds()) {
     if (options.motion.empty() || options.voxelSizes.empty()) {
@@ -89,11 +89,11 @@ std::optional<std::string> misuseOf(const Options& options) {
   return std::nullopt;
 }
 
-/// The solid and how it moves. Its volume never changes.
+/// The solid and its motion. Its volume is constant.
 struct Truth {
   model::TriangleMesh mesh;
   model::Motion motion;
-  bool lossy;  ///< the file of the solid holds more than the mesh that was read
+  bool lossy;  ///< the file of the solid holds more than was read
 
   double volume() const { return std::abs(signedVolume(mesh)); }
   double hypervolume() const { return volume() * (motion.timeEnd() - motion.timeBegin()); }
@@ -107,14 +107,14 @@ Result<Truth> truthOf(const Options& options) {
   return Truth{std::move(loaded->mesh), std::move(*motion), !loaded->losses.empty()};
 }
 
-/// A 4D mesh in a file, and what is known of how it was made.
+/// A 4D mesh in a file, and what is known about how it was made.
 struct MeshFile {
   std::string path;
   ComparedMesh mesh;
 };
 
-/// Has a backend make its mesh in a process of its own. If that fails it has printed why, and the
-/// result is its exit code. `voxelSize` is for voxel4d, nothing for mesh4d.
+/// Runs a backend in a separate process to make its mesh. If that fails, the backend has printed
+/// why, and the result is its exit code. `voxelSize` is for voxel4d, nothing for mesh4d.
 Result<std::variant<MeshFile, int>> build(const Options& options, const Truth& truth,
                                           const fs::path& folder, std::optional<double> voxelSize,
                                           std::vector<std::string>& notes) {
@@ -132,7 +132,7 @@ Result<std::variant<MeshFile, int>> build(const Options& options, const Truth& t
   };
   file.mesh.hypervolumeExpected = truth.hypervolume();
   if (voxelSize) {
-    // What it notes is printed by the other process, too.
+    // The other process prints its notices, too.
     auto times = motionFrameTimes(options.frames, *voxelSize, truth.mesh, truth.motion, notes);
     if (!times) return pass(times.error());
     file.mesh.name =
@@ -167,7 +167,7 @@ Result<std::variant<MeshFile, int>> build(const Options& options, const Truth& t
   return file;
 }
 
-/// An open file, in the units of another where they differ.
+/// An open file, converted to the units of the other file if they differ.
 struct Side {
   explicit Side(InputBodies opened) : input(std::move(opened)), bodies(input.bodies) {}
   Side(const Side&) = delete;
@@ -179,8 +179,9 @@ struct Side {
   ComparedMesh mesh;
 };
 
-/// Converts `side` from the length or time unit `from` of its file to `to`, that of the file it is
-/// compared with; nothing where there is nothing to convert. Notes what is converted or assumed.
+/// The conversion from `from`, the length or time unit of the file at `path`, to `to`, that of the
+/// file it is compared with; the identity if there is nothing to convert. Adds notices of what is
+/// converted or assumed.
 Result<model::UnitConversion> conversionTo(
     const std::string& to, const std::string& otherPath, const std::string& from,
     const std::string& path, const char* what,
@@ -207,7 +208,7 @@ Result<model::UnitConversion> conversionTo(
   return *conversion;
 }
 
-/// Makes `b` use the units of `a`.
+/// Converts `b` to the units of `a`.
 Result<void> convertUnits(const Side& a, const std::string& pathOfA, Side& b,
                           const std::string& pathOfB, std::vector<std::string>& notes) {
   const formats::Metadata& ofA = a.input.reader.metadata();
@@ -226,8 +227,7 @@ Result<void> convertUnits(const Side& a, const std::string& pathOfA, Side& b,
   return {};
 }
 
-/// Reads a file and measures it, into `side.mesh`. A mesh that is not sound is measured, too, with
-/// a notice.
+/// Reads a file and measures it, into `side.mesh`. An invalid mesh is measured, too, with a notice.
 Result<void> measure(Side& side, const MeshFile& file) {
   ComparedMesh& mesh = side.mesh;
   mesh = file.mesh;
@@ -258,7 +258,7 @@ Result<void> measure(Side& side, const MeshFile& file) {
   return {};
 }
 
-/// Where all times fall on layers of a mesh: what is missed so, and how many slices would not.
+/// If all times fall on layers of a mesh: what that misses, and a number of slices that would not.
 std::optional<std::string> aliasing(const Options& options, const Side& a, const Side& b,
                                     const model::TimeSpan& span, const std::vector<double>& times) {
   std::vector<std::string> where;
@@ -297,7 +297,7 @@ Result<std::vector<SolidPair>> pairsToShow(const Side& a, const Side& b,
   return pairs;
 }
 
-/// The files that are written, opened before the work begins.
+/// The output files, opened before the work begins.
 struct Outputs {
   std::optional<formats::OutputFile> html;
   std::optional<formats::OutputFile> csv;
@@ -433,7 +433,7 @@ int buildAndCompare(const Options& options, Outputs& outputs) {
   }
   const int done =
       compareFiles(options, outputs, meshMethod, files, std::move(made), truth->volume());
-  // The backends have listed what was lost.
+  // The backends have reported the losses.
   return done == kDone && truth->lossy ? kLoss : done;
 }
 

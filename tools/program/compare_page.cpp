@@ -27,14 +27,14 @@ using model::TriangleMesh;
 
 constexpr Colour kColourA = {0.55F, 0.71F, 0.90F};
 constexpr Colour kColourB = {0.95F, 0.72F, 0.50F};
-/// Near to far: dark blue, green, yellow, in steps of even brightness that print well.
+/// From near to far: dark blue, green, yellow, in steps of equal brightness that print well.
 constexpr std::array<Colour, 5> kRamp = {{{0.27F, 0.20F, 0.55F},
                                           {0.19F, 0.45F, 0.62F},
                                           {0.13F, 0.65F, 0.55F},
                                           {0.55F, 0.82F, 0.32F},
                                           {0.99F, 0.91F, 0.22F}}};
 constexpr std::uint32_t kPixels = 400;
-/// The colours end at the distance that this part of every surface stays within.
+/// The colours end at the distance that this fraction of every surface stays within.
 constexpr double kColoured = 0.99;
 
 constexpr std::string_view kStyle = R"(
@@ -83,7 +83,7 @@ std::string unitText(const std::string& unit, std::string_view power = {}) {
   return unit.empty() ? std::string() : fmt::format(" [{}{}]", unit, power);
 }
 
-/// A mesh in a legend: by name where that is short enough.
+/// A mesh in a legend: its name if that is short enough.
 std::string shortName(const ComparedMesh& mesh, const char* letter) {
   constexpr std::size_t kShort = 16;
   const std::string name = mesh.name.substr(0, mesh.name.find(','));
@@ -167,7 +167,7 @@ std::string rampOf(const CompareReport& report, double end, double farthest) {
 }
 
 std::string picturesOf(const CompareReport& report, const Comparison& comparison) {
-  // One scale of lengths and of colours for all pictures, so that they can be compared.
+  // All pictures share one scale of lengths and of colours, so that they can be compared.
   double extent = 0;
   std::vector<View> views;
   for (const SolidPair& pair : report.pairs) {

@@ -17,10 +17,10 @@ struct ComparedMesh {
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
   std::uint64_t bytes = 0;                    ///< of the file
-  std::optional<double> voxelSize;            ///< if made by the voxel method for this comparison
+  std::optional<double> voxelSize;            ///< if the voxel method made it for this comparison
   std::optional<std::uint64_t> frames;        ///< likewise
   std::optional<double> seconds;              ///< of construction
-  std::optional<std::uint64_t> peakBytes;     ///< largest memory in construction
+  std::optional<std::uint64_t> peakBytes;     ///< peak memory during construction
   double hypervolume = 0;                     ///< enclosed by the mesh
   std::optional<double> hypervolumeExpected;  ///< of the true moving solid
 
@@ -33,40 +33,39 @@ struct Comparison {
   ComparedMesh a;
   ComparedMesh b;
   std::vector<measure::SliceComparison> slices;
-  std::optional<double> volumeExpected;  ///< of the true solid, at any time
+  std::optional<double> volumeExpected;  ///< of the true solid, the same at any time
 
-  /// The symmetric difference of all slices together, as a fraction of the volumes of a; nothing
-  /// where a has none.
+  /// The symmetric difference of all slices together, as a fraction of the volumes of a; empty if
+  /// these are zero.
   std::optional<double> meanDifference() const;
-  /// The largest Hausdorff distance of the slices that both solids exist in.
+  /// The largest Hausdorff distance over the times when both solids exist.
   double largestHausdorff() const;
 };
 
-/// A pair of solids to show in pictures.
+/// A pair of solids to render.
 struct SolidPair {
   double time = 0;
   model::TriangleMesh a;
   model::TriangleMesh b;
 };
 
-/// All that the page shows.
+/// The contents of the page.
 struct CompareReport {
   std::string title;
-  std::string lengthUnit;  ///< "" where not known
+  std::string lengthUnit;  ///< "" if unknown
   std::string timeUnit;
-  /// One for each voxel size, from the largest to the smallest, all with the same a. The last is
-  /// shown in detail.
+  /// One per voxel size, in descending order, all with the same a. The last is shown in detail.
   std::vector<Comparison> comparisons;
   std::vector<std::string> notes;
   std::vector<SolidPair> pairs;  ///< of the last comparison
   bool zUp = false;
 };
 
-/// One HTML page that loads nothing: tables, plots over time, the convergence for several voxel
-/// sizes, and pictures of the solids, plain and coloured by the distance of one from the other.
+/// One self-contained HTML page: tables, plots over time, the convergence for several voxel sizes,
+/// and pictures of the solids, plain and coloured by the distance of one from the other.
 std::string comparePage(const CompareReport& report);
 
-/// The order of convergence of each error over the voxel sizes; nothing where it is not defined.
+/// The order of convergence of each error over the voxel sizes; empty if undefined.
 struct ConvergenceOrders {
   std::optional<double> hypervolume;
   std::optional<double> difference;
@@ -77,13 +76,13 @@ ConvergenceOrders ordersOf(std::span<const Comparison> comparisons);
 /// Tables for page and terminal: the first row is the heading.
 using Table = std::vector<std::vector<std::string>>;
 
-/// What the two meshes are: a label, a, b, and the ratio of b to a where it means something.
+/// Compares the two meshes: a label, a, b, and the ratio of b to a where it is meaningful.
 Table meshTable(const CompareReport& report, const Comparison& comparison);
 
-/// A row for each time.
+/// One row per time.
 Table sliceTable(const CompareReport& report, const Comparison& comparison);
 
-/// A row for the mesh method, one for each voxel size, and one of the orders of convergence.
+/// A row for the mesh method, one per voxel size, and one with the orders of convergence.
 Table convergenceTable(const CompareReport& report);
 
 }  // namespace t4d::tools

@@ -24,18 +24,18 @@ std::string orderText(const std::optional<double>& order) {
   return order ? fmt::format("{:.2f}", *order) : "";
 }
 
-/// " [mm³]"; nothing for no unit.
+/// " [mm³]"; empty if there is no unit.
 std::string inUnit(const std::string& unit, std::string_view power = {}) {
   return unit.empty() ? "" : fmt::format(" [{}{}]", unit, power);
 }
 
-/// " [mm³ s]", with what is known.
+/// " [mm³ s]", with the units that are known.
 std::string hypervolumeUnit(const CompareReport& report) {
   if (report.lengthUnit.empty() || report.timeUnit.empty()) return "";
   return fmt::format(" [{}³ {}]", report.lengthUnit, report.timeUnit);
 }
 
-/// The errors that are more than rounding over the voxel size.
+/// The errors that exceed rounding, over the voxel size.
 template <class ErrorOf>
 std::optional<double> orderBy(std::span<const Comparison> comparisons, ErrorOf errorOf) {
   constexpr double kRounding = 1e-12;

@@ -8,14 +8,14 @@
 
 namespace t4d::tools {
 
-/// Prints the tables for people: for several voxel sizes that of the convergence alone.
+/// Prints the tables for people; for several voxel sizes, only the convergence table.
 void printText(const CompareReport& report);
 
-/// The report for machines; docs/schemas/compare.schema.json describes it.
+/// The report for programs; docs/schemas/compare.schema.json describes it.
 nlohmann::ordered_json compareJson(const CompareReport& report);
 
-/// A heading and a row for each time of each comparison; a Hausdorff distance that is not defined
-/// is empty. Numbers are in the shortest form that is read back as the same double.
+/// A heading and a row for each time of each comparison; an undefined Hausdorff distance is left
+/// empty. Numbers are in the shortest form that reads back as the same double.
 std::string compareCsv(const CompareReport& report);
 
 }  // namespace t4d::tools

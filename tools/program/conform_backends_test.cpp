@@ -11,7 +11,7 @@
 
 #include "tests/paths.h"
 
-/// `t4d conform backends` as a user meets it.
+/// `t4d conform backends` from the user's point of view.
 namespace t4d::tools {
 namespace {
 

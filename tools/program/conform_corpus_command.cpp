@@ -32,7 +32,7 @@ int copy(const std::string& directory, bool force) {
   return kDone;
 }
 
-/// What a reader must find in the files of a case.
+/// The required result for the files of a case.
 std::string resultOf(const ReaderCase& test) {
   if (test.id.starts_with("overwrite/")) return "valid";
   if (test.id.starts_with("cut/") || test.id.starts_with("flip/")) return "invalid";

@@ -36,7 +36,7 @@ std::string orderText(const std::optional<double>& order) {
   return order ? fmt::format("{:.2f}", *order) : "";
 }
 
-/// A relative error in percent, where it is more than rounding.
+/// A relative error in percent, if it is more than rounding.
 std::string errorText(const std::optional<double>& error) {
   constexpr double kRounding = 1e-12;
   if (!error) return "";
@@ -44,7 +44,7 @@ std::string errorText(const std::optional<double>& error) {
                             : fmt::format("{:.2f} %", 100 * *error);
 }
 
-/// A plot for each case that was refined, all to one scale.
+/// One plot per case that was refined, all to the same scale.
 std::string plotsOf(std::span<const CaseResult> results) {
   std::vector<ConvergencePlot> plots;
   std::pair<double, double> sizes = {std::numeric_limits<double>::infinity(), 0};

@@ -63,7 +63,7 @@ class Interruptible {
   std::array<struct sigaction, kSignals.size()> before_{};
 };
 
-/// A reader that crashes a hundred times would leave a hundred core dumps.
+/// Without this, a reader that crashes a hundred times would leave a hundred core dumps.
 void disableCoreDumps() {
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
@@ -75,7 +75,7 @@ Result<void> writeText(const std::string& path, const std::string& text) {
   return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
 }
 
-/// The command that runs the same cases again.
+/// The command that reruns the same cases.
 std::string commandOf(const Options& options) {
   std::string command = fmt::format("t4d conform reader --reader '{}'", options.reader);
   for (const std::string& feature : options.cases.without) command += " --without " + feature;

@@ -10,7 +10,7 @@
 #include "t4d/system/child_process.h"
 #include "tests/paths.h"
 
-/// `t4d conform reader`, `copy` and `list` as a user meets them.
+/// `t4d conform reader`, `copy` and `list` from the user's point of view.
 namespace t4d::tools {
 namespace {
 
@@ -81,7 +81,7 @@ TEST_F(ConformReader, AReaderThatRefusesAllFailsTheValidFilesAlone) {
   EXPECT_THAT(run.output, HasSubstr("refused, but the file is valid; it said: no"));
   EXPECT_THAT(run.output, HasSubstr("more (--verbose lists all)"));
   EXPECT_THAT(run.output, HasSubstr("Look first at valid/"));
-  // What it says to type works.
+  // The command that it prints works.
   const std::size_t at = run.output.find("t4d conform copy corpus   # once\n  ./my-reader ");
   ASSERT_NE(at, std::string::npos);
   std::string commands = run.output.substr(at, run.output.find("\n  The right", at) - at);
@@ -180,7 +180,7 @@ TEST_F(ConformReader, TheCorpusIsCopiedWithItsManifest) {
   for (const json& file : manifest["files"]) {
     EXPECT_EQ(fs::file_size(folder_ / "corpus" / file["file"]), file["bytes"]);
   }
-  // What is there is not written over unless asked.
+  // Existing files are not overwritten unless requested.
   const fs::path one = folder_ / "corpus/valid/one-simplex.t4d";
   std::ofstream(one) << "mine";
   const system::ProgramRun again = conform("copy corpus");

@@ -10,7 +10,7 @@
 #include "t4d/model/error.h"
 #include "tools/program/progress_bar.h"
 
-/// Output of the program: results go to standard output, everything else to standard error.
+/// Output of the program. Results go to standard output, everything else to standard error.
 namespace t4d::tools {
 
 /// Exit codes, the same for every verb.
@@ -18,17 +18,17 @@ enum ExitCode : int {
   kDone = 0,
   kFailed = 1,  ///< also: a file cannot be written
   kUsage = 2,
-  kLoss = 3,     ///< done, but something was lost and has been listed
+  kLoss = 3,     ///< done, but something was lost and has been reported
   kInvalid = 4,  ///< the input is invalid or cannot be read
 };
 
-/// Prints "t4d: ", the message and a line break on standard error, and ignores failures.
+/// Prints "t4d: ", the message and a line break to standard error; ignores failures.
 void say(const std::string& message);
 
 /// Prints what is wrong with the options and returns kUsage.
 int wrongUsage(const std::string& message);
 
-/// Prints the error and, where there is one, a hint (hints.h); returns the exit code for it.
+/// Prints the error and, if there is one, a hint (hints.h). Returns the exit code for it.
 int report(const Error& error);
 
 /// Prints a hint unless it is empty.
@@ -42,14 +42,14 @@ int reportLosses(const std::vector<std::string>& losses);
 
 void printJson(const nlohmann::ordered_json& value);
 
-/// Prints rows of cells in aligned columns. `alignment` has a letter for each column, l or r; the
-/// last also stands for all further columns.
+/// Prints rows of cells in aligned columns. `alignment` has one letter per column, l or r; the last
+/// applies to all further columns.
 void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment);
 
 /// "1,234,567".
 std::string grouped(std::uint64_t number);
 
-/// "1 slab", "2,000 slabs". `many` is the plural if it is not `one` with an s.
+/// "1 slab", "2,000 slabs". `many` is the plural, by default `one` with an s.
 std::string counted(std::uint64_t number, std::string_view one, std::string_view many = {});
 
 /// "12.3 MB".

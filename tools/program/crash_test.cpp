@@ -161,14 +161,14 @@ constexpr const char* kOld = "the old file";
 /// What a command writes when nothing happens to it, and how long that takes.
 struct Reference {
   std::string bytes;
-  std::vector<formats::ChunkPlace> chunks;
+  std::vector<formats::ChunkHeader> chunks;
   Seconds duration{0};
 
   /// Slabs that are whole in the first `size` bytes.
   std::uint64_t slabsBefore(std::size_t size) const {
     return static_cast<std::uint64_t>(
-        std::count_if(chunks.begin(), chunks.end(), [&](const formats::ChunkPlace& chunk) {
-          return chunk.type == "SLAB" && chunk.end() <= size;
+        std::count_if(chunks.begin(), chunks.end(), [&](const formats::ChunkHeader& chunk) {
+          return chunk.name() == "SLAB" && chunk.end() <= size;
         }));
   }
 };
@@ -185,7 +185,7 @@ class Killed : public Crash {
       EXPECT_EQ(done.exitCode, 0) << done.err;
     }
     reference.bytes = contents(target());
-    reference.chunks = formats::chunksOf(reference.bytes);
+    reference.chunks = formats::listChunks(reference.bytes);
     clear();
     return reference;
   }

@@ -1,9 +1,9 @@
-/// A disk that fails midway, for crash_test: preloaded (LD_PRELOAD), this lets the first calls that
-/// change files of a folder pass and makes all later ones fail.
+/// Simulates a disk that fails midway, for crash_test. When preloaded (LD_PRELOAD), it lets the
+/// first calls that change files of a folder succeed and makes all later ones fail.
 ///
 ///   T4D_FAIL_FOLDER   the folder, an absolute path without links
-///   T4D_FAIL_FROM     the first call that fails, counted from 1
-///   T4D_FAIL_ERRNO    how: ENOSPC, EIO, ... as a number; with EROFS files cannot be removed either
+///   T4D_FAIL_FROM     number of the first call that fails, counted from 1
+///   T4D_FAIL_ERRNO    ENOSPC, EIO, ... as a number; with EROFS files cannot be removed either
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -40,7 +40,7 @@ int reason() {
   return number;
 }
 
-/// Counts a call; true, with errno set, when it has to fail.
+/// Counts a call; true, with errno set, if it must fail.
 bool failsNow() {
   static const long from = std::atol(setting("T4D_FAIL_FROM").c_str());
   static std::atomic<long> calls = 0;

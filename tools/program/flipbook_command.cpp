@@ -14,7 +14,7 @@
 namespace t4d::tools {
 namespace {
 
-/// No viewer plays a file with more.
+/// No viewer plays a file with more frames.
 constexpr std::uint64_t kMaxFrames = 100'000;
 
 struct Options {
@@ -28,7 +28,7 @@ struct Options {
   bool json = false;
 };
 
-/// The three numbers of a:b:n, n a whole number from 1 to kMaxFrames.
+/// The three numbers of a:b:n, with n a whole number from 1 to kMaxFrames.
 std::optional<std::vector<double>> timesOf(const std::string& text) {
   auto numbers = numbersBetween(text, ':');
   if (!numbers || numbers->size() != 3) return std::nullopt;

@@ -16,10 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How much of a file is searched for slabs, so that the hint comes at once.
+/// How much of a file is searched for slabs, so that the hint appears at once.
 constexpr std::uint64_t kSearchedBytes = std::uint64_t{256} << 20;
 
-/// A path as one word of a shell command that is not taken for an option.
+/// A path as one word of a shell command that is not mistaken for an option.
 std::string quoted(std::string word) {
   if (word.starts_with('-')) word.insert(0, "./");
   const auto plain = [](unsigned char c) {
@@ -31,11 +31,11 @@ std::string quoted(std::string word) {
   return text + "'";
 }
 
-/// `PATH` with another ending, of a file that does not exist.
+/// `PATH` with another suffix, such that no file of that name exists.
 std::string freeName(const std::string& path, const std::string& suffix,
                      const std::string& extension) {
   std::string name = fs::path(path).stem().string();
-  // Part files that were left behind are hidden.
+  // Part files left behind are hidden.
   name.erase(0, name.find_first_not_of('.'));
   const std::string base = (fs::path(path).parent_path() / (name + suffix)).string();
   std::string free = base + extension;
@@ -44,14 +44,14 @@ std::string freeName(const std::string& path, const std::string& suffix,
   return quoted(free);
 }
 
-/// How to recover a damaged .t4d; empty where no slab would be saved.
+/// How to recover a damaged .t4d file; empty if no slab would be saved.
 std::string recoveryHint(const std::string& path) {
   if (!formats::T4dSalvage::finds(path, kSearchedBytes)) return {};
   return fmt::format("try: t4d recover {} -o {}", quoted(path),
                      freeName(path, "-recovered", ".t4d"));
 }
 
-/// How to get from a file of one kind to the kind that was wanted.
+/// How to convert a file of one kind to the required kind.
 std::string conversionHint(const std::string& path) {
   const auto* format = formats::triangleMeshFormat(path);
   if (format != nullptr && format->read != nullptr) {
@@ -69,7 +69,7 @@ std::string conversionHint(const std::string& path) {
                      mesh->summary(0).time.begin, freeName(path, "-slice", ".ply"));
 }
 
-/// The file that an error is about, without the place in it.
+/// The file that an error refers to, without the location in it.
 std::string fileOf(const Error& error) {
   if (!error.offset) return error.where;
   const std::string place = fmt::format(": byte {}", *error.offset);

@@ -4,10 +4,10 @@
 
 #include "t4d/model/error.h"
 
-/// What to try after an error, in terms of verbs and options; the library knows neither.
+/// What to try after an error, in terms of verbs and options, which the library does not know.
 namespace t4d::tools {
 
-/// A sentence on what to do about the error; empty where there is nothing to say.
+/// A sentence on what to do about the error; empty if there is no advice.
 std::string hintFor(const Error& error);
 
 /// The same for a file that was read as .t4d and is invalid.

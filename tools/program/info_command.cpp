@@ -30,7 +30,7 @@ std::string recoveredText(const std::string& detailsJson) {
                        gaps.at(0).at("end").get<double>(),
                        gaps.size() > 1 ? fmt::format(", and {} more gaps", gaps.size() - 1) : "");
   } catch (const ordered_json::exception&) {
-    return {};  // details are free in form
+    return {};  // details may have any members
   }
 }
 

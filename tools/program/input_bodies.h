@@ -11,20 +11,21 @@
 
 namespace t4d::tools {
 
-/// An open .t4d and the bodies of it to work on.
+/// An open .t4d file and the bodies selected from it.
 struct InputBodies {
   formats::T4dReader reader;
   std::vector<model::Body> bodies;
 };
 
-/// Opens a .t4d. Takes all bodies, or the one named; an unknown name is an error that lists them.
+/// Opens a .t4d file. Selects all bodies, or the one named; an unknown name is an error that lists
+/// the existing ones.
 Result<InputBodies> openBodies(const std::string& path, const std::string& bodyName);
 
 /// Adds `--body`.
 void addBodyOption(CLI::App& command, std::string& bodyName);
 
 /// How to place a solid of this file in glTF: its length unit in metres and its up axis. An unknown
-/// unit counts as a metre and adds a notice.
+/// unit is taken as metres, with a notice.
 formats::GltfPlacement placementOf(const formats::Metadata& metadata,
                                    std::vector<std::string>& notices);
 

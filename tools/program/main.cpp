@@ -16,18 +16,18 @@
 namespace t4d::tools {
 namespace {
 
-/// A file that we open must not get the number of a closed standard stream: messages would go into
-/// it. Writing to a stream that was closed stays an error.
+/// Prevents files that we open from getting the number of a closed standard stream: messages would
+/// be written to them. Writing to a closed stream stays an error.
 void keepStandardStreams() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(number, F_GETFD) >= 0) continue;
-    // open returns the lowest free number, which is this one.
+    // open() returns the lowest free number, which is this one.
     const int opened = open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
     if (opened < 0) return;
   }
 }
 
-/// The verb that the arguments have come to: the last that was recognised.
+/// The last verb recognised in the arguments.
 const CLI::App& lastCommand(const CLI::App& app) {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
   return chosen.empty() ? app : lastCommand(*chosen.front());

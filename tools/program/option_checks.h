@@ -7,8 +7,8 @@
 
 #include <CLI/CLI.hpp>
 
-/// Validators of option values. A refused value is wrong usage; CLI11 puts the option's name before
-/// the message.
+/// Validators for option values. A rejected value is a usage error; CLI11 puts the option's name
+/// before the message.
 namespace t4d::tools {
 
 /// A finite number.
@@ -20,14 +20,14 @@ CLI::Validator numberAboveZero();
 /// A number from 0 to less than 1.
 CLI::Validator fractionBelowOne();
 
-/// A whole number from `least` to `most`, both included.
+/// A whole number from `least` to `most` inclusive.
 CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most);
 
 /// A name that is not empty.
 CLI::Validator someName();
 
-/// Why the file `output` must not be written, if it is one of the inputs under any name, or a frame
-/// in a folder that is one of them.
+/// The error message if the file `output` must not be written: it is one of the inputs, under any
+/// name, or a frame in a folder that is one of them.
 std::optional<std::string> misuseOfOutput(const std::string& output,
                                           std::span<const std::string> inputs);
 

@@ -14,7 +14,7 @@
 
 #include "tests/paths.h"
 
-/// The program as a user meets it: what it prints, which files it leaves, its exit codes.
+/// The program from the user's point of view: its output, its files, its exit codes.
 namespace t4d::tools {
 namespace {
 
@@ -302,7 +302,7 @@ TEST_F(Program, SaysWhatToDoWithAFileOfAnotherKind) {
     refuses(std::string(verb) + " cube.t4d",
             "t4d: it is a 4D mesh; slice it first: t4d slice cube.t4d --time 0 -o cube-slice.ply");
   }
-  // A mesh that is broken was not mistaken for another kind.
+  // A damaged mesh is not mistaken for another format.
   write("broken.glb", "no glTF");
   EXPECT_THAT(run("sweep broken.glb -m fx/rest.json -o out.t4d").err,
               testing::Not(testing::HasSubstr("first:")));
@@ -328,7 +328,7 @@ TEST_F(Program, MessagesThatCannotBePrintedChangeNothing) {
     EXPECT_EQ(shell("$t4d slice cube.t4d --time 1 --attributes -o a.stl" + lost), 3) << lost;
     EXPECT_EQ(shell("$t4d conform list --only nothing" + lost), 2) << lost;
   }
-  // No message gets into a file that is written.
+  // No message is written into an output file.
   ASSERT_EQ(run("slice cube.t4d --time 1 --attributes -o a.stl").exitCode, 3);
   const std::string whole = contents(folder_ / "a.stl");
   EXPECT_EQ(shell("$t4d slice cube.t4d --time 1 --attributes -o b.stl >&- 2>&- <&-"), 1);
@@ -350,7 +350,7 @@ TEST_F(Program, ResultsThatCannotBePrintedAreExit1) {
           << arguments << lost;
     }
   }
-  // Who reads no more of it has enough.
+  // A reader of the output that stops early is not an error.
   EXPECT_EQ(shell("$t4d conform list 2> err.txt | head -1 > out.txt"), 0);
   EXPECT_EQ(contents(folder_ / "err.txt"), "");
 }
@@ -509,7 +509,7 @@ TEST_F(Program, AStepThatTurnsFarHasANote) {
 TEST_F(Program, EveryTruncationAndEveryAlteredByteIsFound) {
   ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o whole.t4d").exitCode, 0);
   const std::string whole = contents(folder_ / "whole.t4d");
-  // All of them are tried in the library's tests; here a sample goes through the program.
+  // The library's tests try all of them; here a sample goes through the program.
   for (std::size_t i = 0; i < whole.size(); i += 1 + whole.size() / 60) {
     write("bad.t4d", whole.substr(0, i));
     EXPECT_EQ(run("info bad.t4d").exitCode, 4) << "cut at " << i;
@@ -567,7 +567,7 @@ TEST_F(Program, ComparesBothBackendsOnOneSolid) {
   EXPECT_LT(value["b"]["hypervolume_error"].get<double>(), 0);
   ASSERT_EQ(value["slices"].size(), 3U);
   for (const json& slice : value["slices"]) {
-    // At these times the cube's faces lie in the lattice: only edges and corners are cut off.
+    // At these times the cube's faces lie on the lattice: only edges and corners are cut off.
     const double lost = slice["volume_a"].get<double>() - slice["volume_b"].get<double>();
     EXPECT_NEAR(slice["volume_a"].get<double>(), 8000, 1e-9);
     EXPECT_GT(lost, 0);
@@ -584,7 +584,7 @@ TEST_F(Program, ComparesBothBackendsOnOneSolid) {
     EXPECT_EQ(page.find(outside), std::string::npos) << outside;
   }
 
-  // The same two meshes as files: the same slices, and nothing on how they were made.
+  // The same two meshes as files: the same slices, and nothing about how they were made.
   const json files = run("compare kept/paper-cube-mesh4d.t4d kept/paper-cube-voxel4d.t4d "
                          "--times 0:64:3 --json")
                          .value();
@@ -619,7 +619,7 @@ TEST_F(Program, CompareSaysWhatIsWrong) {
 }
 
 TEST_F(Program, CompareConvertsUnits) {
-  // The same cube and motion in mm and s, in m and min, and in units that nobody knows.
+  // The same cube and motion in mm and s, in m and min, and in unknown units.
   const auto make = [&](const std::string& name, const char* length, const char* time,
                         const std::string& scale, const std::string& duration) {
     std::string obj;

@@ -7,11 +7,11 @@
 
 namespace t4d::tools {
 
-/// Shows on standard error how far a long job has got. On a terminal: a bar, after half a second,
-/// erased at the end. Elsewhere, as in a log: a line every ten seconds.
+/// Shows the progress of a long job on standard error. On a terminal: a bar, after half a second,
+/// erased at the end. Elsewhere, such as in a log: a line every ten seconds.
 class ProgressBar {
  public:
-  /// Where it prints, and the time in seconds.
+  /// Output and clock (in seconds).
   struct Console {
     bool terminal;
     std::function<double()> now;
@@ -24,7 +24,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// For an option of type model::Progress; valid as long as the bar exists.
+  /// To pass as a model::Progress; valid as long as the bar exists.
   model::Progress callback();
 
  private:
@@ -33,7 +33,7 @@ class ProgressBar {
   std::string title_;
   Console console_;
   double begun_;
-  double shown_ = 0;  // when; 0 if not yet
+  double shown_ = 0;  // time of the last output; 0 if none
 };
 
 }  // namespace t4d::tools

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Lines of each kind that are printed; JSON has all.
+/// Maximum number of lines printed of each kind; the JSON output has all.
 constexpr std::size_t kLines = 20;
 
 ordered_json jsonOf(const std::string& input, const std::string& output,
@@ -80,7 +80,7 @@ void printText(const std::string& output, const edit::RecoverReport& report) {
   }
 }
 
-/// A line for each loss; consecutive slabs that are lost for the same reason share one.
+/// One line per loss; consecutive slabs lost for the same reason share one.
 std::vector<std::string> linesOf(const std::vector<formats::T4dLoss>& lost) {
   std::vector<std::string> lines;
   for (auto first = lost.begin(); first != lost.end();) {

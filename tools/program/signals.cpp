@@ -9,7 +9,7 @@ namespace {
 
 extern "C" void cleanUpAndDie(int signal) {
   system::cleanUp();
-  // What the signal did before: whoever waits for us sees that it was this signal.
+  // Restore the default action and raise it again, so that our parent sees this signal.
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }

@@ -28,7 +28,7 @@ struct Options {
   bool json = false;
 };
 
-/// The hyperplane of the options; CLI11 has checked that there is exactly one.
+/// The hyperplane given by the options; CLI11 has checked that there is exactly one.
 convert::Hyperplane hyperplaneOf(const Options& options) {
   if (options.time) return convert::Hyperplane::atTime(*options.time);
   if (options.x) return convert::Hyperplane::across(0, *options.x);
@@ -38,7 +38,7 @@ convert::Hyperplane hyperplaneOf(const Options& options) {
   return {{n[0], n[1], n[2], n[3]}, n[4]};
 }
 
-/// The bodies that can be met: at a time, those that exist then.
+/// The bodies that a slice can meet: for a slice at a time, those that exist then.
 Result<std::vector<model::Body>> bodiesAt(const std::vector<model::Body>& bodies,
                                           const convert::Hyperplane& hyperplane) {
   if (!hyperplane.normal.head<3>().isZero(0) || bodies.size() == 1) return bodies;
@@ -81,7 +81,7 @@ Result<std::vector<std::string>> write(const Options& options, const Sections& s
     std::vector<std::string> notices;
     const formats::GltfPlacement placement = placementOf(metadata, notices);
     printNotices(notices);
-    // Only a slice at a time lies in space; others have the time for an axis.
+    // Only a slice at a time lies in space; others have time as an axis.
     if (options.time) how.placement = placement;
   }
   return formats::writeTriangleMeshes(options.output, sections.meshes, how);

@@ -7,13 +7,12 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/motion_reader.h"
-#include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/moving_mesh.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/thread_limit.h"
@@ -25,13 +24,12 @@ namespace {
 using nlohmann::ordered_json;
 
 struct Options {
-  std::string model;
-  std::string motion;
+  MovingMeshInput input;
   std::string backend = "mesh4d";
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
   std::optional<double> maxDeviation;
-  std::string caps;  // "" for the backend's own
+  std::string caps;  // "" for the backend's default
   std::optional<int> prism;
   std::optional<double> voxelSize;
   voxel4d::FrameTimes times;
@@ -52,7 +50,7 @@ struct Made {
   std::vector<std::string> notices;
 };
 
-/// Why the options cannot be combined; nothing if they can.
+/// The error message if the options cannot be combined; nothing if they can.
 std::optional<std::string> misuseOf(const Options& options) {
   if (options.voxels()) {
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
@@ -67,7 +65,7 @@ std::optional<std::string> misuseOf(const Options& options) {
   return std::nullopt;
 }
 
-/// What voxel4d ignores, so that both backends can be given the same arguments.
+/// Options that voxel4d ignores, so that both backends accept the same arguments.
 std::vector<std::string> ignoredBy(const Options& options) {
   std::vector<std::string> names;
   if (options.rvMin) names.emplace_back("--rv-min");
@@ -109,7 +107,7 @@ std::string detailsOf(const Options& options) {
     return std::filesystem::path(path).filename().string();
   };
   return ordered_json{
-      {"source", {{"mesh", nameOf(options.model)}, {"motion", nameOf(options.motion)}}},
+      {"source", {{"mesh", nameOf(options.input.model)}, {"motion", nameOf(options.input.motion)}}},
       {"parameters", parameters}}
       .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
@@ -151,27 +149,25 @@ Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh
 
 int run(const Options& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  if (const auto misuse =
-          misuseOfOutput(options.output.path, std::array{options.model, options.motion})) {
+  if (const auto misuse = misuseOfOutput(options.output.path,
+                                         std::array{options.input.model, options.input.motion})) {
     return wrongUsage(*misuse);
   }
   const auto begin = std::chrono::steady_clock::now();
   const ThreadLimit limit(options.threads);
-  auto loaded = formats::readTriangleMesh(options.model);
+  auto loaded = options.input.read();
   if (!loaded) return report(loaded.error());
-  printNotices(loaded->notices);
-  auto motion = formats::readMotion(options.motion);
-  if (!motion) return report(motion.error());
-  auto writer = options.output.create(options.backend, options.model, motion->lengthUnit,
-                                      motion->timeUnit, detailsOf(options));
+  const model::Motion& motion = loaded->motion;
+  auto writer = options.output.create(options.backend, options.input.model, motion.lengthUnit,
+                                      motion.timeUnit, detailsOf(options));
   if (!writer) return report(writer.error());
 
-  auto made = options.voxels() ? sweepVoxels(options, loaded->mesh, *motion, writer->body(0))
-                               : sweepMesh(options, loaded->mesh, *motion, writer->body(0));
+  auto made = options.voxels() ? sweepVoxels(options, loaded->mesh, motion, writer->body(0))
+                               : sweepMesh(options, loaded->mesh, motion, writer->body(0));
   if (!made) {
     Error error = made.error();
-    // What is wrong with a mesh is known without its file.
-    if (error.where.empty()) error.where = options.model;
+    // Errors about the mesh do not name its file.
+    if (error.where.empty()) error.where = options.input.model;
     return report(error);
   }
   auto bytes = writer->finish();
@@ -205,12 +201,7 @@ void addSweep(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "sweep", "Sweep a closed triangle mesh along a rigid motion into a 4D mesh");
   auto options = std::make_shared<Options>();
-  command
-      ->add_option("MODEL", options->model,
-                   "The solid: " + formats::readableTriangleMeshExtensions())
-      ->required();
-  command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)")
-      ->required();
+  options->input.addTo(*command);
   command
       ->add_option("--backend", options->backend,
                    "mesh4d (sweep the triangles) or voxel4d (weave a time series of voxel grids)")

@@ -9,7 +9,7 @@
 
 namespace t4d::tools {
 
-/// The last part of a path, also of "frames/" and ".".
+/// The last component of a path, also of "frames/" and ".".
 std::filesystem::path nameIn(const std::string& path);
 
 /// The options of every verb that writes a .t4d.
@@ -22,8 +22,8 @@ struct T4dOutput {
 
   void addTo(CLI::App& command);
 
-  /// A writer with one body, named by `--body` or after `model`. `detailsJson` is stored in the
-  /// file: how it was made.
+  /// Creates a writer with one body, named by `--body` or after `model`. `detailsJson` describes
+  /// how the file was made and is stored in it.
   Result<formats::T4dWriter> create(const std::string& backend, const std::string& model,
                                     const std::string& lengthUnit, const std::string& timeUnit,
                                     const std::string& detailsJson) const;

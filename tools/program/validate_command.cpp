@@ -81,7 +81,7 @@ int run(const std::string& path, bool deep, bool json) {
   } else {
     printText(path, *validation);
   }
-  // A file that can be read to its end has nothing to recover.
+  // A file that can be read to its end needs no recovery.
   if (!validation->mesh) sayHint(hintForFile(path));
   return validation->valid() ? kDone : kInvalid;
 }

@@ -11,7 +11,8 @@
 namespace t4d::tools {
 namespace {
 
-/// Levenshtein's distance: insertions, deletions and replacements from one word to the other.
+/// Levenshtein distance: the number of insertions, deletions and replacements from one word to the
+/// other.
 std::size_t editDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

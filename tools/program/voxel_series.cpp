@@ -80,7 +80,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
   }
   if (!written) {
     Error error = written.error();
-    // The library knows the solid, not its file.
+    // The library knows the solid, but not its file.
     if (error.where.empty()) error.where = where;
     return report(error);
   }

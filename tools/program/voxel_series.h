@@ -16,18 +16,19 @@ namespace t4d::tools {
 void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix,
                    const std::string& otherwise);
 
-/// What addFrameTimes says where motionFrameTimes is used.
+/// The value of `otherwise` for verbs that use motionFrameTimes.
 inline constexpr const char* kFramesByMotion =
     " (default: as many as keep every point within a voxel between two frames)";
 
-/// The times of a motion's frames: those that `when` says, or else as many as keep every point of
-/// `mesh` within a voxel between two frames. Adds a notice where those of `when` do not.
+/// The times of a motion's frames: as given by `when`, or otherwise enough that no point of `mesh`
+/// moves by more than a voxel between two frames. Adds a notice if the frames of `when` are farther
+/// apart.
 Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
                                              const model::TriangleMesh& mesh,
                                              const model::Motion& motion,
                                              std::vector<std::string>& notices);
 
-/// What the verbs that write a time series of .vdb files share: their options, and the writing.
+/// Shared by the verbs that write a time series of .vdb files: their options, and the writing.
 struct VoxelSeriesOptions {
   double voxelSize = 0;
   voxel4d::FrameTimes times;
@@ -36,7 +37,7 @@ struct VoxelSeriesOptions {
   std::optional<int> threads;
   bool json = false;
 
-  /// All options but those of addFrameTimes.
+  /// Adds all options except those of addFrameTimes.
   void addTo(CLI::App& command);
 };
 

@@ -2,21 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include <fmt/format.h>
 
-#include "tools/report/html_page.h"
+#include "tools/report/svg_canvas.h"
 
 namespace t4d::tools {
 namespace {
 
-constexpr double kWidth = 340;
-constexpr double kHeight = 300;
-constexpr double kLeft = 62;
-constexpr double kRight = 14;
-constexpr double kTop = 34;
-constexpr double kBottom = 40;
+constexpr SvgCanvas::Size kSize = {340, 300, 62, 34};
 /// Room around the points, in decades.
 constexpr double kMargin = 0.12;
 
@@ -57,61 +51,45 @@ std::string svgOf(const ConvergencePlot& plot) {
   }
   std::sort(sizes.begin(), sizes.end());
   sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+  SvgCanvas canvas(kSize, plot.title);
   const auto xOf = [&](double size) {
-    return kLeft + (std::log10(size) - x.low) / (x.high - x.low) * (kWidth - kLeft - kRight);
+    const double fraction = (std::log10(size) - x.low) / (x.high - x.low);
+    return canvas.left() + fraction * (canvas.right() - canvas.left());
   };
   const auto yOf = [&](double error) {
-    return kHeight - kBottom -
-           (std::log10(error) - y.low) / (y.high - y.low) * (kHeight - kTop - kBottom);
+    const double fraction = (std::log10(error) - y.low) / (y.high - y.low);
+    return canvas.bottom() - fraction * (canvas.bottom() - canvas.top());
   };
 
-  std::string svg = fmt::format(
-      "<svg viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" aria-label=\"{2}\">\n"
-      "<text class=\"title\" x=\"12\" y=\"20\">{2}</text>\n",
-      kWidth, kHeight, escaped(plot.title));
-  auto out = std::back_inserter(svg);
   for (int power = static_cast<int>(std::floor(y.low)); power <= static_cast<int>(y.high) + 1;
        ++power) {
     for (const int digit : {1, 2, 5}) {
       const double error = digit * std::pow(10, power);
       if (std::log10(error) < y.low || std::log10(error) > y.high) continue;
-      fmt::format_to(out,
-                     "<line class=\"grid\" x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\"/>"
-                     "<text class=\"axis\" x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:g} "
-                     "%</text>\n",
-                     kLeft, kWidth - kRight, yOf(error), kLeft - 8, yOf(error) + 4, 100 * error);
+      canvas.addRow(yOf(error), fmt::format("{:g} %", 100 * error));
     }
   }
-  for (const double size : sizes) {
-    fmt::format_to(out,
-                   "<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2:.1f}\"/>"
-                   "<text class=\"axis\" x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\">{4:g}"
-                   "</text>\n",
-                   xOf(size), kTop, kHeight - kBottom, kHeight - kBottom + 16, size);
-  }
-  fmt::format_to(
-      out, "<text class=\"axis\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-      (kLeft + kWidth - kRight) / 2, kHeight - 6, escaped(plot.xLabel));
+  for (const double size : sizes) canvas.addColumn(xOf(size), fmt::format("{:g}", size), true);
+  canvas.addAxisName(plot.xLabel);
   for (const ErrorCurve& curve : plot.curves) {
     if (curve.points.empty()) continue;
     const auto& [size0, error0] = curve.points.front();
     const double size1 = curve.points.back().first;
-    fmt::format_to(
-        out, "<line class=\"order\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>\n",
-        xOf(size0), yOf(error0), xOf(size1), yOf(error0 * std::pow(size1 / size0, plot.order)));
-    std::string points;
+    const auto onLine = [&, size = size0, error = error0](double at) {
+      return error * std::pow(at / size, plot.order);
+    };
+    // To the smallest size, or to where the line leaves the plot.
+    const double lowest = size0 * std::pow(std::pow(10, y.low) / error0, 1 / plot.order);
+    const double end = size1 < size0 ? std::max(size1, lowest) : size1;
+    canvas.addLine("order", xOf(size0), yOf(error0), xOf(end), yOf(onLine(end)));
+    std::vector<SvgCanvas::Point> points;
     for (const auto& [size, error] : curve.points) {
-      points += fmt::format("{:.1f},{:.1f} ", xOf(size), yOf(error));
+      points.push_back({xOf(size), yOf(error),
+                        fmt::format("{}: {:.4g} % at {:g}", curve.name, 100 * error, size)});
     }
-    fmt::format_to(out, "<polyline class=\"curve {}\" points=\"{}\"/>\n", curve.cssClass, points);
-    for (const auto& [size, error] : curve.points) {
-      fmt::format_to(out,
-                     "<circle class=\"dot {}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\"><title>{}: "
-                     "{:.4g} % at {:g}</title></circle>\n",
-                     curve.cssClass, xOf(size), yOf(error), escaped(curve.name), 100 * error, size);
-    }
+    canvas.addCurve(curve.cssClass, points);
   }
-  return svg + "</svg>\n";
+  return canvas.finish();
 }
 
 }  // namespace t4d::tools

@@ -15,18 +15,18 @@ struct ErrorCurve {
 };
 
 /// The order of convergence: the slope of the least-squares line through the points' logarithms.
-/// Nothing for fewer than two different sizes.
+/// Empty for fewer than two different sizes.
 std::optional<double> orderOf(const std::vector<std::pair<double, double>>& points);
 
-/// An <svg> element: errors over sizes with logarithmic axes, where errors of one order lie on
-/// parallel lines. From each curve's first point a dashed line of order `order` starts, with the
+/// An <svg> element: errors over sizes with logarithmic axes, on which errors of the same order lie
+/// on parallel lines. A dashed line of order `order` starts at each curve's first point, with the
 /// CSS class `order`.
 struct ConvergencePlot {
   std::string title;
   std::string xLabel;
   std::vector<ErrorCurve> curves;
   double order = 2;
-  std::pair<double, double> sizes;   ///< the smallest and the largest to show
+  std::pair<double, double> sizes;   ///< the smallest and the largest shown
   std::pair<double, double> errors;  ///< likewise
 };
 std::string svgOf(const ConvergencePlot& plot);

@@ -5,12 +5,12 @@
 
 namespace t4d::tools {
 
-/// An HTML page that loads nothing: a heading, then `body`. Tables, `.plots` of <svg>, `.curve`,
-/// `.dot` and `.key` with the classes `a`, `b` and `d` have their style, for light and dark
-/// screens; `style` adds to it.
+/// A self-contained HTML page: a heading, then `body`. Tables, `.plots` of <svg>, and `.curve`,
+/// `.dot` and `.key` with the classes `a`, `b` and `d` are styled, for light and dark screens;
+/// `style` is added to that.
 std::string htmlPage(const std::string& title, std::string_view style, const std::string& body);
 
-/// The text with what HTML gives a meaning to replaced.
+/// The text with HTML's special characters escaped.
 std::string escaped(const std::string& text);
 
 }  // namespace t4d::tools

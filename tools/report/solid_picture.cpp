@@ -14,10 +14,10 @@ namespace {
 
 using model::Point3;
 
-/// Samples along each side of a pixel.
+/// Samples per side of a pixel.
 constexpr std::uint32_t kSamples = 3;
-/// Edges are drawn for triangles whose smallest altitude is more than this many pixels, more
-/// faintly the smaller it is.
+/// Edges are drawn for triangles whose smallest altitude exceeds this many pixels; the smaller it
+/// is, the fainter.
 constexpr double kLeastAltitude = 5;
 constexpr double kFullAltitude = 40;
 constexpr double kEdgePixels = 0.5;
@@ -44,7 +44,8 @@ class Canvas {
 
   double side() const { return side_; }
 
-  /// Corners in samples (x right, y down, z towards the viewer), and how bright it is.
+  /// Draws a triangle with corners in samples (x right, y down, z towards the viewer) and the given
+  /// brightness.
   void draw(const std::array<Point3, 3>& p, float light, bool withEdges) {
     const Point3 u = p[1] - p[0];
     const Point3 v = p[2] - p[0];
@@ -85,8 +86,8 @@ class Canvas {
     }
   }
 
-  /// Rows of red, green, blue and opacity: means of the samples. `colourAt` is asked for a point in
-  /// the coordinates of `draw`.
+  /// Rows of red, green, blue and opacity: means of the samples. `colourAt` is called with points
+  /// in the coordinates of `draw`.
   std::vector<std::uint8_t> pixels(const ColourAt& colourAt) const {
     const std::uint32_t pixels = side_ / kSamples;
     std::vector<std::uint8_t> bytes;
@@ -119,7 +120,7 @@ class Canvas {
   }
 
  private:
-  /// The first sample whose middle is at a coordinate or after it, within the canvas.
+  /// The first sample whose centre is at or after a coordinate, within the canvas.
   std::int64_t sampleFrom(double value) const {
     return static_cast<std::int64_t>(
         std::ceil(std::clamp(value, 0.0, static_cast<double>(side_)) - 0.5));
@@ -182,10 +183,10 @@ std::vector<std::uint8_t> pictureOf(const model::TriangleMesh& mesh, const Colou
   const Eigen::Vector3d light = Eigen::Vector3d(-0.3, 0.7, 0.65).normalized();
   const bool solid = shading == Shading::Solid;
   for (const auto& [a, b, c] : mesh.triangles) {
-    // y points down in `points`, which turns the normal round.
+    // y points down in `points`, which flips the normal.
     Eigen::Vector3d normal = (points[c] - points[a]).cross(points[b] - points[a]);
     normal.y() = -normal.y();
-    if (!(normal.z() > 0)) continue;  // faces away: something is in front of it
+    if (!(normal.z() > 0)) continue;  // faces away, so it is hidden
     const double facing = std::max(0.0, normal.normalized().dot(light));
     const double bright = solid ? 0.52 + 0.5 * facing : 0.82 + 0.18 * facing;
     canvas.draw({points[a], points[b], points[c]}, static_cast<float>(bright), edges);

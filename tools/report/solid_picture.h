@@ -7,20 +7,20 @@
 
 #include "t4d/model/triangle_mesh.h"
 
-/// Pictures of solids by a small software renderer: no window, no graphics card, the same pixels
-/// on every machine.
+/// Renders pictures of solids in software: no window, no graphics card, the same pixels on every
+/// machine.
 namespace t4d::tools {
 
 using Colour = std::array<float, 3>;  ///< red, green, blue, from 0 to 1
 
-/// A view of solids from the front, a little from above and from the side, without perspective.
+/// An orthographic view of solids from the front, slightly from above and from the side.
 struct View {
   model::Point3 middle = model::Point3::Zero();  ///< shown in the middle of the picture
-  double extent = 1;                             ///< length units across the picture, both ways
-  bool zUp = false;                              ///< the z axis points up, instead of y
+  double extent = 1;  ///< length units across the picture, in both directions
+  bool zUp = false;   ///< the z axis points up, instead of y
 };
 
-/// A view whose picture holds everything within `bounds`.
+/// A view whose picture contains everything within `bounds`.
 View viewOf(const model::Bounds3& bounds, bool zUp);
 
 /// The colour of a point of a surface; called once for each pixel that shows it.
@@ -31,12 +31,12 @@ enum class Shading : std::uint8_t {
   Faint,  ///< lit little, so that colours can be read
 };
 
-/// Whether most of a surface is made of triangles large enough for their edges to be drawn in such
+/// Whether most of a surface consists of triangles large enough for their edges to be drawn in such
 /// a picture; true for an empty one.
 bool showsEdges(const model::TriangleMesh& mesh, const View& view, std::uint32_t pixels);
 
 /// A square picture with transparent background as the bytes of a PNG file, flat shaded. With
-/// `edges` those of triangles that are large enough are drawn.
+/// `edges`, the edges of triangles that are large enough are drawn.
 std::vector<std::uint8_t> pictureOf(const model::TriangleMesh& mesh, const ColourAt& colourAt,
                                     const View& view, std::uint32_t pixels, Shading shading,
                                     bool edges);

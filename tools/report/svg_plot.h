@@ -6,11 +6,11 @@
 namespace t4d::tools {
 
 /// A curve of a plot, drawn with the CSS classes `curve` and `cssClass`. Values that are not finite
-/// are left out.
+/// are skipped.
 struct Curve {
   std::string name;
   std::string cssClass;
-  std::vector<double> values;  ///< one for each x of the plot
+  std::vector<double> values;  ///< one per x of the plot
 };
 
 struct Plot {
@@ -21,8 +21,8 @@ struct Plot {
   bool fromZero = false;  ///< the y axis starts at 0
 };
 
-/// An <svg> element, with a legend if there are several curves. Its colours are those of the CSS
-/// classes `axis`, `grid`, and of the curves.
+/// An <svg> element, with a legend if there are several curves. Its colours come from the CSS
+/// classes `axis` and `grid`, and from those of the curves.
 std::string svgOf(const Plot& plot);
 
 }  // namespace t4d::tools

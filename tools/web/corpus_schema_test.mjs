@@ -1,4 +1,4 @@
-// The manifest of the file corpus, and the answers beside its files, are as their schemas say.
+// The manifest of the file corpus, and the answers beside its files, match their schemas.
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { readFileSync, readdirSync } from 'node:fs';
@@ -8,7 +8,7 @@ import test from 'node:test';
 import { schemaOf } from './schemas.mjs';
 import { makeFolder, readJson, root, t4dRaw } from './t4d.mjs';
 
-// As users get it: the sources are without the largest file.
+// Generated, as for users: the source tree does not have the largest file.
 const corpus = path.join(makeFolder('corpus'), 'copy');
 assert.equal(t4dRaw('conform', 'copy', corpus).status, 0);
 const at = (name) => path.join(corpus, name);
@@ -54,7 +54,7 @@ test('clauses are rules of the specification', () => {
 test('what t4d validate and t4d info say of the files is as their schemas say', () => {
   const validate = schemaOf('docs/schemas/validate.schema.json');
   const info = schemaOf('docs/schemas/info.schema.json');
-  // C++ tests put all of them to the reader; starting the program so often would take a minute.
+  // C++ tests run the reader on all of them; starting the program for each would take a minute.
   const some = manifest.files.filter(({ result }, i) => result !== 'invalid' || i % 8 === 0);
   for (const { id, file, result } of some) {
     const said = JSON.parse(t4dRaw('validate', at(file), '--json').stdout);

@@ -1,4 +1,4 @@
-// The pages: their links lead somewhere, and what they show is what the program prints.
+// The pages: their links resolve, and the output they show is what the program prints.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
@@ -19,7 +19,7 @@ const pages = pagesBelow('');
 const read = (page) => readFileSync(path.join(root, page), 'utf8');
 const withoutCode = (text) => text.replaceAll(/^ *```[^]*?^ *```$/gm, '');
 
-/** The anchors of a page, as GitHub makes them of its headings. */
+/** The anchors that GitHub generates from a page's headings. */
 const anchorsOf = (text) => [...withoutCode(text).matchAll(/^#+ (.*)$/gm)].map(([, heading]) =>
   heading.toLowerCase().replaceAll(/[^\p{L}\p{N} _-]/gu, '').replaceAll(' ', '-'));
 
@@ -35,7 +35,7 @@ for (const page of pages) {
   });
 }
 
-/** Commands and what follows them, in the blocks of a page: [{command, output}]. */
+/** The commands in the blocks of a page, with their output: [{command, output}]. */
 function examplesOf(page) {
   const blocks = [...read(page).matchAll(/^( *)```\n([^]*?)^\1```$/gm)]
     .map(([, indent, text]) => text.replaceAll(new RegExp(`^${indent}`, 'gm'), ''));
@@ -43,7 +43,7 @@ function examplesOf(page) {
     .map(([, command, output]) => ({ command: command.trim(), output }));
 }
 
-// Times and memory differ from run to run, sizes of files and checksums with the version of zstd.
+// Times and memory vary between runs, file sizes and checksums between versions of zstd.
 const varying = [
   [/\b[\d.]+ (bytes|kB|MB|GB|s)\b(?! long)/g, 'N $1'],
   [/"(seconds|peak_bytes|bytes|bytes_read)": [\d.e-]+/g, '"$1": N'],
@@ -51,7 +51,7 @@ const varying = [
   [/( at byte|"offset":) \d+/g, '$1 N'],
   [/^(size of the file|construction|peak memory) .*$/gm, '$1'],
 ];
-// Progress is shown where work is long. Both streams reach a terminal, in an order that pipes do not keep.
+// Long jobs show progress. A terminal shows both streams, in an order that pipes do not preserve.
 const comparable = (text) => varying
   .reduce((rest, [pattern, by]) => rest.replaceAll(pattern, by), text)
   .split('\n').map((line) => line.trimEnd())
@@ -87,13 +87,13 @@ test('README.md has the verbs of --help in its order, and their commands run', a
   }
 });
 
-// In the order of the README: what the first makes, the others use.
+// In the order of the README: later pages use the files of earlier ones.
 for (const page of new Set(rows.map((row) => row.page).filter(Boolean))) {
   test(`examples of ${page}`, async (t) => {
     const examples = examplesOf(page);
     assert.ok(examples.length > 0);
     for (const { command, output } of examples) {
-      // Meshes from elsewhere.
+      // Meshes that the project does not have.
       const missing = command.split(' ').find((word) => word.endsWith('.obj') &&
         !existsSync(path.join(folder, 'fixtures', word)));
       await t.test(command, { skip: missing && `no ${missing}` }, () => {

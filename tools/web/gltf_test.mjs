@@ -1,4 +1,4 @@
-// glTF as others see it: the Khronos validator finds nothing, and three.js shows what was cut.
+// glTF in other software: the Khronos validator finds no problems, and three.js loads the slices.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -10,13 +10,13 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 import { makeFolder, measureObj, t4d } from './t4d.mjs';
 
-// three.js reads the data URI of a .gltf with what browsers have and node has not.
+// three.js reads the data URI of a .gltf with an API that browsers have and node does not.
 globalThis.ProgressEvent ??= class ProgressEvent extends Event {};
 
 const folder = makeFolder('gltf');
 const at = (name) => path.join(folder, name);
 
-// One solid of each kind, each with a motion that is hard in another way.
+// One solid of each kind, each with a motion that is difficult in its own way.
 const sweeps = [
   { model: 'cube', motion: 'rest', up: 'y', metres: 1 },
   { model: 'paper-cube', motion: 'paper-screw', up: 'y', metres: 1 },
@@ -53,7 +53,7 @@ function boundsOf(objects) {
   return box;
 }
 
-/** What `measured`, in the mesh's own units and axes, becomes in the scene. */
+/** Converts `measured` from the mesh's own units and axes to those of the scene. */
 function expectedBounds(measured, up, metres) {
   const box = new THREE.Box3(new THREE.Vector3(...measured.min), new THREE.Vector3(...measured.max));
   const place = new THREE.Matrix4();
@@ -62,7 +62,7 @@ function expectedBounds(measured, up, metres) {
   return box.applyMatrix4(place.premultiply(new THREE.Matrix4().makeScale(metres, metres, metres)));
 }
 
-/** Equal but for float32 and a rotation by quaternion. */
+/** Equal up to float32 and a rotation by quaternion. */
 function assertSameBox(found, expected, what) {
   const size = expected.getSize(new THREE.Vector3()).length() +
     Math.max(...expected.min.toArray().map(Math.abs), ...expected.max.toArray().map(Math.abs));
@@ -146,7 +146,7 @@ for (const { model, motion, up, metres } of sweeps) {
       await t.test(`slice at t = ${time}`, () =>
         checkSlice(input, '--time', time, `${name}-t${time}`, up, metres));
     }
-    // These have the time for an axis: no units, no axis that is up.
+    // These have time as an axis: no units, and no up axis.
     for (const [axis, option] of ['--x', '--y', '--z'].entries()) {
       const value = between(info.bounds_min[axis], info.bounds_max[axis], 0.52);
       await t.test(`slice ${option} ${value}`, () =>

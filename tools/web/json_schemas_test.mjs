@@ -1,4 +1,4 @@
-// What the program prints with --json is as docs/schemas says, to the last member.
+// The program's --json output matches docs/schemas in every member.
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
@@ -20,9 +20,9 @@ const schemas = new Map(readdirSync(path.join(root, 'docs/schemas'))
 const docs = path.join(root, 'docs');
 const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
 
-// Members that are there in some cases only, and those whose content is free.
+// Members that are present in some cases only, and those with arbitrary content.
 const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error', 'convergence'];
-// Likewise, but only of the meshes that are compared.
+// Likewise, but only in compared meshes.
 const optionalOfMeshes = ['voxel_size', 'frames', 'symmetric_difference', 'hausdorff'];
 const isComparedMesh = (verb, where) =>
   verb === 'compare' && /^(#\/\$defs\/mesh|\/[ab]|\/convergence\/levels\/\d+)$/.test(where);
@@ -30,20 +30,20 @@ const isOptional = (verb, where, key) => optional.includes(key) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
 const free = ['details'];
 
-/** Words of the verbs that help lists below `words`. */
+/** The verbs that help lists below `words`, each as a list of words. */
 function verbsBelow(words) {
   const help = t4dRaw(...words, '--help').stdout;
   const list = /\nSubcommands:\n((?: .*\n)+)/.exec(help)?.[1] ?? '';
   return [...list.matchAll(/^ {2}(\S+)/gm)].map(([, name]) => [...words, name]);
 }
 
-/** All verbs, those below others too, that have --json. */
+/** All verbs with --json, including nested ones. */
 function verbsWithJson(words = []) {
   const here = words.length > 0 && /^ +--json\b/m.test(t4dRaw(...words, '--help').stdout);
   return [...(here ? [words.join('-')] : []), ...verbsBelow(words).flatMap(verbsWithJson)];
 }
 
-/** The file of SPEC.md with its cells as `alter` makes them of its own. */
+/** The file of SPEC.md with its cells modified by `alter`. */
 function writeAltered(name, alter) {
   const bytes = exampleOfSpec();
   const cellsAt = 48;
@@ -66,7 +66,7 @@ function writeInputs() {
   writeFileSync(at('flipped.t4d'), simplex.map((byte, i) => (i === 0x100 ? byte ^ 1 : byte)));
   writeFileSync(at('empty.t4d'), '');
   writeFileSync(at('not.t4d'), '{"bodies": []}');
-  // Volumes of these numbers are beyond double.
+  // The volume of this mesh overflows a double.
   writeFileSync(at('huge.obj'), readFileSync(fixture('cube.obj'), 'utf8')
     .replaceAll(/(?<=^v.*)-?\d+(?=.*$)/gm, '$&e150'));
   t4dRaw('sweep', fixture('cube.obj'), '--motion', fixture('paper-screw.json'), '--steps', 5, '-o', at('swept.t4d'));
@@ -78,7 +78,7 @@ function writeInputs() {
 }
 writeInputs();
 
-// [verb, arguments, exit code]; in this order, as later ones read what earlier ones have written.
+// [verb, arguments, exit code]; in this order, since later ones read files of earlier ones.
 const sweep = (solid, motion, ...more) =>
   ['sweep', [fixture(`${solid}.obj`), '--motion', fixture(`${motion}.json`), ...more], 0];
 const voxels = ['--voxel-size', 4, '--frames', 4];
@@ -95,7 +95,7 @@ const runs = [
     '--frames', 2, '-o', at('level-sets')], 0],
   ['voxelize', [fixture('paper-cube.obj'), '--motion', fixture('paper-voxel.json'), ...voxels,
     '--mask', '-o', at('masks')], 0],
-  // No lattice point is inside.
+  // No lattice point lies inside.
   ['voxelize', [fixture('cube.obj'), '--motion', fixture('rest.json'), '--voxel-size', 1000,
     '--frames', 2, '--mask', '-o', at('none')], 0],
   ['weave', [at('level-sets'), '-o', at('woven.t4d')], 0],
@@ -143,7 +143,7 @@ const runs = [
   ['compare', [fixture('paper-cube.obj'), '--motion', fixture('paper-voxel.json'), ...voxels,
     '--slices', 3], 0],
   ['compare', [at('screw.t4d'), at('voxels.t4d'), '--times', '0:1:2'], 0],
-  // At the last of the times only one of them exists.
+  // At the last time only one of them exists.
   ['compare', [at('simplex.t4d'), at('rest.t4d'), '--times', '0:10:3'], 0],
   ['compare', [at('huge.t4d'), at('huge.t4d'), '--slices', 1], 0],
   ['compare', [at('cut.t4d'), at('voxels.t4d')], 4],
@@ -158,7 +158,7 @@ const runs = [
   ['conform-reader', ['--reader', './no-such'], 2],
 ];
 
-/** Whether a verb that fails answers all the same. */
+/** Whether a verb prints JSON even if it fails. */
 const answersOfFailure = (verb, args, status) =>
   verb === 'validate' ? !args[0].includes('no such') :
   verb === 'recover' ? args[0].includes('open') || args[0].includes('cut') :
@@ -205,7 +205,7 @@ test('every verb with --json has a schema, runs here, and is linked in the pages
     .matchAll(/\(schemas\/([a-z-]+)\.schema\.json\)/g)].map(([, verb]) => verb);
   assert.deepEqual(linksOf('json.md').sort(), [...verbs].sort());
   const onPages = pages.filter((name) => name !== 'json.md').flatMap(linksOf);
-  // A verb without a page.
+  // `version` has no page.
   assert.deepEqual([...onPages, 'version'].sort(), [...verbs].sort());
 });
 
@@ -217,7 +217,7 @@ for (const [verb, { schema }] of schemas) {
     const described = (member) => member.description ??
       (member.$ref && schema.$defs[member.$ref.replace('#/$defs/', '')].description);
     walkSchema(schema, (part, where) => {
-      // What only narrows a member, below if, then and else, has its description elsewhere.
+      // A schema below if, then or else only narrows a member that is described elsewhere.
       if (part.type !== 'object' || !part.properties || /\/(if|then|else)\b/.test(where)) return;
       assert.equal(part.additionalProperties, false, where);
       const members = Object.keys(part.properties);

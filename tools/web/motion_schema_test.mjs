@@ -1,4 +1,4 @@
-// The JSON Schema of motion files accepts what the program accepts and refuses what it refuses.
+// The JSON Schema of motion files accepts and rejects the same files as the program.
 import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import path from 'node:path';

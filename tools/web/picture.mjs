@@ -31,7 +31,7 @@ await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
   args: [
-    '--no-sandbox',  // it cannot have one as root; it sees our own page only
+    '--no-sandbox',  // not available to root; Chromium loads only our own page
     '--use-angle=swiftshader', '--enable-unsafe-swiftshader',  // WebGL without a GPU
     '--disable-background-networking', '--no-first-run', '--disable-sync',
     '--disable-component-update',

@@ -9,9 +9,9 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const WIDTH = 1600;
 const HEIGHT = 700;
-const SPLIT = 985;  // pixels for the left part
+const SPLIT = 985;  // width of the left part in pixels
 const TIMES = [0, 1.3, 2.6, 3.9, 5];
-const TIME_SCALE = 11;  // mm for a second
+const TIME_SCALE = 11;  // mm per second
 const SPACING = 23.2;
 const BLOCK_TOP = -7.5;  // where the head comes to rest
 const BLOCK_BOTTOM = -53;
@@ -30,7 +30,7 @@ renderer.autoClear = false;
 const environment = new THREE.PMREMGenerator(renderer)
   .fromScene(new RoomEnvironment(), 0.03).texture;
 
-/** The geometry of the one mesh in a file, in the mesh's own units and axes. */
+/** The geometry of the only mesh in a file, in the mesh's own units and axes. */
 async function geometryOf(file) {
   const gltf = await new GLTFLoader().loadAsync(`/demo/${file}`);
   let geometry;
@@ -38,17 +38,17 @@ async function geometryOf(file) {
   return geometry;
 }
 
-/** A scene lit from around `lightFrom`: several weak lights, which make shadows soft. */
+/** A scene lit from around `lightFrom` by several weak lights, for soft shadows. */
 function makeScene(target, lightFrom, reach) {
-  const LIGHTS = 10;  // with the environment, as many textures as WebGL promises
+  const LIGHTS = 10;  // with the environment, the number of textures that WebGL guarantees
   const SPREAD = 22;
   const scene = new THREE.Scene();
   scene.environment = environment;
-  scene.environmentRotation.set(Math.PI / 2, 0, 0);  // its up is y
+  scene.environmentRotation.set(Math.PI / 2, 0, 0);  // the environment has y up
   scene.environmentIntensity = 0.68;
   for (let i = 0; i < LIGHTS; ++i) {
     const light = new THREE.DirectionalLight('#fffaf2', 2.1 / LIGHTS);
-    const angle = i * Math.PI * (3 - Math.sqrt(5));  // a sunflower
+    const angle = i * Math.PI * (3 - Math.sqrt(5));  // the golden angle
     const radius = SPREAD * Math.sqrt((i + 0.5) / LIGHTS);
     light.target.position.set(...target);
     light.position.set(...lightFrom).add(light.target.position)
@@ -73,7 +73,7 @@ function add(scene, geometry, material) {
   return mesh;
 }
 
-/** An orthographic camera that looks at `target` along `direction`; `height` mm fit. */
+/** An orthographic camera that looks at `target` along `direction` and shows `height` mm. */
 function makeCamera(target, direction, height, aspect) {
   const camera = new THREE.OrthographicCamera(
     -height * aspect / 2, height * aspect / 2, height / 2, -height / 2, 1, 1000);
@@ -99,7 +99,7 @@ function arrow([x1, y1], [x2, y2]) {
   document.querySelector('svg').append(line);
 }
 
-/** Pixels of a point seen by a camera whose picture begins at `left`. */
+/** The pixel position of a point for a camera whose picture begins at `left`. */
 function pixelsOf(point, camera, left, width) {
   const p = point.clone().project(camera);
   return [left + (p.x + 1) / 2 * width, (1 - p.y) / 2 * HEIGHT];
@@ -190,7 +190,7 @@ function drawSculpture(sculpture, bolts) {
   const camera = makeCamera(new THREE.Vector3(TIME_SCALE * 2.5, 0, -24),
     new THREE.Vector3(0.62, 1, -0.5), 86, width / HEIGHT);
   render(scene, camera, SPLIT, width);
-  // The axes stand in a free corner; the camera is orthographic, so only directions matter.
+  // The axes are drawn in a free corner; the camera is orthographic, so only directions matter.
   const corner = [SPLIT + 92, 612];
   const [x0, y0] = pixelsOf(new THREE.Vector3(), camera, SPLIT, width);
   const axes = { t: [16, 0, 0], y: [0, 14, 0], z: [0, 0, 11] };

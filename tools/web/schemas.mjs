@@ -1,4 +1,4 @@
-// JSON Schemas of the project, in ajv's strictest reading.
+// JSON Schemas of the project, in ajv's strictest mode.
 import assert from 'node:assert/strict';
 import path from 'node:path';
 
@@ -25,14 +25,14 @@ export function schemaOf(file) {
   };
 }
 
-/** Calls visit(subschema, where) for a schema and all that it holds. */
+/** Calls visit(subschema, where) for a schema and all schemas within it. */
 export function walkSchema(schema, visit, where = '#') {
   if (typeof schema !== 'object' || schema === null) return;
   if (!Array.isArray(schema)) visit(schema, where);
   for (const [key, value] of Object.entries(schema)) walkSchema(value, visit, `${where}/${key}`);
 }
 
-/** Every object in a JSON value, with its path; not what is below a member named in `except`. */
+/** Every object in a JSON value, with its path; skips members named in `except`. */
 export function* objectsIn(value, except = [], where = '') {
   if (typeof value !== 'object' || value === null) return;
   if (!Array.isArray(value)) yield { object: value, where };

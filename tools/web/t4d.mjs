@@ -1,4 +1,4 @@
-// What the tests share: the program, its fixtures, and readers of what it writes.
+// Shared by the tests: the program, its fixtures, and readers of its output.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { mkdirSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import path from 'node:path';
@@ -23,7 +23,7 @@ export const fixturesIn = (folder, extension) =>
 
 export const readJson = (file) => JSON.parse(readFileSync(file, 'utf8'));
 
-/** Runs `t4d ARGUMENTS --json`; returns what it prints, or throws with what it complains of. */
+/** Runs `t4d ARGUMENTS --json`; returns its output, or throws its error message. */
 export function t4d(...args) {
   const done = t4dRaw(...args, '--json');
   if (done.status !== 0) {
@@ -35,7 +35,7 @@ export function t4d(...args) {
 export const t4dRaw = (...args) =>
   spawnSync(path.join(build, 't4d'), args.map(String), { encoding: 'utf8' });
 
-/** The measures of an .obj file: the numbers as they are in the 4D mesh. */
+/** The measures of an .obj file, in the numbers of the 4D mesh. */
 export function measureObj(file) {
   const min = [Infinity, Infinity, Infinity];
   const max = [-Infinity, -Infinity, -Infinity];

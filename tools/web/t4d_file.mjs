@@ -1,4 +1,4 @@
-// The chunks of a .t4d file, for tests that look into one or alter it (t4d/formats/t4d/SPEC.md).
+// The chunks of a .t4d file, for tests that inspect or modify one (t4d/formats/t4d/SPEC.md).
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
 
@@ -46,7 +46,7 @@ export function crc32c(bytes) {
   return (crc ^ 0xffffffff) >>> 0;
 }
 
-/** Makes the checksums of all chunks right again after payloads were altered in place. */
+/** Recomputes the checksums of all chunks after payloads were modified in place. */
 export function reseal(bytes) {
   for (const { at, payload } of chunksOf(bytes)) {
     bytes.writeUInt32LE(crc32c(payload), at + 16);
@@ -55,7 +55,7 @@ export function reseal(bytes) {
   return bytes;
 }
 
-/** The file with another text as HEAD; everything after it moves. */
+/** The file with a different HEAD text; everything after it moves. */
 export function withHead(bytes, text) {
   const [head, next] = chunksOf(bytes);
   const payload = Buffer.from(text);

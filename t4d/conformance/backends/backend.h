@@ -22,10 +22,10 @@ class Backend {
     (void)given;
     return {{}};
   }
-  /// What the mesh must be, and how far off it may be.
+  /// The closed form for the mesh, with tolerances.
   virtual Result<Expectation> expectation(const Case& given,
                                           const Resolution& resolution) const = 0;
-  /// Makes the mesh.
+  /// Builds the mesh.
   virtual Result<void> build(const Case& given, const Resolution& resolution,
                              model::Sink& sink) const = 0;
 };

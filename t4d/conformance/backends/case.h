@@ -11,49 +11,49 @@
 #include "t4d/model/motion.h"
 #include "t4d/model/triangle_mesh.h"
 
-/// Moving solids of which all that matters is known in closed form.
+/// Moving solids whose relevant properties are known in closed form.
 namespace t4d::conformance {
 
 /// A solid bounded by a triangle mesh, and how it moves.
 struct MovingMesh {
   model::TriangleMesh mesh;
-  double volume = 0;        ///< of the solid, in closed form where there is one
+  double volume = 0;        ///< of the solid, in closed form if there is one
   std::vector<int> genera;  ///< of its surfaces, in descending order
-  std::string motionText;   ///< what a motion file would hold (docs/motion.md)
-  model::Motion motion;     ///< the same
+  std::string motionText;   ///< the text of a motion file (docs/motion.md)
+  model::Motion motion;     ///< the same motion, parsed
 };
 
 /// How voxel4d runs a case.
 struct VoxelPlan {
-  /// Descending, in length units; each half of the one before. Empty: not a case for voxels.
+  /// Descending, in length units; each half of the one before. Empty: not a voxel case.
   std::vector<double> voxelSizes;
-  /// Lattice points inside instead of distances, a frame each unit of time; with the one voxel
-  /// size.
+  /// Store the lattice points inside instead of distances, with one frame per unit of time and a
+  /// single voxel size.
   bool mask = false;
   std::size_t maskFrames = 0;
-  double maskVolume = 0;         ///< of the slice at each frame
-  std::optional<Counts> counts;  ///< where they are known
+  double maskVolume = 0;         ///< volume of the slice at each frame
+  std::optional<Counts> counts;  ///< if known
 };
 
-/// What errors of voxels depend on.
+/// Properties of a surface that determine the voxel error.
 struct Surface {
   double area = 0;
-  /// The sum over all edges of length times |difference of the two normals|; where it is smooth,
-  /// the integral of the sum of the two principal curvatures, both taken positive.
+  /// The sum over all edges of length times |difference of the two normals|; where the surface is
+  /// smooth, the integral of the sum of the two principal curvatures, both taken positive.
   double bending = 0;
 };
 
 struct Case {
   std::string id;
   std::string description;
-  /// What moves: one of the two.
+  /// What moves: exactly one of these two is set.
   std::optional<MovingMesh> mesh;
   std::optional<fixtures::Field> field;
-  /// Of a field at a time; a bound where it is no one formula.
+  /// Surface of the field at a time; an upper bound if there is no single formula.
   std::function<Surface(double time)> fieldSurface;
-  /// R_Vmin of mesh4d (t4d/mesh4d/steps.h).
+  /// R_Vmin for mesh4d (t4d/mesh4d/steps.h).
   double minVolumeRatio = 0.998;
-  /// Of mesh4d, with ends closed by TetGen, where they are known as a whole.
+  /// Counts for mesh4d with TetGen caps, if the total is known.
   std::optional<Counts> meshCounts;
   VoxelPlan voxels;
   bool large = false;  ///< left out of a quick run
@@ -61,11 +61,11 @@ struct Case {
   model::TimeSpan time() const;
   double volumeAt(double time) const;
   std::optional<double> hypervolume() const;
-  /// At which the oracle cuts: both ends, and times at odd fractions between them.
+  /// The times at which the oracle slices: both ends, and times at odd fractions between them.
   std::vector<double> sliceTimes() const;
 };
 
-/// All of them, in the order in which they are listed. Ids are words joined by hyphens.
+/// All cases, in listing order. Ids are words joined by hyphens.
 std::vector<Case> analyticCases();
 
 }  // namespace t4d::conformance

@@ -13,9 +13,9 @@ std::unique_ptr<Backend> meshBackend();
 /// Weaves voxels (voxel4d): level sets of a moving mesh, or samples of a field.
 std::unique_ptr<Backend> voxelBackend();
 
-/// All of the above, in the order in which they are listed. A new backend is a file that defines
-/// its function, a declaration here, and a line in the table of own_backends.cpp; `t4d conform
-/// backends` takes their names from here.
+/// All of the above, in listing order. To add a backend, write a file that defines its function,
+/// declare it here, and add a line to the table in own_backends.cpp; `t4d conform backends` takes
+/// the names from here.
 std::vector<std::unique_ptr<Backend>> ownBackends();
 
 }  // namespace t4d::conformance

@@ -12,15 +12,15 @@
 
 namespace t4d::conformance {
 
-/// What one resolution of a case led to.
+/// The result of a case at one resolution.
 struct Level {
   Resolution resolution;
   MeshResult mesh;
   std::optional<double> hypervolumeError;  ///< |found - true| / true, if the true one is known
-  std::optional<double> sliceError;        ///< root of the mean square over slices, likewise
+  std::optional<double> sliceError;        ///< root mean square over slices, likewise
 };
 
-/// How fast errors fall with the size of voxels.
+/// How fast errors fall with the voxel size.
 struct Orders {
   std::optional<double> hypervolume;
   std::optional<double> slices;
@@ -32,8 +32,8 @@ struct CaseResult {
   std::string backend;
   std::vector<Check> checks;  ///< of all levels, and of the orders
   std::vector<Level> levels;
-  std::optional<double> hypervolumeExpected;  ///< of the finest level
-  std::optional<double> worstError;           ///< relative, of any volume of the finest level
+  std::optional<double> hypervolumeExpected;  ///< at the finest level
+  std::optional<double> worstError;           ///< relative, of any volume at the finest level
   Orders orders;
   double seconds = 0;
 
@@ -41,12 +41,12 @@ struct CaseResult {
   std::size_t passedChecks() const;
 };
 
-/// Builds the case at each resolution and verifies the meshes. `quick` leaves out the finest
-/// resolution if there are more than two. A backend that returns an error fails the check "made".
+/// Builds the case at each resolution and verifies the meshes. `quick` skips the finest resolution
+/// if there are more than two. A backend that returns an error fails the check "made".
 ///
-/// Errors should fall with the square of the voxel size h (expectations.h): expected is order 2
-/// between the coarsest and the finest. How the surface lies on the lattice changes the factor
-/// before h^2; the tolerance is what a change of that by two makes.
+/// Errors should fall with the square of the voxel size h (expectations.h), so order 2 is expected
+/// between the coarsest and the finest. The constant before h^2 depends on how the surface lies on
+/// the lattice; the tolerance allows it to change by a factor of two.
 CaseResult runCase(const Case& given, const Backend& backend, bool quick,
                    const model::Progress& progress = {});
 
@@ -55,8 +55,9 @@ struct Job {
   const Backend* backend = nullptr;
 };
 
-/// Runs several cases at a time; the results are in the order of the jobs and, but for the seconds,
-/// the same for any number of threads. `finished` is called as each is done, one at a time.
+/// Runs several cases in parallel. The results are in the order of the jobs and, except for the
+/// seconds, the same for any number of threads. `finished` is called after each case, never
+/// concurrently.
 std::vector<CaseResult> runCases(std::span<const Job> jobs, bool quick,
                                  const std::function<void(const CaseResult&)>& finished = {});
 

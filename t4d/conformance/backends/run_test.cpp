@@ -58,7 +58,7 @@ TEST(Cases, AreNamedOnceAndKnowWhatTheyAre) {
 }
 
 TEST(Cases, SquirrelSizeHasThePapersCounts) {
-  // 3,909,554 vertices and 18,266,982 tetrahedra are those of its 65 steps and the paper's caps.
+  // The counts 3,909,554 and 18,266,982 are those of its 65 steps and the paper's caps.
   const Expectation expectation = *meshBackend()->expectation(caseOf("squirrel-size"), {});
   EXPECT_EQ(3'909'554 - expectation.sideCounts->vertices, 2 * 102U);
   EXPECT_EQ(18'266'982 - expectation.sideCounts->tetrahedra, 2 * 35'311U);
@@ -100,7 +100,7 @@ TEST(Backends, AreJudgedTheSameByAnyNumberOfThreads) {
   }
 }
 
-/// A backend of one's own: the interface is all that it takes. Wrong ones are caught.
+/// A user's own backend: it only has to implement the interface. Wrong ones are detected.
 class OwnBackend : public Backend {
  public:
   using Build = std::function<Result<void>(const Case&, const Resolution&, model::Sink&)>;
@@ -132,13 +132,13 @@ Result<void> sweptBy(const Case& given, const mesh4d::SweepOptions& options, mod
 
 TEST(Backends, WrongSweepsAreCaught) {
   const Case given = caseOf("cube-screw");
-  // Three cells a prism, not fourteen.
+  // Three cells per prism instead of fourteen.
   const OwnBackend three(meshBackend(), [](const Case& c, const Resolution&, model::Sink& sink) {
     return sweptBy(c, {.caps = mesh4d::CapMethod::Cone, .prism = mesh4d::PrismSplit::Three}, sink);
   });
   EXPECT_THAT(failedOf(runCase(given, three, false)),
               testing::IsSupersetOf({"vertices between the caps", "tetrahedra between the caps"}));
-  // A step fewer.
+  // One step fewer.
   const OwnBackend coarse(meshBackend(), [](const Case& c, const Resolution&, model::Sink& sink) {
     return sweptBy(c, {.steps = mesh4d::StepsPerSegment{23}, .caps = mesh4d::CapMethod::Cone},
                    sink);
@@ -170,10 +170,10 @@ OwnBackend weaver(double sizeFactor, double late) {
 TEST(Backends, WrongVoxelsAreCaught) {
   const Case given = caseOf("cube-about-skew-axis");
   EXPECT_TRUE(runCase(given, weaver(1, 0), true).passed());
-  // Voxels four times as large as said: the bounds of order h^2 notice.
+  // Voxels four times larger than declared violate the bounds of order h^2.
   EXPECT_THAT(failedOf(runCase(given, weaver(4, 0), true)),
               testing::Contains("h = 1: hypervolume"));
-  // A mesh that follows its motion too late.
+  // A mesh that lags behind its motion.
   EXPECT_THAT(failedOf(runCase(given, weaver(1, 0.2), true)),
               testing::Contains("h = 1: slice at 2: farthest vertex from the true surface"));
 }

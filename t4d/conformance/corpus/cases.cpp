@@ -10,7 +10,7 @@ namespace {
 
 using model::Slab;
 
-/// `bodies` as they are read again: positions rounded, means made of what was rounded.
+/// `bodies` as a reader returns them: positions rounded, means computed from the rounded values.
 std::vector<BodySlabs> stored(std::vector<BodySlabs> bodies, const ImageOptions& options) {
   if (!options.float32) return bodies;
   for (BodySlabs& body : bodies) {
@@ -31,7 +31,7 @@ bool anySlab(const std::vector<BodySlabs>& bodies, Predicate predicate) {
   });
 }
 
-/// What a file uses, in words for filters.
+/// What a file uses, as keywords for filters.
 std::vector<std::string> usedBy(const std::vector<BodySlabs>& bodies, const ImageOptions& options) {
   std::vector<std::string> used = neededFeatures(bodies, options);
   const auto note = [&](const char* word, bool is) {

@@ -8,14 +8,14 @@
 #include "t4d/conformance/corpus/corpus.h"
 #include "t4d/conformance/corpus/image.h"
 
-/// The corpus in parts, with what tests of it want to know.
+/// The corpus in parts, with the details its tests need.
 namespace t4d::conformance {
 
-/// A file that can be accepted.
+/// A file that a reader may accept.
 struct AcceptedCase {
   CorpusFile file;
   std::vector<BodySlabs> bodies;
-  /// The closed forms, where there is one: what all bodies together enclose, and their slices.
+  /// Closed forms, if known: the total over all bodies, and their slices.
   std::optional<double> hypervolume;
   std::function<double(double time)> sliceVolume;
 };
@@ -30,21 +30,21 @@ std::vector<AcceptedCase> validCases();
 std::vector<InvalidCase> invalidCases();
 std::vector<AcceptedCase> implCases();
 
-/// A file in the making that can be accepted.
+/// Builds a file that a reader may accept.
 class AcceptedBuilder {
  public:
   /// `id` as in CorpusFile, `what` its `fault`.
   AcceptedBuilder(const std::string& id, Validity validity, const std::string& what);
 
-  /// The file as Image::of makes it, with `head` for HEAD where it is given.
+  /// Sets the file to Image::of, with `head` as HEAD if given.
   AcceptedBuilder& of(const std::vector<BodySlabs>& bodies, const ImageOptions& options = {},
                       const std::optional<std::string>& head = {});
-  /// The file `image`, which holds `bodies`.
+  /// Sets the file to `image`, which holds `bodies`.
   AcceptedBuilder& of(const Image& image, const std::vector<BodySlabs>& bodies,
                       const ImageOptions& options = {});
-  /// What HEAD names, where that is more than is used.
+  /// The features that HEAD names, if more than are used.
   AcceptedBuilder& naming(const std::vector<std::string>& features);
-  /// What the file shows, beside what is seen from its slabs and options.
+  /// What the file demonstrates, besides what its slabs and options show.
   AcceptedBuilder& shows(const std::vector<std::string>& features);
   AcceptedBuilder& slicedAt(const std::vector<double>& times);
   AcceptedBuilder& encloses(double hypervolume,
@@ -62,12 +62,12 @@ class AcceptedBuilder {
   std::vector<double> times_;
 };
 
-/// Files in the making, of one validity: Valid or Either.
+/// A list of files being built, all of one validity: Valid or Either.
 class AcceptedCases {
  public:
   explicit AcceptedCases(Validity validity) : validity_(validity) {}
 
-  /// Further calls do not move it.
+  /// The reference stays valid after further calls.
   AcceptedBuilder& add(const std::string& name, const std::string& what);
   std::vector<AcceptedCase> finish() const;
 
@@ -76,7 +76,7 @@ class AcceptedCases {
   std::deque<AcceptedBuilder> builders_;
 };
 
-/// The features of SPEC.md that the bodies need when they are stored so.
+/// The features of SPEC.md that the bodies need if stored this way.
 std::vector<std::string> neededFeatures(const std::vector<BodySlabs>& bodies,
                                         const ImageOptions& options);
 

@@ -20,7 +20,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kSpecVersion = "1.0";
-/// Larger files need not be there to be verified: they are made, and not kept with the sources.
+/// Larger files may be missing when the corpus is verified: they are generated, and not kept in the
+/// source tree.
 constexpr std::size_t kKeptBytes = std::size_t{1} << 20;
 
 std::string sha256(std::string_view bytes) {

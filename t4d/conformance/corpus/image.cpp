@@ -44,7 +44,7 @@ std::string headOf(const std::vector<BodySlabs>& bodies, const ImageOptions& opt
   return headJson(features, names);
 }
 
-/// What the slabs of a body have in common with those before.
+/// What the slabs of a body share with earlier ones.
 struct Shared {
   std::shared_ptr<const model::Connectivity> connectivity;
   std::string connectivityName;
@@ -181,7 +181,7 @@ void Image::flip(const std::string& place, std::size_t at) {
   patches_.push_back({place, "", at, true});
 }
 
-/// Applies what has been set to PREFIX + FIELD; with `field` to that one alone.
+/// Applies the patches to PREFIX + FIELD; with `field`, only to that one.
 void Image::patch(Record& record, const std::string& prefix, const std::string& field) const {
   for (const Patch& patch : patches_) {
     if (!patch.place.starts_with(prefix)) continue;

@@ -31,7 +31,7 @@ std::string written(const std::vector<BodySlabs>& bodies, const formats::T4dWrit
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// HEAD as the writer writes it.
+/// HEAD as written by the writer.
 std::string headIn(const std::string& file) {
   std::uint64_t length = 0;
   file.copy(reinterpret_cast<char*>(&length), sizeof length, 32);

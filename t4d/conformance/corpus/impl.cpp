@@ -2,7 +2,7 @@
 #include "t4d/conformance/corpus/shapes.h"
 #include "t4d/conformance/corpus/zstd_frame.h"
 
-/// Files of which readers may decide.
+/// Files that a reader may accept or refuse.
 namespace t4d::conformance {
 namespace {
 
@@ -77,7 +77,7 @@ void addArrays(AcceptedCases& cases) {
         .at(image.offset("CONN 0/cells/stored") + 5);
   }
 
-  // 4,096 vertices with 128 numbers of 8 bytes each, all zero.
+  // 4,096 vertices with 128 zeros of 8 bytes each.
   constexpr std::uint32_t kVertices = 4096;
   std::vector<Slab> large = simplex();
   auto connectivity = std::make_shared<Connectivity>(*large[0].connectivity);
@@ -114,7 +114,7 @@ void addArrays(AcceptedCases& cases) {
       .at(image.offset("SLAB 0/attribute 0/values"));
 }
 
-/// The simplex with other cells.
+/// The simplex with different cells.
 std::vector<Slab> simplexOf(const std::vector<Cell>& cells) {
   std::vector<Slab> slabs = simplex();
   auto connectivity = std::make_shared<Connectivity>(*slabs[0].connectivity);
@@ -148,7 +148,7 @@ void addMeshes(AcceptedCases& cases) {
   add("inside-out", "All cells have the other orientation: the hypervolume is negative.",
       simplexOf(cells), {0.5});
 
-  // Two simplices, the last corner of one the first of the other.
+  // Two simplices; the last corner of one is the first of the other.
   auto pinched = std::make_shared<Connectivity>();
   pinched->vertexCount = 9;
   pinched->cells = all;

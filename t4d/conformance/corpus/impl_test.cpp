@@ -1,17 +1,14 @@
 #include <map>
 
 #include <gmock/gmock.h>
-#include <nlohmann/json.hpp>
 
 #include "t4d/conformance/corpus/cases.h"
+#include "t4d/conformance/corpus/expect_answers.h"
 #include "t4d/conformance/corpus/temporary_file.h"
 #include "t4d/measure/validate.h"
 
 namespace t4d::conformance {
 namespace {
-
-using nlohmann::json;
-using testing::IsEmpty;
 
 TEST(ImplFiles, AreReadRightWhereOurReaderAcceptsThem) {
   std::size_t accepted = 0;
@@ -24,17 +21,7 @@ TEST(ImplFiles, AreReadRightWhereOurReaderAcceptsThem) {
       continue;
     }
     ++accepted;
-    EXPECT_THAT(
-        differences(json::parse(made.file.describe->json), json::parse(made.file.describe->within),
-                    json::parse(description->json)),
-        IsEmpty());
-    for (const ExpectedSlice& expected : made.file.slices) {
-      const auto slice = sliceFile(file.path(), expected.time);
-      ASSERT_TRUE(slice) << slice.error().text();
-      EXPECT_THAT(differences(json::parse(expected.answer), json::parse(expected.within),
-                              json::parse(slice->json)),
-                  IsEmpty());
-    }
+    expectAnswers(made.file, file.path(), *description);
   }
   EXPECT_GT(accepted, 0U);
 }

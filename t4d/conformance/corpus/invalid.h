@@ -7,10 +7,10 @@
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/image.h"
 
-/// Files with one fault each, by sections of SPEC.md.
+/// Files with one fault each, grouped by section of SPEC.md.
 namespace t4d::conformance {
 
-/// A right file, to be made wrong.
+/// A valid file to introduce faults into.
 struct Base {
   Image image;
   std::vector<std::string> features;
@@ -20,29 +20,29 @@ struct Base {
 Base baseOf(const std::vector<BodySlabs>& bodies, const ImageOptions& options = {});
 /// A simplex in one slab: HEAD, CONN 0, SLAB 0, DONE, INDX.
 Base plain();
-/// The same without index.
+/// The same without an index.
 Base unindexed();
 /// A cross-polytope in two slabs: HEAD, CONN 0, LAYR 0, SLAB 0, CONN 1, SLAB 1, DONE, INDX.
 Base layered();
 /// A tetrahedron at rest from 0 to 1 in one slab: HEAD, CONN 0, LAYR 0, LAYR 1, SLAB 0, DONE, INDX.
 Base between();
-/// A simplex and beside it two vertices, 5 and 6, and two means, 7 of four vertices and 8 of two.
+/// A simplex plus two extra vertices, 5 and 6, and two means, 7 of four vertices and 8 of two.
 model::Slab meansSlab();
-/// That as a file: HEAD, CONN 0, SLAB 0, DONE, INDX.
+/// meansSlab() as a file: HEAD, CONN 0, SLAB 0, DONE, INDX.
 Base withMeans();
 /// An optional chunk called "note" of type `note`.
 Image::Chunk noteChunk(std::size_t bytes);
 
 class InvalidCases {
  public:
-  /// `base`, changed by `change`. `name` begins with the number of the broken rule; the fault lies
-  /// `at` bytes behind `place`.
+  /// `base`, modified by `change`. `name` begins with the number of the broken rule; the fault is
+  /// at `at` bytes after the start of `place`.
   void add(const std::string& name, const std::string& fault, const Base& base,
            const std::function<void(Image&)>& change, const std::string& place, std::size_t at = 0);
-  /// `bytes`, wrong at `offset`.
+  /// `bytes`, with the fault at `offset`.
   void addBytes(const std::string& name, const std::string& fault, const Base& base,
                 const std::string& bytes, std::uint64_t offset);
-  /// `base` with the bit of a byte flipped after all else.
+  /// `base` with one bit flipped after everything else.
   void addFlip(const std::string& name, const std::string& fault, const Base& base,
                const std::string& place, std::size_t at = 0);
 
@@ -71,7 +71,7 @@ void addAssemblyFaults(InvalidCases& cases);
 void addDoneFaults(InvalidCases& cases);
 void addIndexFaults(InvalidCases& cases);
 
-/// Byte sequences that are not UTF-8, and what is wrong with them.
+/// Byte sequences that are not UTF-8, each with its fault.
 struct NotUtf8 {
   const char* name;
   const char* what;

@@ -41,7 +41,7 @@ Base withAttribute(const Attribute& attribute) {
   return baseOf({{"simplex", simplexWith({attribute})}});
 }
 
-/// A simplex that names zstd in HEAD and stores the indices of its cells as `frame`.
+/// A simplex whose HEAD names zstd and that stores the indices of its cells as `frame`.
 struct Compressed {
   std::string content;  ///< the indices, transposed: 80 bytes
 
@@ -91,7 +91,7 @@ void addFrameFaults(InvalidCases& cases) {
   unfinished[6] = static_cast<char>(unfinished[6] & ~1);
   add("A10-no-last-block", "No block of the frame is marked as the last.", unfinished, 6);
   add("A10-raw", "The array itself stands where a frame should.", content);
-  // A stored block of the 80 bytes, then the end.
+  // A raw block of the 80 bytes, then the end.
   add("A10-frame-of-zstd-0.7", "The frame is of a version of zstd from before the standard.",
       "\x27\xB5\x2F\xFD\x20\x50\x40\x00\x50"s + content + "\xC0\0\0"s);
   add("A10-zlib", "The stored bytes are compressed with zlib.",
@@ -132,7 +132,7 @@ void addFrameFaults(InvalidCases& cases) {
   summed[sum] = static_cast<char>(summed[sum] ^ 1);
   add("A12-checksum", "The frame's own checksum is wrong.", summed, sum);
 
-  // One array is compressed, and the feature not named.
+  // One array is compressed, but the feature is not named.
   const auto with = [](const std::string& chunk, const std::vector<std::string>& features) {
     const std::vector<BodySlabs> cross = {{"cross", crossPolytope()}};
     Image stored = Image::of(cross, {.storage = Storage::Blocks});

@@ -18,7 +18,7 @@ std::string nested(int levels, char open, char close) {
 void addHeadFaults(InvalidCases& cases) {
   const Base base = plain();
   const std::string right = headJson({}, {"simplex"});
-  /// A file with another HEAD, wrong where `mark` is.
+  /// A file with a different HEAD, with the fault at `mark`.
   const auto add = [&](const std::string& name, const std::string& fault, const std::string& json,
                        const std::string& mark = "") {
     const std::size_t at = mark.empty() ? 0 : json.find(mark);
@@ -29,7 +29,7 @@ void addHeadFaults(InvalidCases& cases) {
         },
         "HEAD/json", at);
   };
-  /// The same with further members.
+  /// The same with additional members.
   const auto with = [&](const std::string& name, const std::string& fault,
                         const std::string& members, const std::string& mark = "") {
     add(name, fault, headJson({}, {"simplex"}, members), mark.empty() ? members : mark);

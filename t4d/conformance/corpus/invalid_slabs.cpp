@@ -6,7 +6,7 @@
 #include "t4d/conformance/corpus/invalid.h"
 #include "t4d/conformance/corpus/shapes.h"
 
-/// Faults of CONN, LAYR and SLAB, and of what they are together.
+/// Faults of CONN, LAYR and SLAB, and of how they fit together.
 namespace t4d::conformance {
 namespace {
 
@@ -20,10 +20,10 @@ using model::Slab;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
 
-/// The bytes of zeros.
+/// `count` zero bytes.
 std::string zeros(std::size_t count) { return std::string(count, '\0'); }
 
-/// The second half of a cross-polytope, from a layer at t = 0 on.
+/// The second half of a cross-polytope, beginning with the layer at t = 0.
 Slab upperHalf() { return crossPolytope()[1]; }
 
 /// Replaces the interior vertices of SLAB 0 by these.
@@ -114,7 +114,7 @@ void addConnectivityFaults(InvalidCases& cases) {
   set("N4-vertex-5-of-5", "A cell has the vertex 5, of 5.", base, "cells/stored", 5, 4 * 6);
   set("N4-2-to-the-32-less-1", "A cell has the vertex 2^32 - 1.", base, "cells/stored", ~0U, 76);
   set("N4-2-to-the-31", "A cell has the vertex 2^31.", base, "cells/stored", 1U << 31, 0);
-  // Cell 4 is 0, 1, 2, 3.
+  // Cell 4 is (0, 1, 2, 3).
   for (const auto& [name, value, corner] : {std::tuple{"first-and-second", 0U, 1U},
                                             {"first-and-last", 0U, 3U},
                                             {"third-and-last", 2U, 3U}}) {
@@ -225,7 +225,7 @@ void addLayerFaults(InvalidCases& cases) {
   replace("L2-1-component", "The positions have one number.",
           arrayRecord(ScalarType::Float64, 1, zeros(96), Storage::Raw), "components");
 
-  // A simplex whose slab names a layer of nothing.
+  // A simplex whose slab refers to an empty layer.
   const Base simple = plain();
   cases.add(
       "L3-no-rows", "A layer has no vertices.", simple,
@@ -453,7 +453,7 @@ void addSlabFaults(InvalidCases& cases) {
                  return slabs;
                }()}}),
       [](Image& image) { image.set("SLAB 0/attributes", 0U); }, "SLAB 0/attributes");
-  // INDX repeats the fields, so that a slab has to have them; the array after them is cut off.
+  // INDX repeats the fields, so the slab must have them; the array after them is cut off.
   cases.add(
       "S9-cut-off", "The payload ends with its fixed part.", base,
       [](Image& image) { image.chunk("SLAB 0").payload.truncate(48); }, "SLAB 0/header/length");
@@ -464,7 +464,7 @@ void addAssemblyFaults(InvalidCases& cases) {
   const Solid solid = cornerTetrahedron();
   const std::vector<Slab> slabs =
       sweep(solid, {pose(solid, 0, {0, 0, 0}), pose(solid, 1, {0, 0, 0})}, {.capSlabs = false});
-  // Rows are added at, or taken from, the place of a corner: the bounds stay.
+  // Rows are added or removed at the position of a corner, so the bounds stay the same.
   const auto layer = [&](const std::string& name, const std::string& fault, const char* chunk,
                          double time, std::size_t rows) {
     cases.add(
@@ -503,7 +503,7 @@ void addAssemblyFaults(InvalidCases& cases) {
 
   const std::string positions = "SLAB 0/interior positions/stored";
   for (const auto& [name, value] : kNotFinite) {
-    // Unused by the sums: DONE keeps the bounds of the other vertices.
+    // These do not affect the sums: DONE keeps the bounds of the other vertices.
     const auto set = [&, name = name, value = value](const std::string& where, const Base& of,
                                                      const std::string& place, std::size_t at,
                                                      const std::string& bytes) {

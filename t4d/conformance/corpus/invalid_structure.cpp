@@ -33,7 +33,7 @@ std::string replaced(std::string bytes, std::size_t at, std::size_t size, const 
   return bytes.replace(at, size, by);
 }
 
-/// A type and the name of a chunk of `layered()` that has it.
+/// A chunk type, and the name of a chunk of `layered()` of that type.
 struct KnownChunk {
   const char* type;
   const char* name;
@@ -56,7 +56,7 @@ void addFileHeaderFaults(InvalidCases& cases) {
         1);
   bytes("H1-seven-bytes", "The file ends within its signature.", right.substr(0, 7), 7);
   bytes("H1-text", "The file is a text.", "solid cube\n  facet normal 0 0 1\n    outer loop\n", 0);
-  // The checksum of the header is right.
+  // The checksum of the header is valid.
   const auto signature = [&](const std::string& name, const std::string& fault,
                              const std::string& wrong, std::size_t at) {
     cases.add(
@@ -193,7 +193,7 @@ void addStructureFaults(InvalidCases& cases) {
       "O3-optional-chunk-after-done", "An optional chunk stands between DONE and INDX.", annotated,
       [](Image& image) { image.move("note", "INDX"); }, "note/header");
 
-  // INDX moves up by 8 bytes; the footer knows.
+  // INDX moves up by 8 bytes, and the footer is adjusted.
   const std::string right = indexed.image.bytes();
   const std::uint64_t length = right.size();
   const std::uint64_t index = indexed.image.offset("INDX/header");

@@ -114,7 +114,7 @@ void addDoneFaults(InvalidCases& cases) {
       "DONE/body 1/slabs");
   setIn(two, "D5-of-other-body", "Slabs of the first body are counted for the second.",
         "body 1/slabs", std::uint64_t{3});
-  // 7 + 7 less the 6 of the shared layer.
+  // 7 + 7 minus the 6 of the shared layer.
   set("D6-shared-layer-twice", "The vertices of the shared layer are counted twice.",
       "body 0/vertices", std::uint64_t{14});
   set("D6-a-vertex-less", "One vertex less is counted.", "body 0/vertices", std::uint64_t{7});
@@ -150,7 +150,7 @@ void addDoneFaults(InvalidCases& cases) {
   }
   set("D8-minimum-nan", "A minimum is NaN.", "body 0/minimum 1", kNaN);
   set("D8-maximum-infinity", "A maximum is infinite.", "body 0/maximum 1", kInfinity);
-  // In binary64 0.1 is less than in binary32.
+  // 0.1 is less in binary64 than in binary32.
   const Base rounded = baseOf({{"simplex", simplex(1, {0.1, 0.1, 0.1, 0})}}, {.float32 = true});
   setIn(rounded, "D8-before-rounding",
         "A minimum is that of the numbers before they were rounded "
@@ -283,7 +283,7 @@ void addIndexFaults(InvalidCases& cases) {
       offset("LAYR 0/header"));
   set("I3-upper-zero", "upper is 0.", "record 0/upper", std::uint64_t{0});
   set("I3-body", "body is 1, of 1.", "record 0/body", 1U);
-  // Both bodies have one slab at the same times, so that sums and order stay right.
+  // Both bodies have one slab at the same times, so that sums and order stay valid.
   const Base two = baseOf({{"one", simplex()}, {"two", simplex()}});
   cases.add(
       "I3-bodies-exchanged", "The records say each other's body.", two,

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include "t4d/conformance/corpus/temporary_file.h"
+#include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/reader.h"
 #include "tests/paths.h"
@@ -51,15 +52,12 @@ TEST(InvalidFiles, AreRightWithoutTheirFault) {
 /// The offsets of the header, the chunks as far as they can be followed, and what comes after them.
 std::vector<std::uint64_t> partsOf(const std::string& bytes) {
   std::vector<std::uint64_t> parts = {0};
-  std::uint64_t at = kFileHeaderBytes;
-  while (at + kChunkHeaderBytes <= bytes.size()) {
-    parts.push_back(at);
-    std::uint64_t length = 0;
-    bytes.copy(reinterpret_cast<char*>(&length), sizeof length, at + 8);
-    if (length > bytes.size()) break;
-    at += kChunkHeaderBytes + padded(length);
+  std::uint64_t end = kFileHeaderBytes;
+  for (const formats::ChunkHeader& chunk : formats::listChunks(bytes)) {
+    parts.push_back(chunk.offset);
+    end = chunk.end();
   }
-  if (at < bytes.size()) parts.push_back(at);
+  if (end < bytes.size()) parts.push_back(end);
   return parts;
 }
 

@@ -10,7 +10,7 @@
 #include "t4d/model/attribute.h"
 #include "t4d/model/slab.h"
 
-/// Payloads of chunks whose fields have names, so that one of them can be made wrong.
+/// Payloads of chunks with named fields, so that a single field can be corrupted.
 namespace t4d::conformance {
 
 /// The little-endian bytes of a number.
@@ -20,7 +20,7 @@ std::string bytesOf(T value) {
   return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
-/// Bytes that follow one another, with names for their places.
+/// A sequence of bytes with named places.
 class Record {
  public:
   struct Place {
@@ -33,22 +33,22 @@ class Record {
     putBytes(field, bytesOf(value));
   }
   void putBytes(const std::string& field, std::string_view bytes);
-  /// Zeros up to a multiple of 8.
+  /// Appends zeros up to a multiple of 8.
   void pad(const std::string& field = "padding");
-  /// Appends another record; its fields are then called PREFIX/FIELD. It must begin at a multiple
-  /// of 8.
+  /// Appends another record; its fields are renamed to PREFIX/FIELD. It must begin at a multiple of
+  /// 8.
   void add(const std::string& prefix, const Record& record);
 
   const std::string& bytes() const { return bytes_; }
   std::size_t size() const { return bytes_.size(); }
   bool has(const std::string& field) const { return fields_.contains(field); }
-  /// Throws std::out_of_range for a name that is not there, as the corpus is never without it.
+  /// Throws std::out_of_range for an unknown name, which is a mistake in the corpus.
   Place place(const std::string& field) const;
-  /// Overwrites from byte `at` of the field.
+  /// Overwrites bytes from byte `at` of the field.
   void overwrite(const std::string& field, std::string_view bytes, std::size_t at = 0);
-  /// A record that was added as `prefix`, on its own.
+  /// A copy of the record that was added as `prefix`.
   Record part(const std::string& prefix) const;
-  /// Puts another record in the place of one that was added as `prefix`; what follows moves.
+  /// Replaces the record that was added as `prefix`; the bytes after it move.
   void replace(const std::string& prefix, const Record& record);
   void truncate(std::size_t size) { bytes_.resize(size); }
   template <class T>
@@ -66,20 +66,20 @@ class Record {
 /// How the arrays of a file are stored.
 enum class Storage : std::uint8_t {
   Raw,
-  Blocks,   ///< zstd frames of stored blocks, made by hand
-  Library,  ///< zstd frames as the library makes them
+  Blocks,   ///< hand-made zstd frames of stored blocks
+  Library,  ///< zstd frames made by the library
 };
 
-/// An array record as its fields say, whether they fit one another or not. Fields: "scalar type",
-/// "components", "codec", "reserved", "rows", "stored bytes", "stored", "padding".
+/// An array record with these fields, consistent or not. Fields: "scalar type", "components",
+/// "codec", "reserved", "rows", "stored bytes", "stored", "padding".
 Record arrayRecord(std::uint8_t scalarType, std::uint8_t components, std::uint8_t codec,
                    std::uint64_t rows, std::string_view stored);
 
-/// The right record of an array, row after row.
+/// A valid record of an array given row after row.
 Record arrayRecord(model::ScalarType type, std::uint8_t components, std::string_view bytes,
                    Storage storage);
 
-/// First the first byte of all rows, then the second of all rows and so on.
+/// The first byte of all rows, then the second byte of all rows, and so on.
 std::string transposed(std::string_view bytes, std::size_t rowBytes);
 
 /// Fields: "domain", "reserved", "name length", "name", "name padding", "values/...".

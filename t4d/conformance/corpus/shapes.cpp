@@ -39,7 +39,7 @@ std::vector<Slab> crossPolytope() {
     connectivity->vertexCount = 7;
     (first ? connectivity->upperCount : connectivity->lowerCount) = 6;
     for (std::uint32_t signs = 0; signs < 8; ++signs) {
-      // Vertices 2k and 2k + 1 of the layer are the positive and negative end of axis k.
+      // Vertices 2k and 2k + 1 of the layer are the positive and negative ends of axis k.
       Cell cell = {layer + (signs & 1U), layer + 2 + (signs >> 1 & 1U), layer + 4 + (signs >> 2),
                    apex};
       const auto negative = static_cast<unsigned>(__builtin_popcount(signs)) + (first ? 1U : 0U);
@@ -69,7 +69,7 @@ Solid cube(double side) {
     solid.vertices.emplace_back((corner & 1U) != 0 ? side : 0, (corner & 2U) != 0 ? side : 0,
                                 (corner & 4U) != 0 ? side : 0);
   }
-  // A cell for each order in which a path from corner 0 to 7 takes the axes.
+  // One cell for each order in which a path from corner 0 to 7 can follow the axes.
   solid.cells = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7},
                  {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
   return solid;
@@ -100,7 +100,7 @@ Solid cubes(const std::vector<std::array<int, 3>>& corners) {
 
 namespace {
 
-/// The triangles of cells that only one cell has, facing outward.
+/// The triangles that belong to a single cell, facing outward.
 std::vector<Triangle> surfaceOf(const Solid& solid) {
   std::map<std::array<std::uint32_t, 3>, std::pair<int, bool>> facets;
   for (const Cell& cell : solid.cells) {
@@ -121,14 +121,14 @@ std::vector<Triangle> surfaceOf(const Solid& solid) {
   return triangles;
 }
 
-/// The cells of a step without the solid's own: lower vertices from 0, upper ones from `up`.
+/// The cells of a step on the surface only: lower vertices start at 0, upper ones at `up`.
 std::vector<Cell> threeCellPrisms(const std::vector<Triangle>& triangles, std::uint32_t up) {
   std::vector<Cell> cells;
   for (const Triangle& triangle : triangles) {
     const auto [corners, even] = model::orientedFacet(triangle[0], triangle[1], triangle[2]);
     const auto [a, b, c] = corners;
-    // Diagonals go from the lower of two numbers below to the higher above, so that neighbours
-    // agree.
+    // Diagonals run from the lower-numbered vertex below to the higher-numbered one above, so that
+    // neighbours agree.
     const std::array<Cell, 3> prism = {
         {{a, b, c, up + c}, {b, a, up + b, up + c}, {a, up + a, up + b, up + c}}};
     for (Cell cell : prism) {
@@ -144,7 +144,7 @@ struct FourteenCells {
   model::Means means;
 };
 
-/// The same with a mean at the middle of each quadrilateral and each prism, numbered from
+/// The same with a mean at the centre of each quadrilateral and each prism, numbered from
 /// `firstMean`.
 FourteenCells fourteenCellPrisms(const std::vector<Triangle>& triangles, std::uint32_t firstMean,
                                  std::uint32_t up) {
@@ -274,15 +274,15 @@ using Place = std::array<int, 3>;
 
 constexpr std::array<int, 4> kAxes = {0, 1, 2, 3};
 
-/// The cells of a cubic 3-face of a hypercube whose lowest corner is at `low`, at time `time`. It
-/// has the hypercube's corners with `side` (0 or 1) along `normal` (3 for t), and faces outward.
-/// `number` gives the vertex at a place and a time.
+/// The cells of a cubic 3-face of a hypercube whose lowest corner is at `low`, at time `time`. The
+/// face has the hypercube's corners with `side` (0 or 1) along `normal` (3 for t), and faces
+/// outward. `number` maps a position and a time to a vertex.
 template <class Number>
 void addCubicFace(std::vector<Cell>& cells, const Place& low, int time, int normal, int side,
                   Number number) {
   std::array<int, 3> axes{};
   std::remove_copy(kAxes.begin(), kAxes.end(), axes.begin(), normal);
-  // det[n, e_i, e_j, e_k] of the axes in their order, n along `normal`.
+  // The sign of det[n, e_i, e_j, e_k], with the axes in order and n along `normal`.
   const bool positive = (normal % 2 == 0) == (side == 1);
   do {
     int inversions = 0;
@@ -301,7 +301,7 @@ void addCubicFace(std::vector<Cell>& cells, const Place& low, int time, int norm
   } while (std::next_permutation(axes.begin(), axes.end()));
 }
 
-/// Lattice points and their numbers in the order in which they were first asked for.
+/// Lattice points, numbered in the order in which they are first requested.
 struct Lattice {
   std::map<Place, std::uint32_t> numbers;
   std::vector<Place> places;

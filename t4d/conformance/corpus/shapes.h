@@ -5,15 +5,15 @@
 
 #include "t4d/model/slab.h"
 
-/// Small closed 4D meshes whose hypervolume and slices have closed forms. Positions take no
-/// function but +, -, *, / of decimal numbers, so that they are the same bits everywhere.
+/// Small closed 4D meshes whose hypervolume and slices have closed forms. Positions are computed
+/// with +, -, *, / of decimal numbers only, so they have the same bits on every platform.
 namespace t4d::conformance {
 
 /// The boundary of the 4-simplex with the corners `origin` and `origin` + `size` along each axis:
 /// one slab with empty layers. Encloses size^4 / 24.
 std::vector<model::Slab> simplex(double size = 1, const model::Point4& origin = {0, 0, 0, 0});
 
-/// The boundary of the cross-polytope with the corners +-1 on each axis, as two slabs that share a
+/// The boundary of the cross-polytope with corners at +-1 on each axis, as two slabs that share a
 /// layer of 6 vertices at t = 0. Encloses 2/3; a slice at t encloses 4/3 (1 - |t|)^3.
 std::vector<model::Slab> crossPolytope();
 
@@ -27,42 +27,43 @@ struct Solid {
 Solid cornerTetrahedron();
 /// A cube from the origin to (side, side, side) in six tetrahedra. Volume side^3.
 Solid cube(double side = 1);
-/// Unit cubes with these lowest corners, each in six tetrahedra. Their volume is their number.
+/// Unit cubes with these lowest corners, each in six tetrahedra. The volume is the number of cubes.
 Solid cubes(const std::vector<std::array<int, 3>>& corners);
 
-/// Where the vertices of a solid are at a time.
+/// The positions of a solid's vertices at one time.
 struct Pose {
   double time = 0;
   std::vector<model::Point3> vertices;
 };
 
 enum class Prism : std::uint8_t {
-  Three,     ///< three cells a step of a triangle, without further vertices
+  Three,     ///< three cells per step of a triangle, no extra vertices
   Fourteen,  ///< fourteen, with a mean in each quadrilateral and one in the middle
 };
 
-/// How the moving solid is cut into slabs.
+/// How the boundary of the moving solid is divided into slabs.
 struct SweepOptions {
   Prism prism = Prism::Three;
-  bool capSlabs = true;  ///< the ends are slabs of their own; else part of the first and last step
-  /// Cap slabs join the solid's surface to a mean of its vertices, instead of taking its cells.
+  bool capSlabs = true;  ///< the ends are separate slabs, not part of the first and last step
+  /// Cap slabs join the solid's surface to a mean of its vertices, instead of using its cells.
   bool cones = false;
 };
 
-/// The boundary of a solid that moves through poses, straight from one to the next. Where the
-/// motion is a translation or a scaling about a point, hypervolume and slices are exactly those of
-/// the moving solid, with either prism.
+/// The boundary of a solid that moves through poses along straight lines. For a translation or a
+/// scaling about a point, hypervolume and slices are exactly those of the moving solid, with either
+/// prism.
 std::vector<model::Slab> sweep(const Solid& solid, const std::vector<Pose>& poses,
                                const SweepOptions& options = {});
 
-/// The boundary of a solid that is made of unit cubes with lowest corners `frames[k]` from time k
-/// to k + 1: cubic 3-faces, six cells each. Cubes of a frame, and of one and the next, must not
-/// meet in edges or corners alone. A slice between k and k + 1 encloses as much as there are cubes.
+/// The boundary of a solid made of unit cubes with lowest corners `frames[k]` from time k to k + 1:
+/// cubic 3-faces, six cells each. Cubes of a frame, and of consecutive frames, must not meet in
+/// edges or corners alone. A slice between k and k + 1 has the number of cubes as its volume.
 std::vector<model::Slab> cubesInTime(const std::vector<std::vector<std::array<int, 3>>>& frames);
 
 /// `solid` scaled and then moved.
 Pose pose(const Solid& solid, double time, const model::Point3& offset, double scale = 1);
-/// `solid` turned about the z axis by k times the angle whose cosine is 0.6, and moved by `offset`.
+/// `solid` rotated about the z axis by k times the angle whose cosine is 0.6, and moved by
+/// `offset`.
 Pose turned(const Solid& solid, double time, int k, const model::Point3& offset);
 
 }  // namespace t4d::conformance

@@ -8,7 +8,7 @@
 
 namespace t4d::conformance {
 
-/// A file with this content until the end of the scope.
+/// A file with the given content, removed at the end of the scope.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& bytes)

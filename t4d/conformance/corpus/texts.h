@@ -2,7 +2,7 @@
 
 #include <string>
 
-/// Files of the corpus that are written by hand: t4d/conformance/corpus/files/ has them.
+/// Hand-written files of the corpus, from t4d/conformance/corpus/files/.
 namespace t4d::conformance {
 
 extern const std::string kManifestSchema;

@@ -25,7 +25,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double cubed(double x) { return x * x * x; }
 
-/// Of the unit simplex at the origin: a tetrahedron that shrinks.
+/// Slice volume of the unit simplex at the origin: a tetrahedron that shrinks.
 double simplexSlice(double time) { return time < 0 || time > 1 ? 0 : cubed(1 - time) / 6; }
 
 AcceptedBuilder& simplexFile(AcceptedCases& cases, const std::string& name, const std::string& what,
@@ -37,7 +37,7 @@ AcceptedBuilder& simplexFile(AcceptedCases& cases, const std::string& name, cons
       .encloses(1.0 / 24, simplexSlice);
 }
 
-/// Steps of one time unit, each the solid moved by (0, 0, 1).
+/// Steps of one time unit, each of which moves the solid by (0, 0, 1).
 std::vector<Slab> rise(const Solid& solid, int steps, const SweepOptions& options = {}) {
   std::vector<Pose> poses;
   for (int k = 0; k <= steps; ++k) poses.push_back(pose(solid, k, {0, 0, static_cast<double>(k)}));
@@ -71,7 +71,8 @@ void addShapes(AcceptedCases& cases) {
                         pose(box, 1, {0.5, 0.5, 0.5}, 2), pose(box, 2, {0.5, 0.5, 0.5}, 2)})}})
       .slicedAt({0.5, 1, 1.5, 2})
       .encloses(9, [](double t) { return t < 1 ? 1 : 8; });
-  // Eight steps of the angle whose cosine is 0.6; the law for such steps is exact for any solid.
+  // Eight steps of the angle whose cosine is 0.6; the closed form for such steps is exact for any
+  // solid.
   const Solid tetrahedron = cornerTetrahedron();
   std::vector<Pose> screw;
   for (int k = 0; k <= 8; ++k) screw.push_back(turned(tetrahedron, 0.5 * k, k, {0, 0, 0.125 * k}));
@@ -121,7 +122,7 @@ void addShapes(AcceptedCases& cases) {
       .of({{"pair", rise(two, 2)}}, {.storage = Storage::Blocks})
       .slicedAt({0.5, 1})
       .encloses(4, [](double) { return 2; });
-  // The second is the first, turned by 180 degrees about the z axis.
+  // The second is the first one, rotated by 180 degrees about the z axis.
   const Slab one = simplex()[0];
   Slab pair = one;
   auto cellsOfBoth = std::make_shared<model::Connectivity>(*one.connectivity);
@@ -220,8 +221,8 @@ void addSlabs(AcceptedCases& cases) {
       .slicedAt({0.5})
       .encloses(1.0 / 24, simplexSlice);
 
-  // A layer of two vertices that no cell has runs through slabs of which one is flat and has the
-  // same LAYR below and above.
+  // A layer of two vertices without cells runs through several slabs. One of these has no
+  // thickness, and the same LAYR below and above.
   auto above = std::make_shared<model::Connectivity>(*simplex()[0].connectivity);
   above->vertexCount = 7;
   above->upperCount = 2;
@@ -283,7 +284,7 @@ void addNumbers(AcceptedCases& cases) {
       .slicedAt({1, next, 0.5, 1.5})
       .encloses((next - 1) / 24, [=](double t) { return t == 1 ? 1.0 / 6 : 0.0; });
 
-  // -0 wherever a 0 can be, and 0 where the same number stands again.
+  // -0 in every possible place, and 0 where the same number is repeated.
   std::vector<Slab> zero = crossPolytope();
   for (Slab& slab : zero) {
     for (Point4& vertex : slab.vertices) {
@@ -351,8 +352,8 @@ void addNumbers(AcceptedCases& cases) {
       .encloses(2, [](double) { return 1; });
 }
 
-/// The simplex with an array in CONN, one in the interior positions and one attribute to be stored
-/// in any way: 64 vertices, of which 59 are not used, with 128 numbers each.
+/// The simplex with an array in CONN, one in the interior positions and one attribute, to be stored
+/// in any way: 64 vertices, of which 59 are unused, with 128 numbers each.
 std::vector<Slab> simplexWithRoom() {
   std::vector<Slab> slabs = simplex();
   auto connectivity = std::make_shared<model::Connectivity>(*slabs[0].connectivity);
@@ -378,7 +379,7 @@ void addCompression(AcceptedCases& cases) {
               {.storage = Storage::Blocks}, headJson({"zstd", "zstd"}, {"simplex"}))
       .naming({"zstd", "zstd"});
 
-  // One CONN, stored in many ways.
+  // One CONN, stored in several ways.
   const auto cells = [] {
     const std::vector<Slab> slabs = simplex();
     std::string bytes;
@@ -420,7 +421,7 @@ void addCompression(AcceptedCases& cases) {
         .slicedAt({0.5})
         .encloses(1.0 / 24, simplexSlice);
   };
-  // 7 bytes of header, 13 run-length blocks of 4 bytes, a stored block of 5.
+  // 7 bytes of header, 13 run-length blocks of 4 bytes, a raw block of 5.
   std::string exact = zstdFrame(zeros.substr(0, zeros.size() - 2),
                                 {.declaredSize = zeros.size(), .blockBytes = 5042});
   exact[exact.size() - 4] = static_cast<char>(exact[exact.size() - 4] & ~1);
@@ -552,7 +553,8 @@ void addAttributes(AcceptedCases& cases) {
 }
 
 void addMeans(AcceptedCases& cases) {
-  // A mean that is more than any of its sources, by rounding; with the reciprocal of 3 it is not.
+  // A mean that rounding makes greater than each of its sources; multiplying by the reciprocal of 3
+  // would not.
   auto third = std::make_shared<model::Connectivity>(*simplex()[0].connectivity);
   third->vertexCount = 9;
   third->means.add(std::vector<std::uint32_t>{5, 6, 7});
@@ -568,7 +570,7 @@ void addMeans(AcceptedCases& cases) {
       .slicedAt({0.03125})
       .encloses(std::pow(0.0625, 4) / 24);
 
-  // ((1 + 2^53) + 1) - 2^53 is 0 in this order, which the simplex's first corner depends on.
+  // ((1 + 2^53) + 1) - 2^53 is 0 in this order; the simplex's first corner depends on it.
   auto ordered = std::make_shared<model::Connectivity>();
   ordered->vertexCount = 9;
   ordered->cells = simplex()[0].connectivity->cells;
@@ -588,8 +590,8 @@ void addMeans(AcceptedCases& cases) {
       .slicedAt({0.5})
       .encloses(1.0 / 24, simplexSlice);
 
-  // A simplex, each of whose corners is a mean: of one vertex, of the same vertex twice, of
-  // vertices of the lower layer, the interior and the upper layer.
+  // A simplex whose corners are all means: of one vertex, of the same vertex twice, and of vertices
+  // of the lower layer, the interior and the upper layer.
   auto all = std::make_shared<model::Connectivity>();
   all->lowerCount = 2;
   all->upperCount = 2;
@@ -621,7 +623,7 @@ void addMeans(AcceptedCases& cases) {
       .slicedAt({0.1, 0.25, 0.5});
 }
 
-/// A file that has one body after the other, in this order; every slab has its own CONN.
+/// A file with the slabs of the bodies in this order, each with its own CONN.
 Image bodyByBody(const std::vector<BodySlabs>& bodies, const std::vector<std::uint32_t>& order) {
   std::vector<std::string> names;
   names.reserve(bodies.size());
@@ -688,7 +690,7 @@ void addContainer(AcceptedCases& cases) {
         .encloses(2.0 / 3, [](double t) { return 4.0 / 3 * cubed(1 - std::abs(t)); });
   }
 
-  // Parts far before the slabs, in an order of their own.
+  // Parts far before the slabs, in a different order.
   const std::vector<Slab> moving = rise(cube(), 3);
   Image parts = Image::of({{"cube", moving}});
   for (const char* part : {"CONN 2", "LAYR 3", "LAYR 1", "CONN 1", "LAYR 2", "LAYR 0", "CONN 0"}) {
@@ -719,7 +721,7 @@ void addContainer(AcceptedCases& cases) {
       .slicedAt({-0.5, 0.5, 1.5})
       .encloses(2.0 / 3 + 16.0 / 24 + 2, threeSlice);
 
-  // Two bodies of the same parts.
+  // Two bodies that consist of the same parts.
   const std::vector<Slab> cross = crossPolytope();
   Image sharing(headJson({}, {"one", "two"}));
   sharing.addConnectivity("below", *cross[0].connectivity);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/conformance/corpus/cases.h"
+#include "t4d/conformance/corpus/expect_answers.h"
 #include "t4d/conformance/corpus/temporary_file.h"
 #include "t4d/measure/validate.h"
 
@@ -12,11 +13,10 @@ namespace t4d::conformance {
 namespace {
 
 using nlohmann::json;
-using testing::IsEmpty;
 
 double numberOf(const json& text) { return std::strtod(text.get<std::string>().c_str(), nullptr); }
 
-/// The sum of a member over the bodies of an answer, or of what it may be off.
+/// The sum of a member over the bodies of an answer, or of its tolerances.
 double sumOf(const std::string& text, const char* member) {
   double sum = 0;
   const json parsed = json::parse(text);
@@ -31,17 +31,7 @@ TEST(ValidFiles, AreReadByOurReaderAsTheyMustBe) {
     const TemporaryFile file(made.file.bytes);
     const auto description = describeFile(file.path());
     ASSERT_TRUE(description) << description.error().text();
-    EXPECT_THAT(
-        differences(json::parse(made.file.describe->json), json::parse(made.file.describe->within),
-                    json::parse(description->json)),
-        IsEmpty());
-    for (const ExpectedSlice& expected : made.file.slices) {
-      const auto slice = sliceFile(file.path(), expected.time);
-      ASSERT_TRUE(slice) << slice.error().text();
-      EXPECT_THAT(differences(json::parse(expected.answer), json::parse(expected.within),
-                              json::parse(slice->json)),
-                  IsEmpty());
-    }
+    expectAnswers(made.file, file.path(), *description);
   }
 }
 
@@ -49,7 +39,7 @@ TEST(ValidFiles, EncloseWhatTheirClosedFormsSay) {
   for (const AcceptedCase& made : validCases()) {
     SCOPED_TRACE(made.file.id);
     const auto expectNear = [](const Answer& answer, const char* member, double expected) {
-      // Far narrower than what readers are allowed.
+      // Much tighter than the tolerance for readers.
       const double within = 1e-5 * sumOf(answer.within, member);
       EXPECT_NEAR(sumOf(answer.json, member), expected, 1e-13 * std::abs(expected) + within);
     };
@@ -63,7 +53,7 @@ TEST(ValidFiles, EncloseWhatTheirClosedFormsSay) {
 }
 
 TEST(ValidFiles, AreClosedOrientedManifolds) {
-  // Nothing is enclosed; numbers so far from 1 that a cell's volume is lost beside its other sides.
+  // Nothing is enclosed, or numbers are so far from 1 that a cell's volume is lost to rounding.
   const std::map<std::string, std::string> exceptions = {
       {"valid/caps-alone", "inside-out"},
       {"valid/body-without-vertices", "no-cells"},

@@ -37,7 +37,7 @@ std::string blocksOf(std::string_view content, std::size_t blockBytes) {
 std::string zstdFrame(std::string_view content, const FrameOptions& options) {
   const std::uint64_t size = options.declaredSize.value_or(content.size());
   const bool oneSegment = !options.windowLog;
-  // The size in 1 byte (where there is no window), 2, 4 or 8.
+  // The size in 1 byte (if there is no window), 2, 4 or 8.
   std::uint32_t sizeFlag = size < 256 ? 0 : size < 65536 + 256 ? 1 : size >> 32 == 0 ? 2 : 3;
   if (!oneSegment && sizeFlag == 0) sizeFlag = 2;
   if (!options.declareSize) sizeFlag = 0;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/layout.h"
 
@@ -15,14 +16,8 @@ namespace t4d::conformance {
 namespace {
 
 using namespace formats::t4d_layout;
-
-struct Chunk {
-  std::string type;
-  std::uint64_t offset = 0;
-  std::uint64_t length = 0;  // of the payload
-  std::uint64_t payload() const { return offset + kChunkHeaderBytes; }
-  std::uint64_t end() const { return payload() + padded(length); }
-};
+using formats::ChunkHeader;
+using formats::listChunks;
 
 std::span<const std::byte> view(const std::string& bytes, std::uint64_t offset,
                                 std::uint64_t size) {
@@ -32,18 +27,6 @@ std::span<const std::byte> view(const std::string& bytes, std::uint64_t offset,
 bool hasIndex(const std::string& bytes) {
   ByteReader header(view(bytes, 12, 4));
   return (header.take<std::uint32_t>() & kFlagIndexed) != 0;
-}
-
-/// The chunks of a valid file.
-std::vector<Chunk> chunksOf(const std::string& bytes) {
-  const std::uint64_t end = bytes.size() - (hasIndex(bytes) ? kFooterBytes : 0);
-  std::vector<Chunk> chunks;
-  for (std::uint64_t at = kFileHeaderBytes; at + kChunkHeaderBytes <= end;
-       at = chunks.back().end()) {
-    ByteReader length(view(bytes, at + 8, 8));
-    chunks.push_back({bytes.substr(at, 4), at, length.take<std::uint64_t>()});
-  }
-  return chunks;
 }
 
 /// A number that looks as if it was drawn by lot, from another number (splitmix64).
@@ -72,12 +55,12 @@ struct Sums {
 };
 
 Result<Sums> sumsOf(const std::string& bytes) {
-  const std::vector<Chunk> chunks = chunksOf(bytes);
+  const std::vector<ChunkHeader> chunks = listChunks(bytes);
   const auto payloadOf = [&](const char* type) -> Result<std::span<const std::byte>> {
     const auto found = std::find_if(chunks.begin(), chunks.end(),
-                                    [&](const Chunk& chunk) { return chunk.type == type; });
+                                    [&](const ChunkHeader& chunk) { return chunk.name() == type; });
     if (found == chunks.end()) return invalid(fmt::format("the file has no {}", type));
-    return view(bytes, found->payload(), found->length);
+    return view(bytes, found->payload(), found->payloadBytes);
   };
   auto records = payloadOf("INDX").and_then(formats::decodeIndex);
   if (!records) return pass(records.error());
@@ -94,19 +77,20 @@ std::vector<Part> partsOf(const std::string& bytes) {
                              {"the flags of the file", 12, 4},
                              {"the reserved bytes of the file header", 16, 4},
                              {"the checksum of the file header", 20, 4}};
-  const std::vector<Chunk> chunks = chunksOf(bytes);
-  for (const Chunk& chunk : chunks) {
+  const std::vector<ChunkHeader> chunks = listChunks(bytes);
+  for (const ChunkHeader& chunk : chunks) {
     const auto add = [&](const char* what, std::uint64_t offset, std::uint64_t size) {
       parts.push_back(
-          {fmt::format("the {} of {} at byte {}", what, chunk.type, chunk.offset), offset, size});
+          {fmt::format("the {} of {} at byte {}", what, chunk.name(), chunk.offset), offset, size});
     };
     add("type", chunk.offset, 4);
     add("flags", chunk.offset + 4, 4);
     add("length", chunk.offset + 8, 8);
     add("payload checksum", chunk.offset + 16, 4);
     add("header checksum", chunk.offset + 20, 4);
-    add("payload", chunk.payload(), chunk.length);
-    add("padding", chunk.payload() + chunk.length, padded(chunk.length) - chunk.length);
+    add("payload", chunk.payload(), chunk.payloadBytes);
+    add("padding", chunk.payload() + chunk.payloadBytes,
+        padded(chunk.payloadBytes) - chunk.payloadBytes);
   }
   if (hasIndex(bytes)) {
     const std::uint64_t footer = bytes.size() - kFooterBytes;
@@ -124,9 +108,9 @@ std::vector<Part> partsOf(const std::string& bytes) {
 std::vector<std::uint64_t> cutLengths(const std::string& bytes) {
   std::set<std::uint64_t> lengths = {0, 8, kFileHeaderBytes - 1, bytes.size() - 1};
   if (hasIndex(bytes)) lengths.insert({bytes.size() - kFooterBytes, bytes.size() - 8});
-  for (const Chunk& chunk : chunksOf(bytes)) {
+  for (const ChunkHeader& chunk : listChunks(bytes)) {
     lengths.insert({chunk.offset, chunk.offset + 4, chunk.payload(),
-                    chunk.payload() + chunk.length / 2, chunk.end() - 1});
+                    chunk.payload() + chunk.payloadBytes / 2, chunk.end() - 1});
   }
   return {lengths.begin(), lengths.end()};
 }
@@ -159,11 +143,11 @@ Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
   }
   SliceParts parts;
   parts.read.push_back({"the file header", 0, kFileHeaderBytes});
-  for (const Chunk& chunk : chunksOf(bytes)) {
-    const Part part = {fmt::format("{} at byte {}", chunk.type, chunk.offset), chunk.offset,
+  for (const ChunkHeader& chunk : listChunks(bytes)) {
+    const Part part = {fmt::format("{} at byte {}", chunk.name(), chunk.offset), chunk.offset,
                        chunk.end() - chunk.offset};
-    const bool data = chunk.type == "SLAB" || chunk.type == "CONN" || chunk.type == "LAYR";
-    const bool always = chunk.type == "HEAD" || chunk.type == "DONE" || chunk.type == "INDX";
+    const bool data = chunk.type == kSlab || chunk.type == kConnectivity || chunk.type == kLayer;
+    const bool always = chunk.type == kHead || chunk.type == kDone || chunk.type == kIndex;
     if (always || needed.contains(chunk.offset)) {
       parts.read.push_back(part);
     } else if (data) {

@@ -7,24 +7,24 @@
 
 namespace t4d::conformance {
 
-/// From right to worst.
+/// From best to worst.
 enum class Outcome : std::uint8_t {
   Passed,
   Skipped,
   Failed,  ///< accepted or refused the wrong file, or gave a wrong answer
   TimedOut,
-  Crashed,  ///< ended by a signal, or in a way that the protocol does not know
+  Crashed,  ///< ended by a signal, or in a way that the protocol does not define
 };
 
 /// "passed", "timed_out".
 const char* nameOf(Outcome outcome);
 
-/// What a reader made of a request.
+/// A reader's reaction to a request.
 struct Reply {
   enum class Kind : std::uint8_t {
     Accepted,
     Refused,
-    Malformed,  ///< it broke the protocol of a serving reader; `message` says how
+    Malformed,  ///< it violated the protocol of a serving reader; `message` says how
     Exited,     ///< without a reply, with the exit code `code`
     Signalled,  ///< by the signal `code`
     TimedOut,
@@ -32,8 +32,8 @@ struct Reply {
   };
   Kind kind = Kind::Accepted;
   int code = 0;
-  std::string output;   ///< the answer of a reader that accepts
-  std::string message;  ///< what it said on standard error, or why it refused
+  std::string output;   ///< the answer, if the reader accepts
+  std::string message;  ///< its standard error, or why it refused
   double seconds = 0;
 };
 
@@ -46,8 +46,8 @@ struct TrialResult {
   double seconds = 0;
 };
 
-/// Compares a reply with what the trial requires. `path` is the file that the reader was given,
-/// called FILE in messages; `timeoutSeconds` what it was allowed.
+/// Compares a reply with the requirements of the trial. `path` is the file given to the reader,
+/// called FILE in messages; `timeoutSeconds` is its time limit.
 TrialResult evaluate(const Trial& trial, const Reply& reply, const std::string& path,
                      double timeoutSeconds);
 

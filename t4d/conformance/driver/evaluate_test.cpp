@@ -103,7 +103,8 @@ TEST(Evaluate, TellsCrashesFromRefusals) {
 TEST(PlainText, KeepsTextAndEscapesTheRest) {
   EXPECT_EQ(plain("a \"b\" Kör\u00e9per \U0001F600"), "a \"b\" Kör\u00e9per \U0001F600");
   EXPECT_EQ(plain(std::string("\0\t\n\x7f", 4)), "\\x00\\x09\\n\\x7f");
-  // A byte alone, an overlong slash, a surrogate, U+FFFF, beyond the last, a sequence cut off.
+  // A lone byte, an overlong slash, a surrogate, U+FFFF, beyond the last code point, a truncated
+  // sequence.
   EXPECT_EQ(plain("\x80"), "\\x80");
   EXPECT_EQ(plain("\xc0\xaf"), "\\xc0\\xaf");
   EXPECT_EQ(plain("\xed\xa0\x80"), "\\xed\\xa0\\x80");

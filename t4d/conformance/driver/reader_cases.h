@@ -15,17 +15,17 @@ namespace t4d::conformance {
 struct Trial {
   std::string about;                 ///< "slice 0.5", "cut to 24 bytes"
   std::vector<std::string> request;  ///< {"describe"} or {"slice", "0.5"}
-  /// Why it is wrong to accept or to refuse the file; empty if a reader may. They continue
-  /// "accepted, but " and "refused, but ".
+  /// Why it is wrong to accept or to refuse the file; empty if it is allowed. Completes a sentence
+  /// that begins "accepted, but " or "refused, but ".
   std::string wrongToAccept;
   std::string wrongToRefuse;
-  Answer answer;  ///< what it must print if it accepts; empty if that does not matter
-  /// Makes the file that it is given from that of the corpus; none if it is the same.
+  Answer answer;  ///< the required output if it accepts; empty if that does not matter
+  /// Makes the reader's file from that of the corpus; empty if it is the same.
   std::function<std::string(const std::string&)> damage;
 };
 
 struct ReaderCase {
-  std::string id;  ///< that of the corpus file, or "cut/NAME", "flip/NAME", "overwrite/NAME"
+  std::string id;  ///< the id of the corpus file, or "cut/NAME", "flip/NAME", "overwrite/NAME"
   const CorpusFile* file = nullptr;
   std::vector<Trial> trials;
   std::string skipped;  ///< why the case is skipped; empty if it is not
@@ -34,19 +34,19 @@ struct ReaderCase {
 struct CaseOptions {
   /// Features of HEAD that the reader does not support: it must refuse files that name one.
   std::vector<std::string> without;
-  /// Ten times as many requests: some 30,000.
+  /// Send ten times as many requests: about 30,000.
   bool thorough = false;
 };
 
 /// All cases, in the order in which the author of a reader should look at them: valid files, those
-/// with the fewest features first; what readers may decide; invalid files; damage. They point into
+/// with the fewest features first; files left to the reader; invalid files; damage. They point into
 /// `files`.
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
                                     const CaseOptions& options = {});
 
 /// Keeps the cases that match one of `only`, unless it is empty, and marks those that match one of
-/// `skip`. A pattern is a glob of the id ("invalid/H*", where * matches / too) or of the name in it
-/// ("one-simplex"), or a folder ("cut"). Errors: a pattern that matches nothing; no case is left.
+/// `skip`. A pattern is a glob of the id ("invalid/H*", where * also matches /) or of the name in
+/// it ("one-simplex"), or a folder ("cut"). Fails if a pattern matches nothing or no case is left.
 Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::string>& only,
                          const std::vector<std::string>& skip);
 

@@ -8,7 +8,7 @@
 
 #include "t4d/conformance/driver/reader_suite.h"
 
-/// Reports the results of a reader, for people and for machines.
+/// Reports the results of a reader, for people and for programs.
 namespace t4d::conformance {
 
 /// Number of cases with each Outcome.
@@ -28,9 +28,8 @@ std::string reportJunit(const std::string& reader, const std::vector<ReaderCase>
                         const std::vector<ReaderResult>& results);
 
 /// Text for a terminal: at most `most` of the failed cases, a table of outcomes by kind of case,
-/// and how to reproduce the first failure by hand. `command` runs the cases again: "t4d conform
-/// reader
-/// --reader ./my-reader"; `serve` as in SuiteOptions.
+/// and how to reproduce the first failure by hand. `command` reruns the cases, for example "t4d
+/// conform reader --reader ./my-reader"; `serve` as in SuiteOptions.
 std::string reportText(const std::string& reader, const std::string& command, bool serve,
                        const std::vector<ReaderCase>& cases,
                        const std::vector<ReaderResult>& results, std::size_t most);

@@ -22,8 +22,8 @@ using testing::StartsWith;
 
 constexpr const char* kAnswer = R"({"version": "1.0", "features": [], "bodies": []})";
 
-/// Three cases for readers that are shell scripts: "good" must be answered, "bad" refused, and what
-/// is left of "good" when it is cut.
+/// Three cases for readers that are shell scripts: "good" must be answered, "bad" refused, and
+/// truncated copies of "good" detected.
 class ReaderSuite : public testing::Test {
  protected:
   void SetUp() override {
@@ -94,7 +94,7 @@ TEST_F(ReaderSuite, WrongReadersFailByTheRightCases) {
             "cut to 3 bytes (4 of 4 wrong)");
   const auto refusing = run("exit 1");
   EXPECT_THAT(outcomes(refusing), ElementsAre(Outcome::Failed, Outcome::Passed, Outcome::Passed));
-  // The worst of a case's trials is what it is called by.
+  // A case takes the outcome of its worst trial.
   const auto crashing = run(R"(case x$text in
       xgood) echo "$answer" ;; xgoo) kill -ABRT $$ ;; xgo) echo "$answer" ;; *) exit 1 ;; esac)");
   EXPECT_THAT(outcomes(crashing), ElementsAre(Outcome::Passed, Outcome::Passed, Outcome::Crashed));
@@ -348,7 +348,7 @@ TEST(ReaderCases, SomeMustBeLeft) {
   EXPECT_THAT(selectCases(cases, {"cut"}, {"cut"}).error().text(), HasSubstr("no case is left"));
 }
 
-/// A slice, too, must see what is broken in what it reads.
+/// A slice, too, must detect faults in what it reads.
 TEST(ReaderCases, FilesAreSlicedWhereASliceMustBeRefused) {
   const std::vector<CorpusFile> files = makeCorpus();
   std::map<std::string, int> slices;

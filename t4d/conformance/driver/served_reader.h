@@ -11,24 +11,25 @@
 namespace t4d::conformance {
 
 /// A reader that answers many requests in one process (t4d/formats/t4d/SPEC.md, appendix). It is
-/// started at the first request and again after each fault: whatever goes wrong, the next request
-/// meets a fresh process.
+/// started at the first request and restarted after each fault, so the next request always gets a
+/// working process.
 class ServedReader {
  public:
-  /// `command` starts it one request at a time; `--serve` is added. `stop` as in RunOptions.
+  /// `command` starts a reader for a single request; `--serve` is appended. `stop` as in
+  /// RunOptions.
   ServedReader(std::vector<std::string> command, double timeoutSeconds,
                const std::atomic<bool>* stop);
 
-  /// Asks it about the file at `path`. The time limit includes starting it where that is needed.
-  /// Errors: the reader cannot be started; the path has a line break.
+  /// Sends a request about the file at `path`. The time limit includes starting the reader if
+  /// needed. Fails if the reader cannot be started or the path has a line break.
   Result<Reply> ask(const std::vector<std::string>& request, const std::string& path);
 
   /// Whether it has answered a request since it was started. A fresh process has not.
   bool hasAnswered() const { return answered_ > 0; }
   void restart();
 
-  /// What it has done since its last answer, unasked: printed more, closed its standard output, or
-  /// ended. It is then restarted. Mostly nothing.
+  /// What it has done unasked since its last answer: printed more, closed its standard output, or
+  /// ended. It is then restarted. Usually empty.
   std::optional<std::string> lateFault();
 
  private:

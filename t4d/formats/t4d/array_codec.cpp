@@ -38,7 +38,7 @@ void transposeBack(std::span<const std::byte> from, std::size_t rowBytes, std::b
   }
 }
 
-/// One zstd frame; empty when zstd fails. A `windowLog` of 0 means the level's default.
+/// One zstd frame; empty if zstd fails. A `windowLog` of 0 means the level's default.
 std::vector<std::byte> zstdFrame(std::span<const std::byte> bytes, int level, int windowLog) {
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                      &ZSTD_freeCCtx);
@@ -56,7 +56,7 @@ std::vector<std::byte> compressed(const ArrayView& array, int level) {
   transpose(array.bytes, array.rowBytes(), transposed.data());
   std::vector<std::byte> frame = zstdFrame(transposed, level, 0);
   if (frame.size() * t4d_layout::kMaxExpansion < transposed.size()) {
-    // A block holds at most the window and takes at least 4 bytes: 4 KiB keep within the limit.
+    // A block holds at most one window and takes at least 4 bytes, so 4 KiB stays within the limit.
     constexpr int kSmallWindowLog = 12;
     frame = zstdFrame(transposed, level, kSmallWindowLog);
   }

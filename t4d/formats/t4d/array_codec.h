@@ -31,29 +31,29 @@ ArrayView viewOf(const std::vector<T>& values) {
   return {model::scalarTypeOf<T>(), 1, std::as_bytes(std::span(values))};
 }
 
-/// Writes an array record (SPEC.md, section "Arrays"), compressed where that makes it smaller. A
-/// `level` of 0 compresses nothing.
+/// Writes an array record (SPEC.md, section "Arrays"), compressed if that makes it smaller. Level 0
+/// disables compression.
 ///
-/// Before compression the bytes are transposed: first the first byte of every row, then the second
-/// of every row, and so on. Bytes that vary little, signs and exponents say, so come together.
+/// Bytes are transposed before compression: the first byte of every row, then the second byte of
+/// every row, and so on. This groups bytes that vary little, such as signs and exponents.
 void putArray(t4d_layout::ByteWriter& into, const ArrayView& array, int level);
 
-/// An array record that has been judged but not unpacked.
+/// An array record that has been checked but not unpacked.
 struct PackedArray {
   model::ScalarType type = model::ScalarType::Float64;
   std::uint8_t components = 1;
   std::uint64_t rows = 0;
   Codec codec = Codec::Raw;
-  std::span<const std::byte> stored;  ///< in the payload it was taken from
+  std::span<const std::byte> stored;  ///< part of the payload it was read from
 
   std::size_t rowBytes() const { return model::scalarSize(type) * components; }
 };
 
-/// Takes an array record. Everything that it claims is held against what is stored; errors say the
-/// fault and have no `where`. `features` are those that the file names.
+/// Reads an array record. All its fields are checked against the stored bytes; errors describe the
+/// fault and have no `where`. `features` are those named in the file.
 Result<PackedArray> takePacked(t4d_layout::ByteReader& from, t4d_layout::Features features = {});
 
-/// The array, row after row. While it works it needs twice the array in memory.
+/// The array, row after row. Uses twice the size of the array while it works.
 Result<std::vector<std::byte>> unpack(const PackedArray& array);
 
 struct Array {
@@ -66,7 +66,7 @@ struct Array {
 /// takePacked and unpack.
 Result<Array> takeArray(t4d_layout::ByteReader& from, t4d_layout::Features features = {});
 
-/// takeArray, and what it must be: `type`, `components`.
+/// takeArray, and checks that the result has this `type` and number of `components`.
 Result<Array> takeArrayOf(t4d_layout::ByteReader& from, model::ScalarType type,
                           std::uint8_t components, t4d_layout::Features features = {});
 

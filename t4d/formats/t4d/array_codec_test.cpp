@@ -80,7 +80,7 @@ TEST(ArrayCodec, StoresRawWhatCompressionWouldMakeLarger) {
 
 TEST(ArrayCodec, TransposesSoThatEachByteOfTheRowsStandsTogether) {
   const std::vector<std::uint16_t> numbers = {0x0102, 0x0304, 0x0506};
-  // What the record would hold compressed: low bytes, then high bytes.
+  // The record's contents before compression: low bytes, then high bytes.
   const std::string planes = {2, 4, 6, 1, 3, 5};
   const std::string stored = zstdOf(planes);
   ByteReader from({});
@@ -152,7 +152,7 @@ TEST(ArrayCodec, RefusesFramesThatAreNotExactlyTheArray) {
   // A frame of zstd 0.7, from before the standard, which the library may know.
   EXPECT_THAT(fault(4, std::string("\x27\xB5\x2F\xFD\x20\x04\x40\0\4xxxx\xC0\0\0", 16)),
               HasSubstr("one whole zstd frame"));
-  // One byte more than is claimed stands where the padding is.
+  // The padding holds one more byte of content than claimed.
   const std::string five(5, 'x');
   EXPECT_THAT(faultOfRecord(recordOf(1, 1, 0, 5, five + "p", 5)), HasSubstr("padding"));
 }

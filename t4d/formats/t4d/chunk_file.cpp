@@ -168,7 +168,7 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
 }
 
 std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {
-  // The block size of most disks: when one cannot be read, the next may be readable.
+  // The block size of most disks: if one block is unreadable, the next may be readable.
   constexpr std::uint64_t kBlock = 4096;
   constexpr std::size_t kFlagsAt = sizeof(ChunkType);
   for (std::uint64_t at = padded(from); at < size_;) {

@@ -140,7 +140,7 @@ Result<std::vector<Attribute>> takeAttributes(ByteReader& from, std::uint32_t co
   return attributes;
 }
 
-/// Names are put into messages and JSON, which must be UTF-8.
+/// Names appear in messages and JSON, which must be UTF-8.
 bool isUtf8(std::string_view text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto lead = static_cast<unsigned char>(text[i++]);

@@ -11,15 +11,15 @@
 #include "t4d/model/error.h"
 #include "t4d/model/slab.h"
 
-/// What is in each chunk of a .t4d file: payloads made and taken apart, side by side (SPEC.md,
-/// section "Chunks"). Decoders check everything they can without the rest of the file, of which
-/// they know the features that it names; their errors say the fault and have no `where`.
+/// The contents of each chunk of a .t4d file, with encoder and decoder side by side (SPEC.md,
+/// section "Chunks"). Decoders check everything that can be checked without the rest of the file,
+/// given the features the file names; their errors describe the fault and have no `where`.
 namespace t4d::formats {
 
 /// How arrays are stored.
 struct ArrayOptions {
-  int level = 3;         ///< of zstd; 0 for none
-  bool float32 = false;  ///< positions
+  int level = 3;         ///< zstd level; 0 for none
+  bool float32 = false;  ///< store positions as float32
 };
 
 t4d_layout::ByteWriter encodeConnectivity(const model::Connectivity& connectivity,
@@ -30,19 +30,19 @@ Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
 t4d_layout::ByteWriter encodeLayer(double time, std::span<const model::Point4> vertices,
                                    const ArrayOptions& options);
 
-/// Vertices at one time, as they are stored.
+/// Vertices at one time, as stored.
 struct Layer {
   double time = 0;
-  PackedArray positions;  ///< in the payload
+  PackedArray positions;  ///< points into the payload
 
   std::uint64_t size() const { return positions.rows; }
 };
 Result<Layer> decodeLayer(std::span<const std::byte> payload, t4d_layout::Features features = {});
 
-/// Sets the vertices of a layer: `into` has its size.
+/// Writes the vertices of a layer to `into`, which must have the layer's size.
 Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into);
 
-/// Where a slab's parts are in the file; 0 for a layer without vertices.
+/// Offsets of a slab's parts in the file; 0 for a layer without vertices.
 struct SlabParts {
   std::uint64_t connectivity = 0;
   std::uint64_t lower = 0;
@@ -52,7 +52,7 @@ struct SlabParts {
   friend bool operator==(const SlabParts&, const SlabParts&) = default;
 };
 
-/// A slab without what it shares with others.
+/// A slab without the parts it shares with others.
 struct SlabChunk {
   model::TimeSpan time;
   SlabParts parts;
@@ -67,14 +67,14 @@ t4d_layout::ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& 
 Result<SlabChunk> decodeSlab(std::span<const std::byte> payload,
                              t4d_layout::Features features = {});
 
-/// Adds a slab to what is known of its body. With `float32` its positions are stored as such.
+/// Adds a slab to the summary of its body. With `float32` its positions are stored as floats.
 void addSlab(BodySummary& body, const model::Slab& slab, bool float32 = false);
 
-/// What a file says of a body must be what its slabs add up to. Slabs and times are judged by
-/// checkDone, which needs no slab for it.
+/// Checks the summary in the file against the slabs actually found. Slab count and times are left
+/// to checkDone, which does not need the slabs.
 Result<void> checkSummary(const BodySummary& said, const BodySummary& found);
 
-/// The end of the chunks that hold data.
+/// The end mark, after all chunks that hold data.
 struct Done {
   std::uint64_t chunks = 0;  ///< before this one
   std::vector<BodySummary> bodies;
@@ -83,10 +83,10 @@ struct Done {
 t4d_layout::ByteWriter encodeDone(const Done& done);
 Result<Done> decodeDone(std::span<const std::byte> payload);
 
-/// Where one slab is, in file order.
+/// The location of one slab, in file order.
 struct IndexRecord {
-  std::uint64_t slab = 0;       ///< offset of its chunk
-  std::uint64_t slabBytes = 0;  ///< of the chunk, with header and padding
+  std::uint64_t slab = 0;       ///< offset of the slab's chunk
+  std::uint64_t slabBytes = 0;  ///< size of the chunk, including header and padding
   SlabParts parts;
   model::TimeSpan time;
 
@@ -99,8 +99,8 @@ struct IndexRecord {
 t4d_layout::ByteWriter encodeIndex(std::span<const IndexRecord> records);
 Result<std::vector<IndexRecord>> decodeIndex(std::span<const std::byte> payload);
 
-/// What must hold for the attributes of a slab, those of its connectivity and its own, to be
-/// stored: names are UTF-8 of a length that fits, no two of one domain are alike, rows fit.
+/// Checks that the attributes of a slab, those of its connectivity and its own, can be stored:
+/// names are UTF-8 and not too long, names are unique within a domain, rows fit.
 Result<void> checkStorable(std::span<const model::Attribute> ofConnectivity,
                            std::span<const model::Attribute> ofSlab);
 

@@ -8,7 +8,7 @@
 #include "t4d/formats/t4d/array_codec.h"
 #include "t4d/formats/t4d/test_slabs.h"
 
-/// Chunks that lie, each in one thing, with checksums that are right: what the decoders say.
+/// What the decoders report for chunks with valid checksums that have one false field each.
 namespace t4d::formats {
 namespace {
 

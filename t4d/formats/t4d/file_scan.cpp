@@ -91,13 +91,13 @@ class Scanner {
     return {};
   }
 
-  /// A CONN or a LAYR.
+  /// A CONN or LAYR chunk.
   struct Part {
     std::uint64_t offset = 0;
-    bool named = false;  ///< by a slab
+    bool named = false;  ///< referred to by a slab
   };
 
-  /// Records that a slab refers to the part at `offset`; false when there is none.
+  /// Records that a slab refers to the part at `offset`; false if there is none.
   static bool name(std::vector<Part>& parts, std::uint64_t offset) {
     const auto found =
         std::lower_bound(parts.begin(), parts.end(), offset,

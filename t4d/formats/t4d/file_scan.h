@@ -9,8 +9,8 @@
 
 namespace t4d::formats {
 
-/// Judges slab records, in file order, against each other and the file: parts before their slab,
-/// slabs of a body in time order, each lower layer the upper layer of the slab before.
+/// Checks slab records, in file order, against each other and the file: parts precede their slab,
+/// slabs of a body are in time order, and each lower layer is the upper layer of the slab before.
 class RecordJudge {
  public:
   RecordJudge(const ChunkFile& file, std::size_t bodyCount) : file_(file), last_(bodyCount) {}
@@ -18,25 +18,25 @@ class RecordJudge {
 
  private:
   const ChunkFile& file_;
-  std::vector<std::optional<IndexRecord>> last_;  // of each body
+  std::vector<std::optional<IndexRecord>> last_;  // per body
   std::uint64_t before_ = 0;
 };
 
-/// The end mark says of each body as many slabs and the times that `records` have.
+/// Checks that the end mark gives, for each body, the number of slabs and the times in `records`.
 Result<void> checkDone(const Done& done, const std::vector<IndexRecord>& records,
                        std::size_t bodyCount);
 
-/// What reading a file from the front finds.
+/// What was found by reading a file from the front.
 struct FileScan {
   std::vector<IndexRecord> slabs;
-  std::optional<Done> done;  ///< none where the file ends before it
+  std::optional<Done> done;  ///< empty if the file ends before it
   std::uint64_t doneOffset = 0;
-  std::uint64_t end = 0;        ///< of the last whole chunk
-  std::optional<Error> damage;  ///< what ended the reading early
+  std::uint64_t end = 0;        ///< end of the last complete chunk
+  std::optional<Error> damage;  ///< why reading stopped early
 };
 
-/// Reads chunk after chunk from the one after HEAD to DONE, each with its checksum, and judges that
-/// they are in an order that a reader can follow.
+/// Reads the chunks from the one after HEAD to DONE, verifies each checksum, and checks that a
+/// reader can follow them in this order.
 FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
                   t4d_layout::Features features, const model::Progress& progress = {});
 

@@ -8,7 +8,7 @@ namespace t4d::formats {
 
 namespace {
 
-/// The fields of a slab that identify it wherever it is.
+/// The fields that identify a slab wherever it is.
 auto identityOf(const IndexRecord& record) {
   return std::tuple(record.parts.body, record.time.begin, record.time.end,
                     record.parts.connectivity, record.parts.lower, record.parts.upper,
@@ -16,7 +16,7 @@ auto identityOf(const IndexRecord& record) {
 }
 using Identity = decltype(identityOf({}));
 
-/// An empty slab, which a file may have twice in a row.
+/// An empty slab, which may legitimately occur twice in a row.
 bool mayBeTwice(const IndexRecord& record) {
   return record.parts.lower == 0 && record.parts.upper == 0 && record.time.begin == record.time.end;
 }
@@ -58,7 +58,7 @@ void FoundChunks::match(std::span<const IndexRecord> index) {
   std::uint64_t shift = 0;
   for (Slab& slab : found_) {
     const Identity identity = identityOf(slab.record);
-    // Empty slabs may be equal: take the one at the expected place, or else the first.
+    // Empty slabs may be equal: take the one at the expected offset, or else the first.
     auto record = open.find({identity, slab.record.slab - shift});
     if (record == open.end()) record = open.lower_bound({identity, 0});
     if (record != open.end() && record->first == identity) {
@@ -85,7 +85,7 @@ void FoundChunks::placeMovedParts() {
   struct Neighbour {
     std::uint64_t run = 0;
     std::optional<std::uint64_t> shift = 0;
-  } last;  // at first the beginning of the file
+  } last;  // initially the beginning of the file
   auto part = parts_.begin();
   for (const Slab& slab : found_) {
     Neighbour next{slab.run, std::nullopt};

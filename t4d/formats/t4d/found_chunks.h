@@ -10,44 +10,44 @@
 
 namespace t4d::formats {
 
-/// The whole chunks that a walk over a damaged file has found, and where they were before bytes
-/// were inserted or went missing: slabs name their parts by those offsets.
+/// The intact chunks found in a scan of a damaged file, and their offsets before bytes were
+/// inserted or lost. Those offsets are how slabs refer to their parts.
 ///
 ///      before    | CONN | LAYR | SLAB |      | LAYR | SLAB |
 ///      found     | CONN | LAYR | SLAB | ~~~~~~~~ | LAYR | SLAB |
 ///      moved by     0      0      0       gap       8      8
 ///
-/// The index says where each slab was. What lies next to a slab, no gap between, has moved as far
-/// as the slab; where the slabs on both sides say different things, nothing is said. Without an
-/// index all is taken to be where it was.
+/// The index gives the original offset of each slab. Chunks next to a slab, with no gap between,
+/// have moved as far as the slab; if the slabs on both sides disagree, the original offset is
+/// unknown. Without an index, all chunks are assumed not to have moved.
 class FoundChunks {
  public:
   struct FoundSlab {
-    IndexRecord record;        ///< found at `record.slab`; its parts as it names them
-    std::uint64_t before = 0;  ///< where it was
+    IndexRecord record;        ///< found at `record.slab`; its parts as stored in it
+    std::uint64_t before = 0;  ///< original offset
   };
 
-  /// In file order.
+  /// Call in file order.
   void addPart(std::uint64_t offset) { parts_.push_back({offset, run_}); }
   void addSlab(const IndexRecord& record) { found_.push_back({record, run_, parts_.size()}); }
-  /// Something that is no whole chunk.
+  /// Records bytes that are not an intact chunk.
   void addGap() { ++run_; }
 
-  /// Finds out what was where. A slab that is there twice, or that has moved and is not in the
-  /// index, is left out.
+  /// Computes the original offsets. Drops duplicate slabs, and slabs that have moved and are not in
+  /// the index.
   void compareWith(std::span<const IndexRecord> index);
 
-  /// In the order in which they were.
+  /// In their original order.
   const std::vector<FoundSlab>& slabs() const { return slabs_; }
-  /// Those of the index that were not found, with the places where they should be.
+  /// Slabs of the index that were not found, with the offsets where they should be.
   const std::vector<FoundSlab>& missing() const { return missing_; }
-  /// Where the part is now that was at `before`.
+  /// The current offset of the part that was originally at `before`.
   std::optional<std::uint64_t> part(std::uint64_t before) const;
 
  private:
   struct Part {
     std::uint64_t offset = 0;
-    std::uint64_t run = 0;  ///< of chunks without a gap
+    std::uint64_t run = 0;  ///< number of the run of chunks without a gap
   };
   struct Slab {
     IndexRecord record;
@@ -64,7 +64,7 @@ class FoundChunks {
   std::vector<Slab> found_;
   std::vector<FoundSlab> slabs_;
   std::vector<FoundSlab> missing_;
-  std::map<std::uint64_t, std::uint64_t> now_;  // of parts, by where they were
+  std::map<std::uint64_t, std::uint64_t> now_;  // current offset of each part, by original offset
 };
 
 }  // namespace t4d::formats

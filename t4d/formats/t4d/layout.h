@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <vector>
 
-/// The byte layout of .t4d, as t4d/formats/t4d/SPEC.md says it. Reader and writer share these
+/// The byte layout of .t4d, as specified in t4d/formats/t4d/SPEC.md. Reader and writer share these
 /// constants.
 namespace t4d::formats::t4d_layout {
 
@@ -33,8 +33,8 @@ inline constexpr std::size_t kIndexRecordBytes = 64;
 inline constexpr std::size_t kBodySummaryBytes = 88;
 inline constexpr std::size_t kAlignment = 8;
 
-inline constexpr std::uint32_t kFlagIndexed = 1;   // of the file
-inline constexpr std::uint32_t kFlagCritical = 1;  // of a chunk
+inline constexpr std::uint32_t kFlagIndexed = 1;   // file flag
+inline constexpr std::uint32_t kFlagCritical = 1;  // chunk flag
 
 using ChunkType = std::array<char, 4>;
 inline constexpr ChunkType kHead = {'H', 'E', 'A', 'D'};
@@ -48,13 +48,13 @@ inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::uint64_t kMaxBodies = 65536;
 inline constexpr int kMaxJsonDepth = 64;
-/// The size of a compressed array is at most this many times its stored bytes.
+/// A compressed array unpacks to at most this many times its stored size.
 inline constexpr std::uint64_t kMaxExpansion = 1024;
 
 inline constexpr std::string_view kFeatureZstd = "zstd";
 inline constexpr std::string_view kFeatureMeans = "means";
 
-/// The features that a file names in HEAD; what it does not name it may not use.
+/// The features that a file names in HEAD. It may use no others.
 struct Features {
   bool zstd = true;
   bool means = true;
@@ -86,7 +86,7 @@ class ByteWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Takes little-endian values; never reads past the end, but says that it would have.
+/// Reads little-endian values. Never reads past the end; overrun() says whether that was attempted.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -99,7 +99,7 @@ class ByteReader {
     if (from.size() == sizeof value) std::memcpy(&value, from.data(), sizeof value);
     return value;
   }
-  /// Empty when fewer than `size` bytes are left.
+  /// Empty if fewer than `size` bytes are left.
   std::span<const std::byte> takeBytes(std::uint64_t size) {
     if (size > left()) {
       overrun_ = true;
@@ -110,7 +110,7 @@ class ByteReader {
     at_ += size;
     return taken;
   }
-  /// Skips to the next multiple of 8; false where a byte skipped is not zero.
+  /// Skips to the next multiple of 8; false if a skipped byte is not zero.
   bool skipPadding() {
     for (const std::byte byte : takeBytes(padded(at_) - at_)) {
       if (byte != std::byte{0}) return false;

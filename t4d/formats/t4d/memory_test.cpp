@@ -251,7 +251,7 @@ TEST(T4dReader, KeepsToItsMultipleOfTheFileInMemory) {
 TEST(T4dReader, AsksForLittleMemoryWhereNumbersLie) {
   const std::string file =
       fileContents(writeT4d("liar.t4d", {RandomSlabs(3).make(3)}, {0, false, true}));
-  for (const ChunkPlace& chunk : chunksOf(file)) {
+  for (const ChunkHeader& chunk : listChunks(file)) {
     for (std::size_t at = chunk.payload(); at + 8 <= chunk.end(); at += 4) {
       for (const std::uint64_t lie : {~std::uint64_t{0}, std::uint64_t{1} << 40,
                                       std::uint64_t{0x7FFFFFFF}, std::uint64_t{file.size()}}) {
@@ -264,7 +264,7 @@ TEST(T4dReader, AsksForLittleMemoryWhereNumbersLie) {
           faultOf(path, T4dOpen::FromFront);
         });
         // Nothing in the file is compressed, so nothing expands.
-        EXPECT_LE(peak, 16 * file.size() + T4dReader::kMemoryAlways) << chunk.type << " " << at;
+        EXPECT_LE(peak, 16 * file.size() + T4dReader::kMemoryAlways) << chunk.name() << " " << at;
       }
     }
   }

@@ -14,8 +14,8 @@ using Json = nlohmann::json;
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// A JSON object that is not nested too deep: code that handles JSON recurses, here and elsewhere,
-/// and could overflow the stack.
+/// Parses a JSON object and limits its nesting: code that handles JSON recurses, here and
+/// elsewhere, and could overflow the stack.
 Result<Json> parseObject(const std::string& text) {
   bool tooDeep = false;
   const Json::parser_callback_t check = [&](int depth, Json::parse_event_t event, Json&) {

@@ -21,7 +21,7 @@ static_assert(T4dReader::kMemoryPerFileByte == 9 * kMaxExpansion);
 
 namespace {
 
-/// Adds up what a body consists of.
+/// Sums up the slabs of a body.
 class Tally : public model::Sink {
  public:
   Result<void> put(const Slab& slab) override {
@@ -31,7 +31,7 @@ class Tally : public model::Sink {
   BodySummary sum;
 };
 
-/// The end of a file with an index.
+/// The index and end mark of an indexed file.
 struct Index {
   std::vector<IndexRecord> records;
   Done done;
@@ -39,7 +39,7 @@ struct Index {
   std::uint64_t offset = 0;
 };
 
-/// A chunk that the footer refers to.
+/// Reads a chunk that the footer refers to.
 Result<ChunkFile::Chunk> readNamed(ChunkFile& file, std::uint64_t offset, ChunkType type) {
   const std::uint64_t footer = file.size() - kFooterBytes;
   if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset >= footer) {
@@ -69,7 +69,7 @@ Result<Index> readIndex(ChunkFile& file) {
   return Index{std::move(*records), std::move(*decodedDone), footer->done, footer->index};
 }
 
-/// Checks the index by itself. Whether the slabs are where it says is checked when they are read.
+/// Checks the index on its own. Whether slabs exist at its offsets is checked when they are read.
 Result<void> checkIndex(const ChunkFile& file, const Index& index, std::size_t bodyCount) {
   RecordJudge judge(file, bodyCount);
   for (const IndexRecord& record : index.records) {
@@ -165,7 +165,7 @@ class T4dReader::File {
   std::optional<Error> damage_;
 
  private:
-  /// For a file that promises an index and does not end with one: adds how far it can be read.
+  /// For a file whose header promises an index that is missing: adds how far it can be read.
   Result<void> cutOff(Error error, std::uint64_t firstChunk) {
     const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
     if (scan.damage && !scan.done) {

@@ -12,14 +12,14 @@
 namespace t4d::formats {
 
 enum class T4dOpen : std::uint8_t {
-  /// The file must be whole. One with an index is opened by its footer and index alone; one written
-  /// without is read through from the front.
+  /// The file must be complete. If it has an index, only footer and index are read; otherwise the
+  /// file is read through from the front.
   Whole,
-  /// The same, but every byte is read and judged: all chunks with their checksums and order, and
-  /// that index and footer say the same.
+  /// As Whole, but every byte is read and checked: the checksums and the order of all chunks, and
+  /// that index and footer agree with them.
   Checked,
-  /// Read from the front whatever the footer says, up to the first damage; what lies before it can
-  /// be used.
+  /// Read from the front, ignoring the footer, up to the first damage. Everything before it can be
+  /// used.
   FromFront,
 };
 
@@ -28,14 +28,14 @@ struct T4dVersion {
   std::uint16_t minor = 0;
 };
 
-/// Reads a .t4d file slab by slab; memory is that of a slab or two. Every number from the file is
-/// checked before it is used, every slab against its checksums before it is given out.
+/// Reads a .t4d file slab by slab, with one or two slabs in memory. Every number from the file is
+/// checked before it is used, and every slab against its checksums before it is returned.
 ///
-/// Whatever the file, reading takes at most kMemoryPerFileByte bytes for each of its bytes, and
-/// kMemoryAlways. The worst is one compressed layer of float32 below and above a slab: 12 bytes for
-/// a vertex, 1,024 of them from one byte of the file, become 32 bytes in two places, and half as
-/// much again while the next slab is read. A file with nothing compressed takes a hundredth of
-/// that.
+/// For any file, reading takes at most kMemoryPerFileByte bytes per byte of the file, plus
+/// kMemoryAlways. The worst case is one compressed float32 layer below and above a slab: 12 bytes
+/// per vertex, of which one byte of the file can unpack to 1,024, become 32 bytes in two places,
+/// and half as much again while the next slab is read. An uncompressed file takes about one
+/// hundredth of that.
 class T4dReader {
  public:
   static constexpr std::size_t kMemoryPerFileByte = 9 * 1024;
@@ -56,17 +56,18 @@ class T4dReader {
   std::uint64_t bytesRead() const;
 
   std::size_t bodyCount() const;
-  /// What the file says of a body, without reading its slabs. For a damaged file the slabs found.
+  /// The summary of a body as stored, without reading its slabs. For a damaged file, that of the
+  /// slabs found.
   const BodySummary& summary(std::size_t body) const;
-  /// The slabs of a body; lives as long as the reader.
+  /// The slabs of a body; valid as long as the reader.
   const model::Source& body(std::size_t index) const;
-  /// Gives all slabs of a body to `sink`, then holds what the file says of the body against them.
+  /// Puts all slabs of a body into `sink`, then checks the file's summary of the body against them.
   Result<void> readThrough(std::size_t body, model::Sink& sink,
                            const model::Progress& progress = {}) const;
-  /// Where a slab's chunk is in the file.
+  /// The offset of a slab's chunk in the file.
   std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
 
-  /// With FromFront: what ended the reading before the end of the file.
+  /// With FromFront: why reading stopped before the end of the file.
   const std::optional<Error>& damage() const;
 
  private:
@@ -75,8 +76,8 @@ class T4dReader {
   std::unique_ptr<File> file_;
 };
 
-/// Judges a file by all rules of SPEC.md: every byte, every slab, every sum. Whether the slabs are
-/// closed and oriented is measure::MeshChecker's to judge.
+/// Checks a file against all rules of SPEC.md: every byte, every slab, every sum. Whether the slabs
+/// are closed and oriented is left to measure::MeshChecker.
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress = {});
 
 }  // namespace t4d::formats

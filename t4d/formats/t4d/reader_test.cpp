@@ -25,31 +25,31 @@ struct Sample {
   std::vector<std::vector<Slab>> bodies;
   std::filesystem::path path;
   std::string bytes;
-  std::vector<ChunkPlace> chunks;
+  std::vector<ChunkHeader> chunks;
 
   Sample(const std::string& name, const T4dWriteOptions& options)
       : bodies{RandomSlabs(3).make(3), RandomSlabs(8).make(2)},
         path(writeT4d(name, bodies, options)),
         bytes(fileContents(path)),
-        chunks(chunksOf(bytes)) {}
+        chunks(listChunks(bytes)) {}
 
-  const ChunkPlace& chunkAt(std::size_t offset) const {
-    for (const ChunkPlace& chunk : chunks) {
+  const ChunkHeader& chunkAt(std::size_t offset) const {
+    for (const ChunkHeader& chunk : chunks) {
       if (chunk.offset == offset) return chunk;
     }
     ADD_FAILURE() << "no chunk at " << offset;
     return chunks.front();
   }
   std::size_t endOf(const std::string& type) const {
-    for (const ChunkPlace& chunk : chunks) {
-      if (chunk.type == type) return chunk.end();
+    for (const ChunkHeader& chunk : chunks) {
+      if (chunk.name() == type) return chunk.end();
     }
     return 0;
   }
   /// The chunks that a slab is made of: its own, its connectivity, its layers.
-  std::vector<ChunkPlace> partsOf(std::size_t slabOffset) const {
-    const ChunkPlace& slab = chunkAt(slabOffset);
-    std::vector<ChunkPlace> parts = {slab};
+  std::vector<ChunkHeader> partsOf(std::size_t slabOffset) const {
+    const ChunkHeader& slab = chunkAt(slabOffset);
+    std::vector<ChunkHeader> parts = {slab};
     for (const std::size_t at : {16, 24, 32}) {
       std::uint64_t offset = 0;
       std::memcpy(&offset, bytes.data() + slab.payload() + at, sizeof offset);
@@ -71,7 +71,7 @@ TEST(T4dReader, ReadsOfTheFileTheBytesOfOneSlabOnly) {
       EXPECT_EQ(reader->bytesRead(), ends);
       ASSERT_TRUE(reader->body(i).slab(k));
       std::size_t parts = 0;
-      for (const ChunkPlace& chunk : sample.partsOf(reader->slabOffset(i, k))) {
+      for (const ChunkHeader& chunk : sample.partsOf(reader->slabOffset(i, k))) {
         parts += chunk.end() - chunk.offset;
       }
       EXPECT_EQ(reader->bytesRead() - ends, parts);
@@ -120,7 +120,7 @@ TEST(T4dReader, ReadsASlabWhenAllThatItDoesNotNeedIsDestroyed) {
       std::string bytes = sample.bytes;
       std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(first),
                 bytes.begin() + static_cast<std::ptrdiff_t>(last), '\xEE');
-      for (const ChunkPlace& chunk : sample.partsOf(offset)) {
+      for (const ChunkHeader& chunk : sample.partsOf(offset)) {
         bytes.replace(chunk.offset, chunk.end() - chunk.offset, sample.bytes, chunk.offset,
                       chunk.end() - chunk.offset);
       }
@@ -145,8 +145,8 @@ TEST(T4dReader, RefusesEveryTruncationAndFromFrontGivesTheWholeSlabsBeforeIt) {
     const Sample sample("cut.t4d", {0, false, index});
     const auto path = writeFile("being_cut.t4d", sample.bytes);
     std::vector<std::size_t> slabEnds;
-    for (const ChunkPlace& chunk : sample.chunks) {
-      if (chunk.type == "SLAB") slabEnds.push_back(chunk.end());
+    for (const ChunkHeader& chunk : sample.chunks) {
+      if (chunk.name() == "SLAB") slabEnds.push_back(chunk.end());
     }
     for (std::size_t length = sample.bytes.size(); length-- > 0;) {
       std::filesystem::resize_file(path, length);
@@ -399,7 +399,7 @@ TEST(T4dReader, RefusesEndMarksThatLie) {
 
 TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
   const Sample sample("index.t4d", {0, false, true});
-  const ChunkPlace& index = sample.chunks.back();
+  const ChunkHeader& index = sample.chunks.back();
   const std::size_t footer = sample.bytes.size() - t4d_layout::kFooterBytes;
   const auto faultWith = [&](std::size_t at, std::uint64_t value) {
     std::string bytes = sample.bytes;
@@ -438,9 +438,9 @@ TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
 TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
   std::string bytes =
       fileContents(writeT4d("no_connectivity.t4d", {{simplexSlab()}}, {0, false, true}));
-  for (const ChunkPlace& chunk : chunksOf(bytes)) {
-    if (chunk.type == "SLAB") overwrite(bytes, chunk.payload() + 16, std::uint64_t{0});
-    if (chunk.type == "INDX") overwrite(bytes, chunk.payload() + 8 + 32, std::uint64_t{0});
+  for (const ChunkHeader& chunk : listChunks(bytes)) {
+    if (chunk.name() == "SLAB") overwrite(bytes, chunk.payload() + 16, std::uint64_t{0});
+    if (chunk.name() == "INDX") overwrite(bytes, chunk.payload() + 8 + 32, std::uint64_t{0});
   }
   repairChecksums(bytes);
   EXPECT_THAT(faultOf(writeFile("no_connectivity.t4d", bytes)), HasSubstr("no chunk can be here"));
@@ -449,8 +449,8 @@ TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
 /// -0 equals 0, and so the index may have one where the slab has the other.
 TEST(T4dReader, GivesTheTimesOfTheSlabWhereTheIndexHasAnotherZero) {
   std::string bytes = fileContents(writeT4d("zero.t4d", {{simplexSlab()}}, {0, false, true}));
-  for (const ChunkPlace& chunk : chunksOf(bytes)) {
-    if (chunk.type == "INDX") overwrite(bytes, chunk.payload() + 8 + 16, -0.0);
+  for (const ChunkHeader& chunk : listChunks(bytes)) {
+    if (chunk.name() == "INDX") overwrite(bytes, chunk.payload() + 8 + 16, -0.0);
   }
   repairChecksums(bytes);
   auto reader = T4dReader::open(writeFile("zero.t4d", bytes));
@@ -462,7 +462,7 @@ TEST(T4dReader, GivesTheTimesOfTheSlabWhereTheIndexHasAnotherZero) {
 
 TEST(T4dReader, RefusesLengthsBeyondTheFileWithoutAskingForMemory) {
   const Sample sample("length.t4d", {0, false, true});
-  for (const ChunkPlace& chunk : sample.chunks) {
+  for (const ChunkHeader& chunk : sample.chunks) {
     for (const std::uint64_t length :
          {~std::uint64_t{0}, ~std::uint64_t{0} - 7, std::uint64_t{1} << 63, std::uint64_t{1} << 40,
           std::uint64_t{sample.bytes.size()}}) {

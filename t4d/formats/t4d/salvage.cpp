@@ -21,8 +21,8 @@ class T4dSalvage::File {
  public:
   explicit File(ChunkFile file) : file_(std::move(file)) {}
 
-  /// With `judged`, a file that seems intact is checked against all rules of the format as well;
-  /// without, it is known to be damaged.
+  /// With `judged`, a file that seems intact is also checked against all rules of the format.
+  /// Without it, the file is known to be damaged.
   Result<void> run(bool judged, const model::Progress& progress) {
     constexpr double kWalkShare = 0.5;
     if (auto begun = readBeginning(); !begun) return begun;
@@ -57,7 +57,7 @@ class T4dSalvage::File {
   Metadata metadata_;
   bool metadataSaved_ = false;
   std::map<std::uint32_t, Body> bodies_;
-  std::vector<Body*> chosen_;  // those of metadata_.bodies
+  std::vector<Body*> chosen_;  // those in metadata_.bodies
   std::optional<std::uint64_t> slabsKnown_;
   std::vector<T4dLoss> lost_;
 
@@ -67,7 +67,7 @@ class T4dSalvage::File {
     lost_.push_back({offset, std::move(what), time});
   }
 
-  /// Reads the file header and HEAD. Fails on what is not damaged but unsupported.
+  /// Reads the file header and HEAD. Fails if they are intact but unsupported.
   Result<void> readBeginning() {
     const auto header = file_.readHeader();
     if (header) {
@@ -80,7 +80,7 @@ class T4dSalvage::File {
     auto head = readHead(file_);
     if (!head && head.error().code != ErrorCode::Unsupported &&
         !file_.readChunkHeader(kFileHeaderBytes)) {
-      // Bytes may have been inserted before it.
+      // Bytes may have been inserted before HEAD.
       const std::uint64_t next = nextChunk(kFileHeaderBytes);
       if (auto moved = readHead(file_, next)) {
         lose(kFileHeaderBytes, fmt::format("{}; HEAD is at byte {}", head.error().message, next));
@@ -147,8 +147,8 @@ class T4dSalvage::File {
     }
   }
 
-  /// Whether the chunk before was the last of the file. Reports what follows, and an incomplete
-  /// footer.
+  /// Whether the previous chunk was the last of the file. Reports any bytes after the end, and an
+  /// incomplete footer.
   bool atEnd() {
     const auto follows = [&](std::uint64_t end) {
       lose(end, fmt::format("{} bytes follow the end of the file", file_.size() - end));
@@ -202,7 +202,7 @@ class T4dSalvage::File {
     found_.addSlab({header.offset, header.bytes(), decoded->parts, decoded->time});
   }
 
-  /// Reads what was found, and lists the slabs of the index that are not intact.
+  /// Reads the slabs found, and lists the slabs of the index that are not intact.
   void takeSlabs() {
     std::map<std::uint64_t, std::size_t> lostAt;
     for (std::size_t i = 0; i < lost_.size(); ++i) lostAt.emplace(lost_[i].offset, i);
@@ -222,7 +222,7 @@ class T4dSalvage::File {
     if (index_) {
       slabsKnown_ = found_.slabs().size() + found_.missing().size();
     } else if (done_) {
-      // Each slab takes some bytes: a larger number is false, and could overflow the sum.
+      // Each slab takes some bytes: a larger number is wrong, and could overflow the sum.
       const std::uint64_t most = file_.size() / kChunkHeaderBytes;
       std::uint64_t known = 0;
       for (const BodySummary& body : done_->bodies) {
@@ -324,16 +324,16 @@ class T4dSalvage::File {
   }
 
   ChunkFile file_;
-  std::optional<bool> indexed_;  // as the file header says
+  std::optional<bool> indexed_;  // according to the file header
   std::optional<Error> notT4d_;  // what is wrong with the file header
-  Features features_;            // all, where HEAD does not say
-  std::uint64_t at_ = 0;         // where the walk is
+  Features features_;            // all of them, if HEAD does not say
+  std::uint64_t at_ = 0;         // current offset of the scan
   bool foundChunk_ = false;
   bool sawDone_ = false;
   bool sawIndex_ = false;
   bool footerSaved_ = false;
   Error footerError_;
-  ChunkType last_{};  // of the chunk before
+  ChunkType last_{};  // type of the previous chunk
   FoundChunks found_;
   std::set<std::uint64_t> broken_;  // parts with valid checksums that cannot be read
   std::optional<Done> done_;

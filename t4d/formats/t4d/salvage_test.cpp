@@ -28,7 +28,7 @@ struct Sample {
   };
   std::vector<std::vector<Slab>> bodies;
   std::string bytes;
-  std::vector<ChunkPlace> chunks;
+  std::vector<ChunkHeader> chunks;
   std::vector<Needs> slabs;  // in file order
 
   explicit Sample(unsigned seed)
@@ -36,10 +36,10 @@ struct Sample {
     const auto path = writeT4d("sample.t4d", bodies,
                                {.compression = seed % 2 == 0 ? 3 : 0, .index = seed % 3 != 0});
     bytes = fileContents(path);
-    chunks = chunksOf(bytes);
+    chunks = listChunks(bytes);
     std::vector<std::size_t> next(bodies.size(), 0);
-    for (const ChunkPlace& chunk : chunks) {
-      if (chunk.type != "SLAB") continue;
+    for (const ChunkHeader& chunk : chunks) {
+      if (chunk.name() != "SLAB") continue;
       Needs needs;
       const auto load = [&](std::size_t at, auto& into) {
         std::memcpy(&into, bytes.data() + chunk.payload() + at, sizeof into);
@@ -50,7 +50,7 @@ struct Sample {
       for (const std::size_t at : {16, 24, 32}) {
         std::uint64_t offset = 0;
         load(at, offset);
-        for (const ChunkPlace& part : chunks) {
+        for (const ChunkHeader& part : chunks) {
           if (part.offset == offset) needs.chunks.push_back({part.offset, part.end()});
         }
       }
@@ -58,9 +58,9 @@ struct Sample {
     }
   }
 
-  const ChunkPlace& chunk(const std::string& type, std::size_t number = 0) const {
-    for (const ChunkPlace& chunk : chunks) {
-      if (chunk.type == type && number-- == 0) return chunk;
+  const ChunkHeader& chunk(const std::string& type, std::size_t number = 0) const {
+    for (const ChunkHeader& chunk : chunks) {
+      if (chunk.name() == type && number-- == 0) return chunk;
     }
     ADD_FAILURE() << "no chunk " << type;
     return chunks.front();
@@ -126,7 +126,7 @@ TEST(T4dSalvage, SavesWhatLiesBeforeACut) {
           std::uniform_int_distribution<std::size_t>(head, sample.bytes.size() - 1)(random);
       expectSaved(sample, sample.bytes.substr(0, length), {{length, sample.bytes.size()}});
     }
-    for (const ChunkPlace& chunk : sample.chunks) {
+    for (const ChunkHeader& chunk : sample.chunks) {
       // Of a file without index nothing is missing at the end of DONE.
       if (chunk.end() == sample.bytes.size()) continue;
       expectSaved(sample, sample.bytes.substr(0, chunk.end()),
@@ -232,7 +232,7 @@ TEST(T4dSalvage, SavesAllWhereBytesWereInsertedBetweenChunks) {
   for (unsigned seed = 1; seed < 40; ++seed) {
     const Sample sample(seed);
     if (seed % 3 == 0 || !isPlain(sample)) continue;
-    for (const ChunkPlace& chunk : sample.chunks) {
+    for (const ChunkHeader& chunk : sample.chunks) {
       for (const std::size_t inserted : {8, 64, 4096}) {
         SCOPED_TRACE(fmt::format("seed {}: {} bytes at {}", seed, inserted, chunk.offset));
         std::string bytes = sample.bytes;
@@ -316,7 +316,7 @@ TEST(T4dSalvage, GoesOnAfterADamagedFileHeader) {
 
 TEST(T4dSalvage, SaysWhenALostSlabWas) {
   const Sample sample(4);  // with index
-  const ChunkPlace& lost = sample.chunk("SLAB", 2);
+  const ChunkHeader& lost = sample.chunk("SLAB", 2);
   const Sample::Needs& needs = sample.slabs[2];
   const Slab& slab = sample.bodies[needs.body][needs.number];
   for (const std::size_t at : {lost.offset, lost.payload() + 60}) {
@@ -351,7 +351,7 @@ TEST(T4dSalvage, NamesWhatIsMissingAtTheEnd) {
   std::string bytes = sample.bytes;
   bytes[footer + 17] ^= 1;
   EXPECT_THAT(lossesOf(bytes), is(footer, "the footer's checksum does not match"));
-  const ChunkPlace& slab = sample.chunk("SLAB", 3);
+  const ChunkHeader& slab = sample.chunk("SLAB", 3);
   EXPECT_THAT(cutAt(slab.payload() + 9),
               is(slab.offset, "the chunk SLAB claims " + std::to_string(slab.payloadBytes) +
                                   " bytes where 9 are left"));
@@ -400,7 +400,7 @@ TEST(T4dSalvage, SurvivesFilesThatLie) {
     for (int i = 0; i < 40; ++i) {
       std::string bytes = sample.bytes;
       for (int changes = 1 + i % 4; changes > 0; --changes) {
-        const ChunkPlace& chunk = sample.chunks[random() % sample.chunks.size()];
+        const ChunkHeader& chunk = sample.chunks[random() % sample.chunks.size()];
         // Mostly where counts and offsets are.
         const std::size_t at =
             chunk.payload() +

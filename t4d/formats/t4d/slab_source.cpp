@@ -30,7 +30,7 @@ Result<SlabSource::ConnectivityPointer> SlabSource::readConnectivity(std::uint64
   {
     const std::scoped_lock lock(kept_->mutex);
     if (kept_->connectivityOffset == offset) return kept_->connectivity;
-    // Not two in memory while this one is decoded.
+    // Avoids two in memory while this one is decoded.
     kept_->connectivityOffset.reset();
     kept_->connectivity.reset();
   }
@@ -99,7 +99,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
                     connectivity.lowerCount, interiorCount, connectivity.upperCount, lowerCount,
                     decoded->interior.size(), upper->layer.size()));
   }
-  // The slab's own: the index may have -0 for its 0.
+  // Use the slab's own times: the index may have -0 where it has 0.
   slab->timeBegin = decoded->time.begin;
   slab->timeEnd = decoded->time.end;
   slab->vertices.resize(connectivity.vertexCount);

@@ -11,15 +11,15 @@
 
 namespace t4d::formats {
 
-/// Where the parts of a slab are: where the slab says, or, in a file that has lost bytes, where its
-/// record says.
+/// Where to find the parts of a slab: at the offsets in the slab or, in a file that has lost bytes,
+/// at those in its record.
 enum class PartsAt : std::uint8_t { Slab, Record };
 
-/// Slabs of one body, put together from their chunks. What two slabs that are read in a row share
-/// is read once.
+/// Slabs of one body, assembled from their chunks. Parts shared by two slabs that are read in a row
+/// are read once.
 class SlabSource : public model::Source {
  public:
-  /// `file` lives as long as this.
+  /// `file` must outlive this object.
   SlabSource(const ChunkFile& file, t4d_layout::Features features, PartsAt partsAt = PartsAt::Slab)
       : file_(&file), features_(features), partsAt_(partsAt), kept_(std::make_unique<Kept>()) {}
 
@@ -31,19 +31,19 @@ class SlabSource : public model::Source {
   /// Errors name the slab by its number in the body.
   Result<std::shared_ptr<const model::Slab>> slab(std::size_t index) const override;
 
-  /// Any slab of the file, added or not, judged by all that can be said of one slab. Errors have
-  /// the offset of the chunk that is wrong.
+  /// Any slab of the file, added or not, checked as far as a single slab can be. Errors give the
+  /// offset of the faulty chunk.
   Result<std::shared_ptr<const model::Slab>> read(const IndexRecord& record) const;
 
  private:
   struct StoredLayer {
     std::vector<std::byte> payload;
-    Layer layer;  // in `payload`; of no vertices where there is no layer
+    Layer layer;  // points into `payload`; no vertices if there is no layer
   };
 
   using ConnectivityPointer = std::shared_ptr<const model::Connectivity>;
 
-  /// Of the slab that was read last: what the next one is likely to share.
+  /// Parts of the last slab read, which the next one is likely to share.
   struct Kept {
     std::mutex mutex;
     std::optional<std::uint64_t> connectivityOffset;
@@ -55,7 +55,7 @@ class SlabSource : public model::Source {
   Result<std::shared_ptr<const model::Slab>> readSlab(const IndexRecord& record) const;
   Result<ConnectivityPointer> readConnectivity(std::uint64_t offset) const;
   Result<StoredLayer> readLayer(std::uint64_t offset) const;
-  /// The layer at `offset` where it is kept, which it then no longer is.
+  /// The layer at `offset` if it is kept; the cache then gives it up.
   std::optional<std::vector<model::Point4>> takeKeptLayer(std::uint64_t offset) const;
 
   const ChunkFile* file_;

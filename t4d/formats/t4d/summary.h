@@ -7,10 +7,10 @@
 
 namespace t4d::formats {
 
-/// What a .t4d file says of one body as a whole.
+/// Summary of one body in a .t4d file.
 struct BodySummary {
   std::uint64_t slabs = 0;
-  std::uint64_t vertices = 0;  ///< those on a seam counted once
+  std::uint64_t vertices = 0;  ///< vertices on a seam counted once
   std::uint64_t tetrahedra = 0;
   model::TimeSpan time;
   model::Bounds3 bounds;  ///< of the stored vertices; means lie between them

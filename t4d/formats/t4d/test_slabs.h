@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/layout.h"
@@ -19,7 +20,7 @@
 #include "t4d/formats/test_files.h"
 #include "t4d/model/slab.h"
 
-/// What the tests of .t4d share: slabs, and files made by hand.
+/// Shared by the tests of .t4d: slabs, and hand-made files.
 namespace t4d::formats {
 
 inline constexpr model::ScalarType kAllScalarTypes[] = {
@@ -29,7 +30,8 @@ inline constexpr model::ScalarType kAllScalarTypes[] = {
     model::ScalarType::Float64,
 };
 
-/// The boundary of the 4-simplex of the origin and the four unit points: one slab without layers.
+/// The boundary of the 4-simplex spanned by the origin and the four unit points: one slab without
+/// layers.
 inline model::Slab simplexSlab() {
   auto connectivity = std::make_shared<model::Connectivity>();
   connectivity->vertexCount = 5;
@@ -41,9 +43,9 @@ inline model::Slab simplexSlab() {
   return slab;
 }
 
-/// Slabs that hang together and have, by chance, everything that a slab can have: full and empty
-/// layers, means, repeated connectivity, no thickness, no cells, attributes of every type. They are
-/// no closed meshes; files do not ask that.
+/// Consecutive slabs with a random choice of everything a slab can have: full and empty layers,
+/// means, repeated connectivity, no thickness, no cells, attributes of every type. They are not
+/// closed meshes; files do not require that.
 class RandomSlabs {
  public:
   explicit RandomSlabs(unsigned seed) : random_(seed) {}
@@ -66,7 +68,7 @@ class RandomSlabs {
   }
   double number() { return std::uniform_real_distribution<double>(-10, 10)(random_); }
 
-  /// Sums of such times are exact, so that no mean is rounded to a time outside its slab.
+  /// Sums of such times are exact, so no mean is rounded to a time outside its slab.
   static double onGrid(double time) { return std::round(time * 1024) / 1024; }
 
   model::Attribute attribute(const std::string& name, model::Domain domain, std::size_t rows) {
@@ -176,7 +178,7 @@ inline Metadata metadataOf(const std::vector<std::string>& bodies) {
   return metadata;
 }
 
-/// A file of these slabs, one list a body; bodies take turns.
+/// A file of these slabs, one list per body; bodies alternate.
 inline std::filesystem::path writeT4d(const std::string& name,
                                       const std::vector<std::vector<model::Slab>>& bodies,
                                       const T4dWriteOptions& options = {}) {
@@ -202,55 +204,12 @@ inline std::filesystem::path writeT4d(const std::string& name,
   return path;
 }
 
-/// Where a chunk is in the bytes of a file.
-struct ChunkPlace {
-  std::string type;
-  std::size_t offset = 0;
-  std::size_t payloadBytes = 0;
-  std::size_t payload() const { return offset + t4d_layout::kChunkHeaderBytes; }
-  std::size_t end() const { return payload() + t4d_layout::padded(payloadBytes); }
-};
-
-/// The chunks of a whole file, HEAD first, whatever their checksums say.
-inline std::vector<ChunkPlace> chunksOf(std::string_view bytes) {
-  std::vector<ChunkPlace> chunks;
-  std::size_t at = t4d_layout::kFileHeaderBytes;
-  // What follows INDX is the footer.
-  while (bytes.size() - at >= t4d_layout::kChunkHeaderBytes &&
-         (chunks.empty() || chunks.back().type != "INDX")) {
-    ChunkPlace chunk{std::string(bytes.substr(at, 4)), at, 0};
-    std::uint64_t length = 0;
-    std::memcpy(&length, bytes.data() + at + 8, sizeof length);
-    if (length > bytes.size() - chunk.payload()) break;
-    chunk.payloadBytes = length;
-    if (chunk.end() > bytes.size()) break;
-    chunks.push_back(chunk);
-    at = chunk.end();
-  }
-  return chunks;
-}
-
 template <class T>
 void overwrite(std::string& bytes, std::size_t offset, T value) {
   std::memcpy(bytes.data() + offset, &value, sizeof value);
 }
 
-/// Makes every checksum right, as one who means harm would.
-inline void repairChecksums(std::string& bytes) {
-  overwrite(bytes, 20, crc32c(bytes.data(), 20));
-  for (const ChunkPlace& chunk : chunksOf(bytes)) {
-    overwrite(bytes, chunk.offset + 16, crc32c(bytes.data() + chunk.payload(), chunk.payloadBytes));
-    overwrite(bytes, chunk.offset + 20, crc32c(bytes.data() + chunk.offset, 20));
-  }
-  if (bytes.size() > t4d_layout::kFooterBytes) {
-    const std::size_t footer = bytes.size() - t4d_layout::kFooterBytes;
-    if (std::memcmp(bytes.data() + footer + 32, t4d_layout::kEndSignature.data(), 8) == 0) {
-      overwrite(bytes, footer + 28, crc32c(bytes.data() + footer, 28));
-    }
-  }
-}
-
-/// A file chunk by chunk, with right checksums and whatever content.
+/// Builds a file chunk by chunk, with valid checksums and arbitrary content.
 class FileBuilder {
  public:
   explicit FileBuilder(const std::string& head = R"({"features":[],"bodies":["b"]})",
@@ -298,7 +257,7 @@ class FileBuilder {
                encodeSlab(time, parts, slab.vertices, slab.attributes, {0, false}));
   }
 
-  /// An end mark that tells the truth of `slabs` slabs in one body.
+  /// A correct end mark for `slabs` slabs in one body.
   void putDone(std::uint64_t slabs = 1, model::TimeSpan time = {0, 1}) {
     Done done;
     done.chunks = chunks_;
@@ -319,7 +278,7 @@ class FileBuilder {
   std::uint64_t chunks_ = 0;
 };
 
-/// The first error of opening a file and reading all of its slabs; empty where there is none.
+/// The first error in opening a file and reading all of its slabs; empty if there is none.
 inline std::string faultOf(const std::filesystem::path& path, T4dOpen how = T4dOpen::Whole) {
   auto reader = T4dReader::open(path, how);
   if (!reader) return reader.error().text();
@@ -327,7 +286,7 @@ inline std::string faultOf(const std::filesystem::path& path, T4dOpen how = T4dO
     for (std::size_t k = 0; k < reader->body(i).slabCount(); ++k) {
       const auto slab = reader->body(i).slab(k);
       if (!slab) return slab.error().text();
-      // Whatever is given out is sound.
+      // Every slab returned must be valid.
       EXPECT_TRUE(model::checkSlab(**slab));
       EXPECT_TRUE(model::checkConnectivity(*(*slab)->connectivity));
     }

@@ -8,7 +8,8 @@
 
 namespace t4d::formats {
 
-/// A file may honestly hold more than fits into memory: what `function` returns, or an error.
+/// Returns the result of `function`, or an error if memory runs out: a valid file may hold more
+/// than fits into memory.
 template <class Function>
 std::invoke_result_t<Function> withinMemory(const std::string& where, Function&& function) {
   try {

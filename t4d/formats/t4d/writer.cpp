@@ -82,7 +82,7 @@ class T4dWriter::File {
 
     std::uint32_t index;
     BodySummary summary;
-    // What the next slab may share.
+    // Parts that the next slab may share.
     std::shared_ptr<const Connectivity> connectivity;
     std::uint64_t connectivityOffset = 0;
     std::vector<Point4> upperLayer;
@@ -92,7 +92,7 @@ class T4dWriter::File {
     File& file_;
   };
 
-  /// After a failure the file cannot be finished: it would look complete and lack slabs.
+  /// After a failure the file cannot be finished: it would look complete, but lack slabs.
   Result<void> put(Body& body, const Slab& slab) {
     if (error_) return pass(*error_);
     auto done = putSlab(body, slab);
@@ -227,7 +227,7 @@ class T4dWriter::File {
   std::vector<IndexRecord> index_;
   std::vector<Point4> scratch_;
   std::uint64_t chunks_ = 0;
-  std::optional<Error> error_;  // the first
+  std::optional<Error> error_;  // the first one
 };
 
 T4dWriter::T4dWriter(std::unique_ptr<File> file) : file_(std::move(file)) {}
@@ -237,7 +237,7 @@ T4dWriter::~T4dWriter() = default;
 
 Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Metadata& metadata,
                                     const T4dWriteOptions& options) {
-  // A reader would refuse it.
+  // A reader would reject it.
   const auto parsed = headText(metadata, {}).and_then(parseHead);
   if (!parsed) return invalid(parsed.error().message, path.string());
   auto out = OutputFile::create(path);

@@ -13,19 +13,19 @@ struct T4dWriteOptions {
   int compression = 3;
   /// Store positions as 32-bit floats. Times stay 64-bit, so that slabs still join.
   bool float32 = false;
-  /// End the file with an index and a footer, so that a reader finds a slab without reading the
-  /// rest.
+  /// End the file with an index and a footer, so that a reader finds a slab without reading
+  /// everything before it.
   bool index = true;
 };
 
-/// Writes a .t4d file slab by slab. Memory is that of a slab and 64 bytes for each slab written.
-/// Nothing is at the target path until `finish` returns; without it nothing ever is.
+/// Writes a .t4d file slab by slab. Memory use is one slab, plus 64 bytes for each slab written.
+/// The target path stays untouched until `finish` returns successfully.
 ///
-/// Connectivity is stored once for slabs in a row of one body that share the object; layers are
+/// Connectivity is stored once for consecutive slabs of one body that share the object; layers are
 /// stored once; means are not stored.
 class T4dWriter {
  public:
-  /// Refuses bodies that are not well named; fails where the file cannot be opened.
+  /// Fails if body names are invalid or the file cannot be opened.
   static Result<T4dWriter> create(const std::filesystem::path& path, const Metadata& metadata,
                                   const T4dWriteOptions& options = {});
 
@@ -33,14 +33,14 @@ class T4dWriter {
   T4dWriter& operator=(T4dWriter&&) noexcept;
   ~T4dWriter();
 
-  /// Takes the slabs of one body in time order; bodies may take turns. A slab is refused that is
-  /// not sound (checkSlab), whose lower layer does not equal the last upper layer of the body, or
-  /// whose means are not what its connectivity says. -0 equals 0, and the file has the upper
-  /// layer's sign. The sink lives as long as the writer.
+  /// Takes the slabs of one body in time order; bodies may alternate. Rejects a slab that is
+  /// invalid (checkSlab), whose lower layer does not equal the last upper layer of the body, or
+  /// whose means differ from those its connectivity defines. -0 equals 0, and the file keeps the
+  /// sign of the upper layer. The sink is valid as long as the writer.
   model::Sink& body(std::size_t index);
 
-  /// Writes the end of the file and puts it in its place. Fails where a body has no slab. Returns
-  /// the number of bytes of the file.
+  /// Writes the end of the file and moves it to its path. Fails if a body has no slab. Returns the
+  /// size of the file in bytes.
   Result<std::uint64_t> finish();
 
  private:

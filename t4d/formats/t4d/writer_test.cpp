@@ -140,11 +140,11 @@ TEST(T4dWriter, StoresSharedConnectivityAndLayersOnceAndMeansNotAtAll) {
   const std::string bytes = fileContents(writeT4d("shared.t4d", {slabs}, {0, false, true}));
   std::size_t connectivities = 0;
   std::size_t layers = 0;
-  std::size_t smallest = bytes.size();
-  for (const ChunkPlace& chunk : chunksOf(bytes)) {
-    connectivities += chunk.type == "CONN" ? 1 : 0;
-    layers += chunk.type == "LAYR" ? 1 : 0;
-    if (chunk.type == "SLAB") smallest = std::min(smallest, chunk.payloadBytes);
+  std::uint64_t smallest = bytes.size();
+  for (const ChunkHeader& chunk : listChunks(bytes)) {
+    connectivities += chunk.name() == "CONN" ? 1 : 0;
+    layers += chunk.name() == "LAYR" ? 1 : 0;
+    if (chunk.name() == "SLAB") smallest = std::min(smallest, chunk.payloadBytes);
   }
   EXPECT_EQ(smallest, 48u + 2 * t4d_layout::kArrayHeaderBytes);  // two arrays without rows
   EXPECT_EQ(connectivities, 3u);                                 // start cap, all steps, end cap

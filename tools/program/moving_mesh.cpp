@@ -1,0 +1,23 @@
+#include "tools/program/moving_mesh.h"
+
+#include "t4d/formats/motion_reader.h"
+#include "tools/program/console.h"
+
+namespace t4d::tools {
+
+void MovingMeshInput::addTo(CLI::App& command) {
+  command.add_option("MODEL", model, "The solid: " + formats::readableTriangleMeshExtensions())
+      ->required();
+  command.add_option("-m,--motion", motion, "The motion: a JSON file (docs/motion.md)")->required();
+}
+
+Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
+  auto loaded = formats::readTriangleMesh(model);
+  if (!loaded) return pass(loaded.error());
+  printNotices(loaded->notices);
+  auto poses = formats::readMotion(motion);
+  if (!poses) return pass(poses.error());
+  return Loaded{std::move(loaded->mesh), std::move(*poses), std::move(loaded->losses)};
+}
+
+}  // namespace t4d::tools
