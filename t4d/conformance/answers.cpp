@@ -312,10 +312,10 @@ Result<Answer> sliceFile(const std::filesystem::path& path, double time) {
 
 std::string hexFloat(double number) { return fmt::format("{:a}", number); }
 
-std::vector<std::string> differences(const ordered_json& expected, const ordered_json& within,
-                                     const ordered_json& actual) {
+std::vector<std::string> differences(const Answer& expected, const std::string& actual) {
+  const ordered_json within = ordered_json::parse(expected.within);
   Comparison comparison;
-  comparison.compare(expected, actual, "", &within);
+  comparison.compare(ordered_json::parse(expected.json), ordered_json::parse(actual), "", &within);
   return comparison.finish();
 }
 

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "t4d/formats/t4d/reader.h"
 
 /// The answer a reader under test must give for a file, with tolerances (t4d/formats/t4d/SPEC.md,
@@ -40,10 +38,8 @@ Result<Answer> sliceFile(const std::filesystem::path& path, double time);
 /// "0x1.8p+1": parsed by strtod to the same double.
 std::string hexFloat(double number);
 
-/// The differences between an answer and the expected one, a sentence each with the path of the
-/// member ("bodies[0].slabs[2].end"); empty if the answer is right. `within` as in Answer.
-std::vector<std::string> differences(const nlohmann::ordered_json& expected,
-                                     const nlohmann::ordered_json& within,
-                                     const nlohmann::ordered_json& actual);
+/// The differences between an answer, which is JSON, and the expected one: a sentence each with the
+/// path of the member ("bodies[0].slabs[2].end"); empty if the answer is right.
+std::vector<std::string> differences(const Answer& expected, const std::string& actual);
 
 }  // namespace t4d::conformance

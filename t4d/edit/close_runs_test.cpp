@@ -22,7 +22,7 @@
 namespace t4d::edit {
 namespace {
 
-constexpr double kRelative = 1e-9;
+constexpr double kRounding = 1e-9;
 
 struct Sample {
   std::string name;
@@ -136,7 +136,7 @@ TEST(CloseRuns, EverySlabAloneIsClosedAndTheirHypervolumesAddUp) {
       sum += hypervolume;
       largest = std::max(largest, hypervolume);
     }
-    EXPECT_NEAR(sum, measure::checkMesh(sample.mesh)->hypervolume, largest * kRelative);
+    EXPECT_NEAR(sum, measure::checkMesh(sample.mesh)->hypervolume, largest * kRounding);
   }
 }
 
@@ -182,7 +182,7 @@ TEST(CloseRuns, BeginningOfASweepHasTheHypervolumeOfTheLaw) {
     const double dt = 2.0 / kSteps;
     EXPECT_NEAR(closed.hypervolume,
                 8000 * dt * (2 + std::cos(theta)) / 3 * static_cast<double>(steps),
-                8000 * 2 * kRelative);
+                8000 * 2 * kRounding);
     ASSERT_EQ(closed.ends.size(), 1U);
     EXPECT_FALSE(closed.ends[0].begin);
     EXPECT_EQ(closed.ends[0].slab, steps);

@@ -73,9 +73,10 @@ std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const d
     bool exists = false;
     bool onLayers = true;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      if (layers[i].empty() || time < layers[i].front() || time > layers[i].back()) continue;
+      const auto at = model::timeWithin(*bodies[i].source, time);
+      if (!at) continue;
       exists = true;
-      onLayers = onLayers && std::binary_search(layers[i].begin(), layers[i].end(), time);
+      onLayers = onLayers && std::binary_search(layers[i].begin(), layers[i].end(), *at);
     }
     if (exists && onLayers) ++count;
   }

@@ -74,6 +74,8 @@ TEST(Compare, TimesThatFallOnLayersAreCounted) {
   const std::vector<model::Body> two = {{"one", &mesh}, {"late", &late}};
   EXPECT_EQ(timesOnLayers(one, std::vector<double>{0, 1, 2, 4}), 4U);
   EXPECT_EQ(timesOnLayers(one, std::vector<double>{0, 1.5, 3, 5}), 2U);
+  // A few units in the last place beside a layer.
+  EXPECT_EQ(timesOnLayers(one, std::vector<double>{std::nextafter(1.0, 2), 4.000000000000001}), 2U);
   // Where both exist, only one of them has a layer.
   EXPECT_EQ(timesOnLayers(two, std::vector<double>{0, 1, 2, 4.5}), 2U);
 }

@@ -15,11 +15,6 @@ namespace {
 using model::Point3;
 using model::TriangleMesh;
 
-TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by) {
-  for (Point3& vertex : mesh.vertices) vertex += by;
-  return mesh;
-}
-
 TriangleMesh together(TriangleMesh one, const TriangleMesh& other) {
   const auto first = static_cast<std::uint32_t>(one.vertices.size());
   one.vertices.insert(one.vertices.end(), other.vertices.begin(), other.vertices.end());
@@ -39,7 +34,7 @@ TEST(SolidDifference, OfMovedCubesIsTheClosedForm) {
   const TriangleMesh cube = fixtures::cube(2);
   for (const Eigen::Vector3d& by : {Eigen::Vector3d(0.25, 0, 0), Eigen::Vector3d(0.1, -0.2, 0.3),
                                     Eigen::Vector3d(1e-3, 0, 0), Eigen::Vector3d(0, 5, -7)}) {
-    const auto difference = solidDifference(cube, moved(cube, by));
+    const auto difference = solidDifference(cube, fixtures::translated(cube, by));
     ASSERT_TRUE(difference);
     const double expected = movedCubeDifference(by);
     EXPECT_NEAR(difference->volume, expected, difference->error);
@@ -52,7 +47,7 @@ TEST(SolidDifference, OfMovedSpheresIsTwiceWhatTheLensLeaves) {
   const TriangleMesh sphere = fixtures::icosphere(1, 5);
   const double d = 0.5;
   const double lens = kPi * (4 + d) * (2 - d) * (2 - d) / 12;
-  const auto difference = solidDifference(sphere, moved(sphere, {0, 0, d}));
+  const auto difference = solidDifference(sphere, fixtures::translated(sphere, {0, 0, d}));
   ASSERT_TRUE(difference);
   const double faceting = 4 * kPi / 3 - signedVolume(sphere);
   EXPECT_NEAR(difference->volume, 2 * (4 * kPi / 3 - lens), 2 * faceting + difference->error);
@@ -105,7 +100,7 @@ TEST(SolidDifference, IsSymmetric) {
 TEST(SolidDifference, CountsOverlapsAsVolumesDo) {
   // Two cubes that overlap, as one self-intersecting surface, against nothing and against itself.
   const TriangleMesh both =
-      together(fixtures::cube(2), moved(fixtures::cube(2), {0.5, 0.25, 0.125}));
+      together(fixtures::cube(2), fixtures::translated(fixtures::cube(2), {0.5, 0.25, 0.125}));
   const auto difference = solidDifference(both, {});
   EXPECT_NEAR(difference->volume, 16, difference->error);
   EXPECT_NEAR(difference->volume, signedVolume(both), 1e-3 * 16);
@@ -133,7 +128,7 @@ TEST(SolidDifference, ErrorFallsWithTheSquareOfTheSpacing) {
   int tooSmall = 0;  // estimates of the error
   for (int i = 0; i < kPairs; ++i) {
     const Eigen::Vector3d by(number(random), number(random), number(random));
-    const TriangleMesh other = moved(cube, by);
+    const TriangleMesh other = fixtures::translated(cube, by);
     const double expected = movedCubeDifference(by);
     const auto with32 = solidDifference(cube, other, {.resolution = 32});
     const auto with256 = solidDifference(cube, other, {.resolution = 256});
@@ -150,9 +145,10 @@ TEST(SolidDifference, ErrorFallsWithTheSquareOfTheSpacing) {
 
 TEST(SolidDifference, IsTheSameFarAway) {
   const Eigen::Vector3d far(1e6, -2e6, 3e6);
-  const TriangleMesh cube = moved(fixtures::cube(2), far);
+  const TriangleMesh cube = fixtures::translated(fixtures::cube(2), far);
   const Eigen::Vector3d by(0.25, 0.125, 0);
-  EXPECT_NEAR(solidDifference(cube, moved(cube, by))->volume, movedCubeDifference(by), 1e-3);
+  EXPECT_NEAR(solidDifference(cube, fixtures::translated(cube, by))->volume,
+              movedCubeDifference(by), 1e-3);
 }
 
 TEST(SolidDifference, OpenSurfacesAreRefused) {

@@ -15,11 +15,6 @@ namespace {
 using model::Point3;
 using model::TriangleMesh;
 
-TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by) {
-  for (Point3& vertex : mesh.vertices) vertex += by;
-  return mesh;
-}
-
 /// Checks that the known value lies in the interval of the result.
 void expectWithin(double value, double found, double tolerance) {
   EXPECT_LE(found, value * (1 + 1e-12) + 1e-12);
@@ -82,7 +77,7 @@ TEST(SurfaceDistance, OfAMovedCubeIsHowFarItMoved) {
   const TriangleMesh cube = fixtures::cube(2);
   for (const Eigen::Vector3d& by :
        {Eigen::Vector3d(0.25, 0, 0), Eigen::Vector3d(0.1, -0.2, 0.3), Eigen::Vector3d(0, 5, -7)}) {
-    const SurfaceDistance distance = surfaceDistance(cube, moved(cube, by));
+    const SurfaceDistance distance = surfaceDistance(cube, fixtures::translated(cube, by));
     expectWithin(by.norm(), distance.fromA, distance.tolerance);
     expectWithin(by.norm(), distance.fromB, distance.tolerance);
   }

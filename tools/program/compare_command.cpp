@@ -42,7 +42,7 @@ constexpr std::uint64_t kMaxSlices = 100'000;
 /// The number of pairs of solids shown on the page.
 constexpr std::size_t kPictures = 3;
 
-struct Options {
+struct CompareArguments {
   std::string input;
   std::string other;  // "" for both backends on `input`
   std::string motion;
@@ -63,17 +63,8 @@ struct Options {
   bool builds() const { return other.empty(); }
 };
 
-/// The times of a:b:n, with n a whole number from 1 to kMaxSlices.
-std::optional<std::vector<double>> timesOf(const std::string& text) {
-  auto numbers = numbersBetween(text, ':');
-  if (!numbers || numbers->size() != 3) return std::nullopt;
-  const double n = (*numbers)[2];
-  if (!(n >= 1 && n <= static_cast<double>(kMaxSlices)) || n != std::floor(n)) return std::nullopt;
-  return model::evenTimes({(*numbers)[0], (*numbers)[1]}, static_cast<std::uint64_t>(n));
-}
-
 /// The error message if the options cannot be combined; nothing if they can.
-std::optional<std::string> misuseOf(const Options& options) {
+std::optional<std::string> misuseOf(const CompareArguments& options) {
   if (options.builds()) {
     if (options.motion.empty() || options.voxelSizes.empty()) {
       return "one solid needs --motion and --voxel-size; or give two .t4d files";
@@ -99,7 +90,7 @@ struct Truth {
   double hypervolume() const { return volume() * (motion.timeEnd() - motion.timeBegin()); }
 };
 
-Result<Truth> truthOf(const Options& options) {
+Result<Truth> truthOf(const CompareArguments& options) {
   auto loaded = formats::readTriangleMesh(options.input);
   if (!loaded) return pass(loaded.error());
   auto motion = formats::readMotion(options.motion);
@@ -115,7 +106,7 @@ struct MeshFile {
 
 /// Runs a backend in a separate process to make its mesh. If that fails, the backend has printed
 /// why, and the result is its exit code. `voxelSize` is for voxel4d, nothing for mesh4d.
-Result<std::variant<MeshFile, int>> build(const Options& options, const Truth& truth,
+Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const Truth& truth,
                                           const fs::path& folder, std::optional<double> voxelSize,
                                           std::vector<std::string>& notes) {
   const std::string backend = voxelSize ? "voxel4d" : "mesh4d";
@@ -259,7 +250,7 @@ Result<void> measure(Side& side, const MeshFile& file) {
 }
 
 /// If all times fall on layers of a mesh: what that misses, and a number of slices that would not.
-std::optional<std::string> aliasing(const Options& options, const Side& a, const Side& b,
+std::optional<std::string> aliasing(const CompareArguments& options, const Side& a, const Side& b,
                                     const model::TimeSpan& span, const std::vector<double>& times) {
   std::vector<std::string> where;
   for (const auto& [side, letter] : {std::pair{&a, "a"}, std::pair{&b, "b"}}) {
@@ -303,7 +294,7 @@ struct Outputs {
   std::optional<formats::OutputFile> csv;
 };
 
-Result<Outputs> createOutputs(const Options& options) {
+Result<Outputs> createOutputs(const CompareArguments& options) {
   Outputs outputs;
   for (const auto& [path, file] :
        {std::pair{&options.html, &outputs.html}, std::pair{&options.csv, &outputs.csv}}) {
@@ -320,7 +311,7 @@ Result<void> writeAll(std::optional<formats::OutputFile>& file, const std::strin
 }
 
 /// Compares each of `others` with `file`, adds to the report, and prints and writes it.
-int compareFiles(const Options& options, Outputs& outputs, const MeshFile& file,
+int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFile& file,
                  const std::vector<MeshFile>& others, CompareReport report,
                  std::optional<double> volumeExpected) {
   auto openedA = openBodies(file.path, {});
@@ -346,8 +337,8 @@ int compareFiles(const Options& options, Outputs& outputs, const MeshFile& file,
     std::vector<model::Body> all = a.bodies;
     all.insert(all.end(), b.bodies.begin(), b.bodies.end());
     const model::TimeSpan span = model::timeSpanOf(all);
-    const std::vector<double> times =
-        options.times.empty() ? model::evenTimes(span, options.slices) : *timesOf(options.times);
+    const std::vector<double> times = options.times.empty() ? model::evenTimes(span, options.slices)
+                                                            : *timesOf(options.times, kMaxSlices);
     for (const double time : times) {
       if (model::timeWithin(span, time)) continue;
       return tools::report(Error{ErrorCode::InvalidInput,
@@ -393,7 +384,7 @@ int compareFiles(const Options& options, Outputs& outputs, const MeshFile& file,
   return kDone;
 }
 
-int buildAndCompare(const Options& options, Outputs& outputs) {
+int buildAndCompare(const CompareArguments& options, Outputs& outputs) {
   auto truth = truthOf(options);
   if (!truth) return report(truth.error());
   std::optional<system::TemporaryFolder> temporary;
@@ -437,7 +428,7 @@ int buildAndCompare(const Options& options, Outputs& outputs) {
   return done == kDone && truth->lossy ? kLoss : done;
 }
 
-int run(const Options& options) {
+int run(const CompareArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   for (const std::string& output : {options.html, options.csv}) {
     if (const auto misuse =
@@ -463,7 +454,7 @@ int run(const Options& options) {
 void addCompare(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "compare", "Compare two 4D meshes: two files, or both backends on one solid and motion");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareArguments>();
   command
       ->add_option("INPUT", options->input,
                    fmt::format("A solid for both backends ({}), or a .t4d file",
@@ -508,11 +499,7 @@ void addCompare(CLI::App& app, int& exitCode) {
   command
       ->add_option("--times", options->times,
                    "a:b:n: Compare at n times evenly spaced from a to b, both included")
-      ->check(CLI::Validator(
-          [](std::string& text) {
-            return timesOf(text) ? std::string() : "'" + text + "' is not a:b:n with n from 1 on";
-          },
-          "A:B:N"))
+      ->check(evenTimesUpTo(kMaxSlices))
       ->excludes(slices);
   command->add_option("--keep", options->keep, "Keep the .t4d files in this folder")
       ->check(someName());

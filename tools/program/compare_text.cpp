@@ -6,17 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/program/console.h"
+#include "tools/program/or_null.h"
 
 namespace t4d::tools {
 namespace {
 
 using measure::SliceComparison;
 using nlohmann::ordered_json;
-
-template <class T>
-ordered_json orNull(const std::optional<T>& value) {
-  return value ? ordered_json(*value) : ordered_json();
-}
 
 ordered_json jsonOf(const ComparedMesh& mesh) {
   ordered_json value = {{"name", mesh.name},

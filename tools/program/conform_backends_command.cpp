@@ -15,6 +15,7 @@
 #include "tools/program/conform_page.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/or_null.h"
 #include "tools/program/thread_limit.h"
 
 namespace t4d::tools {
@@ -26,7 +27,7 @@ using conformance::CaseResult;
 using conformance::Check;
 using nlohmann::ordered_json;
 
-struct Options {
+struct ConformBackendsArguments {
   std::vector<std::string> backends;
   bool programGiven = false;
   conformance::ProgramOptions program;
@@ -45,7 +46,7 @@ std::vector<std::string> ownNames() {
   return names;
 }
 
-Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const Options& options) {
+Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const ConformBackendsArguments& options) {
   const auto asked = [&](const std::string& name) {
     if (options.backends.empty()) return !options.programGiven;
     return std::find(options.backends.begin(), options.backends.end(), name) !=
@@ -63,7 +64,7 @@ Result<std::vector<std::unique_ptr<Backend>>> backendsOf(const Options& options)
   return backends;
 }
 
-bool isWanted(const Case& given, const Options& options) {
+bool isWanted(const Case& given, const ConformBackendsArguments& options) {
   if (options.quick && given.large) return false;
   return options.cases.empty() ||
          std::any_of(options.cases.begin(), options.cases.end(), [&](const std::string& glob) {
@@ -73,11 +74,6 @@ bool isWanted(const Case& given, const Options& options) {
 
 ordered_json jsonOf(const conformance::Value& value) {
   return std::visit([](auto number) { return ordered_json(number); }, value);
-}
-
-template <class T>
-ordered_json orNull(const std::optional<T>& value) {
-  return value ? ordered_json(*value) : ordered_json();
 }
 
 ordered_json jsonOf(const CaseResult& result) {
@@ -139,7 +135,7 @@ void printText(const std::vector<CaseResult>& results, std::size_t passed) {
 }
 
 int list(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Backend>>& backends,
-         const Options& options) {
+         const ConformBackendsArguments& options) {
   std::vector<std::vector<std::string>> rows;
   for (const Case& given : cases) {
     if (!isWanted(given, options)) continue;
@@ -153,7 +149,7 @@ int list(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Backe
   return kDone;
 }
 
-int run(const Options& options) {
+int run(const ConformBackendsArguments& options) {
   const ThreadLimit limit(options.threads);
   const std::vector<Case> cases = conformance::analyticCases();
   const auto backends = backendsOf(options);
@@ -216,7 +212,7 @@ int run(const Options& options) {
 void addConformBackends(CLI::App& conform, int& exitCode) {
   auto* command =
       conform.add_subcommand("backends", "Check the backends against closed-form solutions");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConformBackendsArguments>();
   command
       ->add_option("--backend", options->backends, "Test this backend; repeatable (default: all)")
       ->check(CLI::IsMember(ownNames()))

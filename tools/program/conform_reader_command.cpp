@@ -17,7 +17,7 @@ namespace {
 
 using namespace conformance;
 
-struct Options {
+struct ConformReaderArguments {
   std::string reader;
   std::vector<std::string> only;
   std::vector<std::string> skip;
@@ -76,14 +76,14 @@ Result<void> writeText(const std::string& path, const std::string& text) {
 }
 
 /// The command that reruns the same cases.
-std::string commandOf(const Options& options) {
+std::string commandOf(const ConformReaderArguments& options) {
   std::string command = fmt::format("t4d conform reader --reader '{}'", options.reader);
   for (const std::string& feature : options.cases.without) command += " --without " + feature;
   if (options.serve) command += " --serve";
   return command + (options.cases.thorough ? " --thorough" : "");
 }
 
-int run(const Options& options) {
+int run(const ConformReaderArguments& options) {
   const auto command = system::splitCommand(options.reader);
   if (!command) return wrongUsage(command.error().text());
   const std::vector<CorpusFile> files = makeCorpus();
@@ -115,7 +115,7 @@ int run(const Options& options) {
     if (*kept > 0) say(fmt::format("{} in {}", counted(*kept, "file"), options.keep));
   }
   if (options.json) {
-    printJson(reportJson(options.reader, cases, *results));
+    fmt::print("{}", reportJson(options.reader, cases, *results));
   } else {
     constexpr std::size_t kShown = 20;
     fmt::print("{}", reportText(options.reader, commandOf(options), options.serve, cases, *results,
@@ -133,7 +133,7 @@ int run(const Options& options) {
 void addConformReader(CLI::App& conform, int& exitCode) {
   auto* command = conform.add_subcommand(
       "reader", "Run a reader against the corpus, and against files damaged on the spot");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConformReaderArguments>();
   command
       ->add_option("--reader", options->reader,
                    "The program, run as READER FILE describe and READER FILE slice T; may have "

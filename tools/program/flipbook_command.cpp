@@ -17,7 +17,7 @@ namespace {
 /// No viewer plays a file with more frames.
 constexpr std::uint64_t kMaxFrames = 100'000;
 
-struct Options {
+struct FlipbookArguments {
   std::string input;
   std::string output;
   std::optional<std::uint64_t> frames;
@@ -28,24 +28,15 @@ struct Options {
   bool json = false;
 };
 
-/// The three numbers of a:b:n, with n a whole number from 1 to kMaxFrames.
-std::optional<std::vector<double>> timesOf(const std::string& text) {
-  auto numbers = numbersBetween(text, ':');
-  if (!numbers || numbers->size() != 3) return std::nullopt;
-  const double n = (*numbers)[2];
-  if (!(n >= 1 && n <= static_cast<double>(kMaxFrames)) || n != std::floor(n)) return std::nullopt;
-  return model::evenTimes({(*numbers)[0], (*numbers)[1]}, static_cast<std::uint64_t>(n));
-}
-
-int run(const Options& options) {
+int run(const FlipbookArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
   auto input = openBodies(options.input, options.body);
   if (!input) return report(input.error());
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times =
-      options.frames ? model::evenTimes(span, *options.frames) : *timesOf(options.times);
+  const std::vector<double> times = options.frames ? model::evenTimes(span, *options.frames)
+                                                   : *timesOf(options.times, kMaxFrames);
   std::vector<std::string> notices;
   const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
   printNotices(notices);
@@ -83,7 +74,7 @@ int run(const Options& options) {
 void addFlipbook(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "flipbook", "Write a 4D mesh as an animated glTF, which plays in any viewer");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FlipbookArguments>();
   command->add_option("FILE", options->input, "The .t4d file")->required();
   auto* which = command->add_option_group("frames", "Times of the frames (exactly one)");
   which
@@ -91,11 +82,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
                    "Number of frames, evenly from the first to the last time")
       ->check(wholeNumber(1, kMaxFrames));
   which->add_option("--times", options->times, "a:b:n: n times, evenly from a to b, both included")
-      ->check(CLI::Validator(
-          [](std::string& text) {
-            return timesOf(text) ? std::string() : "'" + text + "' is not a:b:n with n from 1 on";
-          },
-          "A:B:N"));
+      ->check(evenTimesUpTo(kMaxFrames));
   which->require_option(1);
   command->add_option("-o,--output", options->output, "The .glb or .gltf file to write")
       ->required()

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "t4d/model/times.h"
+
 namespace t4d::tools {
 
 /// Parses a finite number; nothing if the text is not one.
@@ -30,6 +32,15 @@ inline std::optional<std::vector<double>> numbersBetween(std::string_view text, 
     if (end == std::string_view::npos) return numbers;
     text.remove_prefix(end + 1);
   }
+}
+
+/// The times of A:B:N, evenly spaced from A to B, with N a whole number from 1 to `most`.
+inline std::optional<std::vector<double>> timesOf(std::string_view text, std::uint64_t most) {
+  const auto numbers = numbersBetween(text, ':');
+  if (!numbers || numbers->size() != 3) return std::nullopt;
+  const double n = (*numbers)[2];
+  if (!(n >= 1 && n <= static_cast<double>(most)) || n != std::floor(n)) return std::nullopt;
+  return model::evenTimes({(*numbers)[0], (*numbers)[1]}, static_cast<std::uint64_t>(n));
 }
 
 }  // namespace t4d::tools

@@ -60,6 +60,15 @@ CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most) {
                  });
 }
 
+CLI::Validator evenTimesUpTo(std::uint64_t most) {
+  return CLI::Validator(
+      [most](std::string& text) {
+        if (timesOf(text, most)) return std::string();
+        return fmt::format("'{}' is not A:B:N with N from 1 to {}", text, most);
+      },
+      "A:B:N");
+}
+
 CLI::Validator someName() {
   return {[](std::string& text) { return text.empty() ? "the name is empty" : std::string(); }, ""};
 }

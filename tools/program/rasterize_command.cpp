@@ -7,13 +7,13 @@
 namespace t4d::tools {
 namespace {
 
-struct Options {
+struct RasterizeArguments {
   std::string input;
   std::string body;
   VoxelSeriesOptions series;
 };
 
-int run(const Options& options) {
+int run(const RasterizeArguments& options) {
   auto input = openBodies(options.input, options.body);
   if (!input) return report(input.error());
   const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), options.series.times);
@@ -28,7 +28,7 @@ int run(const Options& options) {
 void addRasterize(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand("rasterize",
                                      "Write slices of a 4D mesh as a time series of OpenVDB grids");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RasterizeArguments>();
   command->add_option("FILE", options->input, "The .t4d file")->required();
   addBodyOption(*command, options->body);
   options->series.addTo(*command);

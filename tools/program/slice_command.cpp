@@ -15,7 +15,7 @@
 namespace t4d::tools {
 namespace {
 
-struct Options {
+struct SliceArguments {
   std::string input;
   std::string output;
   std::optional<double> time;
@@ -29,7 +29,7 @@ struct Options {
 };
 
 /// The hyperplane given by the options; CLI11 has checked that there is exactly one.
-convert::Hyperplane hyperplaneOf(const Options& options) {
+convert::Hyperplane hyperplaneOf(const SliceArguments& options) {
   if (options.time) return convert::Hyperplane::atTime(*options.time);
   if (options.x) return convert::Hyperplane::across(0, *options.x);
   if (options.y) return convert::Hyperplane::across(1, *options.y);
@@ -74,7 +74,7 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
   return sections;
 }
 
-Result<std::vector<std::string>> write(const Options& options, const Sections& sections,
+Result<std::vector<std::string>> write(const SliceArguments& options, const Sections& sections,
                                        const formats::Metadata& metadata) {
   formats::MeshWriteOptions how{.attributes = options.attributes};
   if (formats::triangleMeshFormat(options.output)->placed) {
@@ -87,7 +87,7 @@ Result<std::vector<std::string>> write(const Options& options, const Sections& s
   return formats::writeTriangleMeshes(options.output, sections.meshes, how);
 }
 
-int run(const Options& options) {
+int run(const SliceArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
@@ -144,7 +144,7 @@ int run(const Options& options) {
 
 void addSlice(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand("slice", "Cut a 4D mesh at a time or by another hyperplane");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SliceArguments>();
   command->add_option("FILE", options->input, "The .t4d file")->required();
   auto* cuts = command->add_option_group("hyperplane", "Hyperplane (exactly one)");
   cuts->add_option("-t,--time", options->time, "The solid at this time, in (x, y, z)")

@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-struct Options {
+struct SweepArguments {
   MovingMeshInput input;
   std::string backend = "mesh4d";
   std::optional<double> rvMin;
@@ -51,7 +51,7 @@ struct Made {
 };
 
 /// The error message if the options cannot be combined; nothing if they can.
-std::optional<std::string> misuseOf(const Options& options) {
+std::optional<std::string> misuseOf(const SweepArguments& options) {
   if (options.voxels()) {
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
     return std::nullopt;
@@ -65,8 +65,8 @@ std::optional<std::string> misuseOf(const Options& options) {
   return std::nullopt;
 }
 
-/// Options that voxel4d ignores, so that both backends accept the same arguments.
-std::vector<std::string> ignoredBy(const Options& options) {
+/// SweepArguments that voxel4d ignores, so that both backends accept the same arguments.
+std::vector<std::string> ignoredBy(const SweepArguments& options) {
   std::vector<std::string> names;
   if (options.rvMin) names.emplace_back("--rv-min");
   if (options.steps) names.emplace_back("--steps");
@@ -76,14 +76,14 @@ std::vector<std::string> ignoredBy(const Options& options) {
   return names;
 }
 
-mesh4d::StepRule ruleOf(const Options& options) {
+mesh4d::StepRule ruleOf(const SweepArguments& options) {
   if (options.steps) return mesh4d::StepsPerSegment{*options.steps};
   if (options.maxDeviation) return mesh4d::MaxDeviation{*options.maxDeviation};
   return mesh4d::MinVolumeRatio{options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio)};
 }
 
 /// How the file was made, for its metadata.
-std::string detailsOf(const Options& options) {
+std::string detailsOf(const SweepArguments& options) {
   ordered_json parameters;
   if (options.voxels()) {
     parameters["voxel_size"] = *options.voxelSize;
@@ -112,7 +112,7 @@ std::string detailsOf(const Options& options) {
       .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-Result<Made> sweepMesh(const Options& options, const model::TriangleMesh& mesh,
+Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh& mesh,
                        const model::Motion& motion, model::Sink& sink) {
   ProgressBar bar("sweeping");
   mesh4d::SweepOptions how;
@@ -125,7 +125,7 @@ Result<Made> sweepMesh(const Options& options, const model::TriangleMesh& mesh,
               report->notices};
 }
 
-Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh,
+Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMesh& mesh,
                          const model::Motion& motion, model::Sink& sink) {
   Made made;
   auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion, made.notices);
@@ -147,7 +147,7 @@ Result<Made> sweepVoxels(const Options& options, const model::TriangleMesh& mesh
   return made;
 }
 
-int run(const Options& options) {
+int run(const SweepArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   if (const auto misuse = misuseOfOutput(options.output.path,
                                          std::array{options.input.model, options.input.motion})) {
@@ -200,7 +200,7 @@ int run(const Options& options) {
 void addSweep(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "sweep", "Sweep a closed triangle mesh along a rigid motion into a 4D mesh");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SweepArguments>();
   options->input.addTo(*command);
   command
       ->add_option("--backend", options->backend,

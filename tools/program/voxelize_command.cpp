@@ -6,12 +6,12 @@
 namespace t4d::tools {
 namespace {
 
-struct Options {
+struct VoxelizeArguments {
   MovingMeshInput input;
   VoxelSeriesOptions series;
 };
 
-int run(const Options& options) {
+int run(const VoxelizeArguments& options) {
   auto loaded = options.input.read();
   if (!loaded) return report(loaded.error());
   std::vector<std::string> notices;
@@ -31,7 +31,7 @@ int run(const Options& options) {
 void addVoxelize(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "voxelize", "Write a moving triangle mesh as a time series of OpenVDB grids");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<VoxelizeArguments>();
   options->input.addTo(*command);
   options->series.addTo(*command);
   addFrameTimes(*command, options->series.times, "", kFramesByMotion);

@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-struct Options {
+struct WeaveArguments {
   std::vector<std::string> frames;
   voxel4d::VdbFramesOptions input;
   std::string caps = "flat";
@@ -29,7 +29,7 @@ struct Options {
   bool json = false;
 };
 
-std::string detailsOf(const Options& options) {
+std::string detailsOf(const WeaveArguments& options) {
   ordered_json parameters;
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   parameters["caps"] = options.caps;
@@ -39,7 +39,7 @@ std::string detailsOf(const Options& options) {
       -1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-int run(const Options& options) {
+int run(const WeaveArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output.path, options.frames)) {
     return wrongUsage(*misuse);
   }
@@ -89,7 +89,7 @@ int run(const Options& options) {
 void addWeave(CLI::App& app, int& exitCode) {
   auto* command =
       app.add_subcommand("weave", "Weave a time series of OpenVDB grids into a 4D mesh");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WeaveArguments>();
   command
       ->add_option("FRAMES", options->frames,
                    "The grids: .vdb files with one frame each, a folder of them, or one file with "

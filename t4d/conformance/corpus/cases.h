@@ -2,6 +2,8 @@
 
 #include <deque>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +12,8 @@
 
 /// The corpus in parts, with the details its tests need.
 namespace t4d::conformance {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A file that a reader may accept.
 struct AcceptedCase {

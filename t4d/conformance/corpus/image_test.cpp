@@ -48,7 +48,8 @@ TEST(Image, IsWhatTheWriterWrites) {
   for (const bool index : {true, false}) {
     for (const bool float32 : {true, false}) {
       const std::string file = written(bodies, {0, float32, index});
-      const Image image = Image::of(bodies, {.index = index, .float32 = float32}, headIn(file));
+      const Image image =
+          Image::of(bodies, ImageOptions{.index = index, .float32 = float32}, headIn(file));
       EXPECT_EQ(image.bytes(), file) << index << float32;
     }
   }

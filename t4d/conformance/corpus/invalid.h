@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,9 @@
 
 /// Files with one fault each, grouped by section of SPEC.md.
 namespace t4d::conformance {
+
+/// A length that no file has.
+inline constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
 
 /// A valid file to introduce faults into.
 struct Base {

@@ -15,8 +15,6 @@ using model::Attribute;
 using model::Domain;
 using model::ScalarType;
 
-constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
-
 std::vector<model::Slab> simplexWith(const std::vector<Attribute>& own,
                                      const std::vector<Attribute>& ofConnectivity = {}) {
   std::vector<model::Slab> slabs = simplex();

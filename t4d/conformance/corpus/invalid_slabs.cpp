@@ -17,9 +17,6 @@ using model::Point4;
 using model::ScalarType;
 using model::Slab;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
-
 /// `count` zero bytes.
 std::string zeros(std::size_t count) { return std::string(count, '\0'); }
 

@@ -15,8 +15,6 @@ using namespace std::string_literals;
 
 using NamedNumber = std::pair<const char*, std::uint64_t>;
 
-constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
-
 std::uint32_t crc32c(std::string_view bytes) { return formats::crc32c(bytes.data(), bytes.size()); }
 
 /// The checksum of PNG and zip.

@@ -50,7 +50,7 @@ TEST(InvalidFiles, AreRightWithoutTheirFault) {
 }
 
 /// The offsets of the header, the chunks as far as they can be followed, and what comes after them.
-std::vector<std::uint64_t> partsOf(const std::string& bytes) {
+std::vector<std::uint64_t> partStartsIn(const std::string& bytes) {
   std::vector<std::uint64_t> parts = {0};
   std::uint64_t end = kFileHeaderBytes;
   for (const formats::ChunkHeader& chunk : formats::listChunks(bytes)) {
@@ -63,7 +63,7 @@ std::vector<std::uint64_t> partsOf(const std::string& bytes) {
 
 /// Whether the error lies in the part of the file that the fault is in, or that ends where it is.
 bool isInPartOf(const Error& error, const CorpusFile& file) {
-  const std::vector<std::uint64_t> parts = partsOf(file.bytes);
+  const std::vector<std::uint64_t> parts = partStartsIn(file.bytes);
   const auto partAt = [&](std::uint64_t offset) {
     return std::upper_bound(parts.begin(), parts.end(), offset) - parts.begin();
   };

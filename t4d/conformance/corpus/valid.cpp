@@ -21,8 +21,6 @@ using model::Slab;
 
 using namespace std::string_literals;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 double cubed(double x) { return x * x * x; }
 
 /// Slice volume of the unit simplex at the origin: a tetrahedron that shrinks.

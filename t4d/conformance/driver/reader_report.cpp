@@ -151,8 +151,8 @@ OutcomeCounts countsOf(const std::vector<ReaderResult>& results) {
 
 std::string kindOf(const std::string& id) { return id.substr(0, id.find('/')); }
 
-ordered_json reportJson(const std::string& reader, const std::vector<ReaderCase>& cases,
-                        const std::vector<ReaderResult>& results) {
+std::string reportJson(const std::string& reader, const std::vector<ReaderCase>& cases,
+                       const std::vector<ReaderResult>& results) {
   ordered_json report = {{"reader", reader}, {"corpus_version", kCorpusVersion}};
   const OutcomeCounts counts = countsOf(results);
   for (const Outcome outcome : kOutcomes) report[nameOf(outcome)] = countOf(counts, outcome);
@@ -162,7 +162,7 @@ ordered_json reportJson(const std::string& reader, const std::vector<ReaderCase>
                                {"outcome", nameOf(results[i].outcome)},
                                {"message", results[i].message}});
   }
-  return report;
+  return report.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string reportJunit(const std::string& reader, const std::vector<ReaderCase>& cases,

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "t4d/conformance/driver/reader_suite.h"
 
 /// Reports the results of a reader, for people and for programs.
@@ -18,10 +16,10 @@ OutcomeCounts countsOf(const std::vector<ReaderResult>& results);
 /// "valid", "cut": the first part of a case's id.
 std::string kindOf(const std::string& id);
 
-/// {reader, corpus_version, passed, failed, crashed, timed_out, skipped, cases: [{id, outcome,
-/// message}]}; `reader` is the command as it was given.
-nlohmann::ordered_json reportJson(const std::string& reader, const std::vector<ReaderCase>& cases,
-                                  const std::vector<ReaderResult>& results);
+/// JSON: {reader, corpus_version, passed, failed, crashed, timed_out, skipped, cases: [{id,
+/// outcome, message}]}; `reader` is the command as it was given.
+std::string reportJson(const std::string& reader, const std::vector<ReaderCase>& cases,
+                       const std::vector<ReaderResult>& results);
 
 /// JUnit XML, for continuous integration: a test suite for each kind of case.
 std::string reportJunit(const std::string& reader, const std::vector<ReaderCase>& cases,

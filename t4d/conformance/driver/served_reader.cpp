@@ -13,7 +13,7 @@ using system::ChildProcess;
 using system::ProgramRun;
 
 constexpr std::size_t kAnswerBytes = std::size_t{16} << 20;
-constexpr std::size_t kQuotedBytes = 80;
+constexpr std::size_t kQuotedLineBytes = 80;
 
 /// The reply that a line stands for: its first word, and the rest.
 Reply parsed(std::string line) {
@@ -30,7 +30,7 @@ Reply parsed(std::string line) {
   } else {
     reply.kind = Reply::Kind::Malformed;
     reply.message = fmt::format("answered \"{}\", which is neither `accept JSON` nor `refuse WHY`",
-                                plain(line, kQuotedBytes));
+                                plain(line, kQuotedLineBytes));
   }
   return reply;
 }
@@ -117,7 +117,7 @@ std::optional<std::string> ServedReader::lateFault() {
   std::optional<std::string> fault;
   if (waited == ChildProcess::Wait::Done) {
     fault = fmt::format("wrote more than one line for this request: \"{}\"",
-                        plain(output, kQuotedBytes));
+                        plain(output, kQuotedLineBytes));
   } else if (waited == ChildProcess::Wait::Ended) {
     const ProgramRun run = process_->finish();
     fault = fmt::format(

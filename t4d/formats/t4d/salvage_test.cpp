@@ -20,7 +20,7 @@ struct Range {
 };
 
 /// A file of random slabs, and which bytes each slab needs.
-struct Sample {
+struct Original {
   struct Needs {
     std::uint32_t body = 0;
     std::size_t number = 0;  // in its body
@@ -31,7 +31,7 @@ struct Sample {
   std::vector<ChunkHeader> chunks;
   std::vector<Needs> slabs;  // in file order
 
-  explicit Sample(unsigned seed)
+  explicit Original(unsigned seed)
       : bodies{RandomSlabs(seed).make(5), RandomSlabs(seed + 1000).make(3)} {
     const auto path = writeT4d("sample.t4d", bodies,
                                {.compression = seed % 2 == 0 ? 3 : 0, .index = seed % 3 != 0});
@@ -68,7 +68,7 @@ struct Sample {
 };
 
 /// That of `sample`, with these ranges of its bytes damaged, all is saved that can be, bit for bit.
-void expectSaved(const Sample& sample, const std::string& bytes,
+void expectSaved(const Original& sample, const std::string& bytes,
                  const std::vector<Range>& damaged) {
   std::string trace = "damaged:";
   for (const Range& range : damaged) {
@@ -76,7 +76,7 @@ void expectSaved(const Sample& sample, const std::string& bytes,
   }
   SCOPED_TRACE(trace);
   std::vector<std::vector<const Slab*>> expected(sample.bodies.size());
-  for (const Sample::Needs& slab : sample.slabs) {
+  for (const Original::Needs& slab : sample.slabs) {
     bool whole = true;
     for (const Range& chunk : slab.chunks) {
       for (const Range& range : damaged) whole = whole && !range.meets(chunk.begin, chunk.end);
@@ -111,7 +111,7 @@ void expectSaved(const Sample& sample, const std::string& bytes,
 
 TEST(T4dSalvage, SavesAllOfAWholeFile) {
   for (unsigned seed = 0; seed < 12; ++seed) {
-    const Sample sample(seed);
+    const Original sample(seed);
     expectSaved(sample, sample.bytes, {});
   }
 }
@@ -119,7 +119,7 @@ TEST(T4dSalvage, SavesAllOfAWholeFile) {
 TEST(T4dSalvage, SavesWhatLiesBeforeACut) {
   std::mt19937 random(1);
   for (unsigned seed = 0; seed < 40; ++seed) {
-    const Sample sample(seed);
+    const Original sample(seed);
     const std::size_t head = sample.chunk("HEAD").end();
     for (int i = 0; i < 10; ++i) {
       const std::size_t length =
@@ -138,7 +138,7 @@ TEST(T4dSalvage, SavesWhatLiesBeforeACut) {
 TEST(T4dSalvage, SavesAllThatAFlippedBitDoesNotTouch) {
   std::mt19937 random(2);
   for (unsigned seed = 0; seed < 40; ++seed) {
-    const Sample sample(seed);
+    const Original sample(seed);
     auto place = std::uniform_int_distribution<std::size_t>(0, sample.bytes.size() - 1);
     for (int i = 0; i < 10; ++i) {
       std::string bytes = sample.bytes;
@@ -157,7 +157,7 @@ TEST(T4dSalvage, SavesAllThatAFlippedBitDoesNotTouch) {
 TEST(T4dSalvage, SavesAllAroundABlockOfZeros) {
   std::mt19937 random(3);
   for (unsigned seed = 0; seed < 40; ++seed) {
-    const Sample sample(seed);
+    const Original sample(seed);
     for (int i = 0; i < 6; ++i) {
       std::string bytes = sample.bytes;
       const Range range = {random() % (bytes.size() / 512) * 512, 0};
@@ -183,7 +183,7 @@ std::string lossesOf(const std::string& bytes) {
 
 /// What is saved is slabs of `sample`, in order, bit for bit, and each slab is saved or listed as
 /// lost. Returns how many are saved.
-std::uint64_t expectAddsUp(const Sample& sample, const std::string& bytes) {
+std::uint64_t expectAddsUp(const Original& sample, const std::string& bytes) {
   auto salvage = T4dSalvage::open(writeFile("damaged.t4d", bytes));
   EXPECT_TRUE(salvage) << salvage.error().text();
   std::uint64_t found = 0;
@@ -220,7 +220,7 @@ std::uint64_t expectAddsUp(const Sample& sample, const std::string& bytes) {
 }
 
 /// Where slabs can be told from one another, and all bodies enclose something.
-bool isPlain(const Sample& sample) {
+bool isPlain(const Original& sample) {
   return std::all_of(sample.bodies.begin(), sample.bodies.end(), [](const auto& slabs) {
     return std::any_of(slabs.begin(), slabs.end(), [](const Slab& slab) {
       return slab.timeBegin < slab.timeEnd && !slab.connectivity->cells.empty();
@@ -230,7 +230,7 @@ bool isPlain(const Sample& sample) {
 
 TEST(T4dSalvage, SavesAllWhereBytesWereInsertedBetweenChunks) {
   for (unsigned seed = 1; seed < 40; ++seed) {
-    const Sample sample(seed);
+    const Original sample(seed);
     if (seed % 3 == 0 || !isPlain(sample)) continue;
     for (const ChunkHeader& chunk : sample.chunks) {
       for (const std::size_t inserted : {8, 64, 4096}) {
@@ -251,10 +251,10 @@ TEST(T4dSalvage, SavesAllWhereBytesWereInsertedBetweenChunks) {
 TEST(T4dSalvage, NeverTakesAPartForAnotherWhereBytesWereInsertedOrLost) {
   std::mt19937 random(5);
   for (unsigned seed = 1; seed < 60; ++seed) {
-    const Sample sample(seed);
-    const Sample other(seed + 100);
+    const Original sample(seed);
+    const Original other(seed + 100);
     if (seed % 3 == 0) continue;
-    const auto boundary = [&](const Sample& of) {
+    const auto boundary = [&](const Original& of) {
       return of.chunks[random() % of.chunks.size()].offset;
     };
     const auto anywhere = [&] { return random() % sample.bytes.size() / 8 * 8; };
@@ -262,7 +262,7 @@ TEST(T4dSalvage, NeverTakesAPartForAnotherWhereBytesWereInsertedOrLost) {
       // A range of this file or of another goes in, or a range is lost, mostly of whole chunks.
       const bool whole = i % 4 != 0;
       const bool foreign = i % 3 == 0;
-      const Sample& from = foreign ? other : sample;
+      const Original& from = foreign ? other : sample;
       std::size_t begin = whole ? boundary(from) : anywhere() % from.bytes.size();
       std::size_t end = whole ? boundary(from) : anywhere() % from.bytes.size();
       if (begin > end) std::swap(begin, end);
@@ -281,7 +281,7 @@ TEST(T4dSalvage, NeverTakesAPartForAnotherWhereBytesWereInsertedOrLost) {
 
 TEST(T4dSalvage, SaysWhatFollowsAWholeFile) {
   for (const unsigned seed : {3U, 4U}) {  // without index and with
-    const Sample sample(seed);
+    const Original sample(seed);
     const std::string size = std::to_string(sample.bytes.size());
     EXPECT_THAT(lossesOf(sample.bytes + "five!"),
                 testing::Eq(size + ": 5 bytes follow the end of the file\n"));
@@ -291,7 +291,7 @@ TEST(T4dSalvage, SaysWhatFollowsAWholeFile) {
 }
 
 TEST(T4dSalvage, NamesBodiesByNumberWithoutHead) {
-  const Sample sample(2);
+  const Original sample(2);
   std::string bytes = sample.bytes;
   bytes[sample.chunk("HEAD").payload() + 5] ^= 1;
   const auto salvage = T4dSalvage::open(writeFile("damaged.t4d", bytes));
@@ -304,7 +304,7 @@ TEST(T4dSalvage, NamesBodiesByNumberWithoutHead) {
 }
 
 TEST(T4dSalvage, GoesOnAfterADamagedFileHeader) {
-  const Sample sample(2);
+  const Original sample(2);
   std::string bytes = sample.bytes;
   std::fill_n(bytes.begin(), 24, '\0');
   const auto salvage = T4dSalvage::open(writeFile("damaged.t4d", bytes));
@@ -315,9 +315,9 @@ TEST(T4dSalvage, GoesOnAfterADamagedFileHeader) {
 }
 
 TEST(T4dSalvage, SaysWhenALostSlabWas) {
-  const Sample sample(4);  // with index
+  const Original sample(4);  // with index
   const ChunkHeader& lost = sample.chunk("SLAB", 2);
-  const Sample::Needs& needs = sample.slabs[2];
+  const Original::Needs& needs = sample.slabs[2];
   const Slab& slab = sample.bodies[needs.body][needs.number];
   for (const std::size_t at : {lost.offset, lost.payload() + 60}) {
     std::string bytes = sample.bytes;
@@ -334,7 +334,7 @@ TEST(T4dSalvage, SaysWhenALostSlabWas) {
 }
 
 TEST(T4dSalvage, NamesWhatIsMissingAtTheEnd) {
-  const Sample sample(4);
+  const Original sample(4);
   const auto cutAt = [&](std::size_t length) { return lossesOf(sample.bytes.substr(0, length)); };
   const auto is = [&](std::size_t offset, const std::string& what) {
     return testing::StartsWith(std::to_string(offset) + ": " + what);
@@ -396,7 +396,7 @@ TEST(T4dSalvage, LeavesOutABodyThatEnclosesNothing) {
 TEST(T4dSalvage, SurvivesFilesThatLie) {
   std::mt19937 random(4);
   for (unsigned seed = 0; seed < 20; ++seed) {
-    const Sample sample(seed);
+    const Original sample(seed);
     for (int i = 0; i < 40; ++i) {
       std::string bytes = sample.bytes;
       for (int changes = 1 + i % 4; changes > 0; --changes) {
