@@ -1,5 +1,5 @@
-# OpenVDB::openvdb. OpenVDB comes with a find module of its own, which sets BUILD_SHARED_LIBS for its
-# caller.
+# OpenVDB::openvdb. OpenVDB's own find module sets BUILD_SHARED_LIBS in its caller's scope, hence
+# the block.
 block(SCOPE_FOR VARIABLES PROPAGATE OpenVDB_FOUND)
   list(APPEND CMAKE_MODULE_PATH
     "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB" "/usr/local/lib/cmake/OpenVDB")

@@ -1,6 +1,6 @@
-# Precompiled headers. Most of the time that t4d takes to compile goes into headers of others, so they
-# are parsed once for all that share a set of flags. -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON builds
-# each source alone and without.
+# Precompiled headers. Most of t4d's compile time goes into third-party headers, so they are parsed
+# once for all targets that share a set of flags. -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON compiles
+# each source on its own, without them.
 set(T4D_PRECOMPILED_library
   <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory> <optional>
   <span> <string> <string_view> <unordered_map> <utility> <vector>
@@ -8,13 +8,15 @@ set(T4D_PRECOMPILED_library
 set(T4D_PRECOMPILED_tools ${T4D_PRECOMPILED_library} <CLI/CLI.hpp> <nlohmann/json.hpp>)
 set(T4D_PRECOMPILED_tests ${T4D_PRECOMPILED_library} <fstream> <sstream>
   <gmock/gmock.h> <gtest/gtest.h> <nlohmann/json.hpp>)
-set(T4D_PRECOMPILED_openvdb ${T4D_PRECOMPILED_library} <openvdb/openvdb.h>)
-set(T4D_PRECOMPILED_openvdb_tests ${T4D_PRECOMPILED_tests} <openvdb/openvdb.h>)
+set(T4D_PRECOMPILED_openvdb ${T4D_PRECOMPILED_library}
+  ${PROJECT_SOURCE_DIR}/t4d/voxel4d/openvdb_grids.h)
+set(T4D_PRECOMPILED_openvdb_tests ${T4D_PRECOMPILED_tests}
+  ${PROJECT_SOURCE_DIR}/t4d/voxel4d/openvdb_grids.h)
 
-# t4d_precompile(<target> <set>): the headers of a set above, shared with the other targets that have
-# it.
+# t4d_precompile(<target> <set>): precompiles the headers of a set above, shared with the other
+# targets that use the set.
 function(t4d_precompile target set)
-  if(set MATCHES "openvdb")  # has one target
+  if(set MATCHES "openvdb")  # used by a single target
     target_precompile_headers(${target} PRIVATE ${T4D_PRECOMPILED_${set}})
     return()
   endif()
@@ -34,12 +36,17 @@ function(t4d_precompile target set)
   target_precompile_headers(${target} REUSE_FROM ${owner})
 endfunction()
 
-# For code in which no time is spent: little optimisation, and several sources compiled as one, so that
-# the inline functions of CLI11, nlohmann/json and GoogleTest are compiled once for all of them. Each
-# took half of the build. Names in anonymous namespaces must differ within a target.
-function(t4d_compile_quickly target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+# Compiles several sources of a target as one, so that the headers' inline functions and templates are
+# compiled once for all of them; that halves the build. Names in anonymous namespaces must differ
+# within a target.
+function(t4d_compile_together target)
   if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
   endif()
+endfunction()
+
+# For code that is never the bottleneck.
+function(t4d_compile_quickly target)
+  t4d_compile_together(${target})
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()

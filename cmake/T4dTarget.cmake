@@ -15,8 +15,8 @@ endif()
 foreach(component IN LISTS T4D_ENABLED_COMPONENTS)
   t4d_find_packages(${component})
 endforeach()
-# Headers alone, which users of the installed package need not have; of tl/expected.hpp a copy is
-# installed (cmake/install.cmake).
+# Header-only libraries, which users of the installed package do not need: cmake/install.cmake
+# installs a copy of tl/expected.hpp.
 find_package(tl-expected REQUIRED)
 find_package(fmt REQUIRED)
 if(T4D_BUILD_TESTS OR "formats" IN_LIST T4D_ENABLED_COMPONENTS)
@@ -24,13 +24,14 @@ if(T4D_BUILD_TESTS OR "formats" IN_LIST T4D_ENABLED_COMPONENTS)
 endif()
 
 # t4d_add_library(<folder> SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...] [BUILD_ONLY ...]
-#                 [PRECOMPILED <set>])
+#                 [PRECOMPILED <set>] [EACH_ALONE])
 #
-# One static library a folder of t4d/, with the alias t4d::<folder>. HEADERS are installed as they
-# stand: "t4d/<folder>/<name>.h" is how they are included here and there. BUILD_ONLY are libraries of
-# headers alone, which users of the installed package need not have.
+# One static library per folder of t4d/, with the alias t4d::<folder>. HEADERS keep their paths when
+# installed: they are always included as "t4d/<folder>/<name>.h". BUILD_ONLY are header-only
+# libraries that users of the installed package do not need. With EACH_ALONE the sources are not
+# compiled together.
 function(t4d_add_library folder)
-  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;HEADERS;PUBLIC;PRIVATE;BUILD_ONLY" ${ARGN})
+  cmake_parse_arguments(ARG "EACH_ALONE" "PRECOMPILED" "SOURCES;HEADERS;PUBLIC;PRIVATE;BUILD_ONLY" ${ARGN})
   set(target t4d_${folder})
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(t4d::${folder} ALIAS ${target})
@@ -47,30 +48,33 @@ function(t4d_add_library folder)
   if(ARG_PRECOMPILED)
     t4d_precompile(${target} ${ARG_PRECOMPILED})
   endif()
+  if(NOT ARG_EACH_ALONE)
+    t4d_compile_together(${target})
+  endif()
   if(T4D_INSTALL)
     install(TARGETS ${target} EXPORT t4d-${folder} FILE_SET HEADERS)
     install(EXPORT t4d-${folder} NAMESPACE t4d:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/t4d)
   endif()
 endfunction()
 
-# Flags for our own code. No contraction to fused multiply-add: results are the same bit for bit on
-# every machine.
+# Flags for our own code. Contraction to fused multiply-add is off, so that results are
+# bit-identical on every machine.
 function(t4d_own_code target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -ffp-contract=off)
-  # From -O2 on g++ 12.2 drops the rounding of double(float(x)) where it makes vectors of straight
-  # code: float32 files would promise bounds that their numbers do not keep.
+  # From -O2 on, g++ 12.2 drops the rounding of double(float(x)) where it vectorises straight-line
+  # code: the numbers in float32 files would then exceed the bounds that the files state.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(${target} PRIVATE -fno-tree-slp-vectorize)
   endif()
-  # g++ 12 sees overflows in optimised inserts into std::string and std::vector where none are.
+  # g++ 12 warns of non-existent overflows in optimised inserts into std::string and std::vector.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow -Wno-array-bounds -Wno-stringop-overread)
   endif()
 endfunction()
 
-# t4d_add_program(<name> SOURCES ... LINK ... [OPTIMISED]): a program in the build folder itself.
-# OPTIMISED is for programs with hot code of their own.
+# t4d_add_program(<name> SOURCES ... LINK ... [OPTIMISED]): a program, at the top of the build
+# folder. OPTIMISED is for programs that contain hot code themselves.
 function(t4d_add_program name)
   cmake_parse_arguments(ARG "OPTIMISED" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
@@ -85,7 +89,7 @@ function(t4d_add_program name)
 endfunction()
 
 # t4d_add_test(<name> SOURCES ... LINK ... [PRECOMPILED <set>]): a GoogleTest program; each TEST is
-# a test of ctest.
+# one ctest test.
 function(t4d_add_test name)
   if(NOT T4D_BUILD_TESTS)
     return()

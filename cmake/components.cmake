@@ -1,5 +1,5 @@
-# The components of the library in the order of their dependencies, what each needs of the others,
-# and what it needs of other packages. Read by the build and by the installed package.
+# The components of the library in dependency order, with the components and the packages that each
+# needs. Read by the build and by the installed package.
 set(t4d_ALL_COMPONENTS
   model system fixtures mesh4d voxel4d formats convert measure edit conformance)
 
@@ -14,7 +14,7 @@ set(t4d_measure_NEEDS convert)
 set(t4d_edit_NEEDS measure)
 set(t4d_conformance_NEEDS fixtures mesh4d voxel4d edit)
 
-# t4d_with_needs(<variable> <components>): those and all that they need, in order.
+# t4d_with_needs(<variable> <components>): the components and all that they need, in order.
 function(t4d_with_needs variable)
   set(wanted ${ARGN})
   set(result)
@@ -29,9 +29,8 @@ function(t4d_with_needs variable)
   set(${variable} ${result} PARENT_SCOPE)
 endfunction()
 
-# t4d_find_packages(<component>): what a component needs besides other components. Not listed are
-# packages of which only headers are used, and only to build the library. Who calls it defines
-# t4d_find(<package> ...).
+# t4d_find_packages(<component>): finds the packages that a component needs, except header-only ones
+# that are needed only to build the library. The caller defines t4d_find(<package> ...).
 macro(t4d_find_packages component)
   if("${component}" STREQUAL "model")
     t4d_find(Eigen3 3.4)
@@ -45,7 +44,7 @@ macro(t4d_find_packages component)
       t4d_find(CGAL)
     endif()
   elseif("${component}" STREQUAL "voxel4d")
-    # Before OpenVDB, whose find module must not find another TBB.
+    # Found before OpenVDB, whose find module could otherwise find another TBB.
     t4d_find(TBB CONFIG)
     include(T4dOpenVDB)
   elseif("${component}" STREQUAL "formats")

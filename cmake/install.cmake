@@ -9,7 +9,7 @@ install(FILES ${PROJECT_BINARY_DIR}/t4dConfig.cmake ${PROJECT_BINARY_DIR}/t4dCon
   cmake/components.cmake cmake/FindTetGen.cmake cmake/FindISAL.cmake cmake/FindLibMd.cmake
   cmake/T4dOpenVDB.cmake
   DESTINATION ${T4D_CMAKE_DIR})
-# Results are tl::expected, which is one header in the public domain: users need no package for it.
+# Result is tl::expected, a single public-domain header: users need no package for it.
 find_path(T4D_EXPECTED_DIR tl/expected.hpp REQUIRED)
 install(FILES ${T4D_EXPECTED_DIR}/tl/expected.hpp
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/t4d/third_party/tl)
@@ -19,7 +19,7 @@ install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PAT
 install(FILES t4d/formats/motion.schema.json t4d/formats/t4d/head.schema.json
   t4d/formats/t4d/reader_describe.schema.json t4d/formats/t4d/reader_slice.schema.json
   DESTINATION ${T4D_SCHEMA_DIR})
-# As they lie in the project, so that their links lead somewhere.
+# Installed at the same relative paths as in the project, so that their links work.
 install(FILES LICENSE NOTICE README.md CHANGELOG.md CONTRIBUTING.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -11,13 +11,13 @@ class OwnBackend : public conformance::Backend {
   std::string name() const override { return "own"; }
   bool supports(const conformance::Case& given) const override { return given.mesh.has_value(); }
 
-  /// What the mesh must be: the true solid, up to 1 %.
+  /// The mesh must match the true solid within 1 %.
   Result<conformance::Expectation> expectation(const conformance::Case& given,
                                                const conformance::Resolution&) const override {
     return conformance::solidExpectation(given, 0.01);
   }
 
-  /// Puts the slabs into the sink; a backend of your own makes them its own way.
+  /// Puts the slabs into the sink. Your own backend would build them here.
   Result<void> build(const conformance::Case& given, const conformance::Resolution&,
                      model::Sink& sink) const override {
     mesh4d::SweepOptions options;

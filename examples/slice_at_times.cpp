@@ -13,7 +13,7 @@ int main() {
   const model::TimeSpan span = timeSpanOf(mesh);
   std::vector<double> times;
   for (int i = 0; i < 100; ++i) times.push_back(span.begin + i * (span.end - span.begin) / 99);
-  // One pass over the slabs, however many times there are. Each time has a result of its own.
+  // One pass over the slabs, however many times there are. Each time has its own result.
   const auto slices = convert::sliceAtTimes(mesh, times);
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!slices[i]) {

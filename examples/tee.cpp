@@ -18,7 +18,7 @@ int main() {
   measure::MeshChecker checker;
   model::Tee both({&writer->body(0), &checker});
   if (!mesh4d::sweep(solid->mesh, *motion, {}, both)) return 1;
-  if (!writer->finish()) return 1;  // the file appears now
+  if (!writer->finish()) return 1;  // gives the file its final name
   const measure::MeshReport report = checker.finish();
   std::printf("%s, %llu vertices, %llu tetrahedra, hypervolume %g\n",
               report.valid() ? "valid" : "invalid",

@@ -16,8 +16,8 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-/// Sums and interpolations lose some units in the last place of the largest term; a wrong reader is
-/// off by much more.
+/// Sums and interpolations are off by a few units in the last place of the largest term; a wrong
+/// reader is off by much more.
 constexpr double kRounding = 1e-10;
 
 std::string count(std::uint64_t number) { return std::to_string(number); }
@@ -103,7 +103,7 @@ class Describer : public model::Sink {
   double magnitude_ = 0;  // of the terms of the hypervolume
 };
 
-/// One answer for several bodies.
+/// Collects the bodies of one answer.
 class AnswerBuilder {
  public:
   explicit AnswerBuilder(ordered_json head) : answer_(std::move(head)) {
@@ -163,8 +163,8 @@ void addSlice(AnswerBuilder& answer, const std::string& name, const model::Trian
                        {"volume", hexFloat(volume)},
                        {"area", hexFloat(area)}};
   putBounds(body, bounds);
-  // A point that is off by d moves its triangles' areas by d times their edges, the volume by d
-  // times their areas, and each of these by as much again for the rounding of its own terms.
+  // A point that is off by d changes the area by d times the edges of its triangles and the volume
+  // by d times their areas. Rounding in the sums themselves adds as much again.
   answer.add(std::move(body), {{"volume", hexFloat(kRounding * reach * (area + reach * edges))},
                                {"area", hexFloat(kRounding * reach * edges)},
                                {"length", hexFloat(kRounding * reach)}});
@@ -181,7 +181,7 @@ Result<double> numberIn(const ordered_json& text) {
   return number;
 }
 
-/// Walks expected and actual side by side.
+/// Walks the expected and the actual answer side by side.
 class Comparison {
  public:
   void compare(const ordered_json& expected, const ordered_json& actual, const std::string& path,
@@ -224,7 +224,7 @@ class Comparison {
            key == "features";
   }
 
-  /// What `within` says of a member: itself where the member has no tolerance of its own.
+  /// The tolerance of a member in `within`, which may be one tolerance for all members.
   static const ordered_json* toleranceOf(const ordered_json& within, const std::string& key) {
     if (!within.is_object()) return &within;
     if (const auto found = within.find(key); found != within.end()) return &*found;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kByDefinition = "by definition of a 4D mesh";
 
-/// Counts what a mesh has between its caps.
+/// Counts the vertices and cells of a mesh between its caps.
 class SideCounter : public model::Sink {
  public:
   Result<void> put(const model::Slab& slab) override {
@@ -32,7 +32,7 @@ class SideCounter : public model::Sink {
   Counts counts_;
 };
 
-/// What the checker found first of a kind, with its slab.
+/// The first issue with one of the codes, with its slab; empty if there is none.
 std::string firstOf(const measure::MeshReport& report, std::initializer_list<const char*> codes) {
   for (const measure::Issue& issue : report.issues.issues) {
     for (const char* code : codes) {
@@ -89,7 +89,7 @@ void checkCounts(const char* what, const Counts& expected, const Counts& actual,
       countIs(fmt::format("tetrahedra{}", what), expected.tetrahedra, actual.tetrahedra, reason));
 }
 
-/// Returns the volume.
+/// Returns the volume of the slice.
 std::optional<double> checkSlice(const model::Source& mesh, const SliceExpectation& expectation,
                                  std::vector<Check>& checks) {
   const auto named = [&](const std::string& what) {
@@ -140,7 +140,7 @@ Check countIs(std::string name, std::uint64_t expected, std::uint64_t actual, st
 }
 
 Check measureIs(std::string name, const Measure& expected, double actual) {
-  // Not passed where either is not a number.
+  // Fails if either is NaN.
   const bool passed = std::abs(actual - expected.value) <= expected.tolerance;
   return {std::move(name), expected.value, actual, expected.tolerance, expected.reason, passed, {}};
 }

@@ -83,7 +83,7 @@ Result<Surface> surfaceOf(const std::vector<Facet>& facets) {
 }
 
 /// The row of `attribute` for every cell of a cap, if its meaning is registered.
-std::optional<std::vector<std::byte>> rowInCap(const Attribute& attribute, bool begin) {
+std::optional<std::vector<std::byte>> capCellRow(const Attribute& attribute, bool begin) {
   if (attribute.components != 1) return std::nullopt;
   if (attribute.name == "kind" && attribute.type == model::ScalarType::UInt8) {
     return std::vector{std::byte{begin ? std::uint8_t{1} : std::uint8_t{2}}};
@@ -165,7 +165,7 @@ class Cone {
     Attribute made{attribute.name, Domain::Cell, attribute.type, attribute.components, {}};
     const std::size_t bytes = attribute.rowBytes();
     made.values.reserve(facets_.size() * bytes);
-    const auto agreed = rowInCap(attribute, begin_);
+    const auto agreed = capCellRow(attribute, begin_);
     for (const Facet& facet : facets_) {
       const std::byte* row = agreed ? agreed->data() : attribute.row(facet.cell);
       made.values.insert(made.values.end(), row, row + bytes);
@@ -199,14 +199,14 @@ class Cone {
   std::uint32_t firstInNeighbour_;
 };
 
-bool hangTogether(const Slab& before, const Slab& after) {
+bool shareLayer(const Slab& before, const Slab& after) {
   return std::ranges::equal(before.upperLayer(), after.lowerLayer());
 }
 
 }  // namespace
 
 Result<void> RunCloser::put(const Slab& slab) {
-  if (!last_ || !hangTogether(*last_, slab)) {
+  if (!last_ || !shareLayer(*last_, slab)) {
     if (auto ended = endRun(true); !ended) return ended;
     if (auto begun = beginRun(slab); !begun) return begun;
   }

@@ -99,7 +99,7 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
       // Nothing was lost here, but the cap changes the mesh.
       if (!damaged) {
         const std::string what =
-            fmt::format("the body '{}' was open {}, and has a cap there now", name, atEnd(end));
+            fmt::format("the body '{}' was open {}; a cap was added there", name, atEnd(end));
         report.lost.push_back({offset, what, {}});
       }
     }

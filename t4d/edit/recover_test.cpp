@@ -145,7 +145,7 @@ TEST(Recover, ListsTheCapsOfAMeshThatWasOpen) {
   ASSERT_EQ(report->closed.size(), 1U);
   ASSERT_EQ(report->lost.size(), 1U);
   EXPECT_THAT(report->lost[0].what,
-              testing::HasSubstr("was open where it ends at time 24, and has a cap there now"));
+              testing::HasSubstr("was open where it ends at time 24; a cap was added there"));
   EXPECT_TRUE(report->validation->valid());
 }
 

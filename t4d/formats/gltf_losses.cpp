@@ -7,16 +7,10 @@
 #include <fmt/ranges.h>
 
 #include "t4d/formats/gltf_builder.h"
+#include "t4d/formats/gltf_model.h"
 
 namespace t4d::formats {
 namespace {
-
-template <class T>
-const T* at(const std::vector<T>& all, int index) {
-  return index >= 0 && static_cast<std::size_t>(index) < all.size()
-             ? &all[static_cast<std::size_t>(index)]
-             : nullptr;
-}
 
 bool isPointsOrLines(const tinygltf::Primitive& primitive) {
   return primitive.mode >= TINYGLTF_MODE_POINTS && primitive.mode <= TINYGLTF_MODE_LINE_STRIP;
@@ -75,7 +69,7 @@ class Losses {
     std::size_t skinned = 0;
     std::size_t instanced = 0;
     for (const int index : used_.nodes) {
-      const auto* node = at(model_.nodes, index);
+      const auto* node = elementAt(model_.nodes, index);
       if (node == nullptr) continue;
       skinned += node->mesh >= 0 && node->skin >= 0;
       instanced += node->extensions.contains("EXT_mesh_gpu_instancing");
@@ -93,7 +87,7 @@ class Losses {
     std::size_t morphed = 0;
     std::size_t pointsOrLines = 0;
     for (const int index : used_.meshes) {
-      const auto* mesh = at(model_.meshes, index);
+      const auto* mesh = elementAt(model_.meshes, index);
       if (mesh == nullptr) continue;
       morphed +=
           std::ranges::any_of(mesh->primitives, [](const auto& p) { return !p.targets.empty(); });
@@ -101,7 +95,7 @@ class Losses {
         pointsOrLines += isPointsOrLines(primitive);
         if (isPointsOrLines(primitive)) continue;
         for (const auto& [name, accessor] : primitive.attributes) attribute(name);
-        const auto* material = at(model_.materials, primitive.material);
+        const auto* material = elementAt(model_.materials, primitive.material);
         if (material != nullptr) materials_.insert(primitive.material);
       }
     }

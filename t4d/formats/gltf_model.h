@@ -22,4 +22,12 @@ Result<tinygltf::Model> loadGltfModel(const InputFile& file);
 Result<std::vector<double>> readGltfAccessor(const InputFile& file, const tinygltf::Model& model,
                                              int accessor, int components);
 
+/// The element that a glTF index refers to; null if there is none.
+template <class T>
+const T* elementAt(const std::vector<T>& all, int index) {
+  return index >= 0 && static_cast<std::size_t>(index) < all.size()
+             ? &all[static_cast<std::size_t>(index)]
+             : nullptr;
+}
+
 }  // namespace t4d::formats

@@ -17,13 +17,6 @@ namespace {
 // the file has bytes, count as an attack.
 constexpr std::size_t kMostInstanced = std::size_t{1} << 26;
 
-template <class T>
-const T* at(const std::vector<T>& all, int index) {
-  return index >= 0 && static_cast<std::size_t>(index) < all.size()
-             ? &all[static_cast<std::size_t>(index)]
-             : nullptr;
-}
-
 /// A mesh and the transform that places it.
 struct Instance {
   int mesh;
@@ -74,13 +67,13 @@ class Reader {
     std::size_t bufferBytes = 0;
     for (const auto& buffer : model_.buffers) bufferBytes += buffer.data.size();
     const auto numbersOf = [&](int accessor) -> std::size_t {
-      const auto* found = at(model_.accessors, accessor);
+      const auto* found = elementAt(model_.accessors, accessor);
       // A count beyond the buffers is another error, found later.
       return found == nullptr ? 0 : std::min(found->count, bufferBytes);
     };
     std::size_t budget = std::max(kMostInstanced, file_.bytes.size() + bufferBytes);
     for (const auto& [index, world] : instances) {
-      const auto* mesh = at(model_.meshes, index);
+      const auto* mesh = elementAt(model_.meshes, index);
       if (mesh == nullptr) continue;
       for (const auto& primitive : mesh->primitives) {
         const auto position = primitive.attributes.find("POSITION");
@@ -103,7 +96,7 @@ class Reader {
   Result<std::vector<int>> roots() const {
     if (!model_.scenes.empty()) {
       const int index = std::max(model_.defaultScene, 0);
-      const auto* scene = at(model_.scenes, index);
+      const auto* scene = elementAt(model_.scenes, index);
       if (scene == nullptr) {
         return invalid(fmt::format("does not exist; there are {}", model_.scenes.size()),
                        element("scenes", index));
@@ -113,7 +106,8 @@ class Reader {
     std::vector<bool> isChild(model_.nodes.size(), false);
     for (const auto& node : model_.nodes) {
       for (const int child : node.children) {
-        if (at(model_.nodes, child) != nullptr) isChild[static_cast<std::size_t>(child)] = true;
+        if (elementAt(model_.nodes, child) != nullptr)
+          isChild[static_cast<std::size_t>(child)] = true;
       }
     }
     std::vector<int> found;
@@ -146,7 +140,7 @@ class Reader {
     while (!open.empty()) {
       const auto [index, parent, parentWorld, parentHidden] = open.back();
       open.pop_back();
-      const auto* node = at(model_.nodes, index);
+      const auto* node = elementAt(model_.nodes, index);
       if (node == nullptr) {
         return invalid(fmt::format("does not exist; there are {}", model_.nodes.size()),
                        element("nodes", index));
@@ -209,7 +203,7 @@ class Reader {
   }
 
   Result<void> readMesh(int index, const Eigen::Affine3d& world) {
-    const auto* mesh = at(model_.meshes, index);
+    const auto* mesh = elementAt(model_.meshes, index);
     if (mesh == nullptr) {
       return invalid(fmt::format("does not exist; there are {}", model_.meshes.size()),
                      element("meshes", index));

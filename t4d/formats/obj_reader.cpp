@@ -10,9 +10,9 @@
 namespace t4d::formats {
 namespace {
 
-class Reader {
+class ObjReader {
  public:
-  explicit Reader(const InputFile& file)
+  explicit ObjReader(const InputFile& file)
       : scanner_(file, {.comment = '#', .continuation = true}),
         builder_(
             file.path.string(), [&](auto line) { return file.atLine(line); }, 1) {}
@@ -75,6 +75,6 @@ class Reader {
 
 }  // namespace
 
-Result<LoadedMesh> readObj(const InputFile& file) { return Reader(file).read(); }
+Result<LoadedMesh> readObj(const InputFile& file) { return ObjReader(file).read(); }
 
 }  // namespace t4d::formats

@@ -10,7 +10,7 @@ namespace t4d::formats {
 namespace {
 
 /// A name must be on one line.
-std::string oneLine(std::string name) {
+std::string onOneLine(std::string name) {
   for (char& c : name) {
     if (c == '\n' || c == '\r') c = ' ';
   }
@@ -29,7 +29,7 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
   };
   std::uint64_t first = 1;
   for (const NamedMesh& named : meshes) {
-    fmt::format_to(std::back_inserter(text), "o {}\n", oneLine(named.name));
+    fmt::format_to(std::back_inserter(text), "o {}\n", onOneLine(named.name));
     for (const model::Point3& vertex : named.mesh.vertices) {
       // "{}" is the shortest decimal that reads back as the same double.
       fmt::format_to(std::back_inserter(text), "v {} {} {}\n", vertex.x(), vertex.y(), vertex.z());

@@ -89,9 +89,9 @@ class BinaryRows {
 };
 
 template <class Rows>
-class Reader {
+class PlyReader {
  public:
-  Reader(const InputFile& file, Rows rows, MeshBuilder::PlaceText placeText)
+  PlyReader(const InputFile& file, Rows rows, MeshBuilder::PlaceText placeText)
       : rows_(std::move(rows)), builder_(file.path.string(), std::move(placeText)) {}
 
   Result<LoadedMesh> read(const PlyHeader& header) {
@@ -207,12 +207,12 @@ Result<LoadedMesh> readPly(const InputFile& file) {
   auto header = readPlyHeader(scanner);
   if (!header) return pass(header.error());
   if (header->encoding == PlyEncoding::Text) {
-    return Reader(file, TextRows(file, scanner), [&](auto line) { return file.atLine(line); })
+    return PlyReader(file, TextRows(file, scanner), [&](auto line) { return file.atLine(line); })
         .read(*header);
   }
   const auto order =
       header->encoding == PlyEncoding::BigEndian ? std::endian::big : std::endian::little;
-  return Reader(file, BinaryRows(file, scanner, order), [&](auto at) { return file.atByte(at); })
+  return PlyReader(file, BinaryRows(file, scanner, order), [&](auto at) { return file.atByte(at); })
       .read(*header);
 }
 

@@ -28,13 +28,13 @@ void place(const std::vector<Point3>& points, const Pose& pose, double time, Poi
 }
 
 /// The flipped mesh if the given one is inside out, nothing if it faces outward.
-Result<std::optional<TriangleMesh>> turnedRound(const TriangleMesh& mesh) {
+Result<std::optional<TriangleMesh>> flippedIfInsideOut(const TriangleMesh& mesh) {
   const double volume = signedVolume(mesh);
   if (volume > 0) return std::nullopt;
   if (volume < 0) {
-    TriangleMesh turned = mesh;
-    for (model::Triangle& triangle : turned.triangles) std::swap(triangle[1], triangle[2]);
-    return turned;
+    TriangleMesh flipped = mesh;
+    for (model::Triangle& triangle : flipped.triangles) std::swap(triangle[1], triangle[2]);
+    return flipped;
   }
   return invalid("the mesh encloses no volume");
 }
@@ -163,11 +163,11 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
                                mesh.triangles.size(), kMaxTriangles));
   }
   if (motion.segments.empty()) return invalid("the motion has no segment");
-  auto turned = turnedRound(mesh);
-  if (!turned) return pass(turned.error());
-  auto report = Sweeper(*turned ? **turned : mesh, motion, options, sink, progress).run();
+  auto flipped = flippedIfInsideOut(mesh);
+  if (!flipped) return pass(flipped.error());
+  auto report = Sweeper(*flipped ? **flipped : mesh, motion, options, sink, progress).run();
   if (!report) return report;
-  if (*turned) report->notices.emplace_back("the mesh was inside out and was turned round");
+  if (*flipped) report->notices.emplace_back("the mesh was inside out and was turned round");
   if (options.caps == CapMethod::Cone) {
     report->notices.emplace_back(
         "both ends are closed by cones: hypervolume and slices are exact, but cells may overlap "

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <openvdb/openvdb.h>
-
 #include "t4d/model/error.h"
+#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_stream.h"
 
 namespace t4d::voxel4d {

@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 #include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
 #include <tbb/global_control.h>
 
+#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/test_files.h"
 
 namespace t4d::voxel4d {

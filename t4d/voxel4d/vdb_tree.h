@@ -2,8 +2,7 @@
 
 #include <string>
 
-#include <openvdb/openvdb.h>
-
+#include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_stream.h"
 
 namespace t4d::voxel4d {

@@ -11,7 +11,7 @@
 /// Helpers for fuzz targets.
 namespace t4d::fuzz {
 
-/// Ends the process, which is a finding for libFuzzer, unless the condition holds.
+/// Aborts the process unless the condition holds; libFuzzer reports that as a finding.
 inline void must(bool holds, const std::string& claim) {
   if (holds) return;
   std::fprintf(stderr, "== broken claim: %s\n", claim.c_str());
@@ -34,7 +34,7 @@ class MemoryFile {
   std::filesystem::path path_;
 };
 
-/// Counts the heap bytes allocated since its construction. Only one at a time.
+/// Counts the heap bytes allocated since its construction. Only one may exist at a time.
 class HeapMeter {
  public:
   HeapMeter();

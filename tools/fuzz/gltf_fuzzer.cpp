@@ -7,7 +7,7 @@ namespace {
 
 int test(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return -1;
-  // In a folder that does not exist, so that no buffers are read from the disk.
+  // The folder does not exist, so no buffers are read from disk.
   const formats::InputFile file = {"/nowhere/mesh.gltf", std::string(bytes.begin(), bytes.end())};
   checkLoaded(formats::readGltf(file), file.path.string());
   return 0;

@@ -5,7 +5,7 @@
 
 namespace t4d::fuzz {
 
-/// Whatever is read is a valid mesh; whatever is refused has a reason and a place in `path`.
+/// A mesh that is read is valid; an error has a message and names a place in `path`.
 inline void checkLoaded(const Result<formats::LoadedMesh>& loaded, const std::string& path) {
   if (!loaded) {
     must(!loaded.error().message.empty() && loaded.error().where.starts_with(path),

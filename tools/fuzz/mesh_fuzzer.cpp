@@ -22,7 +22,7 @@ Result<formats::LoadedMesh> read(char format, const formats::InputFile& file) {
 }
 
 int test(std::span<const std::uint8_t> bytes) {
-  // Readers are never given an empty file.
+  // The readers are never called with an empty file.
   if (bytes.size() < 2) return -1;
   const char format = static_cast<char>(bytes.front());
   if (std::string("sopf").find(format) == std::string::npos) return -1;

@@ -4,11 +4,11 @@
 #include "t4d/formats/motion_reader.h"
 #include "tools/fuzz/fuzz.h"
 
-/// A motion file: what is accepted is one motion without a gap, in finite numbers.
+/// Motion files: an accepted motion has no gaps and only finite numbers.
 namespace t4d::fuzz {
 namespace {
 
-/// A number with so many digits may request a million segments, which is allowed but slow.
+/// Longer numbers may request a million segments, which is allowed but slow.
 constexpr int kMostDigits = 4;
 
 bool asksForManySegments(const std::string& text) {

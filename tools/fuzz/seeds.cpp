@@ -14,8 +14,8 @@
 #include "t4d/voxel4d/vdb_samples.h"
 #include "t4d/voxel4d/weave.h"
 
-/// Writes the seeds of the fuzzers, a folder for each: `fuzz_seeds FOLDER`. They are as small as
-/// files with everything in them can be: a fuzzer does more executions on small files.
+/// Writes the seeds of the fuzzers, one folder each: `fuzz_seeds FOLDER`. Together they use every
+/// feature of their formats, in files as small as possible, which a fuzzer executes faster.
 namespace t4d::fuzz {
 namespace {
 
@@ -46,7 +46,7 @@ model::TriangleMesh tetrahedron() {
   return mesh;
 }
 
-/// Passes slabs on with an attribute per vertex and one per cell.
+/// Adds a vertex attribute and a cell attribute to the slabs that it passes on.
 class WithAttributes : public model::Sink {
  public:
   explicit WithAttributes(model::Sink& next) : next_(next) {}

@@ -9,14 +9,14 @@
 #include "t4d/measure/validate.h"
 #include "tools/fuzz/fuzz.h"
 
-/// A .t4d file, read in every way, validated and sliced.
+/// A .t4d file, opened in every mode, validated and sliced.
 namespace t4d::fuzz {
 namespace {
 
 using formats::T4dOpen;
 using formats::T4dReader;
 
-/// A hash of all bits of a slab, made without a copy: memory is counted here.
+/// A hash of all bits of a slab, computed without a copy because memory is measured here.
 std::size_t hashOf(const model::Slab& slab) {
   std::size_t hash = 0;
   const auto add = [&](const auto& values) {
@@ -62,7 +62,7 @@ SlabMark markOf(const model::Source& body, std::size_t index) {
   return hashOf(**slab);
 }
 
-/// A slab of a body, with its place in the file.
+/// A slab of a body and its offset in the file.
 struct ReadSlab {
   std::uint64_t offset = 0;
   SlabMark mark;
@@ -93,8 +93,8 @@ bool allRead(const ReadBodies& bodies) {
   return true;
 }
 
-/// Slabs at the same place are the same, however they were found. Either way may refuse one, since
-/// the index may be wrong.
+/// Slabs at the same offset are equal, however they were found. Either way of reading may refuse a
+/// slab, since the index may be wrong.
 void compare(const ReadBodies& a, const ReadBodies& b) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     for (const ReadSlab& one : a[i]) {

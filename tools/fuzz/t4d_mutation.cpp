@@ -97,7 +97,7 @@ std::vector<std::size_t> arraysIn(const std::string& payload) {
   return found;
 }
 
-/// Replaces an array by one of another length or codec.
+/// Replaces an array by one of a different type, length or codec.
 void remakeArray(std::string& payload, Choices& choose) {
   const auto arrays = arraysIn(payload);
   if (arrays.empty()) return;
@@ -125,7 +125,7 @@ void remakeArray(std::string& payload, Choices& choose) {
   payload.replace(at, end - at, reinterpret_cast<const char*>(record.data()), record.size());
 }
 
-/// Gives a field of eight or four bytes the value of another field, or a likely one.
+/// Copies one field of four or eight bytes over another.
 void replaceField(std::string& payload, Choices& choose) {
   if (payload.size() < 8) return;
   const std::size_t from = choose.below(payload.size() / 4) * 4;
@@ -143,7 +143,7 @@ void mutateChunks(LooseFile& file, std::size_t room, Choices& choose) {
   LooseChunk& chunk = file.chunks[one];
   switch (choose.below(12)) {
     case 0: {
-      // An array element by itself cannot be moved into the vector that it is in.
+      // A vector cannot insert one of its own elements by move.
       LooseChunk copy = chunk;
       file.chunks.insert(
           file.chunks.begin() + static_cast<std::ptrdiff_t>(choose.below(file.chunks.size() + 1)),

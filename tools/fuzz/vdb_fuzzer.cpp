@@ -10,7 +10,7 @@
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t maxSize);
 
-/// A .vdb file, as all frames or as each of two.
+/// A .vdb file, read as a whole series, and twice as one of two frames.
 namespace t4d::fuzz {
 namespace {
 
@@ -43,7 +43,7 @@ int test(std::span<const std::uint8_t> bytes) {
   static MemoryFile file;
   file.set(bytes);
   const HeapMeter heap;
-  // The last byte makes the choice.
+  // The last byte selects level sets or densities.
   const bool density = !bytes.empty() && bytes.back() % 2 == 1;
   readFrames({file.path()}, {});
   readFrames({file.path(), file.path()},
@@ -60,7 +60,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return t4d::fuzz::test({data, size});
 }
 
-/// Most of a small .vdb is empty masks of nodes: most mutations go where something is.
+/// A small .vdb consists mostly of empty node masks, so most mutations are made near nonzero bytes.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t maxSize, unsigned seed) {
   std::minstd_rand random(seed);
@@ -74,7 +74,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   const std::size_t at = telling[random() % telling.size()];
   const std::size_t begin = at < kBefore ? 0 : at - kBefore;
   const std::size_t length = std::min(kLength, size - begin);
-  // In place, or everything behind it would move.
+  // Mutated in place; otherwise everything after it would move.
   std::uint8_t part[kLength];
   std::memcpy(part, data + begin, length);
   const std::size_t now = LLVMFuzzerMutate(part, length, length);

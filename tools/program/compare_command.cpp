@@ -259,7 +259,7 @@ std::optional<std::string> aliasing(const CompareArguments& options, const Side&
         fmt::format("{} of {}", side->mesh.backend == "voxel4d" ? "frames" : "layers", letter));
   }
   if (where.empty()) return std::nullopt;
-  std::string note = fmt::format("all times compared at are {}, so nothing between those is seen",
+  std::string note = fmt::format("all comparison times are {}, so nothing between them is compared",
                                  fmt::join(where, " and "));
   if (!options.times.empty()) return note + "; choose other --times";
   constexpr std::uint64_t kTries = 20;
@@ -472,7 +472,7 @@ void addCompare(CLI::App& app, int& exitCode) {
       ->check(numberAboveZero());
   addFrameTimes(*command, options->frames, "voxel4d: ", kFramesByMotion);
   command->add_flag("--mask", options->mask,
-                    "voxel4d: Use which lattice points are inside, instead of level sets");
+                    "voxel4d: Use masks of the lattice points inside, instead of level sets");
   command
       ->add_option("--caps", options->caps,
                    "How to close the ends, for mesh4d (tetgen, cone) or voxel4d (flat, half-step); "
@@ -498,7 +498,7 @@ void addCompare(CLI::App& app, int& exitCode) {
                      ->capture_default_str();
   command
       ->add_option("--times", options->times,
-                   "a:b:n: Compare at n times evenly spaced from a to b, both included")
+                   "Compare at N times evenly spaced from A to B, both included")
       ->check(evenTimesUpTo(kMaxSlices))
       ->excludes(slices);
   command->add_option("--keep", options->keep, "Keep the .t4d files in this folder")

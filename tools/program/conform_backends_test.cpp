@@ -51,7 +51,7 @@ class ConformBackends : public testing::Test {
             contents(folder_ / "stdout.txt"), contents(folder_ / "stderr.txt")};
   }
 
-  /// A program that makes a 4D mesh by `t4d sweep`, after `before`; "$motion" is the motion's file.
+  /// A script that runs `before`, then `t4d sweep`, then `after`; "$motion" is the motion file.
   std::string script(const std::string& name, const std::string& before = {},
                      const std::string& after = {}) {
     std::ofstream(folder_ / name) << "#!/bin/sh\nmotion=$2\n"
@@ -124,7 +124,7 @@ TEST_F(ConformBackends, ARightProgramPasses) {
        {"cube-screw.obj", "cube-screw.json", "cube-screw.t4d", "cube-screw.log"}) {
     EXPECT_TRUE(fs::exists(folder_ / "kept" / name)) << name;
   }
-  // Arguments of its own, and a tolerance that its steps do not meet.
+  // A quoted command, and a tolerance that its steps do not meet.
   const Finished strict =
       run("--backend-program '" + script("right") + "' --tolerance 0.001 --case cube-screw --json");
   EXPECT_EQ(strict.exitCode, 1);
@@ -161,7 +161,7 @@ TEST_F(ConformBackends, WrongProgramsFailInTheRightCheck) {
   EXPECT_THAT(found("false"), HasSubstr("exited with 1 and printed nothing"));
   EXPECT_THAT(found("true"), HasSubstr("exited with 0 and wrote no cube-about-z.t4d"));
   EXPECT_THAT(found("sh -c \"echo cannot; exit 3\""),
-              HasSubstr("exited with 3 and said last: cannot"));
+              HasSubstr("exited with 3; last line of output: cannot"));
   EXPECT_THAT(found("sh -c \"kill -9 \\$\\$\""), HasSubstr("ended by signal 9"));
 }
 
@@ -169,7 +169,7 @@ TEST_F(ConformBackends, AProgramThatHangsIsEnded) {
   const Finished done =
       run("--backend-program 'sh -c \"sleep 60\"' --timeout 0.2 --case cube-about-z --json");
   EXPECT_EQ(done.exitCode, 1);
-  EXPECT_THAT(done.out, HasSubstr("was ended after 0.2 s"));
+  EXPECT_THAT(done.out, HasSubstr("timed out after 0.2 s"));
 }
 
 TEST_F(ConformBackends, WrongUsageIsExit2) {

@@ -45,7 +45,7 @@ class ConformReader : public testing::Test {
   system::ProgramRun conform(const std::string& arguments) {
     return shell("exec " T4D_PROGRAM " conform " + arguments);
   }
-  /// A reader in the shell: "$1" is the file, "$2" the request.
+  /// A reader as a shell script: "$1" is the file, "$2" the request.
   std::string reader(const std::string& script) {
     std::ofstream(folder_ / "my-reader") << "#!/bin/sh\n" << script << "\n";
     fs::permissions(folder_ / "my-reader", fs::perms::owner_all);

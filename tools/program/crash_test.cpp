@@ -26,8 +26,8 @@
 #include "t4d/system/child_process.h"
 #include "tests/paths.h"
 
-/// However writing ends, there is a whole file under the target's name, the old one or the new one,
-/// or none; and what a killed program leaves beside it can be recovered.
+/// However writing ends, the target is the old file, the complete new file, or absent; and the part
+/// that a killed program leaves behind can be recovered.
 namespace t4d::tools {
 namespace {
 
@@ -41,9 +41,9 @@ std::string contents(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// How a process ended, and what it said.
+/// How a process ended, and its output.
 struct Ended {
-  int exitCode = -1;  // none when it was ended by a signal
+  int exitCode = -1;  // -1 if it was killed by a signal
   int signal = 0;
   std::string out;
   std::string err;
@@ -95,7 +95,7 @@ class Crash : public testing::Test {
     return wait(std::move(child));
   }
 
-  /// Killed as soon as the part has `size` bytes, unless it ends before.
+  /// Kills it as soon as the part has `size` bytes, unless it exits first.
   Ended killedAtSize(const Words& words, std::uint64_t size) const {
     system::ChildProcess child = start(t4d(words));
     const fs::path part =
@@ -111,7 +111,7 @@ class Crash : public testing::Test {
     return wait(std::move(child));
   }
 
-  /// A screw of a sphere in `steps` steps, which all have the same hypervolume.
+  /// Sweeps a sphere along a screw motion in `steps` steps of equal hypervolume.
   static Words sweep(int steps, const std::string& output = "target/out.t4d") {
     return {"sweep",
             "fx/icosphere.obj",
@@ -129,7 +129,7 @@ class Crash : public testing::Test {
             output};
   }
 
-  /// Makes a folder of grids and returns how to weave them.
+  /// Makes a folder of grids and returns the command that weaves them.
   Words weave(const std::string& output = "target/out.t4d") const {
     const Ended made = run({"voxelize", "fx/torus.obj", "-m", "fx/paper-screw.json", "--voxel-size",
                             "0.7", "--frames", "24", "-o", "grids"});
@@ -139,7 +139,7 @@ class Crash : public testing::Test {
 
   fs::path target() const { return folder_ / "target" / "out.t4d"; }
 
-  /// Parts in the target folder.
+  /// The .part files in the target folder.
   std::vector<fs::path> parts() const {
     std::vector<fs::path> found;
     for (const auto& entry : fs::recursive_directory_iterator(folder_ / "target")) {
@@ -158,13 +158,13 @@ class Crash : public testing::Test {
 
 constexpr const char* kOld = "the old file";
 
-/// What a command writes when nothing happens to it, and how long that takes.
+/// What a command writes when it is not interrupted, and how long it takes.
 struct Reference {
   std::string bytes;
   std::vector<formats::ChunkHeader> chunks;
   Seconds duration{0};
 
-  /// Slabs that are whole in the first `size` bytes.
+  /// The number of complete slabs in the first `size` bytes.
   std::uint64_t slabsBefore(std::size_t size) const {
     return static_cast<std::uint64_t>(
         std::count_if(chunks.begin(), chunks.end(), [&](const formats::ChunkHeader& chunk) {
@@ -190,14 +190,14 @@ class Killed : public Crash {
     return reference;
   }
 
-  /// Recovers a part that was left. `hypervolumeOf` says what so many slabs enclose.
+  /// Recovers a part that was left. `hypervolumeOf` gives the hypervolume of that many slabs.
   void recoverPart(const fs::path& part, const Reference& reference,
                    const std::function<double(std::uint64_t)>& hypervolumeOf) {
     const std::string bytes = contents(part);
     ASSERT_TRUE(reference.bytes.starts_with(bytes));
     const std::uint64_t whole = reference.slabsBefore(bytes.size());
     const Ended recovered = run({"recover", part.string(), "-o", "recovered.t4d", "--json"});
-    if (whole <= 1) {  // a cap has no solid
+    if (whole <= 1) {  // a cap alone encloses nothing
       EXPECT_EQ(recovered.exitCode, 4) << recovered.err;
       return;
     }
@@ -232,7 +232,7 @@ class Killed : public Crash {
       EXPECT_TRUE(ended.exitCode == 0 || ended.signal == SIGKILL) << ended.err;
       const std::string found = contents(target());
       if (found == reference.bytes) {
-        // It had its name before the end came.
+        // It was renamed before it was killed.
         EXPECT_TRUE(parts().empty());
         ++done;
         continue;
@@ -252,7 +252,7 @@ class Killed : public Crash {
               << 1.1 * reference.duration.count() << " s, half by the size of the part: " << none
               << " before it wrote, " << done << " after it was done; " << recoveredParts_
               << " parts with slabs recovered\n";
-    // Else nothing has been tried.
+    // Otherwise this has tested nothing.
     EXPECT_GT(recoveredParts_, times / 5);
   }
 
@@ -319,12 +319,12 @@ TEST_F(Signalled, AFolderOfFramesLeavesNoParts) {
   }
 }
 
-/// Ends a command at many moments, which makes its temporary folders in `target`: nothing of them
-/// is left, and no process that it has started.
+/// Ends a command at many moments. Neither its temporary folders, which are made in `target`, nor
+/// any process that it started may remain.
 class SignalledParent : public Signalled {
  protected:
   void endsWithAllItHasStarted(const Words& words, double seconds) {
-    // Orphans become children of ours.
+    // Orphaned processes become our children.
     ASSERT_EQ(::prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
     std::mt19937 random(6);
     std::uniform_real_distribution<double> moment(0, seconds);
@@ -338,7 +338,7 @@ class SignalledParent : public Signalled {
       const Ended done = wait(std::move(child));
       EXPECT_TRUE(done.exitCode == 0 || done.signal == signal) << done.exitCode << done.err;
       EXPECT_TRUE(fs::is_empty(folder_ / "target"));
-      // Of what has been killed the end may take a moment.
+      // A killed process may take a moment to end.
       bool alive = true;
       for (int look = 0; look < 100 && alive; ++look) {
         while (::waitpid(-1, nullptr, WNOHANG) > 0) {
@@ -406,14 +406,14 @@ class Full : public Crash {
   static void expectRefusal(const Ended& ended, const Words& words, const std::string& reason) {
     EXPECT_EQ(ended.exitCode, 1) << ended.signal << ended.err;
     EXPECT_THAT(ended.err, testing::HasSubstr(reason));
-    // A folder's file is the one that did not fit.
+    // In a folder, the error names the file that did not fit.
     const std::string named = words.back() == "target" ? "target/frame_" : words.back();
     EXPECT_THAT(ended.err, testing::HasSubstr(named));
   }
 };
 
 TEST_F(Full, ASmallFileSystemKeepsTheOldFileAndNothingElse) {
-  // A file system of this process and its children alone, as far as the kernel lets us.
+  // A file system that only this process and its children see, if the kernel permits one.
   const auto inNamespace = [](const std::string& script, const Words& words) {
     Words all = {"unshare", "-rm", "sh", "-c", script, "sh"};
     all.insert(all.end(), words.begin(), words.end());
@@ -443,7 +443,7 @@ TEST_F(Full, ALimitOnTheSizeOfAFileKeepsTheOldFileAndNothingElse) {
     if (words.back() == "target") continue;  // its files are small
     clear();
     std::ofstream(target()) << kOld;
-    const Ended ended = run(words, "ulimit -f 2048;");  // of 512 bytes
+    const Ended ended = run(words, "ulimit -f 2048;");  // blocks of 512 bytes
     expectRefusal(ended, words, "File too large");
     EXPECT_EQ(contents(target()), kOld);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "target"), {}), 1);
@@ -452,8 +452,8 @@ TEST_F(Full, ALimitOnTheSizeOfAFileKeepsTheOldFileAndNothingElse) {
 
 using FailingDisk = Crash;
 
-/// Lets the disk fail from the first change of a file in the target folder on, from the second on,
-/// and so on, until none is left to fail.
+/// Makes the disk fail from the first write operation in the target folder onwards, then from the
+/// second, and so on, until the command succeeds.
 TEST_F(FailingDisk, NeverLeavesAWrongFile) {
   const std::string output = target().string();
   const Words words = sweep(300, output);
@@ -465,7 +465,7 @@ TEST_F(FailingDisk, NeverLeavesAWrongFile) {
         SCOPED_TRACE(std::string(std::strerror(reason)) + " from call " + std::to_string(from));
         clear();
         if (old) std::ofstream(target()) << kOld;
-        // Builds with sanitizers want to be the first library otherwise.
+        // AddressSanitizer otherwise insists on being the first library.
         const Ended ended = run(words, "export LD_PRELOAD='" T4D_FAILING_DISK
                                        "' ASAN_OPTIONS=verify_asan_link_order=0 "
                                        "T4D_FAIL_FOLDER=\"$PWD/target\" T4D_FAIL_FROM=" +
@@ -474,7 +474,7 @@ TEST_F(FailingDisk, NeverLeavesAWrongFile) {
         const std::string found = contents(target());
         if (ended.exitCode == 0) {
           EXPECT_EQ(found, whole);
-          // To open it, to write it a megabyte at a time, to flush, to rename, to flush the folder.
+          // Open, write a megabyte at a time, sync, rename, sync the folder.
           EXPECT_GT(from, 1 + static_cast<int>(whole.size() >> 20) + 3);
           break;
         }
@@ -483,13 +483,13 @@ TEST_F(FailingDisk, NeverLeavesAWrongFile) {
         EXPECT_THAT(ended.err, testing::HasSubstr(output));
         EXPECT_THAT(ended.err, testing::HasSubstr(std::strerror(reason)));
         if (found == whole) {
-          // All that is not certain is its name after a power failure.
+          // Only the new name might not survive a power failure.
           EXPECT_THAT(ended.err, testing::HasSubstr("cannot sync the directory"));
         } else {
           EXPECT_EQ(fs::exists(target()), old);
           EXPECT_EQ(found, old ? kOld : "");
         }
-        // From a disk that became read-only nothing can be removed.
+        // Nothing can be removed from a disk that became read-only.
         EXPECT_TRUE(reason == EROFS || parts().empty());
       }
     }

@@ -79,9 +79,9 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   auto* which = command->add_option_group("frames", "Times of the frames (exactly one)");
   which
       ->add_option("-n,--frames", options->frames,
-                   "Number of frames, evenly from the first to the last time")
+                   "Number of frames, evenly spaced from the first to the last time")
       ->check(wholeNumber(1, kMaxFrames));
-  which->add_option("--times", options->times, "a:b:n: n times, evenly from a to b, both included")
+  which->add_option("--times", options->times, "N times, evenly spaced from A to B, both included")
       ->check(evenTimesUpTo(kMaxFrames));
   which->require_option(1);
   command->add_option("-o,--output", options->output, "The .glb or .gltf file to write")

@@ -33,7 +33,7 @@ std::string contents(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// A folder of its own for each test, with all fixtures in it.
+/// Each test has its own folder, with all fixtures in it.
 class Program : public testing::Test {
  protected:
   void SetUp() override {
@@ -57,7 +57,7 @@ class Program : public testing::Test {
             contents(folder_ / "stdout.txt"), contents(folder_ / "stderr.txt")};
   }
 
-  /// The exit code where "$t4d" is the program; -signal where one ended it.
+  /// Runs a script in which "$t4d" is the program. Returns the exit code, or -signal if killed.
   int shell(const std::string& script) {
     const std::string command =
         "cd " + folder_.string() + " && t4d=" + T4D_PROGRAM + " && " + script;
@@ -88,7 +88,7 @@ class Program : public testing::Test {
     refuses(arguments, expected, 2);
   }
 
-  /// An output that cannot be made: exit 1.
+  /// An output that cannot be written: exit 1.
   void cannot(const std::string& arguments, const std::string& expected) {
     refuses(arguments, expected, 1);
   }
@@ -223,7 +223,7 @@ TEST_F(Program, SuggestsRecoveryOnlyWhereItSavesSomething) {
     const std::size_t at = err.find("t4d: try: ");
     return at == std::string::npos ? "" : err.substr(at + 10, err.find('\n', at) - at - 10);
   };
-  std::string connectivity = whole;  // that all slabs but the caps share
+  std::string connectivity = whole;  // damaged where all slabs but the caps share it
   connectivity[whole.find("CONN", whole.find("CONN") + 1) + 40] ^= 1;
   const std::size_t afterHead = whole.find("CONN") + 8;
   for (const std::string& lost : {whole.substr(0, 8), whole.substr(0, 23), connectivity,
@@ -535,7 +535,7 @@ TEST_F(Program, LossIsListedAndExit3) {
   EXPECT_EQ(run("slice cube.t4d --time 1 --attributes -o a.ply").exitCode, 0);
 }
 
-/// One process' peak, as the program reports it.
+/// Compares the peak memory that the program reports.
 TEST_F(Program, MemoryDoesNotGrowWithTheMotion) {
   write("one.json", R"({"segments": [{"duration": 1, "axis_direction": [1, 0, 0],
                        "angle_degrees": 360, "translation": [20, 0, 0]}]})");
@@ -706,7 +706,7 @@ TEST_F(Program, FramesMayBeLeftOut) {
 TEST_F(Program, CompareSaysWhenTimesFallOnFrames) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   EXPECT_THAT(run("compare cube.t4d cube.t4d --slices 9").err,
-              testing::HasSubstr("all times compared at are layers of a and layers of b"));
+              testing::HasSubstr("all comparison times are layers of a and layers of b"));
   EXPECT_EQ(run("compare cube.t4d cube.t4d --slices 10").err, "");
 }
 

@@ -29,7 +29,7 @@ TEST(ProgressBar, PrintsALineEveryTenSecondsWithoutATerminal) {
   EXPECT_THAT(printed(false, 9), IsEmpty());
   EXPECT_THAT(printed(false, 25),
               ElementsAre("t4d: working: 40 %, 15 s left\n", "t4d: working: 80 %, 5 s left\n"));
-  EXPECT_EQ(printed(false, 600).size(), 50U);  // a part takes six seconds: every other one
+  EXPECT_EQ(printed(false, 600).size(), 50U);  // a part takes six seconds: every other part
 }
 
 TEST(ProgressBar, DrawsABarOnATerminalAndErasesIt) {

@@ -235,7 +235,7 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->check(numberAboveZero());
   addFrameTimes(*command, options->times, "voxel4d: ", kFramesByMotion);
   command->add_flag("--mask", options->mask,
-                    "voxel4d: Use which lattice points are inside, instead of level sets");
+                    "voxel4d: Use masks of the lattice points inside, instead of level sets");
   addThreadsOption(*command, options->threads);
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");

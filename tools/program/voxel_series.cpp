@@ -63,7 +63,7 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
       ->required()
       ->check(someName());
   command.add_flag("--mask", mask,
-                   "Write which lattice points are strictly inside, instead of level sets");
+                   "Write masks of the lattice points strictly inside, instead of level sets");
   addThreadsOption(command, threads);
   command.add_flag("--json", json, "Print the result as JSON");
 }

@@ -98,8 +98,8 @@ void addWeave(CLI::App& app, int& exitCode) {
   command
       ->add_option(
           "--iso", options->input.iso,
-          "Grids are densities, and inside where they are above this value (default: level "
-          "sets, inside where they are below 0)")
+          "Grids are densities; inside is where they are above this value (default: level sets, "
+          "inside is where they are below 0)")
       ->check(finiteNumber());
   auto* frameTime =
       command

@@ -11,7 +11,7 @@
 namespace t4d::tools {
 namespace {
 
-constexpr SvgCanvas::Size kSize = {520, 260, 78, 34};
+constexpr SvgCanvas::Size kPlotSize = {520, 260, 78, 34};
 constexpr double kLegendHeight = 18;
 constexpr double kSwatch = 22;
 /// About the width of a character of 12 pixels.
@@ -51,8 +51,8 @@ std::string labelOf(double value, double step) {
 void addLegend(SvgCanvas& canvas, const std::vector<Curve>& curves) {
   double x = canvas.left();
   for (const Curve& curve : curves) {
-    canvas.addLine("curve " + curve.cssClass, x, kSize.top, x + kSwatch, kSize.top);
-    canvas.addText(x + kSwatch + 6, kSize.top + 4, curve.name);
+    canvas.addLine("curve " + curve.cssClass, x, kPlotSize.top, x + kSwatch, kPlotSize.top);
+    canvas.addText(x + kSwatch + 6, kPlotSize.top + 4, curve.name);
     x += kSwatch + 6 + kCharacter * static_cast<double>(curve.name.size()) + 18;
   }
 }
@@ -79,7 +79,7 @@ std::string svgOf(const Plot& plot) {
   const Axis xTicks = axisOver(plot.x.front(), plot.x.back());
   const double xSpan = plot.x.back() - plot.x.front();
 
-  SvgCanvas::Size size = kSize;
+  SvgCanvas::Size size = kPlotSize;
   const bool hasLegend = plot.curves.size() > 1;
   if (hasLegend) size.top += kLegendHeight;
   SvgCanvas canvas(size, plot.title);

@@ -15,7 +15,7 @@ using model::Point3;
 using model::ScrewRun;
 using model::TriangleMesh;
 
-/// A solid in closed form.
+/// A solid whose volume is known in closed form.
 struct Solid {
   TriangleMesh mesh;
   double volume = 0;
@@ -31,7 +31,7 @@ Solid hollowCube(double outer, double inner) {
       fixtures::hollowCube(outer, inner), outer * outer * outer - inner * inner * inner, {0, 0}};
 }
 
-/// By Pappus's theorem, with the polygons' areas and perimeters for the circles'.
+/// The volume follows from Pappus's theorem, with polygons in place of the circles.
 Solid torus(double major, double minor, int around, int across) {
   const auto doubleAreaOfUnitPolygon = [](int corners) {
     return corners * std::sin(2 * std::numbers::pi / corners);
@@ -41,7 +41,7 @@ Solid torus(double major, double minor, int around, int across) {
   return {fixtures::torus(major, minor, around, across), volume, {1}};
 }
 
-/// A polyhedron of many triangles, whose volume is the sum over them.
+/// A polyhedron with one surface of genus 0; its volume is summed over the triangles.
 Solid ofOneSurface(TriangleMesh mesh) {
   const double volume = signedVolume(mesh);
   return {std::move(mesh), volume, {0}};
@@ -101,8 +101,8 @@ std::string fixtureMotion(const std::string& name) {
   return {};
 }
 
-/// Table 1 of the paper: section 5.1's cube of side 20, which moves by 64 in 64 steps of the mesh,
-/// or by one voxel in each of 64 frames of 19 x 19 x 19 points.
+/// Table 1 of the paper: the cube of side 20 from section 5.1, which moves by 64 in 64 steps of the
+/// mesh, or by one voxel in each of 64 frames of 19 x 19 x 19 points.
 Case paperTable() {
   Case made = meshCase("paper-cube", "the cube of the paper's Table 1, translated by one a step",
                        paperCube(), fixtureMotion("paper-translation"), {1});
@@ -110,16 +110,16 @@ Case paperTable() {
   made.voxels.mask = true;
   made.voxels.maskFrames = 64;
   made.voxels.counts = {197'828, 1'185'280};
-  // With surfaces at the midpoints: 18^3 whole voxels, 6 x 18^2 halves on the faces, 12 x 18
-  // eighths along the edges and 8 times 1/48 in the corners.
+  // The surface passes through the midpoints of lattice edges: 18^3 full voxels, 6 x 18^2 halves on
+  // the faces, 12 x 18 eighths along the edges and 8 times 1/48 at the corners.
   made.voxels.maskVolume = 5832 + 972 + 27 + 1.0 / 6;
   return made;
 }
 
-/// The paper's section 5.2: as many triangles as its squirrel, on its screw motion. From the counts
-/// there, 3,909,554 vertices and 18,266,982 cells in 65 steps, and Euler's formula for a surface of
-/// genus 0 the squirrel had 10,000 vertices and 19,996 triangles, and TetGen added 102 points to
-/// each cap.
+/// As many triangles as the squirrel of the paper's section 5.2, on the same screw motion. The
+/// paper counts 3,909,554 vertices and 18,266,982 cells in 65 steps. By Euler's formula for a
+/// surface of genus 0, the squirrel had 10,000 vertices and 19,996 triangles, and TetGen added 102
+/// points to each cap.
 Case squirrelSize() {
   Case made =
       meshCase("squirrel-size", "a lumpy ball as large as the paper's squirrel, on its screw",
@@ -146,7 +146,7 @@ std::optional<double> Case::hypervolume() const {
 
 std::vector<double> Case::sliceTimes() const {
   const model::TimeSpan span = time();
-  // Odd fractions, so that no case has them on a step or a frame by chance.
+  // Arbitrary fractions, so that they coincide with no step or frame of any case.
   std::vector<double> times = {span.begin};
   for (const double fraction : {0.1357, 0.3819, 0.5, 0.6423, 0.8781}) {
     times.push_back(span.begin + fraction * (span.end - span.begin));
@@ -226,8 +226,8 @@ std::vector<Case> analyticCases() {
   cases.push_back(fieldCase(
       fixtures::closingTorus(8),
       [=](double t) {
-        // Of the torus that goes through itself; what is inside it only adds. The curvatures are
-        // 1 / minor and cos(v) / (major + minor cos(v)).
+        // An upper bound: the torus intersects itself, and the part inside is counted as well. The
+        // curvatures are 1 / minor and cos(v) / (major + minor cos(v)).
         constexpr double kPi = std::numbers::pi;
         const double major = 8;
         const double minor = major * (0.4 + t);

@@ -23,14 +23,14 @@ using model::Segment;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
-/// How fast a moving mesh moves at most.
+/// The maximum speed of a moving mesh.
 struct Speed {
-  double length = 0;        ///< of any of its points, in length units a unit of time
-  double angleRadians = 0;  ///< of its orientation, likewise
+  double length = 0;        ///< of any of its points, in length units per unit of time
+  double angleRadians = 0;  ///< of its rotation, per unit of time
 };
 
-/// The largest distance of the mesh from the segment's axis, where it begins; turning about the
-/// axis keeps it.
+/// The largest distance of the mesh from the segment's axis, taken at the start: rotation about the
+/// axis does not change it.
 double radiusAbout(const Segment& segment, const MovingMesh& moving) {
   double radius = 0;
   for (const Point3& vertex : moving.mesh.vertices) {
@@ -85,7 +85,7 @@ std::vector<int> generaOf(const fixtures::Topology& topology) {
   return genera;
 }
 
-/// The distance of a point from the true surface at a time.
+/// A function that returns a point's distance from the true surface at a time.
 std::function<double(const Point3&)> distanceAt(
     const Case& given, const std::shared_ptr<const measure::TriangleTree>& tree, double time) {
   if (given.field) {
@@ -97,8 +97,8 @@ std::function<double(const Point3&)> distanceAt(
   };
 }
 
-/// The slices of a case; `volume` gives the measure at a time. Vertices may be `off` the true
-/// surface.
+/// The slices of a case. `volume` returns the expected volume at a time; vertices may lie up to
+/// `off` from the true surface.
 template <class Volume>
 std::vector<SliceExpectation> slicesOf(const Case& given, const Volume& volume, double off,
                                        const std::string& reason) {
@@ -125,18 +125,18 @@ std::vector<SliceExpectation> slicesOf(const Case& given, const Volume& volume, 
   return slices;
 }
 
-/// What rounding does to a swept mesh.
+/// Bounds on the rounding errors of a swept mesh.
 struct Rounding {
   double position = 0;  ///< of a vertex, in length units
   double volume = 0;    ///< of a slice
   double hypervolume = 0;
 };
 
-/// A pose is a product of at most all segments' and a translation, each within a few roundings of
-/// the largest coordinate. A slice of F triangles cuts at most 14 cells over each, into at most two
-/// triangles; the sum over them errs by their number of roundings of its largest partial sum. So
-/// does that over the 14 F cells of a slab for the hypervolume, by roundings of the measure of the
-/// boundary times its reach over four.
+/// A pose is a product of at most one pose per segment and a translation, each accurate to a few
+/// roundings of the largest coordinate. A mesh of F triangles has 14 F cells per slab, and a slice
+/// cuts each into at most two triangles: summing their volumes adds one rounding of the largest
+/// partial sum per triangle. Likewise, the hypervolume takes one rounding per cell, of the measure
+/// of the boundary times its reach over four.
 Rounding roundingOf(const MovingMesh& moving) {
   constexpr double kRoundingsOfAPose = 16;
   Bounds3 bounds;
@@ -164,7 +164,7 @@ Rounding roundingOf(const MovingMesh& moving) {
   return rounding;
 }
 
-/// V0 (1 - 2 s (1 - s) (1 - cos theta)).
+/// The slice at fraction s of a step that turns by theta: V0 (1 - 2 s (1 - s) (1 - cos theta)).
 double sliceOfStep(double volume, double s, double theta) {
   return volume * (1 - 2 * s * (1 - s) * (1 - std::cos(theta)));
 }
@@ -300,10 +300,10 @@ Expectation voxelExpectation(const Case& given, const Resolution& resolution) {
       addPosed(box, *given.mesh,
                given.mesh->motion.at(span.begin + static_cast<double>(i) * frameTime));
     }
-    // A ball of radius sqrt(3)/2 voxels always holds a lattice point, and touches the three faces
-    // of a cube's corner when its centre is sqrt(3) times that from the tip.
+    // Any ball of radius sqrt(3)/2 voxels contains a lattice point. In a cube's corner it touches
+    // the three faces when its centre is sqrt(3) radii from the tip.
     const double tip = (1 + std::numbers::sqrt3) * std::numbers::sqrt3 / 2 * h;
-    expectation.bounds = {box, tip, "a cube's tip in which no lattice point lies is cut off"};
+    expectation.bounds = {box, tip, "a cube's tip that contains no lattice point is cut off"};
   }
   return expectation;
 }
@@ -351,7 +351,8 @@ Expectation solidExpectation(const Case& given, double relativeTolerance) {
   expectation.timeEnd = {span.end, relativeTolerance * duration, reason};
   expectation.hypervolume = {moving.volume * duration, relativeTolerance * moving.volume * duration,
                              reason};
-  // Between two of so many poses nothing bulges out by a millionth of the path.
+  // With this many poses, the mesh leaves the box between two of them by less than a millionth of
+  // the path.
   constexpr int kPoses = 1024;
   Bounds3 box;
   for (int i = 0; i <= kPoses; ++i) {

@@ -27,17 +27,16 @@ std::string lastLineOf(const std::string& text) {
   return line.size() > kShown ? line.substr(0, kShown) + "..." : line;
 }
 
-/// Says how a run ended that was not right; empty for one that was.
+/// How a run failed; empty if it succeeded.
 std::string faultOf(const system::ProgramRun& run, double timeoutSeconds) {
   if (run.end == system::ProgramRun::End::TimedOut) {
-    return fmt::format("was ended after {:g} s (--timeout)", timeoutSeconds);
+    return fmt::format("timed out after {:g} s (--timeout)", timeoutSeconds);
   }
   if (run.end == system::ProgramRun::End::Exited && run.code == 0) return {};
   const std::string said = lastLineOf(run.message.empty() ? run.output : run.message);
   return fmt::format(
-      "{} {} {}",
-      run.end == system::ProgramRun::End::Exited ? "exited with" : "was ended by signal", run.code,
-      said.empty() ? "and printed nothing" : "and said last: " + said);
+      "{} {}{}", run.end == system::ProgramRun::End::Exited ? "exited with" : "was ended by signal",
+      run.code, said.empty() ? " and printed nothing" : "; last line of output: " + said);
 }
 
 Result<void> writeText(const fs::path& path, const std::string& text) {
@@ -74,7 +73,7 @@ class ProgramBackend : public Backend {
     }
     if (auto written = writeText(paths[1], given.mesh->motionText); !written) return written;
     std::error_code ignored;
-    fs::remove(paths[2], ignored);  // of an earlier run
+    fs::remove(paths[2], ignored);  // left by an earlier run
 
     std::vector<std::string> words = words_;
     for (const fs::path& path : paths) words.push_back(path.string());

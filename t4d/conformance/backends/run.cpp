@@ -17,7 +17,7 @@ std::optional<double> relativeError(const Measure& expected, double actual) {
   return std::abs(actual - expected.value) / expected.value;
 }
 
-/// The order of convergence as a check.
+/// Adds a check of the order of convergence.
 void checkOrder(const std::string& of, const std::vector<Level>& levels,
                 std::optional<double> Level::*error, std::optional<double>& order,
                 std::vector<Check>& checks) {
@@ -29,7 +29,7 @@ void checkOrder(const std::string& of, const std::vector<Level>& levels,
   checks.push_back(measureIs(
       fmt::format("order of convergence of the {}", of),
       {2, std::log(2) / refinement,
-       "the error is of order h^2; its factor may change by two with how the lattice lies"},
+       "the error is of order h^2; its constant may vary by a factor of two with the lattice"},
       *order));
 }
 
@@ -106,7 +106,7 @@ std::vector<CaseResult> runCases(std::span<const Job> jobs, bool quick,
   tbb::parallel_for(
       std::size_t{0}, jobs.size(),
       [&](std::size_t i) {
-        // A thread that waits for the parts of its case must not begin another case meanwhile.
+        // A thread that waits for parts of its case must not start another case in the meantime.
         tbb::this_task_arena::isolate(
             [&] { results[i] = runCase(*jobs[i].given, *jobs[i].backend, quick); });
         const std::scoped_lock lock(oneAtATime);

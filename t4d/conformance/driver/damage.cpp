@@ -29,7 +29,7 @@ bool hasIndex(const std::string& bytes) {
   return (header.take<std::uint32_t>() & kFlagIndexed) != 0;
 }
 
-/// A number that looks as if it was drawn by lot, from another number (splitmix64).
+/// A pseudo-random number derived from another number (splitmix64).
 std::uint64_t mixed(std::uint64_t number) {
   number += 0x9E3779B97F4A7C15;
   number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9;
@@ -37,7 +37,7 @@ std::uint64_t mixed(std::uint64_t number) {
   return number ^ (number >> 31);
 }
 
-/// The slab that answers a slice of a body at a time (SPEC.md, X2).
+/// The slab in which a body is sliced at a time (SPEC.md, X2).
 std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexRecord>& records,
                                             std::uint32_t body, double time, double last) {
   for (const formats::IndexRecord& record : records) {
@@ -48,7 +48,7 @@ std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexReco
   return std::nullopt;
 }
 
-/// What the end of a file with index says.
+/// The contents of DONE and INDX of a file with an index.
 struct Sums {
   std::vector<formats::IndexRecord> records;
   formats::Done done;

@@ -122,7 +122,7 @@ TEST_F(Damage, AFileOfTwoSlabsKeepsTheOneThatASliceNeeds) {
     for (const Part& part : parts->unneeded) types.insert(part.name.substr(0, 4));
     return std::pair(parts->unneeded.size(), types);
   };
-  // Both slabs share the layer; each has a CONN of its own. Outside of their times all goes.
+  // Both slabs share the layer; each has its own CONN. Outside their times, none is needed.
   const std::pair<std::size_t, std::set<std::string>> one = {2, {"CONN", "SLAB"}};
   const std::pair<std::size_t, std::set<std::string>> all = {5, {"CONN", "LAYR", "SLAB"}};
   for (const double time : {-1.0, -0.5, 0.0, 0.5, 1.0}) EXPECT_EQ(names(time), one) << time;

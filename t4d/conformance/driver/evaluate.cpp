@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 constexpr std::size_t kQuotedBytes = 300;
 constexpr std::size_t kShownDifferences = 3;
 
-/// The end of what it wrote to standard error, where Python and others say what went wrong.
+/// The end of its standard error, where Python and others report what went wrong.
 std::string lastWords(const Reply& reply, const std::string& path) {
   std::string text = reply.message;
   for (std::size_t at = 0; (at = text.find(path, at)) != std::string::npos; at += 4) {

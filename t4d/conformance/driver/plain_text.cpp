@@ -7,7 +7,7 @@
 namespace t4d::conformance {
 namespace {
 
-/// How many bytes the character at the beginning of `text` takes; 0 where it has to be escaped.
+/// The number of bytes of the first character of `text`; 0 if it has to be escaped.
 std::size_t characterBytes(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x80) return byte(0) >= 0x20 && byte(0) != 0x7F ? 1 : 0;
@@ -18,7 +18,7 @@ std::size_t characterBytes(std::string_view text) {
     if ((byte(i) & 0xC0) != 0x80) return 0;
     code = (code << 6) | (byte(i) & 0x3F);
   }
-  constexpr std::uint32_t kLeast[] = {0, 0, 0xA0, 0x800, 0x10000};  // below 0xA0: control
+  constexpr std::uint32_t kLeast[] = {0, 0, 0xA0, 0x800, 0x10000};  // U+0080 to U+009F: control
   const bool surrogate = code >= 0xD800 && code < 0xE000;
   const bool noncharacter = (code & 0xFFFE) == 0xFFFE;
   return code < kLeast[size] || code > 0x10FFFF || surrogate || noncharacter ? 0 : size;

@@ -14,19 +14,20 @@ namespace {
 
 using nlohmann::json;
 
-/// How much damage is done to valid files. A reader in Python (some 30 ms a start) should make all
-/// requests in a minute or two; a thorough run is for one in C++ (1 ms), or one that serves.
+/// How many damaged copies are made of valid files. A reader in Python (about 30 ms per start)
+/// should take a minute or two for all of them; a thorough run is meant for a reader in C++ (1 ms)
+/// or one that serves.
 struct DamageLimits {
   std::uint64_t smallBytes;  ///< a file of at most this size is truncated to every length
-  std::size_t cuts;          ///< of each larger file
-  std::size_t flips;         ///< of each larger file; of a small one in every part
+  std::size_t cuts;          ///< per larger file
+  std::size_t flips;         ///< per larger file; small files get one in every part
 };
 constexpr DamageLimits kUsual = {730, 6, 8};
 constexpr DamageLimits kThorough = {1000, 100, 100};
 
 std::string nameOf(const CorpusFile& file) { return file.id.substr(file.id.find('/') + 1); }
 
-/// The feature that the file names in HEAD and the reader does not support; empty if none.
+/// The first feature in HEAD that the reader does not support; empty if there is none.
 std::string unknownFeature(const CorpusFile& file, const std::vector<std::string>& without) {
   if (!file.describe || without.empty()) return {};
   const json description = json::parse(file.describe->json);
@@ -58,15 +59,15 @@ Trial sliceInstead(Trial trial, double time) {
   return trial;
 }
 
-/// A time for which a slice must be refused as well: the broken rule is about what every slice
-/// reads, or about arrays and parts of which it needs all. To detect a broken rule between chunks
-/// can take more than a slice reads.
+/// A time at which a slice must be refused as well, because the broken rule concerns chunks that
+/// every slice reads, or arrays and parts that are all needed at that time. Broken rules between
+/// chunks are left out: a slice may not read enough to detect them.
 std::optional<double> timeToRefuse(const CorpusFile& file) {
-  constexpr std::string_view kOfWhatIsAlwaysRead = "HFM";
-  constexpr std::string_view kOfWhatASliceIsMadeOf = "ATNLP";
+  constexpr std::string_view kAlwaysReadSections = "HFM";
+  constexpr std::string_view kSliceDataSections = "ATNLP";
   const char section = file.rule[0];
-  if (kOfWhatIsAlwaysRead.find(section) != std::string_view::npos) return 0.5;
-  if (kOfWhatASliceIsMadeOf.find(section) == std::string_view::npos) return std::nullopt;
+  if (kAlwaysReadSections.find(section) != std::string_view::npos) return 0.5;
+  if (kSliceDataSections.find(section) == std::string_view::npos) return std::nullopt;
   return timeThatNeedsAll(file.bytes);
 }
 
@@ -188,14 +189,14 @@ ReaderCase overwriteCase(const CorpusFile& file) {
   return test;
 }
 
-/// A glob of the id or of the name in it, or a folder.
+/// A pattern is a glob for the id or its last part, or a folder.
 bool matches(const std::string& id, const std::string& pattern) {
   const std::string name = id.substr(id.find('/') + 1);
   return fnmatch(pattern.c_str(), id.c_str(), 0) == 0 ||
          fnmatch(pattern.c_str(), name.c_str(), 0) == 0 || id.starts_with(pattern + "/");
 }
 
-/// Removes what a shell completes: the end of a folder or file name.
+/// Removes the "/" or ".t4d" that shell completion adds.
 std::string withoutEnding(std::string pattern) {
   for (const std::string_view ending : {"/", ".t4d"}) {
     if (pattern.ends_with(ending)) pattern.resize(pattern.size() - ending.size());
@@ -203,7 +204,7 @@ std::string withoutEnding(std::string pattern) {
   return pattern;
 }
 
-/// Which of the cases match one of the patterns; an error is one that matches none.
+/// Which cases match at least one pattern; a pattern that matches no case is an error.
 Result<std::vector<bool>> matching(const std::vector<ReaderCase>& cases,
                                    const std::vector<std::string>& patterns) {
   std::vector<bool> matched(cases.size());
@@ -247,7 +248,7 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
     flips.push_back(flipCase(*file, limits));
     ReaderCase overwrite = overwriteCase(*file);
     if (!overwrite.trials.empty()) overwrites.push_back(std::move(overwrite));
-    // A file that is refused for its features tells nothing about damage.
+    // A file that is refused because of its features shows nothing about damage.
     if (unknown.empty()) continue;
     for (auto* damaged : {&cuts, &flips, &overwrites}) {
       if (damaged->empty() || damaged->back().file != file) continue;

@@ -192,7 +192,7 @@ std::string reportText(const std::string& reader, const std::string& command, bo
     std::string name = nameOf(results[i].outcome);
     std::replace(name.begin(), name.end(), '_', ' ');
     text += fmt::format("{} {}\n", name, cases[i].id);
-    // Of other cases the message says it.
+    // In other cases the message states the fault.
     const CorpusFile& file = *cases[i].file;
     if (cases[i].id == file.id && file.validity != Validity::Invalid) {
       text += fmt::format("  {}\n", file.fault);

@@ -18,10 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A reader that hangs costs SuiteOptions::timeoutSeconds each time.
+/// Limits on timeouts: a reader that hangs costs SuiteOptions::timeoutSeconds each time.
 constexpr int kSlowTrialsOfCase = 2;
 constexpr int kSlowTrials = 20;
-/// How many wrong trials of a case are named, and their files kept.
+/// Maximum number of wrong trials that are named per case, and whose files are kept.
 constexpr std::size_t kNamed = 4;
 
 Result<void> write(const fs::path& path, const std::string& bytes) {
@@ -40,7 +40,7 @@ std::string shortly(const Trial& trial) {
   return trial.about.substr(0, trial.about.find(" with "));
 }
 
-/// Of the trials of one case; none where it was not run.
+/// The results of the trials of one case; empty for trials that were not run.
 using TrialResults = std::vector<std::optional<TrialResult>>;
 
 /// Runs the trials of all cases. Threads take them from one queue, in order.
@@ -77,7 +77,7 @@ class SuiteRun {
   void work(const fs::path& path) {
     ServedReader served(options_.command, options_.timeoutSeconds, options_.stop);
     std::optional<std::pair<std::size_t, std::size_t>> last;
-    // What a serving reader does after its answer belongs to that request.
+    // Whatever a serving reader does after its answer is attributed to that request.
     const auto blameLast = [&] {
       const auto fault = last ? served.lateFault() : std::nullopt;
       if (!fault) return;
@@ -157,14 +157,14 @@ class SuiteRun {
   const SuiteOptions& options_;
   const fs::path& folder_;
   const model::Progress& progress_;
-  std::vector<std::pair<std::size_t, std::size_t>> queue_;  // of case and trial
+  std::vector<std::pair<std::size_t, std::size_t>> queue_;  // indices of case and trial
   std::vector<TrialResults> results_;
   std::vector<std::atomic<int>> slow_;  // trials of the case
   std::atomic<int> allSlow_ = 0;
   std::atomic<std::size_t> next_ = 0;
-  std::atomic<bool> failed_ = false;  // there is an error
-  std::atomic<bool> found_ = false;   // the first wrong trial, where that is all we look for
-  std::mutex mutex_;                  // of error_ and progress_
+  std::atomic<bool> failed_ = false;  // error_ is set
+  std::atomic<bool> found_ = false;   // options_.first, and a trial was wrong
+  std::mutex mutex_;                  // guards error_ and progress_
   std::optional<Error> error_;
 };
 

@@ -186,7 +186,7 @@ TEST_F(ReaderSuite, ReportsInXmlThatHoldsWhateverAReaderSays) {
                              "skipped=\"1\">\n    <testcase classname=\"t4d.cut\" name=\"good\""));
 }
 
-/// The same cases for readers that serve: after `$verb` and `$file`, the script prints a line.
+/// The same cases for readers that serve: the script gets `$verb` and `$file` and prints a line.
 class ServingSuite : public ReaderSuite {
  protected:
   std::vector<ReaderResult> serve(const std::string& script, SuiteOptions options = {}) {
@@ -260,7 +260,7 @@ TEST_F(ServingSuite, RefusesAnswersThatNobodyAskedFor) {
   EXPECT_THAT(outcomes(twice), ElementsAre(Outcome::Passed, Outcome::Crashed, Outcome::Passed));
   EXPECT_THAT(twice[1].message,
               HasSubstr("wrote more than one line for this request: \"refuse again"));
-  // All at once, before any request.
+  // Replies written before any request.
   std::ofstream(folder_ / "early") << "#!/bin/sh\nyes refuse\n";
   fs::permissions(folder_ / "early", fs::perms::owner_all);
   SuiteOptions options;

@@ -15,7 +15,7 @@ using system::ProgramRun;
 constexpr std::size_t kAnswerBytes = std::size_t{16} << 20;
 constexpr std::size_t kQuotedLineBytes = 80;
 
-/// The reply that a line stands for: its first word, and the rest.
+/// Parses a reply line: the first word is the verdict, the rest the answer or message.
 Reply parsed(std::string line) {
   Reply reply;
   const std::size_t space = line.find(' ');
@@ -61,7 +61,7 @@ Result<Reply> ServedReader::ask(const std::vector<std::string>& request, const s
   process_->message().clear();
   std::string line;
   for (const std::string& word : request) line += word + " ";
-  // If it does not take the line, it closes or ends, which the wait below sees, or does nothing.
+  // If it does not take the line, it exits, closes its pipes or hangs; the wait below tells which.
   const bool sent = process_->send(line + path + "\n");
   const std::string& output = process_->output();
   const auto waited = process_->wait(timeoutSeconds_, stop_, [&] {
@@ -85,7 +85,7 @@ Result<Reply> ServedReader::ask(const std::vector<std::string>& request, const s
     reply.kind = Reply::Kind::Malformed;
     reply.message = "answered with more than 16 MiB and no end of line";
   } else {
-    // It has closed its standard output: most likely it is ending.
+    // It has closed its standard output, so it is most likely exiting.
     constexpr double kPatienceSeconds = 0.5;
     const bool ended = waited == ChildProcess::Wait::Ended ||
                        process_->wait(kPatienceSeconds, stop_) == ChildProcess::Wait::Ended;

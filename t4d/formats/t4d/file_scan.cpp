@@ -13,7 +13,7 @@ namespace {
 class Scanner {
  public:
   Scanner(ChunkFile& file, std::size_t bodyCount, Features features)
-      : file_(file), bodyCount_(bodyCount), features_(features), judge_(file, bodyCount) {}
+      : file_(file), bodyCount_(bodyCount), features_(features), checker_(file, bodyCount) {}
 
   FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
     scan_.end = firstChunk;
@@ -86,7 +86,7 @@ class Scanner {
       return invalid("it names a connectivity or a layer that does not come before it");
     }
     const IndexRecord record = {header.offset, header.bytes(), parts, slab->time};
-    if (auto checked = judge_.add(record); !checked) return checked;
+    if (auto checked = checker_.add(record); !checked) return checked;
     scan_.slabs.push_back(record);
     return {};
   }
@@ -122,7 +122,7 @@ class Scanner {
   ChunkFile& file_;
   std::size_t bodyCount_;
   Features features_;
-  RecordJudge judge_;
+  RecordChecker checker_;
   FileScan scan_;
   std::uint64_t chunks_ = 0;
   std::vector<Part> connectivities_;  // offsets increase
@@ -136,7 +136,7 @@ FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCou
   return Scanner(file, bodyCount, features).run(firstChunk, progress);
 }
 
-Result<void> RecordJudge::add(const IndexRecord& record) {
+Result<void> RecordChecker::add(const IndexRecord& record) {
   const SlabParts& parts = record.parts;
   const auto wrong = [&](const std::string& message) {
     return file_.damaged(record.slab, "SLAB: " + message);

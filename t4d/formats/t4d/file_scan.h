@@ -11,9 +11,9 @@ namespace t4d::formats {
 
 /// Checks slab records, in file order, against each other and the file: parts precede their slab,
 /// slabs of a body are in time order, and each lower layer is the upper layer of the slab before.
-class RecordJudge {
+class RecordChecker {
  public:
-  RecordJudge(const ChunkFile& file, std::size_t bodyCount) : file_(file), last_(bodyCount) {}
+  RecordChecker(const ChunkFile& file, std::size_t bodyCount) : file_(file), last_(bodyCount) {}
   Result<void> add(const IndexRecord& record);
 
  private:

@@ -17,7 +17,7 @@ auto identityOf(const IndexRecord& record) {
 using Identity = decltype(identityOf({}));
 
 /// An empty slab, which may legitimately occur twice in a row.
-bool mayBeTwice(const IndexRecord& record) {
+bool mayRepeat(const IndexRecord& record) {
   return record.parts.lower == 0 && record.parts.upper == 0 && record.time.begin == record.time.end;
 }
 
@@ -66,7 +66,7 @@ void FoundChunks::match(std::span<const IndexRecord> index) {
       taken.emplace(identity, record->second);
       open.erase(record);
     } else if (index.empty()) {
-      slab.again = !taken.emplace(identity, 0).second && !mayBeTwice(slab.record);
+      slab.again = !taken.emplace(identity, 0).second && !mayRepeat(slab.record);
       continue;
     } else if (const auto first = taken.find(identity); first != taken.end()) {
       slab.before = first->second;

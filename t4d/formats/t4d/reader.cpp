@@ -71,9 +71,9 @@ Result<Index> readIndex(ChunkFile& file) {
 
 /// Checks the index on its own. Whether slabs exist at its offsets is checked when they are read.
 Result<void> checkIndex(const ChunkFile& file, const Index& index, std::size_t bodyCount) {
-  RecordJudge judge(file, bodyCount);
+  RecordChecker checker(file, bodyCount);
   for (const IndexRecord& record : index.records) {
-    if (auto judged = judge.add(record); !judged) return judged;
+    if (auto checked = checker.add(record); !checked) return checked;
   }
   if (auto checked = checkDone(index.done, index.records, bodyCount); !checked) {
     return file.damaged(index.doneOffset, "DONE: " + checked.error().message);
@@ -169,9 +169,9 @@ class T4dReader::File {
   Result<void> cutOff(Error error, std::uint64_t firstChunk) {
     const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
     if (scan.damage && !scan.done) {
-      const std::size_t whole = scan.slabs.size();
-      error.message += fmt::format("; {} whole {} before byte {}", whole,
-                                   whole == 1 ? "slab comes" : "slabs come", scan.end);
+      const std::size_t intact = scan.slabs.size();
+      error.message += fmt::format("; {} intact {} before byte {}", intact,
+                                   intact == 1 ? "slab comes" : "slabs come", scan.end);
     }
     return pass(std::move(error));
   }

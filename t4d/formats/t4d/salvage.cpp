@@ -247,11 +247,11 @@ class T4dSalvage::File {
       return true;
     };
     if (!locate(parts.connectivity)) {
-      return invalid(fmt::format("its CONN at byte {} is not whole", parts.connectivity));
+      return invalid(fmt::format("its CONN at byte {} is missing or damaged", parts.connectivity));
     }
     for (std::uint64_t* layer : {&parts.lower, &parts.upper}) {
       if (*layer != 0 && !locate(*layer)) {
-        return invalid(fmt::format("its LAYR at byte {} is not whole", *layer));
+        return invalid(fmt::format("its LAYR at byte {} is missing or damaged", *layer));
       }
     }
     const auto found = bodies_.find(parts.body);

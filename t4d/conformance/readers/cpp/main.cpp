@@ -11,8 +11,8 @@
 
 #include "t4d/conformance/answers.h"
 
-/// Our reader, as one under test: `t4d-reader FILE describe`, `t4d-reader FILE slice T`, and
-/// `t4d-reader --serve`.
+/// Our reader as a program for the conformance suite: `t4d-reader FILE describe`,
+/// `t4d-reader FILE slice T` and `t4d-reader --serve`.
 namespace t4d::conformance {
 namespace {
 
@@ -31,7 +31,7 @@ int usage() {
   return 2;
 }
 
-/// Cuts the text up to the next space off, and the space.
+/// Removes the first word and the space after it, and returns the word.
 std::string nextWord(std::string& text) {
   const std::size_t space = text.find(' ');
   std::string word = text.substr(0, space);
