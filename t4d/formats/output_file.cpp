@@ -34,9 +34,10 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   if (direct) {
     file.descriptor_ = ::open(file.target_.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
-    file.part_ = system::PartFile(file.target_);
-    file.descriptor_ = ::open(file.part_.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC,
-                              S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH);
+    auto part = system::PartFile::create(file.target_);
+    if (!part) return pass(part.error());
+    file.part_ = std::move(*part);
+    file.descriptor_ = ::open(file.part_.path().c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW);
   }
   if (file.descriptor_ < 0) return ioError(target, "open for writing");
   file.buffer_.reserve(kBufferBytes);

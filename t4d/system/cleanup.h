@@ -6,20 +6,19 @@
 
 namespace t4d::system {
 
-/// A note of something that must not outlive this process: where a signal ends it, no destructor
-/// runs, and cleanUp does away with what notes there are of. The owner itself does that in all
-/// other cases, and then lets go of the note.
+/// Registers something that must not outlive this process, for cleanUp: no destructor runs if a
+/// signal ends the process. In all other cases the owner removes it, and then releases the note.
 class Cleanup {
  public:
-  /// None.
+  /// Registers nothing.
   Cleanup() = default;
   static Cleanup file(const std::filesystem::path& path);
-  /// A folder with all that is in it.
+  /// A folder with its contents.
   static Cleanup folder(const std::filesystem::path& path);
-  /// A folder that stays where there is something in it.
+  /// A folder that is removed only if it is empty.
   static Cleanup emptyFolder(const std::filesystem::path& path);
-  /// A child process, or with a negative number the process group that a child leads. To be
-  /// released before the child is waited for: then its number cannot be another's.
+  /// A child process or, if the number is negative, the process group that a child leads. Release
+  /// it before waiting for the child, after which the number may belong to another process.
   static Cleanup process(pid_t number);
 
   Cleanup(Cleanup&& other) noexcept;
@@ -37,9 +36,9 @@ class Cleanup {
   Entry* entry_ = nullptr;
 };
 
-/// Ends the processes and removes the files and folders that there are notes of. Processes may end
-/// themselves within a second (SIGTERM). For handlers of signals that end the process: it is
-/// async-signal-safe. This library installs no handlers.
+/// Ends all registered processes and removes all registered files and folders. Processes get a
+/// second to end by themselves after SIGTERM. Async-signal-safe, for the handlers of signals that
+/// end the process; this library installs none.
 void cleanUp() noexcept;
 
 }  // namespace t4d::system

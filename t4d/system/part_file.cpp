@@ -1,12 +1,15 @@
 #include "t4d/system/part_file.h"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <random>
 #include <string>
 #include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace t4d::system {
@@ -18,8 +21,8 @@ tl::unexpected<Error> ioError(const std::filesystem::path& target, const char* d
               target.string());
 }
 
-/// Waits until all of an open file or folder is on the disk, and closes it. Where a file system
-/// cannot do that there is nothing to wait for.
+/// Waits until an open file or folder is on the disk, and closes it. A file system that cannot sync
+/// counts as done.
 bool syncAndClose(int descriptor) {
   const bool done =
       ::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
@@ -31,11 +34,36 @@ bool syncAndClose(int descriptor) {
 
 }  // namespace
 
-PartFile::PartFile(std::filesystem::path target)
-    : target_(std::move(target)),
-      path_(target_.parent_path() /
-            fmt::format(".{}.{}.part", target_.filename().string(), ::getpid())),
-      note_(Cleanup::file(path_)) {}
+Result<PartFile> PartFile::create(const std::filesystem::path& target) {
+  // Leaves room for the rest of the name, which may have 255 bytes on most file systems.
+  constexpr std::size_t kNameBytes = 200;
+  constexpr int kTries = 16;
+  constexpr mode_t kAnyoneByUmask = S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH;
+  struct stat old {};
+  if (::lstat(target.c_str(), &old) != 0 && errno != ENOENT) {
+    return ioError(target, "open for writing");  // its name is too long, say
+  }
+  const std::string name = target.filename().string().substr(0, kNameBytes);
+  std::random_device random;
+  for (int i = 0; i < kTries; ++i) {
+    PartFile part;
+    part.target_ = target;
+    part.path_ =
+        target.parent_path() / fmt::format(".{}.{:08x}{:08x}.part", name, random(), random());
+    part.note_ = Cleanup::file(part.path_);
+    const int descriptor =
+        ::open(part.path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kAnyoneByUmask);
+    if (descriptor >= 0) {
+      ::close(descriptor);
+      return part;
+    }
+    const int reason = errno;
+    part.note_.release();  // nothing of ours is there
+    errno = reason;
+    if (reason != EEXIST) break;
+  }
+  return ioError(target, "open for writing");
+}
 
 PartFile::PartFile(PartFile&& other) noexcept { *this = std::move(other); }
 
@@ -45,6 +73,7 @@ PartFile& PartFile::operator=(PartFile&& other) noexcept {
   target_ = std::move(other.target_);
   path_ = std::move(other.path_);
   note_ = std::move(other.note_);
+  state_ = std::exchange(other.state_, State::Part);
   return *this;
 }
 
@@ -54,10 +83,28 @@ Result<void> PartFile::sync() const {
   return {};
 }
 
-Result<void> PartFile::rename() {
+Result<void> PartFile::place(bool keepOld) {
+  struct stat old {};
+  const bool replaces = ::lstat(target_.c_str(), &old) == 0;
+  if (keepOld && replaces && !S_ISDIR(old.st_mode)) {
+    if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) == 0) {
+      state_ = State::Exchanged;
+      return {};
+    }
+    if (errno != EINVAL && errno != ENOSYS) return ioError(target_, "put in place");
+  }
   if (::rename(path_.c_str(), target_.c_str()) != 0) return ioError(target_, "put in place");
-  note_.release();
+  if (!replaces) state_ = State::Placed;
   return {};
+}
+
+void PartFile::undo() noexcept {
+  if (state_ == State::Exchanged) {
+    ::renameat2(AT_FDCWD, target_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE);
+  } else if (state_ == State::Placed) {
+    ::rename(target_.c_str(), path_.c_str());
+  }
+  state_ = State::Part;
 }
 
 Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
@@ -65,10 +112,17 @@ Result<void> PartFile::putInPlace(std::span<PartFile> parts) {
   for (const PartFile& part : parts) {
     if (auto synced = part.sync(); !synced) return synced;
   }
-  for (PartFile& part : parts) {
-    if (auto renamed = part.rename(); !renamed) return renamed;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    auto placed = parts[i].place(parts.size() > 1);
+    if (placed) continue;
+    while (i-- > 0) parts[i].undo();
+    return placed;
   }
-  const std::filesystem::path& target = parts.back().target_;
+  const std::filesystem::path target = parts.back().target_;
+  for (PartFile& part : parts) {
+    if (part.state_ == State::Exchanged) ::unlink(part.path_.c_str());  // the old contents
+    part.note_.release();
+  }
   const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : ".";
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   // A folder may be writable and not readable.

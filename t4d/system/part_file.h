@@ -8,15 +8,15 @@
 
 namespace t4d::system {
 
-/// A file on its way to its name: it is written to a hidden file beside it, `.NAME.PID.part`, and
-/// renamed when it is whole. So there is never half a file under the name, whatever happens; a part
-/// that is not put in place is removed at the end of its life here, or by cleanUp.
+/// A file that is written under another name: first to a hidden file in the same folder,
+/// `.NAME.RANDOM.part`, which is renamed when it is complete. No reader ever sees half a file. A
+/// part that has not been renamed is removed by its destructor, or by cleanUp.
 class PartFile {
  public:
-  /// None.
+  /// No file.
   PartFile() = default;
-  /// Makes no file yet.
-  explicit PartFile(std::filesystem::path target);
+  /// Creates an empty file. Never opens one that exists, or a symbolic link.
+  static Result<PartFile> create(const std::filesystem::path& target);
 
   PartFile(PartFile&& other) noexcept;
   PartFile& operator=(PartFile&& other) noexcept;
@@ -26,20 +26,25 @@ class PartFile {
   /// Where to write.
   const std::filesystem::path& path() const { return path_; }
 
-  /// Gives files of one folder, written and closed, their names. Waits until they are on the disk
-  /// before, and until the names are after: else a crash of the machine could leave names without
-  /// content. Parts that have no name yet when something fails stay parts.
+  /// Renames files of one folder, which are written and closed, to their targets. If one cannot be
+  /// renamed, targets that were already replaced get their old contents back (on file systems that
+  /// can exchange two files), and all parts stay parts. Waits until files and names are on the
+  /// disk, so that a crash of the machine leaves no name without content.
   static Result<void> putInPlace(std::span<PartFile> parts);
 
   void remove() noexcept;
 
  private:
+  enum class State : char { Part, Placed, Exchanged };
+
   Result<void> sync() const;
-  Result<void> rename();
+  Result<void> place(bool keepOld);
+  void undo() noexcept;
 
   std::filesystem::path target_;
   std::filesystem::path path_;
   Cleanup note_;
+  State state_ = State::Part;
 };
 
 }  // namespace t4d::system

@@ -24,9 +24,10 @@ class PartFiles : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   PartFile write(const std::string& name, const std::string& text) const {
-    PartFile part(folder_ / name);
-    std::ofstream(part.path()) << text;
-    return part;
+    auto part = PartFile::create(folder_ / name);
+    EXPECT_TRUE(part) << part.error().text();
+    std::ofstream(part->path()) << text;
+    return std::move(*part);
   }
   std::string contents(const std::string& name) const {
     std::ifstream in(folder_ / name);
@@ -66,6 +67,37 @@ TEST_F(PartFiles, StayWhereTheyCannotBePut) {
     EXPECT_EQ(files(), 2);
   }
   EXPECT_EQ(files(), 1);
+}
+
+TEST_F(PartFiles, AllReplaceTheOldFilesOrNoneDoes) {
+  std::ofstream(folder_ / "a") << "old a";
+  fs::create_directories(folder_ / "c" / "in the way");
+  {
+    std::array parts = {write("a", "new a"), write("b", "new b"), write("c", "new c")};
+    EXPECT_FALSE(PartFile::putInPlace(parts));
+    EXPECT_EQ(contents("a"), "old a");
+    EXPECT_FALSE(fs::exists(folder_ / "b"));
+    fs::remove_all(folder_ / "c");
+    ASSERT_TRUE(PartFile::putInPlace(parts));
+  }
+  EXPECT_EQ(contents("a") + contents("b") + contents("c"), "new anew bnew c");
+  EXPECT_EQ(files(), 3);
+}
+
+TEST_F(PartFiles, OfOneTargetAreDifferentFiles) {
+  PartFile one = write("a", "one");
+  const PartFile two = write("a", "two");
+  EXPECT_NE(one.path(), two.path());
+  ASSERT_TRUE(PartFile::putInPlace({&one, 1}));
+  EXPECT_EQ(contents("a"), "one");
+}
+
+TEST_F(PartFiles, MayHaveTheLongestName) {
+  PartFile part = write(std::string(255, 'n'), "one");
+  EXPECT_TRUE(PartFile::putInPlace({&part, 1}));
+  const auto tooLong = PartFile::create(folder_ / std::string(256, 'n'));
+  ASSERT_FALSE(tooLong);
+  EXPECT_EQ(tooLong.error().message, "cannot open for writing: File name too long");
 }
 
 TEST_F(PartFiles, RemovedAllAtOnceLeaveWhatHasItsName) {

@@ -7,8 +7,8 @@
 
 namespace t4d::system {
 
-/// A folder for files that nobody is to see; gone with the object, and all in it; also where a
-/// signal ends the process (cleanUp).
+/// A folder for temporary files. The destructor removes it with its contents; so does cleanUp if a
+/// signal ends the process.
 class TemporaryFolder {
  public:
   static Result<TemporaryFolder> create();

@@ -80,11 +80,12 @@ VdbSeries::~VdbSeries() {
 
 Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
   const std::string& name = names_.at(parts_.size());
-  system::PartFile part(folder_ / name);
+  auto part = system::PartFile::create(folder_ / name);
+  if (!part) return pass(part.error());
   try {
     std::ofstream file;
     file.exceptions(std::ios::failbit | std::ios::badbit);
-    file.open(part.path(), std::ios::binary | std::ios::trunc);
+    file.open(part->path(), std::ios::binary | std::ios::trunc);
     Encoder::encode(file, grid);
     file.close();
   } catch (const std::ios_base::failure&) {
@@ -94,8 +95,8 @@ Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
     return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
                 (folder_ / name).string());
   }
-  const std::uint64_t bytes = fs::file_size(part.path());
-  parts_.push_back(std::move(part));
+  const std::uint64_t bytes = fs::file_size(part->path());
+  parts_.push_back(std::move(*part));
   return bytes;
 }
 

@@ -98,11 +98,13 @@ class Crash : public testing::Test {
   /// Kills it as soon as the part has `size` bytes, unless it exits first.
   Ended killedAtSize(const Words& words, std::uint64_t size) const {
     system::ChildProcess child = start(t4d(words));
-    const fs::path part =
-        target().parent_path() / (".out.t4d." + std::to_string(child.pid()) + ".part");
+    fs::path part;
     std::error_code ignored;
     siginfo_t ended{};
     while (ended.si_pid == 0) {
+      if (part.empty()) {
+        if (const auto found = parts(); !found.empty()) part = found.front();
+      }
       const std::uintmax_t now = fs::file_size(part, ignored);
       if (now != static_cast<std::uintmax_t>(-1) && now >= size) break;
       ::waitid(P_PID, static_cast<id_t>(child.pid()), &ended, WEXITED | WNOHANG | WNOWAIT);

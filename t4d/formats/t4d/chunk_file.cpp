@@ -34,7 +34,8 @@ Result<ChunkFile> ChunkFile::open(const std::filesystem::path& path) {
     return fail(ErrorCode::Io, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
                 file.path_);
   };
-  file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // Opening a pipe waits for its writer otherwise.
+  file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file.descriptor_ < 0) return error("open");
   struct stat status {};
   if (::fstat(file.descriptor_, &status) != 0) return error("open");

@@ -9,6 +9,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "t4d/formats/t4d/test_slabs.h"
@@ -108,6 +109,17 @@ TEST(T4dReader, SharesTheConnectivityOfSlabsInARow) {
               slabs[k - 1].connectivity == slabs[k].connectivity);
     before = std::move(slab);
   }
+}
+
+TEST(T4dReader, RefusesPipesAndDevicesAtOnce) {
+  const auto pipe = temporaryPath("pipe.t4d");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const auto& path : {pipe, std::filesystem::path("/dev/zero")}) {
+    const auto reader = T4dReader::open(path);
+    ASSERT_FALSE(reader);
+    EXPECT_EQ(reader.error().message, "is not a regular file; slabs are read at their offsets");
+  }
+  std::filesystem::remove(pipe);
 }
 
 TEST(T4dReader, ReadsASlabWhenAllThatItDoesNotNeedIsDestroyed) {
