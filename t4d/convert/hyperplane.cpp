@@ -8,7 +8,7 @@
 namespace t4d::convert {
 
 HyperplaneBasis basisOf(const Hyperplane& hyperplane) {
-  const Eigen::Vector4d normal = hyperplane.normal.normalized();
+  const Eigen::Vector4d normal = scaledHyperplane(hyperplane).normal.normalized();
   int leftOut = 3;
   for (int axis = 2; axis >= 0; --axis) {
     if (std::abs(normal[axis]) > std::abs(normal[leftOut])) leftOut = axis;
@@ -33,14 +33,22 @@ HyperplaneBasis basisOf(const Hyperplane& hyperplane) {
 
 Result<void> checkHyperplane(const Hyperplane& hyperplane) {
   const Eigen::Vector4d& n = hyperplane.normal;
-  if (!n.allFinite() || !std::isfinite(hyperplane.offset) || !(n.norm() > 0) ||
-      !std::isfinite(n.norm())) {
+  const double largest = n.cwiseAbs().maxCoeff();
+  if (!n.allFinite() || !(largest > 0) ||
+      !std::isfinite(std::scalbn(hyperplane.offset, -std::ilogb(largest)))) {
     return invalid(
-        fmt::format("the hyperplane has the normal ({}, {}, {}, {}) and the offset {}; "
-                    "the numbers must be finite and the normal not zero",
+        fmt::format("the hyperplane has the normal ({}, {}, {}, {}) and the offset {}; the numbers "
+                    "must be finite, the normal not zero, and their ratio finite",
                     n[0], n[1], n[2], n[3], hyperplane.offset));
   }
   return {};
+}
+
+Hyperplane scaledHyperplane(const Hyperplane& hyperplane) {
+  if (!checkHyperplane(hyperplane)) return hyperplane;
+  const int exponent = -std::ilogb(hyperplane.normal.cwiseAbs().maxCoeff());
+  const auto scaled = [&](double number) { return std::scalbn(number, exponent); };
+  return {hyperplane.normal.unaryExpr(scaled), scaled(hyperplane.offset)};
 }
 
 }  // namespace t4d::convert

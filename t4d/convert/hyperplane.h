@@ -32,7 +32,12 @@ struct HyperplaneBasis {
 /// The hyperplane must satisfy checkHyperplane. The opposite normal gives the same axes.
 HyperplaneBasis basisOf(const Hyperplane& hyperplane);
 
-/// Fails if a number is not finite or the normal has length zero.
+/// Fails if a number is not finite, the normal is zero, or the hyperplane is at infinity because
+/// the offset is too large for the normal.
 Result<void> checkHyperplane(const Hyperplane& hyperplane);
+
+/// The same hyperplane with the largest coordinate of the normal in [1, 2): both are multiplied by
+/// a power of two, which rounds nothing. Unchanged if checkHyperplane refuses it.
+Hyperplane scaledHyperplane(const Hyperplane& hyperplane);
 
 }  // namespace t4d::convert

@@ -117,7 +117,7 @@ class Slicer::PointTable {
 };
 
 Slicer::Slicer(const Hyperplane& hyperplane, OnHyperplane rule)
-    : hyperplane_(hyperplane),
+    : hyperplane_(scaledHyperplane(hyperplane)),
       basis_(basisOf(hyperplane)),
       rule_(rule),
       table_(std::make_unique<PointTable>()) {}

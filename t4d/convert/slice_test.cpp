@@ -200,6 +200,19 @@ TEST(Slice, TheSameInEveryDirection) {
   }
 }
 
+TEST(Hyperplane, IsTheSameForNormalsOfAnyLength) {
+  const Hyperplane oblique{{0.3, -1.2, 0.7, 0.9}, 0.4};
+  for (const int exponent : {-1000, -600, 3, 900}) {
+    const auto longer = [&](double number) { return std::scalbn(number, exponent); };
+    const Hyperplane same{oblique.normal.unaryExpr(longer), longer(oblique.offset)};
+    ASSERT_TRUE(checkHyperplane(same));
+    EXPECT_EQ(scaledHyperplane(same).normal, scaledHyperplane(oblique).normal);
+    EXPECT_EQ(scaledHyperplane(same).offset, scaledHyperplane(oblique).offset);
+    EXPECT_EQ(basisOf(same).axes, basisOf(oblique).axes);
+  }
+  EXPECT_FALSE(checkHyperplane({{0, 0, 0, 1e-300}, 1e300}));
+}
+
 TEST(Slice, ALongerNormalIsTheSameHyperplane) {
   model::Mesh mesh = pentachoron();
   const auto one = slice(mesh, {{1, 1, 1, 1}, 0.5});

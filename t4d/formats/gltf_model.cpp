@@ -80,7 +80,9 @@ Result<void> checkNesting(const InputFile& file, std::string_view json) {
 bool isBeside(const std::string& path, void* folder) {
   const auto& prefix = *static_cast<const std::string*>(folder);
   std::error_code ignored;
-  return path.starts_with(prefix) && path.find("..") == path.npos &&
+  if (!path.starts_with(prefix)) return false;
+  const std::filesystem::path below = path.substr(prefix.size());
+  return std::ranges::find(below, "..") == below.end() &&
          std::filesystem::is_regular_file(path, ignored);
 }
 

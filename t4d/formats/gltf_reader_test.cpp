@@ -72,6 +72,11 @@ TEST(GltfReader, ReadsABufferBesideTheFileAndNoneElsewhere) {
   document["buffers"][0]["uri"] = "../square.bin";
   EXPECT_EQ(errorOf("a.gltf", document.dump()),
             "a.gltf: is not glTF 2.0: File not found : ../square.bin");
+  // The file itself may be named in any way.
+  document["buffers"][0]["uri"] = "square%20data.bin";
+  const auto path = writeFile("a.gltf", document.dump());
+  std::filesystem::create_directories(path.parent_path() / "a folder");
+  EXPECT_TRUE(readTriangleMesh(path.parent_path() / "a folder" / ".." / "a.gltf"));
 }
 
 TEST(GltfReader, AppliesTheTransformsOfNodes) {

@@ -5,6 +5,13 @@
 namespace t4d::formats {
 namespace {
 
+TEST(MotionReader, RefusesAKeyThatComesTwice) {
+  const auto twice = parseMotion(
+      R"({"poses": [{"time": 0}, {"time": 1, "rotation": [0, 0, 0, 1], "time": 2}]})", "m.json");
+  ASSERT_FALSE(twice);
+  EXPECT_EQ(twice.error().text(), "m.json: has the key 'time' twice in one object");
+}
+
 TEST(MotionReader, ReadsSegmentsWithTheirDefaults) {
   const auto motion = parseMotion(R"({
     "length_unit": "mm", "time_unit": "s", "start_time": 2,

@@ -285,7 +285,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   const std::size_t way = choose.below(8);
   if (way < 2) {
     mutateBytes(bytes, maxSize);
-    if (way == 1) formats::repairChecksums(bytes);
+    if (way == 1) t4d::formats::repairChecksums(bytes);
   } else {
     LooseFile file = takeApart(bytes);
     if (choose.oneIn(16)) mutateBytes(file.header, file.header.size());

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "tools/program/numbers.h"
 
 namespace t4d::tools {
@@ -67,6 +68,18 @@ CLI::Validator evenTimesUpTo(std::uint64_t most) {
         return fmt::format("'{}' is not A:B:N with N from 1 to {}", text, most);
       },
       "A:B:N");
+}
+
+CLI::Validator noOtherFormat() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const bool other = formats::triangleMeshFormat(text) != nullptr ||
+                           fs::path(text).extension() == ".vdb" ||
+                           fs::path(text).extension() == ".json";
+        if (!other) return std::string();
+        return fmt::format("'{}' has the name of another format; a .t4d is written", text);
+      },
+      "");
 }
 
 CLI::Validator someName() {

@@ -29,6 +29,9 @@ CLI::Validator evenTimesUpTo(std::uint64_t most);
 /// A name that is not empty.
 CLI::Validator someName();
 
+/// A name for a .t4d file: refuses those that end like a mesh, a grid, a picture or a JSON file.
+CLI::Validator noOtherFormat();
+
 /// The error message if the file `output` must not be written: it is one of the inputs, under any
 /// name, or a frame in a folder that is one of them.
 std::optional<std::string> misuseOfOutput(const std::string& output,

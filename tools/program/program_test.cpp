@@ -442,10 +442,13 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   refuses("slice cube.t4d --time 65 -o out.glb",
           "cube.t4d: time 65 is outside the mesh, which lasts from 0 to 64");
   refuses("slice cube.t4d --time -1 -o out.glb", "lasts from 0 to 64");
+  EXPECT_EQ(run("slice cube.t4d --hyperplane 0,0,0,0,1").exitCode, 2);
+  EXPECT_EQ(run("slice cube.t4d --hyperplane 1e-170,0,0,0,0").exitCode, 0);
   misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
   misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
   misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .gltf or .glb");
   misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
+  misused("recover cube.t4d -o out.stl", "has the name of another format; a .t4d is written");
   misused("flipbook cube.t4d --frames 2.5 -o out.glb",
           "--frames: '2.5' is not a whole number from 1 to 100000");
   misused("flipbook cube.t4d --frames 2 --fps 0 -o out.glb", "--fps: '0' is not a number above 0");
@@ -477,20 +480,22 @@ TEST_F(Program, NoInputIsWrittenOver) {
             0);
   fs::create_symlink(folder_ / "cube.t4d", folder_ / "link.glb");
   fs::create_hard_link(folder_ / "fx" / "cube.obj", folder_ / "hard.t4d");
+  fs::create_symlink(folder_ / "fx" / "rest.json", folder_ / "motion.t4d");
+  fs::create_symlink(folder_ / "two" / "frame_0001.vdb", folder_ / "frame.t4d");
   const auto keeps = [&](const std::string& arguments, const std::string& file) {
     const std::string before = contents(folder_ / file);
     misused(arguments, "name another file");
     EXPECT_EQ(contents(folder_ / file), before);
   };
-  for (const char* output : {"fx/cube.obj", "./fx/../fx/cube.obj", "hard.t4d"}) {
+  for (const char* output : {"hard.t4d", "./fx/../hard.t4d"}) {
     keeps(std::string("sweep fx/cube.obj -m fx/rest.json -o ") + output, "fx/cube.obj");
   }
-  keeps("sweep fx/cube.obj -m fx/rest.json -o fx/rest.json", "fx/rest.json");
+  keeps("sweep fx/cube.obj -m fx/rest.json -o motion.t4d", "fx/rest.json");
   keeps("slice cube.t4d --time 1 -o link.glb", "cube.t4d");
   keeps("flipbook cube.t4d --frames 2 -o link.glb", "cube.t4d");
   keeps("compare cube.t4d cube.t4d --html cube.t4d", "cube.t4d");
-  keeps("weave two -o two/frame_0001.vdb", "two/frame_0001.vdb");
-  keeps("weave two/frame_0000.vdb two/frame_0001.vdb -o two/frame_0000.vdb", "two/frame_0000.vdb");
+  keeps("weave two -o frame.t4d", "two/frame_0001.vdb");
+  keeps("weave two/frame_0000.vdb two/frame_0001.vdb -o frame.t4d", "two/frame_0001.vdb");
 }
 
 TEST_F(Program, OneThingIsNoMore) {

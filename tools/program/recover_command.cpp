@@ -139,7 +139,8 @@ void addRecover(CLI::App& app, int& exitCode) {
   command->add_option("FILE", *input, "The damaged .t4d file; it is not changed")->required();
   command->add_option("-o,--output", *output, "The .t4d file to write")
       ->required()
-      ->check(someName());
+      ->check(someName())
+      ->check(noOtherFormat());
   command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d recover broken.t4d -o fixed.t4d");
   command->callback([=, &exitCode] { exitCode = run(*input, *output, *json); });

@@ -2,6 +2,8 @@
 
 #include <csignal>
 
+#include <unistd.h>
+
 #include "t4d/system/cleanup.h"
 
 namespace t4d::tools {
@@ -9,6 +11,8 @@ namespace {
 
 extern "C" void cleanUpAndDie(int signal) {
   system::cleanUp();
+  // Whoever closed the other end of a pipe has read enough, as `head` does.
+  if (signal == SIGPIPE) _exit(0);
   // Restore the default action and raise it again, so that our parent sees this signal.
   std::signal(signal, SIG_DFL);
   std::raise(signal);

@@ -91,9 +91,13 @@ int run(const SliceArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
+  const convert::Hyperplane hyperplane = hyperplaneOf(options);
+  if (const auto checked = convert::checkHyperplane(hyperplane); !checked) {
+    return wrongUsage(checked.error().message);
+  }
   auto input = openBodies(options.input, options.body);
   if (!input) return report(input.error());
-  auto sections = cut(*input, hyperplaneOf(options));
+  auto sections = cut(*input, hyperplane);
   if (!sections) {
     Error error = sections.error();
     if (error.where.empty()) error.where = options.input;

@@ -12,7 +12,10 @@ std::filesystem::path nameIn(const std::string& path) {
 }
 
 void T4dOutput::addTo(CLI::App& command) {
-  command.add_option("-o,--output", path, "The .t4d file to write")->required()->check(someName());
+  command.add_option("-o,--output", path, "The .t4d file to write")
+      ->required()
+      ->check(someName())
+      ->check(noOtherFormat());
   command.add_option("--precision", precision, "Type of the positions: float64 or float32")
       ->check(CLI::IsMember({"float64", "float32"}))
       ->capture_default_str();

@@ -16,11 +16,11 @@ body { margin: 0 auto; max-width: 1360px; padding: 32px 24px 64px; background: v
 h1 { font-size: 24px; margin: 0 0 4px; overflow-wrap: anywhere; }
 h2 { font-size: 18px; margin: 40px 0 12px; }
 p { margin: 0 0 12px; color: var(--soft); max-width: 75ch; }
-.scroll { overflow-x: auto; }
+.scroll { overflow-x: auto; margin-bottom: 12px; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: 5px 16px 5px 0; text-align: right; border-bottom: 1px solid var(--line);
   white-space: nowrap; }
-th { font-weight: 600; color: var(--soft); }
+th { font-weight: 600; color: var(--soft); white-space: normal; vertical-align: bottom; }
 td:first-child, th:first-child { text-align: left; }
 .key { font-weight: 600; }
 .key.a { color: var(--a); } .key.b { color: var(--b); } .key.d { color: var(--d); }
