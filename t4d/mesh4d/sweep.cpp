@@ -167,7 +167,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
   if (!flipped) return pass(flipped.error());
   auto report = Sweeper(*flipped ? **flipped : mesh, motion, options, sink, progress).run();
   if (!report) return report;
-  if (*flipped) report->notices.emplace_back("the mesh was inside out and was turned round");
+  if (*flipped) report->notices.emplace_back("the mesh was inside out and was flipped");
   if (options.caps == CapMethod::Cone) {
     report->notices.emplace_back(
         "both ends are closed by cones: hypervolume and slices are exact, but cells may overlap "

@@ -180,7 +180,7 @@ Result<model::UnitConversion> conversionTo(
     std::vector<std::string>& notes) {
   if (from.empty() != to.empty()) {
     const bool stated = to.empty();
-    notes.push_back(fmt::format("only {} states a {} unit, {}; {} is taken to use it, too",
+    notes.push_back(fmt::format("only {} states a {} unit, {}; {} is assumed to use it as well",
                                 stated ? path : otherPath, what, stated ? from : to,
                                 stated ? otherPath : path));
     return model::UnitConversion{};

@@ -410,7 +410,7 @@ TEST_F(Program, NoticesAnInsideOutMesh) {
   write("inside-out.obj", text);
   const Finished done = run("sweep inside-out.obj -m fx/paper-screw.json -o turned.t4d");
   EXPECT_EQ(done.exitCode, 0);
-  EXPECT_NE(done.err.find("turned round"), std::string::npos);
+  EXPECT_NE(done.err.find("was flipped"), std::string::npos);
   EXPECT_GT(run("validate turned.t4d --json").value()["hypervolume"], 0);
 }
 
