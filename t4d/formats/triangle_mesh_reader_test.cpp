@@ -3,6 +3,7 @@
 #include <random>
 
 #include "t4d/formats/test_files.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "tests/paths.h"
 
 namespace t4d::formats {
@@ -11,11 +12,11 @@ namespace {
 TEST(TriangleMeshReader, RefusesWhatIsNoFileOfAMesh) {
   EXPECT_EQ(errorOf("a.stl", ""), "a.stl: is empty");
   EXPECT_EQ(errorOf("a.step", "x"),
-            "a.step: .step is not the extension of a triangle mesh: .stl, .obj, .ply, .off, "
-            ".gltf or .glb");
+            "a.step: .step is not the extension of a triangle mesh: " +
+                readableTriangleMeshExtensions());
   EXPECT_EQ(errorOf("mesh", "x"),
-            "mesh: (none) is not the extension of a triangle mesh: .stl, .obj, .ply, .off, "
-            ".gltf or .glb");
+            "mesh: (none) is not the extension of a triangle mesh: " +
+                readableTriangleMeshExtensions());
   const auto missing = readTriangleMesh(temporaryPath("missing.obj"));
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::Io);
