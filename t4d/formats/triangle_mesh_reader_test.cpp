@@ -11,12 +11,10 @@ namespace {
 
 TEST(TriangleMeshReader, RefusesWhatIsNoFileOfAMesh) {
   EXPECT_EQ(errorOf("a.stl", ""), "a.stl: is empty");
-  EXPECT_EQ(errorOf("a.step", "x"),
-            "a.step: .step is not the extension of a triangle mesh: " +
-                readableTriangleMeshExtensions());
-  EXPECT_EQ(errorOf("mesh", "x"),
-            "mesh: (none) is not the extension of a triangle mesh: " +
-                readableTriangleMeshExtensions());
+  EXPECT_EQ(errorOf("a.step", "x"), "a.step: .step is not the extension of a triangle mesh: " +
+                                        readableTriangleMeshExtensions());
+  EXPECT_EQ(errorOf("mesh", "x"), "mesh: (none) is not the extension of a triangle mesh: " +
+                                      readableTriangleMeshExtensions());
   const auto missing = readTriangleMesh(temporaryPath("missing.obj"));
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::Io);
