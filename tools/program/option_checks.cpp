@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "tools/program/numbers.h"
 
@@ -73,9 +74,9 @@ CLI::Validator evenTimesUpTo(std::uint64_t most) {
 CLI::Validator noOtherFormat() {
   return CLI::Validator(
       [](std::string& text) {
-        const bool other = formats::triangleMeshFormat(text) != nullptr ||
-                           fs::path(text).extension() == ".vdb" ||
-                           fs::path(text).extension() == ".json";
+        const std::string extension = formats::lowerCaseExtension(text);
+        const bool other = formats::triangleMeshFormat(text) != nullptr || extension == ".vdb" ||
+                           extension == ".json";
         if (!other) return std::string();
         return fmt::format("'{}' has the name of another format; a .t4d is written", text);
       },

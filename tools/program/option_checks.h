@@ -29,7 +29,7 @@ CLI::Validator evenTimesUpTo(std::uint64_t most);
 /// A name that is not empty.
 CLI::Validator someName();
 
-/// A name for a .t4d file: refuses those that end like a mesh, a grid, a picture or a JSON file.
+/// A name for a .t4d file: any but those with the extension of a triangle mesh, .vdb or .json.
 CLI::Validator noOtherFormat();
 
 /// The error message if the file `output` must not be written: it is one of the inputs, under any

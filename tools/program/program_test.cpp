@@ -498,6 +498,12 @@ TEST_F(Program, NoInputIsWrittenOver) {
   keeps("weave two/frame_0000.vdb two/frame_0001.vdb -o frame.t4d", "two/frame_0001.vdb");
 }
 
+TEST_F(Program, OutputThatIsClosedEarlyEndsItQuietly) {
+  shell("{ sleep 0.5; $t4d version 2> said; echo $? > code; } | true");
+  EXPECT_EQ(contents(folder_ / "code"), "0\n");
+  EXPECT_EQ(contents(folder_ / "said"), "");
+}
+
 TEST_F(Program, OneThingIsNoMore) {
   ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json --steps 1 -o one.t4d").exitCode, 0);
   EXPECT_THAT(run("slice one.t4d --time 0").out, testing::HasSubstr(", 1 slab\n"));
