@@ -6,7 +6,7 @@ set(t4d_ALL_COMPONENTS
 set(t4d_model_NEEDS)
 set(t4d_system_NEEDS model)
 set(t4d_fixtures_NEEDS model)
-set(t4d_mesh4d_NEEDS model)
+set(t4d_mesh4d_NEEDS system)
 set(t4d_voxel4d_NEEDS system)
 set(t4d_formats_NEEDS system)
 set(t4d_convert_NEEDS formats)

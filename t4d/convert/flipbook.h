@@ -14,7 +14,7 @@ namespace t4d::convert {
 struct FlipbookReport {
   std::uint64_t frames = 0;
   std::uint64_t triangles = 0;      ///< in all frames together
-  std::vector<std::string> losses;  ///< attributes that could not be written
+  std::vector<std::string> losses;  ///< as formats::writeTriangleMeshes
 };
 
 /// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter). A body that does

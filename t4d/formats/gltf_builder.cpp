@@ -46,7 +46,8 @@ tinygltf::Value valueOf(const nlohmann::json& json) {
   return {};
 }
 
-Result<tinygltf::Node> rootNode(const GltfPlacement& placement) {
+Result<tinygltf::Node> rootNode(const MeshWriteOptions& options) {
+  const GltfPlacement& placement = options.placement;
   const double metres = placement.metresPerUnit;
   if (!(metres > 0) || !std::isfinite(metres)) {
     return invalid(fmt::format("{} metres for a unit of length, expected more than 0", metres));
@@ -64,6 +65,13 @@ Result<tinygltf::Node> rootNode(const GltfPlacement& placement) {
   if (metres != 1) root.scale = {metres, metres, metres};
   // A quaternion (x, y, z, w).
   if (placement.zUp) root.rotation = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
+  const model::Point3 origin = options.origin + options.center;
+  if (!origin.isZero(0)) {
+    // A translation comes after the turn and the scale, both of which it must have itself.
+    const model::Point3 turned =
+        placement.zUp ? model::Point3(origin.x(), origin.z(), -origin.y()) : origin;
+    root.translation = {metres * turned.x(), metres * turned.y(), metres * turned.z()};
+  }
   return root;
 }
 
@@ -71,7 +79,7 @@ Result<tinygltf::Node> rootNode(const GltfPlacement& placement) {
 
 Result<GltfBuilder> GltfBuilder::create(Form form, const MeshWriteOptions& options,
                                         const Limits& limits) {
-  auto root = rootNode(options.placement);
+  auto root = rootNode(options);
   if (!root) return pass(root.error());
   GltfBuilder builder(form, options, limits);
   builder.model_.asset.version = "2.0";
@@ -196,7 +204,7 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, tinygltf::Primit
 Result<int> GltfBuilder::addMesh(const NamedMesh& named) {
   if (auto good = checkWritable(named); !good) return pass(good.error());
   if (named.mesh.triangles.empty()) return -1;
-  const auto vertices = roundedVertices(named);
+  const auto vertices = roundedVertices(named, center_, rounding_);
   if (!vertices) return pass(vertices.error());
   const std::span<const float> numbers(vertices->data()->data(), 3 * vertices->size());
   const auto positions = addFloats(numbers, 3, true, TINYGLTF_TARGET_ARRAY_BUFFER);
@@ -261,6 +269,7 @@ Result<std::vector<std::string>> GltfBuilder::finish(OutputFile& file) {
   if (auto done = isText_ ? writeText(file, *json) : writeBinary(file, *json); !done) {
     return pass(done.error());
   }
+  if (auto line = rounding_.line()) lost_.push_back(std::move(*line));
   return lost_;
 }
 

@@ -9,6 +9,7 @@
 
 #include "t4d/formats/gltf_writer.h"
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/rounding_loss.h"
 
 namespace t4d::formats {
 
@@ -27,7 +28,7 @@ class GltfBuilder {
 
   enum class Form { Binary, Text };
 
-  /// Makes the root node.
+  /// Makes the root node: unit and axes, and the place of the origin.
   static Result<GltfBuilder> create(Form form, const MeshWriteOptions& options,
                                     const Limits& limits);
 
@@ -43,12 +44,15 @@ class GltfBuilder {
   /// asked for, and returns its number. `target` is that of the buffer view, or 0.
   Result<int> addFloats(std::span<const float> numbers, int components, bool bounds, int target);
 
-  /// Writes all to the file, which the caller commits, and returns the attributes that were lost.
+  /// Writes all to the file, which the caller commits, and returns what was lost.
   Result<std::vector<std::string>> finish(OutputFile& file);
 
  private:
   GltfBuilder(Form form, const MeshWriteOptions& options, const Limits& limits)
-      : isText_(form == Form::Text), attributes_(options.attributes), limits_(limits) {}
+      : isText_(form == Form::Text),
+        attributes_(options.attributes),
+        center_(options.center),
+        limits_(limits) {}
 
   Result<int> addAccessor(std::span<const unsigned char> bytes, int componentType, int type,
                           std::size_t count, int target);
@@ -61,12 +65,14 @@ class GltfBuilder {
 
   bool isText_;
   bool attributes_;
+  model::Point3 center_;
   Limits limits_;
   tinygltf::Model model_;
   /// The buffer in pieces: growing a single one would need twice its memory.
   std::vector<std::vector<unsigned char>> pieces_;
   std::uint64_t bufferBytes_ = 0;
   std::vector<std::string> lost_;
+  RoundingLoss rounding_;
 };
 
 }  // namespace t4d::formats

@@ -51,7 +51,7 @@ class FlipbookWriter {
   /// single mesh is the frame's node's own; several have a child node each.
   Result<void> add(double meshTime, std::span<const NamedMesh> meshes);
 
-  /// Writes the file; returns the attributes that were lost, as `writeTriangleMeshes` does. At
+  /// Writes the file; returns what was lost, as `writeTriangleMeshes` does. At
   /// least one frame must have been added. Without `finish` no file appears.
   Result<std::vector<std::string>> finish();
 

@@ -22,6 +22,9 @@ std::string onOneLine(std::string name) {
 Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const NamedMesh> meshes,
                                           const MeshWriteOptions& options) {
   std::string text = "# written by t4d\n";
+  if (const std::string origin = originComment(options); !origin.empty()) {
+    text += "# " + origin + "\n";
+  }
   const auto flush = [&]() -> Result<void> {
     auto done = file.write(text.data(), text.size());
     text.clear();
@@ -30,7 +33,8 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
   std::uint64_t first = 1;
   for (const NamedMesh& named : meshes) {
     fmt::format_to(std::back_inserter(text), "o {}\n", onOneLine(named.name));
-    for (const model::Point3& vertex : named.mesh.vertices) {
+    for (const model::Point3& given : named.mesh.vertices) {
+      const model::Point3 vertex = given - options.center;
       // "{}" is the shortest decimal that reads back as the same double.
       fmt::format_to(std::back_inserter(text), "v {} {} {}\n", vertex.x(), vertex.y(), vertex.z());
       if (auto done = flush(); !done) return pass(done.error());

@@ -98,9 +98,11 @@ std::vector<std::string> propertyNames(const Attribute& attribute) {
 
 class Writer {
  public:
-  Writer(OutputFile& file, std::span<const NamedMesh> meshes) : file_(file), meshes_(meshes) {}
+  Writer(OutputFile& file, std::span<const NamedMesh> meshes, const MeshWriteOptions& options)
+      : file_(file), meshes_(meshes), options_(options) {}
 
-  Result<std::vector<std::string>> write(bool attributes) {
+  Result<std::vector<std::string>> write() {
+    const bool attributes = options_.attributes;
     std::uint64_t vertices = 0;
     std::uint64_t faces = 0;
     for (const NamedMesh& named : meshes_) {
@@ -112,10 +114,11 @@ class Writer {
           ErrorCode::Unsupported,
           fmt::format("{} vertices are more than PLY's 32-bit indices can count", vertices));
     }
+    const std::string origin = originComment(options_);
     std::string header = fmt::format(
-        "ply\nformat binary_little_endian 1.0\ncomment written by t4d\nelement vertex {}\n"
+        "ply\nformat binary_little_endian 1.0\ncomment written by t4d\n{}element vertex {}\n"
         "property double x\nproperty double y\nproperty double z\n",
-        vertices);
+        origin.empty() ? origin : "comment " + origin + "\n", vertices);
     if (attributes) declare(Domain::Vertex, {"x", "y", "z"}, header);
     header += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", faces);
     if (attributes) declare(Domain::Cell, {"vertex_indices", "vertex_index"}, header);
@@ -191,7 +194,8 @@ class Writer {
     for (const NamedMesh& named : meshes_) {
       const auto columns = inMesh(columns_.vertex, named.mesh, Domain::Vertex);
       for (std::size_t i = 0; i < named.mesh.vertices.size(); ++i) {
-        put(named.mesh.vertices[i].data(), 3);
+        const model::Point3 vertex = named.mesh.vertices[i] - options_.center;
+        put(vertex.data(), 3);
         putColumns(columns, i);
         if (auto done = endRow(); !done) return done;
       }
@@ -218,6 +222,7 @@ class Writer {
 
   OutputFile& file_;
   std::span<const NamedMesh> meshes_;
+  const MeshWriteOptions& options_;
   Columns columns_;
   std::vector<std::string> lost_;
   std::vector<char> row_;
@@ -230,7 +235,7 @@ static_assert(std::endian::native == std::endian::little);
 
 Result<std::vector<std::string>> writePly(OutputFile& file, std::span<const NamedMesh> meshes,
                                           const MeshWriteOptions& options) {
-  return Writer(file, meshes).write(options.attributes);
+  return Writer(file, meshes, options).write();
 }
 
 }  // namespace t4d::formats

@@ -11,8 +11,16 @@
 namespace t4d::formats {
 namespace {
 
-/// The header must not begin with "solid", as text files do.
-constexpr char kHeader[80] = "binary STL, written by t4d";
+constexpr std::size_t kStlHeaderBytes = 80;
+
+/// Must not begin with "solid", as text files do.
+std::string headerOf(const MeshWriteOptions& options) {
+  std::string header = "binary STL, written by t4d";
+  const std::string origin = originComment(options);
+  if (!origin.empty()) header = origin;
+  header.resize(kStlHeaderBytes);
+  return header;
+}
 
 }  // namespace
 
@@ -25,10 +33,12 @@ Result<std::vector<std::string>> writeStl(OutputFile& file, std::span<const Name
                 fmt::format("{} triangles are more than an STL file can count", count));
   }
   const auto count32 = static_cast<std::uint32_t>(count);
-  if (auto done = file.write(kHeader, sizeof(kHeader)); !done) return pass(done.error());
+  const std::string header = headerOf(options);
+  if (auto done = file.write(header.data(), header.size()); !done) return pass(done.error());
   if (auto done = file.write(&count32, sizeof(count32)); !done) return pass(done.error());
+  RoundingLoss rounding;
   for (const NamedMesh& named : meshes) {
-    const auto vertices = roundedVertices(named);
+    const auto vertices = roundedVertices(named, options.center, rounding);
     if (!vertices) return pass(vertices.error());
     for (const auto& [a, b, c] : named.mesh.triangles) {
       const auto& v = named.mesh.vertices;
@@ -40,8 +50,10 @@ Result<std::vector<std::string>> writeStl(OutputFile& file, std::span<const Name
       if (auto done = file.write(record.data(), record.size()); !done) return pass(done.error());
     }
   }
-  return options.attributes ? allAttributesLost(meshes, "STL has no room for attributes")
-                            : std::vector<std::string>{};
+  std::vector<std::string> lost;
+  if (options.attributes) lost = allAttributesLost(meshes, "STL has no room for attributes");
+  if (auto line = rounding.line()) lost.push_back(std::move(*line));
+  return lost;
 }
 
 }  // namespace t4d::formats

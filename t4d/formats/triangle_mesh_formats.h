@@ -22,9 +22,9 @@ struct TriangleMeshFormat {
   /// Reads a whole file. Null: the format is not read.
   Result<LoadedMesh> (*read)(const InputFile& file) = nullptr;
 
-  /// Writes meshes that `writeTriangleMeshes` has checked, and returns a line for each attribute
-  /// that was lost. Does not commit the file. `where` of an error names the mesh, or is empty; the
-  /// file's own errors name the file. Null: the format is not written.
+  /// Writes meshes that `writeTriangleMeshes` has checked, and returns a line for each loss. Does
+  /// not commit the file. `where` of an error names the mesh, or is empty; the file's own errors
+  /// name the file. Null: the format is not written.
   Result<std::vector<std::string>> (*write)(OutputFile& file, std::span<const NamedMesh> meshes,
                                             const MeshWriteOptions& options) = nullptr;
 

@@ -29,6 +29,10 @@ struct MeshWriteOptions {
   bool attributes = false;
   /// For formats with units and axes of their own: glTF.
   GltfPlacement placement = {};
+  /// Subtracted from all coordinates before they are written: float32 is coarse far from 0.
+  model::Point3 center = model::Point3::Zero();
+  /// Where the origin of the given coordinates lies, if they were moved before.
+  model::Point3 origin = model::Point3::Zero();
 };
 
 /// Writes a file by its extension, replacing one that exists:
@@ -41,8 +45,12 @@ struct MeshWriteOptions {
 ///   each mesh that has triangles. No normals, so viewers shade flat. Attributes, if asked for, of
 ///   vertices with one to four components, as float32 attributes `_NAME`.
 ///
+/// Where the file's origin is not that of the original coordinates, it says so: glTF by the
+/// translation of the node above all meshes, the others by a comment "origin X Y Z".
+///
 /// Meshes without triangles are written, except to glTF, which does not allow them. Returns a line
-/// for each attribute that was asked for and could not be written; empty when nothing was lost.
+/// for each attribute that was asked for and could not be written, and one if rounding to float32
+/// makes triangles flat or turns them over; empty when nothing was lost.
 /// Fails on an unknown extension, coordinates that are not finite or beyond float32 where that is
 /// written, indices out of range, more than the format can count or hold (4 GiB in a .glb, 1.5 GiB
 /// of geometry in a .gltf), names that are not UTF-8 and extras that are not a JSON object (glTF),

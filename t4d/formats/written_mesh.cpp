@@ -38,10 +38,13 @@ Result<void> checkWritable(const NamedMesh& named) {
   return {};
 }
 
-Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named) {
+Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named,
+                                                     const model::Point3& center,
+                                                     RoundingLoss& loss) {
   std::vector<Eigen::Vector3f> rounded;
   rounded.reserve(named.mesh.vertices.size());
-  for (const model::Point3& vertex : named.mesh.vertices) {
+  for (const model::Point3& given : named.mesh.vertices) {
+    const model::Point3 vertex = given - center;
     if (!(vertex.cwiseAbs().maxCoeff() <= std::numeric_limits<float>::max())) {
       return invalid(fmt::format("vertex {} is ({}, {}, {}), beyond the float32 numbers that the "
                                  "format has",
@@ -50,7 +53,14 @@ Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named) {
     }
     rounded.push_back(vertex.cast<float>());
   }
+  loss.add(named.mesh, rounded);
   return rounded;
+}
+
+std::string originComment(const MeshWriteOptions& options) {
+  const model::Point3 origin = options.origin + options.center;
+  if (origin.isZero(0)) return {};
+  return fmt::format("origin {} {} {}", origin.x(), origin.y(), origin.z());
 }
 
 double attributeNumber(const model::Attribute& attribute, std::size_t row, std::size_t component) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 
 /// What the writers of triangle meshes share.
@@ -11,8 +12,15 @@ namespace t4d::formats {
 /// Fails on a mesh that cannot be written: coordinates that are not finite, indices out of range.
 Result<void> checkWritable(const NamedMesh& named);
 
-/// The coordinates in float32. Fails when one is out of its range.
-Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named);
+/// The coordinates less `center` in float32, and what that does to the shape. Fails when one is out
+/// of its range.
+Result<std::vector<Eigen::Vector3f>> roundedVertices(const NamedMesh& named,
+                                                     const model::Point3& center,
+                                                     RoundingLoss& loss);
+
+/// "origin X Y Z", the comment that says where the origin of the file lies (MeshWriteOptions); ""
+/// when it was not moved.
+std::string originComment(const MeshWriteOptions& options);
 
 /// One number of an attribute. 64-bit integers are rounded to the nearest double.
 double attributeNumber(const model::Attribute& attribute, std::size_t row, std::size_t component);

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/measure/slab_measure.h"
 #include "t4d/measure/vertex_links.h"
 
 namespace t4d::measure {
@@ -221,55 +222,27 @@ void MeshChecker::compareLayers(const model::Slab& slab) {
 }
 
 void MeshChecker::measure(const model::Slab& slab) {
-  if (report_.slabs == 0 && !slab.vertices.empty()) reference_ = slab.vertices.front();
   for (const model::Point4& vertex : slab.vertices) report_.bounds.add(vertex);
-  const double largest = slab.vertices.empty() ? 0
-                                               : std::max(report_.bounds.min.cwiseAbs().maxCoeff(),
-                                                          report_.bounds.max.cwiseAbs().maxCoeff());
-  // A cell's volume is known up to the rounding of its corners, times its extent in the other two
-  // directions. Below a few of these units it counts as zero.
-  const double flat = 4 * std::numeric_limits<double>::epsilon() * largest;
-
-  double hypervolume24 = 0;
-  double volume6 = 0;
-  const std::vector<model::Cell>& cells = slab.connectivity->cells;
-  for (std::size_t index = 0; index < cells.size(); ++index) {
-    const model::Cell& cell = cells[index];
-    const model::Point4& a = slab.vertices[cell[0]];
-    const Eigen::Vector4d u = slab.vertices[cell[1]] - a;
-    const Eigen::Vector4d v = slab.vertices[cell[2]] - a;
-    const Eigen::Vector4d w = slab.vertices[cell[3]] - a;
-    // n with det[m, u, v, w] = m . n for every m: outward, with a length of six times the cell's
-    // volume.
-    const double vw01 = v[0] * w[1] - v[1] * w[0];
-    const double vw02 = v[0] * w[2] - v[2] * w[0];
-    const double vw03 = v[0] * w[3] - v[3] * w[0];
-    const double vw12 = v[1] * w[2] - v[2] * w[1];
-    const double vw13 = v[1] * w[3] - v[3] * w[1];
-    const double vw23 = v[2] * w[3] - v[3] * w[2];
-    const Eigen::Vector4d n(
-        u[1] * vw23 - u[2] * vw13 + u[3] * vw12, -(u[0] * vw23 - u[2] * vw03 + u[3] * vw02),
-        u[0] * vw13 - u[1] * vw03 + u[3] * vw01, -(u[0] * vw12 - u[1] * vw02 + u[2] * vw01));
-    const double measure6 = n.norm();
-    hypervolume24 += n.dot(a - reference_);
-    volume6 += measure6;
-    const double extent2 = std::max({u.squaredNorm(), v.squaredNorm(), w.squaredNorm()});
-    if (measure6 <= flat * extent2) {
-      ++report_.degenerateCells;
-      report_.issues.add({"degenerate-cell",
-                          Severity::Warning,
-                          fmt::format("cell {} ({}, {}, {}, {}) has no volume", index, cell[0],
-                                      cell[1], cell[2], cell[3]),
-                          report_.slabs,
-                          {}});
-    }
-  }
-  report_.boundaryVolume += volume6 / 6;
+  // A cell's volume is known up to a few units in the last place of its corners.
+  const model::Point4 rounding =
+      4 * std::numeric_limits<double>::epsilon() *
+      report_.bounds.min.cwiseAbs().cwiseMax(report_.bounds.max.cwiseAbs());
+  const SlabMeasure measured = measureOf(slab, rounding, [&](std::uint32_t index) {
+    const model::Cell& cell = slab.connectivity->cells[index];
+    ++report_.degenerateCells;
+    report_.issues.add({"degenerate-cell",
+                        Severity::Warning,
+                        fmt::format("cell {} ({}, {}, {}, {}) has no volume", index, cell[0],
+                                    cell[1], cell[2], cell[3]),
+                        report_.slabs,
+                        {}});
+  });
+  report_.boundaryVolume += measured.boundaryVolume;
   // Slabs partly cancel, so the sum over them is compensated (Kahan).
-  const double corrected = hypervolume24 - hypervolume24Carry_;
-  const double sum = hypervolume24_ + corrected;
-  hypervolume24Carry_ = (sum - hypervolume24_) - corrected;
-  hypervolume24_ = sum;
+  const double corrected = measured.hypervolume - hypervolumeCarry_;
+  const double sum = report_.hypervolume + corrected;
+  hypervolumeCarry_ = (sum - report_.hypervolume) - corrected;
+  report_.hypervolume = sum;
 }
 
 /// Stores what the next slab must repeat.
@@ -289,7 +262,6 @@ void MeshChecker::keepUpperLayer(const model::Slab& slab) {
 
 MeshReport MeshChecker::finish() {
   checkSeam(nullptr, nullptr);
-  report_.hypervolume = hypervolume24_ / 24;
   report_.components = components_.count();
   if (report_.tetrahedra == 0) {
     report_.issues.add({"no-cells", Severity::Error, "the mesh has no cells", {}, {}});

@@ -96,9 +96,7 @@ class MeshChecker : public model::Sink {
   std::shared_ptr<const Checked> before_;
   std::unique_ptr<Seam> seam_;
   ComponentCounter components_;
-  model::Point4 reference_ = model::Point4::Zero();
-  double hypervolume24Carry_ = 0;
-  double hypervolume24_ = 0;
+  double hypervolumeCarry_ = 0;
   std::vector<model::Point4> upperLayer_;
   std::vector<model::Attribute> upperAttributes_;
 };

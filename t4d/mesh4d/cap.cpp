@@ -5,6 +5,7 @@
 #include "t4d/mesh4d/prism.h"
 #include "t4d/model/cone.h"
 #ifdef T4D_WITH_TETGEN
+#include "t4d/mesh4d/normalized.h"
 #include "t4d/mesh4d/tetgen_cap.h"
 #endif
 
@@ -36,8 +37,14 @@ std::shared_ptr<model::Connectivity> capConnectivity(const Cap& cap, std::uint32
 Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method) {
   if (method == CapMethod::Cone) return coneCap(mesh);
 #ifdef T4D_WITH_TETGEN
-  if (auto checked = checkNoSelfIntersection(mesh); !checked) return pass(checked.error());
-  return tetgenCap(mesh);
+  const NormalizedMesh normalized(mesh);
+  if (auto checked = checkNoSelfIntersection(normalized.mesh()); !checked) {
+    return pass(checked.error());
+  }
+  auto cap = tetgenCap(normalized.mesh());
+  if (!cap) return cap;
+  for (model::Point3& point : cap->inner) point = normalized.toInput(point);
+  return cap;
 #else
   return fail(ErrorCode::Unsupported,
               "this build is without TetGen; the ends can be closed with cones only", {},

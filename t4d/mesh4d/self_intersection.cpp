@@ -16,6 +16,9 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
 constexpr std::size_t kNamed = 10;  // the number of triangles that an error names
+/// The search stops here: surfaces can intersect themselves in as many pairs as they have
+/// triangles, squared.
+constexpr unsigned int kMaxPairs = 1000;
 constexpr const char* kWayOut = "mend the mesh, or close the ends with cones";
 
 Result<void> checkAreas(const model::TriangleMesh& mesh,
@@ -52,7 +55,9 @@ Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh) try {
     }
   }
   std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;
-  CGAL::Polygon_mesh_processing::self_intersections(surface, std::back_inserter(pairs));
+  CGAL::Polygon_mesh_processing::self_intersections(
+      surface, std::back_inserter(pairs),
+      CGAL::Polygon_mesh_processing::parameters::maximum_number(kMaxPairs));
   if (pairs.empty()) return {};
   std::vector<std::string> names;
   for (auto [first, second] : pairs) {
@@ -61,10 +66,10 @@ Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh) try {
   }
   std::sort(names.begin(), names.end());
   names.resize(std::min(names.size(), kNamed));
-  return invalid(fmt::format("the mesh intersects itself: {} pairs of triangles do (counted from "
+  return invalid(fmt::format("the mesh intersects itself: {}{} pairs of triangles do (counted from "
                              "0: {}{}), so TetGen cannot fill the solid; {}",
-                             pairs.size(), fmt::join(names, ", "),
-                             pairs.size() > kNamed ? ", ..." : "", kWayOut),
+                             pairs.size() < kMaxPairs ? "" : "at least ", pairs.size(),
+                             fmt::join(names, ", "), pairs.size() > kNamed ? ", ..." : "", kWayOut),
                  {}, Remedy::ConeCaps);
 } catch (const std::exception& error) {
   return fail(ErrorCode::Failed,

@@ -73,8 +73,10 @@ Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const St
     }
     total += steps;
     if (!(total <= static_cast<double>(kMaxSteps))) {
-      return invalid(
-          fmt::format("the step rule gives more than {} steps; allow larger steps", kMaxSteps));
+      return invalid(fmt::format("the motion needs {:.4g} steps or more, at most {} are possible; "
+                                 "allow larger steps, or shorten the motion",
+                                 total, kMaxSteps),
+                     {}, Remedy::StepRule);
     }
     counts.push_back(static_cast<std::uint64_t>(steps));
   }

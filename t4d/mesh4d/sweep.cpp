@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/limits.h"
 #include "t4d/model/surface_check.h"
 
 namespace t4d::mesh4d {
@@ -37,6 +39,47 @@ Result<std::optional<TriangleMesh>> flippedIfInsideOut(const TriangleMesh& mesh)
     return flipped;
   }
   return invalid("the mesh encloses no volume");
+}
+
+/// Doubles must tell apart the corners of the solid wherever the motion takes it: beyond its own
+/// size times this, its shape is lost.
+constexpr double kFinestFraction = 1.0 / 1024;
+
+/// Checks that the coordinates that the motion reaches are neither so large that the solid's shape
+/// is lost in their rounding, nor beyond what can be measured.
+Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
+  const model::Bounds3 bounds = boundsOf(mesh);
+  const model::Point3 extent = bounds.max - bounds.min;
+  const double width = extent.minCoeff();
+  const Point3 middle = bounds.min / 2 + bounds.max / 2;
+  const double farthest = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
+  if (!(farthest <= model::kLargestCoordinate)) {
+    return invalid(fmt::format("has coordinates of {:.3g}; the largest that can be swept is {}",
+                               farthest, model::kLargestCoordinate));
+  }
+  if (!(width >= model::kSmallestExtent)) {
+    return invalid(fmt::format("is {:.3g} wide; the smallest solid that can be swept is {} wide",
+                               width, model::kSmallestExtent));
+  }
+  const auto spacing = [](double coordinate) {
+    return coordinate * std::numeric_limits<double>::epsilon();
+  };
+  for (std::size_t i = 0; i < motion.segments.size(); ++i) {
+    const model::Segment& segment = motion.segments[i];
+    // Both ends, and eighths of the first turn.
+    const double eighth = 45 / std::max(45.0, std::abs(segment.screw.angleDegrees));
+    double reach = segment.end(middle).norm();
+    for (int k = 0; k <= 8; ++k) {
+      reach = std::max(reach, segment.at(std::min(1.0, k * eighth))(middle).norm());
+    }
+    if (spacing(reach) <= kFinestFraction * width) continue;
+    return invalid(fmt::format("segment {} moves the solid about coordinates of {:.3g}, where "
+                               "doubles are {:.3g} apart; the solid is only {:.3g} wide. Move it "
+                               "nearer to the origin",
+                               i, reach, spacing(reach), width),
+                   {}, Remedy::Motion);
+  }
+  return {};
 }
 
 /// A notice about the first step with an angle so large that it hardly follows the motion.
@@ -117,8 +160,11 @@ class Sweeper {
         slab.timeBegin = slab.timeEnd;
         slab.timeEnd = dividedTime(span, step, counts[i]);
         if (!(slab.timeEnd > slab.timeBegin)) {
-          return invalid(fmt::format("segment {} lasts {} from time {} on, too short for {} steps",
-                                     i, span.end - span.begin, span.begin, counts[i]));
+          return invalid(fmt::format("segment {} lasts {} from time {} on: doubles are too coarse "
+                                     "there for {} steps; start at a smaller time, or allow "
+                                     "larger steps",
+                                     i, span.end - span.begin, span.begin, counts[i]),
+                         {}, Remedy::Motion);
         }
         std::copy(upper, upper + vertexCount(), lower);
         place(mesh_.vertices, segment.at(fraction), slab.timeEnd, upper);
@@ -163,6 +209,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
                                mesh.triangles.size(), kMaxTriangles));
   }
   if (motion.segments.empty()) return invalid("the motion has no segment");
+  if (auto checked = checkReach(mesh, motion); !checked) return pass(checked.error());
   auto flipped = flippedIfInsideOut(mesh);
   if (!flipped) return pass(flipped.error());
   auto report = Sweeper(*flipped ? **flipped : mesh, motion, options, sink, progress).run();

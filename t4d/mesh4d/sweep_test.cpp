@@ -1,5 +1,7 @@
 #include "t4d/mesh4d/sweep.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
@@ -86,7 +88,56 @@ TEST(Sweep, DurationTooShortForItsStepsIsRefused) {
   model::Mesh swept;
   const auto report = sweep(fixtures::cube(1), motion, options(StepsPerSegment{100}), swept);
   ASSERT_FALSE(report);
-  EXPECT_NE(report.error().message.find("too short for 100 steps"), std::string::npos);
+  EXPECT_NE(report.error().message.find("too coarse there for 100 steps"), std::string::npos);
+  EXPECT_EQ(report.error().remedy, Remedy::Motion);
+}
+
+TEST(Sweep, FarPlacesAreRefusedWhereTheShapeIsLost) {
+  const auto errorOfShift = [](double shift, double turn) {
+    model::ScrewRun run;
+    run.duration = 1;
+    run.screw.translation = {shift, 0, 0};
+    run.screw.axisPoint = {shift, 0, 0};
+    run.screw.angleDegrees = turn;
+    model::Mesh swept;
+    const auto report = sweep(fixtures::cube(2), *model::chainScrews(0, std::span(&run, 1)),
+                              options(StepsPerSegment{4}), swept);
+    return report ? Error{ErrorCode::Failed, "none", {}} : report.error();
+  };
+  for (const double turn : {0.0, 90.0, 360.0}) {
+    EXPECT_EQ(errorOfShift(1e11, turn).message, "none");
+    EXPECT_EQ(errorOfShift(1e20, turn).remedy, Remedy::Motion);
+    EXPECT_EQ(errorOfShift(1e65, turn).remedy, Remedy::Motion);
+  }
+}
+
+TEST(Sweep, SolidsBeyondTheRangeOfMeasuresAreRefused) {
+  for (const double size : {1e71, 1e-71}) {
+    model::Mesh swept;
+    const auto report = sweep(fixtures::cube(size), turnAbout(Eigen::Vector3d::UnitX(), 10),
+                              options(StepsPerSegment{1}), swept);
+    ASSERT_FALSE(report);
+    EXPECT_NE(report.error().message.find("that can be swept is"), std::string::npos);
+  }
+}
+
+TEST(Sweep, HypervolumeHoldsAtAnyOffset) {
+  for (const double offset : {0.0, 1e6, 1.5e11, 1e12}) {
+    SCOPED_TRACE(offset);
+    model::TriangleMesh mesh = fixtures::cube(20);
+    for (model::Point3& vertex : mesh.vertices) vertex += model::Point3::Constant(offset);
+    model::Mesh swept;
+    const auto report =
+        sweep(mesh, turnAbout(Eigen::Vector3d(1, 2, 3).normalized(), 30), options(), swept);
+    ASSERT_TRUE(report) << report.error().text();
+    const auto judged = *measure::checkMesh(swept);
+    EXPECT_TRUE(judged.valid());
+    EXPECT_EQ(judged.degenerateCells, 0U);
+    const double theta = 30.0 / static_cast<double>(report->steps) * M_PI / 180;
+    const double expected = 8000 * (2 + std::cos(theta)) / 3;
+    // Corners are rounded to a few units in the last place of the offset.
+    EXPECT_NEAR(judged.hypervolume / expected, 1, 1e-12 + 1e-16 * offset);
+  }
 }
 
 }  // namespace

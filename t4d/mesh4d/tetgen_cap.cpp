@@ -10,12 +10,13 @@ void terminatetetgen(tetgenmesh*, int reason) { throw reason; }
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <cstring>
 #include <new>
 
 #include <fmt/format.h>
 
 #include "t4d/model/facets.h"
+#include "t4d/system/isolated.h"
 
 namespace t4d::mesh4d {
 namespace {
@@ -48,47 +49,120 @@ void describe(const model::TriangleMesh& mesh, tetgenio& in) {
   }
 }
 
+/// What TetGen made, as bytes that pass from its process to this one: the number of points and of
+/// tetrahedra, the coordinates of the points, the corners of the tetrahedra.
+class Filling {
+ public:
+  static std::string bytesOf(const tetgenio& out) {
+    std::string bytes;
+    append(bytes, &out.numberofpoints, 1);
+    append(bytes, &out.numberoftetrahedra, 1);
+    append(bytes, out.pointlist, 3 * static_cast<std::size_t>(out.numberofpoints));
+    append(bytes, out.tetrahedronlist, 4 * static_cast<std::size_t>(out.numberoftetrahedra));
+    return bytes;
+  }
+
+  explicit Filling(const std::string& bytes) {
+    int counts[2];
+    std::memcpy(counts, bytes.data(), sizeof(counts));
+    coordinates_.resize(3 * static_cast<std::size_t>(counts[0]));
+    corners_.resize(4 * static_cast<std::size_t>(counts[1]));
+    const char* from = bytes.data() + sizeof(counts);
+    std::memcpy(coordinates_.data(), from, coordinates_.size() * sizeof(double));
+    from += coordinates_.size() * sizeof(double);
+    std::memcpy(corners_.data(), from, corners_.size() * sizeof(int));
+  }
+
+  std::size_t points() const { return coordinates_.size() / 3; }
+  std::size_t tetrahedra() const { return corners_.size() / 4; }
+  Point3 point(std::size_t i) const {
+    return {coordinates_[3 * i], coordinates_[3 * i + 1], coordinates_[3 * i + 2]};
+  }
+  int corner(std::size_t tetrahedron, int k) const { return corners_[4 * tetrahedron + k]; }
+
+ private:
+  template <class T>
+  static void append(std::string& bytes, const T* values, std::size_t count) {
+    if (count > 0) bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
+  }
+  std::vector<double> coordinates_;
+  std::vector<int> corners_;
+};
+
+tl::unexpected<Error> gaveUp(const std::string& how) {
+  return fail(ErrorCode::Failed,
+              fmt::format("TetGen could not fill the solid ({}); close the ends with cones", how),
+              {}, Remedy::ConeCaps);
+}
+
+/// Far more than TetGen takes for a surface that it can fill: it needs about 2 kB and 0.1 ms per
+/// triangle.
+system::WorkLimits limitsFor(const model::TriangleMesh& mesh) {
+  constexpr std::uint64_t kBytes = std::uint64_t{1} << 30;
+  constexpr std::uint64_t kBytesPerTriangle = 20'000;
+  constexpr std::uint64_t kSeconds = 60;
+  constexpr std::uint64_t kTrianglesPerSecond = 500;
+  return {kBytes + kBytesPerTriangle * mesh.triangles.size(),
+          kSeconds + mesh.triangles.size() / kTrianglesPerSecond};
+}
+
+/// Runs TetGen on the surface. It runs in a process of its own: it asserts, and some surfaces keep
+/// it busy for ever.
+Result<Filling> runTetGen(const model::TriangleMesh& mesh) {
+  const system::WorkLimits limits = limitsFor(mesh);
+  auto work = system::runIsolated(
+      [&]() -> std::string {
+        tetgenio in;
+        tetgenio out;
+        describe(mesh, in);
+        try {
+          // p: fill the surface; Y: add no points to it; Q: print nothing.
+          char switches[] = "pYQ";
+          ::tetrahedralize(switches, &in, &out);
+        } catch (int code) {
+          return std::string(1, static_cast<char>(code));
+        }
+        return Filling::bytesOf(out);
+      },
+      limits);
+  if (!work) return pass(work.error());
+  using End = system::IsolatedWork::End;
+  switch (work->end) {
+    case End::Crashed:
+      return gaveUp(fmt::format("it crashed, by signal {}", work->signal));
+    case End::OutOfTime:
+      return gaveUp(fmt::format("it was stopped after {} s", limits.cpuSeconds));
+    case End::OutOfMemory:
+      return gaveUp(fmt::format("it needs more than {} MB", limits.memoryBytes / 1'000'000));
+    case End::Returned:
+      break;
+  }
+  if (work->result.size() == 1) return gaveUp(fmt::format("its code {}", +work->result.front()));
+  return Filling(work->result);
+}
+
 /// Fills the inside of the surface, including its cavities.
 Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
-  static std::mutex oneAtATime;
-  const std::lock_guard lock(oneAtATime);
-  tetgenio in;
-  tetgenio out;
-  describe(mesh, in);
-  try {
-    // p: fill the surface; Y: add no points to it; Q: print nothing.
-    char switches[] = "pYQ";
-    ::tetrahedralize(switches, &in, &out);
-  } catch (int reason) {
-    return fail(ErrorCode::Failed,
-                fmt::format("TetGen could not fill the solid (its code {}); close the ends with "
-                            "cones",
-                            reason),
-                {}, Remedy::ConeCaps);
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::Failed, "TetGen ran out of memory; close the ends with cones", {},
-                Remedy::ConeCaps);
-  }
-  const auto given = static_cast<int>(mesh.vertices.size());
+  const auto filling = runTetGen(mesh);
+  if (!filling) return pass(filling.error());
+  const std::size_t given = mesh.vertices.size();
   Cap cap;
-  for (int i = 0; i < out.numberofpoints; ++i) {
-    const Point3 point(out.pointlist[3 * i], out.pointlist[3 * i + 1], out.pointlist[3 * i + 2]);
+  for (std::size_t i = 0; i < filling->points(); ++i) {
     if (i >= given) {
-      cap.inner.push_back(point);
-    } else if (point != mesh.vertices[i]) {
+      cap.inner.push_back(filling->point(i));
+    } else if (filling->point(i) != mesh.vertices[i]) {
       return fail(ErrorCode::Failed, fmt::format("TetGen moved the vertex {}", i));
     }
   }
   double volume6 = 0;
   const auto at = [&](std::uint32_t vertex) -> const Point3& {
-    return vertex < mesh.vertices.size() ? mesh.vertices[vertex]
-                                         : cap.inner[vertex - mesh.vertices.size()];
+    return vertex < given ? mesh.vertices[vertex] : cap.inner[vertex - given];
   };
-  for (int i = 0; i < out.numberoftetrahedra; ++i) {
+  for (std::size_t i = 0; i < filling->tetrahedra(); ++i) {
     Cell cell;
     for (int k = 0; k < 4; ++k) {
-      const int vertex = out.tetrahedronlist[4 * i + k];
-      if (vertex < 0 || vertex >= out.numberofpoints) {
+      const int vertex = filling->corner(i, k);
+      if (vertex < 0 || static_cast<std::size_t>(vertex) >= filling->points()) {
         return fail(ErrorCode::Failed, "TetGen returned a tetrahedron with a vertex out of range");
       }
       cell[k] = static_cast<std::uint32_t>(vertex);

@@ -4,8 +4,8 @@
 
 namespace t4d::mesh4d {
 
-/// `fillSolid` by TetGen, for a closed surface without self-intersections. TetGen is not
-/// thread-safe, so calls are serialized.
+/// `fillSolid` by TetGen, for a closed surface without self-intersections whose coordinates are
+/// about 1. TetGen runs in a process of its own, with limits on its memory and time.
 Result<Cap> tetgenCap(const model::TriangleMesh& mesh);
 
 }  // namespace t4d::mesh4d

@@ -1,5 +1,7 @@
 #include <cmath>
+#include <utility>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
@@ -35,6 +37,61 @@ TEST(TetGenCap, FillsEverySolidWithItsVolume) {
     const double expected = signedVolume(solid.mesh);
     EXPECT_NEAR(volume, expected, 1e-9 * expected);
   }
+}
+
+/// The mesh with every vertex times `scale` plus `offset`.
+model::TriangleMesh placedAt(model::TriangleMesh mesh, double scale, double offset) {
+  for (model::Point3& vertex : mesh.vertices) {
+    vertex = scale * vertex + model::Point3::Constant(offset);
+  }
+  return mesh;
+}
+
+TEST(TetGenCap, FillsSolidsOfAnySizeAndPlace) {
+  for (const fixtures::NamedSolid& solid : fixtures::allSolids({})) {
+    for (const auto& [scale, offset] : {std::pair{1e60, 0.0}, {1e-62, 0.0}, {1e-53, 1e-52}}) {
+      SCOPED_TRACE(fmt::format("{} times {} plus {}", solid.name, scale, offset));
+      const model::TriangleMesh mesh = placedAt(solid.mesh, scale, offset);
+      const auto cap = fillSolid(mesh, CapMethod::TetGen);
+      ASSERT_TRUE(cap) << cap.error().text();
+      std::vector<model::Point3> points = mesh.vertices;
+      points.insert(points.end(), cap->inner.begin(), cap->inner.end());
+      double volume = 0;
+      for (const auto& [a, b, c, d] : cap->cells) {
+        volume +=
+            (points[b] - points[a]).dot((points[c] - points[a]).cross(points[d] - points[a])) / 6;
+      }
+      EXPECT_NEAR(volume / signedVolume(mesh), 1, 1e-9);
+    }
+  }
+}
+
+TEST(TetGenCap, FillsAPowerOfTwoTimesASolidAlike) {
+  const model::TriangleMesh torus = fixtures::torus(2, 1, 24, 12);
+  const auto cap = fillSolid(torus, CapMethod::TetGen);
+  const auto large = fillSolid(placedAt(torus, std::ldexp(1.0, 200), 0), CapMethod::TetGen);
+  ASSERT_TRUE(cap && large);
+  EXPECT_EQ(large->cells, cap->cells);
+  ASSERT_EQ(large->inner.size(), cap->inner.size());
+  for (std::size_t i = 0; i < cap->inner.size(); ++i) {
+    EXPECT_EQ(large->inner[i], cap->inner[i] * std::ldexp(1.0, 200));
+  }
+}
+
+TEST(TetGenCap, ManyCrossingsAreNotAllSearched) {
+  // Each of the cubes crosses all others: four million pairs and more.
+  model::TriangleMesh mesh;
+  const model::TriangleMesh cube = fixtures::cube(2);
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const model::Point3& vertex : cube.vertices) {
+      mesh.vertices.push_back(vertex + i * model::Point3(1e-4, 2e-4, 3e-4));
+    }
+    for (const auto& [a, b, c] : cube.triangles) {
+      mesh.triangles.push_back({a + first, b + first, c + first});
+    }
+  }
+  EXPECT_NE(errorOf(mesh).message.find("at least 1000 pairs"), std::string::npos);
 }
 
 TEST(TetGenCap, CavityStaysEmpty) {

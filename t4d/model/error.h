@@ -26,6 +26,9 @@ enum class Remedy : std::uint8_t {
   FrameTime,    ///< give the time between frames: the grids have none
   GridName,     ///< choose a grid by its name: there are several
   ConeCaps,     ///< close the ends with cones
+  StepRule,     ///< allow larger steps
+  Motion,       ///< change the motion: it is at fault, not the solid
+  VoxelSize,    ///< choose voxels of another size
 };
 
 /// Every public function that can fail returns one of these instead of throwing.

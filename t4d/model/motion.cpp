@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 
 namespace t4d::model {
@@ -51,6 +52,23 @@ bool isFinite(const Screw& screw) {
          std::isfinite(screw.angleDegrees) && screw.translation.allFinite();
 }
 
+Result<void> checkMagnitude(const char* what, double magnitude, const std::string& where) {
+  if (magnitude <= kLargestCoordinate) return {};
+  return invalid(fmt::format("has {} of magnitude {:.3g}; the largest possible is {}", what,
+                             magnitude, kLargestCoordinate),
+                 where);
+}
+
+/// Checks that every number is within the limits of coordinates and times.
+Result<void> checkMagnitudes(const Screw& screw, double duration, const std::string& where) {
+  auto checked = checkMagnitude("an axis_point", screw.axisPoint.cwiseAbs().maxCoeff(), where);
+  if (checked) {
+    checked = checkMagnitude("a translation", screw.translation.cwiseAbs().maxCoeff(), where);
+  }
+  if (checked) checked = checkMagnitude("a duration", duration, where);
+  return checked;
+}
+
 }  // namespace
 
 Pose Screw::at(double fraction) const {
@@ -78,6 +96,9 @@ Pose Motion::at(double time) const {
 Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
   if (runs.empty()) return invalid("the motion has no segment; give at least one");
   if (!std::isfinite(startTime)) return invalid("the start time is not a finite number");
+  if (auto good = checkMagnitude("a start time", std::abs(startTime), {}); !good) {
+    return invalid("the motion " + good.error().message);
+  }
   Motion motion;
   double runBegin = startTime;
   Pose pose;
@@ -92,7 +113,8 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
                                  duration),
                      where());
     }
-    const double length = screw.axisDirection.norm();
+    if (auto good = checkMagnitudes(screw, duration, where()); !good) return pass(good.error());
+    const double length = screw.axisDirection.stableNorm();
     if (length > 0 && std::isfinite(length)) {
       screw.axisDirection /= length;
     } else if (screw.angleDegrees != 0) {
@@ -103,18 +125,23 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
     } else {
       screw.axisDirection = Eigen::Vector3d::UnitZ();
     }
-    if (count == 0 || count > kMaxSegments - motion.segments.size()) {
-      return invalid(
-          fmt::format("repeats {} times; a motion has 1 to {} segments", count, kMaxSegments),
-          where());
+    if (count == 0) return invalid("repeats 0 times; once is the least", where());
+    if (count > kMaxSegments - motion.segments.size()) {
+      return invalid(fmt::format("repeats {} times, after {} segments before it; a motion has at "
+                                 "most {} in total",
+                                 count, motion.segments.size(), kMaxSegments),
+                     where());
     }
     for (std::uint64_t i = 0; i < count; ++i) {
       Segment segment;
       segment.timeBegin = i == 0 ? runBegin : motion.segments.back().timeEnd;
       segment.timeEnd = steppedTime(runBegin, duration, i + 1);
       if (!(segment.timeEnd > segment.timeBegin) || !std::isfinite(segment.timeEnd)) {
-        return invalid(fmt::format("lasts {}, which is too short to represent at time {}", duration,
-                                   segment.timeBegin),
+        return invalid(fmt::format("lasts {}, which is too short to represent at time {}: doubles "
+                                   "there are {:.3g} apart",
+                                   duration, segment.timeBegin,
+                                   std::nextafter(std::abs(segment.timeBegin), HUGE_VAL) -
+                                       std::abs(segment.timeBegin)),
                        where());
       }
       segment.screw = screw;
@@ -177,6 +204,11 @@ Result<Motion> joinPoses(std::span<const KeyPose> poses) {
     if (std::abs(norm - 1) > kUnitLengthTolerance) {
       return invalid(fmt::format("has a quaternion of length {}, not 1", norm), where());
     }
+    auto good = checkMagnitude("a time", std::abs(pose.time), where());
+    if (good) {
+      good = checkMagnitude("a position", pose.position.cwiseAbs().maxCoeff(), where());
+    }
+    if (!good) return pass(good.error());
     if (i > 0 && !(pose.time > poses[i - 1].time)) {
       return invalid(fmt::format("is at time {}, not after the pose before it, at {}: a 4D mesh "
                                  "cannot go backward through time",

@@ -30,4 +30,22 @@ class Tee : public Sink {
   std::vector<Sink*> sinks_;
 };
 
+/// Moves the vertices of all slabs by the same vector in space.
+class Translated : public Sink {
+ public:
+  /// `into` must outlive this sink.
+  Translated(Sink& into, const Eigen::Vector3d& by) : into_(into), by_(by) {}
+
+  Result<void> put(const Slab& slab) override {
+    Slab moved = slab;
+    for (Point4& vertex : moved.vertices) vertex.head<3>() += by_;
+    if (moved.connectivity) setMeans(*moved.connectivity, moved.vertices);
+    return into_.put(moved);
+  }
+
+ private:
+  Sink& into_;
+  Eigen::Vector3d by_;
+};
+
 }  // namespace t4d::model

@@ -11,6 +11,10 @@
 namespace t4d::voxel4d {
 namespace {
 
+/// The maximum number of faces of blocks at which a tile meets the outside: tiles of a few bytes in
+/// a file may have millions.
+constexpr std::uint64_t kMaxBareFaces = std::uint64_t{1} << 18;
+
 Coord scaledDown(const Coord& coord, std::int32_t size) {
   // Sizes are powers of two; an arithmetic shift rounds down for negative numbers too.
   const int shift = std::countr_zero(static_cast<std::uint32_t>(size));
@@ -67,7 +71,7 @@ Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice) {
   FrameLayer layer;
   layer.frame_ = std::move(frame);
   layer.index();
-  layer.findSurfaceBlocks();
+  if (auto found = layer.findSurfaceBlocks(); !found) return pass(found.error());
   if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
   layer.placeCrossings(lattice);
   return layer;
@@ -120,8 +124,9 @@ const CrossingBlock* FrameLayer::crossings(const Coord& coord) const {
 
 /// A cube with corners both inside and outside begins in a stored block or before one, or between
 /// an inside tile and outside blocks that are not stored.
-void FrameLayer::findSurfaceBlocks() {
+Result<void> FrameLayer::findSurfaceBlocks() {
   std::vector<Coord> candidates;
+  std::uint64_t bare = 0;  // faces of tiles next to which nothing is stored
   const auto addBefore = [&](const Coord& coord) {
     for (unsigned d = 0; d < 8; ++d) candidates.push_back(neighbour(coord, d, -1));
   };
@@ -138,6 +143,12 @@ void FrameLayer::findSurfaceBlocks() {
             at[(axis + 2) % 3] += v;
             const Coord outer{at[0], at[1], at[2]};
             if (isStored(outer) || tileAt(outer) != nullptr) continue;
+            if (++bare > kMaxBareFaces) {
+              return invalid(
+                  fmt::format("more than {} points at the surface lie in tiles; store "
+                              "the surface in leaf nodes, or use larger voxels",
+                              64 * kMaxBareFaces));
+            }
             addBefore(outer);
             at[axis] += side < 0 ? 1 : -1;
             addBefore({at[0], at[1], at[2]});
@@ -164,6 +175,7 @@ void FrameLayer::findSurfaceBlocks() {
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (mixed[i] != 0) surfaceBlocks_.push_back(candidates[i]);
   }
+  return {};
 }
 
 Result<void> FrameLayer::numberCrossings() {

@@ -76,7 +76,7 @@ class FrameLayer {
 
  private:
   void index();
-  void findSurfaceBlocks();
+  Result<void> findSurfaceBlocks();
   Result<void> numberCrossings();
   void placeCrossings(const Lattice& lattice);
   const InsideTile* tileAt(const Coord& coord) const;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 #include "t4d/voxel4d/vdb_file.h"
 #include "t4d/voxel4d/vdb_grid.h"
@@ -126,6 +127,17 @@ Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& option
     }
     if (!std::isfinite(place.time)) {
       return invalid(fmt::format("its time is {}", place.time), place.where);
+    }
+    if (i > 0 && options.frameTime && !(place.time > places[i - 1].time)) {
+      return invalid(fmt::format("frames {} apart from time {} on: doubles are too coarse there to "
+                                 "tell frame {} from the one before",
+                                 *options.frameTime, options.startTime, i),
+                     {}, Remedy::FrameTime);
+    }
+    if (std::abs(place.time) > model::kLargestCoordinate) {
+      return invalid(fmt::format("its time is {}; the largest possible is {}", place.time,
+                                 model::kLargestCoordinate),
+                     place.where);
     }
     if (i > 0 && !(place.time > places[i - 1].time)) {
       return invalid(fmt::format("times do not increase: its time is {}, that of the frame before "

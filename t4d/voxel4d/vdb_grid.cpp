@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <openvdb/tools/Prune.h>
@@ -197,7 +198,30 @@ openvdb::Coord cornerOf(const Coord& block) {
   return {block.x * kBlockSize, block.y * kBlockSize, block.z * kBlockSize};
 }
 
+namespace {
+
+/// OpenVDB makes no map whose scale cubed is below 3e-15, but reads one.
+openvdb::math::MapBase::Ptr fineMap(const Lattice& lattice) {
+  using openvdb::Vec3d;
+  const double size = lattice.voxelSize;
+  std::stringstream stored;
+  Vec3d(lattice.origin.x(), lattice.origin.y(), lattice.origin.z()).write(stored);
+  // The scale, the size of a voxel, the scale's inverse, its square, and half the inverse.
+  for (const double number : {size, size, 1 / size, 1 / size / size, 0.5 / size}) {
+    Vec3d(number).write(stored);
+  }
+  auto map = std::make_shared<openvdb::math::UniformScaleTranslateMap>();
+  map->read(stored);
+  return map;
+}
+
+}  // namespace
+
 openvdb::math::Transform::Ptr transformOf(const Lattice& lattice) {
+  constexpr double kFine = 1e-4;
+  if (lattice.voxelSize < kFine) {
+    return std::make_shared<openvdb::math::Transform>(fineMap(lattice));
+  }
   openvdb::math::Mat4d matrix = openvdb::math::Mat4d::identity();
   for (int i = 0; i < 3; ++i) {
     matrix[i][i] = lattice.voxelSize;
@@ -234,11 +258,14 @@ Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& wher
                                map.type()),
                    where);
   }
-  openvdb::math::Mat4d matrix;
-  try {
-    matrix = map.getAffineMap()->getMat4();
-  } catch (const openvdb::ArithmeticError&) {
-    return invalid("its transform cannot be undone: voxels have no size", where);
+  // Its affine map would not exist for small voxels.
+  openvdb::math::Mat4d matrix = openvdb::math::Mat4d::identity();
+  matrix.setTranslation(map.applyMap(openvdb::Vec3d(0)));
+  for (int i = 0; i < 3; ++i) {
+    openvdb::Vec3d axis(0);
+    axis[i] = 1;
+    const openvdb::Vec3d row = map.applyJacobian(axis);
+    for (int j = 0; j < 3; ++j) matrix[i][j] = row[j];
   }
   double scale = 0;
   bool finite = true;

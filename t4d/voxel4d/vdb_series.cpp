@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include <boost/uuid/name_generator_sha1.hpp>
+#include <boost/uuid/uuid_io.hpp>
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 
@@ -17,6 +19,19 @@ namespace t4d::voxel4d {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// Replaces the random UUID of a file by one of its contents: the same grid makes the same bytes.
+void setUuid(std::fstream& file) {
+  constexpr std::size_t kAt = 21;  // after magic number, versions and a flag
+  constexpr std::size_t kLength = 36;
+  const auto size = static_cast<std::size_t>(file.seekg(0, std::ios::end).tellg());
+  std::string bytes(size, '\0');
+  file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(size));
+  bytes.replace(kAt, kLength, kLength, '0');
+  const boost::uuids::name_generator_sha1 named(boost::uuids::ns::oid());
+  const std::string uuid = to_string(named(bytes.data(), bytes.size()));
+  file.seekp(kAt).write(uuid.data(), static_cast<std::streamsize>(uuid.size()));
+}
 
 /// OpenVDB's own io::File does not notice a full disk; our stream throws.
 struct Encoder : private openvdb::io::Archive {
@@ -83,10 +98,11 @@ Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
   auto part = system::PartFile::create(folder_ / name);
   if (!part) return pass(part.error());
   try {
-    std::ofstream file;
+    std::fstream file;
     file.exceptions(std::ios::failbit | std::ios::badbit);
-    file.open(part->path(), std::ios::binary | std::ios::trunc);
+    file.open(part->path(), std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
     Encoder::encode(file, grid);
+    setUuid(file);
     file.close();
   } catch (const std::ios_base::failure&) {
     return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/limits.h"
 #include "t4d/voxel4d/occupancy.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/vdb_grid.h"
@@ -23,7 +24,21 @@ struct Voxels {
   openvdb::FloatGrid::Ptr levelSet;
 };
 
+/// A level set's distances, up to three voxels, are float32.
+constexpr double kSmallestVoxel = 1e-30;
+constexpr double kLargestVoxel = 1e30;
+
+Result<void> checkVoxelSize(double size, bool mask) {
+  const double least = mask ? model::kSmallestExtent : kSmallestVoxel;
+  const double most = mask ? model::kLargestCoordinate : kLargestVoxel;
+  if (size >= least && size <= most) return {};
+  return invalid(fmt::format("voxels of {} are requested; {} to {} are possible{}", size, least,
+                             most, mask ? "" : " in level sets, whose distances are float32"),
+                 {}, Remedy::VoxelSize);
+}
+
 Result<Voxels> voxelsOf(const SolidAtTime& solid, double time, const Lattice& lattice, bool mask) {
+  if (auto good = checkVoxelSize(lattice.voxelSize, mask); !good) return pass(good.error());
   const auto withTime = [&](Error error) {
     error.message = fmt::format("at time {}: {}", time, error.message);
     return pass(std::move(error));
@@ -160,7 +175,9 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     auto bytes = files->put(grid);
     if (!bytes) return pass(bytes.error());
     series.bytes += *bytes;
-    series.insidePoints += countInside(voxels->inside);
+    const std::uint64_t insidePoints = countInside(voxels->inside);
+    series.insidePoints += insidePoints;
+    series.emptyFrames += insidePoints == 0 ? 1 : 0;
     series.mostActiveVoxels =
         std::max<std::uint64_t>(series.mostActiveVoxels, grid->activeVoxelCount());
     ++series.frames;

@@ -53,6 +53,7 @@ struct VoxelSeries {
   std::uint64_t frames = 0;
   std::uint64_t bytes = 0;             ///< of all files
   std::uint64_t insidePoints = 0;      ///< of all frames
+  std::uint64_t emptyFrames = 0;       ///< without inside points
   std::uint64_t mostActiveVoxels = 0;  ///< in any one frame
 };
 

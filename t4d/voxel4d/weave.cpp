@@ -32,6 +32,18 @@ struct WovenBlock {
   }
 };
 
+/// The maximum number of blocks within tiles that are inside in one frame and not in the other.
+/// Each has 512 points that cross the surface and takes some 100 kB in the mesh, while a tile of
+/// billions of points takes a few bytes in a file.
+constexpr std::size_t kMaxAppearingBlocks = std::size_t{1} << 16;
+
+tl::unexpected<Error> tooManyAppear() {
+  return invalid(
+      fmt::format("more than {} points within tiles appear or vanish between two frames; "
+                  "give frames closer in time",
+                  512 * kMaxAppearingBlocks));
+}
+
 /// Axis and first corner of each edge.
 struct EdgePlace {
   std::uint8_t axis;
@@ -52,7 +64,7 @@ class Weaver {
   Weaver(const FrameLayer& before, const FrameLayer& after) : before_(before), after_(after) {}
 
   Result<std::shared_ptr<const model::Connectivity>> connect() {
-    findBlocks();
+    if (auto found = findBlocks(); !found) return pass(found.error());
     const PatternTable& table = PatternTable::get();
     tbb::parallel_for(std::size_t{0}, blocks_.size(),
                       [&](std::size_t i) { findCubes(table, blocks_[i]); });
@@ -118,14 +130,14 @@ class Weaver {
  private:
   /// Finds the blocks in which a mixed hypercube can begin: those at the surface of one of the
   /// frames, and those that are inside in one frame and outside in the other.
-  void findBlocks() {
+  Result<void> findBlocks() {
     std::vector<Coord> coords;
     std::set_union(before_.surfaceBlocks().begin(), before_.surfaceBlocks().end(),
                    after_.surfaceBlocks().begin(), after_.surfaceBlocks().end(),
                    std::back_inserter(coords));
     const std::size_t sorted = coords.size();
-    addAppearing(before_, after_, coords);
-    addAppearing(after_, before_, coords);
+    if (auto added = addAppearing(before_, after_, coords); !added) return added;
+    if (auto added = addAppearing(after_, before_, coords); !added) return added;
     if (coords.size() > sorted) {
       std::sort(coords.begin(), coords.end());
       coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
@@ -136,26 +148,30 @@ class Weaver {
       blocks_[i].coord = coords[i];
       index_[coords[i]] = i;
     }
+    return {};
   }
 
   /// Blocks that are entirely inside in one frame and not in the other.
-  static void addAppearing(const FrameLayer& frame, const FrameLayer& other,
-                           std::vector<Coord>& coords) {
+  static Result<void> addAppearing(const FrameLayer& frame, const FrameLayer& other,
+                                   std::vector<Coord>& coords) {
     const auto add = [&](const Coord& coord) {
       const BlockView view = other.view(coord);
       if (view.block != nullptr || !view.inside) coords.push_back(coord);
     };
     for (const Coord& coord : frame.solidBlocks()) add(coord);
+    const std::size_t most = coords.size() + kMaxAppearingBlocks;
     for (const InsideTile& tile : frame.tiles()) {
       if (other.coversInside(tile)) continue;
       for (std::int32_t x = 0; x < tile.size; ++x) {
         for (std::int32_t y = 0; y < tile.size; ++y) {
           for (std::int32_t z = 0; z < tile.size; ++z) {
             add({tile.coord.x + x, tile.coord.y + y, tile.coord.z + z});
+            if (coords.size() > most) return tooManyAppear();
           }
         }
       }
     }
+    return {};
   }
 
   void findCubes(const PatternTable& table, WovenBlock& block) const {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/convert/flipbook.h"
+#include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -25,6 +26,7 @@ struct FlipbookArguments {
   double framesPerSecond = 24;
   std::string body;
   bool attributes = false;
+  bool center = false;
   bool json = false;
 };
 
@@ -40,11 +42,14 @@ int run(const FlipbookArguments& options) {
   std::vector<std::string> notices;
   const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
   printNotices(notices);
+  formats::MeshWriteOptions how{.attributes = options.attributes, .placement = placement};
+  how.origin = originOf(input->reader.metadata());
+  if (options.center) how.center = roundCenterOf(boundsOf(*input));
   Result<convert::FlipbookReport> written;
   {
     ProgressBar bar("slicing");
     written = convert::writeFlipbook(input->bodies, times, options.output, options.framesPerSecond,
-                                     {options.attributes, placement}, bar.callback());
+                                     how, bar.callback());
   }
   if (!written) {
     Error error = written.error();
@@ -65,6 +70,9 @@ int run(const FlipbookArguments& options) {
     fmt::print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n", options.output,
                counted(written->frames, "frame"), times.front(), times.back(), seconds,
                counted(written->triangles, "triangle"), sizeText(bytes));
+  }
+  if (written->triangles == 0) {
+    printNotices({"the flipbook is empty: the solid is not there at any of these times"});
   }
   return reportLosses(written->losses);
 }
@@ -99,6 +107,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   addBodyOption(*command, options->body);
   command->add_flag("--attributes", options->attributes,
                     "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
+  addCenterOption(*command, options->center, "The translation of the root node takes it back");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -99,6 +99,11 @@ std::string hintFor(const Error& error) {
       return "try: --grid NAME, to use only grids of that name";
     case Remedy::ConeCaps:
       return "try: --caps cone";
+    case Remedy::StepRule:
+      return "try: --steps N, the number of steps of each segment";
+    case Remedy::VoxelSize:
+      return "try: another --voxel-size";
+    case Remedy::Motion:
     case Remedy::None:
       break;
   }

@@ -1,5 +1,7 @@
 #include "tools/program/input_bodies.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -23,6 +25,20 @@ Result<InputBodies> openBodies(const std::string& path, const std::string& bodyN
                    path);
   }
   return input;
+}
+
+model::Bounds3 boundsOf(const InputBodies& input) {
+  const std::vector<std::string>& names = input.reader.metadata().bodies;
+  model::Bounds3 bounds;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool selected = std::ranges::any_of(
+        input.bodies, [&](const model::Body& body) { return body.name == names[i]; });
+    const model::Bounds3& own = input.reader.summary(i).bounds;
+    if (!selected || own.empty()) continue;
+    bounds.add(own.min);
+    bounds.add(own.max);
+  }
+  return bounds;
 }
 
 void addBodyOption(CLI::App& command, std::string& bodyName) {

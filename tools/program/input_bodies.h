@@ -21,6 +21,9 @@ struct InputBodies {
 /// the existing ones.
 Result<InputBodies> openBodies(const std::string& path, const std::string& bodyName);
 
+/// Bounds in space of the selected bodies, at all times.
+model::Bounds3 boundsOf(const InputBodies& input);
+
 /// Adds `--body`.
 void addBodyOption(CLI::App& command, std::string& bodyName);
 

@@ -6,6 +6,7 @@
 
 #include "t4d/convert/slice.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -25,6 +26,7 @@ struct SliceArguments {
   std::string hyperplane;
   std::string body;
   bool attributes = false;
+  bool center = false;
   bool json = false;
 };
 
@@ -75,8 +77,19 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
 }
 
 Result<std::vector<std::string>> write(const SliceArguments& options, const Sections& sections,
+                                       const convert::Hyperplane& hyperplane,
                                        const formats::Metadata& metadata) {
   formats::MeshWriteOptions how{.attributes = options.attributes};
+  model::Point4 origin;
+  origin << originOf(metadata), 0;
+  how.origin = convert::basisOf(hyperplane).axes * origin;
+  if (options.center) {
+    model::Bounds3 bounds;
+    for (const formats::NamedMesh& section : sections.meshes) {
+      for (const model::Point3& vertex : section.mesh.vertices) bounds.add(vertex);
+    }
+    how.center = roundCenterOf(bounds);
+  }
   if (formats::triangleMeshFormat(options.output)->placed) {
     std::vector<std::string> notices;
     const formats::GltfPlacement placement = placementOf(metadata, notices);
@@ -106,7 +119,7 @@ int run(const SliceArguments& options) {
   std::vector<std::string> losses;
   if (options.attributes) losses = sections->losses;
   if (!options.output.empty()) {
-    auto written = write(options, *sections, input->reader.metadata());
+    auto written = write(options, *sections, hyperplane, input->reader.metadata());
     if (!written) return report(written.error());
     losses.insert(losses.end(), written->begin(), written->end());
   }
@@ -190,6 +203,9 @@ void addSlice(CLI::App& app, int& exitCode) {
   command->add_flag(
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");
+  addCenterOption(*command, options->center,
+                  "The file says where it was: in the translation of glTF's root node, else in a "
+                  "comment");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });

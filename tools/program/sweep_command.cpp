@@ -158,19 +158,23 @@ int run(const SweepArguments& options) {
   auto loaded = options.input.read();
   if (!loaded) return report(loaded.error());
   const model::Motion& motion = loaded->motion;
-  auto writer = options.output.create(options.backend, options.input.model, motion.lengthUnit,
-                                      motion.timeUnit, detailsOf(options));
-  if (!writer) return report(writer.error());
+  auto file =
+      T4dFile::create(options.output, {options.backend, options.input.model, motion.lengthUnit,
+                                       motion.timeUnit, detailsOf(options)});
+  if (!file) return report(file.error());
 
-  auto made = options.voxels() ? sweepVoxels(options, loaded->mesh, motion, writer->body(0))
-                               : sweepMesh(options, loaded->mesh, motion, writer->body(0));
+  auto made = options.voxels() ? sweepVoxels(options, loaded->mesh, motion, *file)
+                               : sweepMesh(options, loaded->mesh, motion, *file);
   if (!made) {
     Error error = made.error();
-    // Errors about the mesh do not name its file.
-    if (error.where.empty()) error.where = options.input.model;
+    // Errors about the mesh or the motion do not name its file.
+    const bool motionsFault = error.remedy == Remedy::Motion || error.remedy == Remedy::StepRule;
+    if (error.where.empty()) {
+      error.where = motionsFault ? options.input.motion : options.input.model;
+    }
     return report(error);
   }
-  auto bytes = writer->finish();
+  auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   printNotices(made->notices);
 
@@ -192,7 +196,9 @@ int run(const SweepArguments& options) {
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
                sizeText(peakBytes()));
   }
-  return reportLosses(loaded->losses);
+  std::vector<std::string> losses = std::move(loaded->losses);
+  for (std::string& loss : file->losses()) losses.push_back(std::move(loss));
+  return reportLosses(losses);
 }
 
 }  // namespace

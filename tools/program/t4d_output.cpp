@@ -1,5 +1,7 @@
 #include "tools/program/t4d_output.h"
 
+#include "t4d/model/sinks.h"
+#include "tools/program/centering.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/version.h"
 
@@ -26,23 +28,60 @@ void T4dOutput::addTo(CLI::App& command) {
   command.add_option("--up", up, "Axis that points up in glTF: y or z")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
+  addCenterOption(command, center, "The file's metadata say where it was");
   command.add_option("--body", body, "Name of the body (default: that of the input file)");
 }
 
-Result<formats::T4dWriter> T4dOutput::create(const std::string& backend, const std::string& model,
-                                             const std::string& lengthUnit,
-                                             const std::string& timeUnit,
-                                             const std::string& detailsJson) const {
-  formats::Metadata metadata;
+Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
+  T4dFile file;
+  file.output_ = output;
+  formats::Metadata& metadata = file.metadata_;
   metadata.generator = std::string(versionText());
-  metadata.backend = backend;
-  metadata.lengthUnit = lengthUnit;
-  metadata.timeUnit = timeUnit;
-  metadata.up = up;
-  metadata.bodies = {body.empty() ? nameIn(model).stem().string() : body};
-  metadata.detailsJson = detailsJson;
-  return formats::T4dWriter::create(
-      path, metadata, {.compression = compression, .float32 = precision == "float32"});
+  metadata.backend = about.backend;
+  metadata.lengthUnit = about.lengthUnit;
+  metadata.timeUnit = about.timeUnit;
+  metadata.up = output.up;
+  metadata.bodies = {output.body.empty() ? nameIn(about.model).stem().string() : output.body};
+  metadata.detailsJson = about.detailsJson;
+  if (!output.center) {
+    if (auto begun = file.begin(nullptr); !begun) return pass(begun.error());
+  }
+  return file;
+}
+
+Result<void> T4dFile::begin(const model::Slab* first) {
+  if (first != nullptr) {
+    model::Bounds3 bounds;
+    for (const model::Point4& vertex : first->vertices) bounds.add(vertex.head<3>());
+    const model::Point3 center = roundCenterOf(bounds);
+    shift_ = -center;
+    metadata_.detailsJson = withOrigin(metadata_.detailsJson, center);
+  }
+  auto writer = formats::T4dWriter::create(
+      output_.path, metadata_,
+      {.compression = output_.compression, .float32 = output_.precision == "float32"});
+  if (!writer) return pass(writer.error());
+  writer_ = std::move(*writer);
+  return {};
+}
+
+Result<void> T4dFile::put(const model::Slab& slab) {
+  if (!writer_) {
+    if (auto begun = begin(&slab); !begun) return begun;
+  }
+  if (shift_.isZero(0)) return writer_->body(0).put(slab);
+  return model::Translated(writer_->body(0), shift_).put(slab);
+}
+
+Result<std::uint64_t> T4dFile::finish() {
+  if (!writer_) {
+    if (auto begun = begin(nullptr); !begun) return pass(begun.error());
+  }
+  return writer_->finish();
+}
+
+std::vector<std::string> T4dFile::losses() const {
+  return writer_ ? writer_->losses() : std::vector<std::string>{};
 }
 
 }  // namespace t4d::tools

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -19,14 +21,40 @@ struct T4dOutput {
   int compression = 3;
   std::string up = "y";
   std::string body;
+  bool center = false;
 
   void addTo(CLI::App& command);
+};
 
-  /// Creates a writer with one body, named by `--body` or after `model`. `detailsJson` describes
-  /// how the file was made and is stored in it.
-  Result<formats::T4dWriter> create(const std::string& backend, const std::string& model,
-                                    const std::string& lengthUnit, const std::string& timeUnit,
-                                    const std::string& detailsJson) const;
+/// A .t4d file in the making, with one body. With `--center` its slabs are moved, such that the
+/// origin is in the middle of the first one; the file says where it was.
+class T4dFile : public model::Sink {
+ public:
+  /// Metadata of the file; the body is named by `--body` or after `model`. `detailsJson` describes
+  /// how the file was made.
+  struct About {
+    std::string backend;
+    std::string model;
+    std::string lengthUnit;
+    std::string timeUnit;
+    std::string detailsJson;
+  };
+
+  static Result<T4dFile> create(const T4dOutput& output, const About& about);
+
+  Result<void> put(const model::Slab& slab) override;
+  /// The size of the file in bytes.
+  Result<std::uint64_t> finish();
+  /// As formats::T4dWriter::losses.
+  std::vector<std::string> losses() const;
+
+ private:
+  Result<void> begin(const model::Slab* first);
+
+  T4dOutput output_;
+  formats::Metadata metadata_;
+  std::optional<formats::T4dWriter> writer_;
+  Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace t4d::tools

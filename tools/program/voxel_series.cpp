@@ -29,6 +29,14 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
                                              const model::TriangleMesh& mesh,
                                              const model::Motion& motion,
                                              std::vector<std::string>& notices) {
+  const model::Bounds3 bounds = boundsOf(mesh);
+  const double narrowest = (bounds.max - bounds.min).minCoeff();
+  if (voxelSize > narrowest) {
+    notices.push_back(fmt::format(
+        "voxels of {} are larger than the solid, which is {:.4g} wide: it may fall between lattice "
+        "points",
+        voxelSize, narrowest));
+  }
   const model::TimeSpan span{motion.timeBegin(), motion.timeEnd()};
   const double speed = voxel4d::maxSpeed(mesh, motion);
   const auto enough = voxel4d::framesWithin(voxelSize, speed, span);
@@ -92,6 +100,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
                {"time_begin", times.front()},
                {"time_end", times.back()},
                {"inside_points", written->insidePoints},
+               {"empty_frames", written->emptyFrames},
                {"most_active_voxels", written->mostActiveVoxels},
                {"seconds", seconds},
                {"peak_bytes", peakBytes()},
@@ -104,6 +113,12 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
                counted(written->mostActiveVoxels, "active voxel"));
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,
                sizeText(peakBytes()));
+  }
+  if (written->emptyFrames > 0) {
+    printNotices(
+        {fmt::format("{} of {} frames have no point inside; smaller voxels may find the "
+                     "solid",
+                     written->emptyFrames, written->frames)});
   }
   return kDone;
 }

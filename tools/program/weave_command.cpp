@@ -48,18 +48,19 @@ int run(const WeaveArguments& options) {
   const std::vector<std::filesystem::path> inputs(options.frames.begin(), options.frames.end());
   auto frames = voxel4d::openVdbFrames(inputs, options.input);
   if (!frames) return report(frames.error());
-  auto writer = options.output.create("voxel4d", options.frames.front(), options.lengthUnit,
-                                      options.timeUnit, detailsOf(options));
-  if (!writer) return report(writer.error());
+  auto file =
+      T4dFile::create(options.output, {"voxel4d", options.frames.front(), options.lengthUnit,
+                                       options.timeUnit, detailsOf(options)});
+  if (!file) return report(file.error());
   Result<voxel4d::WeaveReport> woven;
   {
     ProgressBar bar("weaving");
     const auto caps =
         options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
-    woven = voxel4d::weave(**frames, {caps}, writer->body(0), bar.callback());
+    woven = voxel4d::weave(**frames, {caps}, *file, bar.callback());
   }
   if (!woven) return report(woven.error());
-  auto bytes = writer->finish();
+  auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
 
   const double seconds =
@@ -81,7 +82,7 @@ int run(const WeaveArguments& options) {
     fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
                sizeText(peakBytes()));
   }
-  return kDone;
+  return reportLosses(file->losses());
 }
 
 }  // namespace

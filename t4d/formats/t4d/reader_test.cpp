@@ -490,13 +490,6 @@ TEST(T4dReader, RefusesLengthsBeyondTheFileWithoutAskingForMemory) {
   }
 }
 
-#if defined(__SANITIZE_ADDRESS__)  // g++
-#define T4D_ADDRESS_SANITIZER
-#elif defined(__has_feature)  // clang
-#if __has_feature(address_sanitizer)
-#define T4D_ADDRESS_SANITIZER
-#endif
-#endif
 #ifndef T4D_ADDRESS_SANITIZER
 TEST(T4dReaderDeathTest, SaysThatAFileDoesNotFitIntoMemory) {
   // A hole of 100 GiB is a file's honest length, and no bytes on the disk.

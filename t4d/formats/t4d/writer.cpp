@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/layout.h"
@@ -52,6 +53,11 @@ class T4dWriter::File {
   }
 
   model::Sink& body(std::size_t index) { return bodies_[index]; }
+
+  std::vector<std::string> losses() const {
+    auto line = rounding_.line();
+    return line ? std::vector{std::move(*line)} : std::vector<std::string>{};
+  }
 
   Result<std::uint64_t> finish() {
     if (error_) return pass(*error_);
@@ -199,6 +205,7 @@ class T4dWriter::File {
     record.slabBytes = out_.size() - *offset;
     if (indexed_) index_.push_back(record);
 
+    if (arrays_.float32) rounding_.add(slab);
     addSlab(body.summary, slab, arrays_.float32);
     body.upperLayer.assign(slab.upperLayer().begin(), slab.upperLayer().end());
     body.upperOffset = record.parts.upper;
@@ -226,6 +233,7 @@ class T4dWriter::File {
   std::vector<Body> bodies_;
   std::vector<IndexRecord> index_;
   std::vector<Point4> scratch_;
+  RoundingLoss rounding_;
   std::uint64_t chunks_ = 0;
   std::optional<Error> error_;  // the first one
 };
@@ -248,6 +256,8 @@ Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Met
 }
 
 model::Sink& T4dWriter::body(std::size_t index) { return file_->body(index); }
+
+std::vector<std::string> T4dWriter::losses() const { return file_->losses(); }
 
 Result<std::uint64_t> T4dWriter::finish() { return file_->finish(); }
 

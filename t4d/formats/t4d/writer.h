@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "t4d/formats/t4d/metadata.h"
 #include "t4d/model/slab.h"
@@ -38,6 +40,9 @@ class T4dWriter {
   /// whose means differ from those its connectivity defines. -0 equals 0, and the file keeps the
   /// sign of the upper layer. The sink is valid as long as the writer.
   model::Sink& body(std::size_t index);
+
+  /// A line if rounding to float32 has made cells flat or turned them over; empty otherwise.
+  std::vector<std::string> losses() const;
 
   /// Writes the end of the file and moves it to its path. Fails if a body has no slab. Returns the
   /// size of the file in bytes.

@@ -1,0 +1,80 @@
+#include "t4d/formats/rounding_loss.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+namespace t4d::formats {
+namespace {
+
+using model::Point3;
+using model::Point4;
+
+/// Six times the volume of a cell, in the direction of its normal.
+Eigen::Vector4d normalOf(const model::Cell& cell, const std::vector<Point4>& vertices) {
+  const Point4& a = vertices[cell[0]];
+  Eigen::Matrix<double, 4, 3> edges;
+  for (int k = 0; k < 3; ++k) edges.col(k) = vertices[cell[k + 1]] - a;
+  Eigen::Vector4d normal;
+  for (int row = 0; row < 4; ++row) {
+    Eigen::Matrix3d minor;
+    for (int i = 0; i < 3; ++i) minor.row(i) = edges.row(i < row ? i : i + 1);
+    normal[row] = (row % 2 == 0 ? 1 : -1) * minor.determinant();
+  }
+  return normal;
+}
+
+}  // namespace
+
+void RoundingLoss::add(double measure, bool kept) {
+  ++elementCount_;
+  measure_ += measure;
+  if (kept || !(measure > 0)) return;
+  ++lostCount_;
+  lostMeasure_ += measure;
+}
+
+void RoundingLoss::add(const model::TriangleMesh& mesh,
+                       const std::vector<Eigen::Vector3f>& rounded) {
+  for (const Point3& vertex : mesh.vertices) {
+    farthest_ = std::max(farthest_, vertex.cwiseAbs().maxCoeff());
+  }
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto& v = mesh.vertices;
+    const Eigen::Vector3d before = (v[b] - v[a]).cross(v[c] - v[a]);
+    const auto edge = [&](std::uint32_t to) {
+      return Eigen::Vector3d(rounded[to].cast<double>() - rounded[a].cast<double>());
+    };
+    add(before.norm(), before.dot(edge(b).cross(edge(c))) > 0);
+  }
+}
+
+void RoundingLoss::add(const model::Slab& slab) {
+  elements_ = "cells";
+  std::vector<Point4> rounded = slab.vertices;
+  for (Point4& vertex : rounded) {
+    farthest_ = std::max(farthest_, vertex.head<3>().cwiseAbs().maxCoeff());
+    vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
+  }
+  setMeans(*slab.connectivity, rounded);
+  for (const model::Cell& cell : slab.connectivity->cells) {
+    const Eigen::Vector4d before = normalOf(cell, slab.vertices);
+    add(before.norm(), before.dot(normalOf(cell, rounded)) > 0);
+  }
+}
+
+std::optional<std::string> RoundingLoss::line() const {
+  constexpr double kNegligible = 1e-6;
+  if (!(lostMeasure_ > kNegligible * measure_)) return std::nullopt;
+  const auto farthest = static_cast<float>(farthest_);
+  const float spacing = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+  return fmt::format(
+      "shape: {} of {} {} become flat or turn over in float32, which has steps of {:.3g} at "
+      "coordinates of {:.3g}; move the mesh nearer to the origin, or write it in float64",
+      lostCount_, elementCount_, elements_, spacing, farthest_);
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,13 @@
+#pragma once
+
+/// The range of coordinates in which the hypervolume of a 4D mesh, a product of four lengths, is
+/// neither infinite nor zero (docs/limits.md).
+namespace t4d::model {
+
+/// Of a coordinate or a time, in magnitude.
+inline constexpr double kLargestCoordinate = 1e70;
+
+/// Of a solid along each axis.
+inline constexpr double kSmallestExtent = 1e-70;
+
+}  // namespace t4d::model
