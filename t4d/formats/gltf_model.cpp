@@ -1,10 +1,13 @@
 #include "t4d/formats/gltf_model.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <string_view>
 
 #include <fmt/format.h>
+
+#include "t4d/formats/json_check.h"
 
 namespace t4d::formats {
 namespace {
@@ -53,32 +56,20 @@ Result<std::string_view> jsonOf(const InputFile& file) {
   return bytes.substr(kGlbHeaderBytes, number(12));
 }
 
-Result<void> checkNesting(const InputFile& file, std::string_view json) {
-  int depth = 0;
-  bool inString = false;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (inString) {
-      if (c == '\\') ++i;
-      if (c == '"') inString = false;
-    } else if (c == '"') {
-      inString = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kDeepestNesting) {
-        return invalid(fmt::format("JSON nested more than {} levels deep", kDeepestNesting),
-                       file.atByte(static_cast<std::size_t>(json.data() - file.bytes.data()) + i));
-      }
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-  return {};
-}
+/// Members that tinygltf takes for missing if they are not whole numbers.
+constexpr std::array<std::string_view, 3> kWholeNumbers = {"byteLength", "byteOffset",
+                                                           "byteStride"};
+
+/// Where buffers are looked for, and those that were read.
+struct Buffers {
+  std::string folder;
+  std::vector<std::filesystem::path> files = {};
+};
 
 /// Buffers are looked for in the file's folder only; tinygltf would also search the working
 /// directory.
-bool isBeside(const std::string& path, void* folder) {
-  const auto& prefix = *static_cast<const std::string*>(folder);
+bool isBeside(const std::string& path, void* buffers) {
+  const std::string& prefix = static_cast<const Buffers*>(buffers)->folder;
   std::error_code ignored;
   if (!path.starts_with(prefix)) return false;
   const std::filesystem::path below = path.substr(prefix.size());
@@ -89,13 +80,14 @@ bool isBeside(const std::string& path, void* folder) {
 std::string samePath(const std::string& path, void*) { return path; }
 
 bool readWhole(std::vector<unsigned char>* out, std::string* problem, const std::string& path,
-               void*) {
+               void* buffers) {
   const auto file = readInputFile(path);
   if (!file) {
     *problem = file.error().text();
     return false;
   }
   out->assign(file->bytes.begin(), file->bytes.end());
+  static_cast<Buffers*>(buffers)->files.emplace_back(path);
   return true;
 }
 
@@ -120,32 +112,35 @@ bool leavesGeometry(const std::string& extension) {
 
 }  // namespace
 
-Result<tinygltf::Model> loadGltfModel(const InputFile& file) {
+Result<GltfModel> loadGltfModel(const InputFile& file) {
   const auto json = jsonOf(file);
   if (!json) return pass(json.error());
-  if (auto flat = checkNesting(file, *json); !flat) return pass(flat.error());
-
-  std::string folder = file.path.parent_path().string();
-  if (folder.empty()) folder = ".";
+  if (auto good = checkJson(*json, file.path.string(), {kDeepestNesting, kWholeNumbers}); !good) {
+    return pass(good.error());
+  }
+  Buffers buffers{file.path.parent_path().string()};
+  if (buffers.folder.empty()) buffers.folder = ".";
   tinygltf::TinyGLTF loader;
-  loader.SetFsCallbacks({isBeside, samePath, readWhole, nullptr, &folder});
+  loader.SetFsCallbacks({isBeside, samePath, readWhole, nullptr, &buffers});
   loader.SetImageLoader(ignoreImage, nullptr);
-  tinygltf::Model model;
+  GltfModel loaded;
+  tinygltf::Model& model = loaded.model;
   std::string problem;
   std::string warning;
-  bool loaded = false;
+  bool parsed = false;
   try {
     const auto size = static_cast<unsigned int>(file.bytes.size());
-    loaded = file.bytes.starts_with("glTF")
-                 ? loader.LoadBinaryFromMemory(
-                       &model, &problem, &warning,
-                       reinterpret_cast<const unsigned char*>(file.bytes.data()), size, folder)
-                 : loader.LoadASCIIFromString(&model, &problem, &warning, file.bytes.data(), size,
-                                              folder);
+    parsed =
+        file.bytes.starts_with("glTF")
+            ? loader.LoadBinaryFromMemory(&model, &problem, &warning,
+                                          reinterpret_cast<const unsigned char*>(file.bytes.data()),
+                                          size, buffers.folder)
+            : loader.LoadASCIIFromString(&model, &problem, &warning, file.bytes.data(), size,
+                                         buffers.folder);
   } catch (const std::exception& exception) {
     problem = exception.what();
   }
-  if (!loaded) {
+  if (!parsed) {
     return invalid(fmt::format("is not glTF 2.0: {}", oneLine(problem)), file.path.string());
   }
   if (!model.asset.version.starts_with("2.")) {
@@ -159,7 +154,8 @@ Result<tinygltf::Model> loadGltfModel(const InputFile& file) {
                 fmt::format("requires the extension {}, which is not supported", extension),
                 file.path.string());
   }
-  return model;
+  loaded.bufferFiles = std::move(buffers.files);
+  return loaded;
 }
 
 }  // namespace t4d::formats

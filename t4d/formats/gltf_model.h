@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <vector>
 
 #include <tiny_gltf.h>
@@ -11,10 +12,16 @@
 /// What to check before and after tinygltf parses a file.
 namespace t4d::formats {
 
+struct GltfModel {
+  tinygltf::Model model;
+  std::vector<std::filesystem::path> bufferFiles;  ///< that were read besides the file itself
+};
+
 /// Parses a glTF 2.0 file, text or binary, and loads its buffers, which may be files in or below
-/// its folder. Does not load images. Fails on what tinygltf cannot parse, other versions, and
-/// required extensions that would change the geometry.
-Result<tinygltf::Model> loadGltfModel(const InputFile& file);
+/// its folder. Does not load images. Fails on what tinygltf cannot parse, keys that occur twice in
+/// an object, negative offsets, other versions, and required extensions that would change the
+/// geometry.
+Result<GltfModel> loadGltfModel(const InputFile& file);
 
 /// The numbers of an accessor, element after element, `components` each: normalised integers are
 /// mapped to [-1, 1] or [0, 1], sparse values are substituted. Every range is checked against the

@@ -1,6 +1,7 @@
 #include "t4d/formats/gltf_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -42,6 +43,11 @@ class Reader {
     if (hidden_ > 0) {
       loaded->notices.push_back(
           fmt::format("left out {}, whose scale is zero", counted(hidden_, "hidden node")));
+    }
+    if (sheared_ > 0) {
+      loaded->notices.emplace_back(
+          "matrices of nodes shear the mesh, which glTF does not allow; they are applied as they "
+          "are");
     }
     loaded->losses = gltfLosses(model_, used_);
     return loaded;
@@ -168,7 +174,7 @@ class Reader {
     return placed;
   }
 
-  Result<Eigen::Affine3d> localTransform(const tinygltf::Node& node, int index) const {
+  Result<Eigen::Affine3d> localTransform(const tinygltf::Node& node, int index) {
     const auto hasSize = [](const std::vector<double>& numbers, std::size_t size) {
       return numbers.empty() || numbers.size() == size;
     };
@@ -183,6 +189,13 @@ class Reader {
         return invalid("a matrix whose last row is not 0 0 0 1", element("nodes", index));
       }
       transform.matrix() = matrix;
+      // glTF allows products of a scale, a rotation and a translation only.
+      const Eigen::Matrix3d products = transform.linear().transpose() * transform.linear();
+      const Eigen::Vector3d squares = products.diagonal();
+      constexpr double kSquare = 1e-3;  // far above the rounding of float32
+      for (const auto& [i, j] : {std::pair{0, 1}, {1, 2}, {2, 0}}) {
+        sheared_ += std::abs(products(i, j)) > kSquare * std::sqrt(squares[i] * squares[j]);
+      }
       return transform;
     }
     if (!node.translation.empty()) {
@@ -191,8 +204,11 @@ class Reader {
     if (!node.rotation.empty()) {
       const auto& r = node.rotation;
       const Eigen::Quaterniond rotation(r[3], r[0], r[1], r[2]);
-      if (!(rotation.norm() > 0)) {
-        return invalid("a rotation by a quaternion of length 0", element("nodes", index));
+      constexpr double kUnit = 1e-2;  // far above the rounding of float32
+      if (!(std::abs(rotation.norm() - 1) <= kUnit)) {
+        return invalid(
+            fmt::format("a rotation by a quaternion of length {}, expected 1", rotation.norm()),
+            element("nodes", index));
       }
       transform.linear() = rotation.normalized().toRotationMatrix();
     }
@@ -299,15 +315,18 @@ class Reader {
   std::vector<std::string> places_;
   MeshBuilder builder_;
   std::size_t hidden_ = 0;
+  std::size_t sheared_ = 0;
   GltfUse used_;
 };
 
 }  // namespace
 
 Result<LoadedMesh> readGltf(const InputFile& file) {
-  const auto model = loadGltfModel(file);
-  if (!model) return pass(model.error());
-  return Reader(file, *model).read();
+  auto loaded = loadGltfModel(file);
+  if (!loaded) return pass(loaded.error());
+  auto mesh = Reader(file, loaded->model).read();
+  if (mesh) mesh->otherFiles = std::move(loaded->bufferFiles);
+  return mesh;
 }
 
 }  // namespace t4d::formats

@@ -274,7 +274,7 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
             "a.glb: is glTF version '1.0', expected 2.0");
   const std::string deep(100'000, '[');
   EXPECT_EQ(errorOf("a.gltf", R"({"extras":)" + deep),
-            "a.gltf: byte 209: JSON nested more than 200 levels deep");
+            "a.gltf: has JSON nested more than 200 levels deep");
   EXPECT_EQ(errorOf("a.gltf", "{\"scene\": 0}"),
             "a.gltf: is not glTF 2.0: \"asset\" object not found in .gltf or not an object type");
   auto bytes = glb(squareDocument());

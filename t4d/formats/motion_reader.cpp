@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <initializer_list>
-#include <set>
 #include <string_view>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/input_file.h"
+#include "t4d/formats/json_check.h"
 
 namespace t4d::formats {
 namespace {
@@ -178,16 +178,8 @@ Result<model::Motion> motionOf(const json& value, const std::string& name) {
 
 Result<model::Motion> parseMotion(const std::string& text, const std::string& name) try {
   // Of a key that comes twice the parser would keep the last value.
-  std::vector<std::set<std::string>> open;  // the keys so far of each object that has begun
-  const auto refuseTwice = [&](int, json::parse_event_t event, json& value) {
-    if (event == json::parse_event_t::object_start) open.emplace_back();
-    if (event == json::parse_event_t::object_end) open.pop_back();
-    if (event == json::parse_event_t::key && !open.back().insert(value.get<std::string>()).second) {
-      refuse(fmt::format("has the key '{}' twice in one object", value.get<std::string>()), name);
-    }
-    return true;
-  };
-  return motionOf(json::parse(text, refuseTwice), name);
+  if (auto good = checkJson(text, name); !good) return pass(good.error());
+  return motionOf(json::parse(text), name);
 } catch (const Refusal& refusal) {
   return pass(refusal.error);
 } catch (const json::exception& error) {

@@ -17,6 +17,8 @@ struct LoadedMesh {
   /// the other formats say of the look of a surface (normals, texture coordinates, colours,
   /// materials) is skipped without one.
   std::vector<std::string> losses = {};
+  /// Files that were read besides the one named: the buffers of a .gltf.
+  std::vector<std::filesystem::path> otherFiles = {};
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .gltf

@@ -26,16 +26,38 @@ struct IndexSpaceMesh {
   }
 };
 
+/// The distance from the surface near it, without a sign.
+openvdb::FloatGrid::Ptr distancesFrom(const model::TriangleMesh& mesh, const Lattice& lattice) {
+  // OpenVDB cannot compute with small voxels. Those are scaled by a power of two, which rounds
+  // nothing.
+  Lattice coarse = lattice;
+  while (coarse.voxelSize < kFinestVoxel) coarse.voxelSize *= 2;
+  coarse.origin.setZero();
+  auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+      IndexSpaceMesh{mesh, lattice}, *transformOf(coarse), kHalfWidth, kHalfWidth,
+      openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+  const auto scale = static_cast<float>(lattice.voxelSize / coarse.voxelSize);
+  if (scale != 1) {
+    const openvdb::FloatTree& from = grid->tree();
+    auto into = std::make_shared<openvdb::FloatTree>(from, scale * from.background(),
+                                                     openvdb::TopologyCopy());
+    for (auto leaf = from.cbeginLeaf(); leaf; ++leaf) {
+      float* value = into->probeLeaf(leaf->origin())->buffer().data();
+      for (unsigned i = 0; i < 512; ++i) value[i] = scale * leaf->getValue(i);
+    }
+    grid->setTree(into);
+  }
+  grid->setTransform(transformOf(lattice));
+  return grid;
+}
+
 }  // namespace
 
 openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattice& lattice,
                                    const Frame& inside) {
   // OpenVDB tells inside from outside by flooding from outside, which fills cavities. So it
   // computes only the distances, and we set the signs.
-  const auto transform = transformOf(lattice);
-  auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
-      IndexSpaceMesh{mesh, lattice}, *transform, kHalfWidth, kHalfWidth,
-      openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+  const auto grid = distancesFrom(mesh, lattice);
   openvdb::FloatTree& tree = grid->tree();
   const float background = tree.background();
 

@@ -115,7 +115,7 @@ openvdb::math::Transform::Ptr readTransform(VdbStream& stream) {
           type);
   const auto map = openvdb::math::MapRegistry::createMap(type);
   map->read(stream.stream());
-  return std::make_shared<openvdb::math::Transform>(map);
+  return transformBy(*map);
 }
 
 Beginning readBeginning(VdbStream& stream, const std::string& gridType) {

@@ -6,7 +6,9 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <openvdb/io/io.h>
 #include <openvdb/tools/Prune.h>
+#include <openvdb/util/Name.h>
 #include <tbb/parallel_for.h>
 
 #include "t4d/voxel4d/occupancy.h"
@@ -200,7 +202,7 @@ openvdb::Coord cornerOf(const Coord& block) {
 
 namespace {
 
-/// OpenVDB makes no map whose scale cubed is below 3e-15, but reads one.
+/// The map of a lattice with voxels below kFinestVoxel.
 openvdb::math::MapBase::Ptr fineMap(const Lattice& lattice) {
   using openvdb::Vec3d;
   const double size = lattice.voxelSize;
@@ -217,10 +219,19 @@ openvdb::math::MapBase::Ptr fineMap(const Lattice& lattice) {
 
 }  // namespace
 
+openvdb::math::Transform::Ptr transformBy(const openvdb::math::MapBase& map) {
+  std::stringstream stored;
+  openvdb::io::setCurrentVersion(stored);
+  openvdb::writeString(stored, map.type());
+  map.write(stored);
+  auto transform = std::make_shared<openvdb::math::Transform>();
+  transform->read(stored);
+  return transform;
+}
+
 openvdb::math::Transform::Ptr transformOf(const Lattice& lattice) {
-  constexpr double kFine = 1e-4;
-  if (lattice.voxelSize < kFine) {
-    return std::make_shared<openvdb::math::Transform>(fineMap(lattice));
+  if (lattice.voxelSize < kFinestVoxel) {
+    return transformBy(*fineMap(lattice));
   }
   openvdb::math::Mat4d matrix = openvdb::math::Mat4d::identity();
   for (int i = 0; i < 3; ++i) {

@@ -23,6 +23,7 @@
 #include "t4d/system/child_process.h"
 #include "t4d/system/temporary_folder.h"
 #include "t4d/voxel4d/voxelize.h"
+#include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/compare_page.h"
 #include "tools/program/compare_text.h"
@@ -84,7 +85,8 @@ std::optional<std::string> misuseOf(const CompareArguments& options) {
 struct Truth {
   model::TriangleMesh mesh;
   model::Motion motion;
-  bool lossy;  ///< the file of the solid holds more than was read
+  bool lossy;                      ///< the file of the solid holds more than was read
+  std::vector<std::string> files;  ///< all that were read
 
   double volume() const { return std::abs(signedVolume(mesh)); }
   double hypervolume() const { return volume() * (motion.timeEnd() - motion.timeBegin()); }
@@ -95,7 +97,10 @@ Result<Truth> truthOf(const CompareArguments& options) {
   if (!loaded) return pass(loaded.error());
   auto motion = formats::readMotion(options.motion);
   if (!motion) return pass(motion.error());
-  return Truth{std::move(loaded->mesh), std::move(*motion), !loaded->losses.empty()};
+  std::vector<std::string> files = {options.input, options.motion};
+  for (const auto& file : loaded->otherFiles) files.push_back(file.string());
+  return Truth{std::move(loaded->mesh), std::move(*motion), !loaded->losses.empty(),
+               std::move(files)};
 }
 
 /// A 4D mesh in a file, and what is known about how it was made.
@@ -103,6 +108,11 @@ struct MeshFile {
   std::string path;
   ComparedMesh mesh;
 };
+
+/// A path that is not mistaken for an option.
+std::string asOperand(const std::string& path) {
+  return path.starts_with('-') ? "./" + path : path;
+}
 
 /// Runs a backend in a separate process to make its mesh. If that fails, the backend has printed
 /// why, and the result is its exit code. `voxelSize` is for voxel4d, nothing for mesh4d.
@@ -114,9 +124,12 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
   std::string name = fs::path(options.input).stem().string() + "-" + backend;
   if (voxelSize && options.voxelSizes.size() > 1) name += fmt::format("-{}", *voxelSize);
   file.path = (folder / (name + ".t4d")).string();
-  std::vector<std::string> arguments = {"sweep",     options.input, "--motion", options.motion,
-                                        "--backend", backend,       "--up",     options.up,
-                                        "-o",        file.path,     "--json"};
+  std::vector<std::string> arguments = {"sweep",     asOperand(options.input),
+                                        "--motion",  asOperand(options.motion),
+                                        "--backend", backend,
+                                        "--up",      options.up,
+                                        "-o",        asOperand(file.path),
+                                        "--json"};
   const auto add = [&](const char* option, const std::string& value) {
     arguments.emplace_back(option);
     arguments.push_back(value);
@@ -210,6 +223,12 @@ Result<void> convertUnits(const Side& a, const std::string& pathOfA, Side& b,
   auto time = conversionTo(ofA.timeUnit, pathOfA, ofB.timeUnit, pathOfB, "time",
                            model::timeConversion, notes);
   if (!time) return pass(time.error());
+  if (originOf(ofA) != originOf(ofB)) {
+    notes.push_back(
+        fmt::format("the origins of {} and {} lie elsewhere in the original "
+                    "coordinates; positions are compared as they are in the files",
+                    pathOfA, pathOfB));
+  }
   if (length->isIdentity() && time->isIdentity()) return {};
   for (model::Body& body : b.bodies) {
     b.converted.push_back(std::make_unique<model::ConvertedSource>(*body.source, *length, *time));
@@ -387,6 +406,9 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
 int buildAndCompare(const CompareArguments& options, Outputs& outputs) {
   auto truth = truthOf(options);
   if (!truth) return report(truth.error());
+  for (const std::string& output : {options.html, options.csv}) {
+    if (const auto misuse = misuseOfOutput(output, truth->files)) return wrongUsage(*misuse);
+  }
   std::optional<system::TemporaryFolder> temporary;
   fs::path folder = options.keep;
   if (options.keep.empty()) {

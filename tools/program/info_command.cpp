@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/reader.h"
+#include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 
@@ -99,6 +100,10 @@ int run(const std::string& path, bool json) {
     fmt::print("  body '{}': {}, time {} to {}\n", metadata.bodies[i],
                counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin,
                body.time.end);
+  }
+  if (const model::Point3 origin = originOf(metadata); !origin.isZero(0)) {
+    fmt::print("  its origin is at ({}, {}, {}) of the original coordinates\n", origin.x(),
+               origin.y(), origin.z());
   }
   const std::string recovered = recoveredText(metadata.detailsJson);
   if (!recovered.empty()) fmt::print("  {}\n", recovered);

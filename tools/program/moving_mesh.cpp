@@ -17,7 +17,10 @@ Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
   printNotices(loaded->notices);
   auto poses = formats::readMotion(motion);
   if (!poses) return pass(poses.error());
-  return Loaded{std::move(loaded->mesh), std::move(*poses), std::move(loaded->losses)};
+  std::vector<std::string> files = {model, motion};
+  for (const auto& file : loaded->otherFiles) files.push_back(file.string());
+  return Loaded{std::move(loaded->mesh), std::move(*poses), std::move(loaded->losses),
+                std::move(files)};
 }
 
 }  // namespace t4d::tools

@@ -20,7 +20,8 @@ struct MovingMeshInput {
   struct Loaded {
     model::TriangleMesh mesh;
     model::Motion motion;
-    std::vector<std::string> losses;  ///< as formats::LoadedTriangleMesh
+    std::vector<std::string> losses;  ///< as formats::LoadedMesh
+    std::vector<std::string> files;   ///< all that were read
   };
   /// Reads both, and prints the notices of the mesh.
   Result<Loaded> read() const;

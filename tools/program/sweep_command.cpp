@@ -157,6 +157,9 @@ int run(const SweepArguments& options) {
   const ThreadLimit limit(options.threads);
   auto loaded = options.input.read();
   if (!loaded) return report(loaded.error());
+  if (const auto misuse = misuseOfOutput(options.output.path, loaded->files)) {
+    return wrongUsage(*misuse);
+  }
   const model::Motion& motion = loaded->motion;
   auto file =
       T4dFile::create(options.output, {options.backend, options.input.model, motion.lengthUnit,

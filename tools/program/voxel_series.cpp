@@ -10,6 +10,19 @@
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
+namespace {
+
+/// frameTimes, whose errors are the motion's fault.
+Result<std::vector<double>> frameTimesOf(const model::TimeSpan& span,
+                                         const voxel4d::FrameTimes& when) {
+  auto times = voxel4d::frameTimes(span, when);
+  if (times) return times;
+  Error error = times.error();
+  error.remedy = Remedy::Motion;
+  return pass(std::move(error));
+}
+
+}  // namespace
 
 void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix,
                    const std::string& otherwise) {
@@ -41,12 +54,13 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
   const double speed = voxel4d::maxSpeed(mesh, motion);
   const auto enough = voxel4d::framesWithin(voxelSize, speed, span);
   if (!when.count && !when.step) {
-    if (enough) return voxel4d::frameTimes(span, {*enough, {}});
+    if (enough) return frameTimesOf(span, {*enough, {}});
     Error error = enough.error();
     error.message += "; use larger voxels, or choose --frames";
+    error.remedy = Remedy::Motion;
     return pass(std::move(error));
   }
-  auto times = voxel4d::frameTimes(span, when);
+  auto times = frameTimesOf(span, when);
   if (!times) return times;
   const double voxels = voxel4d::largestGap(*times) * speed / voxelSize;
   constexpr double kRounding = 1e-9;

@@ -17,7 +17,11 @@ int run(const VoxelizeArguments& options) {
   std::vector<std::string> notices;
   const auto times = motionFrameTimes(options.series.times, options.series.voxelSize, loaded->mesh,
                                       loaded->motion, notices);
-  if (!times) return report(times.error());
+  if (!times) {
+    Error error = times.error();
+    error.where = options.input.motion;
+    return report(error);
+  }
   printNotices(notices);
   const int done =
       writeVoxelSeries(options.series, *times,
