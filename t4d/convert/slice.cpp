@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <numeric>
+#include <unordered_map>
 
 #include <fmt/format.h>
 
@@ -73,22 +74,26 @@ struct Slicer::CutPoint {
 };
 
 /// Maps edges of the slab to vertices of the slice. Each vertex has a chain of the cut edges above
-/// it. A chain is at most as long as the vertex has neighbours, and its entries are close together
-/// in memory because the cells are.
+/// it, whose entries are close together in memory because the cells are. A chain that would be
+/// longer than a few dozen, as at the apex of a cone, goes on in a hash table.
 class Slicer::PointTable {
  public:
   /// Clears the table, for a slab with `vertexCount` vertices.
   void clear(std::size_t vertexCount) {
     first_.assign(vertexCount, kNone);
     entries_.clear();
+    others_.clear();
   }
 
   /// The value of an edge, kNone if it is new. The caller then sets it before the next call.
   std::uint32_t& at(std::uint32_t below, std::uint32_t above) {
     std::uint32_t* link = &first_[below];
-    while (*link != kNone) {
+    for (int length = 0; *link != kNone; ++length) {
       Entry& entry = entries_[*link];
       if (entry.above == above) return entry.point;
+      if (length == kLongestChain) {
+        return others_.try_emplace(std::uint64_t{below} << 32U | above, kNone).first->second;
+      }
       link = &entry.next;
     }
     *link = static_cast<std::uint32_t>(entries_.size());
@@ -104,6 +109,10 @@ class Slicer::PointTable {
         visit(below, entries_[i].above, entries_[i].point);
       }
     }
+    for (const auto& [edge, point] : others_) {
+      const auto below = static_cast<std::uint32_t>(edge >> 32U);
+      if (below >= begin) visit(below, static_cast<std::uint32_t>(edge), point);
+    }
   }
 
  private:
@@ -113,6 +122,8 @@ class Slicer::PointTable {
     std::uint32_t next;
   };
   std::vector<std::uint32_t> first_;  // per vertex, kNone if no edge is cut
+  std::unordered_map<std::uint64_t, std::uint32_t> others_;
+  static constexpr int kLongestChain = 32;
   std::vector<Entry> entries_;
 };
 

@@ -6,6 +6,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace t4d::formats {
@@ -18,22 +19,44 @@ tl::unexpected<Error> ioError(const std::filesystem::path& target, const char* d
               target.string());
 }
 
+/// Whether a file is the one that the standard output goes to; /dev/null takes both.
+bool isStandardOutput(const struct stat& file) {
+  struct stat output {};
+  if (::fstat(STDOUT_FILENO, &output) != 0) return false;
+  const bool same = output.st_dev == file.st_dev && output.st_ino == file.st_ino;
+  const bool isNull = S_ISCHR(file.st_mode) && ::isatty(STDOUT_FILENO) == 0;
+  return same && !isNull;
+}
+
 }  // namespace
 
 Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   OutputFile file;
-  std::error_code ignored;
-  file.target_ = std::filesystem::is_symlink(target, ignored)
-                     ? std::filesystem::weakly_canonical(target, ignored)
-                     : target;
-  if (std::filesystem::is_directory(file.target_, ignored)) {
+  file.target_ = target;
+  struct stat there {};
+  const bool exists = ::stat(target.c_str(), &there) == 0;
+  if (!exists && errno != ENOENT)
+    return ioError(target, "open for writing");  // a loop of links, say
+  if (exists && S_ISDIR(there.st_mode)) {
     return fail(ErrorCode::Failed, "is a folder; name a file in it", target.string());
   }
-  const bool direct = std::filesystem::exists(file.target_, ignored) &&
-                      !std::filesystem::is_regular_file(file.target_, ignored);
-  if (direct) {
-    file.descriptor_ = ::open(file.target_.c_str(), O_WRONLY | O_CLOEXEC);
+  if (exists && isStandardOutput(there)) {
+    return fail(ErrorCode::Failed, "is the standard output, where the report goes; name a file",
+                target.string());
+  }
+  if (exists && !S_ISREG(there.st_mode)) {
+    file.descriptor_ = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
+    std::error_code ignored;
+    if (std::filesystem::is_symlink(target, ignored)) {
+      file.target_ = std::filesystem::weakly_canonical(target, ignored);
+    }
+    const auto folder = file.target_.parent_path();
+    if (!folder.empty() && !std::filesystem::exists(folder, ignored)) {
+      return fail(ErrorCode::Failed,
+                  fmt::format("cannot open for writing: there is no folder {}", folder.string()),
+                  target.string());
+    }
     auto part = system::PartFile::create(file.target_);
     if (!part) return pass(part.error());
     file.part_ = std::move(*part);

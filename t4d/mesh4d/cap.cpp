@@ -38,9 +38,6 @@ Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method) {
   if (method == CapMethod::Cone) return coneCap(mesh);
 #ifdef T4D_WITH_TETGEN
   const NormalizedMesh normalized(mesh);
-  if (auto checked = checkNoSelfIntersection(normalized.mesh()); !checked) {
-    return pass(checked.error());
-  }
   auto cap = tetgenCap(normalized.mesh());
   if (!cap) return cap;
   for (model::Point3& point : cap->inner) point = normalized.toInput(point);

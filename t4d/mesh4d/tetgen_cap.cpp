@@ -95,36 +95,59 @@ tl::unexpected<Error> gaveUp(const std::string& how) {
               {}, Remedy::ConeCaps);
 }
 
-/// Far more than TetGen takes for a surface that it can fill: it needs about 2 kB and 0.1 ms per
-/// triangle.
+/// The search for self-intersections compares all triangles around a vertex with each other.
+Result<void> checkValences(const model::TriangleMesh& mesh) {
+  constexpr std::uint32_t kMost = 10'000;
+  std::vector<std::uint32_t> valence(mesh.vertices.size());
+  for (const model::Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) ++valence[vertex];
+  }
+  const auto largest = std::max_element(valence.begin(), valence.end());
+  if (largest == valence.end() || *largest <= kMost) return {};
+  return invalid(fmt::format("vertex {} has {} triangles; TetGen caps are possible up to {}; close "
+                             "the ends with cones",
+                             largest - valence.begin(), *largest, kMost),
+                 {}, Remedy::ConeCaps);
+}
+
+/// Ten times what a surface takes that can be filled, about 2 kB and 50 microseconds per triangle.
 system::WorkLimits limitsFor(const model::TriangleMesh& mesh) {
   constexpr std::uint64_t kBytes = std::uint64_t{1} << 30;
   constexpr std::uint64_t kBytesPerTriangle = 20'000;
-  constexpr std::uint64_t kSeconds = 60;
-  constexpr std::uint64_t kTrianglesPerSecond = 500;
+  constexpr std::uint64_t kSeconds = 30;
+  constexpr std::uint64_t kTrianglesPerSecond = 2000;
   return {kBytes + kBytesPerTriangle * mesh.triangles.size(),
           kSeconds + mesh.triangles.size() / kTrianglesPerSecond};
 }
 
-/// Runs TetGen on the surface. It runs in a process of its own: it asserts, and some surfaces keep
-/// it busy for ever.
+/// The first byte of what comes back from the process that fills a solid.
+constexpr char kFilled = 'f';
+constexpr char kIntersects = 'i';
+constexpr char kRefused = 'r';
+
+std::string fillHere(const model::TriangleMesh& mesh) {
+  if (auto checked = checkNoSelfIntersection(mesh); !checked) {
+    return kIntersects + checked.error().message;
+  }
+  tetgenio in;
+  tetgenio out;
+  describe(mesh, in);
+  try {
+    // p: fill the surface; Y: add no points to it; Q: print nothing.
+    char switches[] = "pYQ";
+    ::tetrahedralize(switches, &in, &out);
+  } catch (int code) {
+    return kRefused + fmt::format("its code {}", code);
+  }
+  return kFilled + Filling::bytesOf(out);
+}
+
+/// Runs TetGen on the surface, in a process of its own: it asserts, and some surfaces keep it, or
+/// the search for self-intersections, busy for ever.
 Result<Filling> runTetGen(const model::TriangleMesh& mesh) {
+  if (auto checked = checkValences(mesh); !checked) return pass(checked.error());
   const system::WorkLimits limits = limitsFor(mesh);
-  auto work = system::runIsolated(
-      [&]() -> std::string {
-        tetgenio in;
-        tetgenio out;
-        describe(mesh, in);
-        try {
-          // p: fill the surface; Y: add no points to it; Q: print nothing.
-          char switches[] = "pYQ";
-          ::tetrahedralize(switches, &in, &out);
-        } catch (int code) {
-          return std::string(1, static_cast<char>(code));
-        }
-        return Filling::bytesOf(out);
-      },
-      limits);
+  const auto work = system::runIsolated([&] { return fillHere(mesh); }, limits);
   if (!work) return pass(work.error());
   using End = system::IsolatedWork::End;
   switch (work->end) {
@@ -137,8 +160,10 @@ Result<Filling> runTetGen(const model::TriangleMesh& mesh) {
     case End::Returned:
       break;
   }
-  if (work->result.size() == 1) return gaveUp(fmt::format("its code {}", +work->result.front()));
-  return Filling(work->result);
+  const std::string rest = work->result.substr(1);
+  if (work->result.front() == kIntersects) return invalid(rest, {}, Remedy::ConeCaps);
+  if (work->result.front() == kRefused) return gaveUp(rest);
+  return Filling(rest);
 }
 
 /// Fills the inside of the surface, including its cavities.

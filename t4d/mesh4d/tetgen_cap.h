@@ -4,8 +4,9 @@
 
 namespace t4d::mesh4d {
 
-/// `fillSolid` by TetGen, for a closed surface without self-intersections whose coordinates are
-/// about 1. TetGen runs in a process of its own, with limits on its memory and time.
+/// `fillSolid` by TetGen, for a closed surface whose coordinates are about 1, after
+/// checkNoSelfIntersection. Both run in a process of their own, with limits on memory and time in
+/// proportion to the mesh.
 Result<Cap> tetgenCap(const model::TriangleMesh& mesh);
 
 }  // namespace t4d::mesh4d

@@ -94,6 +94,11 @@ TEST(TetGenCap, ManyCrossingsAreNotAllSearched) {
   EXPECT_NE(errorOf(mesh).message.find("at least 1000 pairs"), std::string::npos);
 }
 
+TEST(TetGenCap, FansOfManyTrianglesAreRefusedAtOnce) {
+  EXPECT_NE(errorOf(fixtures::bipyramid(20'000)).message.find("has 20000 triangles"),
+            std::string::npos);
+}
+
 TEST(TetGenCap, CavityStaysEmpty) {
   const auto cap = fillSolid(fixtures::hollowCube(4, 2), CapMethod::TetGen);
   ASSERT_TRUE(cap) << cap.error().text();

@@ -1,6 +1,8 @@
 #include "t4d/voxel4d/vdb_file.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <streambuf>
 
 #include <fmt/format.h>
@@ -156,7 +158,9 @@ Result<std::unique_ptr<VdbFile>> VdbFile::open(const std::filesystem::path& path
   std::unique_ptr<VdbFile> file(new VdbFile);
   file->path_ = path;
   file->stream_.open(path, std::ios::binary);
-  if (!file->stream_) return fail(ErrorCode::Io, "cannot open for reading", path.string());
+  if (!file->stream_) {
+    return fail(ErrorCode::Io, fmt::format("cannot open: {}", std::strerror(errno)), path.string());
+  }
   file->size_ = static_cast<std::int64_t>(std::filesystem::file_size(path, error));
   std::string magic(kMagic.size(), '\0');
   file->stream_.read(magic.data(), static_cast<std::streamsize>(magic.size()));

@@ -65,13 +65,13 @@ ordered_json convergenceJson(const CompareReport& report) {
 
 void printText(const CompareReport& report) {
   const Comparison& comparison = report.comparisons.back();
-  fmt::print("{}\n\n", report.title);
+  print("{}\n\n", report.title);
   if (report.comparisons.size() > 1) {
     printTable(convergenceTable(report), "lr");
     return;
   }
   printTable(meshTable(report, comparison), "lr");
-  fmt::print("\n");
+  print("\n");
   printTable(sliceTable(report, comparison), "r");
 }
 

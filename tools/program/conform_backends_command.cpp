@@ -122,16 +122,16 @@ void printText(const std::vector<CaseResult>& results, std::size_t passed) {
       if (check.passed || ++failed > kShown) continue;
       const std::string differ =
           check.tolerance > 0 ? fmt::format(", tolerance {:.2g}", check.tolerance) : "";
-      fmt::print("FAILED {} by {}: {}: expected {}, found {}{} ({}){}\n", result.id, result.backend,
-                 check.name, valueText(check.expected), valueText(check.actual), differ,
-                 check.reason, check.found.empty() ? "" : "\n       " + check.found);
+      print("FAILED {} by {}: {}: expected {}, found {}{} ({}){}\n", result.id, result.backend,
+            check.name, valueText(check.expected), valueText(check.actual), differ, check.reason,
+            check.found.empty() ? "" : "\n       " + check.found);
     }
     if (failed > kShown) {
-      fmt::print("       and {} more of this case; --json and --html show all\n",
-                 counted(failed - kShown, "check"));
+      print("       and {} more of this case; --json and --html show all\n",
+            counted(failed - kShown, "check"));
     }
   }
-  fmt::print("{} of {} cases passed\n", passed, results.size());
+  print("{} of {} cases passed\n", passed, results.size());
 }
 
 int list(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Backend>>& backends,

@@ -27,8 +27,8 @@ int copy(const std::string& directory, bool force) {
     }
   }
   if (auto written = writeCorpus(directory); !written) return report(written.error());
-  fmt::print("{}: the corpus {}, {} files; README.md says what is in them\n", directory,
-             kCorpusVersion, makeCorpus().size());
+  print("{}: the corpus {}, {} files; README.md says what is in them\n", directory, kCorpusVersion,
+        makeCorpus().size());
   return kDone;
 }
 
@@ -85,7 +85,7 @@ int list(const std::vector<std::string>& only, const std::vector<std::string>& s
   for (const ReaderCase& test : cases) width = std::max(width, test.id.size());
   for (const ReaderCase& test : cases) {
     const std::string rule = test.id == test.file->id ? test.file->rule : "";
-    fmt::print("{:{}}  {:7}  {:3}  {}\n", test.id, width, resultOf(test), rule, faultOf(test));
+    print("{:{}}  {:7}  {:3}  {}\n", test.id, width, resultOf(test), rule, faultOf(test));
   }
   return kDone;
 }

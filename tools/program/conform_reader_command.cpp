@@ -115,11 +115,11 @@ int run(const ConformReaderArguments& options) {
     if (*kept > 0) say(fmt::format("{} in {}", counted(*kept, "file"), options.keep));
   }
   if (options.json) {
-    fmt::print("{}", reportJson(options.reader, cases, *results));
+    print("{}", reportJson(options.reader, cases, *results));
   } else {
     constexpr std::size_t kShown = 20;
-    fmt::print("{}", reportText(options.reader, commandOf(options), options.serve, cases, *results,
-                                options.verbose ? cases.size() : kShown));
+    print("{}", reportText(options.reader, commandOf(options), options.serve, cases, *results,
+                           options.verbose ? cases.size() : kShown));
   }
   const OutcomeCounts counts = countsOf(*results);
   const auto count = [&](Outcome outcome) { return counts[static_cast<std::size_t>(outcome)]; };

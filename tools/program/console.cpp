@@ -18,9 +18,46 @@ void printOnStandardError(const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
+bool continuesCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+/// The text without its middle part if it is long.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kLongest = 2000;
+  constexpr std::size_t kEnd = 500;
+  if (text.size() <= kLongest) return text;
+  std::size_t cut = kLongest - kEnd;
+  std::size_t resume = text.size() - kEnd;
+  while (cut > 0 && continuesCharacter(text[cut])) --cut;
+  while (resume < text.size() && continuesCharacter(text[resume])) ++resume;
+  return text.substr(0, cut) + " [...] " + text.substr(resume);
+}
+
 }  // namespace
 
-void say(const std::string& message) { printOnStandardError("t4d: " + message + "\n"); }
+std::string shown(std::string_view text) {
+  constexpr unsigned char kDelete = 0x7F;
+  std::string result;
+  result.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    // The controls of U+0080 to U+009F are C2 80 to C2 9F.
+    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0;
+    const bool second = c == 0xC2 && next >= 0x80 && next < 0xA0;
+    if (second) {
+      result += fmt::format("\\x{:02x}", next);
+      ++i;
+    } else if ((c < 0x20 && c != '\n') || c == kDelete) {
+      result += fmt::format("\\x{:02x}", c);
+    } else {
+      result += text[i];
+    }
+  }
+  return result;
+}
+
+void say(const std::string& message) {
+  printOnStandardError("t4d: " + shown(shortened(message)) + "\n");
+}
 
 int wrongUsage(const std::string& message) {
   say(message);
@@ -64,7 +101,7 @@ void printTable(const std::vector<std::vector<std::string>>& rows, std::string_v
                   : fmt::format("{:>{}}", row[i], widths[i]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
-    fmt::print("{}\n", line);
+    print("{}\n", line);
   }
 }
 

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json_fwd.hpp>
 
 #include "t4d/model/error.h"
@@ -22,7 +24,18 @@ enum ExitCode : int {
   kInvalid = 4,  ///< the input is invalid or cannot be read
 };
 
-/// Prints "t4d: ", the message and a line break to standard error; ignores failures.
+/// The text with control characters as "\\x1b" and the like, but for line breaks: names in a file
+/// must not command the terminal.
+std::string shown(std::string_view text);
+
+/// Prints to standard output, as `shown`.
+template <class... Values>
+void print(fmt::format_string<Values...> text, Values&&... values) {
+  fmt::print("{}", shown(fmt::format(text, std::forward<Values>(values)...)));
+}
+
+/// Prints "t4d: ", the message and a line break to standard error, as `shown`; ignores failures.
+/// Shortens a message that repeats pages of its input.
 void say(const std::string& message);
 
 /// Prints what is wrong with the options and returns kUsage.

@@ -67,9 +67,9 @@ int run(const FlipbookArguments& options) {
                {"seconds", seconds},
                {"bytes", bytes}});
   } else {
-    fmt::print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n", options.output,
-               counted(written->frames, "frame"), times.front(), times.back(), seconds,
-               counted(written->triangles, "triangle"), sizeText(bytes));
+    print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n", options.output,
+          counted(written->frames, "frame"), times.front(), times.back(), seconds,
+          counted(written->triangles, "triangle"), sizeText(bytes));
   }
   if (written->triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});

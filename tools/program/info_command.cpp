@@ -84,29 +84,27 @@ int run(const std::string& path, bool json) {
     return kDone;
   }
   const auto unit = [](const std::string& name) { return name.empty() ? name : " " + name; };
-  fmt::print("{}: .t4d {}, {}, by {}{}\n", path, version, sizeText(reader->fileBytes()),
-             metadata.generator.empty() ? "an unknown program" : metadata.generator,
-             metadata.backend.empty() ? "" : " (" + metadata.backend + ")");
-  fmt::print("  {}, {} in {}\n", counted(all.vertices, "vertex", "vertices"),
-             counted(all.tetrahedra, "tetrahedron", "tetrahedra"), counted(all.slabs, "slab"));
-  fmt::print("  time {} to {}{}\n", all.time.begin, all.time.end, unit(metadata.timeUnit));
+  print("{}: .t4d {}, {}, by {}{}\n", path, version, sizeText(reader->fileBytes()),
+        metadata.generator.empty() ? "an unknown program" : metadata.generator,
+        metadata.backend.empty() ? "" : " (" + metadata.backend + ")");
+  print("  {}, {} in {}\n", counted(all.vertices, "vertex", "vertices"),
+        counted(all.tetrahedra, "tetrahedron", "tetrahedra"), counted(all.slabs, "slab"));
+  print("  time {} to {}{}\n", all.time.begin, all.time.end, unit(metadata.timeUnit));
   const model::Point3& low = all.bounds.min;
   const model::Point3& high = all.bounds.max;
-  fmt::print("  x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}{}; {} is up\n", low.x(),
-             high.x(), low.y(), high.y(), low.z(), high.z(), unit(metadata.lengthUnit),
-             metadata.up);
+  print("  x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}{}; {} is up\n", low.x(),
+        high.x(), low.y(), high.y(), low.z(), high.z(), unit(metadata.lengthUnit), metadata.up);
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     const formats::BodySummary& body = reader->summary(i);
-    fmt::print("  body '{}': {}, time {} to {}\n", metadata.bodies[i],
-               counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin,
-               body.time.end);
+    print("  body '{}': {}, time {} to {}\n", metadata.bodies[i],
+          counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin, body.time.end);
   }
   if (const model::Point3 origin = originOf(metadata); !origin.isZero(0)) {
-    fmt::print("  its origin is at ({}, {}, {}) of the original coordinates\n", origin.x(),
-               origin.y(), origin.z());
+    print("  its origin is at ({}, {}, {}) of the original coordinates\n", origin.x(), origin.y(),
+          origin.z());
   }
   const std::string recovered = recoveredText(metadata.detailsJson);
-  if (!recovered.empty()) fmt::print("  {}\n", recovered);
+  if (!recovered.empty()) print("  {}\n", recovered);
   return kDone;
 }
 

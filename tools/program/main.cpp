@@ -1,8 +1,13 @@
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <new>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -49,8 +54,15 @@ int run(int argc, char** argv) {
       "`t4d VERB --help` prints the options of a verb.");
   int exitCode = kDone;
   addVerbs(app, exitCode);
+  // CLI11 takes the words from the last to the first.
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (!words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  std::reverse(words.begin(), words.end());
   try {
-    app.parse(argc, argv);
+    app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) {
       const std::vector<std::string> unknown = app.remaining(true);
@@ -67,6 +79,17 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
   return exitCode;
+}
+
+/// The files among the arguments, for an error that cannot say which it is about.
+std::string filesAmong(int argc, char** argv) {
+  std::string files;
+  for (int i = 1; i < argc; ++i) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(argv[i], ignored)) continue;
+    files += files.empty() ? argv[i] : std::string(", ") + argv[i];
+  }
+  return files;
 }
 
 /// A run whose results did not reach standard output has failed.
@@ -90,7 +113,8 @@ int main(int argc, char** argv) {
   try {
     exitCode = run(argc, argv);
   } catch (const std::bad_alloc&) {
-    say("out of memory");
+    const std::string files = filesAmong(argc, argv);
+    say(files.empty() ? "out of memory" : "out of memory, working on " + files);
   } catch (const std::exception& error) {
     if (std::ferror(stdout) == 0) say(error.what());
   }

@@ -57,26 +57,25 @@ ordered_json jsonOf(const std::string& input, const std::string& output,
 
 void printText(const std::string& output, const edit::RecoverReport& report) {
   const std::uint64_t of = report.slabsKnown.value_or(report.slabsSaved);
-  fmt::print("{}: {}{} slab{} saved\n", output, grouped(report.slabsSaved),
-             report.slabsKnown ? " of " + grouped(of) : "", of == 1 ? "" : "s");
+  print("{}: {}{} slab{} saved\n", output, grouped(report.slabsSaved),
+        report.slabsKnown ? " of " + grouped(of) : "", of == 1 ? "" : "s");
   for (std::size_t i = 0; i < std::min(kLines, report.closed.size()); ++i) {
     const auto& [body, end] = report.closed[i];
-    fmt::print("  closed '{}' where it {} at time {}: a cap over {} triangles\n", body,
-               end.begin ? "begins" : "ends", end.time, grouped(end.triangles));
+    print("  closed '{}' where it {} at time {}: a cap over {} triangles\n", body,
+          end.begin ? "begins" : "ends", end.time, grouped(end.triangles));
   }
   if (report.closed.size() > kLines) {
-    fmt::print("  and {} more caps\n", grouped(report.closed.size() - kLines));
+    print("  and {} more caps\n", grouped(report.closed.size() - kLines));
   }
   const measure::T4dValidation& validation = *report.validation;
-  fmt::print("  {}", validation.valid() ? "valid" : "INVALID");
+  print("  {}", validation.valid() ? "valid" : "INVALID");
   if (validation.mesh) {
-    fmt::print(": closed {}, oriented {}; hypervolume {:.12g}",
-               validation.mesh->closed ? "yes" : "NO", validation.mesh->oriented ? "yes" : "NO",
-               validation.mesh->hypervolume);
+    print(": closed {}, oriented {}; hypervolume {:.12g}", validation.mesh->closed ? "yes" : "NO",
+          validation.mesh->oriented ? "yes" : "NO", validation.mesh->hypervolume);
   }
-  fmt::print("\n");
+  print("\n");
   for (const measure::Issue& issue : validation.issues.issues) {
-    if (issue.severity == measure::Severity::Error) fmt::print("  error: {}\n", issue.message);
+    if (issue.severity == measure::Severity::Error) print("  error: {}\n", issue.message);
   }
 }
 

@@ -145,12 +145,12 @@ int run(const SliceArguments& options) {
                {"slabs_read", sections->slabsRead},
                {"bytes_read", input->reader.bytesRead()}});
   } else {
-    fmt::print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
-               options.output.empty() ? "" : options.output + ": ",
-               counted(vertices, "vertex", "vertices"), counted(triangles, "triangle"),
-               closed ? "closed" : "NOT CLOSED", volume, area);
-    fmt::print("  read {} of {}, {}\n", sizeText(input->reader.bytesRead()),
-               sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"));
+    print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
+          options.output.empty() ? "" : options.output + ": ",
+          counted(vertices, "vertex", "vertices"), counted(triangles, "triangle"),
+          closed ? "closed" : "NOT CLOSED", volume, area);
+    print("  read {} of {}, {}\n", sizeText(input->reader.bytesRead()),
+          sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"));
   }
   if (triangles == 0)
     printNotices({"the slice is empty: the solid does not reach this hyperplane"});

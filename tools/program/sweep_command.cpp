@@ -192,12 +192,11 @@ int run(const SweepArguments& options) {
                {"peak_bytes", peakBytes()},
                {"bytes", *bytes}});
   } else {
-    fmt::print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(made->vertices),
-               grouped(made->tetrahedra));
-    fmt::print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
-               grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
-    fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
-               sizeText(peakBytes()));
+    print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(made->vertices),
+          grouped(made->tetrahedra));
+    print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
+          grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
+    print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
   }
   std::vector<std::string> losses = std::move(loaded->losses);
   for (std::string& loss : file->losses()) losses.push_back(std::move(loss));

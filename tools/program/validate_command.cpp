@@ -47,25 +47,25 @@ ordered_json jsonOf(const measure::T4dValidation& validation, bool deep) {
 }
 
 void printText(const std::string& path, const measure::T4dValidation& validation) {
-  fmt::print("{}: {}\n", path, validation.valid() ? "valid" : "INVALID");
+  print("{}: {}\n", path, validation.valid() ? "valid" : "INVALID");
   if (validation.mesh) {
     const measure::MeshReport& mesh = *validation.mesh;
     const auto yes = [](bool value) { return value ? "yes" : "NO"; };
-    fmt::print("  closed {}, oriented {}", yes(mesh.closed), yes(mesh.oriented));
-    if (mesh.vertexLinksOk) fmt::print(", vertex links are spheres {}", yes(*mesh.vertexLinksOk));
-    fmt::print("\n  {}, {} in {}, {}\n", counted(mesh.vertices, "vertex", "vertices"),
-               counted(mesh.tetrahedra, "tetrahedron", "tetrahedra"), counted(mesh.slabs, "slab"),
-               counted(mesh.components, "component"));
-    fmt::print("  hypervolume {:.12g}, 3-volume of the boundary {:.12g}, {}\n", mesh.hypervolume,
-               mesh.boundaryVolume, counted(mesh.degenerateCells, "degenerate cell"));
+    print("  closed {}, oriented {}", yes(mesh.closed), yes(mesh.oriented));
+    if (mesh.vertexLinksOk) print(", vertex links are spheres {}", yes(*mesh.vertexLinksOk));
+    print("\n  {}, {} in {}, {}\n", counted(mesh.vertices, "vertex", "vertices"),
+          counted(mesh.tetrahedra, "tetrahedron", "tetrahedra"), counted(mesh.slabs, "slab"),
+          counted(mesh.components, "component"));
+    print("  hypervolume {:.12g}, 3-volume of the boundary {:.12g}, {}\n", mesh.hypervolume,
+          mesh.boundaryVolume, counted(mesh.degenerateCells, "degenerate cell"));
   }
   for (const measure::Issue& issue : validation.issues.issues) {
     static constexpr const char* kNames[] = {"error", "warning", "information", "hint"};
     std::string where;
     if (issue.slab) where += fmt::format(" slab {}", *issue.slab);
     if (issue.offset) where += fmt::format(" at byte {}", *issue.offset);
-    fmt::print("  {}{}: {} [{}]\n", kNames[static_cast<int>(issue.severity)], where, issue.message,
-               issue.code);
+    print("  {}{}: {} [{}]\n", kNames[static_cast<int>(issue.severity)], where, issue.message,
+          issue.code);
   }
 }
 

@@ -120,13 +120,12 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
                {"peak_bytes", peakBytes()},
                {"bytes", written->bytes}});
   } else {
-    fmt::print("{}: {} of {} from time {} to {}\n", options.folder,
-               counted(written->frames, "frame"), options.mask ? "inside points" : "level sets",
-               times.front(), times.back());
-    fmt::print("  {} inside, at most {} in a frame\n", counted(written->insidePoints, "point"),
-               counted(written->mostActiveVoxels, "active voxel"));
-    fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,
-               sizeText(peakBytes()));
+    print("{}: {} of {} from time {} to {}\n", options.folder, counted(written->frames, "frame"),
+          options.mask ? "inside points" : "level sets", times.front(), times.back());
+    print("  {} inside, at most {} in a frame\n", counted(written->insidePoints, "point"),
+          counted(written->mostActiveVoxels, "active voxel"));
+    print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,
+          sizeText(peakBytes()));
   }
   if (written->emptyFrames > 0) {
     printNotices(

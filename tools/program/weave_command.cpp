@@ -74,13 +74,11 @@ int run(const WeaveArguments& options) {
                {"cap_tetrahedra", woven->capTetrahedra},
                {"bytes", *bytes}});
   } else {
-    fmt::print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path,
-               grouped(woven->vertices), grouped(woven->tetrahedra),
-               counted(woven->frames, "frame"));
-    fmt::print("  caps of {} and {} tetrahedra\n", grouped(woven->capTetrahedra[0]),
-               grouped(woven->capTetrahedra[1]));
-    fmt::print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds,
-               sizeText(peakBytes()));
+    print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven->vertices),
+          grouped(woven->tetrahedra), counted(woven->frames, "frame"));
+    print("  caps of {} and {} tetrahedra\n", grouped(woven->capTetrahedra[0]),
+          grouped(woven->capTetrahedra[1]));
+    print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
   }
   return reportLosses(file->losses());
 }

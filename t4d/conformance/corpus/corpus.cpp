@@ -13,6 +13,7 @@
 
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/texts.h"
+#include "t4d/formats/output_file.h"
 
 namespace t4d::conformance {
 namespace {
@@ -129,13 +130,14 @@ Result<void> writeCorpus(const std::filesystem::path& directory) {
     const std::filesystem::path path = directory / name;
     std::error_code error;
     std::filesystem::create_directories(path.parent_path(), error);
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) {
-      return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
-                  path.string());
+    if (error) {
+      return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(),
+                  path.parent_path().string());
     }
+    auto file = formats::OutputFile::create(path);
+    if (!file) return pass(file.error());
+    auto done = file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+    if (!done) return done;
   }
   return {};
 }
