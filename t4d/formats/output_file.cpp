@@ -48,8 +48,9 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
     file.descriptor_ = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     std::error_code ignored;
-    if (std::filesystem::is_symlink(target, ignored)) {
-      file.target_ = std::filesystem::weakly_canonical(target, ignored);
+    while (std::filesystem::is_symlink(file.target_, ignored)) {
+      file.target_ =
+          file.target_.parent_path() / std::filesystem::read_symlink(file.target_, ignored);
     }
     const auto folder = file.target_.parent_path();
     if (!folder.empty() && !std::filesystem::exists(folder, ignored)) {

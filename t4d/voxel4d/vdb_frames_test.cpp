@@ -444,8 +444,8 @@ TEST_F(VdbFrames, RefusesATransformThatCannotBeUndone) {
   const std::string type = "UniformScaleMap";
   bytes.replace(bytes.find(type) + type.size(), 24, 24, '\0');
   std::ofstream(files[1], std::ios::binary) << bytes;
-  EXPECT_EQ(refusal(files),
-            "frame2.vdb: grid 'ball': its transform cannot be undone: voxels have no size");
+  EXPECT_EQ(refusal(files).substr(0, 70),
+            "frame2.vdb: grid 'ball': its transform takes a voxel's axes to (0, 0, ");
 }
 
 TEST_F(VdbFrames, RefusesTimesThatAreMissingOrDoNotIncrease) {
@@ -461,7 +461,7 @@ TEST_F(VdbFrames, RefusesTimesThatAreMissingOrDoNotIncrease) {
     EXPECT_NE(refusal({good}, {.frameTime = step}).find("must be a positive number"),
               std::string::npos);
   }
-  EXPECT_NE(refusal({good}, {.frameTime = 1e-3, .startTime = 1e15}).find("times do not increase"),
+  EXPECT_NE(refusal({good}, {.frameTime = 1e-3, .startTime = 1e15}).find("doubles are too coarse"),
             std::string::npos);
 }
 

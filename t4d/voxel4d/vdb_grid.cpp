@@ -200,25 +200,6 @@ openvdb::Coord cornerOf(const Coord& block) {
   return {block.x * kBlockSize, block.y * kBlockSize, block.z * kBlockSize};
 }
 
-namespace {
-
-/// The map of a lattice with voxels below kFinestVoxel.
-openvdb::math::MapBase::Ptr fineMap(const Lattice& lattice) {
-  using openvdb::Vec3d;
-  const double size = lattice.voxelSize;
-  std::stringstream stored;
-  Vec3d(lattice.origin.x(), lattice.origin.y(), lattice.origin.z()).write(stored);
-  // The scale, the size of a voxel, the scale's inverse, its square, and half the inverse.
-  for (const double number : {size, size, 1 / size, 1 / size / size, 0.5 / size}) {
-    Vec3d(number).write(stored);
-  }
-  auto map = std::make_shared<openvdb::math::UniformScaleTranslateMap>();
-  map->read(stored);
-  return map;
-}
-
-}  // namespace
-
 openvdb::math::Transform::Ptr transformBy(const openvdb::math::MapBase& map) {
   std::stringstream stored;
   openvdb::io::setCurrentVersion(stored);
@@ -230,12 +211,9 @@ openvdb::math::Transform::Ptr transformBy(const openvdb::math::MapBase& map) {
 }
 
 openvdb::math::Transform::Ptr transformOf(const Lattice& lattice) {
-  if (lattice.voxelSize < kFinestVoxel) {
-    return transformBy(*fineMap(lattice));
-  }
   openvdb::math::Mat4d matrix = openvdb::math::Mat4d::identity();
   for (int i = 0; i < 3; ++i) {
-    matrix[i][i] = lattice.voxelSize;
+    matrix[i][i] = lattice.voxelSize < kFinestVoxel ? 1 : lattice.voxelSize;
     matrix[3][i] = lattice.origin[i];
   }
   return openvdb::math::Transform::createLinearTransform(matrix);

@@ -20,17 +20,33 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Replaces the random UUID of a file by one of its contents: the same grid makes the same bytes.
-void setUuid(std::fstream& file) {
-  constexpr std::size_t kAt = 21;  // after magic number, versions and a flag
+/// Replaces the voxels of 1 in a file by those that transformOf leaves to us.
+void setVoxelSize(std::string& bytes, double size) {
+  const std::string type = openvdb::math::UniformScaleMap::mapType();
+  // The scale, the size of a voxel, the scale's inverse, its square, and half the inverse; for each
+  // axis.
+  char* into = bytes.data() + bytes.find(type) + type.size();
+  for (const double number : {size, size, 1 / size, 1 / size / size, 0.5 / size}) {
+    for (int axis = 0; axis < 3; ++axis, into += sizeof number) {
+      std::memcpy(into, &number, sizeof number);
+    }
+  }
+}
+
+/// Replaces the random UUID of a file by one of its contents, so that the same grid makes the same
+/// bytes, and the transform if OpenVDB cannot make it.
+void amend(std::fstream& file, double voxelSize) {
+  constexpr std::size_t kAt = 21;  // of the UUID, after magic number, versions and a flag
   constexpr std::size_t kLength = 36;
   const auto size = static_cast<std::size_t>(file.seekg(0, std::ios::end).tellg());
   std::string bytes(size, '\0');
   file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(size));
+  if (voxelSize < kFinestVoxel) setVoxelSize(bytes, voxelSize);
   bytes.replace(kAt, kLength, kLength, '0');
   const boost::uuids::name_generator_sha1 named(boost::uuids::ns::oid());
   const std::string uuid = to_string(named(bytes.data(), bytes.size()));
-  file.seekp(kAt).write(uuid.data(), static_cast<std::streamsize>(uuid.size()));
+  bytes.replace(kAt, kLength, uuid);
+  file.seekp(0).write(bytes.data(), static_cast<std::streamsize>(size));
 }
 
 /// OpenVDB's own io::File does not notice a full disk; our stream throws.
@@ -93,7 +109,7 @@ VdbSeries::~VdbSeries() {
   if (madeFolder_) fs::remove(folder_, ignored);
 }
 
-Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
+Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid, double voxelSize) {
   const std::string& name = names_.at(parts_.size());
   auto part = system::PartFile::create(folder_ / name);
   if (!part) return pass(part.error());
@@ -102,7 +118,7 @@ Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid) {
     file.exceptions(std::ios::failbit | std::ios::badbit);
     file.open(part->path(), std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
     Encoder::encode(file, grid);
-    setUuid(file);
+    amend(file, voxelSize);
     file.close();
   } catch (const std::ios_base::failure&) {
     return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),

@@ -23,7 +23,7 @@ class VdbSeries {
   ~VdbSeries();
 
   /// The next frame; returns the bytes of its file.
-  Result<std::uint64_t> put(const openvdb::GridBase::Ptr& grid);
+  Result<std::uint64_t> put(const openvdb::GridBase::Ptr& grid, double voxelSize);
   Result<void> commit();
 
  private:

@@ -172,7 +172,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     grid->setName(options.mask ? "inside" : "surface");
     grid->setCreator("t4d");
     grid->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(time));
-    auto bytes = files->put(grid);
+    auto bytes = files->put(grid, options.voxelSize);
     if (!bytes) return pass(bytes.error());
     series.bytes += *bytes;
     const std::uint64_t insidePoints = countInside(voxels->inside);

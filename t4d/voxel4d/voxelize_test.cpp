@@ -247,8 +247,10 @@ TEST(Voxelize, FrameTimesOutOfReachAreRefused) {
 }
 
 TEST(Voxelize, ErrorsSayWhen) {
-  EXPECT_EQ(errorOf(fixtures::cube(4), {.voxelSize = 0}),
-            "at time 0: the voxel size is 0; it must be a positive number");
+  EXPECT_EQ(
+      errorOf(fixtures::cube(4), {.voxelSize = 0}),
+      "voxels of 0 are requested; 1e-30 to 1e+30 are possible in level sets, whose distances are "
+      "float32");
   TriangleMesh open = fixtures::cube(4);
   open.triangles.pop_back();
   EXPECT_NE(errorOf(open, {}).find("at time 0: the mesh is open"), std::string::npos);
