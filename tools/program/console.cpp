@@ -55,9 +55,9 @@ std::string shown(std::string_view text) {
   return result;
 }
 
-void say(const std::string& message) {
-  printOnStandardError("t4d: " + shown(shortened(message)) + "\n");
-}
+void sayAsIs(const std::string& text) { printOnStandardError(shown(shortened(text))); }
+
+void say(const std::string& message) { sayAsIs("t4d: " + message + "\n"); }
 
 int wrongUsage(const std::string& message) {
   say(message);

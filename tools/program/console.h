@@ -38,6 +38,9 @@ void print(fmt::format_string<Values...> text, Values&&... values) {
 /// Shortens a message that repeats pages of its input.
 void say(const std::string& message);
 
+/// The same without "t4d: " and the line break.
+void sayAsIs(const std::string& text);
+
 /// Prints what is wrong with the options and returns kUsage.
 int wrongUsage(const std::string& message);
 

@@ -5,6 +5,7 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,7 +77,12 @@ int run(int argc, char** argv) {
         for (const std::string& word : unknown) say("not understood: " + word);
       }
     }
-    return app.exit(error) == 0 ? kDone : kUsage;
+    std::ostringstream help;
+    std::ostringstream wrong;
+    const int code = app.exit(error, help, wrong);
+    print("{}", help.str());
+    sayAsIs(wrong.str());
+    return code == 0 ? kDone : kUsage;
   }
   return exitCode;
 }

@@ -24,8 +24,10 @@ using model::Slab;
 
 class T4dWriter::File {
  public:
-  File(OutputFile file, const Metadata& metadata, const T4dWriteOptions& options)
-      : out_(std::move(file)),
+  File(const std::filesystem::path& path, OutputFile file, const Metadata& metadata,
+       const T4dWriteOptions& options)
+      : path_(path),
+        out_(std::move(file)),
         metadata_(metadata),
         arrays_{options.compression, options.float32},
         indexed_(options.index) {
@@ -142,8 +144,10 @@ class T4dWriter::File {
     if (arrays_.float32) {
       constexpr double kLargest = std::numeric_limits<float>::max();
       for (const Point4& vertex : slab.vertices) {
-        if (vertex.head<3>().cwiseAbs().maxCoeff() > kLargest) {
-          return invalid("a coordinate is too large for a 32-bit float");
+        const double coordinate = vertex.head<3>().cwiseAbs().maxCoeff();
+        if (coordinate > kLargest) {
+          return invalid(fmt::format(
+              "a coordinate of {:.3g} is too large for float32; write float64", coordinate));
         }
       }
     }
@@ -171,7 +175,8 @@ class T4dWriter::File {
 
   Result<void> putSlab(Body& body, const Slab& slab) {
     if (auto checked = checkAgainstBody(body, slab); !checked) {
-      return invalid(checked.error().message, fmt::format("slab {}", body.summary.slabs));
+      return invalid(checked.error().message,
+                     fmt::format("{}: slab {}", path_.string(), body.summary.slabs));
     }
     const Connectivity& connectivity = *slab.connectivity;
     IndexRecord record;
@@ -226,6 +231,7 @@ class T4dWriter::File {
     return out_.write(footer.data(), footer.size());
   }
 
+  std::filesystem::path path_;
   OutputFile out_;
   Metadata metadata_;
   ArrayOptions arrays_;
@@ -250,7 +256,7 @@ Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Met
   if (!parsed) return invalid(parsed.error().message, path.string());
   auto out = OutputFile::create(path);
   if (!out) return pass(out.error());
-  auto file = std::make_unique<File>(std::move(*out), metadata, options);
+  auto file = std::make_unique<File>(path, std::move(*out), metadata, options);
   if (auto begun = file->begin(); !begun) return pass(begun.error());
   return T4dWriter(std::move(file));
 }
