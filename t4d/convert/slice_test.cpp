@@ -1,6 +1,8 @@
 #include "t4d/convert/slice.h"
 
+#include <array>
 #include <random>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -256,6 +258,30 @@ TEST(Units, MillimetresAndInches) {
   EXPECT_EQ(model::metresPer("mm"), 0.001);
   EXPECT_EQ(model::metresPer("in"), 0.0254);
   EXPECT_FALSE(model::metresPer("cubit"));
+}
+
+TEST(Slice, AVertexOfManyCellsIsCutLikeOthers) {
+  // Cones over a polygon: each apex has 500 triangles, and the caps' apexes a thousand cells.
+  const model::TriangleMesh mesh = fixtures::bipyramid(500);
+  model::ScrewRun run;
+  run.duration = 1;
+  run.screw.angleDegrees = 10;
+  model::Mesh swept;
+  mesh4d::SweepOptions options;
+  options.steps = mesh4d::StepsPerSegment{2};
+  options.caps = mesh4d::CapMethod::Cone;
+  ASSERT_TRUE(sweep(mesh, *model::chainScrews(0, std::span(&run, 1)), options, swept));
+  const auto across = slice(swept, Hyperplane::across(2, 0.25));
+  ASSERT_TRUE(across) << across.error().text();
+  EXPECT_TRUE(isClosed(across->mesh));
+  // Every edge is cut once.
+  std::set<std::array<double, 3>> places;
+  for (const model::Point3& vertex : across->mesh.vertices) {
+    places.insert({vertex.x(), vertex.y(), vertex.z()});
+  }
+  EXPECT_EQ(places.size(), across->mesh.vertices.size());
+  const auto at = sliceAtTime(swept, 0.3);
+  EXPECT_TRUE(isClosed(at->mesh));
 }
 
 }  // namespace

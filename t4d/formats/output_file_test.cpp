@@ -72,7 +72,7 @@ TEST(OutputFile, RefusesAFolderAndAMissingFolder) {
   EXPECT_FALSE(OutputFile::create(folder));
   const auto missing = OutputFile::create(folder / "no" / "out");
   ASSERT_FALSE(missing);
-  EXPECT_NE(missing.error().message.find("No such file"), std::string::npos);
+  EXPECT_NE(missing.error().message.find("there is no folder"), std::string::npos);
 }
 
 }  // namespace

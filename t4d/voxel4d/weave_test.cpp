@@ -9,6 +9,7 @@
 #include <tbb/global_control.h>
 
 #include "t4d/measure/mesh_check.h"
+#include "t4d/model/sinks.h"
 #include "t4d/voxel4d/frame_layer.h"
 
 namespace t4d::voxel4d {
@@ -243,6 +244,39 @@ TEST(Weave, TooFewFramesAndNothingInsideAreRefused) {
       {3, 3, 3}, 3, [](int, int, int, int) { return 1.0; }, false);
   EXPECT_NE(weave(empty, {}, mesh).error().message.find("no frame has a surface"),
             std::string::npos);
+}
+
+/// Two frames of one large tile each, next to nothing else.
+class TileFrames : public FrameSource {
+ public:
+  TileFrames(std::int32_t size, bool stays) : size_(size), stays_(stays) {}
+
+  const Lattice& lattice() const override { return lattice_; }
+  std::size_t frameCount() const override { return 2; }
+  Result<Frame> frame(std::size_t index) override {
+    Frame frame;
+    frame.time = static_cast<double>(index);
+    if (index == 0 || stays_) frame.tiles.push_back({{0, 0, 0}, size_, 0});
+    return frame;
+  }
+
+ private:
+  std::int32_t size_;
+  bool stays_;
+  Lattice lattice_;
+};
+
+TEST(Weave, TilesOfBillionsOfPointsAreRefusedAtOnce) {
+  const auto errorOf = [](std::int32_t size, bool stays) {
+    TileFrames frames(size, stays);
+    model::NullSink sink;
+    const auto woven = weave(frames, {}, sink);
+    return woven ? std::string() : woven.error().text();
+  };
+  EXPECT_NE(errorOf(512, true).find("points at the surface lie in tiles"), std::string::npos);
+  EXPECT_NE(errorOf(128, false).find("appear or vanish between two frames"), std::string::npos);
+  EXPECT_EQ(errorOf(8, true), "");
+  EXPECT_EQ(errorOf(8, false), "");
 }
 
 }  // namespace

@@ -172,6 +172,14 @@ TEST_F(ConformBackends, AProgramThatHangsIsEnded) {
   EXPECT_THAT(done.out, HasSubstr("timed out after 0.2 s"));
 }
 
+TEST_F(ConformBackends, AProgramThatMakesAPipeFailsInstead) {
+  std::ofstream(folder_ / "pipe") << "#!/bin/sh\nrm -f \"$3\"; mkfifo \"$3\"\n";
+  fs::permissions(folder_ / "pipe", fs::perms::owner_all);
+  const Finished done = run("--backend-program ./pipe --case cube-at-rest --timeout 1");
+  EXPECT_EQ(done.exitCode, 1);
+  EXPECT_THAT(done.out, HasSubstr("is not a regular file"));
+}
+
 TEST_F(ConformBackends, WrongUsageIsExit2) {
   for (const char* arguments :
        {"--case nothing", "--backend squirrel", "--tolerance 0.1", "--keep x", "--list --json",

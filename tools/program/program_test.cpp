@@ -467,7 +467,7 @@ TEST_F(Program, FullDiskAndUnwritablePathsAreErrors) {
   }
   fs::create_symlink("/dev/full", folder_ / "full.stl");
   cannot("slice cube.t4d --time 1 -o full.stl", "No space left on device");
-  cannot("sweep fx/cube.obj -m fx/rest.json -o nowhere/out.t4d", "No such file or directory");
+  cannot("sweep fx/cube.obj -m fx/rest.json -o nowhere/out.t4d", "there is no folder nowhere");
   cannot("sweep fx/cube.obj -m fx/rest.json -o fx", "is a folder");
   cannot("compare cube.t4d cube.t4d --slices 1 --html nowhere/page", "nowhere/page");
   misused("sweep fx/cube.obj -m fx/rest.json -o ''", "--output: the name is empty");
@@ -496,6 +496,170 @@ TEST_F(Program, NoInputIsWrittenOver) {
   keeps("compare cube.t4d cube.t4d --html cube.t4d", "cube.t4d");
   keeps("weave two -o frame.t4d", "two/frame_0001.vdb");
   keeps("weave two/frame_0000.vdb two/frame_0001.vdb -o frame.t4d", "two/frame_0001.vdb");
+}
+
+/// fx/NAME.obj with every vertex times `scale` plus `offset`, as NAME-placed.obj.
+void placeFixture(const fs::path& folder, const std::string& name, double scale, double offset) {
+  std::ifstream in(folder / "fx" / (name + ".obj"));
+  std::ofstream out(folder / (name + "-placed.obj"));
+  out.precision(17);
+  for (std::string line; std::getline(in, line);) {
+    double x = 0;
+    double y = 0;
+    double z = 0;
+    if (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3) {
+      out << "v " << x * scale + offset << " " << y * scale + offset << " " << z * scale + offset
+          << "\n";
+    } else {
+      out << line << "\n";
+    }
+  }
+}
+
+TEST_F(Program, TheBufferOfAGltfIsNoOutput) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("slice cube.t4d --time 0 -o at.gltf").exitCode, 0);
+  json gltf = json::parse(contents(folder_ / "at.gltf"));
+  const std::string uri = gltf["buffers"][0]["uri"];
+  write("buffer.b64", uri.substr(uri.find(',') + 1));
+  ASSERT_EQ(shell("base64 -d buffer.b64 > b.bin"), 0);
+  gltf["buffers"][0]["uri"] = "b.bin";
+  write("ext.gltf", gltf.dump());
+  const std::string before = contents(folder_ / "b.bin");
+  misused("sweep ext.gltf -m fx/rest.json -o b.bin", "the output b.bin is the input");
+  misused("compare ext.gltf -m fx/rest.json --voxel-size 2 --html b.bin", "b.bin is the input");
+  EXPECT_EQ(contents(folder_ / "b.bin"), before);
+  EXPECT_EQ(run("sweep ext.gltf -m fx/rest.json -o ext.t4d").exitCode, 0);
+}
+
+TEST_F(Program, ShapesThatFloat32CannotHoldAreALossAndCenteringTheWayOut) {
+  placeFixture(folder_, "cube", 0.01, 5e6);
+  ASSERT_EQ(run("sweep cube-placed.obj -m fx/rest.json -o map.t4d").exitCode, 0);
+  for (const char* output : {"at.stl", "at.glb"}) {
+    const Finished lost = run(std::string("slice map.t4d --time 0.5 -o ") + output);
+    EXPECT_EQ(lost.exitCode, 3);
+    EXPECT_NE(lost.err.find("become flat or turn over in float32"), std::string::npos) << lost.err;
+    EXPECT_EQ(run(std::string("slice map.t4d --time 0.5 --center -o ") + output).exitCode, 0);
+  }
+  EXPECT_EQ(run("slice map.t4d --time 0.5 -o at.ply").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "at.stl").substr(0, 30), "origin 5000000 5000000 5000000");
+  EXPECT_EQ(run("flipbook map.t4d -n 2 -o moving.gltf").exitCode, 3);
+  EXPECT_EQ(run("flipbook map.t4d -n 2 --center -o moving.gltf").exitCode, 0);
+  const json gltf = json::parse(contents(folder_ / "moving.gltf"));
+  EXPECT_EQ(gltf["nodes"][0]["translation"], json::array({5e6, 5e6, 5e6}));
+
+  const std::string sweep = "sweep cube-placed.obj -m fx/rest.json --precision float32 ";
+  EXPECT_EQ(run(sweep + "-o flat.t4d").exitCode, 3);
+  ASSERT_EQ(run(sweep + "--center -o centered.t4d").exitCode, 0);
+  EXPECT_NEAR(run("validate centered.t4d --json").value()["hypervolume"].get<double>(), 0.08, 1e-8);
+  EXPECT_EQ(run("info centered.t4d --json").value()["details"]["origin"],
+            json::array({5e6, 5e6, 5e6}));
+  EXPECT_NE(run("info centered.t4d").out.find("origin is at (5000000, 5000000, 5000000)"),
+            std::string::npos);
+  ASSERT_EQ(run("slice centered.t4d --time 0.5 -o centered.gltf").exitCode, 0);
+  EXPECT_EQ(json::parse(contents(folder_ / "centered.gltf"))["nodes"][0]["translation"],
+            json::array({5e6, 5e6, 5e6}));
+}
+
+TEST_F(Program, NumbersBeyondWhatHoldsAreRefusedByTheFileThatHasThem) {
+  const auto moves = [&](const std::string& members) {
+    write("motion.json", R"({"segments": [{"duration": 4, )" + members + "}]}");
+  };
+  moves(R"("translation": [1e300, 0, 0])");
+  refuses("sweep fx/cube.obj -m motion.json -o out.t4d", "motion.json: segment 0");
+  moves(R"("translation": [1e20, 0, 0])");
+  refuses("sweep fx/cube.obj -m motion.json -o out.t4d", "motion.json: segment 0 moves the solid");
+  moves(R"("axis_direction": [0, 0, 1], "angle_degrees": 1e14)");
+  refuses("sweep fx/cube.obj -m motion.json -o out.t4d", "motion.json: the motion needs");
+  write("late.json", R"({"start_time": 1e16, "segments": [{"duration": 4, "angle_degrees": 90,
+                         "axis_direction": [0, 0, 1]}]})");
+  refuses("sweep fx/cube.obj -m late.json -o out.t4d", "late.json: segment 0 lasts 4");
+  refuses("sweep fx/cube.obj -m late.json --backend voxel4d --voxel-size 4 -o out.t4d",
+          "late.json: ");
+  placeFixture(folder_, "cube", 1e80, 0);
+  refuses("sweep cube-placed.obj -m fx/rest.json -o out.t4d",
+          "cube-placed.obj: has coordinates of");
+  placeFixture(folder_, "cube", 1e40, 0);
+  refuses("sweep cube-placed.obj -m fx/rest.json --backend voxel4d --voxel-size 4e40 -o out.t4d",
+          "voxels of 4e+40 are requested");
+  write("twice.json", R"({"segments": [{"duration": 4, "duration": 5}]})");
+  refuses("sweep fx/cube.obj -m twice.json -o out.t4d", "the key 'duration' twice");
+}
+
+TEST_F(Program, SmallVoxelsWorkByFilesAndWithout) {
+  placeFixture(folder_, "cube", 1e-6, 0);
+  ASSERT_EQ(run("sweep cube-placed.obj -m fx/rest.json --backend voxel4d --voxel-size 2e-6 "
+                "--frames 2 -o a.t4d")
+                .exitCode,
+            0);
+  const std::string voxelize =
+      "voxelize cube-placed.obj -m fx/rest.json --voxel-size 2e-6 --frames 2 -o ";
+  ASSERT_EQ(run(voxelize + "frames").exitCode, 0);
+  ASSERT_EQ(run("weave frames -o b.t4d").exitCode, 0);
+  const json a = run("validate a.t4d --json").value();
+  const json b = run("validate b.t4d --json").value();
+  EXPECT_EQ(a["valid"], true);
+  EXPECT_EQ(a["hypervolume"], b["hypervolume"]);
+  EXPECT_NEAR(a["hypervolume"].get<double>() / (8e-15 * 10), 1, 0.2);
+  // The same input makes the same bytes.
+  ASSERT_EQ(run(voxelize + "again").exitCode, 0);
+  for (const char* name : {"frame_0000.vdb", "frame_0001.vdb"}) {
+    EXPECT_EQ(contents(folder_ / "frames" / name), contents(folder_ / "again" / name));
+  }
+}
+
+TEST_F(Program, EmptyResultsHaveANote) {
+  write("nowhere.obj",
+        "v 0.3 0.3 0.3\nv 0.6 0.3 0.3\nv 0.3 0.6 0.3\nv 0.3 0.3 0.6\n"
+        "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  const Finished done =
+      run("voxelize nowhere.obj -m fx/rest.json --voxel-size 1 --frames 2 -o frames");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_NE(done.err.find("voxels of 1 are larger than the solid"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("2 of 2 frames have no point inside"), std::string::npos) << done.err;
+}
+
+TEST_F(Program, OutputsThatCannotBeAreRefusedAtOnce) {
+  const std::string sweep = "sweep fx/cube.obj -m fx/rest.json -o ";
+  cannot(sweep + "/dev/stdout", "is the standard output");
+  cannot(sweep + "missing/out.t4d", "there is no folder missing");
+  fs::create_symlink("b", folder_ / "a");
+  fs::create_symlink("a", folder_ / "b");
+  cannot(sweep + "a", "Too many levels of symbolic links");
+  fs::create_symlink("real.t4d", folder_ / "link.t4d");
+  EXPECT_EQ(run(sweep + "link.t4d").exitCode, 0);
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link.t4d"));
+  EXPECT_EQ(run("info real.t4d").exitCode, 0);
+  // A pipe that is not the standard output.
+  EXPECT_EQ(shell("mkfifo pipe && (cat pipe > piped.t4d & $t4d " + sweep + "pipe > log; wait)"), 0);
+  EXPECT_EQ(run("validate piped.t4d").exitCode, 0);
+}
+
+TEST_F(Program, NamesDoNotCommandTheTerminal) {
+  ASSERT_EQ(
+      run("sweep fx/cube.obj -m fx/rest.json --body \"$(printf 'a\\033[31mb')\" -o a.t4d").exitCode,
+      0);
+  EXPECT_NE(run("info a.t4d").out.find("body 'a\\x1b[31mb'"), std::string::npos);
+  EXPECT_EQ(run("slice a.t4d --time \"$(printf '\\033[31m')\"").err.find('\033'),
+            std::string::npos);
+  write("long.json", R"({"segments": [{"duration": ")" + std::string(100'000, 'x') + R"("}]})");
+  write("key.json", R"({")" + std::string(100'000, 'x') + R"(": 1, "segments": []})");
+  for (const char* motion : {"long.json", "key.json"}) {
+    const Finished done = run(std::string("sweep fx/cube.obj -o out.t4d -m ") + motion);
+    EXPECT_EQ(done.exitCode, 4);
+    EXPECT_LT(done.err.size(), 3000U);
+  }
+}
+
+TEST_F(Program, CompareTakesNamesThatLookLikeOptions) {
+  fs::copy_file(folder_ / "fx" / "cube.obj", folder_ / "-c.obj");
+  EXPECT_EQ(run("compare -m fx/rest.json --voxel-size 4 --frames 2 --slices 2 -- -c.obj").exitCode,
+            0);
+}
+
+TEST_F(Program, HelpIsAVerb) {
+  EXPECT_EQ(run("help slice").out, run("slice --help").out);
+  EXPECT_EQ(run("help").out, run("--help").out);
 }
 
 TEST_F(Program, OutputThatIsClosedEarlyEndsItQuietly) {
