@@ -110,7 +110,8 @@ Result<void> checkValences(const model::TriangleMesh& mesh) {
                  {}, Remedy::ConeCaps);
 }
 
-/// Ten times what a surface takes that can be filled, about 2 kB and 50 microseconds per triangle.
+/// More than ten times what a surface takes that can be filled: about 2 kB and 25 microseconds per
+/// triangle.
 system::WorkLimits limitsFor(const model::TriangleMesh& mesh) {
   constexpr std::uint64_t kBytes = std::uint64_t{1} << 30;
   constexpr std::uint64_t kBytesPerTriangle = 20'000;

@@ -71,7 +71,7 @@ std::string counted(std::uint64_t number, std::string_view one, std::string_view
 /// "12.3 MB".
 std::string sizeText(std::uint64_t bytes);
 
-/// Peak memory of the process, in bytes.
+/// Peak memory of the process or, if that is more, of one that it ran, in bytes.
 std::uint64_t peakBytes();
 
 }  // namespace t4d::tools
