@@ -68,8 +68,8 @@ Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
     const model::Segment& segment = motion.segments[i];
     // Both ends, and eighths of the first turn.
     const double eighth = 45 / std::max(45.0, std::abs(segment.screw.angleDegrees));
-    double reach = segment.end(middle).norm();
-    for (int k = 0; k <= 8; ++k) {
+    double reach = std::max(segment.start(middle).norm(), segment.end(middle).norm());
+    for (int k = 1; k <= 8 && segment.screw.angleDegrees != 0; ++k) {
       reach = std::max(reach, segment.at(std::min(1.0, k * eighth))(middle).norm());
     }
     if (spacing(reach) <= kFinestFraction * width) continue;

@@ -12,8 +12,12 @@ namespace t4d::voxel4d {
 namespace {
 
 /// The maximum number of faces of blocks at which a tile meets the outside: tiles of a few bytes in
-/// a file may have millions.
-constexpr std::uint64_t kMaxBareFaces = std::uint64_t{1} << 18;
+/// a file may have millions. So their number must be in proportion to what is stored.
+std::uint64_t mostBareFaces(std::size_t storedBlocks) {
+  constexpr std::uint64_t kFaces = std::uint64_t{1} << 15;
+  constexpr std::uint64_t kFacesPerStored = 64;
+  return kFaces + kFacesPerStored * storedBlocks;
+}
 
 Coord scaledDown(const Coord& coord, std::int32_t size) {
   // Sizes are powers of two; an arithmetic shift rounds down for negative numbers too.
@@ -126,6 +130,7 @@ const CrossingBlock* FrameLayer::crossings(const Coord& coord) const {
 /// an inside tile and outside blocks that are not stored.
 Result<void> FrameLayer::findSurfaceBlocks() {
   std::vector<Coord> candidates;
+  const std::uint64_t most = mostBareFaces(storedBlocks());
   std::uint64_t bare = 0;  // faces of tiles next to which nothing is stored
   const auto addBefore = [&](const Coord& coord) {
     for (unsigned d = 0; d < 8; ++d) candidates.push_back(neighbour(coord, d, -1));
@@ -143,11 +148,12 @@ Result<void> FrameLayer::findSurfaceBlocks() {
             at[(axis + 2) % 3] += v;
             const Coord outer{at[0], at[1], at[2]};
             if (isStored(outer) || tileAt(outer) != nullptr) continue;
-            if (++bare > kMaxBareFaces) {
+            if (++bare > most) {
               return invalid(
-                  fmt::format("more than {} points at the surface lie in tiles; store "
-                              "the surface in leaf nodes, or use larger voxels",
-                              64 * kMaxBareFaces));
+                  fmt::format("more than {} points at the surface lie in tiles, where "
+                              "only {} blocks are stored; store the surface in leaf "
+                              "nodes, or use larger voxels",
+                              64 * most, storedBlocks()));
             }
             addBefore(outer);
             at[axis] += side < 0 ? 1 : -1;

@@ -68,6 +68,7 @@ class FrameLayer {
   const std::vector<Coord>& surfaceBlocks() const { return surfaceBlocks_; }
   /// Stored blocks that are entirely inside.
   const std::vector<Coord>& solidBlocks() const { return solidBlocks_; }
+  std::size_t storedBlocks() const { return frame_.blocks.size(); }
   const std::vector<InsideTile>& tiles() const { return frame_.tiles; }
   /// True if one tile of this frame covers all of `tile`.
   bool coversInside(const InsideTile& tile) const;

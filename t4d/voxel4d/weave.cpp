@@ -34,14 +34,12 @@ struct WovenBlock {
 
 /// The maximum number of blocks within tiles that are inside in one frame and not in the other.
 /// Each has 512 points that cross the surface and takes some 100 kB in the mesh, while a tile of
-/// billions of points takes a few bytes in a file.
-constexpr std::size_t kMaxAppearingBlocks = std::size_t{1} << 16;
-
-tl::unexpected<Error> tooManyAppear() {
-  return invalid(
-      fmt::format("more than {} points within tiles appear or vanish between two frames; "
-                  "give frames closer in time",
-                  512 * kMaxAppearingBlocks));
+/// billions of points takes a few bytes in a file. So their number must be in proportion to what is
+/// stored.
+std::size_t mostAppearingBlocks(const FrameLayer& frame) {
+  constexpr std::size_t kBlocks = std::size_t{1} << 14;
+  constexpr std::size_t kBlocksPerStored = 64;
+  return kBlocks + kBlocksPerStored * frame.storedBlocks();
 }
 
 /// Axis and first corner of each edge.
@@ -159,14 +157,21 @@ class Weaver {
       if (view.block != nullptr || !view.inside) coords.push_back(coord);
     };
     for (const Coord& coord : frame.solidBlocks()) add(coord);
-    const std::size_t most = coords.size() + kMaxAppearingBlocks;
+    const std::size_t most = mostAppearingBlocks(frame);
+    const std::size_t begin = coords.size();
     for (const InsideTile& tile : frame.tiles()) {
       if (other.coversInside(tile)) continue;
       for (std::int32_t x = 0; x < tile.size; ++x) {
         for (std::int32_t y = 0; y < tile.size; ++y) {
           for (std::int32_t z = 0; z < tile.size; ++z) {
             add({tile.coord.x + x, tile.coord.y + y, tile.coord.z + z});
-            if (coords.size() > most) return tooManyAppear();
+            if (coords.size() - begin > most) {
+              return invalid(
+                  fmt::format("more than {} points within tiles appear or vanish between "
+                              "two frames, where only {} blocks are stored; give frames "
+                              "closer in time",
+                              512 * most, frame.storedBlocks()));
+            }
           }
         }
       }
