@@ -45,10 +45,10 @@ void RoundingLoss::add(const model::TriangleMesh& mesh,
   for (const auto& [a, b, c] : mesh.triangles) {
     const auto& v = mesh.vertices;
     const Eigen::Vector3d before = (v[b] - v[a]).cross(v[c] - v[a]);
-    const auto edge = [&](std::uint32_t to) {
-      return Eigen::Vector3d(rounded[to].cast<double>() - rounded[a].cast<double>());
-    };
-    add(before.norm(), before.dot(edge(b).cross(edge(c))) > 0);
+    const Eigen::Vector3d from = rounded[a].cast<double>();
+    const Eigen::Vector3d first = rounded[b].cast<double>() - from;
+    const Eigen::Vector3d second = rounded[c].cast<double>() - from;
+    add(before.norm(), before.dot(first.cross(second)) > 0);
   }
 }
 

@@ -57,7 +57,7 @@ openvdb::FloatGrid::Ptr levelSetOf(const model::TriangleMesh& mesh, const Lattic
                                    const Frame& inside) {
   // OpenVDB tells inside from outside by flooding from outside, which fills cavities. So it
   // computes only the distances, and we set the signs.
-  const auto grid = distancesFrom(mesh, lattice);
+  auto grid = distancesFrom(mesh, lattice);
   openvdb::FloatTree& tree = grid->tree();
   const float background = tree.background();
 

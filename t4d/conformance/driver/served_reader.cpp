@@ -16,7 +16,7 @@ constexpr std::size_t kAnswerBytes = std::size_t{16} << 20;
 constexpr std::size_t kQuotedLineBytes = 80;
 
 /// Parses a reply line: the first word is the verdict, the rest the answer or message.
-Reply parsed(std::string line) {
+Reply parsed(const std::string& line) {
   Reply reply;
   const std::size_t space = line.find(' ');
   const std::string word = line.substr(0, space);
@@ -80,7 +80,7 @@ Result<Reply> ServedReader::ask(const std::vector<std::string>& request, const s
   } else if (end != std::string::npos) {
     std::string first = output.substr(0, end);
     process_->output().erase(0, end + 1);
-    reply = parsed(std::move(first));
+    reply = parsed(first);
   } else if (output.size() >= kAnswerBytes) {
     reply.kind = Reply::Kind::Malformed;
     reply.message = "answered with more than 16 MiB and no end of line";
