@@ -72,9 +72,11 @@ bool isBeside(const std::string& path, void* buffers) {
   const std::string& prefix = static_cast<const Buffers*>(buffers)->folder;
   std::error_code ignored;
   if (!path.starts_with(prefix)) return false;
-  const std::filesystem::path below = path.substr(prefix.size());
-  return std::ranges::find(below, "..") == below.end() &&
-         std::filesystem::is_regular_file(path, ignored);
+  // Links must not lead out of the folder either.
+  const auto folder = std::filesystem::canonical(prefix, ignored);
+  const auto file = std::filesystem::canonical(path, ignored);
+  const auto [end, unused] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+  return end == folder.end() && std::filesystem::is_regular_file(file, ignored);
 }
 
 std::string samePath(const std::string& path, void*) { return path; }

@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "t4d/model/union_find.h"
+
 namespace t4d::formats {
 namespace {
 
@@ -29,12 +31,21 @@ Eigen::Vector4d normalOf(const model::Cell& cell, const std::vector<Point4>& ver
 
 }  // namespace
 
-void RoundingLoss::add(double measure, bool kept) {
+void RoundingLoss::add(double measure, bool kept, Part& part) {
   ++elementCount_;
-  measure_ += measure;
+  part.measure += measure;
   if (kept || !(measure > 0)) return;
   ++lostCount_;
-  lostMeasure_ += measure;
+  part.lost += measure;
+}
+
+void RoundingLoss::addParts(const std::vector<Part>& parts) {
+  constexpr double kNegligible = 1e-3;
+  for (const Part& part : parts) {
+    all_.measure += part.measure;
+    all_.lost += part.lost;
+    partLost_ = partLost_ || part.lost > kNegligible * part.measure;
+  }
 }
 
 void RoundingLoss::add(const model::TriangleMesh& mesh,
@@ -42,14 +53,21 @@ void RoundingLoss::add(const model::TriangleMesh& mesh,
   for (const Point3& vertex : mesh.vertices) {
     farthest_ = std::max(farthest_, vertex.cwiseAbs().maxCoeff());
   }
+  model::UnionFind sets(mesh.vertices.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    sets.unite(a, b);
+    sets.unite(b, c);
+  }
+  std::vector<Part> parts(mesh.vertices.size());  // by the first vertex of each
   for (const auto& [a, b, c] : mesh.triangles) {
     const auto& v = mesh.vertices;
     const Eigen::Vector3d before = (v[b] - v[a]).cross(v[c] - v[a]);
     const Eigen::Vector3d from = rounded[a].cast<double>();
     const Eigen::Vector3d first = rounded[b].cast<double>() - from;
     const Eigen::Vector3d second = rounded[c].cast<double>() - from;
-    add(before.norm(), before.dot(first.cross(second)) > 0);
+    add(before.norm(), before.dot(first.cross(second)) > 0, parts[sets.root(a)]);
   }
+  addParts(parts);
 }
 
 void RoundingLoss::add(const model::Slab& slab) {
@@ -60,15 +78,21 @@ void RoundingLoss::add(const model::Slab& slab) {
     vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
   }
   setMeans(*slab.connectivity, rounded);
+  model::UnionFind sets(slab.vertices.size());
+  for (const model::Cell& cell : slab.connectivity->cells) {
+    for (int k = 1; k < 4; ++k) sets.unite(cell[0], cell[k]);
+  }
+  std::vector<Part> parts(slab.vertices.size());
   for (const model::Cell& cell : slab.connectivity->cells) {
     const Eigen::Vector4d before = normalOf(cell, slab.vertices);
-    add(before.norm(), before.dot(normalOf(cell, rounded)) > 0);
+    add(before.norm(), before.dot(normalOf(cell, rounded)) > 0, parts[sets.root(cell[0])]);
   }
+  addParts(parts);
 }
 
 std::optional<std::string> RoundingLoss::line() const {
   constexpr double kNegligible = 1e-6;
-  if (!(lostMeasure_ > kNegligible * measure_)) return std::nullopt;
+  if (!partLost_ && !(all_.lost > kNegligible * all_.measure)) return std::nullopt;
   const auto farthest = static_cast<float>(farthest_);
   const float spacing = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
   return fmt::format(

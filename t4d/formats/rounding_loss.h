@@ -19,18 +19,25 @@ class RoundingLoss {
   void add(const model::TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& rounded);
   void add(const model::Slab& slab);
 
-  /// A line for the user; nothing if less than a millionth of the surface is lost. Slivers get lost
-  /// in any rounding.
+  /// A line for the user; nothing if less than a millionth of the whole and less than a thousandth
+  /// of each connected part is lost, for a 4D mesh of each part of a slab. Slivers get lost in any
+  /// rounding.
   std::optional<std::string> line() const;
 
  private:
-  void add(double measure, bool kept);
+  /// A connected part of the mesh, or of one slab of it.
+  struct Part {
+    double measure = 0;
+    double lost = 0;
+  };
+  void add(double measure, bool kept, Part& part);
+  void addParts(const std::vector<Part>& parts);
 
   const char* elements_ = "triangles";
   std::uint64_t elementCount_ = 0;
   std::uint64_t lostCount_ = 0;
-  double measure_ = 0;
-  double lostMeasure_ = 0;
+  Part all_;
+  bool partLost_ = false;
   double farthest_ = 0;  // the largest coordinate
 };
 

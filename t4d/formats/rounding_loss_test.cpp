@@ -44,6 +44,17 @@ TEST(RoundingLoss, CountsTrianglesThatBecomeFlat) {
       << *line;
 }
 
+TEST(RoundingLoss, FindsASmallPartThatIsLost) {
+  model::TriangleMesh mesh = squareAt(0, 1);
+  for (model::Point3& vertex : mesh.vertices) vertex *= 2e6;
+  const model::TriangleMesh small = squareAt(0, 1);
+  for (const model::Point3& vertex : small.vertices) {
+    mesh.vertices.push_back(0.05 * vertex + model::Point3(3e6, 0, 0));
+  }
+  for (const auto& [a, b, c] : small.triangles) mesh.triangles.push_back({a + 4, b + 4, c + 4});
+  EXPECT_TRUE(lossOf(mesh));
+}
+
 TEST(RoundingLoss, IgnoresSlivers) {
   model::TriangleMesh mesh = squareAt(1, 1);
   // A triangle of no breadth in float32, and next to no area.

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
+
+#include "t4d/model/union_find.h"
 
 namespace t4d::measure {
 namespace {
@@ -180,28 +184,129 @@ double integrate(const TriangleMesh& a, const TriangleMesh& b, const Eigen::Matr
   return sum * lattice.spacing * lattice.spacing;
 }
 
+/// Parts of both surfaces whose bounds overlap, and perhaps those of others in between.
+struct Group {
+  Bounds3 bounds;
+  TriangleMesh a;
+  TriangleMesh b;
+};
+
+bool overlap(const Bounds3& a, const Bounds3& b) {
+  return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
+}
+
+void add(const Bounds3& bounds, Bounds3& into) {
+  into.add(bounds.min);
+  into.add(bounds.max);
+}
+
+/// The connected components of a closed surface: the component of each vertex, and their bounds.
+/// Vertices of no triangle have none.
+std::pair<std::vector<std::uint32_t>, std::vector<Bounds3>> componentsOf(const TriangleMesh& mesh) {
+  constexpr std::uint32_t kNone = ~0U;
+  model::UnionFind sets(mesh.vertices.size());
+  for (const auto& [p, q, r] : mesh.triangles) {
+    sets.unite(p, q);
+    sets.unite(q, r);
+  }
+  std::vector<std::uint32_t> numberOfRoot(mesh.vertices.size(), kNone);
+  std::vector<std::uint32_t> component(mesh.vertices.size(), kNone);
+  std::vector<Bounds3> bounds;
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      std::uint32_t& number = numberOfRoot[sets.root(vertex)];
+      if (number == kNone) {
+        number = static_cast<std::uint32_t>(bounds.size());
+        bounds.emplace_back();
+      }
+      component[vertex] = number;
+      bounds[number].add(mesh.vertices[vertex]);
+    }
+  }
+  return {std::move(component), std::move(bounds)};
+}
+
+/// Splits both surfaces where their parts are apart, so that small parts far from each other are
+/// not lost between the lines of one lattice. One group if there are many parts.
+std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
+  constexpr std::size_t kMostParts = 256;
+  const auto [componentOfA, boundsOfA] = componentsOf(a);
+  const auto [componentOfB, boundsOfB] = componentsOf(b);
+  std::vector<Bounds3> parts = boundsOfA;
+  parts.insert(parts.end(), boundsOfB.begin(), boundsOfB.end());
+  model::UnionFind sets(parts.size());
+  if (parts.size() > kMostParts) {
+    for (std::uint32_t i = 1; i < parts.size(); ++i) sets.unite(0, i);
+  }
+  // The bounds of a group grow with each part and may then reach others.
+  std::vector<Bounds3> grown = parts;
+  for (bool merged = parts.size() <= kMostParts; merged;) {
+    merged = false;
+    for (std::uint32_t i = 0; i < parts.size(); ++i) {
+      for (std::uint32_t j = 0; j < i; ++j) {
+        const std::uint32_t p = sets.root(i);
+        const std::uint32_t q = sets.root(j);
+        if (p == q || !overlap(grown[p], grown[q])) continue;
+        const Bounds3 other = grown[std::max(p, q)];
+        sets.unite(p, q);
+        add(other, grown[sets.root(p)]);
+        merged = true;
+      }
+    }
+  }
+  std::map<std::uint32_t, Group> groups;
+  for (std::uint32_t i = 0; i < parts.size(); ++i) add(parts[i], groups[sets.root(i)].bounds);
+  const auto share = [&](const TriangleMesh& mesh, const std::vector<std::uint32_t>& component,
+                         std::size_t firstPart, TriangleMesh Group::*into) {
+    std::vector<std::uint32_t> number(mesh.vertices.size(), ~0U);
+    for (const Triangle& triangle : mesh.triangles) {
+      const auto part = static_cast<std::uint32_t>(firstPart + component[triangle[0]]);
+      TriangleMesh& target = groups[sets.root(part)].*into;
+      Triangle copy{};
+      for (int k = 0; k < 3; ++k) {
+        std::uint32_t& found = number[triangle[k]];
+        if (found == ~0U) {
+          found = static_cast<std::uint32_t>(target.vertices.size());
+          target.vertices.push_back(mesh.vertices[triangle[k]]);
+        }
+        copy[k] = found;
+      }
+      target.triangles.push_back(copy);
+    }
+  };
+  share(a, componentOfA, 0, &Group::a);
+  share(b, componentOfB, boundsOfA.size(), &Group::b);
+  std::vector<Group> result;
+  for (auto& [root, group] : groups) result.push_back(std::move(group));
+  return result;
+}
+
+SolidDifference differenceOf(const Group& group, std::uint32_t resolution) {
+  const Point3 middle = 0.5 * (group.bounds.min + group.bounds.max);
+  std::array<double, kTurns.size()> volumes{};
+  SolidDifference difference;
+  for (std::size_t i = 0; i < kTurns.size(); ++i) {
+    const Eigen::Matrix3d rotation = kTurns[i].normalized().toRotationMatrix();
+    volumes[i] = integrate(group.a, group.b, rotation, middle, resolution);
+    difference.volume += volumes[i] / static_cast<double>(kTurns.size());
+  }
+  for (const double volume : volumes) {
+    difference.error = std::max(difference.error, 2 * std::abs(volume - difference.volume));
+  }
+  return difference;
+}
+
 }  // namespace
 
 Result<SolidDifference> solidDifference(const TriangleMesh& a, const TriangleMesh& b,
                                         const SolidDifferenceOptions& options) {
   if (!isClosed(a)) return invalid("the first surface is not closed: it bounds no solid");
   if (!isClosed(b)) return invalid("the second surface is not closed: it bounds no solid");
-  Bounds3 bounds;
-  for (const TriangleMesh* mesh : {&a, &b}) {
-    for (const Point3& vertex : mesh->vertices) bounds.add(vertex);
-  }
-  if (bounds.empty()) return SolidDifference{};
-  const Point3 middle = 0.5 * (bounds.min + bounds.max);
-
-  std::array<double, kTurns.size()> volumes{};
   SolidDifference difference;
-  for (std::size_t i = 0; i < kTurns.size(); ++i) {
-    const Eigen::Matrix3d rotation = kTurns[i].normalized().toRotationMatrix();
-    volumes[i] = integrate(a, b, rotation, middle, options.resolution);
-    difference.volume += volumes[i] / static_cast<double>(kTurns.size());
-  }
-  for (const double volume : volumes) {
-    difference.error = std::max(difference.error, 2 * std::abs(volume - difference.volume));
+  for (const Group& group : groupsOf(a, b)) {
+    const SolidDifference part = differenceOf(group, options.resolution);
+    difference.volume += part.volume;
+    difference.error += part.error;
   }
   return difference;
 }

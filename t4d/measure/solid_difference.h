@@ -24,11 +24,12 @@ struct SolidDifference {
 /// holds, and no part makes the function fail.
 ///
 /// The result is the mean of integrals along four square lattices of parallel lines, exact on each
-/// line and by the midpoint rule across, each lattice spanning the bounds of both. The lines are
-/// askew to the axes, since solids often have faces along those: then the integrand is continuous,
-/// and the error falls with the square of the spacing. `error` is twice the largest deviation of
-/// the four from their mean: an estimate, which is too small for about one pair of solids in fifty.
-/// Surfaces that consist of the same triangles, in any order, give exactly 0.
+/// line and by the midpoint rule across, each lattice spanning the bounds of both; parts whose
+/// bounds are apart get lattices of their own. The lines are askew to the axes, since solids often
+/// have faces along those: then the integrand is continuous, and the error falls with the square of
+/// the spacing. `error` is twice the largest deviation of the four from their mean: an estimate,
+/// which is too small for about one pair of solids in fifty. Surfaces that consist of the same
+/// triangles, in any order, give exactly 0.
 ///
 /// Fails for a mesh that is not closed.
 Result<SolidDifference> solidDifference(const model::TriangleMesh& a, const model::TriangleMesh& b,

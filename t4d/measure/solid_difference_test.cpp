@@ -151,6 +151,31 @@ TEST(SolidDifference, IsTheSameFarAway) {
               movedCubeDifference(by), 1e-3);
 }
 
+TEST(SolidDifference, PartsFarApartAreNotMissed) {
+  const auto boxAt = [](double x, double height) {
+    model::TriangleMesh mesh = fixtures::cube(2);
+    for (model::Point3& vertex : mesh.vertices) {
+      vertex.x() += x;
+      vertex.z() *= height / 2;
+    }
+    return mesh;
+  };
+  const auto both = [](model::TriangleMesh mesh, const model::TriangleMesh& other) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+    for (const auto& [a, b, c] : other.triangles) {
+      mesh.triangles.push_back({a + first, b + first, c + first});
+    }
+    return mesh;
+  };
+  for (const double distance : {10.0, 1e3, 1e6, 1e9}) {
+    EXPECT_NEAR(solidDifference(boxAt(0, 2), boxAt(distance, 2))->volume, 16, 0.01);
+    const auto taller = solidDifference(both(boxAt(0, 2), boxAt(distance, 2)),
+                                        both(boxAt(0, 2), boxAt(distance, 2.5)));
+    EXPECT_NEAR(taller->volume, 2, 0.005);
+  }
+}
+
 TEST(SolidDifference, OpenSurfacesAreRefused) {
   TriangleMesh open = fixtures::cube(2);
   open.triangles.pop_back();

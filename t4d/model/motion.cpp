@@ -144,6 +144,9 @@ Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs) {
                                        std::abs(segment.timeBegin)),
                        where());
       }
+      if (auto good = checkMagnitude("an end time", segment.timeEnd, where()); !good) {
+        return pass(good.error());
+      }
       segment.screw = screw;
       segment.start = pose;
       pose = screw.at(1) * pose;

@@ -15,16 +15,46 @@ namespace {
 struct IndexSpaceMesh {
   const model::TriangleMesh& mesh;
   const Lattice& lattice;
+  Eigen::Vector3d origin;  // the point of the lattice that becomes 0
 
   std::size_t polygonCount() const { return mesh.triangles.size(); }
   std::size_t pointCount() const { return mesh.vertices.size(); }
   std::size_t vertexCount(std::size_t /*triangle*/) const { return 3; }
   void getIndexSpacePoint(std::size_t triangle, std::size_t corner, openvdb::Vec3d& point) const {
     const model::Point3 p =
-        (mesh.vertices[mesh.triangles[triangle][corner]] - lattice.origin) / lattice.voxelSize;
+        (mesh.vertices[mesh.triangles[triangle][corner]] - lattice.origin) / lattice.voxelSize -
+        origin;
     point = {p.x(), p.y(), p.z()};
   }
 };
+
+/// A lattice point near the mesh, the corner of a leaf node, if it is far from point 0: OpenVDB
+/// computes distances with float32 coordinates.
+openvdb::Coord originNear(const model::TriangleMesh& mesh, const Lattice& lattice) {
+  constexpr double kFar = 1 << 16;
+  const model::Bounds3 bounds = boundsOf(mesh);
+  openvdb::Coord origin(0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double middle =
+        (bounds.min[axis] / 2 + bounds.max[axis] / 2 - lattice.origin[axis]) / lattice.voxelSize;
+    if (std::abs(middle) > kFar) origin[axis] = static_cast<std::int32_t>(middle) / 8 * 8;
+  }
+  return origin;
+}
+
+/// The same tree with its values times `scale` and its nodes moved by `shift`, a multiple of 8.
+/// It has values in leaf nodes only.
+openvdb::FloatTree::Ptr movedTree(const openvdb::FloatTree& from, float scale,
+                                  const openvdb::Coord& shift) {
+  auto into = std::make_shared<openvdb::FloatTree>(scale * from.background());
+  for (auto leaf = from.cbeginLeaf(); leaf; ++leaf) {
+    auto* copy = into->touchLeaf(leaf->origin() + shift);
+    copy->setValueMask(leaf->getValueMask());
+    float* value = copy->buffer().data();
+    for (unsigned i = 0; i < 512; ++i) value[i] = scale * leaf->getValue(i);
+  }
+  return into;
+}
 
 /// The distance from the surface near it, without a sign.
 openvdb::FloatGrid::Ptr distancesFrom(const model::TriangleMesh& mesh, const Lattice& lattice) {
@@ -33,19 +63,13 @@ openvdb::FloatGrid::Ptr distancesFrom(const model::TriangleMesh& mesh, const Lat
   Lattice coarse = lattice;
   while (coarse.voxelSize < kFinestVoxel) coarse.voxelSize *= 2;
   coarse.origin.setZero();
+  const openvdb::Coord origin = originNear(mesh, lattice);
   auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
-      IndexSpaceMesh{mesh, lattice}, *transformOf(coarse), kHalfWidth, kHalfWidth,
-      openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+      IndexSpaceMesh{mesh, lattice, {double(origin.x()), double(origin.y()), double(origin.z())}},
+      *transformOf(coarse), kHalfWidth, kHalfWidth, openvdb::tools::UNSIGNED_DISTANCE_FIELD);
   const auto scale = static_cast<float>(lattice.voxelSize / coarse.voxelSize);
-  if (scale != 1) {
-    const openvdb::FloatTree& from = grid->tree();
-    auto into = std::make_shared<openvdb::FloatTree>(from, scale * from.background(),
-                                                     openvdb::TopologyCopy());
-    for (auto leaf = from.cbeginLeaf(); leaf; ++leaf) {
-      float* value = into->probeLeaf(leaf->origin())->buffer().data();
-      for (unsigned i = 0; i < 512; ++i) value[i] = scale * leaf->getValue(i);
-    }
-    grid->setTree(into);
+  if (scale != 1 || origin != openvdb::Coord(0)) {
+    grid->setTree(movedTree(grid->tree(), scale, origin));
   }
   grid->setTransform(transformOf(lattice));
   return grid;

@@ -10,6 +10,7 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/voxel4d/test_files.h"
 #include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -243,6 +244,32 @@ TEST(Voxelize, FrameTimesOutOfReachAreRefused) {
   for (const FrameTimes& when : {FrameTimes{.count = 100}, FrameTimes{.step = 0.01}}) {
     EXPECT_NE(refusalOf({1e15, 1e15 + 1}, when).find("too close to be told apart"),
               std::string::npos);
+  }
+}
+
+TEST(Voxelize, LevelSetsAreTheSameFarFromTheOrigin) {
+  const auto wovenAt = [](double offset) {
+    TriangleMesh mesh = fixtures::cube(10.5);
+    for (model::Point3& vertex : mesh.vertices) vertex.x() += offset;
+    const auto frames = voxelFrames([&](double) { return Result<TriangleMesh>(mesh); }, {0, 1}, {});
+    model::Mesh woven;
+    EXPECT_TRUE(weave(*frames, {}, woven));
+    return woven;
+  };
+  const model::Mesh here = wovenAt(0);
+  for (const int exponent : {12, 17, 20, 25, 27}) {
+    const double offset = std::ldexp(1.0, exponent);
+    const model::Mesh there = wovenAt(offset);
+    ASSERT_EQ(there.slabs().size(), here.slabs().size());
+    for (std::size_t i = 0; i < here.slabs().size(); ++i) {
+      const auto& expected = here.slabs()[i].vertices;
+      const auto& found = there.slabs()[i].vertices;
+      ASSERT_EQ(found.size(), expected.size()) << exponent;
+      for (std::size_t k = 0; k < found.size(); ++k) {
+        const model::Point4 back = found[k] - offset * model::Point4::UnitX();
+        EXPECT_LT((back - expected[k]).norm(), 1e-5) << exponent;
+      }
+    }
   }
 }
 

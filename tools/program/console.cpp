@@ -1,6 +1,7 @@
 #include "tools/program/console.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -12,6 +13,8 @@
 namespace t4d::tools {
 
 namespace {
+
+int firstPrintError = 0;
 
 /// fmt::print would throw if nothing can be written.
 void printOnStandardError(const std::string& text) {
@@ -32,25 +35,51 @@ std::string shortened(const std::string& text) {
   return text.substr(0, cut) + " [...] " + text.substr(resume);
 }
 
+/// The length of the character of UTF-8 at the beginning of a text; 0 for what is none, and for
+/// characters that command a terminal: controls, and those that change the direction of writing.
+std::size_t printable(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned first = byte(0);
+  if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;
+  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < length) return 0;
+  std::uint32_t point = first & (0x7FU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80) return 0;
+    point = point << 6U | (byte(i) & 0x3FU);
+  }
+  const bool control = point < 0xA0;
+  const bool direction =
+      (point >= 0x202A && point <= 0x202E) || (point >= 0x2066 && point <= 0x2069);
+  return control || direction ? 0 : length;
+}
+
 }  // namespace
 
+void printText(std::string_view text) {
+  errno = 0;
+  const bool printed = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!printed && firstPrintError == 0) firstPrintError = errno;
+}
+
+int printError() {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if (!flushed && firstPrintError == 0) firstPrintError = errno;
+  return firstPrintError;
+}
+
 std::string shown(std::string_view text) {
-  constexpr unsigned char kDelete = 0x7F;
   std::string result;
   result.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    // The controls of U+0080 to U+009F are C2 80 to C2 9F.
-    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0;
-    const bool second = c == 0xC2 && next >= 0x80 && next < 0xA0;
-    if (second) {
-      result += fmt::format("\\x{:02x}", next);
-      ++i;
-    } else if ((c < 0x20 && c != '\n') || c == kDelete) {
-      result += fmt::format("\\x{:02x}", c);
+  while (!text.empty()) {
+    const std::size_t length = text.front() == '\n' ? 1 : printable(text);
+    if (length == 0) {
+      result += fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
     } else {
-      result += text[i];
+      result += text.substr(0, length);
     }
+    text.remove_prefix(std::max<std::size_t>(1, length));
   }
   return result;
 }
@@ -84,7 +113,18 @@ int reportLosses(const std::vector<std::string>& losses) {
 }
 
 void printJson(const nlohmann::ordered_json& value) {
-  fmt::print("{}\n", value.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  // JSON allows these control characters as they are.
+  std::string text;
+  for (const char c : value.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)) {
+    const bool second = text.ends_with('\xC2') && static_cast<unsigned char>(c) < 0xA0;
+    if (second) text.pop_back();
+    if (second || c == '\x7F') {
+      text += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+    } else {
+      text += c;
+    }
+  }
+  printText(text + "\n");
 }
 
 void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment) {

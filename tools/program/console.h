@@ -24,15 +24,22 @@ enum ExitCode : int {
   kInvalid = 4,  ///< the input is invalid or cannot be read
 };
 
-/// The text with control characters as "\\x1b" and the like, but for line breaks: names in a file
-/// must not command the terminal.
+/// The text with control characters, those that change the direction of writing, and bytes that are
+/// not UTF-8 as "\\x1b" and the like, but for line breaks: names in a file must not command the
+/// terminal.
 std::string shown(std::string_view text);
+
+/// Prints to standard output; a failure is kept for printError.
+void printText(std::string_view text);
 
 /// Prints to standard output, as `shown`.
 template <class... Values>
 void print(fmt::format_string<Values...> text, Values&&... values) {
-  fmt::print("{}", shown(fmt::format(text, std::forward<Values>(values)...)));
+  printText(shown(fmt::format(text, std::forward<Values>(values)...)));
 }
+
+/// Why something could not be printed to standard output so far, as an errno; 0 if all was.
+int printError();
 
 /// Prints "t4d: ", the message and a line break to standard error, as `shown`; ignores failures.
 /// Shortens a message that repeats pages of its input.

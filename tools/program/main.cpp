@@ -98,13 +98,13 @@ std::string filesAmong(int argc, char** argv) {
   return files;
 }
 
-/// A run whose results did not reach standard output has failed.
+/// A run whose results did not reach standard output has failed, unless whoever reads them has
+/// closed the pipe, as `head` does once it has read enough.
 int exitCodeOf(int exitCode) {
-  errno = 0;
-  const bool flushed = std::fflush(stdout) == 0;
-  if (flushed && std::ferror(stdout) == 0) return exitCode;
-  say(errno == 0 ? "cannot write to standard output"
-                 : fmt::format("cannot write to standard output: {}", std::strerror(errno)));
+  const int reason = printError();
+  if (reason == EPIPE || (reason == 0 && std::ferror(stdout) == 0)) return exitCode;
+  say(reason == 0 ? "cannot write to standard output"
+                  : fmt::format("cannot write to standard output: {}", std::strerror(reason)));
   return exitCode == kDone || exitCode == kLoss ? kFailed : exitCode;
 }
 
@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
     const std::string files = filesAmong(argc, argv);
     say(files.empty() ? "out of memory" : "out of memory, working on " + files);
   } catch (const std::exception& error) {
-    if (std::ferror(stdout) == 0) say(error.what());
+    say(error.what());
   }
   return exitCodeOf(exitCode);
 }

@@ -561,6 +561,12 @@ TEST_F(Program, ShapesThatFloat32CannotHoldAreALossAndCenteringTheWayOut) {
             json::array({5e6, 5e6, 5e6}));
 }
 
+TEST_F(Program, EndsThatFloat32FlattensAreALoss) {
+  write("far.json", R"({"segments": [{"duration": 1, "translation": [2e8, 0, 0]}]})");
+  EXPECT_EQ(run("sweep fx/cube.obj -m far.json --precision float32 -o far.t4d").exitCode, 3);
+  EXPECT_EQ(run("sweep fx/cube.obj -m far.json -o far.t4d").exitCode, 0);
+}
+
 TEST_F(Program, NumbersBeyondWhatHoldsAreRefusedByTheFileThatHasThem) {
   const auto moves = [&](const std::string& members) {
     write("motion.json", R"({"segments": [{"duration": 4, )" + members + "}]}");
@@ -666,6 +672,14 @@ TEST_F(Program, OutputThatIsClosedEarlyEndsItQuietly) {
   shell("{ sleep 0.5; $t4d version 2> said; echo $? > code; } | true");
   EXPECT_EQ(contents(folder_ / "code"), "0\n");
   EXPECT_EQ(contents(folder_ / "said"), "");
+  // Nobody reads the messages: the work is done all the same.
+  write("long.json",
+        R"({"segments": [{"duration": 1, "repeat": 60000, "translation": [0, 0, 1]}]})");
+  shell(
+      "{ $t4d sweep fx/torus.obj -m long.json --caps cone -o long.t4d > log; echo $? > code; } "
+      "2>&1 | true");
+  EXPECT_EQ(contents(folder_ / "code"), "0\n");
+  EXPECT_EQ(run("info long.t4d --json").value()["slabs"], 60'002);
 }
 
 TEST_F(Program, OneThingIsNoMore) {

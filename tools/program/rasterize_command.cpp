@@ -1,4 +1,5 @@
 #include "t4d/measure/compare.h"
+#include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -18,6 +19,11 @@ int run(const RasterizeArguments& options) {
   if (!input) return report(input.error());
   const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), options.series.times);
   if (!times) return report(times.error());
+  if (!originOf(input->reader.metadata()).isZero(0)) {
+    printNotices(
+        {"the grids have the coordinates of the file, whose origin was moved; .vdb has no "
+         "place to say so"});
+  }
   return writeVoxelSeries(
       options.series, *times, [&](double time) { return measure::solidAt(input->bodies, time); },
       options.input);

@@ -1,7 +1,10 @@
 #include "tools/program/signals.h"
 
 #include <csignal>
+#include <filesystem>
+#include <string>
 
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include "t4d/system/cleanup.h"
@@ -11,17 +14,30 @@ namespace {
 
 extern "C" void cleanUpAndDie(int signal) {
   system::cleanUp();
-  // Whoever closed the other end of a pipe has read enough, as `head` does.
-  if (signal == SIGPIPE) _exit(0);
   // Restore the default action and raise it again, so that our parent sees this signal.
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }
 
+/// The executable of a process; empty if it is not known.
+std::filesystem::path programOf(const std::string& process) {
+  std::error_code ignored;
+  return std::filesystem::read_symlink("/proc/" + process + "/exe", ignored);
+}
+
+/// If `t4d compare` runs this process, it ends with it, even by SIGKILL.
+void endWithOwnParent() {
+  const pid_t parent = getppid();
+  const auto program = programOf("self");
+  if (program.empty() || programOf(std::to_string(parent)) != program) return;
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) std::raise(SIGTERM);
+}
+
 }  // namespace
 
 void cleanUpOnSignals() {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
     struct sigaction action {};
     if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
     action = {};
@@ -29,7 +45,10 @@ void cleanUpOnSignals() {
     sigfillset(&action.sa_mask);
     sigaction(signal, &action, nullptr);
   }
+  endWithOwnParent();
+  // These become errors of writing.
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
 }
 
 }  // namespace t4d::tools

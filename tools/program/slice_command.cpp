@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include <fmt/format.h>
@@ -69,6 +70,10 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
   for (const model::Body& body : *bodies) {
     auto slice = convert::slice(*body.source, hyperplane, bar.callback());
     if (!slice) return pass(slice.error());
+    for (const model::Point3& vertex : slice->mesh.vertices) {
+      if (vertex.allFinite()) continue;
+      return invalid("the slice has coordinates beyond the range of doubles");
+    }
     sections.slabsRead += slice->slabsRead;
     sections.losses.insert(sections.losses.end(), slice->losses.begin(), slice->losses.end());
     sections.meshes.push_back({body.name, std::move(slice->mesh)});
@@ -135,6 +140,9 @@ int run(const SliceArguments& options) {
     volume += signedVolume(section.mesh);
     area += surfaceArea(section.mesh);
     closed = closed && isClosed(section.mesh);
+  }
+  if (!std::isfinite(volume) || !std::isfinite(area)) {
+    printNotices({"coordinates are too large to measure volume or area"});
   }
   if (options.json) {
     printJson({{"vertices", vertices},

@@ -20,9 +20,9 @@ void addVersion(CLI::App& app, int& exitCode) {
     if (*json) {
       printJson({{"version", kVersion}, {"format_version", format}, {"tetgen", tetgen}});
     } else {
-      fmt::print("{}\nformat .t4d {}\n{}\n", versionText(), format,
-                 tetgen ? "with TetGen: this binary as a whole is under AGPL-3.0"
-                        : "without TetGen: close ends with --caps cone");
+      print("{}\nformat .t4d {}\n{}\n", versionText(), format,
+            tetgen ? "with TetGen: this binary as a whole is under AGPL-3.0"
+                   : "without TetGen: close ends with --caps cone");
     }
     exitCode = kDone;
   });
