@@ -274,7 +274,7 @@ TEST(Weave, TilesOfBillionsOfPointsAreRefusedAtOnce) {
     return woven ? std::string() : woven.error().text();
   };
   EXPECT_NE(errorOf(512, true).find("points at the surface lie in tiles"), std::string::npos);
-  EXPECT_NE(errorOf(128, false).find("appear or vanish between two frames"), std::string::npos);
+  EXPECT_NE(errorOf(32, false).find("appear or vanish between two frames"), std::string::npos);
   EXPECT_EQ(errorOf(8, true), "");
   EXPECT_EQ(errorOf(8, false), "");
 }
