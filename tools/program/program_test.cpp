@@ -562,7 +562,7 @@ TEST_F(Program, ShapesThatFloat32CannotHoldAreALossAndCenteringTheWayOut) {
 }
 
 TEST_F(Program, EndsThatFloat32FlattensAreALoss) {
-  write("far.json", R"({"segments": [{"duration": 1, "translation": [2e8, 0, 0]}]})");
+  write("far.json", R"({"segments": [{"duration": 1, "translation": [2e10, 0, 0]}]})");
   EXPECT_EQ(run("sweep fx/cube.obj -m far.json --precision float32 -o far.t4d").exitCode, 3);
   EXPECT_EQ(run("sweep fx/cube.obj -m far.json -o far.t4d").exitCode, 0);
 }
