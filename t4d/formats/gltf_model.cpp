@@ -16,9 +16,6 @@ constexpr std::size_t kGlbHeaderBytes = 20;  // magic, version, length; length a
 // tinygltf decodes embedded buffers with 32-bit counters.
 constexpr std::size_t kMostTextBytes = std::numeric_limits<std::int32_t>::max();
 constexpr std::size_t kMostBinaryBytes = std::numeric_limits<std::uint32_t>::max();
-// tinygltf parses `extras` recursively: deeper nesting could overflow the stack. Real files stay
-// below 20.
-constexpr int kDeepestNesting = 200;
 
 /// The JSON text of the file, after a check of the container.
 Result<std::string_view> jsonOf(const InputFile& file) {
@@ -117,7 +114,7 @@ bool leavesGeometry(const std::string& extension) {
 Result<GltfModel> loadGltfModel(const InputFile& file) {
   const auto json = jsonOf(file);
   if (!json) return pass(json.error());
-  if (auto good = checkJson(*json, file.path.string(), {kDeepestNesting, kWholeNumbers}); !good) {
+  if (auto good = checkJson(*json, file.path.string(), {.wholeNumbers = kWholeNumbers}); !good) {
     return pass(good.error());
   }
   Buffers buffers{file.path.parent_path().string()};

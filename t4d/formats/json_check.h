@@ -9,7 +9,7 @@
 namespace t4d::formats {
 
 struct JsonRules {
-  /// Parsers recurse: deeper nesting could overflow the stack.
+  /// Parsers recurse: deeper nesting could overflow the stack. Real files stay below 20.
   int deepestNesting = 200;
   /// Members that must be whole numbers from 0 on, wherever they occur.
   std::span<const std::string_view> wholeNumbers = {};

@@ -195,11 +195,6 @@ bool overlap(const Bounds3& a, const Bounds3& b) {
   return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
 }
 
-void add(const Bounds3& bounds, Bounds3& into) {
-  into.add(bounds.min);
-  into.add(bounds.max);
-}
-
 /// The connected components of a closed surface: the component of each vertex, and their bounds.
 /// Vertices of no triangle have none.
 std::pair<std::vector<std::uint32_t>, std::vector<Bounds3>> componentsOf(const TriangleMesh& mesh) {
@@ -249,13 +244,13 @@ std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
         if (p == q || !overlap(grown[p], grown[q])) continue;
         const Bounds3 other = grown[std::max(p, q)];
         sets.unite(p, q);
-        add(other, grown[sets.root(p)]);
+        grown[sets.root(p)].add(other);
         merged = true;
       }
     }
   }
   std::map<std::uint32_t, Group> groups;
-  for (std::uint32_t i = 0; i < parts.size(); ++i) add(parts[i], groups[sets.root(i)].bounds);
+  for (std::uint32_t i = 0; i < parts.size(); ++i) groups[sets.root(i)].bounds.add(parts[i]);
   const auto share = [&](const TriangleMesh& mesh, const std::vector<std::uint32_t>& component,
                          std::size_t firstPart, TriangleMesh Group::*into) {
     std::vector<std::uint32_t> number(mesh.vertices.size(), ~0U);

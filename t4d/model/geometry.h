@@ -21,6 +21,11 @@ struct Bounds {
     min = min.cwiseMin(point);
     max = max.cwiseMax(point);
   }
+  /// Empty bounds add nothing.
+  void add(const Bounds& other) {
+    min = min.cwiseMin(other.min);
+    max = max.cwiseMax(other.max);
+  }
 };
 
 using Bounds3 = Bounds<3>;

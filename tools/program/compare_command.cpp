@@ -137,7 +137,8 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
   file.mesh.hypervolumeExpected = truth.hypervolume();
   if (voxelSize) {
     // The other process prints its notices, too.
-    auto times = motionFrameTimes(options.frames, *voxelSize, truth.mesh, truth.motion, notes);
+    auto times = motionFrameTimes(options.frames, *voxelSize, truth.mesh, truth.motion,
+                                  options.motion, notes);
     if (!times) return pass(times.error());
     file.mesh.name =
         fmt::format("voxel method, {}{}{}", *voxelSize, truth.motion.lengthUnit.empty() ? "" : " ",

@@ -46,9 +46,7 @@ int run(const std::string& path, bool json) {
     all.vertices += body.vertices;
     all.tetrahedra += body.tetrahedra;
     all.time = {std::min(all.time.begin, body.time.begin), std::max(all.time.end, body.time.end)};
-    if (body.vertices == 0) continue;  // its bounds are infinite
-    all.bounds.add(body.bounds.min);
-    all.bounds.add(body.bounds.max);
+    if (body.vertices > 0) all.bounds.add(body.bounds);
   }
   const std::string version =
       fmt::format("{}.{}", reader->version().major, reader->version().minor);

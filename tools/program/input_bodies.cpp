@@ -33,10 +33,7 @@ model::Bounds3 boundsOf(const InputBodies& input) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const bool selected = std::ranges::any_of(
         input.bodies, [&](const model::Body& body) { return body.name == names[i]; });
-    const model::Bounds3& own = input.reader.summary(i).bounds;
-    if (!selected || own.empty()) continue;
-    bounds.add(own.min);
-    bounds.add(own.max);
+    if (selected) bounds.add(input.reader.summary(i).bounds);
   }
   return bounds;
 }

@@ -90,9 +90,7 @@ Result<std::vector<std::string>> write(const SliceArguments& options, const Sect
   how.origin = convert::basisOf(hyperplane).axes * origin;
   if (options.center) {
     model::Bounds3 bounds;
-    for (const formats::NamedMesh& section : sections.meshes) {
-      for (const model::Point3& vertex : section.mesh.vertices) bounds.add(vertex);
-    }
+    for (const formats::NamedMesh& section : sections.meshes) bounds.add(boundsOf(section.mesh));
     how.center = roundCenterOf(bounds);
   }
   if (formats::triangleMeshFormat(options.output)->placed) {

@@ -128,7 +128,8 @@ Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh&
 Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMesh& mesh,
                          const model::Motion& motion, model::Sink& sink) {
   Made made;
-  auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion, made.notices);
+  auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion,
+                                options.input.motion, made.notices);
   if (!times) return pass(times.error());
   if (const auto ignored = ignoredBy(options); !ignored.empty()) {
     made.notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(ignored, ", ")));

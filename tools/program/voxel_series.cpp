@@ -10,20 +10,6 @@
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
-namespace {
-
-/// frameTimes, whose errors are the motion's fault.
-Result<std::vector<double>> frameTimesOf(const model::TimeSpan& span,
-                                         const voxel4d::FrameTimes& when) {
-  auto times = voxel4d::frameTimes(span, when);
-  if (times) return times;
-  Error error = times.error();
-  error.remedy = Remedy::Motion;
-  return pass(std::move(error));
-}
-
-}  // namespace
-
 void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix,
                    const std::string& otherwise) {
   command
@@ -41,7 +27,12 @@ void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::str
 Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
                                              const model::TriangleMesh& mesh,
                                              const model::Motion& motion,
+                                             const std::string& motionFile,
                                              std::vector<std::string>& notices) {
+  const auto inMotion = [&](Error error) {
+    error.where = motionFile;
+    return error;
+  };
   const model::Bounds3 bounds = boundsOf(mesh);
   const double narrowest = (bounds.max - bounds.min).minCoeff();
   if (voxelSize > narrowest) {
@@ -54,14 +45,13 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
   const double speed = voxel4d::maxSpeed(mesh, motion);
   const auto enough = voxel4d::framesWithin(voxelSize, speed, span);
   if (!when.count && !when.step) {
-    if (enough) return frameTimesOf(span, {*enough, {}});
+    if (enough) return voxel4d::frameTimes(span, {*enough, {}}).map_error(inMotion);
     Error error = enough.error();
     error.message += "; use larger voxels, or choose --frames";
-    error.remedy = Remedy::Motion;
-    return pass(std::move(error));
+    return pass(inMotion(std::move(error)));
   }
-  auto times = frameTimesOf(span, when);
-  if (!times) return times;
+  auto times = voxel4d::frameTimes(span, when);
+  if (!times) return pass(inMotion(times.error()));
   const double voxels = voxel4d::largestGap(*times) * speed / voxelSize;
   constexpr double kRounding = 1e-9;
   if (voxels > 1 + kRounding) {

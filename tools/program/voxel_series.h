@@ -22,10 +22,11 @@ inline constexpr const char* kFramesByMotion =
 
 /// The times of a motion's frames: as given by `when`, or otherwise enough that no point of `mesh`
 /// moves by more than a voxel between two frames. Adds a notice if the frames of `when` are farther
-/// apart.
+/// apart. `where` of an error is `motionFile`.
 Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, double voxelSize,
                                              const model::TriangleMesh& mesh,
                                              const model::Motion& motion,
+                                             const std::string& motionFile,
                                              std::vector<std::string>& notices);
 
 /// Shared by the verbs that write a time series of .vdb files: their options, and the writing.

@@ -16,12 +16,8 @@ int run(const VoxelizeArguments& options) {
   if (!loaded) return report(loaded.error());
   std::vector<std::string> notices;
   const auto times = motionFrameTimes(options.series.times, options.series.voxelSize, loaded->mesh,
-                                      loaded->motion, notices);
-  if (!times) {
-    Error error = times.error();
-    error.where = options.input.motion;
-    return report(error);
-  }
+                                      loaded->motion, options.input.motion, notices);
+  if (!times) return report(times.error());
   printNotices(notices);
   const int done =
       writeVoxelSeries(options.series, *times,
