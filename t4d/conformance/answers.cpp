@@ -133,7 +133,13 @@ std::vector<NamedSource> bodiesOf(formats::T4dReader& reader) {
   return bodies;
 }
 
-void addSlice(AnswerBuilder& answer, const std::string& name, const model::TriangleMesh& mesh) {
+/// Whether the axes of a slice are given by the specification.
+bool hasGivenAxes(const convert::Hyperplane& hyperplane) {
+  return (hyperplane.normal.array() != 0).count() == 1;
+}
+
+void addSlice(AnswerBuilder& answer, const std::string& name, const model::TriangleMesh& mesh,
+              bool givenAxes = true) {
   model::Bounds3 bounds;
   std::vector<bool> used(mesh.vertices.size());
   std::uint64_t points = 0;
@@ -162,7 +168,7 @@ void addSlice(AnswerBuilder& answer, const std::string& name, const model::Trian
                        {"triangles", count(mesh.triangles.size())},
                        {"volume", hexFloat(volume)},
                        {"area", hexFloat(area)}};
-  putBounds(body, bounds);
+  if (givenAxes) putBounds(body, bounds);
   // A point that is off by d changes the area by d times the edges of its triangles and the volume
   // by d times their areas. Rounding in the sums themselves adds as much again.
   answer.add(std::move(body), {{"volume", hexFloat(kRounding * reach * (area + reach * edges))},
@@ -290,6 +296,17 @@ Result<Answer> sliceAt(const std::vector<NamedSource>& bodies, double time) {
   return answer.finish();
 }
 
+Result<Answer> sliceBy(const std::vector<NamedSource>& bodies,
+                       const convert::Hyperplane& hyperplane) {
+  AnswerBuilder answer(ordered_json::object());
+  for (const NamedSource& body : bodies) {
+    auto slice = convert::slice(*body.source, hyperplane);
+    if (!slice) return pass(slice.error());
+    addSlice(answer, body.name, slice->mesh, hasGivenAxes(hyperplane));
+  }
+  return answer.finish();
+}
+
 Result<Answer> describeFile(const std::filesystem::path& path) {
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Checked);
   if (!reader) return pass(reader.error());
@@ -308,6 +325,12 @@ Result<Answer> sliceFile(const std::filesystem::path& path, double time) {
   auto reader = formats::T4dReader::open(path);
   if (!reader) return pass(reader.error());
   return sliceAt(bodiesOf(*reader), time);
+}
+
+Result<Answer> sliceFile(const std::filesystem::path& path, const convert::Hyperplane& hyperplane) {
+  auto reader = formats::T4dReader::open(path);
+  if (!reader) return pass(reader.error());
+  return sliceBy(bodiesOf(*reader), hyperplane);
 }
 
 std::string hexFloat(double number) { return fmt::format("{:a}", number); }

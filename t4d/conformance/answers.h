@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "t4d/convert/hyperplane.h"
 #include "t4d/formats/t4d/reader.h"
 
 /// The answer a reader under test must give for a file, with tolerances (t4d/formats/t4d/SPEC.md,
@@ -29,11 +30,16 @@ struct NamedSource {
 Result<Answer> describe(const std::vector<NamedSource>& bodies, formats::T4dVersion version,
                         const std::vector<std::string>& features);
 Result<Answer> sliceAt(const std::vector<NamedSource>& bodies, double time);
+/// The slice by a hyperplane that is not one of constant time. Without the bounds where the reader
+/// chooses the axes: where the hyperplane is not one of constant x, y or z.
+Result<Answer> sliceBy(const std::vector<NamedSource>& bodies,
+                       const convert::Hyperplane& hyperplane);
 
-/// The answers of our own reader. `describeFile` reads everything, `sliceFile` only what the slice
+/// The answers of our own reader. `describeFile` reads everything, the others only what the slice
 /// needs.
 Result<Answer> describeFile(const std::filesystem::path& path);
 Result<Answer> sliceFile(const std::filesystem::path& path, double time);
+Result<Answer> sliceFile(const std::filesystem::path& path, const convert::Hyperplane& hyperplane);
 
 /// "0x1.8p+1": parsed by strtod to the same double.
 std::string hexFloat(double number);

@@ -18,6 +18,12 @@ struct Hyperplane {
   static Hyperplane across(int axis, double value) { return {Eigen::Vector4d::Unit(axis), value}; }
 };
 
+/// normal . point, summed in the order x, y, z, t without fused operations, as SPEC.md, section
+/// "Slicing", prescribes: which points are on a hyperplane does not depend on the program.
+inline double along(const Eigen::Vector4d& normal, const model::Point4& point) {
+  return normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2] + normal[3] * point[3];
+}
+
 /// Orthonormal coordinates within a hyperplane: multiply the rows by a point of space-time.
 ///
 /// The axis along which the normal is largest is left out (the last one if several are equal). The

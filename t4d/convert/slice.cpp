@@ -182,7 +182,7 @@ Result<void> Slicer::put(const Slab& slab) {
   height_.resize(slab.vertices.size());
   std::vector<std::uint8_t> isAbove(slab.vertices.size());
   for (std::size_t i = 0; i < slab.vertices.size(); ++i) {
-    height_[i] = hyperplane_.normal.dot(slab.vertices[i]) - hyperplane_.offset;
+    height_[i] = along(hyperplane_.normal, slab.vertices[i]) - hyperplane_.offset;
     isAbove[i] = rule_ == OnHyperplane::Above ? height_[i] >= 0 : height_[i] > 0;
   }
 

@@ -148,9 +148,10 @@ void addConformReader(CLI::App& conform, int& exitCode) {
   command->add_option("--skip", options->skip, "Skip these cases")->type_name("GLOB");
   command
       ->add_option("--without", options->cases.without,
-                   "A feature that the reader does not support; it must refuse files that use it")
+                   "A feature that the reader does not support, and must refuse files for (zstd, "
+                   "means), or 'hyperplanes' if it slices at times only")
       ->delimiter(',')
-      ->check(CLI::IsMember({"zstd", "means"}))
+      ->check(CLI::IsMember({"zstd", "means", conformance::kHyperplanes}))
       ->type_name("FEATURE");
   command
       ->add_option("--parallel", options->parallel,

@@ -40,6 +40,7 @@ test('the expected answers are as the schemas of answers say', () => {
     const answers = readJson(at(expected));
     describe.check(answers.describe.answer, expected);
     for (const { time, answer } of answers.slices) slice.check(answer, `${expected} at ${time}`);
+    for (const { by, answer } of answers.sections) slice.check(answer, `${expected} by ${by}`);
   }
 });
 

@@ -1,6 +1,7 @@
 #include "t4d/conformance/corpus/cases.h"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 
 #include "t4d/formats/t4d/layout.h"
@@ -59,6 +60,39 @@ std::vector<std::string> usedBy(const std::vector<BodySlabs>& bodies, const Imag
   }
   note("shared-connectivity", shared);
   return used;
+}
+
+/// Hyperplanes to slice the bodies by: across x, y and z, between vertices and at one; askew,
+/// likewise. None for bodies with so many cells that a slow reader would take long, and for numbers
+/// so large or so small that the products in n.p leave few digits.
+std::vector<convert::Hyperplane> sectionsOf(const std::vector<BodySlabs>& bodies) {
+  constexpr std::size_t kMostCells = 2000;
+  model::Bounds4 bounds;
+  std::size_t cells = 0;
+  std::optional<model::Point4> inner;
+  for (const BodySlabs& body : bodies) {
+    for (const Slab& slab : body.slabs) {
+      cells += slab.connectivity->cells.size();
+      for (const model::Point4& vertex : slab.vertices) bounds.add(vertex);
+      if (!slab.vertices.empty()) inner = slab.vertices[slab.vertices.size() / 2];
+    }
+  }
+  if (bounds.empty() || cells == 0 || cells > kMostCells) return {};
+  const Eigen::Vector4d extent = bounds.max - bounds.min;
+  const double reach = bounds.max.cwiseAbs().cwiseMax(bounds.min.cwiseAbs()).maxCoeff();
+  if (!(reach < 1e3) || !(extent.minCoeff() > 1e-3)) return {};
+  const model::Point4 between = bounds.min + 0.375 * extent;
+  std::vector<convert::Hyperplane> hyperplanes;
+  for (int axis = 0; axis < 3; ++axis) {
+    hyperplanes.push_back(convert::Hyperplane::across(axis, between[axis]));
+    hyperplanes.push_back(convert::Hyperplane::across(axis, (*inner)[axis]));
+  }
+  for (const Eigen::Vector4d& normal :
+       {Eigen::Vector4d(1, 0.5, -0.75, 0.25), Eigen::Vector4d(-0.1, 0.3, 0.7, -1.1)}) {
+    hyperplanes.push_back({normal, convert::along(normal, between)});
+    hyperplanes.push_back({normal, convert::along(normal, *inner)});
+  }
+  return hyperplanes;
 }
 
 }  // namespace
@@ -152,6 +186,10 @@ AcceptedCase AcceptedBuilder::finish() const {
   for (const double time : times_) {
     Answer answer = *sliceAt(sources, time);
     made.file.slices.push_back({time, std::move(answer.json), std::move(answer.within)});
+  }
+  for (const convert::Hyperplane& hyperplane : sectionsOf(made.bodies)) {
+    Answer answer = *sliceBy(sources, hyperplane);
+    made.file.sections.push_back({hyperplane, std::move(answer.json), std::move(answer.within)});
   }
   return made;
 }

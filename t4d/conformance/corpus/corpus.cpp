@@ -8,6 +8,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 #include <sha2.h>
 
@@ -110,17 +111,35 @@ std::string manifestText(const std::vector<CorpusFile>& files) {
   return manifest.dump(1) + "\n";
 }
 
+std::vector<std::string> wordsFor(const convert::Hyperplane& hyperplane) {
+  const Eigen::Vector4d& n = hyperplane.normal;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (n == Eigen::Vector4d::Unit(axis)) {
+      return {std::string(1, "xyz"[axis]), fmt::format("{}", hyperplane.offset)};
+    }
+  }
+  return {fmt::format("{},{},{},{}", n[0], n[1], n[2], n[3]),
+          fmt::format("{}", hyperplane.offset)};
+}
+
 std::string expectedText(const CorpusFile& file) {
   const auto json = [](const std::string& answer, const std::string& within) {
     return ordered_json{{"answer", ordered_json::parse(answer)},
                         {"within", ordered_json::parse(within)}};
   };
   ordered_json expected = {{"describe", json(file.describe->json, file.describe->within)},
-                           {"slices", ordered_json::array()}};
+                           {"slices", ordered_json::array()},
+                           {"sections", ordered_json::array()}};
   for (const ExpectedSlice& slice : file.slices) {
     ordered_json entry = {{"time", decimal(slice.time)}};
     entry.update(json(slice.answer, slice.within));
     expected["slices"].push_back(std::move(entry));
+  }
+  for (const ExpectedSection& section : file.sections) {
+    ordered_json entry = {
+        {"by", fmt::format("{}", fmt::join(wordsFor(section.hyperplane), " "))}};
+    entry.update(json(section.answer, section.within));
+    expected["sections"].push_back(std::move(entry));
   }
   return expected.dump(1) + "\n";
 }

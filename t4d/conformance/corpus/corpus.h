@@ -29,6 +29,16 @@ struct ExpectedSlice {
   std::string within;
 };
 
+/// The required answer to a slice by a hyperplane that is not one of constant time.
+struct ExpectedSection {
+  convert::Hyperplane hyperplane;
+  std::string answer;
+  std::string within;
+};
+
+/// The words that ask a reader for the slice: "x", "0.25" or "1,0.5,0,-1", "0.25".
+std::vector<std::string> wordsFor(const convert::Hyperplane& hyperplane);
+
 struct CorpusFile {
   std::string id;  ///< folder and name: "invalid/H2-header-checksum"
   Validity validity = Validity::Valid;
@@ -43,6 +53,7 @@ struct CorpusFile {
   std::string bytes;                    ///< the file
   std::optional<Answer> describe;       ///< if a reader may accept the file
   std::vector<ExpectedSlice> slices;
+  std::vector<ExpectedSection> sections;
 };
 
 inline constexpr const char* kCorpusVersion = "1.0.0";
@@ -54,7 +65,7 @@ std::vector<CorpusFile> makeCorpus();
 std::string manifestText(const std::vector<CorpusFile>& files);
 
 /// The JSON for a file that a reader may accept: {"describe": {"answer", "within"}, "slices":
-/// [...]}.
+/// [...], "sections": [...]}.
 std::string expectedText(const CorpusFile& file);
 
 /// Writes all files into `directory`, which is created if missing: ID.t4d and ID.json, the manifest

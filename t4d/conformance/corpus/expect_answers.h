@@ -19,6 +19,11 @@ inline void expectAnswers(const CorpusFile& file, const std::filesystem::path& p
     ASSERT_TRUE(slice) << slice.error().text();
     EXPECT_THAT(differences({expected.answer, expected.within}, slice->json), testing::IsEmpty());
   }
+  for (const ExpectedSection& expected : file.sections) {
+    const auto slice = sliceFile(path, expected.hyperplane);
+    ASSERT_TRUE(slice) << slice.error().text();
+    EXPECT_THAT(differences({expected.answer, expected.within}, slice->json), testing::IsEmpty());
+  }
 }
 
 }  // namespace t4d::conformance

@@ -71,7 +71,7 @@ std::optional<double> timeToRefuse(const CorpusFile& file) {
   return timeThatNeedsAll(file.bytes);
 }
 
-ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
+ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown, bool hyperplanes) {
   ReaderCase test{.id = file.id, .file = &file, .trials = {}, .skipped = {}};
   Trial trial;
   trial.about = "describe";
@@ -95,6 +95,14 @@ ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown) {
     trial.request = sliceRequest(slice.time);
     trial.about = "slice " + trial.request[1];
     trial.answer = {slice.answer, slice.within};
+    test.trials.push_back(trial);
+  }
+  if (!hyperplanes) return test;
+  for (const ExpectedSection& section : file.sections) {
+    const std::vector<std::string> words = wordsFor(section.hyperplane);
+    trial.request = {"slice", words[0], words[1]};
+    trial.about = fmt::format("slice {} {}", words[0], words[1]);
+    trial.answer = {section.answer, section.within};
     test.trials.push_back(trial);
   }
   return test;
@@ -240,9 +248,12 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   std::vector<ReaderCase> cuts;
   std::vector<ReaderCase> flips;
   std::vector<ReaderCase> overwrites;
+  const bool hyperplanes =
+      std::find(options.without.begin(), options.without.end(), kHyperplanes) ==
+      options.without.end();
   for (const CorpusFile* file : ordered) {
     const std::string unknown = unknownFeature(*file, options.without);
-    cases.push_back(corpusCase(*file, unknown));
+    cases.push_back(corpusCase(*file, unknown, hyperplanes));
     if (file->validity != Validity::Valid) continue;
     cuts.push_back(cutCase(*file, limits));
     flips.push_back(flipCase(*file, limits));

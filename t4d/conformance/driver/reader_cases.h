@@ -31,8 +31,12 @@ struct ReaderCase {
   std::string skipped;  ///< why the case is skipped; empty if it is not
 };
 
+/// What a reader may lack that is not a feature of files: slices by x, y, z and other hyperplanes.
+inline constexpr const char* kHyperplanes = "hyperplanes";
+
 struct CaseOptions {
-  /// Features of HEAD that the reader does not support: it must refuse files that name one.
+  /// Features of HEAD that the reader does not support: it must refuse files that name one. And
+  /// kHyperplanes, if it slices at times only.
   std::vector<std::string> without;
   /// Send ten times as many requests: about 30,000.
   bool thorough = false;
