@@ -3,6 +3,8 @@
 //
 //     t4d_reader.mjs FILE describe     reads everything and checks every rule
 //     t4d_reader.mjs FILE slice T      reads what the slice needs, no more if there is an index
+//     t4d_reader.mjs FILE slice x C    slices by x = C, y = C or z = C; reads and checks everything
+//     t4d_reader.mjs FILE slice A,B,C,D E      the same for A x + B y + C z + D t = E
 //     t4d_reader.mjs --serve           answers such requests from standard input, one a line
 //
 // Prints one JSON object and exits with 0, or refuses the file, exits with 1 and says why on
@@ -492,7 +494,7 @@ function checkRecord(record, { at: offset, size, fields }, at) {
   }
 }
 
-/** The head, and for each body the slab that answers a slice or null, and the body's last time. */
+/** The head, and for each body [the slab that answers a slice], or [], and the body's last time. */
 async function readSlabsAt(file, time) {
   const header = readFileHeader(file);
   if (!header.hasIndex) {
@@ -500,8 +502,10 @@ async function readSlabsAt(file, time) {
       (slab.fields.timeBegin <= time && time <= slab.fields.timeEnd ? slab : null));
     return {
       head,
-      found: bodies.map(({ slabs, results }) =>
-        ({ slab: results[answering(slabs, time)] ?? null, last: slabs.at(-1).timeEnd })),
+      found: bodies.map(({ slabs, results }) => {
+        const i = answering(slabs, time);
+        return { slabs: i < 0 ? [] : [results[i]], last: slabs.at(-1).timeEnd };
+      }),
     };
   }
   const chunkOf = (at, type, rule) => {
@@ -536,10 +540,10 @@ async function readSlabsAt(file, time) {
     checkSlabs(done.payload.bodies[i], slabs, done.at);
     const record = slabs[answering(slabs, time)];
     const last = slabs.at(-1).timeEnd;
-    if (!record) return { slab: null, last };
+    if (!record) return { slabs: [], last };
     const slab = readSlab(chunkOf(record.ofsSlab, 'SLAB', 'I2'), head);
     checkRecord(record, slab, record.at);
-    return { slab: assemble(slab, part), last };
+    return { slabs: [assemble(slab, part)], last };
   });
   return { head, found };
 }
@@ -608,18 +612,54 @@ const determinant4 = (a, b, c, d) =>
   d[3] * determinant3(a, b, c) - c[3] * determinant3(a, b, d) +
   b[3] * determinant3(a, c, d) - a[3] * determinant3(b, c, d);
 
-async function slice(file, time) {
-  const { head, found } = await readSlabsAt(file, time);
+const units = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+
+/** All p with normal . p = offset, and the axes of its slices. */
+function hyperplane(normal, offset) {
+  const unit = (vector) => vector.map((value) => value / Math.hypot(...vector));
+  const along = normal.map(Math.abs);
+  const steepest = along.indexOf(Math.max(...along));
+  // Gram-Schmidt. The axes for x, y, z and t are the other three, in their order.
+  const basis = [unit(normal)];
+  for (const each of units.filter((_, i) => i !== steepest)) {
+    let axis = each;
+    for (const other of basis) {
+      const shadow = dot(axis, other);
+      axis = axis.map((value, i) => value - shadow * other[i]);
+    }
+    basis.push(unit(axis));
+  }
+  const axes = basis.slice(1);
   return {
-    bodies: found.map(({ slab, last }, i) => ({
+    normal,
+    offset,
+    axes,
+    isTime: units[3].every((value, i) => value === normal[i]),
+    isReversed: determinant4(...axes, normal) < 0,
+  };
+}
+
+async function slice(file, plane) {
+  const { head, found } =
+    plane.isTime ? await readSlabsAt(file, plane.offset) : await readAllSlabs(file);
+  return {
+    bodies: found.map(({ slabs, last }, i) => ({
       name: head.bodies[i],
-      ...measure(slab ? cut(slab, time, time === last) : { points: new Map(), triangles: [] }),
+      ...measure(cut(slabs, plane, plane.offset === last)),
     })),
   };
 }
 
+async function readAllSlabs(file) {
+  const { head, bodies } = await readAll(file, (slab) => slab);
+  return { head, found: bodies.map(({ results }) => ({ slabs: results })) };
+}
+
 // A cell whose first vertices, as many as the key says, are above: the edges that are cut, so that
-// they run counterclockwise seen from outside (X5). The other cases are even permutations of these.
+// they run counterclockwise seen from outside (X5), or clockwise where the hyperplane isReversed.
+// The other cases are even permutations of these.
 const cutEdges = { 1: ['01', '03', '02'], 2: ['12', '13', '03', '02'], 3: ['23', '13', '03'] };
 const evenOrders = [
   '0123', '1032', '2301', '3210', '0231', '0312', '1203', '1320', '2013', '2130', '3021', '3102',
@@ -634,35 +674,42 @@ const cutTable = Array.from({ length: 16 }, (_, mask) => {
 });
 
 /** Marching tetrahedra: points by what they come from, and triangles of these. */
-function cut({ conn, vertices }, time, atLast) {
-  const above = vertices.map(([, , , t]) => (atLast ? t >= time : t > time)); // X1
+function cut(slabs, { normal, offset, axes, isReversed }, atLast) {
   const points = new Map();
   const triangles = [];
-  // The key of a cut, the same for both orders of its ends (X3): a vertex, or negative for an edge.
-  const place = (a, b) => {
-    for (const end of [a, b]) {
-      if (vertices[end][3] === time) {
-        points.set(end, vertices[end]);
-        return end;
+  let end = 0;
+  for (const { conn, vertices } of slabs) {
+    // Vertices are numbered through all slabs: those of a shared layer have one number (X3).
+    const first = end - conn.numLower;
+    end = first + conn.numVertices;
+    const heights = vertices.map((vertex) => dot(normal, vertex));
+    const above = heights.map((height) => (atLast ? height >= offset : height > offset)); // X1
+    // The key of a cut, the same for both orders of its ends (X3): a vertex, or an edge.
+    const place = (a, b) => {
+      const on = [a, b].find((i) => heights[i] === offset);
+      if (on !== undefined) {
+        points.set(first + on, vertices[on]);
+        return first + on;
+      }
+      const [i, k] = a < b ? [a, b] : [b, a];
+      const key = `${first + i} ${first + k}`;
+      const s = (offset - heights[i]) / (heights[k] - heights[i]);
+      points.set(key, vertices[i].map((value, axis) => value + s * (vertices[k][axis] - value)));
+      return key;
+    };
+    for (const cell of conn.cells) {
+      const mask = cell.reduce((bits, i, k) => bits | (above[i] << k), 0);
+      const corners = cutTable[mask].map(([i, k]) => place(cell[i], cell[k]));
+      if (isReversed) corners.reverse();
+      for (let i = 2; i < corners.length; ++i) {
+        const triangle = [corners[0], corners[i - 1], corners[i]];
+        if (new Set(triangle).size === 3) triangles.push(triangle); // X4
       }
     }
-    const [i, k] = a < b ? [a, b] : [b, a];
-    const key = -1 - i * vertices.length - k;
-    const [p, q] = [vertices[i], vertices[k]];
-    const s = (time - p[3]) / (q[3] - p[3]);
-    points.set(key, p.map((value, axis) => value + s * (q[axis] - value)));
-    return key;
-  };
-  for (const cell of conn.cells) {
-    const mask = cell.reduce((bits, i, k) => bits | (above[i] << k), 0);
-    const corners = cutTable[mask].map(([i, k]) => place(cell[i], cell[k]));
-    for (let i = 2; i < corners.length; ++i) {
-      const triangle = [corners[0], corners[i - 1], corners[i]];
-      if (new Set(triangle).size === 3) triangles.push(triangle); // X4
-    }
   }
+  const inAxes = (key) => axes.map((axis) => dot(axis, points.get(key)));
   const used = new Set(triangles.flat());
-  return { points: new Map([...points].filter(([key]) => used.has(key))), triangles };
+  return { points: new Map([...used].map((key) => [key, inAxes(key)])), triangles };
 }
 
 function measure({ points, triangles }) {
@@ -684,19 +731,26 @@ function measure({ points, triangles }) {
   };
 }
 
-/** ['describe'] or ['slice', time], or null. */
-function requestOf([verb, time, ...rest]) {
-  if (verb === 'describe' && time === undefined) return [verb];
-  const isSlice = verb === 'slice' && time?.trim() && !Number.isNaN(Number(time));
-  return isSlice && rest.length === 0 ? [verb, Number(time)] : null;
+/** ['describe'] or ['slice', a hyperplane], or null. */
+function requestOf([verb, ...rest]) {
+  if (verb === 'describe' && rest.length === 0) return [verb];
+  if (verb !== 'slice' || rest.length < 1 || rest.length > 2) return null;
+  const numberOf = (word) => (word.trim() ? Number(word) : NaN);
+  const numbersOfNormal = (word) =>
+    units[['x', 'y', 'z'].indexOf(word)] ?? word.split(',').map(numberOf);
+  const normal = rest.length === 1 ? units[3] : numbersOfNormal(rest[0]);
+  const offset = numberOf(rest.at(-1));
+  const isKnown = normal.length === 4 && normal.some((value) => value !== 0) &&
+    [...normal, offset].every(Number.isFinite);
+  return isKnown ? [verb, hyperplane(normal, offset)] : null;
 }
 
 /** { answer }, { refusal } or { mistake }. */
-async function respond(path, [verb, time]) {
+async function respond(path, [verb, plane]) {
   let file;
   try {
     file = new File(path);
-    return { answer: verb === 'slice' ? await slice(file, time) : await describe(file) };
+    return { answer: verb === 'slice' ? await slice(file, plane) : await describe(file) };
   } catch (error) {
     const isRefusal = error instanceof Invalid || error.syscall !== undefined;
     return isRefusal ? { refusal: `${path}: ${error.message}` } : { mistake: error };
@@ -705,11 +759,12 @@ async function respond(path, [verb, time]) {
   }
 }
 
-/** Answers requests line by line: "describe FILE", "slice T FILE". */
+/** Answers requests line by line, such as "describe FILE" and "slice T FILE". */
 async function serve() {
   for await (const line of createInterface({ input: process.stdin, crlfDelay: Infinity })) {
-    const [, verb, time, path] = /^(\S+) (?:(?<=^slice )(\S+) )?(.*)$/.exec(line) ?? [];
-    const request = requestOf(time === undefined ? [verb] : [verb, time]);
+    const form = /^(describe|slice (?:[xyz]|\S*,\S*) \S+|slice \S+) (.*)$/;
+    const [, words = '', path] = form.exec(line) ?? [];
+    const request = requestOf(words.split(' '));
     const { answer, refusal, mistake } =
       request ? await respond(path, request) : { mistake: `not a request: ${line}` };
     if (mistake) {
@@ -726,7 +781,8 @@ async function main([path, ...words]) {
   if (path === '--serve' && words.length === 0) return serve();
   const request = requestOf(words);
   if (!request) {
-    console.error('usage: t4d_reader.mjs FILE describe | FILE slice T | --serve');
+    console.error('usage: t4d_reader.mjs FILE describe | FILE slice T | FILE slice x|y|z C | ' +
+      'FILE slice A,B,C,D E | --serve');
     return 2;
   }
   const { answer, refusal, mistake } = await respond(path, request);

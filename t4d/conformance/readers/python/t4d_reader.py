@@ -3,6 +3,8 @@
 
     t4d_reader.py FILE describe     reads everything and checks every rule
     t4d_reader.py FILE slice T      reads what the slice needs, no more if the file has an index
+    t4d_reader.py FILE slice x C    slices by x = C, y = C or z = C; reads and checks everything
+    t4d_reader.py FILE slice A,B,C,D E      the same for A x + B y + C z + D t = E
     t4d_reader.py --serve           answers such requests from standard input, one a line
 
 Prints one JSON object and exits with 0, or refuses the file and exits with 1; the message on
@@ -19,7 +21,7 @@ import struct
 import sys
 from array import array
 from itertools import islice, repeat
-from math import inf, isfinite, isnan, sqrt
+from math import hypot, inf, isfinite, sqrt
 
 
 class Invalid(Exception):
@@ -570,13 +572,13 @@ def read_all(file, use):
 
 
 def read_slabs_at(file, time):
-    """(Head, for each body the slab that answers a slice or None, and the body's last time)"""
+    """(Head, for each body a list of the slab that answers a slice, if any, and its last time)"""
     if not read_file_header(file)[1]:
         def keep(slab):
             return slab if slab.begin <= time <= slab.end else None
         _, head, bodies = read_all(file, keep)
         numbers = [answering(body.slabs, time) for body in bodies]
-        return head, [(None if i is None else body.results[i], body.slabs[-1][1])
+        return head, [([] if i is None else [body.results[i]], body.slabs[-1][1])
                       for i, body in zip(numbers, bodies)]
 
     def chunk_at(offset, kind, rule):
@@ -609,12 +611,13 @@ def read_slabs_at(file, time):
     for body, numbers in enumerate(bodies):
         slabs = [indx.records[i][1] for i in numbers]
         done.check_slabs(body, slabs)
-        i, slab = answering(slabs, time), None
+        i, answers = answering(slabs, time), []
         if i is not None:
             slab = Slab(chunk_at(indx.records[numbers[i]][0][0], b"SLAB", "I2"), head)
             indx.check_record(numbers[i], slab.place, slab.fields)
             slab.assemble(part)
-        found.append((slab, slabs[-1][1]))
+            answers.append(slab)
+        found.append((answers, slabs[-1][1]))
     return head, found
 
 
@@ -676,14 +679,50 @@ def determinant4(a, b, c, d):
             - (ay * bt - at * by) * (cx * dz - cz * dx) + (az * bt - at * bz) * (cx * dy - cy * dx))
 
 
-def slice_at(file, time):
-    head, found = read_slabs_at(file, time)
-    return {"bodies": [describe_slice(name, *cut(slab, time, time == last))
-                       for name, (slab, last) in zip(head.bodies, found)]}
+TIME = (0.0, 0.0, 0.0, 1.0)
+UNITS = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), TIME)
+
+
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+class Hyperplane:
+    """All p with normal.p = offset, and the axes of its slices."""
+
+    def __init__(self, normal, offset):
+        self.normal, self.offset = normal, offset
+        # Gram-Schmidt. The axes for x, y, z and t are the other three, in their order.
+        basis = [unit(normal)]
+        steepest = max(UNITS, key=lambda each: abs(dot(each, normal)))
+        for axis in UNITS:
+            if axis != steepest:
+                for other in basis:
+                    along = dot(axis, other)
+                    axis = [a - along * b for a, b in zip(axis, other)]
+                basis.append(unit(axis))
+        self.axes = basis[1:]
+        self.is_reversed = determinant4(*self.axes, normal) < 0
+
+
+def unit(vector):
+    length = hypot(*vector)
+    return [each / length for each in vector]
+
+
+def slice_at(file, plane):
+    if plane.normal == TIME:
+        head, found = read_slabs_at(file, plane.offset)
+    else:
+        _, head, bodies = read_all(file, lambda slab: slab)
+        found = [(body.results, None) for body in bodies]
+    return {"bodies": [describe_slice(name, *cut(slabs, plane, plane.offset == last))
+                       for name, (slabs, last) in zip(head.bodies, found)]}
 
 
 # A cell whose first vertices, as many as the key says, are above: the edges that are cut, so that
-# they run counterclockwise seen from outside (X5). The other cases are even permutations of these.
+# they run counterclockwise seen from outside (X5), or clockwise where the hyperplane is_reversed.
+# The other cases are even permutations of these.
 EDGES = {1: ("01", "03", "02"), 2: ("12", "13", "03", "02"), 3: ("23", "13", "03")}
 EVEN = ("0123", "1032", "2301", "3210", "0231", "0312",
         "1203", "1320", "2013", "2130", "3021", "3102")
@@ -699,33 +738,39 @@ def cut_edges(mask):
 CUTS = [cut_edges(mask) for mask in range(16)]
 
 
-def cut(slab, time, at_last):
+def cut(slabs, plane, at_last):
     """(points by what they come from, triangles of these) by marching tetrahedra."""
-    points, triangles = {}, []
-    if slab is None:
-        return points, triangles
-    above = [t >= time if at_last else t > time for _, _, _, t in slab.vertices]          # X1
-    for cell in slab.connectivity.cells():
-        a, b, c, d = cell
-        corners = [cut_point(slab.vertices, cell[i], cell[k], time)
-                   for i, k in CUTS[above[a] + 2 * above[b] + 4 * above[c] + 8 * above[d]]]
-        for i in range(2, len(corners)):
-            (p, q, r) = (key for key, _ in (corners[0], corners[i - 1], corners[i]))
-            if p != q and q != r and r != p:                                               # X4
-                points.update((corners[0], corners[i - 1], corners[i]))
-                triangles.append((p, q, r))
-    return points, triangles
+    points, triangles, end = {}, [], 0
+    for slab in slabs:
+        conn = slab.connectivity
+        # Vertices are numbered through all slabs: those of a shared layer have one number (X3).
+        first = end - conn.lower
+        end = first + conn.vertices
+        heights = [dot(plane.normal, point) for point in slab.vertices]
+        vertices = list(zip(range(first, end), heights, slab.vertices))
+        above = [h >= plane.offset if at_last else h > plane.offset for h in heights]      # X1
+        for cell in conn.cells():
+            a, b, c, d = cell
+            corners = [cut_point(vertices[cell[i]], vertices[cell[k]], plane.offset)
+                       for i, k in CUTS[above[a] + 2 * above[b] + 4 * above[c] + 8 * above[d]]]
+            for i in range(2, len(corners)):
+                (p, q, r) = (key for key, _ in (corners[0], corners[i - 1], corners[i]))
+                if p != q and q != r and r != p:                                           # X4
+                    points.update((corners[0], corners[i - 1], corners[i]))
+                    triangles.append((r, q, p) if plane.is_reversed else (p, q, r))
+    return {key: tuple(dot(axis, point) for axis in plane.axes)
+            for key, point in points.items()}, triangles
 
 
-def cut_point(vertices, a, b, time):
-    """(what it comes from, its x, y, z), the same for either order of the ends (X3)."""
-    for end in (a, b):
-        if vertices[end][3] == time:
-            return end, vertices[end][:3]
-    a, b = min(a, b), max(a, b)
-    p, q = vertices[a], vertices[b]
-    s = (time - p[3]) / (q[3] - p[3])
-    return (a, b), tuple(p[i] + s * (q[i] - p[i]) for i in range(3))
+def cut_point(p, q, offset):
+    """(what it comes from, its x, y, z, t) for ends (number, height, point) in either order."""
+    (a, low, start), (b, high, end) = sorted((p, q))
+    if low == offset:                                                                      # X3
+        return a, start
+    if high == offset:
+        return b, end
+    s = (offset - low) / (high - low)
+    return (a, b), [i + s * (k - i) for i, k in zip(start, end)]
 
 
 def describe_slice(name, points, triangles):
@@ -741,12 +786,12 @@ def describe_slice(name, points, triangles):
             "volume": volume.hex(), "area": area.hex(), **bounds(corners_of(points.values()), 3)}
 
 
-def answer(path, verb, *time):
+def answer(path, verb, *plane):
     """(0, the answer), (1, why the file is refused) or (70, the mistake in this program)"""
     file = None
     try:
         file = File(path)
-        return 0, slice_at(file, *time) if verb == "slice" else describe(file)
+        return 0, slice_at(file, *plane) if verb == "slice" else describe(file)
     except (Invalid, OSError) as error:
         return 1, f"{path}: {error}"
     except MemoryError:
@@ -762,27 +807,38 @@ def answer(path, verb, *time):
 
 
 def request_of(words):
-    """("describe",) or ("slice", T), or None"""
+    """("describe",) or ("slice", a Hyperplane), or None"""
     try:
-        verb, *rest = words
-        time = [float(each) for each in rest]
+        match words:
+            case ["describe"]:
+                return ("describe",)
+            case ["slice", offset]:
+                normal = TIME
+            case ["slice", "x" | "y" | "z" as axis, offset]:
+                normal = UNITS["xyz".index(axis)]
+            case ["slice", numbers, offset]:
+                normal = tuple(map(float, numbers.split(",")))
+            case _:
+                return None
+        offset = float(offset)
     except ValueError:
         return None
-    known = (verb, len(time)) in (("describe", 0), ("slice", 1)) and not any(map(isnan, time))
-    return (verb, *time) if known else None
+    known = len(normal) == 4 and any(normal) and all(map(isfinite, (*normal, offset)))
+    return ("slice", Hyperplane(normal, offset)) if known else None
 
 
 def serve():
-    """Answers requests line by line: "describe FILE", "slice T FILE"."""
+    """Answers requests line by line, such as "describe FILE" and "slice T FILE"."""
     sys.stdout.reconfigure(errors="backslashreplace")
     for line in sys.stdin.buffer:
-        verb, _, path = os.fsdecode(line.rstrip(b"\n")).partition(" ")
-        words = [verb]
-        if verb == "slice":
-            time, _, path = path.partition(" ")
-            words.append(time)
-        request = request_of(words)
-        code, found = answer(path, *request) if request else (2, f"what is {verb!r}?")
+        line = os.fsdecode(line.rstrip(b"\n"))
+        # FILE may contain spaces: the request is the fewest words that make one.
+        for length in (1, 2, 3):
+            *words, path = line.split(" ", length)
+            request = request_of(words)
+            if request:
+                break
+        code, found = answer(path, *request) if request else (2, f"what is {line!r}?")
         if code > 1:
             print(found, file=sys.stderr)
             return code
@@ -796,7 +852,8 @@ def main(arguments):
         return serve()
     request = request_of(arguments[1:])
     if not request:
-        print("usage: t4d_reader.py FILE describe | FILE slice T | --serve", file=sys.stderr)
+        print("usage: t4d_reader.py FILE describe | FILE slice T | FILE slice x|y|z C | "
+              "FILE slice A,B,C,D E | --serve", file=sys.stderr)
         return 2
     code, found = answer(arguments[0], *request)
     print(found if code else json.dumps(found, indent=1), file=sys.stderr if code else sys.stdout)

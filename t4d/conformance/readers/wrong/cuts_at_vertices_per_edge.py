@@ -1,6 +1,6 @@
 #!/usr/bin/python3 -IS
 # caught by: valid
-"""Makes a point for each edge that ends at a vertex with t = T."""
+"""Makes a point for each edge that ends at a vertex on the hyperplane."""
 import sys
 
 sys.path.insert(0, __file__.rpartition("/")[0] + "/../python")
@@ -9,9 +9,9 @@ import t4d_reader
 right = t4d_reader.cut_point
 
 
-def cut_point(vertices, a, b, time):
-    _, point = right(vertices, a, b, time)
-    return (min(a, b), max(a, b)), point
+def cut_point(p, q, offset):
+    _, point = right(p, q, offset)
+    return (min(p[0], q[0]), max(p[0], q[0])), point
 
 
 t4d_reader.cut_point = cut_point

@@ -14,10 +14,10 @@ def check(ok, at, rule, message):
     right(ok or rule in ("H2", "C4", "C5", "F2"), at, rule, message)
 
 
-def slice_at(file, time):
+def slice_at(file, plane):
     t4d_reader.check = check
     try:
-        return right_slice_at(file, time)
+        return right_slice_at(file, plane)
     finally:
         t4d_reader.check = right
 

@@ -17,6 +17,6 @@ def answering(slabs, time):
 
 
 t4d_reader.answering = answering
-t4d_reader.cut = lambda slab, time, at_last: right(slab, time, True)
+t4d_reader.cut = lambda slabs, plane, _: right(slabs, plane, plane.normal == t4d_reader.TIME)
 
 sys.exit(t4d_reader.main(sys.argv[1:]))

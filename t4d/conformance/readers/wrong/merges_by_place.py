@@ -9,8 +9,8 @@ import t4d_reader
 right = t4d_reader.cut
 
 
-def cut(slab, time, at_last):
-    points, triangles = right(slab, time, at_last)
+def cut(slabs, plane, at_last):
+    points, triangles = right(slabs, plane, at_last)
     merged = [tuple(points[key] for key in triangle) for triangle in triangles]
     merged = [triangle for triangle in merged if len(set(triangle)) == 3]
     return {point: point for triangle in merged for point in triangle}, merged

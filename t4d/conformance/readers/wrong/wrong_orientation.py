@@ -7,15 +7,20 @@ sys.path.insert(0, __file__.rpartition("/")[0] + "/../python")
 import t4d_reader
 
 right_cut = t4d_reader.cut
-right_determinant = t4d_reader.determinant4
+right_describe_slab = t4d_reader.describe_slab
 
 
-def cut(slab, time, at_last):
-    points, triangles = right_cut(slab, time, at_last)
+def cut(slabs, plane, at_last):
+    points, triangles = right_cut(slabs, plane, at_last)
     return points, [(p, r, q) for p, q, r in triangles]
 
 
+def describe_slab(slab):
+    hypervolume, description = right_describe_slab(slab)
+    return -hypervolume, description
+
+
 t4d_reader.cut = cut
-t4d_reader.determinant4 = lambda a, b, c, d: -right_determinant(a, b, c, d)
+t4d_reader.describe_slab = describe_slab
 
 sys.exit(t4d_reader.main(sys.argv[1:]))
