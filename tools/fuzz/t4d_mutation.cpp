@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <random>
+#include <span>
 
 #include "t4d/formats/t4d/array_codec.h"
 #include "t4d/formats/t4d/chunk_list.h"
@@ -47,21 +49,55 @@ bool endsWithSignature(const std::string& bytes) {
 // Offsets of fields in payloads (SPEC.md).
 constexpr std::size_t kSlabConnectivity = 16;
 constexpr std::size_t kSlabParts = 3;
+constexpr std::size_t kSlabBody = 40;
 
-std::string indexOf(const std::vector<LooseChunk>& chunks, const std::vector<std::uint64_t>& at) {
-  std::string payload(8, '\0');
-  std::uint64_t slabs = 0;
-  for (std::size_t i = 0; i < chunks.size(); ++i) {
-    if (chunks[i].type != kSlab) continue;
-    ++slabs;
-    const std::uint64_t place[] = {at[i], kChunkHeaderBytes + padded(chunks[i].payload.size())};
-    append(payload, place, sizeof place);
-    std::string fields = chunks[i].payload.substr(0, 44);
-    fields.resize(48);
-    payload += fields;
-  }
-  setNumber(payload, 0, slabs);
+std::vector<std::byte> bytesOf(const std::string& text) {
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+PayloadWriter payloadOf(const LooseChunk& chunk) {
+  PayloadWriter payload;
+  payload.putBytes(chunk.fields.data(), chunk.fields.size());
+  for (const std::string& block : chunk.blocks) payload.putBlock(bytesOf(block));
   return payload;
+}
+
+void setPayload(LooseChunk& chunk, const PayloadWriter& payload) {
+  const auto text = [](std::span<const std::byte> bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  chunk.fields = text(payload.bytes());
+  chunk.blocks.clear();
+  for (const auto& block : payload.blocks()) chunk.blocks.push_back(text(block));
+}
+
+/// What INDX should say of `chunks`, of which it is one, where it can be told without reading them.
+/// What it said of the contents of slabs is kept.
+formats::Index indexOf(const std::string& fileHeader, const std::vector<LooseChunk>& chunks,
+                       const formats::Index& before) {
+  formats::Index index;
+  std::memcpy(index.fileHeader.data(), fileHeader.data(), index.fileHeader.size());
+  std::uint64_t offset = kFileHeaderBytes;
+  for (const LooseChunk& chunk : chunks) {
+    if (chunk.type == kDone) break;
+    if (chunk.type == kHead) index.head = chunk.fields;
+    index.chunks.push_back(
+        formats::frontOf(chunk.type, payloadOf(chunk), offset, chunk.flags).header);
+    offset = index.chunks.back().end();
+    if (chunk.type != kSlab) continue;
+    formats::IndexRecord slab;
+    slab.time = {numberAt<double>(chunk.fields, 0), numberAt<double>(chunk.fields, 8)};
+    slab.parts.connectivity = numberAt<std::uint64_t>(chunk.fields, kSlabConnectivity);
+    slab.parts.lower = numberAt<std::uint64_t>(chunk.fields, kSlabConnectivity + 8);
+    slab.parts.upper = numberAt<std::uint64_t>(chunk.fields, kSlabConnectivity + 16);
+    slab.parts.body = numberAt<std::uint32_t>(chunk.fields, kSlabBody);
+    const std::size_t number = index.slabs.size();
+    slab.extent = number < before.slabs.size() ? before.slabs[number].extent
+                                               : std::optional(formats::SlabExtent());
+    index.slabs.push_back(slab);
+  }
+  return index;
 }
 
 /// The random choices of one mutation.
@@ -83,32 +119,44 @@ void mutateBytes(std::string& bytes, std::size_t room) {
   bytes.assign(buffer.begin(), buffer.end());
 }
 
-/// Offsets in a payload where array records may be.
-std::vector<std::size_t> arraysIn(const std::string& payload) {
-  std::vector<std::size_t> found;
-  for (std::size_t at = 0; at + kArrayHeaderBytes <= payload.size(); at += kAlignment) {
-    const auto type = static_cast<model::ScalarType>(payload[at]);
-    if (model::scalarSize(type) != 0 && payload[at + 1] != 0 &&
-        numberAt<std::uint32_t>(payload, at + 4) == 0 &&
-        numberAt<std::uint64_t>(payload, at + 16) <= payload.size() - at - kArrayHeaderBytes) {
-      found.push_back(at);
+/// A place in the fields where the record of an array may be, and the first of its blocks.
+struct ArrayPlace {
+  std::size_t at = 0;
+  std::size_t block = 0;
+  std::size_t blocks = 0;
+};
+
+std::vector<ArrayPlace> arraysIn(const LooseChunk& chunk) {
+  std::vector<ArrayPlace> found;
+  std::size_t block = 0;
+  for (std::size_t at = 0; at + kArrayHeaderBytes <= chunk.fields.size(); at += kAlignment) {
+    const auto type = static_cast<model::ScalarType>(chunk.fields[at]);
+    const auto rows = numberAt<std::uint64_t>(chunk.fields, at + 8);
+    const std::uint64_t blocks = rows / kBlockRows + (rows % kBlockRows != 0 ? 1 : 0);
+    if (model::scalarSize(type) == 0 || chunk.fields[at + 1] == 0 ||
+        numberAt<std::uint32_t>(chunk.fields, at + 4) != 0 ||
+        blocks > chunk.blocks.size() - block) {
+      continue;
     }
+    found.push_back({at, block, blocks});
+    block += blocks;
   }
   return found;
 }
 
 /// Replaces an array by one of a different type, length or codec.
-void remakeArray(std::string& payload, Choices& choose) {
-  const auto arrays = arraysIn(payload);
+void remakeArray(LooseChunk& chunk, Choices& choose) {
+  const auto arrays = arraysIn(chunk);
   if (arrays.empty()) return;
-  const std::size_t at = arrays[choose.below(arrays.size())];
-  const std::size_t stored = numberAt<std::uint64_t>(payload, at + 16);
-  const std::size_t end =
-      std::min<std::size_t>(payload.size(), at + kArrayHeaderBytes + padded(stored));
+  const auto [at, block, blocks] = arrays[choose.below(arrays.size())];
   formats::ArrayView array;
-  array.type = static_cast<model::ScalarType>(payload[at]);
-  array.components = static_cast<std::uint8_t>(payload[at + 1]);
-  formats::t4d_layout::ByteReader from(std::as_bytes(std::span(payload)).subspan(at));
+  array.type = static_cast<model::ScalarType>(chunk.fields[at]);
+  array.components = static_cast<std::uint8_t>(chunk.fields[at + 1]);
+  const PayloadWriter payload = payloadOf(chunk);
+  const PayloadView view = {payload.bytes().subspan(at, kArrayHeaderBytes),
+                            {payload.blocks().begin() + static_cast<std::ptrdiff_t>(block),
+                             payload.blocks().begin() + static_cast<std::ptrdiff_t>(block + blocks)}};
+  PayloadReader from(view);
   auto taken = formats::takeArray(from);
   std::vector<std::byte> content = taken ? std::move(taken->bytes) : std::vector<std::byte>();
   if (choose.oneIn(4)) {
@@ -120,9 +168,15 @@ void remakeArray(std::string& payload, Choices& choose) {
                               choose.below(kMostRows)};
   content.resize(rows[choose.below(std::size(rows))] * array.rowBytes());
   array.bytes = content;
-  ByteWriter record;
+  LooseChunk made;
+  PayloadWriter record;
   formats::putArray(record, array, choose.oneIn(2) ? 1 : 0);
-  payload.replace(at, end - at, reinterpret_cast<const char*>(record.data()), record.size());
+  setPayload(made, record);
+  chunk.fields.replace(at, kArrayHeaderBytes, made.fields);
+  const auto first = chunk.blocks.begin() + static_cast<std::ptrdiff_t>(block);
+  chunk.blocks.erase(first, first + static_cast<std::ptrdiff_t>(blocks));
+  chunk.blocks.insert(chunk.blocks.begin() + static_cast<std::ptrdiff_t>(block),
+                      made.blocks.begin(), made.blocks.end());
 }
 
 /// Copies one field of four or eight bytes over another.
@@ -148,11 +202,11 @@ void mutateChunks(LooseFile& file, std::size_t room, Choices& choose) {
       file.chunks.insert(
           file.chunks.begin() + static_cast<std::ptrdiff_t>(choose.below(file.chunks.size() + 1)),
           std::move(copy));
-      break;
+      return;
     }
     case 1:
       file.chunks.erase(file.chunks.begin() + static_cast<std::ptrdiff_t>(one));
-      break;
+      return;
     case 2:
       std::swap(chunk, file.chunks[choose.below(file.chunks.size())]);
       break;
@@ -163,14 +217,23 @@ void mutateChunks(LooseFile& file, std::size_t room, Choices& choose) {
     case 4:
     case 5:
     case 6:
-      remakeArray(chunk.payload, choose);
+      remakeArray(chunk, choose);
       break;
     case 7:
     case 8:
-      replaceField(chunk.payload, choose);
+      replaceField(chunk.fields, choose);
       break;
     default:
-      mutateBytes(chunk.payload, chunk.payload.size() + room);
+      if (!chunk.blocks.empty() && choose.oneIn(2)) {
+        std::string& block = chunk.blocks[choose.below(chunk.blocks.size())];
+        mutateBytes(block, block.size() + room);
+      } else {
+        mutateBytes(chunk.fields, chunk.fields.size() + room);
+      }
+  }
+  // Blocks begin at a multiple of 8; mostly, so that something else is wrong.
+  if (!chunk.blocks.empty() && !choose.oneIn(8)) {
+    chunk.fields.resize(padded(chunk.fields.size()));
   }
 }
 
@@ -182,8 +245,23 @@ LooseFile takeApart(const std::string& bytes) {
   file.header.resize(kFileHeaderBytes);
   std::size_t end = std::min(kFileHeaderBytes, bytes.size());
   for (const formats::ChunkHeader& chunk : formats::listChunks(bytes)) {
-    file.chunks.push_back(
-        {chunk.type, chunk.flags, bytes.substr(chunk.payload(), chunk.payloadBytes), chunk.offset});
+    LooseChunk loose{chunk.type, chunk.flags, {}, {}, chunk.offset};
+    const auto payload = std::as_bytes(std::span(bytes)).subspan(chunk.payload(), chunk.payloadBytes);
+    const std::uint64_t table = chunk.blocks * std::uint64_t{kBlockEntryBytes};
+    const bool sound = chunk.frontBytes <= chunk.payloadBytes && table <= chunk.frontBytes;
+    loose.fields = sound ? bytes.substr(chunk.fields(), chunk.frontBytes - table)
+                         : bytes.substr(chunk.payload(), chunk.payloadBytes);
+    ByteReader sizes(payload.first(sound ? table : 0));
+    ByteReader blocks(payload.subspan(sound ? chunk.frontBytes : payload.size()));
+    while (sizes.left() >= kBlockEntryBytes) {
+      const auto size = sizes.take<std::uint32_t>();
+      sizes.take<std::uint32_t>();
+      const auto block = blocks.takeBytes(size);
+      if (blocks.overrun()) break;
+      loose.blocks.emplace_back(reinterpret_cast<const char*>(block.data()), block.size());
+      blocks.skipPadding();
+    }
+    file.chunks.push_back(std::move(loose));
     end = chunk.end();
   }
   file.rest = bytes.substr(end);
@@ -191,27 +269,22 @@ LooseFile takeApart(const std::string& bytes) {
 }
 
 std::string putTogether(LooseFile file, const Repairs& repairs) {
-  // The length of INDX does not depend on its contents, so offsets are known before it is made.
-  std::size_t slabs = 0;
-  for (const LooseChunk& chunk : file.chunks) slabs += chunk.type == kSlab ? 1 : 0;
-  std::vector<std::uint64_t> offsets;
   std::map<std::uint64_t, std::uint64_t> moved;
+  std::vector<std::uint64_t> offsets;
   std::uint64_t at = kFileHeaderBytes;
-  for (LooseChunk& chunk : file.chunks) {
-    if (repairs.index && chunk.type == kIndex) {
-      chunk.payload.resize(8 + slabs * kIndexRecordBytes);
-    }
+  for (const LooseChunk& chunk : file.chunks) {
+    // INDX may become longer or shorter: it is the last.
     offsets.push_back(at);
     moved.emplace(chunk.offset, at);
-    at += kChunkHeaderBytes + padded(chunk.payload.size());
+    at = formats::frontOf(chunk.type, payloadOf(chunk), at).header.end();
   }
   if (repairs.parts) {
     for (LooseChunk& chunk : file.chunks) {
       if (chunk.type != kSlab) continue;
       for (std::size_t part = 0; part < kSlabParts; ++part) {
         const std::size_t field = kSlabConnectivity + 8 * part;
-        const auto found = moved.find(numberAt<std::uint64_t>(chunk.payload, field));
-        if (found != moved.end()) setNumber(chunk.payload, field, found->second);
+        const auto found = moved.find(numberAt<std::uint64_t>(chunk.fields, field));
+        if (found != moved.end()) setNumber(chunk.fields, field, found->second);
       }
     }
   }
@@ -221,29 +294,34 @@ std::string putTogether(LooseFile file, const Repairs& repairs) {
     LooseChunk& chunk = file.chunks[i];
     if (chunk.type == kDone) {
       doneAt = offsets[i];
-      if (repairs.index) setNumber(chunk.payload, 0, std::uint64_t{i});
+      if (repairs.index) setNumber(chunk.fields, 0, std::uint64_t{i});
     }
     if (chunk.type == kIndex) {
       indexAt = offsets[i];
-      if (repairs.index) chunk.payload = indexOf(file.chunks, offsets);
+      if (!repairs.index) continue;
+      const PayloadWriter payload = payloadOf(chunk);
+      auto before = formats::decodeIndex(payload.view());
+      if (before) setPayload(chunk, encodeIndex(indexOf(file.header, file.chunks, *before), 0));
     }
+  }
+  std::string bytes = file.header;
+  for (const LooseChunk& chunk : file.chunks) {
+    const PayloadWriter payload = payloadOf(chunk);
+    const auto [header, front] = formats::frontOf(chunk.type, payload, 0, chunk.flags);
+    const formats::ChunkHeaderBytes encoded = encodeChunkHeader(header);
+    append(bytes, encoded.data(), encoded.size());
+    append(bytes, front.data(), front.size());
+    for (const std::string& block : chunk.blocks) {
+      bytes.resize(padded(bytes.size()));
+      bytes += block;
+    }
+    bytes.resize(padded(bytes.size()));
   }
   if (repairs.index && endsWithSignature(file.rest)) {
     const std::size_t footer = file.rest.size() - kFooterBytes;
     setNumber(file.rest, footer, indexAt);
     setNumber(file.rest, footer + 8, doneAt);
-    setNumber(file.rest, footer + 16, std::uint64_t{at + file.rest.size()});
-  }
-
-  std::string bytes = file.header;
-  for (const LooseChunk& chunk : file.chunks) {
-    append(bytes, chunk.type.data(), chunk.type.size());
-    append(bytes, &chunk.flags, sizeof chunk.flags);
-    const std::uint64_t length = chunk.payload.size();
-    append(bytes, &length, sizeof length);
-    bytes.append(8, '\0');
-    bytes += chunk.payload;
-    bytes.resize(padded(bytes.size()));
+    setNumber(file.rest, footer + 16, std::uint64_t{bytes.size() + file.rest.size()});
   }
   bytes += file.rest;
   formats::repairChecksums(bytes);
@@ -266,11 +344,9 @@ std::string withTrueSums(const std::string& bytes) {
     }
     done.bodies.push_back(sum);
   }
-  const ByteWriter payload = encodeDone(done);
   LooseFile loose = takeApart(bytes);
   for (LooseChunk& chunk : loose.chunks) {
-    if (chunk.type != kDone) continue;
-    chunk.payload.assign(reinterpret_cast<const char*>(payload.data()), payload.size());
+    if (chunk.type == kDone) setPayload(chunk, encodeDone(done));
   }
   return putTogether(std::move(loose), {});
 }

@@ -12,7 +12,8 @@ namespace t4d::fuzz {
 struct LooseChunk {
   std::array<char, 4> type{};
   std::uint32_t flags = 0;
-  std::string payload;
+  std::string fields;
+  std::vector<std::string> blocks;
   std::uint64_t offset = 0;  ///< in the file that it was read from
 };
 

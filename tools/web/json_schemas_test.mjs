@@ -46,11 +46,10 @@ function verbsWithJson(words = []) {
 /** The file of SPEC.md with its cells modified by `alter`. */
 function writeAltered(name, alter) {
   const bytes = exampleOfSpec();
-  const cellsAt = 48;
-  const { payload } = chunksOf(bytes).find(({ type }) => type === 'CONN');
+  const { blocks: [stored] } = chunksOf(bytes).find(({ type }) => type === 'CONN');
   const cells = Array.from({ length: 5 }, (_, row) =>
-    Array.from({ length: 4 }, (_, i) => payload.readUInt32LE(cellsAt + 16 * row + 4 * i)));
-  alter(cells).flat().forEach((index, i) => payload.writeUInt32LE(index, cellsAt + 4 * i));
+    Array.from({ length: 4 }, (_, i) => stored.readUInt32LE(16 * row + 4 * i)));
+  alter(cells).flat().forEach((index, i) => stored.writeUInt32LE(index, 4 * i));
   writeFileSync(at(name), reseal(bytes));
 }
 
@@ -72,7 +71,7 @@ function writeInputs() {
     '-o', at('huge.t4d'));
   const huge = readFileSync(at('huge.t4d'));
   for (const { type, payload } of chunksOf(huge)) {
-    if (type !== 'LAYR' && type !== 'DONE') continue;
+    if (!['LAYR', 'DONE', 'INDX'].includes(type)) continue;
     for (let i = 0; i + 8 <= payload.length; i += 8) {
       const number = payload.readDoubleLE(i);
       if (Math.abs(number) === 10) payload.writeDoubleLE(number * 1e150, i);
@@ -241,12 +240,10 @@ for (const [verb, { schema }] of schemas) {
 test('info: a body without vertices, first or last, does not count for the bounds of all', () => {
   const bytes = readFileSync(path.join(root, 't4d/conformance/corpus/files/valid/body-without-vertices.t4d'));
   const swapped = Buffer.from(bytes);
-  const bodyAt = { SLAB: 40, INDX: 8 + 56 };
-  for (const { type, payload } of chunksOf(swapped)) {
-    for (let offset = bodyAt[type]; offset < payload.length; offset += 64) {
-      payload.writeUInt32LE(1 - payload.readUInt32LE(offset), offset);
-      if (type === 'SLAB') break;
-    }
+  for (const { type, payload, fields, blocks } of chunksOf(swapped)) {
+    const swap = (numbers, at) => numbers.writeUInt32LE(1 - numbers.readUInt32LE(at), at);
+    if (type === 'SLAB') swap(fields, 40);
+    if (type === 'INDX') for (let at = 0; at < blocks[4].length; at += 4) swap(blocks[4], at);
     const summary = 88;
     if (type === 'DONE') payload.set([...payload.subarray(16 + summary), ...payload.subarray(16, 16 + summary)], 16);
   }

@@ -156,7 +156,10 @@ test('answers of readers that are not', () => {
   }
   for (const key of Object.keys(body)) assert.ok(!describe.accepts(answer({ [key]: undefined })), key);
   for (const key of Object.keys(slab)) assert.ok(!describe.accepts(answer({}, { [key]: undefined })), key);
-  for (const key of Object.keys(piece)) assert.ok(!slice.accepts(cut({ [key]: undefined })), key);
+  // Bounds may be missing where the reader chooses the axes.
+  for (const key of Object.keys(piece).filter((each) => each !== 'min' && each !== 'max')) {
+    assert.ok(!slice.accepts(cut({ [key]: undefined })), key);
+  }
 });
 
 test('the answers in the specification', () => {

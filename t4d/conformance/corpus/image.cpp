@@ -130,18 +130,21 @@ void Image::addSlab(const std::string& name, std::uint32_t body, const model::Sl
                     const std::string& connectivity, const std::string& lower,
                     const std::string& upper) {
   const model::Connectivity& shared = *slab.connectivity;
+  const std::vector<model::Point4> vertices =
+      options_.float32 ? formats::roundedVertices(shared, slab.vertices) : slab.vertices;
   const auto interior =
       std::span(slab.vertices).subspan(shared.lowerCount, shared.firstMean() - shared.lowerCount);
   Chunk chunk{name,
               textOf(kSlab),
-              slabRecord({slab.timeBegin, slab.timeEnd}, body, interior, slab.attributes,
-                         options_.float32, options_.storage),
+              slabRecord({slab.timeBegin, slab.timeEnd}, body, formats::boundsOfBlocks(shared, vertices),
+                         interior, slab.attributes, options_.float32, options_.storage),
               kFlagCritical,
               {{"connectivity", connectivity}},
               body,
               Chunk::Sum::None};
   if (!lower.empty()) chunk.offsets["lower"] = lower;
   if (!upper.empty()) chunk.offsets["upper"] = upper;
+  chunk.extent = formats::extentOf(shared, vertices);
   add(std::move(chunk));
   if (summaries_.size() <= body) summaries_.resize(body + 1);
   formats::addSlab(summaries_[body], slab, options_.float32);
@@ -181,33 +184,20 @@ void Image::flip(const std::string& place, std::size_t at) {
   patches_.push_back({place, "", at, true});
 }
 
-/// Applies the patches to PREFIX + FIELD; with `field`, only to that one.
-void Image::patch(Record& record, const std::string& prefix, const std::string& field) const {
+/// Applies the patches to PREFIX + FIELD; with `field`, only to that one; not to what `before` has.
+void Image::patch(Record& record, const std::string& prefix, const std::string& field,
+                  const Record& before) const {
   for (const Patch& patch : patches_) {
     if (!patch.place.starts_with(prefix)) continue;
     const std::string inner = patch.place.substr(prefix.size());
-    if (!record.has(inner) || (!field.empty() && inner != field)) continue;
+    if (!record.has(inner) || before.has(inner) || (!field.empty() && inner != field)) continue;
     if (patch.flip) {
-      const char byte = record.bytes()[record.place(inner).offset + patch.at];
+      const char byte = record.contents(inner)[patch.at];
       record.overwrite(inner, std::string(1, static_cast<char>(byte ^ 1)), patch.at);
     } else {
       record.overwrite(inner, patch.bytes, patch.at);
     }
   }
-}
-
-std::size_t Image::payloadBytes(const Chunk& chunk) const {
-  const auto slabs = static_cast<std::size_t>(std::count_if(
-      chunks_.begin(), chunks_.end(), [](const Chunk& other) { return other.slabOf.has_value(); }));
-  switch (chunk.sum) {
-    case Chunk::Sum::Done:
-      return 16 + summaries_.size() * kBodySummaryBytes;
-    case Chunk::Sum::Index:
-      return 8 + slabs * kIndexRecordBytes;
-    case Chunk::Sum::None:
-      break;
-  }
-  return chunk.payload.size();
 }
 
 Record Image::header() const {
@@ -223,7 +213,8 @@ Record Image::header() const {
   return record;
 }
 
-Record Image::footer(std::uint64_t offset, const std::vector<std::uint64_t>& chunkOffsets) const {
+Record Image::footer(std::uint64_t offset, const std::vector<std::uint64_t>& chunkOffsets,
+                     std::uint32_t indexChecksum) const {
   const auto last = [&](const ChunkType& type) {
     std::uint64_t found = 0;
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
@@ -235,7 +226,7 @@ Record Image::footer(std::uint64_t offset, const std::vector<std::uint64_t>& chu
   record.put("index", last(kIndex));
   record.put("done", last(kDone));
   record.put("file length", offset + kFooterBytes);
-  record.put("reserved", std::uint32_t{0});
+  record.put("index checksum", indexChecksum);
   patch(record, "footer/");
   record.put("checksum", checksumOf(record.bytes()));
   patch(record, "footer/", "checksum");
@@ -244,14 +235,20 @@ Record Image::footer(std::uint64_t offset, const std::vector<std::uint64_t>& chu
   return record;
 }
 
-Record Image::chunkHeader(const Chunk& chunk, const Record& payload) const {
+Record Image::chunkHeader(const Chunk& chunk, const Payload& payload) const {
   const std::string prefix = chunk.name + "/header/";
   Record record;
   record.putBytes("type", chunk.type);
   record.put("flags", chunk.flags);
-  record.put("length", std::uint64_t{payload.size()});
-  record.put("payload checksum", checksumOf(payload.bytes()));
+  record.put("length", std::uint64_t{payload.bytes.size()});
+  record.put("front", static_cast<std::uint32_t>(payload.front));
+  record.put("blocks", static_cast<std::uint32_t>(payload.blocks));
+  record.put("front checksum", std::uint32_t{0});
   patch(record, prefix);
+  const auto front = record.get<std::uint32_t>("front");
+  record.overwrite("front checksum",
+                   bytesOf(checksumOf(std::string_view(payload.bytes.bytes()).substr(0, front))));
+  patch(record, prefix, "front checksum");
   record.put("header checksum", checksumOf(record.bytes()));
   patch(record, prefix, "header checksum");
   return record;
@@ -278,84 +275,119 @@ Record Image::donePayload(std::size_t chunksBefore,
   return payload;
 }
 
-Record Image::indexRecord(const Record& slab, std::uint64_t offset, std::uint64_t size) {
-  Record record;
-  record.put("slab", offset);
-  record.put("size", size);
-  for (const char* field : {"begin", "end"}) record.put(field, slab.get<double>(field));
-  for (const char* field : {"connectivity", "lower", "upper"}) {
-    record.put(field, slab.get<std::uint64_t>(field));
+Record Image::indexPayload(const std::vector<Indexed>& slabs, const std::string& headers) const {
+  Record payload;
+  payload.putBytes("file header", header().bytes());
+  payload.put("slabs", std::uint64_t{slabs.size()});
+  std::string times;
+  std::string parts;
+  std::string bodies;
+  std::string cells;
+  std::string bounds;
+  for (const auto& [slab, extent] : slabs) {
+    times += slab.contents("begin") + slab.contents("end");
+    parts += slab.contents("connectivity") + slab.contents("lower") + slab.contents("upper");
+    bodies += slab.contents("body");
+    cells += bytesOf(extent.cells);
+    for (const model::Point3& corner : {extent.bounds.min, extent.bounds.max}) {
+      for (const double coordinate : corner) bounds += bytesOf(coordinate);
+    }
   }
-  record.put("body", slab.get<std::uint32_t>("body"));
-  record.put("reserved", std::uint32_t{0});
-  return record;
+  const auto addArray = [&](const char* name, model::ScalarType type, std::uint8_t components,
+                            const std::string& bytes) {
+    payload.add(name, arrayRecord(type, components, bytes, options_.storage));
+  };
+  payload.add("head", arrayRecord(model::ScalarType::UInt8, 1, headOfFile(), Storage::Raw));
+  addArray("chunks", model::ScalarType::UInt8, kDirectoryEntryBytes, headers);
+  addArray("times", model::ScalarType::Float64, 2, times);
+  addArray("parts", model::ScalarType::UInt64, 3, parts);
+  addArray("bodies", model::ScalarType::UInt32, 1, bodies);
+  addArray("cells", model::ScalarType::UInt64, 1, cells);
+  addArray("bounds", model::ScalarType::Float64, 6, bounds);
+  return payload;
 }
 
-std::vector<Record> Image::payloads(const std::vector<std::uint64_t>& offsets) const {
-  std::vector<Record> payloads;
-  std::vector<formats::BodySummary> summaries = summaries_;
-  std::vector<bool> begun(summaries.size());
-  std::vector<Record> records;
-  for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    const Chunk& chunk = chunks_[i];
+/// The payload of HEAD.
+std::string Image::headOfFile() const {
+  for (const Chunk& chunk : chunks_) {
+    if (chunk.type != textOf(kHead)) continue;
     Record payload = chunk.payload;
-    for (const auto& [field, name] : chunk.offsets) {
-      payload.overwrite(field, bytesOf(offsets[position(name)]));
-    }
     patch(payload, chunk.name + "/");
-    if (chunk.slabOf) {
-      records.push_back(indexRecord(payload, offsets[i], offsets[i + 1] - offsets[i]));
-      model::TimeSpan& time = summaries[*chunk.slabOf].time;
-      if (!begun[*chunk.slabOf]) time.begin = payload.get<double>("begin");
-      begun[*chunk.slabOf] = true;
-      time.end = payload.get<double>("end");
-    }
-    payloads.push_back(std::move(payload));
+    return payload.bytes();
   }
-  for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    const Chunk& chunk = chunks_[i];
-    if (chunk.sum == Chunk::Sum::None) continue;
-    Record& payload = payloads[i];
-    if (chunk.sum == Chunk::Sum::Done) {
-      payload = donePayload(i, summaries);
-    } else {
-      payload.put("slabs", std::uint64_t{records.size()});
-      for (std::size_t k = 0; k < records.size(); ++k) {
-        payload.add(fmt::format("record {}", k), records[k]);
-      }
-    }
-    patch(payload, chunk.name + "/");
-  }
-  return payloads;
+  return "";
 }
 
-std::vector<std::uint64_t> Image::chunkOffsets() const {
+Image::Payload Image::finished(const Chunk& chunk, const Record& fields) const {
+  Payload payload{fields.asPayload(), fields.frontSize(), fields.blocks().size()};
+  patch(payload.bytes, chunk.name + "/", "", fields);
+  return payload;
+}
+
+std::vector<Image::Laid> Image::layOut() const {
+  // Sizes do not depend on the offsets that are filled in, but for that of INDX, the last chunk.
   std::vector<std::uint64_t> offsets = {kFileHeaderBytes};
   for (const Chunk& chunk : chunks_) {
-    offsets.push_back(offsets.back() + kChunkHeaderBytes + padded(payloadBytes(chunk)));
+    const std::size_t size = chunk.sum == Chunk::Sum::Done
+                                 ? 16 + summaries_.size() * kBodySummaryBytes
+                                 : chunk.payload.asPayload().size();
+    offsets.push_back(offsets.back() + kChunkHeaderBytes + padded(size));
   }
-  return offsets;
+  std::vector<Laid> laid;
+  std::vector<formats::BodySummary> summaries = summaries_;
+  std::vector<bool> begun(summaries.size());
+  std::vector<Indexed> slabs;
+  std::string headers;
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    const Chunk& chunk = chunks_[i];
+    Record fields = chunk.payload;
+    for (const auto& [field, name] : chunk.offsets) {
+      fields.overwrite(field, bytesOf(offsets[position(name)]));
+    }
+    if (chunk.sum == Chunk::Sum::Done) fields = donePayload(i, summaries);
+    if (chunk.sum == Chunk::Sum::Index) fields = indexPayload(slabs, headers);
+    patch(fields, chunk.name + "/");
+    if (chunk.slabOf) {
+      slabs.push_back({fields, chunk.extent});
+      model::TimeSpan& time = summaries[*chunk.slabOf].time;
+      if (!begun[*chunk.slabOf]) time.begin = fields.get<double>("begin");
+      begun[*chunk.slabOf] = true;
+      time.end = fields.get<double>("end");
+    }
+    Payload payload = finished(chunk, fields);
+    Record header = chunkHeader(chunk, payload);
+    if (chunk.type != textOf(kDone) && chunk.type != textOf(kIndex)) {
+      headers += header.bytes().substr(0, kDirectoryEntryBytes);
+    }
+    laid.push_back({std::move(fields), std::move(payload), std::move(header)});
+  }
+  return laid;
 }
 
 Record Image::assemble() const {
-  const std::vector<std::uint64_t> offsets = chunkOffsets();
-  const std::vector<Record> all = payloads(offsets);
+  const std::vector<Laid> all = layOut();
   Record file;
   file.add("file", header());
+  std::vector<std::uint64_t> offsets;
+  std::uint32_t indexChecksum = 0;
   for (std::size_t i = 0; i < chunks_.size(); ++i) {
     const std::string& name = chunks_[i].name;
-    file.add(name + "/header", chunkHeader(chunks_[i], all[i]));
-    file.add(name, all[i]);
+    offsets.push_back(file.size());
+    if (chunks_[i].type == textOf(kIndex)) {
+      indexChecksum = all[i].header.get<std::uint32_t>("header checksum");
+    }
+    file.add(name + "/header", all[i].header);
+    file.add(name, all[i].payload.bytes);
     file.pad(name + "/padding");
     patch(file, "", name + "/padding");
   }
-  if (options_.index) file.add("footer", footer(file.size(), offsets));
+  if (options_.index) file.add("footer", footer(file.size(), offsets, indexChecksum));
   return file;
 }
 
 void Image::freeze(const std::string& name) {
   Chunk& frozen = chunk(name);
-  frozen.payload = payloads(chunkOffsets())[position(name)];
+  frozen.payload = layOut()[position(name)].fields;
   frozen.sum = Chunk::Sum::None;
 }
 

@@ -32,11 +32,12 @@ std::string headJson(const std::vector<std::string>& features,
 /// are computed from the contents of the chunks, unless they have been `set`.
 ///
 /// Places are called CHUNK/FIELD: fields of the payload as in record.h, and "header/type",
-/// "header/flags", "header/length", "header/payload checksum", "header/header checksum" and
-/// "padding" of every chunk. Places outside of chunks are "file/signature", "file/major",
+/// "header/flags", "header/length", "header/front", "header/blocks", "header/front checksum",
+/// "header/header checksum" and "padding" of every chunk; of a block called BLOCK also "BLOCK size",
+/// "BLOCK checksum" and "BLOCK padding". Places outside of chunks are "file/signature", "file/major",
 /// "file/minor", "file/flags", "file/reserved", "file/checksum" and "footer/index", "footer/done",
-/// "footer/file length", "footer/reserved", "footer/checksum", "footer/end signature". DONE has
-/// "body 0/slabs" and so on, INDX "record 0/slab" and so on; CHUNK alone is the payload.
+/// "footer/file length", "footer/index checksum", "footer/checksum", "footer/end signature". DONE
+/// has "body 0/slabs" and so on, INDX the arrays "times" and so on; CHUNK alone is the payload.
 class Image {
  public:
   struct Chunk {
@@ -49,6 +50,7 @@ class Image {
     std::map<std::string, std::string> offsets;  ///< fields that hold the offset of a named chunk
     std::optional<std::uint32_t> slabOf;         ///< the body, if the chunk is a slab
     Sum sum = Sum::None;
+    formats::SlabExtent extent = {};  ///< what INDX says of a slab
   };
 
   /// Only a HEAD chunk.
@@ -104,17 +106,34 @@ class Image {
     bool flip = false;
   };
 
+  struct Indexed {
+    Record slab;  // its fields
+    formats::SlabExtent extent;
+  };
+  struct Payload {
+    Record bytes;
+    std::size_t front = 0;
+    std::size_t blocks = 0;
+  };
+  struct Laid {
+    Record fields;
+    Payload payload;
+    Record header;
+  };
+
   std::size_t position(const std::string& name) const;
-  void patch(Record& record, const std::string& prefix, const std::string& field = "") const;
-  std::size_t payloadBytes(const Chunk& chunk) const;
-  std::vector<std::uint64_t> chunkOffsets() const;
+  void patch(Record& record, const std::string& prefix, const std::string& field = "",
+             const Record& before = {}) const;
   Record header() const;
-  Record footer(std::uint64_t offset, const std::vector<std::uint64_t>& chunkOffsets) const;
-  Record chunkHeader(const Chunk& chunk, const Record& payload) const;
+  Record footer(std::uint64_t offset, const std::vector<std::uint64_t>& chunkOffsets,
+                std::uint32_t indexChecksum) const;
+  Record chunkHeader(const Chunk& chunk, const Payload& payload) const;
   static Record donePayload(std::size_t chunksBefore,
                             const std::vector<formats::BodySummary>& summaries);
-  static Record indexRecord(const Record& slab, std::uint64_t offset, std::uint64_t size);
-  std::vector<Record> payloads(const std::vector<std::uint64_t>& offsets) const;
+  Record indexPayload(const std::vector<Indexed>& slabs, const std::string& headers) const;
+  std::string headOfFile() const;
+  Payload finished(const Chunk& chunk, const Record& fields) const;
+  std::vector<Laid> layOut() const;
   Record assemble() const;
 
   ImageOptions options_;

@@ -35,7 +35,7 @@ std::string written(const std::vector<BodySlabs>& bodies, const formats::T4dWrit
 std::string headIn(const std::string& file) {
   std::uint64_t length = 0;
   file.copy(reinterpret_cast<char*>(&length), sizeof length, 32);
-  return file.substr(48, length);
+  return file.substr(56, length);
 }
 
 TEST(Image, IsWhatTheWriterWrites) {
@@ -66,15 +66,20 @@ TEST(Image, ChangesWhatIsSetAndTheSumsOverIt) {
   for (std::size_t i = 0; i < a.size(); i += 4) {
     if (a.substr(i, 4) != b.substr(i, 4)) changed.push_back(i);
   }
-  // Begin in SLAB, DONE and INDX, with the two checksums of each.
-  std::vector<std::size_t> expected;
-  for (const auto& [chunk, field] : {std::pair<std::string, std::string>{"SLAB 0", "begin"},
-                                     {"DONE", "body 0/begin"},
-                                     {"INDX", "record 0/begin"}}) {
-    expected.push_back(right.offset(chunk + "/header/payload checksum"));
-    expected.push_back(right.offset(chunk + "/header/header checksum"));
-    expected.push_back(right.offset(chunk + "/" + field) + 4);
+  // Begin in SLAB, DONE and INDX, and the checksums over it.
+  std::vector<std::size_t> expected = {
+      right.offset("SLAB 0/begin") + 4, right.offset("DONE/body 0/begin") + 4,
+      right.offset("INDX/times/stored") + 4, right.offset("INDX/times/stored checksum"),
+      // The third header in the directory is that of SLAB.
+      right.offset("INDX/chunks/stored") + 2 * 28 + 24,
+      right.offset("INDX/chunks/stored checksum"),
+      right.offset("footer/index checksum"), right.offset("footer/checksum")};
+  for (const char* chunk : {"SLAB 0", "DONE", "INDX"}) {
+    for (const char* sum : {"/header/front checksum", "/header/header checksum"}) {
+      expected.push_back(right.offset(std::string(chunk) + sum));
+    }
   }
+  std::sort(expected.begin(), expected.end());
   EXPECT_EQ(changed, expected);
 }
 

@@ -64,7 +64,7 @@ void addArrays(AcceptedCases& cases) {
     Image image = Image::of({{"simplex", simplex()}}, {}, headJson({"zstd"}, {"simplex"}));
     image.chunk("CONN 0").payload.replace(
         "cells",
-        arrayRecord(5, 4, 1, 5, zstdFrame(transposed(bytes, 16), {.windowLog = windowLog})));
+        arrayRecord(5, 4, 1, 5, {zstdFrame(transposed(bytes, 16), {.windowLog = windowLog})}));
     cases
         .add("window-of-2-to-the-" + std::to_string(windowLog),
              "A frame of 80 bytes says that decoding takes a window of 2^" +
@@ -93,13 +93,13 @@ void addArrays(AcceptedCases& cases) {
                             std::uint8_t components, const std::string& content) {
     const std::size_t rowBytes = model::scalarSize(type) * components;
     payload.replace(array, arrayRecord(static_cast<std::uint8_t>(type), components, 1, kVertices,
-                                       zstdFrame(transposed(content, rowBytes),
-                                                 {.windowLog = 12, .blockBytes = 4096})));
+                                       {zstdFrame(transposed(content, rowBytes),
+                                                  {.windowLog = 12, .blockBytes = 4096})}));
   };
   for (const char* array : {"interior positions", "interior times"}) {
     const std::uint8_t components = array[9] == 'p' ? 3 : 1;
     compress(array, model::ScalarType::Float64, components,
-             payload.part(std::string(array) + "/stored").bytes());
+             payload.contents(std::string(array) + "/stored"));
   }
   compress("attribute 0/values", model::ScalarType::Float64, 128,
            std::string(zeros.values.size(), '\0'));

@@ -25,7 +25,7 @@ Slab upperHalf() { return crossPolytope()[1]; }
 
 /// Replaces the interior vertices of SLAB 0 by these.
 void storeInterior(Image& image, std::span<const Point4> vertices) {
-  const Record record = slabRecord({0, 1}, 0, vertices, {}, false, Storage::Raw);
+  const Record record = slabRecord({0, 1}, 0, {}, vertices, {}, false, Storage::Raw);
   Record& payload = image.chunk("SLAB 0").payload;
   for (const char* array : {"interior positions", "interior times"}) {
     payload.replace(array, record.part(array));
@@ -78,12 +78,14 @@ void addConnectivityFaults(InvalidCases& cases) {
       },
       "CONN 0/lower");
   set("N1-2-to-the-32-less-1", "The upper layer has 2^32 - 1 vertices.", base, "upper", ~0U);
-  for (const int byte : {0, 3}) {
-    cases.add(
-        fmt::format("N2-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
-        [&](Image& image) { image.setBytes("CONN 0/reserved", "\x01", byte); }, "CONN 0/reserved",
-        byte);
-  }
+  const Base two = baseOf({{"simplices", {manySimplices()}}}, {.storage = Storage::Repeats});
+  set("N2-first-vertex", "The range of a block begins a vertex too early.", two, "range 1", 65534, 8);
+  set("N2-last-vertex", "The range of a block ends a vertex too early.", two, "range 0", 65535, 12);
+  set("N2-of-a-layer", "A block has a range of the lower layer, which is empty.", two, "range 0", 1,
+      4);
+  set("N2-ranges-missing", "Two blocks of cells have one range.", two, "ranges", 1);
+  set("N2-range-of-one-block", "A range is there, of one block of cells.", base, "ranges", 1);
+  set("N2-2-to-the-32-less-1", "There are 2^32 - 1 ranges.", base, "ranges", ~0U);
 
   std::string indices;
   std::string wide;
@@ -186,7 +188,21 @@ void addConnectivityFaults(InvalidCases& cases) {
       [](Image& image) { image.chunk("CONN 0").payload.truncate(0); }, "CONN 0/header/length");
   cases.add(
       "N11-cut-off", "The payload ends within its fixed part.", base,
-      [](Image& image) { image.chunk("CONN 0").payload.truncate(20); }, "CONN 0/header/length");
+      [](Image& image) {
+        image.chunk("CONN 0").payload.truncate(20);
+        image.chunk("CONN 0").payload.dropBlocks();
+      },
+      "CONN 0/header/length");
+  cases.add(
+      "N11-record-cut-off", "The fields end within the record of an array.", base,
+      [](Image& image) { image.chunk("CONN 0").payload.truncate(24 + 8); }, "CONN 0/header/length");
+  cases.add(
+      "N11-no-array", "The fields end where an array should begin.", base,
+      [](Image& image) { image.chunk("CONN 0").payload.truncate(24); }, "CONN 0/header/length");
+  cases.add(
+      "N11-block-left", "A block belongs to no array.", base,
+      [](Image& image) { image.chunk("CONN 0").payload.putBlock("extra", zeros(8)); },
+      "CONN 0/extra");
   set("N11-means-not-counted", "There are no means, and the arrays of means follow.", means,
       "means", 0);
   cases.add(
@@ -248,7 +264,11 @@ void addLayerFaults(InvalidCases& cases) {
       "LAYR 0/extra");
   cases.add(
       "L4-cut-off", "The payload ends within the time.", base,
-      [](Image& image) { image.chunk("LAYR 0").payload.truncate(4); }, "LAYR 0/header/length");
+      [](Image& image) {
+        image.chunk("LAYR 0").payload.truncate(4);
+        image.chunk("LAYR 0").payload.dropBlocks();
+      },
+      "LAYR 0/header/length");
   cases.add(
       "L4-empty", "The payload has no bytes.", base,
       [](Image& image) { image.chunk("LAYR 0").payload.truncate(0); }, "LAYR 0/header/length");
@@ -452,8 +472,29 @@ void addSlabFaults(InvalidCases& cases) {
       [](Image& image) { image.set("SLAB 0/attributes", 0U); }, "SLAB 0/attributes");
   // INDX repeats the fields, so the slab must have them; the array after them is cut off.
   cases.add(
+      "S9-block-left", "A block belongs to no array.", base,
+      [](Image& image) { image.chunk("SLAB 0").payload.putBlock("extra", zeros(8)); },
+      "SLAB 0/extra");
+  set("S10-bounds-of-one-block", "Bounds are there, of one block of cells.", base, "SLAB 0/bounds",
+      1U);
+  const Base blocks = baseOf({{"simplices", {manySimplices()}}}, {.storage = Storage::Repeats});
+  for (const auto& [name, at] : {std::pair<const char*, std::size_t>{"minimum", 16}, {"maximum", 56}}) {
+    cases.add(
+        fmt::format("S10-{}-of-a-block", name), fmt::format("The {} of a block is another.", name),
+        blocks,
+        [&, at = at](Image& image) { image.setBytes("SLAB 0/bounds 1", bytesOf(0.5), at); },
+        "SLAB 0/bounds 1", at);
+  }
+  set("S10-2-to-the-32-less-1", "There are 2^32 - 1 bounds.", base, "SLAB 0/bounds", ~0U);
+  for (const int byte : {0, 3}) {
+    cases.add(
+        fmt::format("S11-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
+        [&](Image& image) { image.setBytes("SLAB 0/reserved", "\x01", byte); }, "SLAB 0/reserved",
+        byte);
+  }
+  cases.add(
       "S9-cut-off", "The payload ends with its fixed part.", base,
-      [](Image& image) { image.chunk("SLAB 0").payload.truncate(48); }, "SLAB 0/header/length");
+      [](Image& image) { image.chunk("SLAB 0").payload.truncate(56); }, "SLAB 0/header/length");
 }
 
 void addAssemblyFaults(InvalidCases& cases) {

@@ -311,7 +311,7 @@ void addChunkFaults(InvalidCases& cases) {
   const NamedNumber lengths[] = {{"2-to-the-63", std::uint64_t{1} << 63},
                                  {"2-to-the-64-less-1", kLargest},
                                  {"2-to-the-64-less-8", kLargest - 7},
-                                 {"2-to-the-64-less-24", kLargest - 23},
+                                 {"2-to-the-64-less-32", kLargest - 31},
                                  {"2-to-the-32", std::uint64_t{1} << 32}};
   for (const auto& [name, length] : lengths) {
     for (const char* chunk : {"CONN 0", "SLAB 0"}) {
@@ -332,7 +332,7 @@ void addChunkFaults(InvalidCases& cases) {
       "C3-2-to-the-32-too-long", "The length of a CONN is 2^32 more than it is.", open,
       [](Image& image) {
         image.set("CONN 0/header/length",
-                  (std::uint64_t{1} << 32) + image.chunk("CONN 0").payload.size());
+                  (std::uint64_t{1} << 32) + image.size("CONN 0"));
       },
       "CONN 0/header/length");
   cases.add(
@@ -342,7 +342,7 @@ void addChunkFaults(InvalidCases& cases) {
   const std::string bytes = open.image.bytes();
   const std::uint64_t conn = open.image.offset("CONN 0/header");
   cases.addBytes("C3-header-cut-off", "The file ends within the header of a chunk.", open,
-                 bytes.substr(0, conn + 23), conn + 23);
+                 bytes.substr(0, conn + 31), conn + 31);
   cases.addBytes("C3-payload-cut-off", "The file ends within the payload of a chunk.", open,
                  bytes.substr(0, conn + 100), conn + 100);
   const std::uint64_t padding = open.image.offset("HEAD/padding");
@@ -355,13 +355,13 @@ void addChunkFaults(InvalidCases& cases) {
                   fmt::format("One bit of the header checksum of a {} is another.", type), base,
                   chunk + "/header/header checksum");
     cases.add(
-        fmt::format("C5-payload-checksum-of-{}", type),
-        fmt::format("One bit of the payload checksum of a {} is another.", type), base,
-        [&](Image& image) { image.flip(chunk + "/header/payload checksum"); },
-        chunk + "/header/payload checksum");
-    cases.addFlip(fmt::format("C5-payload-of-{}", type),
-                  fmt::format("One bit of the last byte of the payload of a {} is another.", type),
-                  base, chunk, base.image.size(chunk) - 1);
+        fmt::format("C5-front-checksum-of-{}", type),
+        fmt::format("One bit of the front checksum of a {} is another.", type), base,
+        [&](Image& image) { image.flip(chunk + "/header/front checksum"); },
+        chunk + "/header/front checksum");
+    cases.addFlip(fmt::format("C5-front-of-{}", type),
+                  fmt::format("One bit of the first byte of the payload of a {} is another.", type),
+                  base, chunk);
     cases.add(
         fmt::format("C7-optional-{}", type),
         fmt::format("The critical bit of a {} is clear.", type), base,
@@ -385,24 +385,35 @@ void addChunkFaults(InvalidCases& cases) {
   cases.addFlip("C5-payload-of-optional-chunk", "The payload of an optional chunk is damaged.",
                 annotated, "note");
   cases.add(
-      "C5-with-padding", "The payload checksum is that of payload and padding.", annotated,
-      [](Image& image) { image.set("note/header/payload checksum", crc32c("nnnnn\0\0\0"s)); },
-      "note/header/payload checksum");
+      "C5-with-padding", "The front checksum is that of payload and padding.", annotated,
+      [](Image& image) { image.set("note/header/front checksum", crc32c("nnnnn\0\0\0"s)); },
+      "note/header/front checksum");
   cases.add(
-      "C5-crc-32", "The payload checksum is that of another polynomial, CRC-32.", annotated,
-      [](Image& image) { image.set("note/header/payload checksum", crc32("nnnnn")); },
-      "note/header/payload checksum");
+      "C5-crc-32", "The front checksum is that of another polynomial, CRC-32.", annotated,
+      [](Image& image) { image.set("note/header/front checksum", crc32("nnnnn")); },
+      "note/header/front checksum");
   Base empty = plain();
   empty.image.add(noteChunk(0), "SLAB 0");
   cases.add(
-      "C5-of-no-bytes", "The payload checksum of no bytes is not 0.", empty,
-      [](Image& image) { image.set("note/header/payload checksum", ~0U); },
-      "note/header/payload checksum");
+      "C5-of-no-bytes", "The front checksum of no bytes is not 0.", empty,
+      [](Image& image) { image.set("note/header/front checksum", ~0U); },
+      "note/header/front checksum");
 
   cases.addFlip("C6-padding-of-head", "The last byte of the padding of HEAD is not zero.", base,
                 "HEAD/padding", base.image.size("HEAD/padding") - 1);
   cases.addFlip("C6-padding-of-optional-chunk", "The first byte of padding is not zero.", annotated,
                 "note/padding");
+
+  const Base attribute = [] {
+    std::vector<model::Slab> slabs = simplex();
+    slabs[0].attributes = {
+        model::makeAttribute<std::uint8_t>("a", model::Domain::Cell, {1, 2, 3, 4, 5})};
+    return baseOf({{"simplex", slabs}});
+  }();
+  const std::string block = "SLAB 0/attribute 0/values/stored";
+  cases.add(
+      "C6-padding-of-block", "The padding of a block is not zero.", attribute,
+      [&](Image& image) { image.setBytes(block + " padding", "\x01"); }, block + " padding");
 
   cases.add(
       "C8-unknown-critical-chunk", "A critical chunk has the unknown type `note`.", annotated,
@@ -418,6 +429,62 @@ void addChunkFaults(InvalidCases& cases) {
         image.set("note/header/flags", 1U);
       },
       "note/header");
+
+  const auto front = [&](const std::string& name, const std::string& fault, const Base& of,
+                         const std::string& place, std::uint32_t value) {
+    cases.add(
+        name, fault, of, [&](Image& image) { image.set(place, value); }, place);
+  };
+  const std::string header = "CONN 0/header/";
+  // One block of 8 indices of 4 bytes.
+  const auto length = static_cast<std::uint32_t>(base.image.size("CONN 0"));
+  front("C9-front-without-blocks", "The front of 5 bytes without blocks has 4.", annotated,
+        "note/header/front", 4);
+  front("C9-front-beyond-the-payload", "The front ends 8 bytes behind the payload.", base,
+        header + "front", length + 8);
+  front("C9-front-8-less", "The front ends 8 bytes before the first block.", base, header + "front",
+        static_cast<std::uint32_t>(base.image.offset("CONN 0/cells/stored") -
+                                   base.image.offset("CONN 0")) - 8);
+  front("C9-front-at-4", "The front ends 4 bytes behind a multiple of 8.", base, header + "front",
+        length - 4);
+  front("C9-no-blocks", "A chunk with a block says that it has none.", base, header + "blocks", 0);
+  front("C9-a-block-more", "A chunk with one block says that it has two.", base, header + "blocks",
+        2);
+  front("C9-2-to-the-32-less-1-blocks", "There are 2^32 - 1 blocks.", base, header + "blocks", ~0U);
+  front("C9-block-8-longer", "A block ends 8 bytes behind the payload.", base,
+        "CONN 0/cells/stored size", 16 * 8 + 8);
+  front("C9-block-8-shorter", "Eight bytes follow the last block.", base,
+        "CONN 0/cells/stored size", 16 * 8 - 8);
+  front("C9-block-of-2-to-the-32-less-1", "A block has 2^32 - 1 bytes.", base,
+        "CONN 0/cells/stored size", ~0U);
+  for (const char* name : {"CONN 0/cells", "LAYR 0/positions", "SLAB 1/interior times",
+                           "INDX/times"}) {
+    const std::string stored = std::string(name) + "/stored";
+    const std::string type = std::string(name).substr(0, 4);
+    cases.addFlip("C10-block-of-" + type, fmt::format("A block of a {} is damaged.", type), base,
+                  stored, 3);
+    cases.add(
+        "C10-checksum-of-" + type, fmt::format("The checksum of a block of a {} is wrong.", type),
+        base, [&](Image& image) { image.flip(stored + " checksum"); }, stored + " checksum");
+  }
+  cases.add(
+      "C10-with-padding", "The checksum of a block is that of block and padding.", attribute,
+      [&](Image& image) {
+        image.set(block + " checksum", crc32c("\1\2\3\4\5\0\0\0"s));
+      },
+      block + " checksum");
+  Base longHead = plain();
+  Record& head = longHead.image.chunk("HEAD").payload;
+  head.putBytes("spaces", std::string(8 - head.size() % 8, ' '));
+  for (const char* chunk : {"HEAD", "DONE"}) {
+    cases.add(
+        fmt::format("C11-block-of-{}", chunk), fmt::format("{} has a block.", chunk), longHead,
+        [&](Image& image) {
+          if (chunk[0] == 'D') image.freeze(chunk);
+          image.chunk(chunk).payload.putBlock("extra", std::string(8, '\0'));
+        },
+        std::string(chunk) + "/header/blocks");
+  }
 }
 
 void addFooterFaults(InvalidCases& cases) {
@@ -466,7 +533,7 @@ void addFooterFaults(InvalidCases& cases) {
   const std::uint64_t done = base.image.offset("DONE/header");
   const std::uint64_t slab = base.image.offset("SLAB 0/header");
   const NamedNumber indexes[] = {{"zero", 0},
-                                 {"of-payload", index + 24},
+                                 {"of-payload", index + 32},
                                  {"of-done", done},
                                  {"of-slab", slab},
                                  {"off-by-one", index + 1},
@@ -479,7 +546,7 @@ void addFooterFaults(InvalidCases& cases) {
         fmt::format("The footer says that INDX is at {}.", offset), "footer/index", offset);
   }
   const NamedNumber dones[] = {{"zero", 0},
-                               {"of-payload", done + 24},
+                               {"of-payload", done + 32},
                                {"of-index", index},
                                {"of-head", 24},
                                {"off-by-one", done - 1},
@@ -491,12 +558,10 @@ void addFooterFaults(InvalidCases& cases) {
     set(fmt::format("F5-done-{}", name), fmt::format("The footer says that DONE is at {}.", offset),
         "footer/done", offset);
   }
-  for (const int byte : {0, 3}) {
-    cases.add(
-        fmt::format("F6-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
-        [&](Image& image) { image.setBytes("footer/reserved", "\x80", byte); }, "footer/reserved",
-        byte);
-  }
+  cases.add(
+      "F6-bit-flipped", "One bit of the checksum of INDX is another.", base,
+      [](Image& image) { image.flip("footer/index checksum"); }, "footer/index checksum");
+  set("F6-zero", "The checksum of INDX is 0.", "footer/index checksum", 0U);
 }
 
 }  // namespace t4d::conformance

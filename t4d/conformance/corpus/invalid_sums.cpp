@@ -1,4 +1,5 @@
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
@@ -172,136 +173,192 @@ void addDoneFaults(InvalidCases& cases) {
 
 void addIndexFaults(InvalidCases& cases) {
   const Base base = layered();
+  // Overwrites a number of an array, or of another field.
   const auto set = [&](const std::string& name, const std::string& fault, const std::string& field,
-                       auto value) {
+                       auto value, std::size_t at = 0) {
+    const std::string place = "INDX/" + field;
     cases.add(
-        name, fault, base, [&](Image& image) { image.set("INDX/" + field, value); },
-        "INDX/" + field);
+        name, fault, base, [&](Image& image) { image.setBytes(place, bytesOf(value), at); }, place,
+        at);
   };
-  const auto changed = [&](const std::string& name, const std::string& fault,
-                           const std::function<void(Record&)>& change, const std::string& place) {
+  // Replaces the content of an array.
+  const auto replace = [&](const std::string& name, const std::string& fault, const Base& of,
+                           const std::string& array, std::uint8_t type, std::uint8_t components,
+                           std::uint64_t rows,
+                           const std::function<std::string(std::string)>& change) {
     cases.add(
-        name, fault, base,
+        name, fault, of,
         [&](Image& image) {
           image.freeze("INDX");
-          change(image.chunk("INDX").payload);
+          Record& payload = image.chunk("INDX").payload;
+          const std::string content = change(payload.contents(array + "/stored"));
+          payload.replace(array, arrayRecord(type, components, 0, rows,
+                                             rows == 0 ? std::vector<std::string>()
+                                                       : std::vector{content}));
         },
-        "INDX/" + place);
+        "INDX/" + array + "/rows");
   };
-  set("I1-one-less", "One slab is counted, two records are there.", "slabs", std::uint64_t{1});
-  set("I1-one-more", "Three slabs are counted, two records are there.", "slabs", std::uint64_t{3});
-  set("I1-2-to-the-32-more", "2^32 + 2 slabs are counted.", "slabs", (std::uint64_t{1} << 32) + 2);
-  set("I1-2-to-the-58-more", "2^58 + 2 slabs are counted: 64 bytes each are 128 modulo 2^64.",
-      "slabs", (std::uint64_t{1} << 58) + 2);
-  changed(
-      "I1-record-missing", "The record of the last slab is missing.",
-      [](Record& payload) {
-        payload.truncate(8 + 64);
-        payload.overwrite("slabs", bytesOf(std::uint64_t{1}));
+  const auto same = [](std::string content) { return content; };
+  const auto fewer = [](std::size_t bytes) {
+    return [bytes](std::string content) { return content.substr(0, content.size() - bytes); };
+  };
+
+  set("I1-minor-version", "The copy of the file header has another minor version.", "file header",
+      std::uint16_t{1}, 10);
+  set("I1-file-header-zero", "The copy of the file header is zero.", "file header",
+      std::uint64_t{0}, 0);
+  set("I1-name", "The copy of HEAD has another name.", "head/stored", 'C', 27);
+  const std::uint64_t headBytes = base.image.size("HEAD");
+  replace("I1-head-cut-off", "The copy of HEAD lacks its last byte.", base, "head", 1, 1,
+          headBytes - 1, fewer(1));
+  replace("I1-no-head", "The copy of HEAD has no bytes.", base, "head", 1, 1, 0, same);
+
+  // HEAD, CONN, LAYR, SLAB, CONN, SLAB.
+  replace("I2-header-missing", "The header of the last chunk is missing.", base, "chunks", 1, 28, 5,
+          fewer(28));
+  replace("I2-head-missing", "The header of HEAD is missing.", base, "chunks", 1, 28, 5,
+          [](const std::string& content) { return content.substr(28); });
+  replace("I2-header-too-many", "The header of DONE is there, too.", base, "chunks", 1, 28, 7,
+          [&](const std::string& content) {
+            return content + base.image.bytes().substr(base.image.offset("DONE/header"), 28);
+          });
+  replace("I2-two-exchanged", "The headers of a LAYR and a CONN are exchanged.", base, "chunks", 1,
+          28, 6, [](const std::string& content) {
+            return content.substr(0, 28) + content.substr(56, 28) + content.substr(28, 28) +
+                   content.substr(84);
+          });
+  replace("I2-no-chunks", "There are no headers.", base, "chunks", 1, 28, 0, same);
+  set("I2-length-8-less", "A header has another length than in the file.", "chunks/stored",
+      std::uint64_t{base.image.size("CONN 0") - 8}, 28 + 8);
+  set("I2-length-2-to-the-64-less-8", "A header has the length 2^64 - 8.", "chunks/stored",
+      kLargest - 7, 28 + 8);
+  set("I2-checksum", "A header has another checksum than in the file.", "chunks/stored", 0U,
+      3 * 28 + 24);
+  Base annotated = layered();
+  annotated.image.add(noteChunk(3), "SLAB 1");
+  replace("I2-optional-chunk-missing", "The header of an optional chunk is missing.", annotated,
+          "chunks", 1, 28, 6, [](const std::string& content) {
+            return content.substr(0, 5 * 28) + content.substr(6 * 28);
+          });
+
+  set("I3-one-less", "One slab is counted, two are there.", "slabs", std::uint64_t{1});
+  set("I3-one-more", "Three slabs are counted, two are there.", "slabs", std::uint64_t{3});
+  set("I3-zero", "No slab is counted.", "slabs", std::uint64_t{0});
+  set("I3-2-to-the-32-more", "2^32 + 2 slabs are counted.", "slabs", (std::uint64_t{1} << 32) + 2);
+  set("I3-2-to-the-64-less-1", "2^64 - 1 slabs are counted.", "slabs", kLargest);
+  struct Column {
+    const char* name;
+    std::uint8_t type;
+    std::uint8_t components;
+    std::size_t rowBytes;
+  };
+  const Column columns[] = {{"times", 10, 2, 16},
+                            {"parts", 7, 3, 24},
+                            {"bodies", 5, 1, 4},
+                            {"cells", 7, 1, 8},
+                            {"bounds", 10, 6, 48}};
+  for (const auto& [name, type, components, rowBytes] : columns) {
+    replace(fmt::format("I3-row-of-{}-missing", name),
+            fmt::format("The last slab has no row in {}.", name), base, name, type, components, 1,
+            fewer(rowBytes));
+    replace(fmt::format("I3-row-of-{}-too-many", name),
+            fmt::format("{} has a row more than there are slabs.", name), base, name, type,
+            components, 3, [rowBytes = rowBytes](const std::string& content) {
+              return content + content.substr(content.size() - rowBytes);
+            });
+    replace(fmt::format("I7-type-of-{}", name), fmt::format("{} is of another type.", name), base,
+            name, type == 10 ? 8 : type == 7 ? 8 : 6, components, 2, same);
+    // The same bytes, as rows of another number of components.
+    const std::size_t size = model::scalarSize(static_cast<model::ScalarType>(type));
+    const std::uint8_t other = components == 1 ? 2 : 1;
+    replace(fmt::format("I7-components-of-{}", name),
+            fmt::format("{} has {} components.", name, other), base, name, type, other,
+            2 * rowBytes / size / other, same);
+  }
+  replace("I7-type-of-head", "The copy of HEAD is of signed integers.", base, "head", 2, 1,
+          headBytes, same);
+  cases.add(
+      "I7-compressed-head", "The copy of HEAD is compressed.",
+      baseOf({{"cross", crossPolytope()}}, {.storage = Storage::Library}),
+      [](Image& image) {
+        image.freeze("INDX");
+        Record& payload = image.chunk("INDX").payload;
+        payload.replace("head", arrayRecord(model::ScalarType::UInt8, 1,
+                                            payload.contents("head/stored"), Storage::Library));
       },
-      "slabs");
-  changed(
-      "I1-first-record-missing", "The record of the first slab is missing.",
-      [](Record& payload) {
-        payload.overwrite("record 0", payload.part("record 1").bytes());
-        payload.truncate(8 + 64);
-        payload.overwrite("slabs", bytesOf(std::uint64_t{1}));
-      },
-      "slabs");
-  changed(
-      "I1-record-too-many", "The record of the last slab is there twice.",
-      [](Record& payload) {
-        payload.add("record 2", payload.part("record 1"));
-        payload.overwrite("slabs", bytesOf(std::uint64_t{3}));
-      },
-      "slabs");
-  changed(
-      "I1-bytes-after", "Eight bytes follow the last record.",
-      [](Record& payload) { payload.putBytes("extra", std::string(8, '\0')); }, "extra");
-  changed(
-      "I1-cut-off", "The last record lacks its last 8 bytes.",
-      [](Record& payload) { payload.truncate(payload.size() - 8); }, "record 1/body");
-  changed(
-      "I1-no-records", "No slab is counted.",
-      [](Record& payload) {
-        payload.truncate(8);
-        payload.overwrite("slabs", bytesOf(std::uint64_t{0}));
-      },
-      "slabs");
-  changed(
-      "I1-empty", "The payload has no bytes.", [](Record& payload) { payload.truncate(0); },
-      "header/length");
+      "INDX/head/codec");
+  replace("I7-components-of-chunks", "The headers are single bytes.", base, "chunks", 1, 1, 6 * 28,
+          same);
 
   const auto offset = [&](const char* place) { return base.image.offset(place); };
-  set("I2-offset-of-payload", "The offset is that of a SLAB's payload.", "record 1/slab",
-      offset("SLAB 1"));
-  set("I2-offset-of-connectivity", "The offset is that of a CONN.", "record 1/slab",
-      offset("CONN 1/header"));
-  set("I2-offset-zero", "The offset is 0.", "record 0/slab", std::uint64_t{0});
-  set("I2-offset-off-by-one", "The offset is one too large.", "record 0/slab",
-      offset("SLAB 0/header") + 1);
-  set("I2-offset-of-the-end", "The offset is the length of the file.", "record 1/slab",
-      std::uint64_t{base.image.bytes().size()});
-  set("I2-offset-2-to-the-32-more", "The offset is 2^32 too large.", "record 1/slab",
-      offset("SLAB 1/header") + (std::uint64_t{1} << 32));
-  set("I2-offset-2-to-the-64-less-8", "The offset is 2^64 - 8.", "record 1/slab", kLargest - 7);
-  const std::uint64_t size =
-      base.image.offset("CONN 1/header") - base.image.offset("SLAB 0/header");
-  set("I2-size-8-less", "The size is 8 bytes too small.", "record 0/size", size - 8);
-  set("I2-size-without-header", "The size does not count the header.", "record 0/size", size - 24);
-  set("I2-size-2-to-the-32-more", "The size is 2^32 too large.", "record 0/size",
-      size + (std::uint64_t{1} << 32));
-  set("I2-size-zero", "The size is 0.", "record 0/size", std::uint64_t{0});
-  set("I2-size-2-to-the-64-less-1", "The size is 2^64 - 1.", "record 0/size", kLargest);
-  changed(
-      "I2-other-order", "The records are in the other order.",
-      [](Record& payload) {
-        const std::string first = payload.part("record 0").bytes();
-        payload.overwrite("record 0", payload.part("record 1").bytes());
-        payload.overwrite("record 1", first);
-      },
-      "record 0");
-  changed(
-      "I2-one-twice", "Both records are of the first slab.",
-      [](Record& payload) { payload.overwrite("record 1", payload.part("record 0").bytes()); },
-      "record 1");
-
-  set("I3-begin", "begin is another.", "record 0/begin", -2.0);
-  set("I3-begin-nan", "begin is NaN.", "record 0/begin", kNaN);
-  set("I3-end", "end is another.", "record 1/end", 2.0);
-  set("I3-end-by-a-bit", "end is the next number.", "record 1/end", std::nextafter(1.0, 2.0));
-  set("I3-end-infinity", "end is infinite.", "record 1/end", kInfinity);
-  set("I3-connectivity", "connectivity is another CONN.", "record 1/connectivity",
-      offset("CONN 0/header"));
-  set("I3-connectivity-zero", "connectivity is 0.", "record 1/connectivity", std::uint64_t{0});
-  set("I3-lower-zero", "lower is 0.", "record 1/lower", std::uint64_t{0});
-  set("I3-lower-of-slab", "lower is the offset of a SLAB.", "record 1/lower",
-      offset("SLAB 0/header"));
-  set("I3-upper", "upper is a LAYR where the slab has none.", "record 1/upper",
-      offset("LAYR 0/header"));
-  set("I3-upper-zero", "upper is 0.", "record 0/upper", std::uint64_t{0});
-  set("I3-body", "body is 1, of 1.", "record 0/body", 1U);
+  set("I4-begin", "begin is another.", "times/stored", -2.0, 0);
+  set("I4-begin-nan", "begin is NaN.", "times/stored", kNaN, 0);
+  set("I4-end", "end is another.", "times/stored", 2.0, 24);
+  set("I4-end-by-a-bit", "end is the next number.", "times/stored", std::nextafter(1.0, 2.0), 24);
+  set("I4-end-infinity", "end is infinite.", "times/stored", kInfinity, 24);
+  set("I4-connectivity", "connectivity is another CONN.", "parts/stored", offset("CONN 0/header"),
+      24);
+  set("I4-connectivity-zero", "connectivity is 0.", "parts/stored", std::uint64_t{0}, 24);
+  set("I4-connectivity-of-payload", "connectivity is the offset of a payload.", "parts/stored",
+      offset("CONN 1"), 24);
+  set("I4-lower-zero", "lower is 0.", "parts/stored", std::uint64_t{0}, 24 + 8);
+  set("I4-lower-of-slab", "lower is the offset of a SLAB.", "parts/stored",
+      offset("SLAB 0/header"), 24 + 8);
+  set("I4-upper", "upper is a LAYR where the slab has none.", "parts/stored",
+      offset("LAYR 0/header"), 24 + 16);
+  set("I4-upper-zero", "upper is 0.", "parts/stored", std::uint64_t{0}, 16);
+  set("I4-upper-2-to-the-64-less-8", "upper is 2^64 - 8.", "parts/stored", kLargest - 7, 16);
+  set("I4-body", "body is 1, of 1.", "bodies/stored", 1U);
   // Both bodies have one slab at the same times, so that sums and order stay valid.
   const Base two = baseOf({{"one", simplex()}, {"two", simplex()}});
   cases.add(
-      "I3-bodies-exchanged", "The records say each other's body.", two,
-      [](Image& image) {
-        image.set("INDX/record 0/body", 1U);
-        image.set("INDX/record 1/body", 0U);
-      },
-      "INDX/record 0/body");
+      "I4-bodies-exchanged", "The slabs have each other's body.", two,
+      [](Image& image) { image.setBytes("INDX/bodies/stored", bytesOf(1U) + bytesOf(0U)); },
+      "INDX/bodies/stored");
   cases.add(
-      "I3-both-layers-moved", "The index leaves out the layer on both sides.", base,
+      "I4-both-layers-moved", "The index leaves out the layer on both sides.", base,
       [](Image& image) {
-        image.set("INDX/record 0/upper", std::uint64_t{0});
-        image.set("INDX/record 1/lower", std::uint64_t{0});
+        image.setBytes("INDX/parts/stored", bytesOf(std::uint64_t{0}), 16);
+        image.setBytes("INDX/parts/stored", bytesOf(std::uint64_t{0}), 24 + 8);
       },
-      "INDX/record 0/upper");
-  for (const int byte : {0, 3}) {
+      "INDX/parts/stored", 16);
+  set("I5-one-less", "A slab has one cell more than the index says.", "cells/stored",
+      std::uint64_t{7}, 8);
+  set("I5-zero", "The index says that a slab has no cells.", "cells/stored", std::uint64_t{0});
+  set("I5-2-to-the-32-more", "The index says that a slab has 2^32 + 8 cells.", "cells/stored",
+      (std::uint64_t{1} << 32) + 8);
+  for (int axis = 0; axis < 3; ++axis) {
+    set(fmt::format("I6-minimum-{}", "xyz"[axis]),
+        fmt::format("The minimum of {} is beyond that of the slab.", "xyz"[axis]), "bounds/stored",
+        -2.0, std::size_t{8} * axis);
+    set(fmt::format("I6-maximum-{}", "xyz"[axis]),
+        fmt::format("The maximum of {} is within that of the slab.", "xyz"[axis]), "bounds/stored",
+        0.5, 48 + 24 + std::size_t{8} * axis);
+  }
+  set("I6-nan", "A minimum is NaN.", "bounds/stored", kNaN, 8);
+  cases.add(
+      "I8-bytes-after", "Eight bytes follow the last array.", base,
+      [](Image& image) {
+        image.freeze("INDX");
+        image.chunk("INDX").payload.putBytes("extra", std::string(8, '\0'));
+      },
+      "INDX/extra");
+  cases.add(
+      "I8-block-left", "A block belongs to no array.", base,
+      [](Image& image) {
+        image.freeze("INDX");
+        image.chunk("INDX").payload.putBlock("extra", std::string(8, '\0'));
+      },
+      "INDX/extra");
+  for (const std::size_t size : {std::size_t{0}, std::size_t{24}, std::size_t{32}}) {
     cases.add(
-        fmt::format("I4-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
-        [&](Image& image) { image.setBytes("INDX/record 1/reserved", "\x01", byte); },
-        "INDX/record 1/reserved", byte);
+        fmt::format("I8-cut-off-at-{}", size),
+        fmt::format("The fields end after {} bytes.", size), base,
+        [&](Image& image) {
+          image.freeze("INDX");
+          image.chunk("INDX").payload.truncate(size);
+        },
+        "INDX/header/length");
   }
 }
 

@@ -1,9 +1,12 @@
 #include "t4d/conformance/corpus/record.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <vector>
 
 #include "t4d/conformance/corpus/zstd_frame.h"
+#include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/crc32c.h"
 
 namespace t4d::conformance {
 
@@ -18,12 +21,21 @@ void Record::pad(const std::string& field) {
   putBytes(field, std::string(formats::t4d_layout::padded(bytes_.size()) - bytes_.size(), '\0'));
 }
 
+void Record::putBlock(const std::string& name, std::string_view bytes) {
+  blocks_.push_back({name, std::string(bytes)});
+}
+
 void Record::add(const std::string& prefix, const Record& record) {
   const std::size_t begin = bytes_.size();
   putBytes(prefix, record.bytes_);
   for (const auto& [field, place] : record.fields_) {
     fields_[prefix + "/" + field] = {begin + place.offset, place.size};
   }
+  for (const auto& [name, bytes] : record.blocks_) blocks_.push_back({prefix + "/" + name, bytes});
+}
+
+bool Record::hasBlock(const std::string& name) const {
+  return std::ranges::find(blocks_, name, &Block::name) != blocks_.end();
 }
 
 Record::Place Record::place(const std::string& field) const {
@@ -32,8 +44,20 @@ Record::Place Record::place(const std::string& field) const {
   return found->second;
 }
 
+std::string Record::contents(const std::string& name) const {
+  const auto block = std::ranges::find(blocks_, name, &Block::name);
+  if (block != blocks_.end()) return block->bytes;
+  const Place at = place(name);
+  return bytes_.substr(at.offset, at.size);
+}
+
 void Record::overwrite(const std::string& field, std::string_view bytes, std::size_t at) {
-  bytes_.replace(place(field).offset + at, bytes.size(), bytes);
+  const auto block = std::ranges::find(blocks_, field, &Block::name);
+  if (block != blocks_.end()) {
+    block->bytes.replace(at, bytes.size(), bytes);
+  } else {
+    bytes_.replace(place(field).offset + at, bytes.size(), bytes);
+  }
 }
 
 Record Record::part(const std::string& prefix) const {
@@ -44,11 +68,25 @@ Record Record::part(const std::string& prefix) const {
     if (!field.starts_with(prefix + "/")) continue;
     part.fields_[field.substr(prefix.size() + 1)] = {place.offset - whole.offset, place.size};
   }
+  for (const auto& [name, bytes] : blocks_) {
+    if (name.starts_with(prefix + "/")) {
+      part.blocks_.push_back({name.substr(prefix.size() + 1), bytes});
+    }
+  }
   return part;
 }
 
 void Record::replace(const std::string& prefix, const Record& record) {
   const Place old = place(prefix);
+  // Blocks are in the order of their arrays.
+  const auto before = [&](const Block& block) {
+    return place(block.name.substr(0, block.name.rfind('/'))).offset < old.offset;
+  };
+  const auto at = std::ranges::count_if(blocks_, before);
+  std::erase_if(blocks_, [&](const Block& block) { return block.name.starts_with(prefix + "/"); });
+  std::vector<Block> renamed;
+  for (const auto& [name, bytes] : record.blocks_) renamed.push_back({prefix + "/" + name, bytes});
+  blocks_.insert(blocks_.begin() + at, renamed.begin(), renamed.end());
   std::erase_if(fields_, [&](const auto& field) { return field.first.starts_with(prefix + "/"); });
   for (auto& [field, place] : fields_) {
     if (place.offset >= old.offset + old.size) place.offset += record.size() - old.size;
@@ -60,6 +98,28 @@ void Record::replace(const std::string& prefix, const Record& record) {
   }
 }
 
+std::size_t Record::frontSize() const {
+  return blocks_.size() * formats::t4d_layout::kBlockEntryBytes + bytes_.size();
+}
+
+Record Record::asPayload() const {
+  Record payload;
+  for (const auto& [name, bytes] : blocks_) {
+    payload.put(name + " size", static_cast<std::uint32_t>(bytes.size()));
+    payload.put(name + " checksum", formats::crc32c(bytes.data(), bytes.size()));
+  }
+  const std::size_t begin = payload.size();
+  payload.bytes_ += bytes_;
+  for (const auto& [field, place] : fields_) {
+    payload.fields_[field] = {begin + place.offset, place.size};
+  }
+  for (const auto& [name, bytes] : blocks_) {
+    payload.putBytes(name, bytes);
+    payload.pad(name + " padding");
+  }
+  return payload;
+}
+
 std::string transposed(std::string_view bytes, std::size_t rowBytes) {
   const std::size_t rows = bytes.size() / rowBytes;
   std::string result;
@@ -69,43 +129,69 @@ std::string transposed(std::string_view bytes, std::size_t rowBytes) {
   return result;
 }
 
+std::string repeats(std::string_view bytes, std::size_t components) {
+  constexpr std::size_t kFarthest = 255;
+  std::vector<std::uint32_t> numbers(bytes.size() / 4);
+  bytes.copy(reinterpret_cast<char*>(numbers.data()), bytes.size());
+  std::string distances;
+  std::string others;
+  std::uint32_t last = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    std::size_t distance = 1;
+    while (distance <= std::min(i, kFarthest) && numbers[i - distance] != numbers[i]) ++distance;
+    if (distance > std::min(i, kFarthest)) {
+      distance = 0;
+      const std::uint32_t step = numbers[i] - last;
+      others += bytesOf(step >> 31U != 0 ? ~(step << 1U) : step << 1U);
+      last = numbers[i];
+    }
+    distances += static_cast<char>(distance);
+  }
+  return transposed(distances, components) + (others.empty() ? "" : transposed(others, 4));
+}
+
 Record arrayRecord(std::uint8_t scalarType, std::uint8_t components, std::uint8_t codec,
-                   std::uint64_t rows, std::string_view stored) {
+                   std::uint64_t rows, const std::vector<std::string>& blocks) {
   Record record;
   record.put("scalar type", scalarType);
   record.put("components", components);
   record.put("codec", codec);
   record.putBytes("reserved", std::string(5, '\0'));
   record.put("rows", rows);
-  record.put("stored bytes", std::uint64_t{stored.size()});
-  record.putBytes("stored", stored);
-  record.pad();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    record.putBlock(i == 0 ? "stored" : "stored " + std::to_string(i), blocks[i]);
+  }
   return record;
 }
 
 Record arrayRecord(ScalarType type, std::uint8_t components, std::string_view bytes,
                    Storage storage) {
   const std::size_t rowBytes = model::scalarSize(type) * components;
-  const auto number = static_cast<std::uint8_t>(type);
   const std::uint64_t rows = bytes.size() / rowBytes;
-  if (storage == Storage::Raw || rows == 0) {
-    return arrayRecord(number, components, 0, rows, bytes);
+  const bool repeat = storage == Storage::Repeats && type == ScalarType::UInt32;
+  const std::uint8_t codec = storage == Storage::Raw || rows == 0 ? 0 : repeat ? 2 : 1;
+  std::vector<std::string> blocks;
+  while (!bytes.empty()) {
+    const std::string_view block = bytes.substr(0, formats::t4d_layout::kBlockRows * rowBytes);
+    bytes.remove_prefix(block.size());
+    const std::string content = repeat ? repeats(block, components) : transposed(block, rowBytes);
+    blocks.push_back(storage == Storage::Raw      ? std::string(block)
+                     : storage == Storage::Blocks ? zstdFrame(content)
+                                                  : zstdByLibrary(content));
   }
-  const std::string content = transposed(bytes, rowBytes);
-  return arrayRecord(number, components, 1, rows,
-                     storage == Storage::Blocks ? zstdFrame(content) : zstdByLibrary(content));
+  return arrayRecord(static_cast<std::uint8_t>(type), components, codec, rows, blocks);
 }
 
 namespace {
 
-template <class T>
-std::string_view asText(std::span<const T> numbers) {
+template <class T, std::size_t kExtent>
+std::string_view asText(std::span<T, kExtent> numbers) {
   return {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()};
 }
 
 template <class T>
 std::string_view asText(const std::vector<T>& numbers) {
-  return asText(std::span(numbers));
+  return asText(std::span<const T>(numbers));
 }
 
 Record positionsRecord(std::span<const model::Point4> vertices, bool float32, Storage storage) {
@@ -146,7 +232,11 @@ Record connectivityRecord(const model::Connectivity& connectivity, Storage stora
   record.put("upper", connectivity.upperCount);
   record.put("means", means.size());
   record.put("attributes", static_cast<std::uint32_t>(connectivity.cellAttributes.size()));
-  record.put("reserved", std::uint32_t{0});
+  const auto ranges = formats::rangesOfBlocks(connectivity);
+  record.put("ranges", static_cast<std::uint32_t>(ranges.size()));
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    record.putBytes("range " + std::to_string(i), asText(std::span(ranges[i])));
+  }
   record.add("cells", arrayRecord(ScalarType::UInt32, 4, asText(connectivity.cells), storage));
   if (means.size() > 0) {
     std::vector<std::uint32_t> sizes;
@@ -169,6 +259,7 @@ Record layerRecord(double time, std::span<const model::Point4> vertices, bool fl
 }
 
 Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
+                  const std::vector<model::Bounds4>& bounds,
                   std::span<const model::Point4> interior,
                   std::span<const model::Attribute> attributes, bool float32, Storage storage) {
   Record record;
@@ -179,6 +270,13 @@ Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
   record.put("upper", std::uint64_t{0});
   record.put("body", body);
   record.put("attributes", static_cast<std::uint32_t>(attributes.size()));
+  record.put("bounds", static_cast<std::uint32_t>(bounds.size()));
+  record.put("reserved", std::uint32_t{0});
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    record.putBytes("bounds " + std::to_string(i),
+                    std::string(asText(std::span<const double>(bounds[i].min.data(), 4))) +
+                        std::string(asText(std::span<const double>(bounds[i].max.data(), 4))));
+  }
   record.add("interior positions", positionsRecord(interior, float32, storage));
   std::vector<double> times;
   for (const model::Point4& vertex : interior) times.push_back(vertex[3]);

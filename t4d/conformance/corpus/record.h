@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/model/attribute.h"
@@ -20,12 +21,16 @@ std::string bytesOf(T value) {
   return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
-/// A sequence of bytes with named places.
+/// A sequence of fields with named places, and the blocks of the arrays among them.
 class Record {
  public:
   struct Place {
     std::size_t offset = 0;
     std::size_t size = 0;
+  };
+  struct Block {
+    std::string name;
+    std::string bytes;
   };
 
   template <class T>
@@ -33,47 +38,61 @@ class Record {
     putBytes(field, bytesOf(value));
   }
   void putBytes(const std::string& field, std::string_view bytes);
+  void putBlock(const std::string& name, std::string_view bytes);
   /// Appends zeros up to a multiple of 8.
   void pad(const std::string& field = "padding");
-  /// Appends another record; its fields are renamed to PREFIX/FIELD. It must begin at a multiple of
-  /// 8.
+  /// Appends another record; its fields and blocks are renamed to PREFIX/FIELD. It must begin at a
+  /// multiple of 8.
   void add(const std::string& prefix, const Record& record);
 
+  /// The fields alone.
   const std::string& bytes() const { return bytes_; }
   std::size_t size() const { return bytes_.size(); }
-  bool has(const std::string& field) const { return fields_.contains(field); }
-  /// Throws std::out_of_range for an unknown name, which is a mistake in the corpus.
+  const std::vector<Block>& blocks() const { return blocks_; }
+  bool has(const std::string& field) const { return fields_.contains(field) || hasBlock(field); }
+  bool hasBlock(const std::string& name) const;
+  /// Of a field. Throws std::out_of_range for an unknown name, which is a mistake in the corpus.
   Place place(const std::string& field) const;
-  /// Overwrites bytes from byte `at` of the field.
+  /// The bytes of a field or block.
+  std::string contents(const std::string& name) const;
+  /// Overwrites bytes from byte `at` of the field or block.
   void overwrite(const std::string& field, std::string_view bytes, std::size_t at = 0);
   /// A copy of the record that was added as `prefix`.
   Record part(const std::string& prefix) const;
-  /// Replaces the record that was added as `prefix`; the bytes after it move.
+  /// Replaces the record that was added as `prefix`; the bytes and blocks after it move.
   void replace(const std::string& prefix, const Record& record);
   void truncate(std::size_t size) { bytes_.resize(size); }
+  void dropBlocks() { blocks_.clear(); }
   template <class T>
   T get(const std::string& field) const {
     T value{};
     bytes_.copy(reinterpret_cast<char*>(&value), sizeof value, place(field).offset);
     return value;
   }
+  /// The payload of a chunk: the table of blocks with the fields "NAME size" and "NAME checksum",
+  /// the fields, and the blocks, each with its padding, "NAME padding". It has no blocks of its own.
+  Record asPayload() const;
+  /// The size of the payload before its blocks.
+  std::size_t frontSize() const;
 
  private:
   std::string bytes_;
   std::map<std::string, Place> fields_;
+  std::vector<Block> blocks_;
 };
 
 /// How the arrays of a file are stored.
 enum class Storage : std::uint8_t {
   Raw,
-  Blocks,   ///< hand-made zstd frames of stored blocks
-  Library,  ///< zstd frames made by the library
+  Blocks,   ///< codec 1: hand-made zstd frames of stored blocks
+  Library,  ///< codec 1: zstd frames made by the library
+  Repeats,  ///< codec 2 where it is possible, else 1: zstd frames made by the library
 };
 
 /// An array record with these fields, consistent or not. Fields: "scalar type", "components",
-/// "codec", "reserved", "rows", "stored bytes", "stored", "padding".
+/// "codec", "reserved", "rows"; blocks: "stored", "stored 1", ...
 Record arrayRecord(std::uint8_t scalarType, std::uint8_t components, std::uint8_t codec,
-                   std::uint64_t rows, std::string_view stored);
+                   std::uint64_t rows, const std::vector<std::string>& blocks);
 
 /// A valid record of an array given row after row.
 Record arrayRecord(model::ScalarType type, std::uint8_t components, std::string_view bytes,
@@ -81,6 +100,9 @@ Record arrayRecord(model::ScalarType type, std::uint8_t components, std::string_
 
 /// The first byte of all rows, then the second byte of all rows, and so on.
 std::string transposed(std::string_view bytes, std::size_t rowBytes);
+
+/// The content of a frame of codec 2, for rows of `components` numbers of four bytes.
+std::string repeats(std::string_view bytes, std::size_t components);
 
 /// Fields: "domain", "reserved", "name length", "name", "name padding", "values/...".
 Record attributeRecord(const model::Attribute& attribute, Storage storage);
@@ -96,6 +118,7 @@ Record layerRecord(double time, std::span<const model::Point4> vertices, bool fl
 /// Fields as in the table of SPEC.md, then "interior positions/...", "interior times/...",
 /// "attribute 0/...". Offsets are 0.
 Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
+                  const std::vector<model::Bounds4>& bounds,
                   std::span<const model::Point4> interior,
                   std::span<const model::Attribute> attributes, bool float32, Storage storage);
 

@@ -30,6 +30,24 @@ std::vector<Slab> simplex(double size, const Point4& origin) {
   return {slab};
 }
 
+Slab manySimplices() {
+  constexpr std::uint32_t kSimplices = 13108;
+  const Slab one = simplex()[0];
+  auto connectivity = std::make_shared<Connectivity>();
+  connectivity->vertexCount = 5 * kSimplices;
+  Slab slab = one;
+  slab.connectivity = connectivity;
+  slab.vertices.clear();
+  for (std::uint32_t i = 0; i < kSimplices; ++i) {
+    slab.vertices.insert(slab.vertices.end(), one.vertices.begin(), one.vertices.end());
+    for (const model::Cell& cell : one.connectivity->cells) {
+      connectivity->cells.push_back(
+          {cell[0] + 5 * i, cell[1] + 5 * i, cell[2] + 5 * i, cell[3] + 5 * i});
+    }
+  }
+  return slab;
+}
+
 std::vector<Slab> crossPolytope() {
   const auto half = [](double apexTime) {
     const bool first = apexTime < 0;

@@ -13,6 +13,10 @@ namespace t4d::conformance {
 /// one slab with empty layers. Encloses size^4 / 24.
 std::vector<model::Slab> simplex(double size = 1, const model::Point4& origin = {0, 0, 0, 0});
 
+/// 13,108 of these simplices at one place, all their vertices different: 65,540 cells in one slab,
+/// four more than one block holds.
+model::Slab manySimplices();
+
 /// The boundary of the cross-polytope with corners at +-1 on each axis, as two slabs that share a
 /// layer of 6 vertices at t = 0. Encloses 2/3; a slice at t encloses 4/3 (1 - |t|)^3.
 std::vector<model::Slab> crossPolytope();

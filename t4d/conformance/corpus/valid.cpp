@@ -377,6 +377,24 @@ void addCompression(AcceptedCases& cases) {
               {.storage = Storage::Blocks}, headJson({"zstd", "zstd"}, {"simplex"}))
       .naming({"zstd", "zstd"});
 
+  simplexFile(cases, "zstd-repeats", "Indices of cells are references to those shortly before.",
+              {.storage = Storage::Repeats});
+  const Solid box = cube();
+  cases.add("zstd-repeats-with-means", "Cells, sizes and sources of means with codec 2.")
+      .of({{"cube", rise(box, 2, {.prism = Prism::Fourteen})}}, {.storage = Storage::Repeats})
+      .slicedAt({0, 0.5, 1})
+      .encloses(2);
+  for (const bool repeat : {false, true}) {
+    cases
+        .add(repeat ? "blocks-of-repeats" : "blocks-of-library",
+             "65,540 cells and as many vertices are in two blocks each.")
+        .of({{"simplices", {manySimplices()}}},
+            {.storage = repeat ? Storage::Repeats : Storage::Library})
+        .shows({"large"})
+        .slicedAt({0.5})
+        .encloses(13108.0 / 24);
+  }
+
   // One CONN, stored in several ways.
   const auto cells = [] {
     const std::vector<Slab> slabs = simplex();
@@ -389,7 +407,7 @@ void addCompression(AcceptedCases& cases) {
   const auto withFrame = [&](const std::string& name, const std::string& what,
                              const std::string& frame) {
     Image image = Image::of({{"simplex", simplex()}}, {}, headJson({"zstd"}, {"simplex"}));
-    image.chunk("CONN 0").payload.replace("cells", arrayRecord(5, 4, 1, 5, frame));
+    image.chunk("CONN 0").payload.replace("cells", arrayRecord(5, 4, 1, 5, {frame}));
     cases.add(name, what)
         .of(image, {{"simplex", simplex()}})
         .naming({"zstd"})
@@ -413,7 +431,7 @@ void addCompression(AcceptedCases& cases) {
   const auto withAttribute = [&](const std::string& name, const std::string& what,
                                  const std::string& frame) {
     Image image = Image::of({{"simplex", room}}, {.storage = Storage::Library});
-    image.chunk("SLAB 0").payload.replace("attribute 0/values", arrayRecord(10, 128, 1, 64, frame));
+    image.chunk("SLAB 0").payload.replace("attribute 0/values", arrayRecord(10, 128, 1, 64, {frame}));
     cases.add(name, what)
         .of(image, {{"simplex", room}}, {.storage = Storage::Library})
         .slicedAt({0.5})

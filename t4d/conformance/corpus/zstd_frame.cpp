@@ -54,13 +54,23 @@ std::string zstdFrame(std::string_view content, const FrameOptions& options) {
 
 std::string zstdByLibrary(std::string_view content, bool checksum) {
   constexpr int kLevel = 19;
+  constexpr std::size_t kDense = 256;
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                      &ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, checksum ? 1 : 0);
-  std::string frame(ZSTD_compressBound(content.size()), '\0');
-  frame.resize(
-      ZSTD_compress2(context.get(), frame.data(), frame.size(), content.data(), content.size()));
+  std::string frame;
+  const auto compress = [&] {
+    frame.resize(ZSTD_compressBound(content.size()));
+    frame.resize(
+        ZSTD_compress2(context.get(), frame.data(), frame.size(), content.data(), content.size()));
+  };
+  compress();
+  if (frame.size() * kDense < content.size()) {
+    // A window of 1 KiB keeps any frame within the limit of rule A9.
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, 10);
+    compress();
+  }
   return frame;
 }
 

@@ -39,7 +39,11 @@ std::uint64_t mixed(std::uint64_t number) {
 
 /// The slab in which a body is sliced at a time (SPEC.md, X2).
 std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexRecord>& records,
-                                            std::uint32_t body, double time, double last) {
+                                            std::uint32_t body, double time) {
+  double last = 0;
+  for (const formats::IndexRecord& record : records) {
+    if (record.parts.body == body) last = record.time.end;
+  }
   for (const formats::IndexRecord& record : records) {
     if (record.parts.body != body) continue;
     const bool reaches = time == last ? record.time.end == time : record.time.end > time;
@@ -48,25 +52,16 @@ std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexReco
   return std::nullopt;
 }
 
-/// The contents of DONE and INDX of a file with an index.
-struct Sums {
-  std::vector<formats::IndexRecord> records;
-  formats::Done done;
-};
-
-Result<Sums> sumsOf(const std::string& bytes) {
+/// What INDX says of the slabs. Fails if the file has no index or is invalid.
+Result<std::vector<formats::IndexRecord>> recordsOf(const std::string& bytes) {
   const std::vector<ChunkHeader> chunks = listChunks(bytes);
-  const auto payloadOf = [&](const char* type) -> Result<std::span<const std::byte>> {
-    const auto found = std::find_if(chunks.begin(), chunks.end(),
-                                    [&](const ChunkHeader& chunk) { return chunk.name() == type; });
-    if (found == chunks.end()) return invalid(fmt::format("the file has no {}", type));
-    return view(bytes, found->payload(), found->payloadBytes);
-  };
-  auto records = payloadOf("INDX").and_then(formats::decodeIndex);
-  if (!records) return pass(records.error());
-  auto done = payloadOf("DONE").and_then(formats::decodeDone);
-  if (!done) return pass(done.error());
-  return Sums{std::move(*records), std::move(*done)};
+  const auto index = std::ranges::find(chunks, kIndex, &ChunkHeader::type);
+  if (index == chunks.end()) return invalid("the file has no INDX");
+  const auto payload = formats::payloadOf(*index, view(bytes, index->payload(), index->payloadBytes));
+  if (!payload) return pass(payload.error());
+  auto decoded = formats::decodeIndex(*payload);
+  if (!decoded) return pass(decoded.error());
+  return std::move(decoded->slabs);
 }
 
 }  // namespace
@@ -86,9 +81,11 @@ std::vector<Part> partsOf(const std::string& bytes) {
     add("type", chunk.offset, 4);
     add("flags", chunk.offset + 4, 4);
     add("length", chunk.offset + 8, 8);
-    add("payload checksum", chunk.offset + 16, 4);
-    add("header checksum", chunk.offset + 20, 4);
-    add("payload", chunk.payload(), chunk.payloadBytes);
+    add("front and the number of blocks", chunk.offset + 16, 8);
+    add("front checksum", chunk.offset + 24, 4);
+    add("header checksum", chunk.offset + 28, 4);
+    add("front", chunk.payload(), chunk.frontBytes);
+    add("blocks", chunk.payload() + chunk.frontBytes, chunk.payloadBytes - chunk.frontBytes);
     add("padding", chunk.payload() + chunk.payloadBytes,
         padded(chunk.payloadBytes) - chunk.payloadBytes);
   }
@@ -97,7 +94,7 @@ std::vector<Part> partsOf(const std::string& bytes) {
     parts.insert(parts.end(), {{"the offset of INDX in the footer", footer, 8},
                                {"the offset of DONE in the footer", footer + 8, 8},
                                {"the file length in the footer", footer + 16, 8},
-                               {"the reserved bytes of the footer", footer + 24, 4},
+                               {"the checksum of INDX in the footer", footer + 24, 4},
                                {"the checksum of the footer", footer + 28, 4},
                                {"the end signature", footer + 32, 8}});
   }
@@ -133,21 +130,22 @@ Bit bitOf(const Part& part) {
 }
 
 Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
-  const auto sums = sumsOf(bytes);
-  if (!sums) return pass(sums.error());
+  const auto records = recordsOf(bytes);
+  if (!records) return pass(records.error());
   std::set<std::uint64_t> needed;
-  for (std::uint32_t body = 0; body < sums->done.bodies.size(); ++body) {
-    const auto slab = slabFor(sums->records, body, time, sums->done.bodies[body].time.end);
+  std::set<std::uint32_t> bodies;
+  for (const formats::IndexRecord& record : *records) bodies.insert(record.parts.body);
+  for (const std::uint32_t body : bodies) {
+    const auto slab = slabFor(*records, body, time);
     if (!slab) continue;
     needed.insert({slab->slab, slab->parts.connectivity, slab->parts.lower, slab->parts.upper});
   }
   SliceParts parts;
-  parts.read.push_back({"the file header", 0, kFileHeaderBytes});
   for (const ChunkHeader& chunk : listChunks(bytes)) {
     const Part part = {fmt::format("{} at byte {}", chunk.name(), chunk.offset), chunk.offset,
                        chunk.end() - chunk.offset};
     const bool data = chunk.type == kSlab || chunk.type == kConnectivity || chunk.type == kLayer;
-    const bool always = chunk.type == kHead || chunk.type == kDone || chunk.type == kIndex;
+    const bool always = chunk.type == kDone || chunk.type == kIndex;
     if (always || needed.contains(chunk.offset)) {
       parts.read.push_back(part);
     } else if (data) {
@@ -159,9 +157,9 @@ Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
 }
 
 std::optional<double> timeThatNeedsAll(const std::string& bytes) {
-  const auto sums = sumsOf(bytes);
-  if (!sums || sums->records.empty()) return std::nullopt;
-  const model::TimeSpan& first = sums->records.front().time;
+  const auto records = recordsOf(bytes);
+  if (!records || records->empty()) return std::nullopt;
+  const model::TimeSpan& first = records->front().time;
   const double middle = first.begin + (first.end - first.begin) / 2;
   const auto parts = partsForSlice(bytes, middle);
   return parts && parts->unneeded.empty() ? std::optional(middle) : std::nullopt;

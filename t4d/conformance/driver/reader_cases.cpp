@@ -63,7 +63,7 @@ Trial sliceInstead(Trial trial, double time) {
 /// every slice reads, or arrays and parts that are all needed at that time. Broken rules between
 /// chunks are left out: a slice may not read enough to detect them.
 std::optional<double> timeToRefuse(const CorpusFile& file) {
-  constexpr std::string_view kAlwaysReadSections = "HFM";
+  constexpr std::string_view kAlwaysReadSections = "FM";
   constexpr std::string_view kSliceDataSections = "ATNLP";
   const char section = file.rule[0];
   if (kAlwaysReadSections.find(section) != std::string_view::npos) return 0.5;

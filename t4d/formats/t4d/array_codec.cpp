@@ -10,16 +10,21 @@
 namespace t4d::formats {
 namespace {
 
-using t4d_layout::ByteReader;
-using t4d_layout::ByteWriter;
 using t4d_layout::Features;
+using t4d_layout::kBlockRows;
+using t4d_layout::PayloadReader;
+using t4d_layout::PayloadWriter;
 
-constexpr std::size_t kBlock = 64;  // rows at a time, so that both sides stay in cache
+constexpr std::size_t kTile = 64;  // rows at a time, so that both sides stay in cache
 
+using Bytes = std::vector<std::byte>;
+
+/// The first byte of every row, then the second byte of every row, and so on. This groups bytes
+/// that vary little, such as signs and exponents.
 void transpose(std::span<const std::byte> from, std::size_t rowBytes, std::byte* into) {
   const std::size_t rows = from.size() / rowBytes;
-  for (std::size_t begin = 0; begin < rows; begin += kBlock) {
-    const std::size_t end = std::min(rows, begin + kBlock);
+  for (std::size_t begin = 0; begin < rows; begin += kTile) {
+    const std::size_t end = std::min(rows, begin + kTile);
     for (std::size_t column = 0; column < rowBytes; ++column) {
       std::byte* plane = into + column * rows;
       for (std::size_t row = begin; row < end; ++row) plane[row] = from[row * rowBytes + column];
@@ -29,8 +34,8 @@ void transpose(std::span<const std::byte> from, std::size_t rowBytes, std::byte*
 
 void transposeBack(std::span<const std::byte> from, std::size_t rowBytes, std::byte* into) {
   const std::size_t rows = from.size() / rowBytes;
-  for (std::size_t begin = 0; begin < rows; begin += kBlock) {
-    const std::size_t end = std::min(rows, begin + kBlock);
+  for (std::size_t begin = 0; begin < rows; begin += kTile) {
+    const std::size_t end = std::min(rows, begin + kTile);
     for (std::size_t column = 0; column < rowBytes; ++column) {
       const std::byte* plane = from.data() + column * rows;
       for (std::size_t row = begin; row < end; ++row) into[row * rowBytes + column] = plane[row];
@@ -38,67 +43,210 @@ void transposeBack(std::span<const std::byte> from, std::size_t rowBytes, std::b
   }
 }
 
-/// One zstd frame; empty if zstd fails. A `windowLog` of 0 means the level's default.
-std::vector<std::byte> zstdFrame(std::span<const std::byte> bytes, int level, int windowLog) {
+std::uint32_t numberAt(std::span<const std::byte> bytes, std::size_t index) {
+  std::uint32_t number = 0;
+  std::memcpy(&number, bytes.data() + index * sizeof number, sizeof number);
+  return number;
+}
+
+/// The content of a frame of codec 2: for each number how many places before it the same number
+/// stands, transposed; then, for those where this is 0, the difference to the last such number.
+///
+/// Only the last number of each remainder is looked up, so a repeated number may be missed where
+/// two numbers share one; that costs a few bytes and no correctness.
+Bytes repeatsOf(std::span<const std::byte> from, std::size_t components) {
+  constexpr std::size_t kSlots = 4096;
+  constexpr std::size_t kFarthest = 255;
+  struct Seen {
+    std::uint32_t number = 0;
+    std::size_t end = 0;  // one more than the place of the number
+  };
+  std::vector<Seen> seen(kSlots);
+  const std::size_t count = from.size() / sizeof(std::uint32_t);
+  const std::size_t rows = count / components;
+  Bytes content(count);
+  std::vector<std::uint32_t> others;
+  std::uint32_t last = 0;
+  for (std::size_t row = 0, i = 0; row < rows; ++row) {
+    for (std::size_t k = 0; k < components; ++k, ++i) {
+      const std::uint32_t number = numberAt(from, i);
+      Seen& slot = seen[number % kSlots];
+      if (slot.end != 0 && slot.number == number && i + 1 - slot.end <= kFarthest) {
+        content[k * rows + row] = static_cast<std::byte>(i + 1 - slot.end);
+      } else {
+        const std::uint32_t step = number - last;
+        others.push_back(step << 1U ^ (step >> 31U != 0 ? ~0U : 0U));
+        last = number;
+      }
+      slot = {number, i + 1};
+    }
+  }
+  content.resize(count + others.size() * sizeof(std::uint32_t));
+  transpose(std::as_bytes(std::span(others)), sizeof(std::uint32_t), content.data() + count);
+  return content;
+}
+
+Result<void> numbersOfRepeats(std::span<const std::byte> content, std::size_t components,
+                              std::span<std::byte> into) {
+  const std::size_t count = into.size() / sizeof(std::uint32_t);
+  const std::size_t rows = count / components;
+  const std::size_t otherCount = (content.size() - count) / sizeof(std::uint32_t);
+  std::vector<std::uint32_t> others(otherCount);
+  transposeBack(content.subspan(count), sizeof(std::uint32_t),
+                reinterpret_cast<std::byte*>(others.data()));
+  std::size_t used = 0;
+  std::uint32_t last = 0;
+  for (std::size_t row = 0, i = 0; row < rows; ++row) {
+    for (std::size_t k = 0; k < components; ++k, ++i) {
+      const auto back = static_cast<std::size_t>(content[k * rows + row]);
+      std::byte* const at = into.data() + i * sizeof(std::uint32_t);
+      if (back > i) {
+        return invalid(fmt::format("number {} of a block repeats one before the first", i));
+      }
+      if (back > 0) {
+        std::memcpy(at, at - back * sizeof(std::uint32_t), sizeof(std::uint32_t));
+        continue;
+      }
+      if (used == otherCount) return invalid("a block lacks numbers that repeat no other");
+      const std::uint32_t zigzag = others[used++];
+      last += zigzag >> 1U ^ ((zigzag & 1U) != 0 ? ~0U : 0U);
+      std::memcpy(at, &last, sizeof last);
+    }
+  }
+  if (used != otherCount) {
+    return invalid(fmt::format("a block has {} numbers that repeat no other, and needs {}",
+                               otherCount, used));
+  }
+  return {};
+}
+
+/// One zstd frame; empty if zstd fails. A `windowLog` of 0 means the level's default. `scratch` is
+/// used for space, of which a frame takes a small part.
+Bytes zstdFrame(ZSTD_CCtx* context, std::span<const std::byte> bytes, int level, int windowLog,
+                Bytes& scratch) {
+  scratch.resize(std::max(scratch.size(), ZSTD_compressBound(bytes.size())));
+  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
+  ZSTD_CCtx_setParameter(context, ZSTD_c_windowLog, windowLog);
+  const std::size_t size =
+      ZSTD_compress2(context, scratch.data(), scratch.size(), bytes.data(), bytes.size());
+  if (ZSTD_isError(size) != 0) return {};
+  return {scratch.begin(), scratch.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+/// The blocks of an array; empty if they are not smaller than the array.
+std::vector<Bytes> compressed(const ArrayView& array, Codec codec, int level) {
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                      &ZSTD_freeCCtx);
-  std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
-  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
-  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, windowLog);
-  const std::size_t size =
-      ZSTD_compress2(context.get(), frame.data(), frame.size(), bytes.data(), bytes.size());
-  frame.resize(ZSTD_isError(size) != 0 ? 0 : size);
-  return frame;
-}
-
-std::vector<std::byte> compressed(const ArrayView& array, int level) {
-  std::vector<std::byte> transposed(array.bytes.size());
-  transpose(array.bytes, array.rowBytes(), transposed.data());
-  std::vector<std::byte> frame = zstdFrame(transposed, level, 0);
-  if (frame.size() * t4d_layout::kMaxExpansion < transposed.size()) {
-    // A block holds at most one window and takes at least 4 bytes, so 4 KiB stays within the limit.
-    constexpr int kSmallWindowLog = 12;
-    frame = zstdFrame(transposed, level, kSmallWindowLog);
+  std::vector<Bytes> blocks;
+  Bytes scratch;
+  std::size_t total = 0;
+  const std::size_t blockBytes = kBlockRows * array.rowBytes();
+  for (std::size_t at = 0; at < array.bytes.size(); at += blockBytes) {
+    const auto rows = array.bytes.subspan(at, std::min(blockBytes, array.bytes.size() - at));
+    Bytes content;
+    if (codec == Codec::Repeats) {
+      content = repeatsOf(rows, array.components);
+    } else {
+      content.resize(rows.size());
+      transpose(rows, array.rowBytes(), content.data());
+    }
+    Bytes frame = zstdFrame(context.get(), content, level, 0, scratch);
+    if (frame.size() * t4d_layout::kMaxExpansion < rows.size()) {
+      // A block of zstd holds at most one window and takes at least 4 bytes, and a byte of content
+      // stands for up to four of the array: 4 KiB or 1 KiB stays within the limit.
+      const int windowLog = codec == Codec::Repeats ? 10 : 12;
+      frame = zstdFrame(context.get(), content, level, windowLog, scratch);
+    }
+    if (frame.empty()) return {};
+    total += frame.size();
+    blocks.push_back(std::move(frame));
   }
-  return frame;
+  if (total >= array.bytes.size()) blocks.clear();
+  return blocks;
 }
 
-Result<std::vector<std::byte>> decompressed(std::span<const std::byte> stored, std::size_t rowBytes,
-                                            std::uint64_t size) {
+std::uint64_t blockCount(std::uint64_t rows) { return rows / kBlockRows + (rows % kBlockRows != 0); }
+
+/// The content of a zstd frame, which has to declare a size from `least` to `most` bytes.
+Result<Bytes> decompressed(std::span<const std::byte> stored, std::uint64_t least,
+                           std::uint64_t most) {
   // The library may accept frames from before the standard, and skips skippable frames.
   std::uint32_t magic = 0;
   if (stored.size() >= sizeof magic) std::memcpy(&magic, stored.data(), sizeof magic);
   if (magic != ZSTD_MAGICNUMBER ||
       ZSTD_findFrameCompressedSize(stored.data(), stored.size()) != stored.size()) {
-    return invalid("a compressed array is not one whole zstd frame");
+    return invalid("a compressed block is not one whole zstd frame");
   }
-  if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != size) {
-    return invalid(
-        fmt::format("a compressed array does not declare the {} bytes of its rows", size));
+  const std::uint64_t size = ZSTD_getFrameContentSize(stored.data(), stored.size());
+  if (size < least || size > most) {
+    return invalid(fmt::format("a compressed block does not declare {} bytes, as its rows need",
+                               least == most ? std::to_string(least)
+                                             : fmt::format("{} to {}", least, most)));
   }
-  std::vector<std::byte> transposed(size);
+  Bytes content(size);
   const std::size_t got =
-      ZSTD_decompress(transposed.data(), transposed.size(), stored.data(), stored.size());
+      ZSTD_decompress(content.data(), content.size(), stored.data(), stored.size());
   if (ZSTD_isError(got) != 0 || got != size) {
-    return invalid(fmt::format("a compressed array cannot be decompressed: {}",
+    return invalid(fmt::format("a compressed block cannot be decompressed: {}",
                                ZSTD_isError(got) != 0 ? ZSTD_getErrorName(got) : "too short"));
   }
-  std::vector<std::byte> bytes(size);
-  transposeBack(transposed, rowBytes, bytes.data());
-  return bytes;
+  return content;
+}
+
+Result<void> unpackBlock(const PackedArray& array, std::span<const std::byte> stored,
+                         std::span<std::byte> into) {
+  if (array.codec == Codec::Raw) {
+    std::copy(stored.begin(), stored.end(), into.begin());
+    return {};
+  }
+  if (array.codec == Codec::Zstd) {
+    const auto content = decompressed(stored, into.size(), into.size());
+    if (!content) return pass(content.error());
+    transposeBack(*content, array.rowBytes(), into.data());
+    return {};
+  }
+  // A byte for each number, and at most the number itself.
+  const std::uint64_t numbers = into.size() / sizeof(std::uint32_t);
+  const auto content = decompressed(stored, numbers, numbers + into.size());
+  if (!content) return pass(content.error());
+  if ((content->size() - numbers) % sizeof(std::uint32_t) != 0) {
+    return invalid("the numbers of a block that repeat no other are not whole");
+  }
+  return numbersOfRepeats(*content, array.components, into);
+}
+
+/// Checks the sizes of an array's blocks against its rows.
+Result<void> checkBlocks(const PackedArray& array) {
+  std::uint64_t left = array.rows;
+  for (const auto& block : array.blocks) {
+    const std::uint64_t size = std::min(left, kBlockRows) * array.rowBytes();
+    left -= std::min(left, kBlockRows);
+    if (array.codec == Codec::Raw && block.size() != size) {
+      return invalid(fmt::format("a block of {} bytes is stored in {}", size, block.size()));
+    }
+    if (size > block.size() * t4d_layout::kMaxExpansion) {
+      return invalid(fmt::format("a block of {} bytes is stored in {}; at least a {}th is needed",
+                                 size, block.size(), t4d_layout::kMaxExpansion));
+    }
+  }
+  return {};
 }
 
 }  // namespace
 
-void putArray(ByteWriter& into, const ArrayView& array, int level) {
-  std::span<const std::byte> stored = array.bytes;
-  std::vector<std::byte> smaller;
+void putArray(PayloadWriter& into, const ArrayView& array, int level) {
+  std::vector<Bytes> blocks;
   auto codec = Codec::Raw;
   if (level > 0 && !array.bytes.empty()) {
-    smaller = compressed(array, level);
-    if (!smaller.empty() && smaller.size() < array.bytes.size()) {
-      stored = smaller;
-      codec = Codec::Zstd;
+    codec = array.type == model::ScalarType::UInt32 ? Codec::Repeats : Codec::Zstd;
+    blocks = compressed(array, codec, level);
+  }
+  if (blocks.empty()) {
+    codec = Codec::Raw;
+    const std::size_t blockBytes = kBlockRows * array.rowBytes();
+    for (std::size_t at = 0; at < array.bytes.size(); at += blockBytes) {
+      const auto rows = array.bytes.subspan(at, std::min(blockBytes, array.bytes.size() - at));
+      blocks.emplace_back(rows.begin(), rows.end());
     }
   }
   into.put(static_cast<std::uint8_t>(array.type));
@@ -107,12 +255,10 @@ void putArray(ByteWriter& into, const ArrayView& array, int level) {
   into.put(std::uint8_t{0});
   into.put(std::uint32_t{0});
   into.put(std::uint64_t{array.bytes.size() / array.rowBytes()});
-  into.put(std::uint64_t{stored.size()});
-  into.putBytes(stored.data(), stored.size());
-  into.pad();
+  for (Bytes& block : blocks) into.putBlock(std::move(block));
 }
 
-Result<PackedArray> takePacked(ByteReader& from, Features features) {
+Result<PackedArray> takePacked(PayloadReader& from, Features features) {
   PackedArray array;
   const auto type = from.take<std::uint8_t>();
   array.type = static_cast<model::ScalarType>(type);
@@ -120,53 +266,46 @@ Result<PackedArray> takePacked(ByteReader& from, Features features) {
   const auto codec = from.take<std::uint8_t>();
   const auto reserved = from.take<std::uint8_t>() | from.take<std::uint32_t>();
   array.rows = from.take<std::uint64_t>();
-  const auto storedBytes = from.take<std::uint64_t>();
-  if (from.overrun()) return invalid("an array's header is truncated");
+  if (from.overrun()) return invalid("an array's record is truncated");
   const std::size_t scalar = model::scalarSize(array.type);
   if (scalar == 0) return invalid(fmt::format("an array has the unknown number type {}", type));
   if (array.components == 0) return invalid("an array has rows of no numbers");
-  if (codec > static_cast<std::uint8_t>(Codec::Zstd)) {
+  if (codec > static_cast<std::uint8_t>(Codec::Repeats)) {
     return invalid(fmt::format("an array has the unknown codec {}", codec));
   }
+  array.codec = static_cast<Codec>(codec);
+  if (array.rows == 0 && array.codec != Codec::Raw) {
+    return invalid(fmt::format("an array of no rows has codec {}", codec));
+  }
+  if (array.codec == Codec::Repeats && array.type != model::ScalarType::UInt32) {
+    return invalid(fmt::format("an array of type {} has codec 2, which is for type 5", type));
+  }
   if (reserved != 0) return invalid("an array's reserved bytes are not zero");
-  if (codec == static_cast<std::uint8_t>(Codec::Zstd) && !features.zstd) {
+  if (array.codec != Codec::Raw && !features.zstd) {
     return invalid("an array is compressed with zstd, a feature that the file does not name");
   }
-  if (storedBytes > from.left()) {
-    return invalid(
-        fmt::format("an array claims {} stored bytes where {} are left", storedBytes, from.left()));
+  const std::uint64_t blocks = blockCount(array.rows);
+  if (blocks > from.blocksLeft()) {
+    return invalid(fmt::format("an array of {} rows is in {} blocks; {} are left", array.rows,
+                               blocks, from.blocksLeft()));
   }
-  array.codec = static_cast<Codec>(codec);
-  const std::size_t rowBytes = array.rowBytes();
-  const std::uint64_t limit =
-      array.codec == Codec::Raw ? storedBytes : storedBytes * t4d_layout::kMaxExpansion;
-  if (array.rows > limit / rowBytes) {
-    return invalid(
-        fmt::format("an array claims {} rows of {} bytes, more than its {} stored bytes "
-                    "can hold",
-                    array.rows, rowBytes, storedBytes));
-  }
-  const std::uint64_t size = array.rows * rowBytes;
-  if (size == 0 && (storedBytes != 0 || array.codec != Codec::Raw)) {
-    return invalid(
-        fmt::format("an array of no rows is stored by codec {} in {} bytes", codec, storedBytes));
-  }
-  array.stored = from.takeBytes(storedBytes);
-  if (!from.skipPadding()) return invalid("an array's padding is truncated or not zero");
-  if (array.codec == Codec::Raw && storedBytes != size) {
-    return invalid(fmt::format("an array of {} bytes is stored in {}", size, storedBytes));
-  }
+  array.blocks = from.takeBlocks(blocks);
+  if (auto checked = checkBlocks(array); !checked) return pass(checked.error());
   return array;
 }
 
 Result<std::vector<std::byte>> unpack(const PackedArray& array) {
-  if (array.codec == Codec::Raw) {
-    return std::vector<std::byte>(array.stored.begin(), array.stored.end());
+  Bytes bytes(array.rows * array.rowBytes());
+  std::span<std::byte> left(bytes);
+  for (const auto& block : array.blocks) {
+    const auto rows = left.first(std::min<std::size_t>(left.size(), kBlockRows * array.rowBytes()));
+    if (auto unpacked = unpackBlock(array, block, rows); !unpacked) return pass(unpacked.error());
+    left = left.subspan(rows.size());
   }
-  return decompressed(array.stored, array.rowBytes(), array.rows * array.rowBytes());
+  return bytes;
 }
 
-Result<Array> takeArray(ByteReader& from, Features features) {
+Result<Array> takeArray(PayloadReader& from, Features features) {
   auto packed = takePacked(from, features);
   if (!packed) return pass(packed.error());
   auto bytes = unpack(*packed);
@@ -174,7 +313,7 @@ Result<Array> takeArray(ByteReader& from, Features features) {
   return Array{packed->type, packed->components, packed->rows, std::move(*bytes)};
 }
 
-Result<Array> takeArrayOf(ByteReader& from, model::ScalarType type, std::uint8_t components,
+Result<Array> takeArrayOf(PayloadReader& from, model::ScalarType type, std::uint8_t components,
                           Features features) {
   auto array = takeArray(from, features);
   if (array && (array->type != type || array->components != components)) {

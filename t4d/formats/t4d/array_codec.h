@@ -11,10 +11,11 @@
 
 namespace t4d::formats {
 
-/// How the bytes of an array are stored.
+/// How the blocks of an array are stored (SPEC.md, section "Arrays").
 enum class Codec : std::uint8_t {
-  Raw = 0,   ///< as they are
-  Zstd = 1,  ///< one zstd frame of the transposed bytes
+  Raw = 0,      ///< as they are
+  Zstd = 1,     ///< one zstd frame of the transposed bytes
+  Repeats = 2,  ///< one zstd frame of references to numbers shortly before, and the other numbers
 };
 
 /// Rows of `components` numbers of one type, row after row.
@@ -31,29 +32,27 @@ ArrayView viewOf(const std::vector<T>& values) {
   return {model::scalarTypeOf<T>(), 1, std::as_bytes(std::span(values))};
 }
 
-/// Writes an array record (SPEC.md, section "Arrays"), compressed if that makes it smaller. Level 0
-/// disables compression.
-///
-/// Bytes are transposed before compression: the first byte of every row, then the second byte of
-/// every row, and so on. This groups bytes that vary little, such as signs and exponents.
-void putArray(t4d_layout::ByteWriter& into, const ArrayView& array, int level);
+/// Writes an array record and its blocks, compressed if that makes them smaller. Level 0 disables
+/// compression.
+void putArray(t4d_layout::PayloadWriter& into, const ArrayView& array, int level);
 
-/// An array record that has been checked but not unpacked.
+/// An array whose record has been checked, but whose blocks have not been unpacked.
 struct PackedArray {
   model::ScalarType type = model::ScalarType::Float64;
   std::uint8_t components = 1;
   std::uint64_t rows = 0;
   Codec codec = Codec::Raw;
-  std::span<const std::byte> stored;  ///< part of the payload it was read from
+  /// Part of the payload it was read from.
+  std::span<const std::span<const std::byte>> blocks;
 
   std::size_t rowBytes() const { return model::scalarSize(type) * components; }
 };
 
-/// Reads an array record. All its fields are checked against the stored bytes; errors describe the
-/// fault and have no `where`. `features` are those named in the file.
-Result<PackedArray> takePacked(t4d_layout::ByteReader& from, t4d_layout::Features features = {});
+/// Reads an array record. All its fields are checked against the blocks; errors describe the fault
+/// and have no `where`. `features` are those named in the file.
+Result<PackedArray> takePacked(t4d_layout::PayloadReader& from, t4d_layout::Features features = {});
 
-/// The array, row after row. Uses twice the size of the array while it works.
+/// The array, row after row.
 Result<std::vector<std::byte>> unpack(const PackedArray& array);
 
 struct Array {
@@ -64,10 +63,10 @@ struct Array {
 };
 
 /// takePacked and unpack.
-Result<Array> takeArray(t4d_layout::ByteReader& from, t4d_layout::Features features = {});
+Result<Array> takeArray(t4d_layout::PayloadReader& from, t4d_layout::Features features = {});
 
 /// takeArray, and checks that the result has this `type` and number of `components`.
-Result<Array> takeArrayOf(t4d_layout::ByteReader& from, model::ScalarType type,
+Result<Array> takeArrayOf(t4d_layout::PayloadReader& from, model::ScalarType type,
                           std::uint8_t components, t4d_layout::Features features = {});
 
 }  // namespace t4d::formats

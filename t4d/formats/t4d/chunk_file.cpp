@@ -54,6 +54,7 @@ ChunkFile& ChunkFile::operator=(ChunkFile&& other) noexcept {
   if (this == &other) return *this;
   if (descriptor_ >= 0) ::close(descriptor_);
   path_ = std::move(other.path_);
+  expected_ = std::move(other.expected_);
   descriptor_ = std::exchange(other.descriptor_, -1);
   size_ = other.size_;
   bytesRead_ = other.bytesRead_.load();
@@ -125,6 +126,7 @@ Result<ChunkFile::Header> ChunkFile::readHeader() const {
   }
   if (reserved != 0) return damaged(16, "the file header's reserved bytes are not zero");
   header.indexed = (flags & kFlagIndexed) != 0;
+  header.bytes = std::move(*bytes);
   return header;
 }
 
@@ -140,7 +142,7 @@ Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
   footer.index = from.take<std::uint64_t>();
   footer.done = from.take<std::uint64_t>();
   const auto length = from.take<std::uint64_t>();
-  const auto reserved = from.take<std::uint32_t>();
+  footer.indexChecksum = from.take<std::uint32_t>();
   const std::size_t covered = from.position();
   const auto crc = from.take<std::uint32_t>();
   if (std::memcmp(bytes->data() + from.position(), kEndSignature.data(), kEndSignature.size()) !=
@@ -154,7 +156,6 @@ Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
     return damaged(
         offset, fmt::format("the footer says that the file has {} bytes; it has {}", length, end));
   }
-  if (reserved != 0) return damaged(offset, "the footer's reserved bytes are not zero");
   return footer;
 }
 
@@ -165,7 +166,16 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
   }
   auto bytes = read(offset, kChunkHeaderBytes);
   if (!bytes) return pass(bytes.error());
-  return chunkHeader(offset, *bytes);
+  auto header = chunkHeader(offset, *bytes);
+  if (!header || !expected_) return header;
+  const auto known = std::ranges::lower_bound(*expected_, offset, {}, &ChunkHeader::offset);
+  if (known == expected_->end() || *known != *header) {
+    return damaged(offset,
+                   fmt::format("the chunk {} is not what the index says is here: the file is "
+                               "damaged, or has changed while it was read",
+                               header->name()));
+  }
+  return header;
 }
 
 std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {
@@ -194,18 +204,11 @@ std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {
 
 Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
                                            std::span<const std::byte> bytes) const {
-  ByteReader from(bytes);
-  ChunkHeader header;
-  header.offset = offset;
-  const auto type = from.takeBytes(header.type.size());
-  std::memcpy(header.type.data(), type.data(), type.size());
-  header.flags = from.take<std::uint32_t>();
-  header.payloadBytes = from.take<std::uint64_t>();
-  header.payloadCrc = from.take<std::uint32_t>();
-  const std::size_t covered = from.position();
-  if (from.take<std::uint32_t>() != crc32c(bytes.data(), covered)) {
+  const auto stored = bytes.first<kChunkHeaderBytes>();
+  if (!hasRightChecksum(stored)) {
     return damaged(offset, "the checksum of a chunk's header does not match: the file is damaged");
   }
+  const ChunkHeader header = decodeChunkHeader(stored.first<kDirectoryEntryBytes>(), offset);
   if (!isChunkType(header.type)) {
     return damaged(offset, "the chunk's type is not four letters or digits");
   }
@@ -227,29 +230,33 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
                                "truncated",
                                header.name(), header.payloadBytes, left));
   }
+  const bool plain = header.type == kHead || header.type == kDone;
+  if (plain && header.blocks > 0) {
+    return damaged(offset, fmt::format("the chunk {} has blocks", header.name()));
+  }
+  const std::uint64_t table = header.blocks * std::uint64_t{kBlockEntryBytes};
+  const bool sound = header.blocks == 0 ? header.frontBytes == header.payloadBytes
+                                        : header.frontBytes <= header.payloadBytes &&
+                                              header.frontBytes % kAlignment == 0;
+  if (!sound || table > header.frontBytes) {
+    return damaged(offset,
+                   fmt::format("the chunk {} has a front of {} of its {} bytes, and {} blocks",
+                               header.name(), header.frontBytes, header.payloadBytes,
+                               header.blocks));
+  }
   return header;
 }
 
-Result<std::vector<std::byte>> ChunkFile::readPayload(const ChunkHeader& header) const {
-  auto payload = read(header.offset + kChunkHeaderBytes, padded(header.payloadBytes));
-  if (!payload) return payload;
-  const bool zeros =
-      std::all_of(payload->begin() + static_cast<std::ptrdiff_t>(header.payloadBytes),
-                  payload->end(), [](std::byte byte) { return byte == std::byte{0}; });
-  if (!zeros) {
-    return damaged(header.offset,
-                   fmt::format("the padding of the chunk {} is not zero: the file is "
-                               "damaged",
-                               header.name()));
+Result<Payload> ChunkFile::readPayload(const ChunkHeader& header) const {
+  auto bytes = read(header.payload(), padded(header.payloadBytes));
+  if (!bytes) return pass(bytes.error());
+  Payload payload{std::move(*bytes), {}};
+  auto view = payloadOf(header, payload.bytes);
+  if (!view) {
+    const Error& error = view.error();
+    return damaged(error.offset ? header.payload() + *error.offset : header.offset, error.message);
   }
-  payload->resize(header.payloadBytes);
-  const std::uint32_t crc = crc32c(payload->data(), payload->size());
-  if (crc != header.payloadCrc) {
-    return damaged(header.offset,
-                   fmt::format("the checksum of the chunk {} is {:08x}, not {:08x}: the file is "
-                               "damaged",
-                               header.name(), crc, header.payloadCrc));
-  }
+  payload.view = std::move(*view);
   return payload;
 }
 

@@ -9,28 +9,16 @@
 #include <string>
 #include <vector>
 
+#include "t4d/formats/t4d/chunk_header.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/model/error.h"
 
 namespace t4d::formats {
 
-/// The header of a chunk, and its offset.
-struct ChunkHeader {
-  t4d_layout::ChunkType type{};
-  std::uint32_t flags = 0;
-  std::uint64_t payloadBytes = 0;
-  std::uint32_t payloadCrc = 0;
-  std::uint64_t offset = 0;
-
-  std::string name() const { return {type.begin(), type.end()}; }
-  bool critical() const { return (flags & t4d_layout::kFlagCritical) != 0; }
-  /// Size of the chunk in the file, including header and padding.
-  std::uint64_t bytes() const {
-    return t4d_layout::kChunkHeaderBytes + t4d_layout::padded(payloadBytes);
-  }
-  std::uint64_t end() const { return offset + bytes(); }
-  /// Offset of the payload in the file.
-  std::uint64_t payload() const { return offset + t4d_layout::kChunkHeaderBytes; }
+/// A payload, checked against its checksums.
+struct Payload {
+  std::vector<std::byte> bytes;
+  t4d_layout::PayloadView view;  ///< points into `bytes`
 };
 
 /// A .t4d file as fixed parts and chunks, read at any offset. Every length is checked against the
@@ -55,29 +43,33 @@ class ChunkFile {
     std::uint16_t major = 0;
     std::uint16_t minor = 0;
     bool indexed = false;
+    std::vector<std::byte> bytes;  ///< as stored
   };
   Result<Header> readHeader() const;
 
   struct Footer {
     std::uint64_t index = 0;
     std::uint64_t done = 0;
+    std::uint32_t indexChecksum = 0;  ///< of the header of INDX
   };
   Result<Footer> readFooter() const { return readFooter(size_); }
   /// The footer of a file that ends at `end`, which is at most size().
   Result<Footer> readFooter(std::uint64_t end) const;
 
+  /// From now on a chunk must be one of these, in the order of their offsets: what the index says.
+  void expectChunks(std::vector<ChunkHeader> chunks) { expected_ = std::move(chunks); }
   Result<ChunkHeader> readChunkHeader(std::uint64_t offset) const;
 
   /// The first chunk at or after `from` with a valid header, whatever precedes it.
   std::optional<ChunkHeader> findChunk(std::uint64_t from) const;
 
-  /// The payload of the chunk, after checking its checksum and padding.
-  Result<std::vector<std::byte>> readPayload(const ChunkHeader& header) const;
+  /// The payload of the chunk, after checking its checksums and padding.
+  Result<Payload> readPayload(const ChunkHeader& header) const;
 
   /// Header and payload of a chunk, which must be of `type`.
   struct Chunk {
     ChunkHeader header;
-    std::vector<std::byte> payload;
+    Payload payload;
   };
   Result<Chunk> readChunk(std::uint64_t offset, t4d_layout::ChunkType type) const;
 
@@ -92,6 +84,7 @@ class ChunkFile {
   Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 
   std::string path_;
+  std::optional<std::vector<ChunkHeader>> expected_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
   mutable std::atomic<std::uint64_t> bytesRead_ = 0;

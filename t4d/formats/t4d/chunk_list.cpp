@@ -1,5 +1,6 @@
 #include "t4d/formats/t4d/chunk_list.h"
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 
@@ -24,6 +25,22 @@ void putChecksum(std::string& file, std::size_t to, std::size_t from, std::size_
   std::memcpy(file.data() + to, &crc, sizeof crc);
 }
 
+/// As far as the table is within the front, and the blocks within the payload.
+void repairBlocks(std::string& file, const ChunkHeader& chunk) {
+  std::uint64_t at = chunk.frontBytes;
+  for (std::uint64_t i = 0; i < chunk.blocks; ++i) {
+    const std::uint64_t entry = i * kBlockEntryBytes;
+    if (entry + kBlockEntryBytes > std::min<std::uint64_t>(chunk.frontBytes, chunk.payloadBytes)) {
+      return;
+    }
+    std::uint32_t size = 0;
+    std::memcpy(&size, file.data() + chunk.payload() + entry, sizeof size);
+    if (at > chunk.payloadBytes || size > chunk.payloadBytes - at) return;
+    putChecksum(file, chunk.payload() + entry + sizeof size, chunk.payload() + at, size);
+    at += padded(size);
+  }
+}
+
 }  // namespace
 
 std::vector<ChunkHeader> listChunks(std::string_view file) {
@@ -31,13 +48,8 @@ std::vector<ChunkHeader> listChunks(std::string_view file) {
   const std::size_t end = endOfChunks(file);
   std::size_t at = kFileHeaderBytes;
   while (at < end && end - at >= kChunkHeaderBytes) {
-    ByteReader bytes(std::as_bytes(std::span(file)).subspan(at, kChunkHeaderBytes));
-    ChunkHeader chunk;
-    for (char& letter : chunk.type) letter = bytes.take<char>();
-    chunk.flags = bytes.take<std::uint32_t>();
-    chunk.payloadBytes = bytes.take<std::uint64_t>();
-    chunk.payloadCrc = bytes.take<std::uint32_t>();
-    chunk.offset = at;
+    const ChunkHeader chunk = decodeChunkHeader(
+        std::as_bytes(std::span(file)).subspan(at).first<kDirectoryEntryBytes>(), at);
     const std::size_t left = end - chunk.payload();
     if (chunk.payloadBytes > left || padded(chunk.payloadBytes) > left) break;
     at = chunk.end();
@@ -47,21 +59,28 @@ std::vector<ChunkHeader> listChunks(std::string_view file) {
 }
 
 void repairChecksums(std::string& file) {
-  constexpr std::size_t kCoveredByHeader = 20;
   const auto repairHeader = [&](std::size_t at) {
+    constexpr std::size_t kCovered = 28;
     if (file.size() - at < kChunkHeaderBytes) return;
-    putChecksum(file, at + kCoveredByHeader, at, kCoveredByHeader);
+    putChecksum(file, at + kCovered, at, kCovered);
   };
   if (file.size() < kFileHeaderBytes) return;
-  putChecksum(file, kCoveredByHeader, 0, kCoveredByHeader);
+  putChecksum(file, 20, 0, 20);
   std::size_t end = kFileHeaderBytes;
   for (const ChunkHeader& chunk : listChunks(file)) {
-    putChecksum(file, chunk.offset + 16, chunk.payload(), chunk.payloadBytes);
+    repairBlocks(file, chunk);
+    const std::uint64_t front = std::min<std::uint64_t>(chunk.frontBytes, chunk.payloadBytes);
+    putChecksum(file, chunk.offset + 24, chunk.payload(), front);
     repairHeader(chunk.offset);
     end = chunk.end();
   }
   const std::size_t footer = endOfChunks(file);
   if (end < footer) repairHeader(end);  // of a chunk whose length is false
+  // The footer's checksum of INDX, which has its own only now.
+  for (const ChunkHeader& chunk : listChunks(file)) {
+    if (chunk.type != kIndex || footer == file.size()) continue;
+    std::memcpy(file.data() + footer + 24, file.data() + chunk.offset + 28, 4);
+  }
   if (footer < file.size()) putChecksum(file, footer + 28, footer, 28);
 }
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <set>
 #include <string_view>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -20,6 +21,9 @@ using model::ScalarType;
 using t4d_layout::ByteReader;
 using t4d_layout::ByteWriter;
 using t4d_layout::Features;
+using t4d_layout::PayloadReader;
+using t4d_layout::PayloadView;
+using t4d_layout::PayloadWriter;
 
 constexpr std::uint32_t kZero = 0;
 
@@ -27,13 +31,16 @@ tl::unexpected<Error> cutOff(const char* what) {
   return invalid(fmt::format("{} is shorter than its fixed part", what));
 }
 
-Result<void> checkEnd(const ByteReader& from) {
-  if (from.left() == 0) return {};
-  return invalid(fmt::format("{} bytes follow its last part", from.left()));
+Result<void> checkEnd(const PayloadReader& from) {
+  if (from.left() > 0) return invalid(fmt::format("{} bytes follow its last field", from.left()));
+  if (from.blocksLeft() > 0) {
+    return invalid(fmt::format("{} blocks belong to none of its arrays", from.blocksLeft()));
+  }
+  return {};
 }
 
 template <class Scalar>
-void putPositionsAs(ByteWriter& into, std::span<const Point4> vertices, int level) {
+void putPositionsAs(PayloadWriter& into, std::span<const Point4> vertices, int level) {
   std::vector<Scalar> numbers;
   numbers.reserve(3 * vertices.size());
   for (const Point4& vertex : vertices) {
@@ -44,7 +51,7 @@ void putPositionsAs(ByteWriter& into, std::span<const Point4> vertices, int leve
   putArray(into, view, level);
 }
 
-void putPositions(ByteWriter& into, std::span<const Point4> vertices, const ArrayOptions& options) {
+void putPositions(PayloadWriter& into, std::span<const Point4> vertices, const ArrayOptions& options) {
   if (options.float32) {
     putPositionsAs<float>(into, vertices, options.level);
   } else {
@@ -59,7 +66,7 @@ std::vector<Scalar> numbersOf(const Array& array) {
   return numbers;
 }
 
-Result<PackedArray> takePositions(ByteReader& from, Features features) {
+Result<PackedArray> takePositions(PayloadReader& from, Features features) {
   auto array = takePacked(from, features);
   if (!array) return array;
   const bool isFloat = array->type == ScalarType::Float32 || array->type == ScalarType::Float64;
@@ -90,7 +97,7 @@ Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
   return {};
 }
 
-void putAttribute(ByteWriter& into, const Attribute& attribute, int level) {
+void putAttribute(PayloadWriter& into, const Attribute& attribute, int level) {
   into.put(static_cast<std::uint8_t>(attribute.domain));
   into.putBytes("\0\0\0", 3);
   into.put(static_cast<std::uint32_t>(attribute.name.size()));
@@ -101,7 +108,7 @@ void putAttribute(ByteWriter& into, const Attribute& attribute, int level) {
            level);
 }
 
-Result<Attribute> takeAttribute(ByteReader& from, Features features) {
+Result<Attribute> takeAttribute(PayloadReader& from, Features features) {
   const auto domain = from.take<std::uint8_t>();
   const auto reserved = from.takeBytes(3);
   const auto nameBytes = from.take<std::uint32_t>();
@@ -129,7 +136,7 @@ Result<Attribute> takeAttribute(ByteReader& from, Features features) {
                    std::move(array->bytes)};
 }
 
-Result<std::vector<Attribute>> takeAttributes(ByteReader& from, std::uint32_t count,
+Result<std::vector<Attribute>> takeAttributes(PayloadReader& from, std::uint32_t count,
                                               Features features) {
   std::vector<Attribute> attributes;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -191,17 +198,78 @@ SlabParts takeParts(ByteReader& from) {
   return parts;
 }
 
+/// Calls visit(first, last) for each block of cells, if there are several.
+template <class Visit>
+void forEachCellBlock(const Connectivity& connectivity, Visit visit) {
+  const std::size_t count = connectivity.cells.size();
+  if (count <= t4d_layout::kBlockRows) return;
+  for (std::size_t at = 0; at < count; at += t4d_layout::kBlockRows) {
+    visit(at, std::min<std::size_t>(count, at + t4d_layout::kBlockRows));
+  }
+}
+
 }  // namespace
 
-ByteWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOptions& options) {
+std::vector<BlockRanges> rangesOfBlocks(const Connectivity& connectivity) {
+  std::vector<BlockRanges> all;
+  const std::uint32_t firstMean = connectivity.firstMean();
+  const std::uint32_t firstUpper = connectivity.firstUpper();
+  const model::Means& means = connectivity.means;
+  forEachCellBlock(connectivity, [&](std::size_t begin, std::size_t end) {
+    BlockRanges ranges{};
+    const auto add = [&](std::uint32_t vertex) {
+      const std::size_t part = vertex < connectivity.lowerCount ? 0 : vertex < firstUpper ? 2 : 4;
+      if (ranges[part] == ranges[part + 1]) ranges[part] = vertex;
+      ranges[part] = std::min(ranges[part], vertex);
+      ranges[part + 1] = std::max(ranges[part + 1], vertex + 1);
+    };
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const std::uint32_t vertex : connectivity.cells[i]) {
+        add(vertex);
+        if (vertex < firstMean || vertex >= firstUpper) continue;
+        const std::uint32_t mean = vertex - firstMean;
+        for (std::uint32_t k = means.offsets[mean]; k < means.offsets[mean + 1]; ++k) {
+          add(means.sources[k]);
+        }
+      }
+    }
+    all.push_back(ranges);
+  });
+  return all;
+}
+
+std::vector<Point4> roundedVertices(const Connectivity& connectivity,
+                                    std::span<const Point4> vertices) {
+  std::vector<Point4> rounded(vertices.begin(), vertices.end());
+  for (Point4& vertex : rounded) vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
+  setMeans(connectivity, rounded);
+  return rounded;
+}
+
+std::vector<model::Bounds4> boundsOfBlocks(const Connectivity& connectivity,
+                                           std::span<const Point4> vertices) {
+  std::vector<model::Bounds4> all;
+  forEachCellBlock(connectivity, [&](std::size_t begin, std::size_t end) {
+    model::Bounds4 bounds;
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const std::uint32_t vertex : connectivity.cells[i]) bounds.add(vertices[vertex]);
+    }
+    all.push_back(bounds);
+  });
+  return all;
+}
+
+PayloadWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOptions& options) {
   const int level = options.level;
-  ByteWriter payload;
+  PayloadWriter payload;
   payload.put(connectivity.vertexCount);
   payload.put(connectivity.lowerCount);
   payload.put(connectivity.upperCount);
   payload.put(connectivity.means.size());
   payload.put(static_cast<std::uint32_t>(connectivity.cellAttributes.size()));
-  payload.put(kZero);
+  const std::vector<BlockRanges> ranges = rangesOfBlocks(connectivity);
+  payload.put(static_cast<std::uint32_t>(ranges.size()));
+  payload.putBytes(ranges.data(), ranges.size() * sizeof(BlockRanges));
   putArray(payload, {ScalarType::UInt32, 4, std::as_bytes(std::span(connectivity.cells))}, level);
   if (connectivity.means.size() > 0) {
     std::vector<std::uint32_t> sizes;
@@ -217,18 +285,18 @@ ByteWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOptio
   return payload;
 }
 
-Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const std::byte> payload,
+Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView& payload,
                                                                Features features) {
-  ByteReader from(payload);
+  PayloadReader from(payload);
   auto connectivity = std::make_shared<Connectivity>();
   connectivity->vertexCount = from.take<std::uint32_t>();
   connectivity->lowerCount = from.take<std::uint32_t>();
   connectivity->upperCount = from.take<std::uint32_t>();
   const auto meanCount = from.take<std::uint32_t>();
   const auto attributeCount = from.take<std::uint32_t>();
-  const auto reserved = from.take<std::uint32_t>();
+  const auto rangeCount = from.take<std::uint32_t>();
+  const auto storedRanges = from.takeBytes(rangeCount * sizeof(BlockRanges));
   if (from.overrun()) return cutOff("a connectivity");
-  if (reserved != 0) return invalid("its reserved bytes are not zero");
 
   auto cells = takeArrayOf(from, ScalarType::UInt32, 4, features);
   if (!cells) return pass(cells.error());
@@ -269,18 +337,22 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(std::span<const s
   if (auto sound = checkStorable(connectivity->cellAttributes, {}); !sound) {
     return pass(sound.error());
   }
+  const std::vector<BlockRanges> ranges = rangesOfBlocks(*connectivity);
+  if (!std::ranges::equal(storedRanges, std::as_bytes(std::span(ranges)))) {
+    return invalid("the ranges of vertices of its blocks are not those of their cells");
+  }
   return connectivity;
 }
 
-ByteWriter encodeLayer(double time, std::span<const Point4> vertices, const ArrayOptions& options) {
-  ByteWriter payload;
+PayloadWriter encodeLayer(double time, std::span<const Point4> vertices, const ArrayOptions& options) {
+  PayloadWriter payload;
   payload.put(time);
   putPositions(payload, vertices, options);
   return payload;
 }
 
-Result<Layer> decodeLayer(std::span<const std::byte> payload, Features features) {
-  ByteReader from(payload);
+Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
+  PayloadReader from(payload);
   Layer layer;
   layer.time = from.take<double>();
   if (from.overrun()) return cutOff("a layer");
@@ -299,30 +371,55 @@ Result<void> unpackLayer(const Layer& layer, std::span<Point4> into) {
   return {};
 }
 
-ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
-                      std::span<const Point4> interior, std::span<const Attribute> attributes,
-                      const ArrayOptions& options) {
-  ByteWriter payload;
-  putTime(payload, time);
+PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
+                         const ArrayOptions& options) {
+  const Connectivity& connectivity = *slab.connectivity;
+  PayloadWriter payload;
+  putTime(payload, {slab.timeBegin, slab.timeEnd});
   putParts(payload, parts);
-  payload.put(static_cast<std::uint32_t>(attributes.size()));
+  payload.put(static_cast<std::uint32_t>(slab.attributes.size()));
+  const auto bounds = options.float32
+                          ? boundsOfBlocks(connectivity, roundedVertices(connectivity, slab.vertices))
+                          : boundsOfBlocks(connectivity, slab.vertices);
+  payload.put(static_cast<std::uint32_t>(bounds.size()));
+  payload.put(kZero);
+  for (const model::Bounds4& block : bounds) {
+    for (const Point4* corner : {&block.min, &block.max}) {
+      for (int k = 0; k < 4; ++k) payload.put((*corner)[k]);
+    }
+  }
+  const auto interior =
+      std::span(slab.vertices)
+          .subspan(connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount);
   putPositions(payload, interior, options);
   std::vector<double> times;
   times.reserve(interior.size());
   for (const Point4& vertex : interior) times.push_back(vertex[3]);
   putArray(payload, viewOf(times), options.level);
-  for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
+  for (const Attribute& attribute : slab.attributes) {
+    putAttribute(payload, attribute, options.level);
+  }
   return payload;
 }
 
-Result<SlabChunk> decodeSlab(std::span<const std::byte> payload, Features features) {
-  ByteReader from(payload);
+Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
+  PayloadReader from(payload);
   SlabChunk slab;
   slab.time = takeTime(from);
   slab.parts = takeParts(from);
   const auto attributeCount = from.take<std::uint32_t>();
-  if (from.overrun()) return cutOff("a slab");
+  const auto boundsCount = from.take<std::uint32_t>();
+  const auto reserved = from.take<std::uint32_t>();
+  constexpr std::size_t kBoundsBytes = 8 * sizeof(double);
+  if (from.overrun() || boundsCount > from.left() / kBoundsBytes) return cutOff("a slab");
+  if (reserved != 0) return invalid("its reserved bytes are not zero");
   if (auto checked = checkTime(slab.time); !checked) return pass(checked.error());
+  slab.cellBounds.resize(boundsCount);
+  for (model::Bounds4& block : slab.cellBounds) {
+    for (Point4* corner : {&block.min, &block.max}) {
+      for (int k = 0; k < 4; ++k) (*corner)[k] = from.take<double>();
+    }
+  }
   const auto positions = takePositions(from, features);
   if (!positions) return pass(positions.error());
   auto times = takeArrayOf(from, ScalarType::Float64, 1, features);
@@ -373,8 +470,8 @@ Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {
   return {};
 }
 
-ByteWriter encodeDone(const Done& done) {
-  ByteWriter payload;
+PayloadWriter encodeDone(const Done& done) {
+  PayloadWriter payload;
   payload.put(done.chunks);
   payload.put(static_cast<std::uint32_t>(done.bodies.size()));
   payload.put(kZero);
@@ -389,8 +486,8 @@ ByteWriter encodeDone(const Done& done) {
   return payload;
 }
 
-Result<Done> decodeDone(std::span<const std::byte> payload) {
-  ByteReader from(payload);
+Result<Done> decodeDone(const PayloadView& payload) {
+  PayloadReader from(payload);
   Done done;
   done.chunks = from.take<std::uint64_t>();
   const auto count = from.take<std::uint32_t>();
@@ -419,42 +516,192 @@ Result<Done> decodeDone(std::span<const std::byte> payload) {
   return done;
 }
 
-ByteWriter encodeIndex(std::span<const IndexRecord> records) {
-  ByteWriter payload;
-  payload.put(std::uint64_t{records.size()});
+SlabExtent extentOf(const Connectivity& connectivity, std::span<const Point4> vertices) {
+  SlabExtent extent;
+  extent.cells = connectivity.cells.size();
+  for (const Point4& vertex : vertices) extent.bounds.add(vertex.head<3>());
+  return extent;
+}
+
+namespace {
+
+/// An array with a row for each of `records`, of which `numbersOf` gives an array.
+template <class NumbersOf>
+void putColumn(PayloadWriter& into, std::span<const IndexRecord> records, int level,
+               NumbersOf numbersOf) {
+  using Numbers = decltype(numbersOf(records[0]));
+  std::vector<typename Numbers::value_type> all;
   for (const IndexRecord& record : records) {
-    payload.put(record.slab);
-    payload.put(record.slabBytes);
-    putTime(payload, record.time);
-    putParts(payload, record.parts);
-    payload.put(kZero);
+    const Numbers row = numbersOf(record);
+    all.insert(all.end(), row.begin(), row.end());
   }
+  ArrayView view = viewOf(all);
+  view.components = std::tuple_size_v<Numbers>;
+  putArray(into, view, level);
+}
+
+/// The rows of such an array, which must be as many as there are records; `set` takes each of them.
+template <class Number, std::size_t kComponents, class Set>
+Result<void> takeColumn(PayloadReader& from, std::span<IndexRecord> records, Features features,
+                        Set set) {
+  const auto array = takeArrayOf(from, model::scalarTypeOf<Number>(), kComponents, features);
+  if (!array) return pass(array.error());
+  if (array->rows != records.size()) {
+    return invalid(fmt::format("it has {} slabs, and {} rows of what it says of them",
+                               records.size(), array->rows));
+  }
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    std::array<Number, kComponents> row;
+    std::memcpy(row.data(), array->bytes.data() + i * sizeof row, sizeof row);
+    set(records[i], row);
+  }
+  return {};
+}
+
+/// Reads the directory of chunks.
+Result<std::vector<ChunkHeader>> takeHeaders(PayloadReader& from, Features features) {
+  const auto array =
+      takeArrayOf(from, ScalarType::UInt8, t4d_layout::kDirectoryEntryBytes, features);
+  if (!array) return pass(array.error());
+  std::vector<ChunkHeader> headers;
+  std::uint64_t offset = t4d_layout::kFileHeaderBytes;
+  headers.reserve(array->rows);
+  for (std::size_t i = 0; i < array->rows; ++i) {
+    const auto bytes = std::span(array->bytes)
+                           .subspan(i * t4d_layout::kDirectoryEntryBytes)
+                           .first<t4d_layout::kDirectoryEntryBytes>();
+    const ChunkHeader header = decodeChunkHeader(bytes, offset);
+    constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;  // so that no sum overflows
+    if (header.payloadBytes > kMost || offset > kMost) {
+      return invalid(fmt::format("the header of chunk {} says that it has {} bytes", i, header.payloadBytes));
+    }
+    offset = header.end();
+    headers.push_back(header);
+  }
+  return headers;
+}
+
+/// Sets place and size of each slab, which is to be one of the chunks, as are its parts.
+Result<void> placeSlabs(const std::vector<ChunkHeader>& chunks, std::span<IndexRecord> records) {
+  std::size_t next = 0;
+  for (const ChunkHeader& chunk : chunks) {
+    if (chunk.type != t4d_layout::kSlab) continue;
+    if (next < records.size()) {
+      records[next].slab = chunk.offset;
+      records[next].slabBytes = chunk.bytes();
+    }
+    ++next;
+  }
+  if (next != records.size()) {
+    return invalid(fmt::format("it says that there are {} slabs, of which {} are among its chunks",
+                               records.size(), next));
+  }
+  const auto isOf = [&](std::uint64_t offset, t4d_layout::ChunkType type) {
+    const auto chunk = std::ranges::lower_bound(chunks, offset, {}, &ChunkHeader::offset);
+    return chunk != chunks.end() && chunk->offset == offset && chunk->type == type;
+  };
+  for (const IndexRecord& record : records) {
+    const SlabParts& parts = record.parts;
+    if (!isOf(parts.connectivity, t4d_layout::kConnectivity) ||
+        (parts.lower != 0 && !isOf(parts.lower, t4d_layout::kLayer)) ||
+        (parts.upper != 0 && !isOf(parts.upper, t4d_layout::kLayer))) {
+      return invalid(fmt::format("the slab at byte {} has a connectivity or a layer that is none",
+                                 record.slab));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+PayloadWriter encodeIndex(const Index& index, int level) {
+  PayloadWriter payload;
+  payload.putBytes(index.fileHeader.data(), index.fileHeader.size());
+  payload.put(std::uint64_t{index.slabs.size()});
+  putArray(payload, {ScalarType::UInt8, 1, std::as_bytes(std::span(index.head))}, 0);
+  std::vector<std::byte> headers;
+  for (const ChunkHeader& chunk : index.chunks) {
+    const ChunkHeaderBytes bytes = encodeChunkHeader(chunk);
+    headers.insert(headers.end(), bytes.begin(),
+                   bytes.begin() + t4d_layout::kDirectoryEntryBytes);
+  }
+  putArray(payload, {ScalarType::UInt8, t4d_layout::kDirectoryEntryBytes, headers}, level);
+  putColumn(payload, index.slabs, level, [](const IndexRecord& slab) {
+    return std::array{slab.time.begin, slab.time.end};
+  });
+  putColumn(payload, index.slabs, level, [](const IndexRecord& slab) {
+    return std::array{slab.parts.connectivity, slab.parts.lower, slab.parts.upper};
+  });
+  putColumn(payload, index.slabs, level,
+            [](const IndexRecord& slab) { return std::array{slab.parts.body}; });
+  putColumn(payload, index.slabs, level,
+            [](const IndexRecord& slab) { return std::array{slab.extent->cells}; });
+  putColumn(payload, index.slabs, level, [](const IndexRecord& slab) {
+    const auto& [min, max] = slab.extent->bounds;
+    return std::array{min[0], min[1], min[2], max[0], max[1], max[2]};
+  });
   return payload;
 }
 
-Result<std::vector<IndexRecord>> decodeIndex(std::span<const std::byte> payload) {
-  ByteReader from(payload);
-  const auto count = from.take<std::uint64_t>();
+Result<Index> decodeIndex(const PayloadView& payload, Features features) {
+  PayloadReader from(payload);
+  Index index;
+  const auto fileHeader = from.takeBytes(index.fileHeader.size());
+  const auto slabs = from.take<std::uint64_t>();
   if (from.overrun()) return cutOff("the index");
-  if (from.left() % t4d_layout::kIndexRecordBytes != 0 ||
-      from.left() / t4d_layout::kIndexRecordBytes != count) {
-    return invalid(fmt::format("it has {} bytes for the records of {} slabs", from.left(), count));
+  std::copy(fileHeader.begin(), fileHeader.end(), index.fileHeader.begin());
+  const auto packedHead = takePacked(from, {});
+  if (!packedHead) return pass(packedHead.error());
+  if (packedHead->type != ScalarType::UInt8 || packedHead->components != 1 ||
+      packedHead->codec != Codec::Raw) {
+    return invalid("its copy of HEAD is not bytes as they are");
   }
-  std::vector<IndexRecord> records;
-  records.reserve(count);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    IndexRecord record;
-    record.slab = from.take<std::uint64_t>();
-    record.slabBytes = from.take<std::uint64_t>();
-    record.time = takeTime(from);
-    record.parts = takeParts(from);
-    if (from.take<std::uint32_t>() != 0) return invalid("its reserved bytes are not zero");
-    if (auto checked = checkTime(record.time); !checked) {
-      return invalid(fmt::format("record {}: {}", i, checked.error().message));
+  const auto head = unpack(*packedHead);
+  if (!head) return pass(head.error());
+  index.head.assign(reinterpret_cast<const char*>(head->data()), head->size());
+  auto headers = takeHeaders(from, features);
+  if (!headers) return pass(headers.error());
+  index.chunks = std::move(*headers);
+  if (slabs > index.chunks.size()) {
+    return invalid(fmt::format("it says that there are {} slabs among {} chunks", slabs,
+                               index.chunks.size()));
+  }
+  index.slabs.resize(slabs);
+  const std::span all(index.slabs);
+  for (IndexRecord& slab : all) slab.extent.emplace();
+  auto taken = takeColumn<double, 2>(from, all, features, [](IndexRecord& slab, const auto& row) {
+    slab.time = {row[0], row[1]};
+  });
+  if (taken) {
+    taken = takeColumn<std::uint64_t, 3>(from, all, features, [](auto& slab, const auto& row) {
+      slab.parts.connectivity = row[0];
+      slab.parts.lower = row[1];
+      slab.parts.upper = row[2];
+    });
+  }
+  if (taken) {
+    taken = takeColumn<std::uint32_t, 1>(
+        from, all, features, [](auto& slab, const auto& row) { slab.parts.body = row[0]; });
+  }
+  if (taken) {
+    taken = takeColumn<std::uint64_t, 1>(
+        from, all, features, [](auto& slab, const auto& row) { slab.extent->cells = row[0]; });
+  }
+  if (taken) {
+    taken = takeColumn<double, 6>(from, all, features, [](auto& slab, const auto& row) {
+      slab.extent->bounds.min = {row[0], row[1], row[2]};
+      slab.extent->bounds.max = {row[3], row[4], row[5]};
+    });
+  }
+  if (taken) taken = checkEnd(from);
+  if (taken) taken = placeSlabs(index.chunks, all);
+  if (!taken) return pass(taken.error());
+  for (const IndexRecord& slab : all) {
+    if (auto checked = checkTime(slab.time); !checked) {
+      return invalid(fmt::format("the slab at byte {}: {}", slab.slab, checked.error().message));
     }
-    records.push_back(record);
   }
-  return records;
+  return index;
 }
 
 Result<void> checkStorable(std::span<const Attribute> ofConnectivity,

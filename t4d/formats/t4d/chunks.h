@@ -1,11 +1,15 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/chunk_header.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/summary.h"
 #include "t4d/model/error.h"
@@ -13,7 +17,8 @@
 
 /// The contents of each chunk of a .t4d file, with encoder and decoder side by side (SPEC.md,
 /// section "Chunks"). Decoders check everything that can be checked without the rest of the file,
-/// given the features the file names; their errors describe the fault and have no `where`.
+/// given the features the file names; their errors describe the fault and have no `where`. Payloads
+/// are given without the table of their blocks.
 namespace t4d::formats {
 
 /// How arrays are stored.
@@ -22,12 +27,12 @@ struct ArrayOptions {
   bool float32 = false;  ///< store positions as float32
 };
 
-t4d_layout::ByteWriter encodeConnectivity(const model::Connectivity& connectivity,
+t4d_layout::PayloadWriter encodeConnectivity(const model::Connectivity& connectivity,
                                           const ArrayOptions& options);
 Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
-    std::span<const std::byte> payload, t4d_layout::Features features = {});
+    const t4d_layout::PayloadView& payload, t4d_layout::Features features = {});
 
-t4d_layout::ByteWriter encodeLayer(double time, std::span<const model::Point4> vertices,
+t4d_layout::PayloadWriter encodeLayer(double time, std::span<const model::Point4> vertices,
                                    const ArrayOptions& options);
 
 /// Vertices at one time, as stored.
@@ -37,7 +42,8 @@ struct Layer {
 
   std::uint64_t size() const { return positions.rows; }
 };
-Result<Layer> decodeLayer(std::span<const std::byte> payload, t4d_layout::Features features = {});
+Result<Layer> decodeLayer(const t4d_layout::PayloadView& payload,
+                          t4d_layout::Features features = {});
 
 /// Writes the vertices of a layer to `into`, which must have the layer's size.
 Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into);
@@ -52,19 +58,33 @@ struct SlabParts {
   friend bool operator==(const SlabParts&, const SlabParts&) = default;
 };
 
+/// The vertices that a block of cells needs, those of means included: for each of the lower layer,
+/// the interior and the upper layer the first and one more than the last; equal if there are none.
+using BlockRanges = std::array<std::uint32_t, 6>;
+
+/// The ranges of each block of cells; empty if there is at most one block.
+std::vector<BlockRanges> rangesOfBlocks(const model::Connectivity& connectivity);
+
+/// The vertices of a slab as a file with positions of float32 gives them back.
+std::vector<model::Point4> roundedVertices(const model::Connectivity& connectivity,
+                                           std::span<const model::Point4> vertices);
+
+/// The bounds of the vertices of each block of cells; empty if there is at most one block.
+std::vector<model::Bounds4> boundsOfBlocks(const model::Connectivity& connectivity,
+                                           std::span<const model::Point4> vertices);
+
 /// A slab without the parts it shares with others.
 struct SlabChunk {
   model::TimeSpan time;
   SlabParts parts;
-  std::vector<model::Point4> interior;  ///< the interior vertices that are not means
+  std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them
+  std::vector<model::Point4> interior;     ///< the interior vertices that are not means
   std::vector<model::Attribute> attributes;
 };
 
-t4d_layout::ByteWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
-                                  std::span<const model::Point4> interior,
-                                  std::span<const model::Attribute> attributes,
-                                  const ArrayOptions& options);
-Result<SlabChunk> decodeSlab(std::span<const std::byte> payload,
+t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
+                                     const ArrayOptions& options);
+Result<SlabChunk> decodeSlab(const t4d_layout::PayloadView& payload,
                              t4d_layout::Features features = {});
 
 /// Adds a slab to the summary of its body. With `float32` its positions are stored as floats.
@@ -80,8 +100,20 @@ struct Done {
   std::vector<BodySummary> bodies;
 };
 
-t4d_layout::ByteWriter encodeDone(const Done& done);
-Result<Done> decodeDone(std::span<const std::byte> payload);
+t4d_layout::PayloadWriter encodeDone(const Done& done);
+Result<Done> decodeDone(const t4d_layout::PayloadView& payload);
+
+/// What the index says about the contents of a slab.
+struct SlabExtent {
+  std::uint64_t cells = 0;
+  model::Bounds3 bounds;  ///< of all its vertices
+
+  friend bool operator==(const SlabExtent& a, const SlabExtent& b) {
+    return a.cells == b.cells && a.bounds.min == b.bounds.min && a.bounds.max == b.bounds.max;
+  }
+};
+SlabExtent extentOf(const model::Connectivity& connectivity,
+                    std::span<const model::Point4> vertices);
 
 /// The location of one slab, in file order.
 struct IndexRecord {
@@ -89,15 +121,28 @@ struct IndexRecord {
   std::uint64_t slabBytes = 0;  ///< size of the chunk, including header and padding
   SlabParts parts;
   model::TimeSpan time;
+  std::optional<SlabExtent> extent = {};  ///< in a record of the index
 
+  /// Whether place, parts and times are the same; the extent is known only to the index.
   friend bool operator==(const IndexRecord& a, const IndexRecord& b) {
     return a.slab == b.slab && a.slabBytes == b.slabBytes && a.parts == b.parts &&
            a.time.begin == b.time.begin && a.time.end == b.time.end;
   }
 };
 
-t4d_layout::ByteWriter encodeIndex(std::span<const IndexRecord> records);
-Result<std::vector<IndexRecord>> decodeIndex(std::span<const std::byte> payload);
+/// The contents of INDX.
+struct Index {
+  std::array<std::byte, t4d_layout::kFileHeaderBytes> fileHeader{};
+  std::string head;                 ///< the payload of HEAD
+  std::vector<ChunkHeader> chunks;  ///< those before DONE
+  std::vector<IndexRecord> slabs;   ///< each has an extent
+};
+
+t4d_layout::PayloadWriter encodeIndex(const Index& index, int level);
+/// Fails if the chunks cannot be one after another from the file header on, if there are more or
+/// fewer slabs among them than records, and if a part of a slab is none of them.
+Result<Index> decodeIndex(const t4d_layout::PayloadView& payload,
+                          t4d_layout::Features features = {});
 
 /// Checks that the attributes of a slab, those of its connectivity and its own, can be stored:
 /// names are UTF-8 and not too long, names are unique within a domain, rows fit.

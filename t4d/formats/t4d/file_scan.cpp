@@ -39,17 +39,18 @@ class Scanner {
     auto payload = file_.readPayload(*header);
     if (!payload) return pass(payload.error());
     ++chunks_;
-    if (auto taken = take(*header, *payload); !taken) {
+    if (auto taken = take(*header, payload->view); !taken) {
       if (!taken.error().where.empty()) return taken;
       return file_.damaged(header->offset,
                            fmt::format("{}: {}", header->name(), taken.error().message),
                            taken.error().code);
     }
+    if (header->type != kDone) scan_.chunks.push_back(*header);
     scan_.end = header->end();
     return {};
   }
 
-  Result<void> take(const ChunkHeader& header, std::span<const std::byte> payload) {
+  Result<void> take(const ChunkHeader& header, const PayloadView& payload) {
     if (header.type == kConnectivity) {
       connectivities_.push_back({header.offset});
     } else if (header.type == kLayer) {
@@ -76,7 +77,7 @@ class Scanner {
     return {};
   }
 
-  Result<void> takeSlab(const ChunkHeader& header, std::span<const std::byte> payload) {
+  Result<void> takeSlab(const ChunkHeader& header, const PayloadView& payload) {
     auto slab = decodeSlab(payload, features_);
     if (!slab) return pass(slab.error());
     const SlabParts& parts = slab->parts;

@@ -28,6 +28,7 @@ Result<void> checkDone(const Done& done, const std::vector<IndexRecord>& records
 
 /// What was found by reading a file from the front.
 struct FileScan {
+  std::vector<ChunkHeader> chunks;  ///< without HEAD and DONE
   std::vector<IndexRecord> slabs;
   std::optional<Done> done;  ///< empty if the file ends before it
   std::uint64_t doneOffset = 0;

@@ -20,7 +20,8 @@ Result<Head> readHead(ChunkFile& file, std::uint64_t offset) {
   }
   auto payload = file.readPayload(*header);
   if (!payload) return pass(payload.error());
-  auto metadata = parseHead({reinterpret_cast<const char*>(payload->data()), payload->size()});
+  std::string text(reinterpret_cast<const char*>(payload->bytes.data()), header->payloadBytes);
+  auto metadata = parseHead(text);
   if (!metadata) {
     const Error& error = metadata.error();
     const std::uint64_t at =
@@ -32,7 +33,7 @@ Result<Head> readHead(ChunkFile& file, std::uint64_t offset) {
     return std::find(all.begin(), all.end(), feature) != all.end();
   };
   const Features features = {named(kFeatureZstd), named(kFeatureMeans)};
-  return Head{std::move(*metadata), features, header->end()};
+  return Head{std::move(*metadata), features, *header, std::move(text)};
 }
 
 }  // namespace t4d::formats

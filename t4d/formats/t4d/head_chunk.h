@@ -9,7 +9,8 @@ namespace t4d::formats {
 struct Head {
   Metadata metadata;
   t4d_layout::Features features;
-  std::uint64_t end = 0;  ///< offset of the next chunk
+  ChunkHeader header;
+  std::string text;  ///< the payload
 };
 
 Result<Head> readHead(ChunkFile& file, std::uint64_t offset = t4d_layout::kFileHeaderBytes);

@@ -26,10 +26,12 @@ inline constexpr std::array<std::uint8_t, 8> kEndSignature = {0x0A, 0x1A, 0x0A, 
                                                               'D',  '4',  'T',  0x89};
 
 inline constexpr std::size_t kFileHeaderBytes = 24;
-inline constexpr std::size_t kChunkHeaderBytes = 24;
+inline constexpr std::size_t kChunkHeaderBytes = 32;
 inline constexpr std::size_t kFooterBytes = 40;
-inline constexpr std::size_t kArrayHeaderBytes = 24;
-inline constexpr std::size_t kIndexRecordBytes = 64;
+/// A chunk header without its checksum, as in the directory of INDX.
+inline constexpr std::size_t kDirectoryEntryBytes = 28;
+inline constexpr std::size_t kBlockEntryBytes = 8;
+inline constexpr std::size_t kArrayHeaderBytes = 16;
 inline constexpr std::size_t kBodySummaryBytes = 88;
 inline constexpr std::size_t kAlignment = 8;
 
@@ -48,7 +50,9 @@ inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::uint64_t kMaxBodies = 65536;
 inline constexpr int kMaxJsonDepth = 64;
-/// A compressed array unpacks to at most this many times its stored size.
+/// An array is stored in blocks of this many rows; the last may have fewer.
+inline constexpr std::uint64_t kBlockRows = 65536;
+/// A compressed block unpacks to at most this many times its stored size.
 inline constexpr std::uint64_t kMaxExpansion = 1024;
 
 inline constexpr std::string_view kFeatureZstd = "zstd";
@@ -84,6 +88,24 @@ class ByteWriter {
 
  private:
   std::vector<std::byte> bytes_;
+};
+
+/// The payload of a chunk without the table of its blocks: fields, and the contents of arrays.
+struct PayloadView {
+  std::span<const std::byte> fields;
+  std::vector<std::span<const std::byte>> blocks;
+};
+
+/// A payload to be written: its fields, and its blocks.
+class PayloadWriter : public ByteWriter {
+ public:
+  void putBlock(std::vector<std::byte> block) { blocks_.push_back(std::move(block)); }
+  const std::vector<std::vector<std::byte>>& blocks() const { return blocks_; }
+  /// Valid until the next change.
+  PayloadView view() const { return {bytes(), {blocks_.begin(), blocks_.end()}}; }
+
+ private:
+  std::vector<std::vector<std::byte>> blocks_;
 };
 
 /// Reads little-endian values. Never reads past the end; overrun() says whether that was attempted.
@@ -125,6 +147,24 @@ class ByteReader {
   std::span<const std::byte> bytes_;
   std::size_t at_ = 0;
   bool overrun_ = false;
+};
+
+/// Reads the fields of a payload, and its blocks in order.
+class PayloadReader : public ByteReader {
+ public:
+  explicit PayloadReader(const PayloadView& payload)
+      : ByteReader(payload.fields), blocks_(payload.blocks) {}
+
+  std::size_t blocksLeft() const { return blocks_.size() - next_; }
+  /// `count` is at most blocksLeft().
+  std::span<const std::span<const std::byte>> takeBlocks(std::size_t count) {
+    next_ += count;
+    return std::span(blocks_).subspan(next_ - count, count);
+  }
+
+ private:
+  std::span<const std::span<const std::byte>> blocks_;
+  std::size_t next_ = 0;
 };
 
 }  // namespace t4d::formats::t4d_layout

@@ -42,7 +42,7 @@ void operator delete[](void* block, std::size_t) noexcept { uncounted(block); }
 namespace t4d::formats {
 namespace {
 
-using t4d_layout::ByteWriter;
+using t4d_layout::PayloadWriter;
 
 /// The most bytes on the heap at a time during `work`.
 std::size_t peakOf(const std::function<void()>& work) {
@@ -60,7 +60,7 @@ struct Layout {
   std::uint32_t attributes = 0;
 };
 
-void putLayout(ByteWriter& payload, const Layout& layout) {
+void putLayout(PayloadWriter& payload, const Layout& layout) {
   for (const std::uint32_t number :
        {layout.vertices, layout.lower, layout.upper, layout.means, layout.attributes, 0U}) {
     payload.put(number);
@@ -68,14 +68,14 @@ void putLayout(ByteWriter& payload, const Layout& layout) {
 }
 
 /// `rows` rows, compressed as far as the format allows.
-void putZeros(ByteWriter& payload, model::ScalarType type, std::uint8_t components,
+void putZeros(PayloadWriter& payload, model::ScalarType type, std::uint8_t components,
               std::size_t rows) {
   const std::vector<std::byte> zeros(rows * components * model::scalarSize(type));
   putArray(payload, {type, components, zeros}, 3);
 }
 
-ByteWriter slabPayload(const SlabParts& parts, std::uint32_t attributes) {
-  ByteWriter payload;
+PayloadWriter slabPayload(const SlabParts& parts, std::uint32_t attributes) {
+  PayloadWriter payload;
   payload.put(0.0);
   payload.put(0.0);
   payload.put(parts.connectivity);
@@ -83,6 +83,7 @@ ByteWriter slabPayload(const SlabParts& parts, std::uint32_t attributes) {
   payload.put(parts.upper);
   payload.put(parts.body);
   payload.put(attributes);
+  payload.put(std::uint64_t{0});
   return payload;
 }
 
@@ -103,8 +104,8 @@ Hostile finished(std::string name, FileBuilder& file, std::uint64_t slabs) {
 }
 
 SlabParts putConnectivity(FileBuilder& file, const Layout& layout,
-                          const std::function<void(ByteWriter&)>& rest = {}) {
-  ByteWriter payload;
+                          const std::function<void(PayloadWriter&)>& rest = {}) {
+  PayloadWriter payload;
   putLayout(payload, layout);
   if (rest) {
     rest(payload);
@@ -123,7 +124,7 @@ std::vector<Hostile> hostileFiles() {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {kMany});
     for (int i = 0; i < 2; ++i) {
-      ByteWriter slab = slabPayload(parts, 0);
+      PayloadWriter slab = slabPayload(parts, 0);
       putZeros(slab, type, 3, kMany);
       putZeros(slab, model::ScalarType::Float64, 1, kMany);
       file.put(t4d_layout::kSlab, slab);
@@ -133,12 +134,12 @@ std::vector<Hostile> hostileFiles() {
   for (const auto type : {model::ScalarType::Float32, model::ScalarType::Float64}) {
     FileBuilder file(kHead);
     SlabParts parts = putConnectivity(file, {2 * kMany, kMany, kMany});
-    ByteWriter layer;
+    PayloadWriter layer;
     layer.put(0.0);
     putZeros(layer, type, 3, kMany);
     parts.lower = parts.upper = file.put(t4d_layout::kLayer, layer);
     for (int i = 0; i < 3; ++i) {
-      ByteWriter slab = slabPayload(parts, 0);
+      PayloadWriter slab = slabPayload(parts, 0);
       putZeros(slab, type, 3, 0);
       putZeros(slab, model::ScalarType::Float64, 1, 0);
       file.put(t4d_layout::kSlab, slab);
@@ -147,26 +148,28 @@ std::vector<Hostile> hostileFiles() {
   }
   {
     FileBuilder file(kHead);
-    const SlabParts parts = putConnectivity(file, {4}, [](ByteWriter& payload) {
-      std::vector<model::Cell> cells(kMany, {0, 1, 2, 3});
-      putArray(payload, {model::ScalarType::UInt32, 4, std::as_bytes(std::span(cells))}, 3);
-    });
-    ByteWriter slab = slabPayload(parts, 0);
-    putZeros(slab, model::ScalarType::Float64, 3, 4);
-    putZeros(slab, model::ScalarType::Float64, 1, 4);
-    file.put(t4d_layout::kSlab, slab);
+    auto connectivity = std::make_shared<model::Connectivity>();
+    connectivity->vertexCount = 4;
+    connectivity->cells.assign(kMany, {0, 1, 2, 3});
+    model::Slab slab;
+    slab.connectivity = connectivity;
+    slab.vertices.assign(4, model::Point4::Zero());
+    SlabParts parts;
+    parts.connectivity =
+        file.put(t4d_layout::kConnectivity, encodeConnectivity(*connectivity, {3, false}));
+    file.put(t4d_layout::kSlab, encodeSlab(slab, parts, {3, false}));
     files.push_back(finished("cells", file, 1));
   }
   {
     FileBuilder file(kHead);
     const SlabParts parts =
-        putConnectivity(file, {kMany + 1, 0, 0, kMany}, [](ByteWriter& payload) {
+        putConnectivity(file, {kMany + 1, 0, 0, kMany}, [](PayloadWriter& payload) {
           putZeros(payload, model::ScalarType::UInt32, 4, 0);
           const std::vector<std::uint32_t> sizes(kMany, 1);
           putArray(payload, viewOf(sizes), 3);
           putZeros(payload, model::ScalarType::UInt32, 1, kMany);
         });
-    ByteWriter slab = slabPayload(parts, 0);
+    PayloadWriter slab = slabPayload(parts, 0);
     putZeros(slab, model::ScalarType::Float64, 3, 1);
     putZeros(slab, model::ScalarType::Float64, 1, 1);
     file.put(t4d_layout::kSlab, slab);
@@ -176,7 +179,7 @@ std::vector<Hostile> hostileFiles() {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {});
     constexpr std::uint32_t kAttributes = 20'000;
-    ByteWriter slab = slabPayload(parts, kAttributes);
+    PayloadWriter slab = slabPayload(parts, kAttributes);
     putZeros(slab, model::ScalarType::Float64, 3, 0);
     putZeros(slab, model::ScalarType::Float64, 1, 0);
     for (std::uint32_t i = 0; i < kAttributes; ++i) {
@@ -193,7 +196,7 @@ std::vector<Hostile> hostileFiles() {
   {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {kMany});
-    ByteWriter slab = slabPayload(parts, 3);
+    PayloadWriter slab = slabPayload(parts, 3);
     putZeros(slab, model::ScalarType::Float32, 3, kMany);
     putZeros(slab, model::ScalarType::Float64, 1, kMany);
     for (std::uint32_t i = 0; i < 3; ++i) {
@@ -221,7 +224,7 @@ std::vector<Hostile> hostileFiles() {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {});
     for (int i = 0; i < 20'000; ++i) {
-      ByteWriter slab = slabPayload(parts, 0);
+      PayloadWriter slab = slabPayload(parts, 0);
       putZeros(slab, model::ScalarType::Float64, 3, 0);
       putZeros(slab, model::ScalarType::Float64, 1, 0);
       file.put(t4d_layout::kSlab, slab);

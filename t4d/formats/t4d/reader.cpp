@@ -32,11 +32,11 @@ class Tally : public model::Sink {
 };
 
 /// The index and end mark of an indexed file.
-struct Index {
-  std::vector<IndexRecord> records;
+struct Ending {
+  Index index;
   Done done;
   std::uint64_t doneOffset = 0;
-  std::uint64_t offset = 0;
+  std::uint64_t offset = 0;  // of the index
 };
 
 /// Reads a chunk that the footer refers to.
@@ -49,7 +49,7 @@ Result<ChunkFile::Chunk> readNamed(ChunkFile& file, std::uint64_t offset, ChunkT
   return file.readChunk(offset, type);
 }
 
-Result<Index> readIndex(ChunkFile& file) {
+Result<Ending> readEnding(ChunkFile& file, Features features) {
   auto footer = file.readFooter();
   if (!footer) return pass(footer.error());
   auto done = readNamed(file, footer->done, kDone);
@@ -62,53 +62,82 @@ Result<Index> readIndex(ChunkFile& file) {
   if (index->header.end() != file.size() - kFooterBytes) {
     return file.damaged(index->header.end(), "the footer does not follow the index at once");
   }
-  auto decodedDone = decodeDone(done->payload);
+  if (checksumOf(index->header) != footer->indexChecksum) {
+    return file.damaged(file.size() - kFooterBytes, "the footer is that of another index");
+  }
+  auto decodedDone = decodeDone(done->payload.view);
   if (!decodedDone) return file.damaged(footer->done, "DONE: " + decodedDone.error().message);
-  auto records = decodeIndex(index->payload);
-  if (!records) return file.damaged(footer->index, "INDX: " + records.error().message);
-  return Index{std::move(*records), std::move(*decodedDone), footer->done, footer->index};
+  auto decoded = decodeIndex(index->payload.view, features);
+  if (!decoded) return file.damaged(footer->index, "INDX: " + decoded.error().message);
+  return Ending{std::move(*decoded), std::move(*decodedDone), footer->done, footer->index};
 }
 
-/// Checks the index on its own. Whether slabs exist at its offsets is checked when they are read.
-Result<void> checkIndex(const ChunkFile& file, const Index& index, std::size_t bodyCount) {
-  RecordChecker checker(file, bodyCount);
-  for (const IndexRecord& record : index.records) {
-    if (auto checked = checker.add(record); !checked) return checked;
+/// Checks the index against file header, HEAD and DONE.
+Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
+                         const ChunkFile::Header& header, const Head& head) {
+  const auto wrong = [&](const std::string& message) {
+    return file.damaged(ending.offset, "INDX: " + message);
+  };
+  const Index& index = ending.index;
+  if (!std::ranges::equal(index.fileHeader, header.bytes)) {
+    return wrong("its copy of the file header is different");
   }
-  if (auto checked = checkDone(index.done, index.records, bodyCount); !checked) {
-    return file.damaged(index.doneOffset, "DONE: " + checked.error().message);
+  if (index.head != head.text) return wrong("its copy of HEAD is different");
+  if (index.chunks.empty() || index.chunks.front() != head.header ||
+      index.chunks.back().end() != ending.doneOffset) {
+    return wrong("its chunks do not fill the file from HEAD to DONE");
+  }
+  if (index.chunks.size() != ending.done.chunks) {
+    return wrong(fmt::format("it has {} chunks, DONE says {}", index.chunks.size(),
+                             ending.done.chunks));
   }
   return {};
 }
 
-/// Checks that the end mark is followed by an index that agrees with `scan` and a footer, or by
-/// nothing.
-Result<void> checkTail(ChunkFile& file, bool indexed, const FileScan& scan) {
-  if (!indexed) {
-    if (scan.end == file.size()) return {};
+/// Checks what the index says of the slabs against itself and DONE. Whether it is true is checked
+/// when they are read.
+Result<void> checkRecords(const ChunkFile& file, const Ending& ending, std::size_t bodyCount) {
+  RecordChecker checker(file, bodyCount);
+  for (const IndexRecord& record : ending.index.slabs) {
+    if (auto checked = checker.add(record); !checked) return checked;
+  }
+  if (auto checked = checkDone(ending.done, ending.index.slabs, bodyCount); !checked) {
+    return file.damaged(ending.doneOffset, "DONE: " + checked.error().message);
+  }
+  return {};
+}
+
+/// The slabs, after checking that the end mark is followed by an index that agrees with `scan` and a
+/// footer, or by nothing.
+Result<std::vector<IndexRecord>> readTail(ChunkFile& file, const ChunkFile::Header& header,
+                                          const Head& head, const FileScan& scan) {
+  if (!header.indexed) {
+    if (scan.end == file.size()) return scan.slabs;
     return file.damaged(scan.end,
                         fmt::format("{} bytes follow the end mark of a file without index",
                                     file.size() - scan.end));
   }
-  auto index = readIndex(file);
-  if (!index) return pass(index.error());
-  if (index->doneOffset != scan.doneOffset) {
-    return file.damaged(index->doneOffset, "DONE: an end mark has been before, at byte " +
-                                               std::to_string(scan.doneOffset));
+  auto ending = readEnding(file, head.features);
+  if (!ending) return pass(ending.error());
+  if (ending->doneOffset != scan.doneOffset) {
+    return file.damaged(ending->doneOffset, "DONE: an end mark has been before, at byte " +
+                                                std::to_string(scan.doneOffset));
   }
-  const auto& [said, found] = std::tie(index->records, scan.slabs);
-  if (said.size() != found.size()) {
-    return file.damaged(index->offset,
-                        fmt::format("INDX: it has records of {} slabs; the file has {} slabs",
-                                    said.size(), found.size()));
+  if (auto checked = checkEnding(file, *ending, header, head); !checked) return pass(checked.error());
+  const auto wrong = [&](const std::string& message) {
+    return file.damaged(ending->offset, "INDX: " + message);
+  };
+  if (!std::ranges::equal(std::span(ending->index.chunks).subspan(1), scan.chunks)) {
+    return wrong("its headers of chunks are not those of the file");
   }
-  const auto [record, slab] = std::mismatch(said.begin(), said.end(), found.begin());
+  const auto& said = ending->index.slabs;
+  const auto [record, slab] =
+      std::mismatch(said.begin(), said.end(), scan.slabs.begin(), scan.slabs.end());
   if (record != said.end()) {
-    return file.damaged(index->offset,
-                        fmt::format("INDX: record {} is not what the slab at byte {} says",
-                                    record - said.begin(), slab->slab));
+    return wrong(fmt::format("record {} is not what the slab at byte {} says",
+                             record - said.begin(), slab->slab));
   }
-  return {};
+  return said;
 }
 
 }  // namespace
@@ -124,26 +153,33 @@ class T4dReader::File {
     indexed_ = header->indexed;
     auto head = readHead(file_);
     if (!head) return pass(head.error());
-    metadata_ = std::move(head->metadata);
+    metadata_ = head->metadata;
     features_ = head->features;
     const std::size_t bodyCount = metadata_.bodies.size();
     Done done;
     std::vector<IndexRecord> records;
     if (indexed_ && how == T4dOpen::Whole) {
-      auto index = readIndex(file_);
-      if (!index) return cutOff(index.error(), head->end);
-      if (auto checked = checkIndex(file_, *index, bodyCount); !checked) return checked;
-      records = std::move(index->records);
-      done = std::move(index->done);
-      doneOffset_ = index->doneOffset;
+      auto ending = readEnding(file_, head->features);
+      if (!ending) return cutOff(ending.error(), head->header.end());
+      if (auto checked = checkEnding(file_, *ending, *header, *head); !checked) return checked;
+      if (auto checked = checkRecords(file_, *ending, bodyCount); !checked) return checked;
+      records = std::move(ending->index.slabs);
+      done = std::move(ending->done);
+      doneOffset_ = ending->doneOffset;
+      file_.expectChunks(std::move(ending->index.chunks));
     } else {
-      FileScan scan = scanFile(file_, head->end, bodyCount, features_, progress);
+      FileScan scan = scanFile(file_, head->header.end(), bodyCount, features_, progress);
       damage_ = std::move(scan.damage);
       if (!damage_) {
-        if (auto tail = checkTail(file_, indexed_, scan); !tail) damage_ = tail.error();
+        auto tail = readTail(file_, *header, *head, scan);
+        if (!tail) {
+          damage_ = tail.error();
+        } else if (how != T4dOpen::FromFront) {
+          scan.slabs = std::move(*tail);  // the same, with what the index says of their contents
+        }
       }
-      if (damage_ && how != T4dOpen::FromFront) return pass(*damage_);
       records = std::move(scan.slabs);
+      if (damage_ && how != T4dOpen::FromFront) return pass(*damage_);
       doneOffset_ = scan.doneOffset;
       done = scan.done ? std::move(*scan.done) : foundSoFar(records, bodyCount);
     }

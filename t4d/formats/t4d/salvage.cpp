@@ -92,7 +92,7 @@ class T4dSalvage::File {
       metadata_ = std::move(head->metadata);
       features_ = head->features;
       metadataSaved_ = true;
-      at_ = head->end;
+      at_ = head->header.end();
       foundChunk_ = true;
       return {};
     }
@@ -139,7 +139,7 @@ class T4dSalvage::File {
       sawDone_ = sawDone_ || header->type == kDone;
       sawIndex_ = sawIndex_ || header->type == kIndex;
       if (const auto payload = file_.readPayload(*header)) {
-        take(*header, *payload);
+        take(*header, payload->view);
       } else {
         found_.addGap();
         lose(header->offset, payload.error().message);
@@ -169,7 +169,7 @@ class T4dSalvage::File {
     return true;
   }
 
-  void take(const ChunkHeader& header, std::span<const std::byte> payload) {
+  void take(const ChunkHeader& header, const PayloadView& payload) {
     const auto wrong = [&](const std::string& message) {
       lose(header.offset, fmt::format("{}: {}", header.name(), message));
     };
@@ -185,7 +185,7 @@ class T4dSalvage::File {
       }
     } else if (header.type == kIndex) {
       if (auto index = decodeIndex(payload)) {
-        index_ = std::move(*index);
+        index_ = std::move(index->slabs);
       } else {
         wrong(index.error().message);
       }
@@ -196,7 +196,7 @@ class T4dSalvage::File {
     }
   }
 
-  void takeSlab(const ChunkHeader& header, std::span<const std::byte> payload) {
+  void takeSlab(const ChunkHeader& header, const PayloadView& payload) {
     auto decoded = decodeSlab(payload, features_);
     if (!decoded) return lose(header.offset, "SLAB: " + decoded.error().message);
     found_.addSlab({header.offset, header.bytes(), decoded->parts, decoded->time});

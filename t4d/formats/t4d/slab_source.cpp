@@ -36,7 +36,7 @@ Result<SlabSource::ConnectivityPointer> SlabSource::readConnectivity(std::uint64
   }
   auto chunk = file_->readChunk(offset, kConnectivity);
   if (!chunk) return pass(chunk.error());
-  auto connectivity = decodeConnectivity(chunk->payload, features_);
+  auto connectivity = decodeConnectivity(chunk->payload.view, features_);
   if (!connectivity) return file_->damaged(offset, "CONN: " + connectivity.error().message);
   const std::scoped_lock lock(kept_->mutex);
   // Another thread may have been faster: slabs that repeat a connectivity share one object.
@@ -59,7 +59,7 @@ Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) cons
   auto chunk = file_->readChunk(offset, kLayer);
   if (!chunk) return pass(chunk.error());
   stored.payload = std::move(chunk->payload);
-  auto layer = decodeLayer(stored.payload, features_);
+  auto layer = decodeLayer(stored.payload.view, features_);
   if (!layer) return file_->damaged(offset, "LAYR: " + layer.error().message);
   stored.layer = *layer;
   return stored;
@@ -72,7 +72,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   const auto wrong = [&](const std::string& message) {
     return file.damaged(record.slab, "SLAB: " + message);
   };
-  auto decoded = decodeSlab(chunk->payload, features_);
+  auto decoded = decodeSlab(chunk->payload.view, features_);
   if (!decoded) return wrong(decoded.error().message);
   if (partsAt_ == PartsAt::Record) decoded->parts = record.parts;
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
@@ -117,6 +117,16 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   setMeans(connectivity, slab->vertices);
   slab->attributes = std::move(decoded->attributes);
   if (auto sound = checkSlab(*slab); !sound) return wrong(sound.error().message);
+  const auto sameBounds = [](const model::Bounds4& a, const model::Bounds4& b) {
+    return a.min == b.min && a.max == b.max;
+  };
+  if (!std::ranges::equal(decoded->cellBounds, boundsOfBlocks(connectivity, slab->vertices),
+                          sameBounds)) {
+    return wrong("the bounds of its blocks of cells are not those of their vertices");
+  }
+  if (record.extent && *record.extent != extentOf(connectivity, slab->vertices)) {
+    return wrong("the index says other cells or bounds than the slab has");
+  }
   if (auto sound = checkStorable(connectivity.cellAttributes, slab->attributes); !sound) {
     return wrong(sound.error().message);
   }

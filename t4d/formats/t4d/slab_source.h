@@ -37,7 +37,7 @@ class SlabSource : public model::Source {
 
  private:
   struct StoredLayer {
-    std::vector<std::byte> payload;
+    Payload payload;
     Layer layer;  // points into `payload`; no vertices if there is no layer
   };
 

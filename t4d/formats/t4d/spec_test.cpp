@@ -58,23 +58,39 @@ TEST(Spec, MinimalFileIsWhatTheWriterWrites) {
   EXPECT_EQ(report->hypervolume, 1.0 / 24);
 }
 
+/// The bytes of the lines of code after the line that ends with `before`.
+std::vector<std::byte> codeInSpec(const std::string& before) {
+  std::istringstream spec(fileContents(T4D_SPEC));
+  std::string line;
+  while (std::getline(spec, line) && !line.ends_with(before)) {
+  }
+  std::getline(spec, line);
+  std::vector<std::byte> bytes;
+  while (std::getline(spec, line) && line.starts_with("    ")) {
+    std::istringstream columns(line);
+    for (std::string word; columns >> word && word.size() == 2;) {
+      bytes.push_back(std::byte(std::stoul(word, nullptr, 16)));
+    }
+  }
+  return bytes;
+}
+
 TEST(Spec, CompressedArrayIsReadAsItSays) {
-  const std::string bytes = bytesInSpec("### Example");
   std::vector<std::uint16_t> expected;
   for (std::uint16_t i = 0; i < 24; ++i) expected.push_back(i + 0x0300);
-  t4d_layout::ByteReader from(std::as_bytes(std::span(bytes)));
-  const auto array = takeArrayOf(from, model::ScalarType::UInt16, 2);
-  std::string now;
-  t4d_layout::ByteWriter record;
+  t4d_layout::PayloadWriter record;
   ArrayView view = viewOf(expected);
   view.components = 2;
   putArray(record, view, 3);
-  now.assign(reinterpret_cast<const char*>(record.data()), record.size());
-  ASSERT_TRUE(array) << array.error().message << "\n" << hexOf(now);
-  EXPECT_EQ(from.left(), 0u);
-  EXPECT_EQ(array->rows, 12u);
-  EXPECT_EQ(array->bytes, std::vector<std::byte>(std::as_bytes(std::span(expected)).begin(),
-                                                 std::as_bytes(std::span(expected)).end()));
+  const std::vector<std::byte> frame = codeInSpec("and the block may be this frame of 43 bytes:");
+  ASSERT_EQ(frame.size(), 43u);
+  const PackedArray packed = {model::ScalarType::UInt16, 2, 12, Codec::Zstd, {}};
+  const std::span<const std::byte> block = frame;
+  PackedArray stored = packed;
+  stored.blocks = std::span(&block, 1);
+  const auto array = unpack(stored);
+  ASSERT_TRUE(array) << array.error().message;
+  EXPECT_TRUE(std::ranges::equal(*array, std::as_bytes(std::span(expected))));
 }
 
 }  // namespace

@@ -14,27 +14,27 @@ doc: |
   Two ways in:
 
   * From the front: `header`, then `chunks`, one after the other.
-  * By index, where `header.has_index`: `footer`, from there `index_chunk` and `done_chunk`. Each
-    record of INDX gives a slab and its parts as offsets; a `chunk` is parsed there, from the file at that
-    offset or from a buffer that holds nothing but it.
+  * By index, where `header.has_index`: `footer`, from there `index_chunk` and `done_chunk`. INDX has
+    the headers of all chunks, so their offsets and sizes; a `chunk` is parsed there, from the file at
+    that offset or from a buffer that holds nothing but it.
 
   All but `header` are instances, so that nothing is read before it is asked for. The types `chunk`,
   `file_header` and `file_footer` need no root and can be used alone.
 
   `-rule` names the rule of SPEC.md that a `valid` or `contents` checks. An attribute named
   `end_of_...` takes no bytes; it holds what can be checked only there, mostly that no bytes are
-  left. Reading past the end of a payload breaks the rule that says how it ends (N11, L4, S9, D4,
-  I1). Lengths are held against what is left of the stream before they are used: some runtimes cut
+  left. Reading past the end of the fields breaks the rule that says how they end (N11, L4, S9, D4,
+  I8). Lengths are held against what is left of the stream before they are used: some runtimes cut
   them to 32 bits.
 
   What a grammar cannot say is left to whoever uses it:
 
-  * checksums (H2, C4, C5, F2), the length and places in the footer (F3, F4, F5);
+  * checksums (H2, C4, C5, C10, F2), the length, places and checksum in the footer (F3 to F6);
   * the order and number of chunks (O1 to O6), unknown critical chunks (C8), the critical bit of
     private chunks;
-  * decompression (A10 to A13), UTF-8 (M2, T4), JSON (M3 to M10);
-  * whatever compares numbers of several chunks or rows (T6, T7, N4 to N9, N12, S2 to S4, S7, S8, P1
-    to P4, D1, D2, D5 to D8, I2, I3).
+  * codecs 1 and 2 (A10 to A15), UTF-8 (M2, T4), JSON (M3 to M10);
+  * whatever compares numbers of several chunks or rows (T6, T7, N2, N4 to N9, N12, S2 to S4, S7, S8,
+    S10, P1 to P4, D1, D2, D5 to D8, I1 to I6).
 doc-ref: SPEC.md
 
 seq:
@@ -101,31 +101,37 @@ types:
         type: u8
       - id: len_file
         type: u8
-      - id: reserved
-        size: 4
+      - id: index_checksum
+        type: u4
+        doc: The header checksum of INDX (F6).
       - id: checksum
         type: u4
         doc: CRC-32C of bytes 0 to 27 of the footer (F2).
       - id: end_signature
         contents: [0x0a, 0x1a, 0x0a, 0x0d, D4T, 0x89]
         -rule: F1
-      - id: end_of_footer
-        size: 0
-        valid:
-          expr: reserved == [0, 0, 0, 0]
-        -rule: F6
-        doc: After the end signature, so that a truncated file is reported as such.
 
   chunk:
     doc-ref: SPEC.md, "Chunks"
     seq:
       - id: header
         type: chunk_header
+      - id: header_checksum
+        type: u4
         valid:
-          expr: _.len_payload <= _io.size - _io.pos and _.len_padding <= _io.size - _io.pos - _.len_payload
+          expr: >-
+            header.len_payload <= _io.size - _io.pos
+            and header.len_padding <= _io.size - _io.pos - header.len_payload
         -rule: C3
-      - id: payload
-        size: header.len_payload
+        doc: |
+          CRC-32C of `header` (C4). The rule is about what follows: payload and padding are inside the
+          file.
+      - id: table
+        type: block_entry
+        repeat: expr
+        repeat-expr: header.num_blocks
+      - id: fields
+        size: header.len_front - 8 * header.num_blocks
         type:
           switch-on: header.type.text
           cases:
@@ -135,7 +141,10 @@ types:
             '"SLAB"': slab
             '"DONE"': done
             '"INDX"': indx
-        doc: The payload of an unknown type is left as bytes.
+        doc: Those of an unknown type are left as bytes.
+      - id: contents
+        size: header.len_payload - header.len_front
+        type: blocks
       - id: padding
         type: u1
         repeat: expr
@@ -143,7 +152,55 @@ types:
         valid: 0
         -rule: C6
 
+  block_entry:
+    seq:
+      - id: len_block
+        type: u4
+        doc: In bytes, without padding.
+      - id: checksum
+        type: u4
+        doc: CRC-32C of the block, without padding (C10).
+
+  blocks:
+    doc: The contents of the arrays whose records are among the fields.
+    seq:
+      - id: blocks
+        type: 'block(_index == 0 ? 0 : blocks[_index - 1].end, _parent.table[_index].len_block)'
+        repeat: expr
+        repeat-expr: _parent.header.num_blocks
+      - id: end_of_blocks
+        size: 0
+        valid:
+          expr: _io.eof
+        -rule: C9
+
+  block:
+    params:
+      - id: begin
+        type: u8
+        doc: From the end of the fields.
+      - id: len_data
+        type: u4
+    seq:
+      - id: begin_of_data
+        size: 0
+        valid:
+          expr: end <= _io.size
+        -rule: C9
+      - id: data
+        size: len_data
+      - id: padding
+        type: u1
+        repeat: expr
+        repeat-expr: (8 - len_data % 8) % 8
+        valid: 0
+        -rule: C6
+    instances:
+      end:
+        value: begin + len_data + (8 - len_data % 8) % 8
+
   chunk_header:
+    doc: Without its checksum, as INDX repeats it.
     seq:
       - id: type
         type: chunk_type
@@ -156,17 +213,30 @@ types:
       - id: len_payload
         type: u8
         doc: In bytes, without padding.
-      - id: payload_checksum
+      - id: len_front
         type: u4
-        doc: CRC-32C of the payload, without padding (C5).
-      - id: header_checksum
+        valid:
+          max: len_payload
+        -rule: C9
+        doc: The payload before its blocks, in bytes.
+      - id: num_blocks
         type: u4
-        doc: CRC-32C of bytes 0 to 19 of this header (C4).
+        valid:
+          expr: '_ == 0 ? len_front == len_payload : len_front % 8 == 0 and _ <= len_front / 8'
+        -rule: C9
+      - id: front_checksum
+        type: u4
+        doc: CRC-32C of the front (C5).
       - id: end_of_header
         size: 0
         valid:
           expr: is_critical or not is_known
         -rule: C7
+      - id: end_of_num_blocks
+        size: 0
+        valid:
+          expr: num_blocks == 0 or (type.text != "HEAD" and type.text != "DONE")
+        -rule: C11
     instances:
       is_critical:
         value: flags == 1
@@ -178,7 +248,7 @@ types:
       len_padding:
         value: (8 - len_payload % 8) % 8
       len_chunk:
-        value: 24 + len_payload + len_padding
+        value: 32 + len_payload + len_padding
         doc: The distance to the next chunk. May overflow unless `len_payload` has been checked.
 
   chunk_type:
@@ -199,8 +269,14 @@ types:
         encoding: ASCII
 
   array_record:
-    doc: Rows of a fixed number of scalars of one type, row after row.
+    doc: Rows of a fixed number of scalars of one type, whose contents are in blocks of the chunk.
     doc-ref: SPEC.md, "Arrays"
+    params:
+      - id: chunk
+        type: chunk
+      - id: first_block
+        type: u8
+        doc: The number of its first block in the chunk.
     seq:
       - id: scalar_type
         type: u1
@@ -226,41 +302,28 @@ types:
         type: u8
         valid:
           expr: _ != 0 or codec == codec::raw
-        -rule: A8
-      - id: len_stored
-        type: u8
-        valid:
-          max: _io.size - _io.pos
-        -rule: A5
-        doc: Without padding.
-      - id: stored
-        size: len_stored
-        valid:
-          expr: codec != codec::raw or (len_stored % len_row == 0 and len_stored / len_row == num_rows)
-        -rule: A7
-        type:
-          switch-on: codec
-          cases:
-            'codec::raw': scalars(scalar_type, num_rows * num_components)
-        doc: |
-          Codec 0: the numbers. Codec 1: one Zstandard frame; its content is the array transposed:
-          byte j of row i is byte j x num_rows + i of the content. Put back in order, it can be
-          parsed as `scalars`.
-
-          The rule is stored bytes = rows x size of a row, without overflow.
-      - id: padding
-        type: u1
-        repeat: expr
-        repeat-expr: (8 - len_stored % 8) % 8
-        valid: 0
         -rule: A6
+      - id: end_of_num_rows
+        size: 0
+        valid:
+          expr: end_block <= chunk.header.num_blocks
+        -rule: A5
       - id: end_of_record
         size: 0
         valid:
-          expr: codec == codec::raw or num_rows <= len_stored * 1024 / len_row
-        -rule: A9
-        doc: Cannot overflow, since the stored bytes exist.
+          expr: codec != codec::repeats or scalar_type == scalar_type::u32
+        -rule: A8
+      - id: blocks
+        type: array_block(_index)
+        repeat: expr
+        repeat-expr: num_blocks
+        doc: Takes no bytes.
     instances:
+      num_blocks:
+        value: 'num_rows / 65536 + (num_rows % 65536 == 0 ? 0 : 1)'
+      end_block:
+        value: first_block + num_blocks
+        doc: The number of the first block of the next array.
       len_scalar:
         value: >-
           scalar_type.to_i <= 2 ? 1 : scalar_type.to_i <= 4 ? 2 :
@@ -268,6 +331,48 @@ types:
       len_row:
         value: num_components * len_scalar
         doc: In bytes.
+
+  array_block:
+    doc: A block of an array, up to 65,536 rows.
+    params:
+      - id: index
+        type: u4
+    seq:
+      - id: end_of_raw
+        size: 0
+        valid:
+          expr: _parent.codec != codec::raw or len_stored == len_rows
+        -rule: A7
+      - id: end_of_stored
+        size: 0
+        valid:
+          expr: (len_rows + 1023) / 1024 <= len_stored
+        -rule: A9
+    instances:
+      number:
+        value: _parent.first_block + index
+        doc: In the chunk.
+      num_rows:
+        value: 'index < _parent.num_rows / 65536 ? 65536 : _parent.num_rows % 65536'
+      len_rows:
+        value: num_rows * _parent.len_row
+        doc: In bytes.
+      len_stored:
+        value: _parent.chunk.table[number].len_block
+      stored:
+        value: _parent.chunk.contents.blocks[number].data
+        doc: |
+          Codec 0: the rows, one after another; `raw` has their numbers. Codec 1: one Zstandard frame;
+          its content is the rows transposed: byte j of row i is byte j x num_rows + i of the content.
+          Codec 2: one Zstandard frame; its content is, for each number, how many places before it the
+          same number stands, likewise transposed, then the other numbers. Decoded, they can be
+          parsed as `scalars`.
+      raw:
+        io: _parent.chunk.contents._io
+        pos: _parent.chunk.contents.blocks[number].begin
+        size: len_rows
+        type: scalars(_parent.scalar_type, num_rows * _parent.num_components)
+        if: _parent.codec == codec::raw
 
   scalars:
     doc: Numbers without a header, from the beginning of the stream.
@@ -299,6 +404,11 @@ types:
   attribute:
     doc: Named numbers for each vertex or each cell of a slab.
     doc-ref: SPEC.md, "Attributes"
+    params:
+      - id: chunk
+        type: chunk
+      - id: first_block
+        type: u8
     seq:
       - id: domain
         type: u1
@@ -325,7 +435,7 @@ types:
         valid: 0
         -rule: T5
       - id: values
-        type: array_record
+        type: array_record(chunk, first_block)
     instances:
       name:
         value: name_bytes.to_s("UTF-8")
@@ -372,34 +482,46 @@ types:
       - id: num_attributes
         type: u4
         valid:
-          max: _io.size / 40
+          max: _io.size / 32
         -rule: N11
-        doc: Each takes at least 40 bytes.
-      - id: reserved
-        contents: [0, 0, 0, 0]
-        -rule: N2
+        doc: Each takes at least 32 bytes.
+      - id: num_ranges
+        type: u4
+        valid:
+          max: _io.size / 24
+        -rule: N11
+      - id: ranges
+        type: range
+        repeat: expr
+        repeat-expr: num_ranges
+        doc: Of the vertices that each block of cells needs, if there is more than one.
       - id: cells
-        type: array_record
+        type: array_record(_parent, 0)
         valid:
           expr: _.scalar_type == scalar_type::u32 and _.num_components == 4
         -rule: N3
         doc: Four indices of vertices of the slab, from 0.
+      - id: end_of_cells
+        size: 0
+        valid:
+          expr: 'num_ranges == (cells.num_blocks > 1 ? cells.num_blocks : 0)'
+        -rule: N2
       - id: mean_sizes
-        type: array_record
+        type: array_record(_parent, cells.end_block)
         if: num_means > 0
         valid:
           expr: _.scalar_type == scalar_type::u32 and _.num_components == 1 and _.num_rows == num_means
         -rule: N6
         doc: How many sources each mean has.
       - id: mean_sources
-        type: array_record
+        type: array_record(_parent, mean_sizes.end_block)
         if: num_means > 0
         valid:
           expr: _.scalar_type == scalar_type::u32 and _.num_components == 1
         -rule: N6
         doc: The sources of all means, those of the first mean first.
       - id: attributes
-        type: attribute
+        type: 'attribute(_parent, _index == 0 ? attribute_block : attributes[_index - 1].values.end_block)'
         repeat: expr
         repeat-expr: num_attributes
         valid:
@@ -408,12 +530,34 @@ types:
       - id: end_of_conn
         size: 0
         valid:
-          expr: _io.eof
+          expr: >-
+            _io.eof and _parent.header.num_blocks
+            == (num_attributes == 0 ? attribute_block : attributes.last.values.end_block)
         -rule: N11
     instances:
+      attribute_block:
+        value: 'num_means == 0 ? cells.end_block : mean_sources.end_block'
       num_stored:
         value: num_vertices - num_lower - num_upper - num_means
         doc: Interior vertices that are not means; the SLAB has their positions and times.
+
+  range:
+    doc: |
+      Numbers of vertices of each part of a slab, the first and one more than the last; 0 and 0 if there
+      are none.
+    seq:
+      - id: lower
+        type: u4
+        repeat: expr
+        repeat-expr: 2
+      - id: interior
+        type: u4
+        repeat: expr
+        repeat-expr: 2
+      - id: upper
+        type: u4
+        repeat: expr
+        repeat-expr: 2
 
   layr:
     doc: The vertices of one layer.
@@ -426,7 +570,7 @@ types:
         -rule: L1
         doc: Of all these vertices. The difference is 0 for every finite number, and NaN otherwise.
       - id: positions
-        type: array_record
+        type: array_record(_parent, 0)
         valid:
           expr: >-
             (_.scalar_type == scalar_type::f32 or _.scalar_type == scalar_type::f64)
@@ -440,7 +584,7 @@ types:
       - id: end_of_layr
         size: 0
         valid:
-          expr: _io.eof
+          expr: _io.eof and _parent.header.num_blocks == positions.end_block
         -rule: L4
 
   slab:
@@ -471,11 +615,26 @@ types:
       - id: num_attributes
         type: u4
         valid:
-          max: _io.size / 40
+          max: _io.size / 32
         -rule: S9
-        doc: Each takes at least 40 bytes.
+        doc: Each takes at least 32 bytes.
+      - id: num_bounds
+        type: u4
+        valid:
+          max: _io.size / 64
+        -rule: S9
+      - id: reserved
+        contents: [0, 0, 0, 0]
+        -rule: S11
+      - id: bounds
+        type: f8
+        repeat: expr
+        repeat-expr: 8 * num_bounds
+        doc: |
+          Of the vertices of each block of cells, if there is more than one: minimum of x, y, z, t, then
+          maximum.
       - id: positions
-        type: array_record
+        type: array_record(_parent, 0)
         valid:
           expr: >-
             (_.scalar_type == scalar_type::f32 or _.scalar_type == scalar_type::f64)
@@ -483,20 +642,22 @@ types:
         -rule: S5
         doc: Of the interior vertices that are not means.
       - id: times
-        type: array_record
+        type: array_record(_parent, positions.end_block)
         valid:
           expr: >-
             _.scalar_type == scalar_type::f64 and _.num_components == 1
             and _.num_rows == positions.num_rows
         -rule: S6
       - id: attributes
-        type: attribute
+        type: 'attribute(_parent, _index == 0 ? times.end_block : attributes[_index - 1].values.end_block)'
         repeat: expr
         repeat-expr: num_attributes
       - id: end_of_slab
         size: 0
         valid:
-          expr: _io.eof
+          expr: >-
+            _io.eof and _parent.header.num_blocks
+            == (num_attributes == 0 ? times.end_block : attributes.last.values.end_block)
         -rule: S9
 
   done:
@@ -511,7 +672,7 @@ types:
         valid:
           expr: _io.size % 88 == 16 and _ == _io.size / 88
         -rule: D4
-        doc: The payload takes 16 + 88 x num_bodies bytes.
+        doc: The fields take 16 + 88 x num_bodies bytes.
       - id: reserved
         contents: [0, 0, 0, 0]
         -rule: D3
@@ -547,42 +708,68 @@ types:
         repeat-expr: 3
 
   indx:
-    doc: Where the slabs are, in the order of the file.
+    doc: What a reader needs before it can find a slab, and what it needs to choose one.
     doc-ref: SPEC.md, "INDX"
     seq:
+      - id: header
+        size: 24
+        doc: The file header again.
       - id: num_slabs
         type: u8
+      - id: head
+        type: array_record(_parent, 0)
         valid:
-          expr: _io.size % 64 == 8 and _ == _io.size / 64
-        -rule: I1
-        doc: The payload takes 8 + 64 x num_slabs bytes.
-      - id: slabs
-        type: slab_record
-        repeat: expr
-        repeat-expr: num_slabs
-
-  slab_record:
-    seq:
-      - id: ofs_slab
-        type: u8
-      - id: len_slab
-        type: u8
-        doc: Of the chunk, with header and padding.
-      - id: time_begin
-        type: f8
-      - id: time_end
-        type: f8
-      - id: ofs_connectivity
-        type: u8
-      - id: ofs_lower
-        type: u8
-      - id: ofs_upper
-        type: u8
-      - id: body
-        type: u4
-      - id: reserved
-        contents: [0, 0, 0, 0]
-        -rule: I4
+          expr: _.scalar_type == scalar_type::u8 and _.num_components == 1 and _.codec == codec::raw
+        -rule: I7
+        doc: The payload of HEAD again.
+      - id: chunks
+        type: array_record(_parent, head.end_block)
+        valid:
+          expr: _.scalar_type == scalar_type::u8 and _.num_components == 28
+        -rule: I7
+        doc: The headers of all chunks before DONE, each a `chunk_header`.
+      - id: times
+        type: array_record(_parent, chunks.end_block)
+        valid:
+          expr: _.scalar_type == scalar_type::f64 and _.num_components == 2
+        -rule: I7
+        doc: Begin and end of each slab, in the order of the file.
+      - id: parts
+        type: array_record(_parent, times.end_block)
+        valid:
+          expr: _.scalar_type == scalar_type::u64 and _.num_components == 3
+        -rule: I7
+        doc: Offsets of its connectivity, lower and upper layer.
+      - id: bodies
+        type: array_record(_parent, parts.end_block)
+        valid:
+          expr: _.scalar_type == scalar_type::u32 and _.num_components == 1
+        -rule: I7
+        doc: The number of its body.
+      - id: cells
+        type: array_record(_parent, bodies.end_block)
+        valid:
+          expr: _.scalar_type == scalar_type::u64 and _.num_components == 1
+        -rule: I7
+        doc: The number of its cells.
+      - id: bounds
+        type: array_record(_parent, cells.end_block)
+        valid:
+          expr: _.scalar_type == scalar_type::f64 and _.num_components == 6
+        -rule: I7
+        doc: Minimum of x, y, z of its vertices, then maximum; +infinity and -infinity without one.
+      - id: end_of_rows
+        size: 0
+        valid:
+          expr: >-
+            times.num_rows == num_slabs and parts.num_rows == num_slabs and bodies.num_rows == num_slabs
+            and cells.num_rows == num_slabs and bounds.num_rows == num_slabs
+        -rule: I3
+      - id: end_of_indx
+        size: 0
+        valid:
+          expr: _io.eof and _parent.header.num_blocks == bounds.end_block
+        -rule: I8
 
 enums:
 
@@ -600,7 +787,8 @@ enums:
 
   codec:
     0: raw
-    1: zstd
+    1: transposed
+    2: repeats
 
   domain:
     1:

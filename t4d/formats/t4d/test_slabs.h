@@ -222,24 +222,20 @@ class FileBuilder {
     header.put(flags);
     header.put(std::uint32_t{0});
     header.put(crc32c(header.data(), header.size()));
-    append(header);
-    t4d_layout::ByteWriter payload;
+    append(header.bytes());
+    t4d_layout::PayloadWriter payload;
     payload.putBytes(head.data(), head.size());
     put(t4d_layout::kHead, payload);
   }
 
-  std::uint64_t put(t4d_layout::ChunkType type, t4d_layout::ByteWriter payload,
+  std::uint64_t put(t4d_layout::ChunkType type, const t4d_layout::PayloadWriter& payload,
                     std::uint32_t flags = t4d_layout::kFlagCritical) {
     const std::uint64_t offset = bytes_.size();
-    t4d_layout::ByteWriter header;
-    header.putBytes(type.data(), type.size());
-    header.put(flags);
-    header.put(std::uint64_t{payload.size()});
-    header.put(crc32c(payload.data(), payload.size()));
-    header.put(crc32c(header.data(), header.size()));
-    append(header);
-    payload.pad();
-    append(payload);
+    const auto [header, front] = frontOf(type, payload, offset, flags);
+    const ChunkHeaderBytes encoded = encodeChunkHeader(header);
+    append(encoded);
+    append(front.bytes());
+    for (const auto& block : payload.blocks()) append(block);
     ++chunks_;
     return offset;
   }
@@ -252,9 +248,10 @@ class FileBuilder {
     return parts;
   }
   std::uint64_t putSimplex(const SlabParts& parts, model::TimeSpan time = {0, 1}) {
-    const model::Slab slab = simplexSlab();
-    return put(t4d_layout::kSlab,
-               encodeSlab(time, parts, slab.vertices, slab.attributes, {0, false}));
+    model::Slab slab = simplexSlab();
+    slab.timeBegin = time.begin;
+    slab.timeEnd = time.end;
+    return put(t4d_layout::kSlab, encodeSlab(slab, parts, {0, false}));
   }
 
   /// A correct end mark for `slabs` slabs in one body.
@@ -271,12 +268,25 @@ class FileBuilder {
   const std::string& bytes() const { return bytes_; }
 
  private:
-  void append(const t4d_layout::ByteWriter& part) {
+  /// With the padding after it.
+  void append(std::span<const std::byte> part) {
     bytes_.append(reinterpret_cast<const char*>(part.data()), part.size());
+    bytes_.resize(t4d_layout::padded(bytes_.size()));
   }
   std::string bytes_;
   std::uint64_t chunks_ = 0;
 };
+
+/// `payload` with other fields, which `change` makes of its own.
+template <class Change>
+t4d_layout::PayloadWriter withFields(const t4d_layout::PayloadWriter& payload, Change change) {
+  std::vector<std::byte> fields(payload.bytes().begin(), payload.bytes().end());
+  change(fields);
+  t4d_layout::PayloadWriter changed;
+  changed.putBytes(fields.data(), fields.size());
+  for (const auto& block : payload.blocks()) changed.putBlock(block);
+  return changed;
+}
 
 /// The first error in opening a file and reading all of its slabs; empty if there is none.
 inline std::string faultOf(const std::filesystem::path& path, T4dOpen how = T4dOpen::Whole) {

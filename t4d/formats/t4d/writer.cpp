@@ -1,6 +1,8 @@
 #include "t4d/formats/t4d/writer.h"
 
 #include <algorithm>
+#include <array>
+#include <deque>
 #include <limits>
 #include <optional>
 
@@ -44,12 +46,14 @@ class T4dWriter::File {
     header.put(std::uint32_t{0});
     header.put(crc32c(header.data(), header.size()));
     if (auto done = out_.write(header.data(), header.size()); !done) return done;
+    std::copy_n(header.data(), header.size(), index_.fileHeader.begin());
     std::vector<std::string> features = {std::string(kFeatureMeans)};
     if (arrays_.level > 0) features.emplace_back(kFeatureZstd);
-    ByteWriter head;
+    PayloadWriter head;
     const auto text = headText(metadata_, features);
     if (!text) return pass(text.error());
     head.putBytes(text->data(), text->size());
+    index_.head = *text;
     const auto offset = putChunk(kHead, head);
     return offset ? Result<void>() : pass(offset.error());
   }
@@ -69,9 +73,9 @@ class T4dWriter::File {
       }
     }
     Done summary;
-    summary.chunks = chunks_;
+    summary.chunks = index_.chunks.size();
     for (const Body& body : bodies_) summary.bodies.push_back(body.summary);
-    ByteWriter done = encodeDone(summary);
+    const PayloadWriter done = encodeDone(summary);
     const auto doneOffset = putChunk(kDone, done);
     if (!doneOffset) return pass(doneOffset.error());
     if (indexed_) {
@@ -100,6 +104,12 @@ class T4dWriter::File {
     File& file_;
   };
 
+  struct StoredConnectivity {
+    PayloadWriter payload;
+    std::size_t bytes = 0;
+    std::uint64_t offset = 0;
+  };
+
   /// After a failure the file cannot be finished: it would look complete, but lack slabs.
   Result<void> put(Body& body, const Slab& slab) {
     if (error_) return pass(*error_);
@@ -109,27 +119,51 @@ class T4dWriter::File {
   }
 
   /// Returns the offset of the chunk.
-  Result<std::uint64_t> putChunk(ChunkType type, ByteWriter& payload) {
+  Result<std::uint64_t> putChunk(ChunkType type, const PayloadWriter& payload) {
     const std::uint64_t offset = out_.size();
-    const std::uint64_t length = payload.size();
-    ByteWriter header;
-    header.putBytes(type.data(), type.size());
-    header.put(kFlagCritical);
-    header.put(length);
-    header.put(crc32c(payload.data(), payload.size()));
-    header.put(crc32c(header.data(), header.size()));
-    payload.pad();
-    if (auto done = out_.write(header.data(), header.size()); !done) return pass(done.error());
-    if (auto done = out_.write(payload.data(), payload.size()); !done) return pass(done.error());
-    ++chunks_;
+    const auto [header, front] = frontOf(type, payload, offset);
+    const auto write = [&](std::span<const std::byte> bytes) -> Result<void> {
+      constexpr std::array<std::byte, kAlignment> kZeros{};
+      if (auto done = out_.write(bytes.data(), bytes.size()); !done) return done;
+      return out_.write(kZeros.data(), padded(bytes.size()) - bytes.size());
+    };
+    if (auto done = write(encodeChunkHeader(header)); !done) return pass(done.error());
+    if (auto done = write(front.bytes()); !done) return pass(done.error());
+    for (const auto& block : payload.blocks()) {
+      if (auto done = write(block); !done) return pass(done.error());
+    }
+    index_.chunks.push_back(header);
     return offset;
   }
 
   /// 0 for a layer without vertices.
   Result<std::uint64_t> putLayer(double time, std::span<const Point4> vertices) {
     if (vertices.empty()) return std::uint64_t{0};
-    ByteWriter payload = encodeLayer(time, vertices, arrays_);
+    const PayloadWriter payload = encodeLayer(time, vertices, arrays_);
     return putChunk(kLayer, payload);
+  }
+
+  /// Returns the offset of the chunk, which may have been written before: slabs of a motion that
+  /// repeats itself, and caps, often have the same connectivity.
+  Result<std::uint64_t> putConnectivity(PayloadWriter payload) {
+    constexpr std::size_t kMostBytes = std::size_t{4} << 20;
+    const auto same = [&](const StoredConnectivity& other) {
+      return std::ranges::equal(other.payload.bytes(), payload.bytes()) &&
+             other.payload.blocks() == payload.blocks();
+    };
+    const auto found = std::ranges::find_if(stored_, same);
+    if (found != stored_.end()) return found->offset;
+    const auto offset = putChunk(kConnectivity, payload);
+    if (!offset) return offset;
+    std::size_t bytes = payload.size();
+    for (const auto& block : payload.blocks()) bytes += block.size();
+    storedBytes_ += bytes;
+    stored_.push_back({std::move(payload), bytes, *offset});
+    while (storedBytes_ > kMostBytes) {
+      storedBytes_ -= stored_.front().bytes;
+      stored_.pop_front();
+    }
+    return offset;
   }
 
   Result<void> checkAgainstBody(const Body& body, const Slab& slab) {
@@ -178,13 +212,11 @@ class T4dWriter::File {
       return invalid(checked.error().message,
                      fmt::format("{}: slab {}", path_.string(), body.summary.slabs));
     }
-    const Connectivity& connectivity = *slab.connectivity;
     IndexRecord record;
     record.time = {slab.timeBegin, slab.timeEnd};
     record.parts.body = body.index;
     if (slab.connectivity != body.connectivity) {
-      ByteWriter payload = encodeConnectivity(connectivity, arrays_);
-      auto offset = putChunk(kConnectivity, payload);
+      auto offset = putConnectivity(encodeConnectivity(*slab.connectivity, arrays_));
       if (!offset) return pass(offset.error());
       body.connectivity = slab.connectivity;
       body.connectivityOffset = *offset;
@@ -200,15 +232,17 @@ class T4dWriter::File {
     if (!upper) return pass(upper.error());
     record.parts.upper = *upper;
 
-    const auto interior =
-        std::span(slab.vertices)
-            .subspan(connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount);
-    ByteWriter payload = encodeSlab(record.time, record.parts, interior, slab.attributes, arrays_);
+    const PayloadWriter payload = encodeSlab(slab, record.parts, arrays_);
     auto offset = putChunk(kSlab, payload);
     if (!offset) return pass(offset.error());
     record.slab = *offset;
     record.slabBytes = out_.size() - *offset;
-    if (indexed_) index_.push_back(record);
+    if (indexed_) {
+      record.extent = extentOf(*slab.connectivity,
+                               arrays_.float32 ? roundedVertices(*slab.connectivity, slab.vertices)
+                                               : slab.vertices);
+      index_.slabs.push_back(record);
+    }
 
     if (arrays_.float32) rounding_.add(slab);
     addSlab(body.summary, slab, arrays_.float32);
@@ -218,14 +252,15 @@ class T4dWriter::File {
   }
 
   Result<void> putIndexAndFooter(std::uint64_t doneOffset) {
-    ByteWriter payload = encodeIndex(index_);
+    index_.chunks.pop_back();  // DONE
+    const PayloadWriter payload = encodeIndex(index_, arrays_.level);
     const auto indexOffset = putChunk(kIndex, payload);
     if (!indexOffset) return pass(indexOffset.error());
     ByteWriter footer;
     footer.put(*indexOffset);
     footer.put(doneOffset);
     footer.put(std::uint64_t{out_.size() + kFooterBytes});
-    footer.put(std::uint32_t{0});
+    footer.put(checksumOf(index_.chunks.back()));
     footer.put(crc32c(footer.data(), footer.size()));
     footer.putBytes(kEndSignature.data(), kEndSignature.size());
     return out_.write(footer.data(), footer.size());
@@ -237,10 +272,11 @@ class T4dWriter::File {
   ArrayOptions arrays_;
   bool indexed_;
   std::vector<Body> bodies_;
-  std::vector<IndexRecord> index_;
+  Index index_;  // without an index: only its chunks are counted
   std::vector<Point4> scratch_;
+  std::deque<StoredConnectivity> stored_;  // the last ones
+  std::size_t storedBytes_ = 0;
   RoundingLoss rounding_;
-  std::uint64_t chunks_ = 0;
   std::optional<Error> error_;  // the first one
 };
 

@@ -146,7 +146,7 @@ TEST(T4dWriter, StoresSharedConnectivityAndLayersOnceAndMeansNotAtAll) {
     layers += chunk.name() == "LAYR" ? 1 : 0;
     if (chunk.name() == "SLAB") smallest = std::min(smallest, chunk.payloadBytes);
   }
-  EXPECT_EQ(smallest, 48u + 2 * t4d_layout::kArrayHeaderBytes);  // two arrays without rows
+  EXPECT_EQ(smallest, 56u + 2 * t4d_layout::kArrayHeaderBytes);  // two arrays without rows
   EXPECT_EQ(connectivities, 3u);                                 // start cap, all steps, end cap
   EXPECT_EQ(layers, slabs.size() - 1);
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -20,7 +21,9 @@ namespace {
 std::optional<double> numberOf(std::string_view text) {
   double number = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
+  if (read.ec != std::errc() || read.ptr != text.data() + text.size() || !std::isfinite(number)) {
+    return std::nullopt;
+  }
   return number;
 }
 

@@ -19,7 +19,8 @@ const { T4d } = require('./T4d.cjs');
 
 const valid = path.join(here, '../../corpus/files/valid');
 const files = readdirSync(valid).filter((name) => name.endsWith('.t4d'));
-const open = (name) => new T4d(new KaitaiStream(readFileSync(path.join(valid, name))));
+const read = (name) => readFileSync(path.join(valid, name));
+const open = (name) => new T4d(new KaitaiStream(read(name)));
 
 test('the corpus has valid files', () => assert(files.length > 0));
 
@@ -31,10 +32,10 @@ for (const name of files) {
     const size = chunks.reduce((sum, { header }) => sum + header.lenChunk, 24);
     assert.equal(size + (file.header.hasIndex ? 40 : 0), file._io.size);
     const done = chunks.findIndex(({ header }) => header.type.text === 'DONE');
-    assert.equal(chunks[done].payload.numChunks, done);
+    assert.equal(chunks[done].fields.numChunks, done);
   });
 
-  test(`${name}: the index has the slabs that are met from the front`, () => {
+  test(`${name}: the index has the headers and the slabs that are met from the front`, () => {
     const file = open(name);
     if (!file.header.hasIndex) {
       assert.equal(file.footer, undefined);
@@ -42,13 +43,27 @@ for (const name of files) {
     }
     assert.equal(file.footer.lenFile, file._io.size);
     assert.equal(file.doneChunk.header.type.text, 'DONE');
-    const met = [];
+    assert.equal(file.footer.indexChecksum, file.indexChunk.headerChecksum);
+    const headers = [];
+    const slabs = [];
     let offset = 24;
-    for (const { header, payload } of file.chunks) {
-      if (header.type.text === 'SLAB') met.push([offset, header.lenChunk, payload.timeBegin]);
+    for (const { header, fields } of file.chunks.slice(0, -2)) {
+      headers.push(...read(name).subarray(offset, offset + 28));
+      if (header.type.text === 'SLAB') slabs.push(fields);
       offset += header.lenChunk;
     }
-    const { slabs } = file.indexChunk.payload;
-    assert.deepEqual(slabs.map((each) => [each.ofsSlab, each.lenSlab, each.timeBegin]), met);
+    const index = file.indexChunk.fields;
+    assert.equal(index.numSlabs, slabs.length);
+    assert.equal(index.chunks.numRows * 28, headers.length);
+    // What is compressed takes more than a grammar.
+    const isSame = (array, expected) => {
+      const numbers = array.blocks.flatMap(({ raw }) => raw?.values ?? []);
+      if (array.codec === T4d.Codec.RAW) assert.deepEqual(numbers, expected);
+    };
+    isSame(index.chunks, headers);
+    isSame(index.times, slabs.flatMap(({ timeBegin, timeEnd }) => [timeBegin, timeEnd]));
+    isSame(index.bodies, slabs.map(({ body }) => body));
+    isSame(index.parts, slabs.flatMap(({ ofsConnectivity, ofsLower, ofsUpper }) =>
+      [ofsConnectivity, ofsLower, ofsUpper]));
   });
 }

@@ -107,6 +107,8 @@ function parse(Type, bytes, at, rule) {
   }
 }
 
+const hexOf = (bytes) => Buffer.from(bytes).toString('hex');
+
 const utf8 = new TextDecoder('utf-8', { fatal: true, ignoreBOM: true });
 
 function text(bytes, at, rule) {
@@ -138,33 +140,42 @@ function readFooter(file) {
   return footer;
 }
 
-/** What a payload breaks that ends too early. */
-const endRules = { HEAD: 'M3', CONN: 'N11', LAYR: 'L4', SLAB: 'S9', DONE: 'D4', INDX: 'I1' };
+/** What fields break that end too early. */
+const endRules = { HEAD: 'M3', CONN: 'N11', LAYR: 'L4', SLAB: 'S9', DONE: 'D4', INDX: 'I8' };
 
-/** The chunk at this offset, whole and with right checksums: {at, type, size, payload}. */
+/**
+ * The chunk at this offset, whole and with right checksums; `headerText` is its header without the
+ * checksum, as hexadecimal digits.
+ */
 function readChunk(file, at) {
-  const headerBytes = file.read(at, 24, 'C3');
+  const headerBytes = file.read(at, 28, 'C3');
   const header = parse(T4d.ChunkHeader, headerBytes, at, 'C3');
   const type = header.type.text;
   const size = header.lenChunk;
   check(at + size <= file.size, at + 8, 'C3', `${header.lenPayload} bytes are not there`);
-  const headerSum = crc32c(headerBytes.subarray(0, 20));
-  check(header.headerChecksum === headerSum, at + 20, 'C4', 'header checksum');
+  const checksum = new KaitaiStream(file.read(at + 28, 4, 'C3')).readU4le();
+  check(checksum === crc32c(headerBytes), at + 28, 'C4', 'header checksum');
   check(type !== 'HEAD' || header.lenPayload <= 16 << 20, at + 8, 'M1', 'HEAD above 16 MiB');
   const bytes = file.read(at, size, 'C3');
-  const payload = bytes.subarray(24, 24 + header.lenPayload);
-  check(header.payloadChecksum === crc32c(payload), at + 16, 'C5', 'payload checksum');
+  const front = bytes.subarray(32, 32 + header.lenFront);
+  check(header.frontChecksum === crc32c(front), at + 24, 'C5', 'front checksum');
   check(header.isKnown || !header.isCritical, at, 'C8', `unknown critical chunk ${type}`);
-  return { at, type, size, payload: parse(T4d.Chunk, bytes, at, endRules[type] ?? 'C3').payload };
+  const { table, fields, contents } = parse(T4d.Chunk, bytes, at, endRules[type] ?? 'C9');
+  table.forEach((entry, i) => {
+    const sum = crc32c(contents.blocks[i].data);
+    check(entry.checksum === sum, at + 36 + 8 * i, 'C10', 'checksum of a block');
+  });
+  return { at, type, size, headerText: hexOf(headerBytes), checksum, fields };
 }
 
 // HEAD -------------------------------------------------------------------------------------------
 
 const knownFeatures = ['zstd', 'means'];
 
-function readHead({ at, payload }) {
-  at += 24;
-  const json = text(payload.json, at, 'M2');
+/** HEAD from these bytes, at this offset. */
+function readHead(bytes, at) {
+  check(bytes.length <= 16 << 20, at, 'M1', 'HEAD above 16 MiB');
+  const json = text(bytes, at, 'M2');
   check(!json.startsWith('\ufeff'), at, 'M2', 'byte order mark');
   let head;
   try {
@@ -193,9 +204,9 @@ function readHead({ at, payload }) {
   const bodies = strings('bodies', 'M7');
   check(bodies.length >= 1 && bodies.length <= 65536, at, 'M7', `${bodies.length} bodies`);
   for (const name of bodies) {
-    const bytes = Buffer.from(name);
-    check(bytes.length >= 1 && bytes.length <= 255, at, 'M8', 'length of a name');
-    check(bytes.toString() === name, at, 'M8', 'a surrogate without a partner has no UTF-8');
+    const encoded = Buffer.from(name);
+    check(encoded.length >= 1 && encoded.length <= 255, at, 'M8', 'length of a name');
+    check(encoded.toString() === name, at, 'M8', 'a surrogate without a partner has no UTF-8');
   }
   check(new Set(bodies).size === bodies.length, at, 'M9', 'two bodies of one name');
   for (const name of ['generator', 'backend', 'length_unit', 'time_unit', 'up']) {
@@ -205,15 +216,16 @@ function readHead({ at, payload }) {
   const details = member('details');
   check(details === undefined || (isObject(details) && !Array.isArray(details)), at, 'M10',
     'type of details');
-  return { features, bodies };
+  return { bytes, features, bodies };
 }
 
 // Arrays -----------------------------------------------------------------------------------------
 
 let zstd = null;
 
-/** Loads the decompressor, for files that name the feature. */
+/** Loads the decompressor, for files that need it. */
 async function prepareZstd() {
+  if (zstd) return;
   const { ZSTDDecoder } = await import('zstddec');
   const { ZstdFrame } = require('./ZstdFrame.cjs');
   // Where there is fetch(), the package loads itself through it, which takes 30 ms.
@@ -225,27 +237,84 @@ async function prepareZstd() {
 
 const maxArray = 2 ** 28;
 
-/** The bytes of an array record, row after row. */
-function bytesOf(record, at, features) {
-  if (record.codec === T4d.Codec.RAW) return record._raw_stored;
-  check(features.includes('zstd'), at, 'A13', 'HEAD does not name the feature zstd');
-  const frame = parse(zstd.ZstdFrame, record.stored, at, 'A10');
-  const size = record.numRows * record.lenRow;
-  check(frame.hasContentSize && frame.contentSize === size, at, 'A11', `not ${size} bytes`);
-  check(size <= maxArray, at, 'A9', `not enough memory here for an array of ${size} bytes`);
-  const content = zstd.decoder.decode(record.stored, size);
+/** The content of a frame that has to have `least` to `most` bytes. */
+function decompress(bytes, least, most, at) {
+  const { hasContentSize, contentSize: size } = parse(zstd.ZstdFrame, bytes, at, 'A10');
+  check(hasContentSize && size >= least && size <= most, at, 'A11', `${size} bytes, not ${most}`);
+  const content = zstd.decoder.decode(bytes, size);
   check(content.length === size, at, 'A12', 'the frame does not decompress');
-  const bytes = new Uint8Array(size);
-  for (let byte = 0, from = 0; byte < record.lenRow; ++byte) {
-    for (let to = byte; to < size; to += record.lenRow) bytes[to] = content[from++];
+  return content;
+}
+
+/** Rows of `size` bytes that were transposed. */
+function inRows(content, size) {
+  const bytes = new Uint8Array(content.length);
+  for (let byte = 0, from = 0; byte < size; ++byte) {
+    for (let to = byte; to < bytes.length; to += size) bytes[to] = content[from++];
   }
   return bytes;
 }
 
-function numbersOf(record, at, features) {
-  const stream = new KaitaiStream(bytesOf(record, at, features));
-  const count = record.numRows * record.numComponents;
-  return new T4d.Scalars(stream, null, null, record.scalarType, count).values;
+const scalars = (bytes, type, count) =>
+  new T4d.Scalars(new KaitaiStream(bytes), null, null, type, count).values;
+
+/** The bytes of `count` scalars, of codec 2. */
+function repeats(content, count, components, at) {
+  const distances = inRows(content.subarray(0, count), components);
+  const rest = distances.reduce((sum, distance) => sum + (distance === 0), 0);
+  check(content.length === count + 4 * rest, at, 'A15', `${rest} numbers are not repeated`);
+  const stored = scalars(inRows(content.subarray(count), 4), T4d.ScalarType.U32, rest);
+  const numbers = new Uint32Array(count);
+  const bytes = new DataView(new ArrayBuffer(4 * count));
+  let before = 0;
+  let used = 0;
+  distances.forEach((distance, i) => {
+    check(distance <= i, at, 'A14', 'a distance to before the first scalar');
+    if (distance === 0) {
+      const z = stored[used++];
+      before = (before + ((z >>> 1) ^ -(z & 1))) >>> 0;
+    }
+    numbers[i] = distance === 0 ? before : numbers[i - distance];
+    bytes.setUint32(4 * i, numbers[i], true);
+  });
+  return new Uint8Array(bytes.buffer);
+}
+
+/** The bytes of an array, row after row. */
+function bytesOf(record, at, features) {
+  const { codec, numRows, lenRow, numComponents, blocks } = record;
+  const isRaw = codec === T4d.Codec.RAW;
+  check(isRaw || features.includes('zstd'), at, 'A13', 'HEAD does not name the feature zstd');
+  const size = numRows * lenRow;
+  check(isRaw || size <= maxArray, at, 'A9', `not enough memory here for ${size} bytes`);
+  const rows = ({ stored, lenRows, numRows: count }) => {
+    if (isRaw) return stored;
+    if (codec === T4d.Codec.TRANSPOSED) {
+      return inRows(decompress(stored, lenRows, lenRows, at), lenRow);
+    }
+    // A byte for each number, and the number itself for some.
+    const numbers = count * numComponents;
+    const content = decompress(stored, numbers, numbers + lenRows, at);
+    return repeats(content, numbers, numComponents, at);
+  };
+  if (blocks.length === 1) return rows(blocks[0]);
+  const bytes = new Uint8Array(size);
+  let end = 0;
+  for (const block of blocks) {
+    bytes.set(rows(block), end);
+    end += block.lenRows;
+  }
+  return bytes;
+}
+
+const numbersOf = (record, at, features) => scalars(
+  bytesOf(record, at, features), record.scalarType, record.numRows * record.numComponents);
+
+/** The numbers of an array, an array for each row. */
+function rowsOf(record, at, features) {
+  const numbers = numbersOf(record, at, features);
+  const size = record.numComponents;
+  return Array.from({ length: record.numRows }, (_, i) => numbers.slice(size * i, size * (i + 1)));
 }
 
 function readAttributes(attributes, at, features) {
@@ -262,7 +331,7 @@ function readAttributes(attributes, at, features) {
 function checkAttributes(attributes, conn, at) {
   const seen = new Set();
   for (const { domain, name, rows } of attributes) {
-    const expected = domain === 'vertex' ? conn.numVertices : conn.numCells;
+    const expected = domain === 'vertex' ? conn.numVertices : conn.cells.length;
     check(rows === expected, at, 'T6', `attribute ${name}: ${rows} rows, not ${expected}`);
     check(!seen.has(domain + name), at, 'T7', `attribute ${name} again`);
     seen.add(domain + name);
@@ -271,23 +340,19 @@ function checkAttributes(attributes, conn, at) {
 
 // Parts and slabs --------------------------------------------------------------------------------
 
-function readConn({ at, payload }, features) {
-  const { numVertices, numLower, numUpper, numMeans, numStored } = payload;
-  const numCells = payload.cells.numRows;
-  const indices = numbersOf(payload.cells, at, features);
-  const cells = [];
-  for (let i = 0; i < indices.length; i += 4) {
-    const [a, b, c, d] = indices.slice(i, i + 4);
-    check(Math.max(a, b, c, d) < numVertices, at, 'N4', `index in cell ${i / 4}`);
+function readConn({ at, fields }, features) {
+  const { numVertices, numLower, numUpper, numMeans, numStored } = fields;
+  const cells = rowsOf(fields.cells, at, features);
+  cells.forEach(([a, b, c, d], i) => {
+    check(Math.max(a, b, c, d) < numVertices, at, 'N4', `index in cell ${i}`);
     check(a !== b && a !== c && a !== d && b !== c && b !== d && c !== d, at, 'N5',
-      `cell ${i / 4} has a vertex twice`);
-    cells.push([a, b, c, d]);
-  }
+      `cell ${i} has a vertex twice`);
+  });
   const sources = [];
   if (numMeans > 0) {
     check(features.includes('means'), at, 'N12', 'HEAD does not name the feature means');
-    const sizes = numbersOf(payload.meanSizes, at, features);
-    const numbers = numbersOf(payload.meanSources, at, features);
+    const sizes = numbersOf(fields.meanSizes, at, features);
+    const numbers = numbersOf(fields.meanSources, at, features);
     check(!sizes.includes(0), at, 'N7', 'a mean of nothing');
     const total = sizes.reduce((sum, size) => sum + size, 0);
     check(total === numbers.length, at, 'N8', `${numbers.length} sources, the sizes say ${total}`);
@@ -297,56 +362,67 @@ function readConn({ at, payload }, features) {
     let first = 0;
     for (const size of sizes) sources.push(numbers.slice(first, (first += size)));
   }
-  const attributes = readAttributes(payload.attributes, at, features);
+  const attributes = readAttributes(fields.attributes, at, features);
+  // The numbers of the vertices of each block of cells, if there is more than one.
+  const blocks = fields.ranges.map((_, i) =>
+    new Set(cells.slice(blockRows * i, blockRows * (i + 1)).flat()));
   const conn = {
-    kind: 'CONN', numVertices, numLower, numUpper, numMeans, numStored, numCells, cells, sources,
-    attributes,
+    kind: 'CONN', numVertices, numLower, numUpper, numMeans, numStored, cells, sources, attributes,
+    blocks,
   };
+  fields.ranges.forEach((range, i) => {
+    const expected = rangesOf(blocks[i], conn);
+    check(isSame([range.lower, range.interior, range.upper].flat(), expected), at, 'N2',
+      `block ${i} of the cells needs the vertices ${expected}`);
+  });
   checkAttributes(attributes, conn, at);
   return conn;
 }
 
-function readLayr({ at, payload }, features) {
-  const points = pointsOf(numbersOf(payload.positions, at, features), () => payload.time);
-  return { kind: 'LAYR', time: payload.time, points };
+const blockRows = 65536;
+
+const isSame = (some, others) =>
+  some.length === others.length && some.every((value, i) => value === others[i]);
+
+/** The range of a block of cells with these vertices. */
+function rangesOf(vertices, { numVertices, numLower, numUpper, numMeans, sources }) {
+  const firstUpper = numVertices - numUpper;
+  const firstMean = firstUpper - numMeans;
+  const range = [0, 0, 0, 0, 0, 0];
+  const need = (i) => {
+    const part = i < numLower ? 0 : i < firstUpper ? 2 : 4;
+    const isFirst = range[part + 1] === 0;
+    range[part] = isFirst ? i : Math.min(range[part], i);
+    range[part + 1] = Math.max(range[part + 1], i + 1);
+  };
+  for (const i of vertices) {
+    need(i);
+    if (i >= firstMean && i < firstUpper) sources[i - firstMean].forEach(need);
+  }
+  return range;
 }
 
-/** Points [x, y, z, t]. */
-function pointsOf(positions, timeOf) {
-  const points = [];
-  for (let i = 0; i < positions.length; i += 3) {
-    points.push([positions[i], positions[i + 1], positions[i + 2], timeOf(i / 3)]);
-  }
-  return points;
+function readLayr({ at, fields: { time, positions } }, features) {
+  const points = rowsOf(positions, at, features).map((position) => [...position, time]);
+  return { kind: 'LAYR', time, points };
 }
 
 const readPart = (chunk, features) =>
   ({ CONN: readConn, LAYR: readLayr })[chunk.type]?.(chunk, features);
 
-/** A slab as its chunk says; `fields` are those that INDX repeats. */
-function readSlab({ at, size, payload }, head) {
-  check(payload.body < head.bodies.length, at, 'S4', `body ${payload.body}`);
-  const times = numbersOf(payload.times, at, head.features);
-  return {
-    at,
-    size,
-    fields: fieldsOf(payload),
-    interior: pointsOf(numbersOf(payload.positions, at, head.features), (i) => times[i]),
-    attributes: readAttributes(payload.attributes, at, head.features),
-  };
-}
-
-const fieldsOf = ({ timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper, body }) =>
-  ({ timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper, body });
-
-/** Puts a slab together; part(offset) is a part, or undefined. */
-function assemble({ at, fields, interior, attributes }, part) {
+/** A slab, put together; part(offset) is a part, or undefined. `record` is what INDX says of it. */
+function readSlab({ at, fields }, head, part) {
+  const { timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper, body } = fields;
+  check(body < head.bodies.length, at, 'S4', `body ${body}`);
+  const times = numbersOf(fields.times, at, head.features);
+  const interior = rowsOf(fields.positions, at, head.features)
+    .map((position, i) => [...position, times[i]]);
+  const own = readAttributes(fields.attributes, at, head.features);
   const find = (offset, kind, rule) => {
     const found = offset >= 24 && offset < at ? part(offset) : undefined;
     check(found?.kind === kind, at, rule, `no ${kind} at ${offset}, before the slab`);
     return found;
   };
-  const { timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper } = fields;
   const conn = find(ofsConnectivity, 'CONN', 'S2');
   const layer = (offset, rows, time) => {
     const { points, time: found } =
@@ -365,9 +441,16 @@ function assemble({ at, fields, interior, attributes }, part) {
   check(vertices.every((point) => point.every(Number.isFinite)), at, 'P2', 'not all are finite');
   check([...interior, ...means].every(([, , , t]) => t >= timeBegin && t <= timeEnd), at, 'P4',
     'an interior vertex outside the times of the slab');
-  const all = [...conn.attributes, ...attributes];
-  checkAttributes(all, conn, at);
-  return { fields, conn, vertices, stored: [...lower, ...interior, ...upper], attributes: all };
+  const attributes = [...conn.attributes, ...own];
+  checkAttributes(attributes, conn, at);
+  const bounds = conn.blocks.flatMap((block) =>
+    widen(noBounds(4), [...block].map((i) => vertices[i])).flat());
+  check(isSame(fields.bounds, bounds), at, 'S10', `the bounds are ${bounds}`);
+  const record = {
+    at, timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper, body, numCells: conn.cells.length,
+    bounds: widen(noBounds(3), vertices).flat(),
+  };
+  return { record, conn, vertices, stored: [...lower, ...interior, ...upper], attributes };
 }
 
 function mean(points) {
@@ -378,19 +461,28 @@ function mean(points) {
   return sum.map((value) => value / points.length);
 }
 
-/** Both slabs are of one body, one after the other. */
-function checkFollows(before, slab, at) {
-  check(slab.ofsLower === before.ofsUpper, at, 'S7', 'lower is not upper of the slab before');
-  check(slab.ofsLower === 0 ? slab.timeBegin >= before.timeEnd : slab.timeBegin === before.timeEnd,
-    at, 'S8', `begins at ${slab.timeBegin}, the slab before ends at ${before.timeEnd}`);
-}
-
 // Whole files ------------------------------------------------------------------------------------
 
-function checkSlabs(summary, slabs, at) {
-  check(summary.numSlabs === slabs.length, at, 'D5', `${slabs.length} slabs are there`);
-  check(summary.timeBegin === slabs[0].timeBegin && summary.timeEnd === slabs.at(-1).timeEnd, at,
-    'D7', 'times of a body');
+/** Checks DONE, as far as that is possible without the slabs; `bodies` has the records of each. */
+function checkDone({ at, fields: done }, bodies, numChunks) {
+  check(done.numBodies === bodies.length, at, 'D2', `HEAD names ${bodies.length}`);
+  check(done.numChunks === numChunks, at, 'D1', `${numChunks} chunks are there`);
+  bodies.forEach((slabs, i) => {
+    const said = done.bodies[i];
+    check(said.numSlabs === slabs.length && slabs.length > 0, at, 'D5',
+      `body ${i} has ${slabs.length} slabs`);
+    slabs.slice(1).forEach((slab, k) => {
+      const before = slabs[k];
+      const { at: place, timeBegin: begin } = slab;
+      check(slab.ofsLower === before.ofsUpper, place, 'S7', 'lower is not upper before');
+      check(slab.ofsLower === 0 ? begin >= before.timeEnd : begin === before.timeEnd, place, 'S8',
+        `begins at ${begin}, the slab before ends at ${before.timeEnd}`);
+    });
+    check(said.timeBegin === slabs[0].timeBegin && said.timeEnd === slabs.at(-1).timeEnd, at, 'D7',
+      'times of a body');
+    const numCells = slabs.reduce((sum, slab) => sum + slab.numCells, 0);
+    check(said.numCells === numCells, at, 'D6', `${numCells} cells are there`);
+  });
 }
 
 /** [minimum, maximum] of each coordinate, where there is no point. */
@@ -407,91 +499,141 @@ function widen([low, high], points) {
   return [low, high];
 }
 
+/** INDX and DONE, by the footer; they take all bytes from DONE on. */
+async function readEnds(file) {
+  const footer = readFooter(file);
+  const chunkOf = (at, type, rule) => {
+    const chunk = readChunk(file, at);
+    check(chunk.type === type, at, rule, `${chunk.type} instead of ${type}`);
+    return chunk;
+  };
+  const chunk = chunkOf(footer.ofsIndex, 'INDX', 'F4');
+  const { at, checksum } = chunk;
+  check(checksum === footer.indexChecksum, file.size - 16, 'F6', 'not the checksum of INDX');
+  const done = chunkOf(footer.ofsDone, 'DONE', 'F5');
+  check(done.at + done.size === at, at, 'O4', 'INDX does not follow DONE');
+  check(at + chunk.size === file.size - footerSize, at, 'O4', 'no footer after INDX');
+  const indx = await readIndx(chunk);
+  check(indx.fileHeader === hexOf(file.read(0, 24, 'H1')), at, 'I1', 'another file header');
+  check(indx.end === done.at, at, 'I2', `the chunks end at ${indx.end}, DONE is at ${done.at}`);
+  return { indx, done };
+}
+
+/** What INDX says: HEAD, headers of chunks by offset, a record for each slab, the same by body. */
+async function readIndx({ at, fields }) {
+  const copy = bytesOf(fields.head, at, []);
+  const head = readHead(copy, at);
+  const { features } = head;
+  if (features.includes('zstd')) await prepareZstd();
+  const bytes = bytesOf(fields.chunks, at, features);
+  const headers = new Map();
+  const slabs = [];
+  let end = 24;
+  for (let i = 0; i < bytes.length; i += 28) {
+    const one = bytes.subarray(i, i + 28);
+    const header = parse(T4d.ChunkHeader, one, at, 'I2');
+    if (i === 0) {
+      check(header.type.text === 'HEAD' && header.lenPayload === copy.length &&
+        header.frontChecksum === crc32c(copy), at, 'I1', 'another HEAD');
+    }
+    headers.set(end, hexOf(one));
+    if (header.type.text === 'SLAB') slabs.push(end);
+    end += header.lenChunk;
+  }
+  check(slabs.length === fields.numSlabs, at, 'I3', `${slabs.length} slabs are there`);
+  const [times, parts, numbers, cells, bounds] =
+    [fields.times, fields.parts, fields.bodies, fields.cells, fields.bounds]
+      .map((column) => rowsOf(column, at, features));
+  const records = slabs.map((place, i) => ({
+    at: place, timeBegin: times[i][0], timeEnd: times[i][1], ofsConnectivity: parts[i][0],
+    ofsLower: parts[i][1], ofsUpper: parts[i][2], body: numbers[i][0], numCells: cells[i][0],
+    bounds: bounds[i],
+  }));
+  const bodies = head.bodies.map(() => []);
+  for (const record of records) {
+    check(record.body < bodies.length, at, 'I4', `body ${record.body}`);
+    bodies[record.body].push(record);
+  }
+  return { at, fileHeader: hexOf(fields.header), head, headers, end, records, bodies };
+}
+
+/** Checks what INDX says of a slab. */
+function checkRecord(said, found, at) {
+  for (const [name, value] of Object.entries(found)) {
+    if (name === 'bounds') {
+      check(isSame(said.bounds, value), at, 'I6', `bounds are ${value}`);
+    } else {
+      check(said[name] === value, at, name === 'numCells' ? 'I5' : 'I4', `${name} is ${value}`);
+    }
+  }
+}
+
 /** Reads a file from the front and checks all of it; use(slab) makes of each slab what is kept. */
 async function readAll(file, use) {
   const header = readFileHeader(file);
-  const footer = header.hasIndex ? readFooter(file) : null;
-  const end = header.hasIndex ? file.size - footerSize : file.size;
+  const { indx, done: found } = header.hasIndex ? await readEnds(file) : {};
+  const headers = new Map();
   const parts = new Map();
   const unused = new Set();
-  const places = [];
-  let head = null;
+  const records = [];
   let done = null;
-  let indx = null;
+  let head = null;
   let bodies = [];
   let at = 24;
-  for (let count = 0; !done || (header.hasIndex && !indx); ++count) {
-    check(at < end, at, done ? 'O4' : head ? 'O3' : 'O1',
-      `the chunks end without ${done ? 'INDX' : head ? 'DONE' : 'HEAD'}`);
+  while (!done) {
+    check(at < file.size, at, 'O3', 'the chunks end without DONE');
     const chunk = readChunk(file, at);
     check(head || chunk.type === 'HEAD', at, 'O1', `the first chunk is ${chunk.type}`);
-    check(!done || chunk.type === 'INDX', at, 'O4', `${chunk.type} after DONE`);
     if (chunk.type === 'HEAD') {
       check(!head, at, 'O2', 'HEAD again');
-      head = readHead(chunk);
+      head = readHead(chunk.fields.json, at + 32);
       if (head.features.includes('zstd')) await prepareZstd();
       bodies = head.bodies.map(() => ({
-        slabs: [], results: [], vertices: 0, cells: 0,
-        bounds: noBounds(3), storedBounds: noBounds(3),
+        slabs: [], results: [], vertices: 0, bounds: noBounds(3), storedBounds: noBounds(3),
       }));
     } else if (chunk.type === 'CONN' || chunk.type === 'LAYR') {
       parts.set(at, readPart(chunk, head.features));
       unused.add(at);
     } else if (chunk.type === 'SLAB') {
-      const slab = assemble(readSlab(chunk, head), (offset) => parts.get(offset));
-      const { fields, conn } = slab;
-      unused.delete(fields.ofsConnectivity);
-      unused.delete(fields.ofsLower);
-      unused.delete(fields.ofsUpper);
-      const body = bodies[fields.body];
-      if (body.slabs.length > 0) {
-        checkFollows(body.slabs.at(-1), fields, at);
-        body.vertices -= conn.numLower;
-      }
-      body.slabs.push(fields);
-      body.vertices += conn.numVertices;
-      body.cells += conn.numCells;
+      const slab = readSlab(chunk, head, (offset) => parts.get(offset));
+      const { record, conn } = slab;
+      unused.delete(record.ofsConnectivity);
+      unused.delete(record.ofsLower);
+      unused.delete(record.ofsUpper);
+      const body = bodies[record.body];
+      body.vertices += conn.numVertices - (body.slabs.length > 0 ? conn.numLower : 0);
+      body.slabs.push(record);
       widen(body.bounds, slab.vertices);
       widen(body.storedBounds, slab.stored);
       body.results.push(use(slab));
-      places.push({ at, size: chunk.size, fields });
+      records.push(record);
     } else if (chunk.type === 'DONE') {
       done = chunk;
-      check(done.payload.numChunks === count, at, 'D1', `${count} chunks are there`);
-      check(done.payload.numBodies === bodies.length, at, 'D2', `HEAD names ${bodies.length}`);
-      check(!footer || footer.ofsDone === at, end + 8, 'F5', `DONE is at ${at}`);
-    } else if (chunk.type === 'INDX') {
-      check(done, at, header.hasIndex ? 'O4' : 'O5', 'INDX not after DONE');
-      check(footer.ofsIndex === at, end, 'F4', `INDX is at ${at}`);
-      indx = chunk;
+    } else {
+      check(chunk.type !== 'INDX', at, header.hasIndex ? 'O4' : 'O5', 'INDX before DONE');
     }
+    if (!done) headers.set(at, chunk.headerText);
     at += chunk.size;
   }
-  check(at === end, at, header.hasIndex ? 'O4' : 'O5', `${end - at} bytes after the last chunk`);
   for (const offset of unused) check(false, offset, 'O6', 'no slab names this part');
-  bodies.forEach((body, i) => {
-    const summary = done.payload.bodies[i];
-    check(body.slabs.length > 0, done.at, 'D5', `body ${i} has no slab`);
-    checkSlabs(summary, body.slabs, done.at);
-    check(summary.numVertices === body.vertices && summary.numCells === body.cells, done.at, 'D6',
-      `${body.vertices} vertices and ${body.cells} cells are there`);
-    const expected = body.storedBounds.flat();
-    check([...summary.minimum, ...summary.maximum].every((value, k) => value === expected[k]),
-      done.at, 'D8', `bounds are ${expected}`);
-  });
   if (indx) {
-    const { numSlabs } = indx.payload;
-    check(numSlabs === places.length, indx.at, 'I1', `there are ${places.length} slabs`);
-    places.forEach((place, i) => checkRecord(indx.payload.slabs[i], place, indx.at + 32 + 64 * i));
+    check(hexOf(head.bytes) === hexOf(indx.head.bytes), indx.at, 'I1', 'another HEAD');
+    check(done.at === found.at, done.at, 'O3', 'DONE, and again');
+    check(isSame([...headers.values()], [...indx.headers.values()]), indx.at, 'I2',
+      'other headers of chunks');
+    records.forEach((record, i) => checkRecord(indx.records[i], record, indx.at));
+  } else {
+    check(at === file.size, at, 'O5', `${file.size - at} bytes after DONE`);
   }
+  checkDone(done, bodies.map(({ slabs }) => slabs), headers.size);
+  bodies.forEach((body, i) => {
+    const summary = done.fields.bodies[i];
+    check(summary.numVertices === body.vertices, done.at, 'D6', `${body.vertices} vertices`);
+    const expected = body.storedBounds.flat();
+    check(isSame([...summary.minimum, ...summary.maximum], expected), done.at, 'D8',
+      `bounds are ${expected}`);
+  });
   return { header, head, bodies };
-}
-
-function checkRecord(record, { at: offset, size, fields }, at) {
-  check(record.ofsSlab === offset && record.lenSlab === size, at, 'I2', `the slab is at ${offset}`);
-  for (const [name, value] of Object.entries(fields)) {
-    check(record[name] === value, at + 16, 'I3', `${name} is ${value} in the slab`);
-  }
 }
 
 /** The head, and for each body [the slab that answers a slice], or [], and the body's last time. */
@@ -499,7 +641,7 @@ async function readSlabsAt(file, time) {
   const header = readFileHeader(file);
   if (!header.hasIndex) {
     const { head, bodies } = await readAll(file, (slab) =>
-      (slab.fields.timeBegin <= time && time <= slab.fields.timeEnd ? slab : null));
+      (slab.record.timeBegin <= time && time <= slab.record.timeEnd ? slab : null));
     return {
       head,
       found: bodies.map(({ slabs, results }) => {
@@ -508,42 +650,28 @@ async function readSlabsAt(file, time) {
       }),
     };
   }
-  const chunkOf = (at, type, rule) => {
-    const chunk = readChunk(file, at);
-    check(chunk.type === type, at, rule, `${chunk.type} instead of ${type}`);
+  const { indx, done } = await readEnds(file);
+  const { head } = indx;
+  checkDone(done, indx.bodies, indx.headers.size);
+  const chunkAt = (offset) => {
+    const chunk = readChunk(file, offset);
+    check(chunk.headerText === indx.headers.get(offset), offset, 'I2', 'another header');
     return chunk;
   };
-  const footer = readFooter(file);
-  const head = readHead(chunkOf(24, 'HEAD', 'O1'));
-  if (head.features.includes('zstd')) await prepareZstd();
-  const done = chunkOf(footer.ofsDone, 'DONE', 'F5');
-  const indx = chunkOf(footer.ofsIndex, 'INDX', 'F4');
-  check(done.at + done.size === indx.at, indx.at, 'O4', 'INDX does not follow DONE');
-  check(indx.at + indx.size === file.size - footerSize, indx.at, 'O4', 'no footer after INDX');
-  const count = head.bodies.length;
-  check(done.payload.numBodies === count, done.at, 'D2', `HEAD names ${count}`);
-  const bodies = head.bodies.map(() => []);
-  indx.payload.slabs.forEach((record, i) => {
-    const at = indx.at + 32 + 64 * i;
-    check(record.body < bodies.length, at + 56, 'I3', `body ${record.body}`);
-    const body = bodies[record.body];
-    if (body.length > 0) checkFollows(body.at(-1), record, at);
-    body.push(Object.assign(record, { at }));
-  });
   const parts = new Map();
   const part = (offset) => {
-    if (!parts.has(offset)) parts.set(offset, readPart(readChunk(file, offset), head.features));
+    if (indx.headers.has(offset) && !parts.has(offset)) {
+      parts.set(offset, readPart(chunkAt(offset), head.features));
+    }
     return parts.get(offset);
   };
-  const found = bodies.map((slabs, i) => {
-    check(slabs.length > 0, done.at, 'D5', `body ${i} has no slab`);
-    checkSlabs(done.payload.bodies[i], slabs, done.at);
+  const found = indx.bodies.map((slabs) => {
     const record = slabs[answering(slabs, time)];
     const last = slabs.at(-1).timeEnd;
     if (!record) return { slabs: [], last };
-    const slab = readSlab(chunkOf(record.ofsSlab, 'SLAB', 'I2'), head);
-    checkRecord(record, slab, record.at);
-    return { slabs: [assemble(slab, part)], last };
+    const slab = readSlab(chunkAt(record.at), head, part);
+    checkRecord(record, slab.record, indx.at);
+    return { slabs: [slab], last };
   });
   return { head, found };
 }
@@ -570,7 +698,7 @@ async function describe(file) {
     bodies: bodies.map((body, i) => ({
       name: head.bodies[i],
       vertices: String(body.vertices),
-      cells: String(body.cells),
+      cells: String(body.slabs.reduce((sum, { numCells }) => sum + numCells, 0)),
       begin: real(body.slabs[0].timeBegin),
       end: real(body.slabs.at(-1).timeEnd),
       ...boundsText(body.bounds),
@@ -580,17 +708,17 @@ async function describe(file) {
   };
 }
 
-function describeSlab({ fields, conn, vertices, attributes }) {
+function describeSlab({ record, conn, vertices, attributes }) {
   let hypervolume = 0;
   for (const cell of conn.cells) hypervolume += determinant4(...cell.map((i) => vertices[i])) / 24;
   const description = {
-    begin: real(fields.timeBegin),
-    end: real(fields.timeEnd),
+    begin: real(record.timeBegin),
+    end: real(record.timeEnd),
     vertices: String(conn.numVertices),
     lower: String(conn.numLower),
     upper: String(conn.numUpper),
     means: String(conn.numMeans),
-    cells: String(conn.numCells),
+    cells: String(conn.cells.length),
     ...boundsText(widen(noBounds(4), vertices)),
     attributes: attributes.map(({ domain, name, type, components, bytes }) => ({
       domain,

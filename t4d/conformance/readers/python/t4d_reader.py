@@ -12,16 +12,16 @@ standard error then names the rule and the byte, counted from the beginning of t
 usage. A mistake in this program exits with 70: Python's own 1 would look like a refusal.
 
 Written from SPEC.md alone, for Python 3.11 and its standard library. Python has no Zstandard before
-3.14, so arrays of codec 1 are decompressed by the system's libzstd.so.1 through ctypes. Files
-without such arrays do not need it.
+3.14, so arrays of codecs 1 and 2 are decompressed by the system's libzstd.so.1 through ctypes.
+Files without such arrays do not need it.
 """
 import json
 import os
 import struct
 import sys
-from array import array
-from itertools import islice, repeat
+from itertools import islice, pairwise, repeat
 from math import hypot, inf, isfinite, sqrt
+from typing import NamedTuple
 
 
 class Invalid(Exception):
@@ -50,15 +50,15 @@ def crc32c(data):
     return crc ^ 0xFFFFFFFF
 
 
-def padding_of(length):
-    return -length % 8
+def padded(length):
+    return length + -length % 8
 
 
 # File header, chunks, footer ----------------------------------------------------------------------
 
 SIGNATURE = b"\x89T4D\r\n\x1a\n"
-TYPES = {b"HEAD", b"CONN", b"LAYR", b"SLAB", b"DONE", b"INDX"}
-MAX_HEAD = 16 << 20
+# The types of chunks, each with the rule that says where its fields end.
+TYPES = {b"HEAD": "M3", b"CONN": "N11", b"LAYR": "L4", b"SLAB": "S9", b"DONE": "D4", b"INDX": "I8"}
 FOOTER_SIZE = 40
 
 
@@ -73,57 +73,62 @@ class File:
         return self.stream.read(length)
 
 
-class Cursor:
-    """Takes a payload apart from front to back; `rule` is the one that says where it ends."""
+class Chunk:
+    """A chunk, whole and with right checksums; fields and blocks are taken from front to back."""
 
-    def __init__(self, data, at, rule):
-        self.data, self.base, self.rule, self.taken = data, at, rule, 0
+    def __init__(self, file, at):
+        self.at, self.header = at, file.read(at, 32, "C3")
+        self.type, flags, length, front, blocks, front_sum, header_sum = struct.unpack(
+            "<4sIQIIII", self.header)
+        check(self.type.isalnum(), at, "C1", f"chunk type {self.type}")
+        check(flags <= 1, at + 4, "C2", "reserved flags set")
+        self.size = 32 + padded(length)
+        check(at + self.size <= file.size, at + 8, "C3", f"{length} bytes are not there")
+        check(crc32c(self.header[:28]) == header_sum, at + 28, "C4", "header checksum")
+        check(8 * blocks <= front <= length, at + 16, "C9", f"{front} of {length} bytes in front")
+        data = file.read(at + 32, self.size - 32, "C3")
+        self.front = data[:front]
+        check(crc32c(self.front) == front_sum, at + 24, "C5", "front checksum")
+        check(flags == 1 or self.type not in TYPES, at + 4, "C7", f"{self.type} not critical")
+        check(flags == 0 or self.type in TYPES, at, "C8", f"unknown critical chunk {self.type}")
+        check(front % 8 == 0 or blocks == 0, at + 16, "C9", f"{front} bytes in front of blocks")
+        check(blocks == 0 or self.type not in (b"HEAD", b"DONE"), at + 20, "C11", "blocks")
+        self.rule, self.blocks, self.taken, end = TYPES.get(self.type, "C8"), [], 0, front
+        for _ in range(blocks):
+            place = self.place()
+            size, checksum = self.unpack("II")
+            begin, end = end, end + padded(size)
+            check(end <= length, place, "C9", "a block ends after the payload")
+            block = data[begin:begin + size]
+            check(crc32c(block) == checksum, place + 4, "C10", "checksum of a block")
+            check(not any(data[begin + size:end]), at + 32 + begin + size, "C6", "padding not zero")
+            self.blocks.append(block)
+        check(end == length, at + 8, "C9", f"{length - end} bytes follow front and blocks")
+        check(not any(data[length:]), at + 32 + length, "C6", "padding not zero")
+        self.blocks.reverse()
 
-    def at(self):
-        return self.base + self.taken
-
-    def left(self):
-        return len(self.data) - self.taken
+    def place(self):
+        """The offset of what is taken next."""
+        return self.at + 32 + self.taken
 
     def bytes(self, length, rule=None):
-        check(length <= self.left(), self.at(), rule or self.rule,
-              f"{length} bytes are wanted, {self.left()} are left of the payload")
+        left = len(self.front) - self.taken
+        check(length <= left, self.place(), rule or self.rule,
+              f"{length} bytes are wanted, {left} are left of the fields")
         self.taken += length
-        return self.data[self.taken - length:self.taken]
+        return self.front[self.taken - length:self.taken]
 
     def unpack(self, layout):
         return struct.unpack("<" + layout, self.bytes(struct.calcsize("<" + layout)))
 
     def zeros(self, length, rule):
-        at = self.at()
+        at = self.place()
         check(not any(self.bytes(length)), at, rule, "reserved bytes or padding not zero")
 
     def end(self):
-        check(self.left() == 0, self.at(), self.rule, f"{self.left()} bytes too many")
-
-
-class Chunk:
-    """A chunk, whole and with right checksums."""
-
-    def __init__(self, file, at):
-        header = file.read(at, 24, "C3")
-        self.at = at
-        self.type, flags, length, payload_sum, header_sum = struct.unpack("<4sIQII", header)
-        check(self.type.isalnum(), at, "C1", f"chunk type {self.type}")
-        check(flags <= 1, at + 4, "C2", "reserved flags set")
-        self.size = 24 + length + padding_of(length)
-        check(at + self.size <= file.size, at + 8, "C3", f"{length} bytes are not there")
-        check(crc32c(header[:20]) == header_sum, at + 20, "C4", "header checksum")
-        check(self.type != b"HEAD" or length <= MAX_HEAD, at + 8, "M1", f"HEAD of {length} bytes")
-        data = file.read(at + 24, self.size - 24, "C3")
-        self.payload = data[:length]
-        check(crc32c(self.payload) == payload_sum, at + 16, "C5", "payload checksum")
-        check(not any(data[length:]), at + 24 + length, "C6", "padding not zero")
-        check(flags == 1 or self.type not in TYPES, at + 4, "C7", f"{self.type} not critical")
-        check(flags == 0 or self.type in TYPES, at, "C8", f"unknown critical chunk {self.type}")
-
-    def cursor(self, rule):
-        return Cursor(self.payload, self.at + 24, rule)
+        left = len(self.front) - self.taken
+        check(left == 0 and not self.blocks, self.place(), self.rule,
+              f"{left} bytes and {len(self.blocks)} blocks too many")
 
 
 def read_file_header(file):
@@ -138,66 +143,96 @@ def read_file_header(file):
     return f"{major}.{minor}", flags == 1
 
 
-def read_footer(file):
-    """Offsets of INDX and DONE; that these are there (F4, F5) is checked where they are read."""
+def read_ends(file):
+    """(Indx, Done), by the footer; they take all bytes from DONE on."""
     at = file.size - FOOTER_SIZE
     check(at >= 24, 24, "F1", "no room for the footer")
     data = file.read(at, FOOTER_SIZE, "F1")
-    indx, done, length, reserved, checksum, signature = struct.unpack("<QQQII8s", data)
+    indx_at, done_at, length, indx_sum, checksum, signature = struct.unpack("<QQQ4sI8s", data)
     check(signature == SIGNATURE[::-1], at + 32, "F1", "no end signature: the file is cut off")
     check(crc32c(data[:28]) == checksum, at + 28, "F2", "checksum of the footer")
     check(length == file.size, at + 16, "F3", f"length {length}, the file has {file.size} bytes")
-    check(reserved == 0, at + 24, "F6", "reserved bytes not zero")
-    return indx, done
+    indx = Chunk(file, indx_at)
+    check(indx.type == b"INDX", at, "F4", f"INDX is not at {indx_at}")
+    check(indx.header[28:] == indx_sum, at + 24, "F6", "not the checksum of this INDX")
+    done = Chunk(file, done_at)
+    check(done.type == b"DONE", at + 8, "F5", f"DONE is not at {done_at}")
+    check(done_at + done.size == indx_at, indx_at, "O4", "INDX does not follow DONE")
+    check(indx_at + indx.size == at, at, "O4", "the footer does not follow INDX")
+    indx = Indx(indx)
+    check(indx.file_header == file.read(0, 24, "H1"), indx_at + 32, "I1", "another file header")
+    check(indx.end == done_at, indx_at, "I2", f"chunks up to {indx.end}, DONE is at {done_at}")
+    return indx, Done(done, indx.head)
 
 
 # Arrays and attributes ----------------------------------------------------------------------------
 
-# Letters of the modules array and struct.
+# Letters of the module struct.
 SCALARS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i", 7: "Q", 8: "q", 9: "f", 10: "d"}
-U32, F32, F64 = 5, 9, 10
-# What this reader unpacks at most, in bytes.
-MAX_ARRAY = 1 << 30
+U8, U32, U64, F32, F64 = 1, 5, 7, 9, 10
+BLOCK_ROWS = 65536
 
 
 class Array:
-    """An array record; `data` are its bytes row after row, whatever the codec."""
+    """The array whose record comes next; `data` are its bytes row after row, whatever the codec."""
 
-    def __init__(self, cursor, features):
-        self.at = at = cursor.at()
-        self.type, self.components, codec = cursor.unpack("BBB")
+    def __init__(self, chunk, features, rule=None, types=(), components=0):
+        self.at = at = chunk.place()
+        self.type, self.components, codec = chunk.unpack("BBB")
         check(self.type in SCALARS, at, "A1", f"scalar type {self.type}")
         check(self.components > 0, at + 1, "A2", "no components")
-        check(codec <= 1, at + 2, "A3", f"codec {codec}")
-        cursor.zeros(5, "A4")
-        self.rows, stored_size = cursor.unpack("QQ")
-        stored = cursor.bytes(stored_size, "A5")
-        check(padding_of(stored_size) <= cursor.left(), cursor.at(), "A5", "padding cut off")
-        cursor.zeros(padding_of(stored_size), "A6")
-        row = self.components * struct.calcsize("<" + SCALARS[self.type])
-        size = self.rows * row
-        check(codec == 1 or stored_size == size, at + 16, "A7", f"{stored_size} bytes, not {size}")
-        check(codec == 0 or self.rows > 0, at + 2, "A8", "an array of no rows is compressed")
-        check(size <= 1024 * stored_size, at + 8, "A9", f"{size} bytes from {stored_size}")
-        if codec == 0:
-            self.data = stored
-        else:
-            check("zstd" in features, at + 2, "A13", "HEAD does not name the feature zstd")
-            check(size <= MAX_ARRAY, at + 8, "A9", f"not enough memory here for {size} bytes")
-            content = decompress(stored, size, at + 24)
-            self.data = bytearray(size)
-            for byte in range(row):
-                self.data[byte::row] = content[byte * self.rows:(byte + 1) * self.rows]
-
-    def check_type(self, types, components, rule):
-        check(self.type in types and self.components == components, self.at, rule,
+        check(codec <= 2, at + 2, "A3", f"codec {codec}")
+        chunk.zeros(5, "A4")
+        self.rows, = chunk.unpack("Q")
+        check(rule is None or self.type in types and self.components == components, at, rule,
               f"scalar type {self.type}, {self.components} components")
+        blocks = -(-self.rows // BLOCK_ROWS)
+        check(blocks <= len(chunk.blocks), at + 8, "A5", f"{len(chunk.blocks)} blocks are left")
+        check(codec == 0 or self.rows > 0, at + 2, "A6", "an array of no rows is compressed")
+        check(codec != 2 or self.type == U32, at + 2, "A8", f"scalar type {self.type}")
+        check(codec == 0 or "zstd" in features, at + 2, "A13", "HEAD does not name zstd")
+        row = self.components * struct.calcsize("<" + SCALARS[self.type])
+        self.data = bytearray()
+        for i in range(blocks):
+            rows, block = min(BLOCK_ROWS, self.rows - i * BLOCK_ROWS), chunk.blocks.pop()
+            size = rows * row
+            check(codec > 0 or len(block) == size, at, "A7", f"{len(block)} bytes, not {size}")
+            check(size <= 1024 * len(block), at, "A9", f"{size} bytes from {len(block)}")
+            if codec == 1:
+                block = in_rows(decompress(block, size, size, at), row)
+            elif codec == 2:
+                # A byte for each scalar, and the scalar itself for some.
+                count = rows * self.components
+                block = decompress(block, count, count + size, at)
+                block = repeats(block, count, self.components, at)
+            self.data += block
 
     def numbers(self):
-        numbers = array(SCALARS[self.type], bytes(self.data))
-        if sys.byteorder == "big":
-            numbers.byteswap()
-        return numbers
+        return struct.unpack(f"<{self.rows * self.components}{SCALARS[self.type]}", self.data)
+
+
+def in_rows(content, size):
+    """Rows of `size` bytes that were transposed."""
+    rows, data = len(content) // size, bytearray(len(content))
+    for byte in range(size):
+        data[byte::size] = content[byte * rows:(byte + 1) * rows]
+    return data
+
+
+def repeats(content, count, components, at):
+    """The bytes of `count` scalars, of codec 2."""
+    distances = in_rows(content[:count], components)
+    rest = distances.count(0)
+    check(len(content) == count + 4 * rest, at, "A15", f"{rest} numbers are not repeated")
+    stored = iter(struct.unpack(f"<{rest}I", in_rows(content[count:], 4)))
+    scalars, before = [], 0
+    for i, distance in enumerate(distances):
+        check(distance <= i, at, "A14", "a distance to before the first scalar")
+        if distance == 0:
+            z = next(stored)
+            before = (before + (z >> 1 ^ -(z & 1))) % 2**32
+        scalars.append(scalars[-distance] if distance else before)
+    return struct.pack(f"<{count}I", *scalars)
 
 
 libzstd = None
@@ -209,7 +244,7 @@ def load_libzstd():
     try:
         libzstd = ctypes.CDLL("libzstd.so.1")
     except OSError as error:
-        raise Invalid(f"codec 1 cannot be read here: {error}")
+        raise Invalid(f"codecs 1 and 2 cannot be read here: {error}")
     size, text = ctypes.c_size_t, ctypes.c_char_p
     for name, result, *arguments in (
             ("ZSTD_findFrameCompressedSize", size, text, size),
@@ -220,8 +255,8 @@ def load_libzstd():
         function.restype, function.argtypes = result, arguments
 
 
-def decompress(frame, size, at):
-    """The content of a frame that has to have `size` bytes."""
+def decompress(frame, least, most, at):
+    """The content of a frame that has to have `least` to `most` bytes."""
     if libzstd is None:
         load_libzstd()
     # libzstd takes skippable frames and those of its first versions, too; RFC 8878 means this one.
@@ -229,9 +264,9 @@ def decompress(frame, size, at):
     check(libzstd.ZSTD_findFrameCompressedSize(frame, len(frame)) == len(frame), at, "A10",
           "not one whole Zstandard frame")
     check(libzstd.ZSTD_getDictID_fromFrame(frame, len(frame)) == 0, at, "A10", "dictionary")
-    declared = libzstd.ZSTD_getFrameContentSize(frame, len(frame))
-    check(declared == size, at, "A11", f"the frame does not declare {size} bytes")
-    # Where it fails, libzstd returns a number near 2^64.
+    # A number near 2^64 where it is not declared, or where decompression fails.
+    size = libzstd.ZSTD_getFrameContentSize(frame, len(frame))
+    check(least <= size <= most, at, "A11", f"the frame declares {size} bytes, not {most}")
     content = bytes(size)
     check(libzstd.ZSTD_decompress(content, size, frame, len(frame)) == size, at, "A12",
           "the frame does not decompress")
@@ -239,45 +274,45 @@ def decompress(frame, size, at):
 
 
 class Attribute:
-    def __init__(self, cursor, features):
-        self.at = at = cursor.at()
-        self.domain, = cursor.unpack("B")
+    def __init__(self, chunk, features):
+        self.at = at = chunk.place()
+        self.domain, = chunk.unpack("B")
         check(self.domain in (1, 2), at, "T1", f"domain {self.domain}")
-        cursor.zeros(3, "T2")
-        length, = cursor.unpack("I")
+        chunk.zeros(3, "T2")
+        length, = chunk.unpack("I")
         check(1 <= length <= 255, at + 4, "T3", f"name of {length} bytes")
-        name = cursor.bytes(length, "T3")
+        name = chunk.bytes(length, "T3")
         try:
             self.name = name.decode("utf-8")
         except UnicodeDecodeError as error:
             check(False, at + 8 + error.start, "T4", "the name is not UTF-8")
-        cursor.zeros(padding_of(length), "T5")
-        self.values = Array(cursor, features)
+        chunk.zeros(padded(length) - length, "T5")
+        self.values = Array(chunk, features)
 
 
 def check_attributes(attributes, conn):
     seen = set()
     for each in attributes:
-        rows = conn.vertices if each.domain == 1 else conn.cell_count
+        rows = conn.vertices if each.domain == 1 else len(conn.cells)
         check(each.values.rows == rows, each.values.at + 8, "T6",
               f"{each.values.rows} rows for {rows} vertices or cells")
         check((each.domain, each.name) not in seen, each.at, "T7", "a name again")
         seen.add((each.domain, each.name))
 
 
-# Chunks -------------------------------------------------------------------------------------------
+# Contents of chunks -------------------------------------------------------------------------------
 
 class Head:
     FEATURES = {"zstd", "means"}
     OPTIONAL = {"generator": str, "backend": str, "length_unit": str, "time_unit": str, "up": str,
                 "details": dict}
 
-    def __init__(self, chunk):
-        at = chunk.at + 24
-        check(not chunk.payload.startswith(b"\xef\xbb\xbf"), at, "M2", "byte order mark")
+    def __init__(self, data, at):
+        check(len(data) <= 16 << 20, at, "M1", f"{len(data)} bytes")
+        check(not data.startswith(b"\xef\xbb\xbf"), at, "M2", "byte order mark")
         try:
             # Integers become doubles, for int() refuses those of more than 4,300 digits.
-            head = json.loads(chunk.payload.decode("utf-8"), parse_int=float,
+            head = json.loads(data.decode("utf-8"), parse_int=float,
                               parse_constant=lambda name: check(False, at, "M3", f"{name} in JSON"))
         except UnicodeDecodeError as error:
             check(False, at + error.start, "M2", "not UTF-8")
@@ -292,15 +327,16 @@ class Head:
             inner = [each.values() if isinstance(each, dict) else each for each in level]
             level = [each for values in inner for each in values if isinstance(each, (dict, list))]
         check(depth <= 64, at, "M4", f"nested {depth} deep")
+        self.data = data
         self.features = self.strings(head, "features", at, "M5")
         for each in self.features:
             check(each in self.FEATURES, at, "M6", f"feature {each!r}, which is unknown here")
         self.bodies = self.strings(head, "bodies", at, "M7")
         check(1 <= len(self.bodies) <= 65536, at, "M7", f"{len(self.bodies)} bodies")
         for each in self.bodies:
-            data = each.encode("utf-8", "ignore")
-            check(data.decode("utf-8") == each, at, "M8", "a surrogate alone has no UTF-8")
-            check(1 <= len(data) <= 255, at, "M8", f"name of {len(data)} bytes")
+            name = each.encode("utf-8", "ignore")
+            check(name.decode("utf-8") == each, at, "M8", "a surrogate alone has no UTF-8")
+            check(1 <= len(name) <= 255, at, "M8", f"name of {len(name)} bytes")
         check(len(set(self.bodies)) == len(self.bodies), at, "M9", "two bodies of one name")
         for member, kind in self.OPTIONAL.items():
             check(isinstance(head.get(member, kind()), kind), at, "M10", f"type of {member}")
@@ -316,118 +352,139 @@ class Head:
 
 class Conn:
     def __init__(self, chunk, features):
-        cursor = chunk.cursor("N11")
-        at = cursor.at()
-        self.vertices, self.lower, self.upper, self.means, attributes = cursor.unpack("5I")
-        self.interior = self.vertices - self.lower - self.upper - self.means
-        check(self.interior >= 0, at, "N1", "more vertices in layers and means than in all")
-        cursor.zeros(4, "N2")
-        record = Array(cursor, features)
-        record.check_type((U32,), 4, "N3")
-        self.indices, self.cell_count = record.numbers(), record.rows
-        largest = max(self.indices, default=-1)
-        check(largest < self.vertices, record.at + 24, "N4", f"index {largest} of {self.vertices}")
-        for i, (a, b, c, d) in enumerate(self.cells()):
-            check(a != b and a != c and a != d and b != c and b != d and c != d, record.at + 24,
-                  "N5", f"cell {i} has a vertex twice")
-        self.sources = self.read_means(cursor, features) if self.means else []
+        at = chunk.place()
+        self.vertices, self.lower, self.upper, self.means, attributes, blocks = chunk.unpack("6I")
+        self.first_upper = self.vertices - self.upper
+        self.first_mean = self.first_upper - self.means
+        check(self.lower <= self.first_mean, at, "N1", "layers and means exceed the vertices")
+        ranges = chunk.unpack(f"{6 * blocks}I")
+        record = Array(chunk, features, "N3", (U32,), 4)
+        self.cells = rows_of(record)
+        for i, (a, b, c, d) in enumerate(self.cells):
+            check(max(a, b, c, d) < self.vertices, record.at, "N4", f"index in cell {i}")
+            check(a != b and a != c and a != d and b != c and b != d and c != d, record.at, "N5",
+                  f"cell {i} has a vertex twice")
+        self.sources = self.read_means(chunk, features) if self.means else []
         self.attributes = []
         for _ in range(attributes):
-            each = Attribute(cursor, features)
+            each = Attribute(chunk, features)
             check(each.domain == 2, each.at, "N10", "an attribute of vertices")
             self.attributes.append(each)
-        cursor.end()
+        chunk.end()
         check(self.means == 0 or "means" in features, at + 12, "N12", "HEAD does not name means")
         check_attributes(self.attributes, self)
+        # The numbers of the vertices of each block of cells, if there is more than one.
+        self.blocks = []
+        if len(self.cells) > BLOCK_ROWS:
+            self.blocks = [set().union(*self.cells[first:first + BLOCK_ROWS])
+                           for first in range(0, len(self.cells), BLOCK_ROWS)]
+        expected = [number for block in self.blocks for number in self.ranges_of(block)]
+        check(list(ranges) == expected, at + 20, "N2", f"the ranges are {expected}")
 
-    def cells(self):
-        index = iter(self.indices)
-        return zip(index, index, index, index)
-
-    def read_means(self, cursor, features):
+    def read_means(self, chunk, features):
         """A list of the sources of each mean."""
-        sizes = Array(cursor, features)
-        sizes.check_type((U32,), 1, "N6")
+        sizes = Array(chunk, features, "N6", (U32,), 1)
         check(sizes.rows == self.means, sizes.at + 8, "N6", f"{sizes.rows} mean sizes")
-        sources = Array(cursor, features)
-        sources.check_type((U32,), 1, "N6")
+        sources = Array(chunk, features, "N6", (U32,), 1)
         lengths, numbers = sizes.numbers(), sources.numbers()
-        check(min(lengths) > 0, sizes.at + 24, "N7", "a mean of nothing")
-        check(sum(lengths) == len(numbers), sizes.at + 24, "N8", f"sources are {len(numbers)}")
-        end = self.vertices - self.upper
-        check(all(i < end - self.means or end <= i < self.vertices for i in numbers),
-              sources.at + 24, "N9", "a source is a mean, or no vertex")
+        check(min(lengths) > 0, sizes.at, "N7", "a mean of nothing")
+        check(sum(lengths) == len(numbers), sizes.at, "N8", f"there are {len(numbers)} sources")
+        check(all(i < self.first_mean or self.first_upper <= i < self.vertices for i in numbers),
+              sources.at, "N9", "a source is a mean, or no vertex")
         rest = iter(numbers)
-        return [array("I", islice(rest, length)) for length in lengths]
+        return [list(islice(rest, length)) for length in lengths]
+
+    def ranges_of(self, vertices):
+        means = [i for i in vertices if self.first_mean <= i < self.first_upper]
+        needed = vertices.union(*(self.sources[i - self.first_mean] for i in means))
+        for first, end in pairwise((0, self.lower, self.first_upper, self.vertices)):
+            inside = [i for i in needed if first <= i < end]
+            yield from (min(inside), max(inside) + 1) if inside else (0, 0)
 
 
 class Layr:
     def __init__(self, chunk, features):
-        cursor = chunk.cursor("L4")
-        self.time, = cursor.unpack("d")
-        check(isfinite(self.time), chunk.at + 24, "L1", f"time {self.time}")
-        positions = Array(cursor, features)
-        positions.check_type((F32, F64), 3, "L2")
+        at = chunk.place()
+        self.time, = chunk.unpack("d")
+        check(isfinite(self.time), at, "L1", f"time {self.time}")
+        positions = Array(chunk, features, "L2", (F32, F64), 3)
         check(positions.rows > 0, positions.at + 8, "L3", "no rows")
-        cursor.end()
-        self.rows, self.positions = positions.rows, positions.numbers()
+        chunk.end()
+        self.points = points(positions, repeat(self.time))
 
-    def points(self):
-        return points(self.positions, repeat(self.time))
+
+def rows_of(record):
+    number = iter(record.numbers())
+    return list(zip(*[number] * record.components))
 
 
 def points(positions, times):
-    number = iter(positions)
-    return list(zip(number, number, number, times))
+    return [(*position, time) for position, time in zip(rows_of(positions), times)]
+
+
+class Record(NamedTuple):
+    """What INDX says of a slab, and its offset."""
+    begin: float
+    end: float
+    conn: int
+    lower: int
+    upper: int
+    body: int
+    cells: int
+    low: tuple
+    high: tuple
+    at: int
 
 
 class Slab:
-    def __init__(self, chunk, head):
-        cursor = chunk.cursor("S9")
-        self.place, self.at = (chunk.at, chunk.size), chunk.at + 24
-        # As they are in INDX.
-        self.fields = cursor.unpack("ddQQQI")
-        self.begin, self.end, self.conn, self.lower, self.upper, self.body = self.fields
-        attributes, = cursor.unpack("I")
-        check(isfinite(self.begin) and isfinite(self.end) and self.begin <= self.end, self.at, "S1",
-              f"begin {self.begin}, end {self.end}")
-        check(self.body < len(head.bodies), self.at + 40, "S4", f"body {self.body}")
-        positions = Array(cursor, head.features)
-        positions.check_type((F32, F64), 3, "S5")
-        times = Array(cursor, head.features)
-        times.check_type((F64,), 1, "S6")
-        check(times.rows == positions.rows, times.at + 8, "S6", f"{times.rows} interior times")
-        self.attributes = [Attribute(cursor, head.features) for _ in range(attributes)]
-        cursor.end()
-        self.interior = points(positions.numbers(), times.numbers())
+    """`vertices` is a list of (x, y, z, t)."""
 
-    def assemble(self, part):
-        """Makes `vertices`, a list of (x, y, z, t); part(offset) is a Conn, a Layr or None."""
-        conn = part(self.conn) if self.conn < self.at else None
-        check(isinstance(conn, Conn), self.at + 16, "S2", f"no CONN at {self.conn} before it")
-        layers = []
-        for offset, rows, time, at in ((self.lower, conn.lower, self.begin, self.at + 24),
-                                       (self.upper, conn.upper, self.end, self.at + 32)):
-            layer = part(offset) if 0 < offset < self.at else None
-            check(offset == 0 or isinstance(layer, Layr), at, "S3", f"no LAYR at {offset}")
-            found = layer.rows if layer else 0
-            check(found == rows, at, "P1", f"layer of {found} vertices, not {rows}")
-            check(layer is None or layer.time == time, at, "P3", f"layer not at {time}")
-            layers.append(layer.points() if layer else [])
-        check(len(self.interior) == conn.interior, self.at + 48, "P1",
-              f"{len(self.interior)} interior vertices, not {conn.interior}")
-        lower, upper = layers
-        known = lower + self.interior + [None] * conn.means + upper
+    def __init__(self, chunk, head, part):
+        """part(offset) is a Conn, a Layr or None."""
+        self.at = at = chunk.place()
+        fields = chunk.unpack("ddQQQI")
+        self.begin, self.end, conn_at, lower_at, upper_at, self.body = fields
+        attributes, blocks = chunk.unpack("II")
+        check(isfinite(self.begin) and isfinite(self.end) and self.begin <= self.end, at, "S1",
+              f"begin {self.begin}, end {self.end}")
+        check(self.body < len(head.bodies), at + 40, "S4", f"body {self.body}")
+        chunk.zeros(4, "S11")
+        bounds = chunk.unpack(f"{8 * blocks}d")
+        positions = Array(chunk, head.features, "S5", (F32, F64), 3)
+        times = Array(chunk, head.features, "S6", (F64,), 1)
+        check(times.rows == positions.rows, times.at + 8, "S6", f"{times.rows} interior times")
+        own = [Attribute(chunk, head.features) for _ in range(attributes)]
+        chunk.end()
+        self.conn = conn = part(conn_at) if conn_at < at else None
+        check(isinstance(conn, Conn), at + 16, "S2", f"no CONN at {conn_at} before it")
+        interior = points(positions, times.numbers())
+        check(len(interior) == conn.first_mean - conn.lower, positions.at, "P1",
+              f"{len(interior)} interior vertices")
+        lower = self.layer(part, lower_at, conn.lower, self.begin, at + 24)
+        upper = self.layer(part, upper_at, conn.upper, self.end, at + 32)
+        known = lower + interior + [None] * conn.means + upper
         means = [mean([known[i] for i in sources]) for sources in conn.sources]
-        self.stored = lower + self.interior + upper
-        self.vertices = lower + self.interior + means + upper
+        self.stored = lower + interior + upper
+        self.vertices = lower + interior + means + upper
         for point in self.vertices:
-            check(all(map(isfinite, point)), self.at, "P2", f"vertex {point}")
-        for point in self.interior + means:
-            check(self.begin <= point[3] <= self.end, self.at, "P4", f"interior vertex {point}")
-        self.connectivity = conn
-        self.attributes = conn.attributes + self.attributes
+            check(all(map(isfinite, point)), at, "P2", f"vertex {point}")
+        for point in interior + means:
+            check(self.begin <= point[3] <= self.end, at, "P4", f"interior vertex {point}")
+        self.attributes = conn.attributes + own
         check_attributes(self.attributes, conn)
+        expected = [number for block in conn.blocks
+                    for corner in box([self.vertices[i] for i in block]) for number in corner]
+        check(list(bounds) == expected, at + 48, "S10", f"the bounds are {expected}")
+        self.box = low, high = box(self.vertices)
+        self.record = Record(*fields, len(conn.cells), low[:3], high[:3], chunk.at)
+
+    def layer(self, part, offset, rows, time, at):
+        layer = part(offset) if 0 < offset < self.at else None
+        check(offset == 0 or isinstance(layer, Layr), at, "S3", f"no LAYR at {offset}")
+        found = layer.points if layer else []
+        check(len(found) == rows, at, "P1", f"layer of {len(found)} vertices, not {rows}")
+        check(layer is None or layer.time == time, at, "P3", f"layer not at {time}")
+        return found
 
 
 def mean(sources):
@@ -442,188 +499,182 @@ def mean(sources):
     return x / n, y / n, z / n, t / n
 
 
+def box(points):
+    """(minimum, maximum) of x, y, z, t; infinite ones without a point."""
+    columns = list(zip(*points)) or [()] * 4
+    return (tuple(min(each, default=inf) for each in columns),
+            tuple(max(each, default=-inf) for each in columns))
+
+
+def joined(boxes):
+    lows, highs = zip(*boxes)
+    return box(lows)[0], box(highs)[1]
+
+
 class Done:
     def __init__(self, chunk, head):
-        cursor = chunk.cursor("D4")
-        self.at = cursor.at()
-        self.chunks, bodies = cursor.unpack("QI")
+        self.at = chunk.place()
+        self.chunks, bodies = chunk.unpack("QI")
         check(bodies == len(head.bodies), self.at + 8, "D2", f"{bodies} bodies")
-        cursor.zeros(4, "D3")
+        chunk.zeros(4, "D3")
         # slabs, vertices, cells, begin, end, minimum of x, y, z, maximum of x, y, z
-        self.summaries = [cursor.unpack("3Q8d") for _ in range(bodies)]
-        cursor.end()
+        self.summaries = [chunk.unpack("3Q8d") for _ in range(bodies)]
+        chunk.end()
 
-    def check_slabs(self, body, slabs):
-        """`slabs` are the fields of all slabs of this body."""
-        said, at = self.summaries[body], self.at + 16 + 88 * body
-        check(said[0] == len(slabs) > 0, at, "D5", f"{said[0]} slabs, {len(slabs)} are there")
-        times = slabs[0][0], slabs[-1][1]
-        check(said[3:5] == times, at + 24, "D7", f"{said[3:5]}, the slabs have {times}")
+    def check_records(self, bodies, chunks):
+        """`bodies` has a list of records for each body."""
+        check(self.chunks == chunks, self.at, "D1", f"{self.chunks} chunks, not {chunks}")
+        for i, (said, slabs) in enumerate(zip(self.summaries, bodies)):
+            at = self.at + 16 + 88 * i
+            check(said[0] == len(slabs) > 0, at, "D5", f"{said[0]} slabs, {len(slabs)} are there")
+            for last, slab in pairwise(slabs):
+                check(slab.lower == last.upper, slab.at, "S7", "lower is not upper before")
+                check(slab.begin == last.end or slab.lower == 0 and slab.begin > last.end, slab.at,
+                      "S8", f"begins at {slab.begin}, the slab before ends at {last.end}")
+            times, cells = (slabs[0].begin, slabs[-1].end), sum(each.cells for each in slabs)
+            check(said[2] == cells, at + 16, "D6", f"{cells} cells are there")
+            check(said[3:5] == times, at + 24, "D7", f"{said[3:5]}, the slabs have {times}")
 
-    def check_contents(self, body, vertices, cells, corners):
+    def check_vertices(self, body, vertices, low, high):
         said, at = self.summaries[body], self.at + 16 + 88 * body
-        check(said[1:3] == (vertices, cells), at + 8, "D6", f"{vertices} and {cells} are there")
-        low, high = corners or ((inf,) * 3, (-inf,) * 3)
+        check(said[1] == vertices, at + 8, "D6", f"{vertices} vertices are there")
         check(said[5:] == low[:3] + high[:3], at + 40, "D8", f"bounds are {low[:3]}, {high[:3]}")
 
 
 class Indx:
+    # Scalar type and components of the arrays that have a row for each slab.
+    COLUMNS = (F64, 2), (U64, 3), (U32, 1), (U64, 1), (F64, 6)
+
     def __init__(self, chunk):
-        cursor = chunk.cursor("I1")
-        self.at = cursor.at()
-        count, = cursor.unpack("Q")
-        check(cursor.left() == 64 * count, self.at, "I1", f"{count} records, {cursor.left()} bytes")
-        self.records = []
-        for _ in range(count):
-            self.records.append((cursor.unpack("QQ"), cursor.unpack("ddQQQI")))
-            cursor.zeros(4, "I4")
+        self.at = at = chunk.place()
+        self.file_header = chunk.bytes(24)
+        count, = chunk.unpack("Q")
+        # Not compressed: HEAD says whether other arrays may be.
+        copy = Array(chunk, (), "I7", (U8,), 1)
+        self.head = Head(bytes(copy.data), copy.at)
+        headers = Array(chunk, self.head.features, "I7", (U8,), 28).data
+        columns = [Array(chunk, self.head.features, "I7", (scalar,), components)
+                   for scalar, components in self.COLUMNS]
+        chunk.end()
+        # The headers, without their checksums, by their offsets; DONE is at `end`.
+        self.chunks, self.end = {}, 24
+        for i in range(0, len(headers), 28):
+            self.chunks[self.end] = bytes(headers[i:i + 28])
+            self.end += 32 + padded(*struct.unpack_from("<Q", headers, i + 8))
+        first = struct.unpack_from("<4s4xQ8xI", self.chunks.get(24, bytes(28)))
+        check(first == (b"HEAD", len(copy.data), crc32c(copy.data)), copy.at, "I1", "another HEAD")
+        slabs = [at for at, header in self.chunks.items() if header[:4] == b"SLAB"]
+        check({count} == {len(slabs), *(each.rows for each in columns)}, at + 24, "I3",
+              f"{count} slabs, {len(slabs)} are there")
+        self.records = [Record(*times, *parts, *body, *cells, bounds[:3], bounds[3:], at)
+                        for times, parts, body, cells, bounds, at
+                        in zip(*map(rows_of, columns), slabs)]
+        self.bodies = [[] for _ in self.head.bodies]
+        for each in self.records:
+            check(each.body < len(self.bodies), columns[2].at, "I4", f"body {each.body}")
+            self.bodies[each.body].append(each)
 
-    def check_record(self, i, place, fields):
-        at = self.at + 8 + 64 * i
-        check(self.records[i][0] == place, at, "I2", f"offset and size of the slab are {place}")
-        check(self.records[i][1] == fields, at + 16, "I3", f"the slab has {fields}")
 
-
-def check_follows(before, fields, at):
-    """`fields` begin at the byte `at`, in a SLAB or in INDX."""
-    check(fields[3] == before[4], at + 24, "S7", f"lower is not upper before, {before[4]}")
-    check(fields[0] == before[1] or fields[3] == 0 and fields[0] > before[1], at, "S8",
-          f"begins at {fields[0]}, the slab before ends at {before[1]}")
+def check_record(said, found, at):
+    check(said[:6] == found[:6], at, "I4", f"{said[:6]}, the slab has {found[:6]}")
+    check(said.cells == found.cells, at, "I5", f"{said.cells} cells, not {found.cells}")
+    check(said[7:] == found[7:], at, "I6", f"bounds {said[7:9]}, not {found[7:9]}")
 
 
 # Whole files --------------------------------------------------------------------------------------
+
+PARTS = {b"CONN": Conn, b"LAYR": Layr}
+
 
 class Body:
     """What is found of a body; `results` are what was made of its slabs."""
 
     def __init__(self):
-        self.slabs, self.results = [], []
-        self.vertices = self.cells = 0
-        self.corners, self.stored_corners = [], []
+        self.records, self.results, self.boxes, self.vertices = [], [], [], 0
 
     def add(self, slab, result):
-        conn = slab.connectivity
-        if self.slabs:
-            check_follows(self.slabs[-1], slab.fields, slab.at)
-            self.vertices -= conn.lower
-        self.slabs.append(slab.fields)
+        self.vertices += slab.conn.vertices - (slab.conn.lower if self.records else 0)
+        self.records.append(slab.record)
         self.results.append(result)
-        self.vertices += conn.vertices
-        self.cells += conn.cell_count
-        self.corners = corners_of(self.corners + corners_of(slab.vertices))
-        self.stored_corners = corners_of(self.stored_corners + corners_of(slab.stored))
-
-
-def corners_of(points):
-    """[minimum, maximum] of each coordinate, [] without a point."""
-    columns = list(zip(*points))
-    return [tuple(map(min, columns)), tuple(map(max, columns))] if columns else []
+        self.boxes.append(box(slab.stored))
 
 
 def read_all(file, use):
     """(version, Head, a Body for each) of a file that breaks no rule; calls use(slab) for each."""
     version, has_index = read_file_header(file)
-    indx_at, done_at = read_footer(file) if has_index else (None, None)
-    end = file.size - FOOTER_SIZE if has_index else file.size
-    head = done = indx = None
-    parts, unused, slabs = {}, {}, []
-    at, count = 24, 0
-    while done is None or has_index and indx is None:
-        rule, missing = ("O4", "INDX") if done else ("O3", "DONE") if head else ("O1", "HEAD")
-        check(at < end, at, rule, f"the chunks end without {missing}")
+    indx, done = read_ends(file) if has_index else (None, None)
+    head, chunks, parts, records, at = None, {}, {}, [], 24
+    while True:
+        check(at < file.size, at, "O3", "the file ends without DONE")
         chunk = Chunk(file, at)
-        check(head or chunk.type == b"HEAD", at, "O1", f"the first chunk is {chunk.type}")
-        check(done is None or chunk.type == b"INDX", at, "O4", f"{chunk.type} after DONE")
+        check((chunk.type == b"HEAD") == (head is None), at, "O2" if head else "O1", "HEAD, or not")
+        if chunk.type == b"DONE":
+            break
+        check(chunk.type != b"INDX", at, "O4" if has_index else "O5", "INDX before DONE")
         if chunk.type == b"HEAD":
-            check(head is None, at, "O2", "HEAD again")
-            head = Head(chunk)
+            head = Head(chunk.front, at + 32)
             bodies = [Body() for _ in head.bodies]
-        elif chunk.type in (b"CONN", b"LAYR"):
-            parts[at] = (Conn if chunk.type == b"CONN" else Layr)(chunk, head.features)
-            unused[at] = chunk.type
+        elif chunk.type in PARTS:
+            parts[at] = PARTS[chunk.type](chunk, head.features)
         elif chunk.type == b"SLAB":
-            slab = Slab(chunk, head)
-            slab.assemble(parts.get)
-            for offset in (slab.conn, slab.lower, slab.upper):
-                unused.pop(offset, None)
+            slab = Slab(chunk, head, parts.get)
+            records.append(slab.record)
             bodies[slab.body].add(slab, use(slab))
-            slabs.append((slab.place, slab.fields))
-        elif chunk.type == b"DONE":
-            done = Done(chunk, head)
-            check(done.chunks == count, done.at, "D1", f"{done.chunks} chunks, not {count}")
-            check(done_at in (None, at), end + 8, "F5", f"DONE is at {at}, not {done_at}")
-        elif chunk.type == b"INDX":
-            check(done, at, "O4" if has_index else "O5", "INDX before DONE")
-            check(indx_at == at, end, "F4", f"INDX is at {at}, not {indx_at}")
-            indx = Indx(chunk)
+        chunks[at] = chunk.header[:28]
         at += chunk.size
-        count += 1
-    check(at == end, at, "O4" if has_index else "O5", f"{end - at} bytes after the last chunk")
-    for offset, kind in unused.items():
-        check(False, offset, "O6", f"no slab names this {kind}")
+    named = {offset for each in records for offset in (each.conn, each.lower, each.upper)}
+    for offset in parts:
+        check(offset in named, offset, "O6", "no slab names this part")
+    if has_index:
+        check(head.data == indx.head.data, indx.at + 32, "I1", "another HEAD")
+        check(chunks == indx.chunks, indx.at, "I2", "other headers of chunks")
+        for said, found in zip(indx.records, records):
+            check_record(said, found, indx.at)
+    else:
+        check(at + chunk.size == file.size, at + chunk.size, "O5", "bytes after DONE")
+        done = Done(chunk, head)
+    done.check_records([body.records for body in bodies], len(chunks))
     for i, body in enumerate(bodies):
-        done.check_slabs(i, body.slabs)
-        done.check_contents(i, body.vertices, body.cells, body.stored_corners)
-    if indx:
-        check(len(indx.records) == len(slabs), indx.at, "I1", f"{len(slabs)} slabs are there")
-        for i, (place, fields) in enumerate(slabs):
-            indx.check_record(i, place, fields)
+        done.check_vertices(i, body.vertices, *joined(body.boxes))
     return version, head, bodies
 
 
 def read_slabs_at(file, time):
     """(Head, for each body a list of the slab that answers a slice, if any, and its last time)"""
     if not read_file_header(file)[1]:
-        def keep(slab):
-            return slab if slab.begin <= time <= slab.end else None
-        _, head, bodies = read_all(file, keep)
-        numbers = [answering(body.slabs, time) for body in bodies]
-        return head, [([] if i is None else [body.results[i]], body.slabs[-1][1])
+        _, head, bodies = read_all(
+            file, lambda slab: slab if slab.begin <= time <= slab.end else None)
+        numbers = [answering(body.records, time) for body in bodies]
+        return head, [([] if i is None else [body.results[i]], body.records[-1].end)
                       for i, body in zip(numbers, bodies)]
-
-    def chunk_at(offset, kind, rule):
-        chunk = Chunk(file, offset)
-        check(chunk.type == kind, offset, rule, f"{chunk.type} instead of {kind}")
-        return chunk
-
-    indx_at, done_at = read_footer(file)
-    head = Head(chunk_at(24, b"HEAD", "O1"))
-    done_chunk, indx_chunk = chunk_at(done_at, b"DONE", "F5"), chunk_at(indx_at, b"INDX", "F4")
-    check(done_at + done_chunk.size == indx_at, indx_at, "O4", "INDX does not follow DONE")
-    check(indx_at + indx_chunk.size == file.size - FOOTER_SIZE, indx_at, "O4", "no footer after it")
-    done, indx = Done(done_chunk, head), Indx(indx_chunk)
-    bodies = [[] for _ in head.bodies]
-    for i, (_, fields) in enumerate(indx.records):
-        at = indx.at + 8 + 64 * i + 16
-        check(fields[5] < len(bodies), at + 40, "I3", f"body {fields[5]}")
-        if bodies[fields[5]]:
-            check_follows(indx.records[bodies[fields[5]][-1]][1], fields, at)
-        bodies[fields[5]].append(i)
+    indx, done = read_ends(file)
+    done.check_records(indx.bodies, len(indx.chunks))
     parts, found = {}, []
 
-    def part(offset):
-        if offset not in parts:
-            chunk = Chunk(file, offset)
-            kind = {b"CONN": Conn, b"LAYR": Layr}.get(chunk.type)
-            parts[offset] = kind and kind(chunk, head.features)
-        return parts[offset]
+    def chunk_at(offset):
+        chunk = Chunk(file, offset)
+        check(chunk.header[:28] == indx.chunks[offset], offset, "I2", "INDX has another header")
+        return chunk
 
-    for body, numbers in enumerate(bodies):
-        slabs = [indx.records[i][1] for i in numbers]
-        done.check_slabs(body, slabs)
-        i, answers = answering(slabs, time), []
+    def part(offset):
+        if offset in indx.chunks and offset not in parts:
+            chunk = chunk_at(offset)
+            parts[offset] = chunk.type in PARTS and PARTS[chunk.type](chunk, indx.head.features)
+        return parts.get(offset)
+
+    for records in indx.bodies:
+        i, answers = answering(records, time), []
         if i is not None:
-            slab = Slab(chunk_at(indx.records[numbers[i]][0][0], b"SLAB", "I2"), head)
-            indx.check_record(numbers[i], slab.place, slab.fields)
-            slab.assemble(part)
+            slab = Slab(chunk_at(records[i].at), indx.head, part)
+            check_record(records[i], slab.record, indx.at)
             answers.append(slab)
-        found.append((answers, slabs[-1][1]))
-    return head, found
+        found.append((answers, records[-1].end))
+    return indx.head, found
 
 
 def answering(slabs, time):
     """The number of the slab that answers a slice (X2), or None."""
-    last = slabs[-1][1]
+    last = slabs[-1].end
     for i, (begin, end, *_) in enumerate(slabs):
         if end > time or end == time == last:
             return i if begin <= time else None
@@ -642,21 +693,23 @@ def describe_body(name, body):
     hypervolume = 0.0
     for each, _ in body.results:
         hypervolume += each
-    return {"name": name, "vertices": str(body.vertices), "cells": str(body.cells),
-            "begin": body.slabs[0][0].hex(), "end": body.slabs[-1][1].hex(),
-            **bounds(body.corners, 3), "hypervolume": hypervolume.hex(),
+    corners = joined([(each.low, each.high) for each in body.records])
+    return {"name": name, "vertices": str(body.vertices),
+            "cells": str(sum(each.cells for each in body.records)),
+            "begin": body.records[0].begin.hex(), "end": body.records[-1].end.hex(),
+            **bounds(corners, 3), "hypervolume": hypervolume.hex(),
             "slabs": [slab for _, slab in body.results]}
 
 
 def describe_slab(slab):
     """(hypervolume, description)"""
-    conn, vertex, hypervolume = slab.connectivity, slab.vertices, 0.0
-    for a, b, c, d in conn.cells():
+    conn, vertex, hypervolume = slab.conn, slab.vertices, 0.0
+    for a, b, c, d in conn.cells:
         hypervolume += determinant4(vertex[a], vertex[b], vertex[c], vertex[d]) / 24
     return hypervolume, {
         "begin": slab.begin.hex(), "end": slab.end.hex(), "vertices": str(conn.vertices),
         "lower": str(conn.lower), "upper": str(conn.upper), "means": str(conn.means),
-        "cells": str(conn.cell_count), **bounds(corners_of(slab.vertices), 4),
+        "cells": str(len(conn.cells)), **bounds(slab.box, 4),
         "attributes": [{
             "domain": "vertex" if each.domain == 1 else "cell", "name": each.name,
             "type": str(each.values.type), "components": str(each.values.components),
@@ -664,8 +717,8 @@ def describe_slab(slab):
 
 
 def bounds(corners, size):
-    low, high = ([each.hex() for each in corner[:size]] for corner in corners or ((), ()))
-    return {"min": low or None, "max": high or None}
+    low, high = ([each.hex() for each in corner[:size]] for corner in corners)
+    return {"min": low, "max": high} if corners[0][0] < inf else {"min": None, "max": None}
 
 
 def determinant4(a, b, c, d):
@@ -742,14 +795,14 @@ def cut(slabs, plane, at_last):
     """(points by what they come from, triangles of these) by marching tetrahedra."""
     points, triangles, end = {}, [], 0
     for slab in slabs:
-        conn = slab.connectivity
+        conn = slab.conn
         # Vertices are numbered through all slabs: those of a shared layer have one number (X3).
         first = end - conn.lower
         end = first + conn.vertices
         heights = [dot(plane.normal, point) for point in slab.vertices]
         vertices = list(zip(range(first, end), heights, slab.vertices))
         above = [h >= plane.offset if at_last else h > plane.offset for h in heights]      # X1
-        for cell in conn.cells():
+        for cell in conn.cells:
             a, b, c, d = cell
             corners = [cut_point(vertices[cell[i]], vertices[cell[k]], plane.offset)
                        for i, k in CUTS[above[a] + 2 * above[b] + 4 * above[c] + 8 * above[d]]]
@@ -783,7 +836,7 @@ def describe_slice(name, points, triangles):
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         area += sqrt(nx * nx + ny * ny + nz * nz) / 2
     return {"name": name, "points": str(len(points)), "triangles": str(len(triangles)),
-            "volume": volume.hex(), "area": area.hex(), **bounds(corners_of(points.values()), 3)}
+            "volume": volume.hex(), "area": area.hex(), **bounds(box(points.values()), 3)}
 
 
 def answer(path, verb, *plane):
