@@ -80,7 +80,7 @@ formats::Index indexOf(const std::string& fileHeader, const std::vector<LooseChu
   std::memcpy(index.fileHeader.data(), fileHeader.data(), index.fileHeader.size());
   std::uint64_t offset = kFileHeaderBytes;
   for (const LooseChunk& chunk : chunks) {
-    if (chunk.type == kDone) break;
+    if (chunk.type == kIndex) break;
     if (chunk.type == kHead) index.head = chunk.fields;
     index.chunks.push_back(
         formats::frontOf(chunk.type, payloadOf(chunk), offset, chunk.flags).header);
@@ -153,9 +153,10 @@ void remakeArray(LooseChunk& chunk, Choices& choose) {
   array.type = static_cast<model::ScalarType>(chunk.fields[at]);
   array.components = static_cast<std::uint8_t>(chunk.fields[at + 1]);
   const PayloadWriter payload = payloadOf(chunk);
-  const PayloadView view = {payload.bytes().subspan(at, kArrayHeaderBytes),
-                            {payload.blocks().begin() + static_cast<std::ptrdiff_t>(block),
-                             payload.blocks().begin() + static_cast<std::ptrdiff_t>(block + blocks)}};
+  const PayloadView view = {
+      payload.bytes().subspan(at, kArrayHeaderBytes),
+      {payload.blocks().begin() + static_cast<std::ptrdiff_t>(block),
+       payload.blocks().begin() + static_cast<std::ptrdiff_t>(block + blocks)}};
   PayloadReader from(view);
   auto taken = formats::takeArray(from);
   std::vector<std::byte> content = taken ? std::move(taken->bytes) : std::vector<std::byte>();
@@ -246,7 +247,8 @@ LooseFile takeApart(const std::string& bytes) {
   std::size_t end = std::min(kFileHeaderBytes, bytes.size());
   for (const formats::ChunkHeader& chunk : formats::listChunks(bytes)) {
     LooseChunk loose{chunk.type, chunk.flags, {}, {}, chunk.offset};
-    const auto payload = std::as_bytes(std::span(bytes)).subspan(chunk.payload(), chunk.payloadBytes);
+    const auto payload =
+        std::as_bytes(std::span(bytes)).subspan(chunk.payload(), chunk.payloadBytes);
     const std::uint64_t table = chunk.blocks * std::uint64_t{kBlockEntryBytes};
     const bool sound = chunk.frontBytes <= chunk.payloadBytes && table <= chunk.frontBytes;
     loose.fields = sound ? bytes.substr(chunk.fields(), chunk.frontBytes - table)

@@ -135,9 +135,10 @@ void addConformReader(CLI::App& conform, int& exitCode) {
       "reader", "Run a reader against the corpus, and against files damaged on the spot");
   auto options = std::make_shared<ConformReaderArguments>();
   command
-      ->add_option("--reader", options->reader,
-                   "The program, run as READER FILE describe and READER FILE slice T; may have "
-                   "arguments: 'python3 my_reader.py'")
+      ->add_option(
+          "--reader", options->reader,
+          "The program, run as READER FILE describe, READER FILE slice T and so on (the appendix "
+          "of SPEC.md); may have arguments: 'python3 my_reader.py'")
       ->required()
       ->type_name("READER");
   command->add_flag("--serve", options->serve,

@@ -63,7 +63,7 @@ export function reseal(bytes) {
   const done = chunks.findIndex(({ type }) => type === 'DONE');
   for (const { type, at, payload, blocks } of chunks) {
     if (type === 'INDX') {
-      chunks.slice(0, done).forEach((chunk, i) => {
+      chunks.slice(0, done + 1).forEach((chunk, i) => {
         bytes.copy(blocks[1], i * directoryEntryBytes, chunk.at, chunk.at + directoryEntryBytes);
       });
     }
@@ -108,7 +108,7 @@ export function withHead(bytes, text) {
     if (type === 'HEAD') ownFields = head;
     if (type === 'SLAB') move(ownFields, 16, 24, 32);
     if (type === 'INDX') {
-      ownFields.writeBigUInt64LE(BigInt(head.length), 32 + 8);
+      ownFields.writeBigUInt64LE(BigInt(head.length), 24 + 8);
       ownBlocks[0] = head;
       for (let i = 0; i < ownBlocks[3].length; i += 8) move(ownBlocks[3], i);
     }

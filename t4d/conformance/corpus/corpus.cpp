@@ -118,8 +118,7 @@ std::vector<std::string> wordsFor(const convert::Hyperplane& hyperplane) {
       return {std::string(1, "xyz"[axis]), fmt::format("{}", hyperplane.offset)};
     }
   }
-  return {fmt::format("{},{},{},{}", n[0], n[1], n[2], n[3]),
-          fmt::format("{}", hyperplane.offset)};
+  return {fmt::format("{},{},{},{}", n[0], n[1], n[2], n[3]), fmt::format("{}", hyperplane.offset)};
 }
 
 std::string expectedText(const CorpusFile& file) {
@@ -136,8 +135,7 @@ std::string expectedText(const CorpusFile& file) {
     expected["slices"].push_back(std::move(entry));
   }
   for (const ExpectedSection& section : file.sections) {
-    ordered_json entry = {
-        {"by", fmt::format("{}", fmt::join(wordsFor(section.hyperplane), " "))}};
+    ordered_json entry = {{"by", fmt::format("{}", fmt::join(wordsFor(section.hyperplane), " "))}};
     entry.update(json(section.answer, section.within));
     expected["sections"].push_back(std::move(entry));
   }

@@ -134,14 +134,15 @@ void Image::addSlab(const std::string& name, std::uint32_t body, const model::Sl
       options_.float32 ? formats::roundedVertices(shared, slab.vertices) : slab.vertices;
   const auto interior =
       std::span(slab.vertices).subspan(shared.lowerCount, shared.firstMean() - shared.lowerCount);
-  Chunk chunk{name,
-              textOf(kSlab),
-              slabRecord({slab.timeBegin, slab.timeEnd}, body, formats::boundsOfBlocks(shared, vertices),
-                         interior, slab.attributes, options_.float32, options_.storage),
-              kFlagCritical,
-              {{"connectivity", connectivity}},
-              body,
-              Chunk::Sum::None};
+  Chunk chunk{
+      name,
+      textOf(kSlab),
+      slabRecord({slab.timeBegin, slab.timeEnd}, body, formats::boundsOfBlocks(shared, vertices),
+                 interior, slab.attributes, options_.float32, options_.storage),
+      kFlagCritical,
+      {{"connectivity", connectivity}},
+      body,
+      Chunk::Sum::None};
   if (!lower.empty()) chunk.offsets["lower"] = lower;
   if (!upper.empty()) chunk.offsets["upper"] = upper;
   chunk.extent = formats::extentOf(shared, vertices);
@@ -277,8 +278,8 @@ Record Image::donePayload(std::size_t chunksBefore,
 
 Record Image::indexPayload(const std::vector<Indexed>& slabs, const std::string& headers) const {
   Record payload;
-  payload.putBytes("file header", header().bytes());
-  payload.put("slabs", std::uint64_t{slabs.size()});
+  payload.putBytes("file header", header().bytes().substr(0, kFileHeaderCopyBytes));
+  payload.put("slabs", static_cast<std::uint32_t>(slabs.size()));
   std::string times;
   std::string parts;
   std::string bodies;
@@ -356,7 +357,7 @@ std::vector<Image::Laid> Image::layOut() const {
     }
     Payload payload = finished(chunk, fields);
     Record header = chunkHeader(chunk, payload);
-    if (chunk.type != textOf(kDone) && chunk.type != textOf(kIndex)) {
+    if (chunk.type != textOf(kIndex)) {
       headers += header.bytes().substr(0, kDirectoryEntryBytes);
     }
     laid.push_back({std::move(fields), std::move(payload), std::move(header)});

@@ -33,11 +33,12 @@ std::string headJson(const std::vector<std::string>& features,
 ///
 /// Places are called CHUNK/FIELD: fields of the payload as in record.h, and "header/type",
 /// "header/flags", "header/length", "header/front", "header/blocks", "header/front checksum",
-/// "header/header checksum" and "padding" of every chunk; of a block called BLOCK also "BLOCK size",
-/// "BLOCK checksum" and "BLOCK padding". Places outside of chunks are "file/signature", "file/major",
-/// "file/minor", "file/flags", "file/reserved", "file/checksum" and "footer/index", "footer/done",
-/// "footer/file length", "footer/index checksum", "footer/checksum", "footer/end signature". DONE
-/// has "body 0/slabs" and so on, INDX the arrays "times" and so on; CHUNK alone is the payload.
+/// "header/header checksum" and "padding" of every chunk; of a block called BLOCK also "BLOCK
+/// size", "BLOCK checksum" and "BLOCK padding". Places outside of chunks are "file/signature",
+/// "file/major", "file/minor", "file/flags", "file/reserved", "file/checksum" and "footer/index",
+/// "footer/done", "footer/file length", "footer/index checksum", "footer/checksum", "footer/end
+/// signature". DONE has "body 0/slabs" and so on, INDX the arrays "times" and so on; CHUNK alone is
+/// the payload.
 class Image {
  public:
   struct Chunk {

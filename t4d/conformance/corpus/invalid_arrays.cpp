@@ -267,10 +267,12 @@ void addArrayFaults(InvalidCases& cases) {
         "SLAB 0/interior positions/codec");
   }
   const Base integers = [] {
-    Base made = withAttribute(model::makeAttribute<std::uint32_t>("a", Domain::Cell, {7, 7, 7, 7, 7}));
-    made.image = Image::of({{"simplex", simplexWith({model::makeAttribute<std::uint32_t>(
-                                            "a", Domain::Cell, {7, 7, 7, 7, 7})})}},
-                           {.storage = Storage::Repeats});
+    Base made =
+        withAttribute(model::makeAttribute<std::uint32_t>("a", Domain::Cell, {7, 7, 7, 7, 7}));
+    made.image = Image::of(
+        {{"simplex",
+          simplexWith({model::makeAttribute<std::uint32_t>("a", Domain::Cell, {7, 7, 7, 7, 7})})}},
+        {.storage = Storage::Repeats});
     return made;
   }();
   for (const int type : {6, 9}) {

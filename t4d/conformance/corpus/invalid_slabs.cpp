@@ -79,7 +79,8 @@ void addConnectivityFaults(InvalidCases& cases) {
       "CONN 0/lower");
   set("N1-2-to-the-32-less-1", "The upper layer has 2^32 - 1 vertices.", base, "upper", ~0U);
   const Base two = baseOf({{"simplices", {manySimplices()}}}, {.storage = Storage::Repeats});
-  set("N2-first-vertex", "The range of a block begins a vertex too early.", two, "range 1", 65534, 8);
+  set("N2-first-vertex", "The range of a block begins a vertex too early.", two, "range 1", 65534,
+      8);
   set("N2-last-vertex", "The range of a block ends a vertex too early.", two, "range 0", 65535, 12);
   set("N2-of-a-layer", "A block has a range of the lower layer, which is empty.", two, "range 0", 1,
       4);
@@ -478,11 +479,11 @@ void addSlabFaults(InvalidCases& cases) {
   set("S10-bounds-of-one-block", "Bounds are there, of one block of cells.", base, "SLAB 0/bounds",
       1U);
   const Base blocks = baseOf({{"simplices", {manySimplices()}}}, {.storage = Storage::Repeats});
-  for (const auto& [name, at] : {std::pair<const char*, std::size_t>{"minimum", 16}, {"maximum", 56}}) {
+  for (const auto& [name, at] :
+       {std::pair<const char*, std::size_t>{"minimum", 16}, {"maximum", 56}}) {
     cases.add(
         fmt::format("S10-{}-of-a-block", name), fmt::format("The {} of a block is another.", name),
-        blocks,
-        [&, at = at](Image& image) { image.setBytes("SLAB 0/bounds 1", bytesOf(0.5), at); },
+        blocks, [&, at = at](Image& image) { image.setBytes("SLAB 0/bounds 1", bytesOf(0.5), at); },
         "SLAB 0/bounds 1", at);
   }
   set("S10-2-to-the-32-less-1", "There are 2^32 - 1 bounds.", base, "SLAB 0/bounds", ~0U);

@@ -331,8 +331,7 @@ void addChunkFaults(InvalidCases& cases) {
   cases.add(
       "C3-2-to-the-32-too-long", "The length of a CONN is 2^32 more than it is.", open,
       [](Image& image) {
-        image.set("CONN 0/header/length",
-                  (std::uint64_t{1} << 32) + image.size("CONN 0"));
+        image.set("CONN 0/header/length", (std::uint64_t{1} << 32) + image.size("CONN 0"));
       },
       "CONN 0/header/length");
   cases.add(
@@ -444,7 +443,8 @@ void addChunkFaults(InvalidCases& cases) {
         header + "front", length + 8);
   front("C9-front-8-less", "The front ends 8 bytes before the first block.", base, header + "front",
         static_cast<std::uint32_t>(base.image.offset("CONN 0/cells/stored") -
-                                   base.image.offset("CONN 0")) - 8);
+                                   base.image.offset("CONN 0")) -
+            8);
   front("C9-front-at-4", "The front ends 4 bytes behind a multiple of 8.", base, header + "front",
         length - 4);
   front("C9-no-blocks", "A chunk with a block says that it has none.", base, header + "blocks", 0);
@@ -457,8 +457,8 @@ void addChunkFaults(InvalidCases& cases) {
         "CONN 0/cells/stored size", 16 * 8 - 8);
   front("C9-block-of-2-to-the-32-less-1", "A block has 2^32 - 1 bytes.", base,
         "CONN 0/cells/stored size", ~0U);
-  for (const char* name : {"CONN 0/cells", "LAYR 0/positions", "SLAB 1/interior times",
-                           "INDX/times"}) {
+  for (const char* name :
+       {"CONN 0/cells", "LAYR 0/positions", "SLAB 1/interior times", "INDX/times"}) {
     const std::string stored = std::string(name) + "/stored";
     const std::string type = std::string(name).substr(0, 4);
     cases.addFlip("C10-block-of-" + type, fmt::format("A block of a {} is damaged.", type), base,
@@ -467,11 +467,21 @@ void addChunkFaults(InvalidCases& cases) {
         "C10-checksum-of-" + type, fmt::format("The checksum of a block of a {} is wrong.", type),
         base, [&](Image& image) { image.flip(stored + " checksum"); }, stored + " checksum");
   }
+  Base blocks = plain();
+  Image::Chunk optional = noteChunk(8);
+  optional.payload.putBlock("block", "five!");
+  blocks.image.add(optional, "SLAB 0");
+  cases.addFlip("C10-block-of-optional-chunk", "A block of an optional chunk is damaged.", blocks,
+                "note/block", 2);
+  cases.add(
+      "C6-block-of-optional-chunk", "The padding of a block of an optional chunk is not zero.",
+      blocks, [](Image& image) { image.setBytes("note/block padding", "\x01", 2); },
+      "note/block padding", 2);
+  front("C9-block-of-optional-chunk", "A block of an optional chunk ends behind its payload.",
+        blocks, "note/block size", 9);
   cases.add(
       "C10-with-padding", "The checksum of a block is that of block and padding.", attribute,
-      [&](Image& image) {
-        image.set(block + " checksum", crc32c("\1\2\3\4\5\0\0\0"s));
-      },
+      [&](Image& image) { image.set(block + " checksum", crc32c("\1\2\3\4\5\0\0\0"s)); },
       block + " checksum");
   Base longHead = plain();
   Record& head = longHead.image.chunk("HEAD").payload;

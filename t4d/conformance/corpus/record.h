@@ -70,7 +70,8 @@ class Record {
     return value;
   }
   /// The payload of a chunk: the table of blocks with the fields "NAME size" and "NAME checksum",
-  /// the fields, and the blocks, each with its padding, "NAME padding". It has no blocks of its own.
+  /// the fields, and the blocks, each with its padding, "NAME padding". It has no blocks of its
+  /// own.
   Record asPayload() const;
   /// The size of the payload before its blocks.
   std::size_t frontSize() const;

@@ -431,7 +431,8 @@ void addCompression(AcceptedCases& cases) {
   const auto withAttribute = [&](const std::string& name, const std::string& what,
                                  const std::string& frame) {
     Image image = Image::of({{"simplex", room}}, {.storage = Storage::Library});
-    image.chunk("SLAB 0").payload.replace("attribute 0/values", arrayRecord(10, 128, 1, 64, {frame}));
+    image.chunk("SLAB 0").payload.replace("attribute 0/values",
+                                          arrayRecord(10, 128, 1, 64, {frame}));
     cases.add(name, what)
         .of(image, {{"simplex", room}}, {.storage = Storage::Library})
         .slicedAt({0.5})
@@ -697,6 +698,11 @@ void addContainer(AcceptedCases& cases) {
     }
     image.add(optional("Zz9a", 6), "DONE");
     image.add(optional("NOTE", 7), "DONE");
+    Image::Chunk blocks = optional("bloc", 16);
+    for (const std::size_t size : {8, 0, 13}) {
+      blocks.payload.putBlock(fmt::format("block of {}", size), std::string(size, '\xBB'));
+    }
+    image.add(blocks, "CONN 1");
     cases
         .add(index ? "optional-chunks" : "optional-chunks-no-index",
              "Chunks of unknown types wherever they may be, with every padding.")

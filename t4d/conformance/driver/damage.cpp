@@ -57,7 +57,8 @@ Result<std::vector<formats::IndexRecord>> recordsOf(const std::string& bytes) {
   const std::vector<ChunkHeader> chunks = listChunks(bytes);
   const auto index = std::ranges::find(chunks, kIndex, &ChunkHeader::type);
   if (index == chunks.end()) return invalid("the file has no INDX");
-  const auto payload = formats::payloadOf(*index, view(bytes, index->payload(), index->payloadBytes));
+  const auto payload =
+      formats::payloadOf(*index, view(bytes, index->payload(), index->payloadBytes));
   if (!payload) return pass(payload.error());
   auto decoded = formats::decodeIndex(*payload);
   if (!decoded) return pass(decoded.error());

@@ -35,7 +35,7 @@ Bit bitOf(const Part& part);
 
 /// The parts of an indexed file that a slice at some time reads, and those that it does not need.
 struct SliceParts {
-  std::vector<Part> read;  ///< DONE, INDX, footer, and the chunks of its slab
+  std::vector<Part> read;      ///< DONE, INDX, footer, and the chunks of its slab
   std::vector<Part> unneeded;  ///< SLAB, CONN and LAYR chunks
 };
 /// Fails if the file has no index or is invalid.

@@ -248,9 +248,8 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   std::vector<ReaderCase> cuts;
   std::vector<ReaderCase> flips;
   std::vector<ReaderCase> overwrites;
-  const bool hyperplanes =
-      std::find(options.without.begin(), options.without.end(), kHyperplanes) ==
-      options.without.end();
+  const bool hyperplanes = std::find(options.without.begin(), options.without.end(),
+                                     kHyperplanes) == options.without.end();
   for (const CorpusFile* file : ordered) {
     const std::string unknown = unknownFeature(*file, options.without);
     cases.push_back(corpusCase(*file, unknown, hyperplanes));

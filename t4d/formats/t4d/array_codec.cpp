@@ -114,8 +114,8 @@ Result<void> numbersOfRepeats(std::span<const std::byte> content, std::size_t co
     }
   }
   if (used != otherCount) {
-    return invalid(fmt::format("a block has {} numbers that repeat no other, and needs {}",
-                               otherCount, used));
+    return invalid(
+        fmt::format("a block has {} numbers that repeat no other, and needs {}", otherCount, used));
   }
   return {};
 }
@@ -165,7 +165,9 @@ std::vector<Bytes> compressed(const ArrayView& array, Codec codec, int level) {
   return blocks;
 }
 
-std::uint64_t blockCount(std::uint64_t rows) { return rows / kBlockRows + (rows % kBlockRows != 0); }
+std::uint64_t blockCount(std::uint64_t rows) {
+  return rows / kBlockRows + (rows % kBlockRows != 0);
+}
 
 /// The content of a zstd frame, which has to declare a size from `least` to `most` bytes.
 Result<Bytes> decompressed(std::span<const std::byte> stored, std::uint64_t least,
@@ -179,9 +181,9 @@ Result<Bytes> decompressed(std::span<const std::byte> stored, std::uint64_t leas
   }
   const std::uint64_t size = ZSTD_getFrameContentSize(stored.data(), stored.size());
   if (size < least || size > most) {
-    return invalid(fmt::format("a compressed block does not declare {} bytes, as its rows need",
-                               least == most ? std::to_string(least)
-                                             : fmt::format("{} to {}", least, most)));
+    return invalid(
+        fmt::format("a compressed block does not declare {} bytes, as its rows need",
+                    least == most ? std::to_string(least) : fmt::format("{} to {}", least, most)));
   }
   Bytes content(size);
   const std::size_t got =

@@ -105,8 +105,8 @@ TEST(ArrayCodec, TransposesSoThatEachByteOfTheRowsStandsTogether) {
 TEST(ArrayCodec, StoresRepeatedNumbersAsReferences) {
   // The example of SPEC.md.
   const std::vector<std::uint32_t> numbers = {7, 8, 9, 10, 8, 7, 9, 11};
-  const std::string content = {0, 3, 0, 5, 0, 4, 0, 0,  // columns of distances
-                               14, 2, 2, 2, 2,          // first bytes of the differences
+  const std::string content = {0,  3, 0, 5, 0, 4, 0, 0,  // columns of distances
+                               14, 2, 2, 2, 2,           // first bytes of the differences
                                0,  0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
   const auto array = arrayIn(recordOf(5, 4, 2, 2, {zstdOf(content)}));
   ASSERT_TRUE(array) << array.error().message;
@@ -199,7 +199,8 @@ TEST(ArrayCodec, RefusesClaimsBeforeItAllocates) {
   // Rows times the size of a row would overflow to exactly the 8 bytes that are stored.
   EXPECT_THAT(faultOfRecord(recordOf(10, 1, 0, (most / 8) + 2, {eight})), HasSubstr("are left"));
   EXPECT_THAT(faultOfRecord(recordOf(10, 255, 0, most, {eight})), HasSubstr("are left"));
-  EXPECT_THAT(faultOfRecord(recordOf(1, 1, 1, 65537, {eight})), HasSubstr("in 2 blocks; 1 are left"));
+  EXPECT_THAT(faultOfRecord(recordOf(1, 1, 1, 65537, {eight})),
+              HasSubstr("in 2 blocks; 1 are left"));
   EXPECT_THAT(faultOfRecord(recordOf(1, 1, 1, 8 * 1024 + 1, {eight})), HasSubstr("1024th"));
   EXPECT_THAT(faultOfRecord(recordOf(1, 1, 1, 1, {""})), HasSubstr("1024th"));
   EXPECT_THAT(faultOfRecord(recordOf(1, 1, 0, 7, {eight})), HasSubstr("is stored in 8"));
@@ -216,8 +217,8 @@ TEST(ArrayCodec, RefusesWhatTheHeaderCannotSay) {
   EXPECT_THAT(faultOfRecord(recordOf(1, 8, 2, 1, {eight})), HasSubstr("codec 2"));
   EXPECT_THAT(faultOfRecord(recordOf(1, 1, 1, 0, {})), HasSubstr("no rows"));
   for (std::size_t at = 3; at < 8; ++at) {
-    const PayloadWriter bad = withFields(recordOf(1, 8, 0, 1, {eight}),
-                                         [&](auto& fields) { fields[at] = std::byte{1}; });
+    const PayloadWriter bad =
+        withFields(recordOf(1, 8, 0, 1, {eight}), [&](auto& fields) { fields[at] = std::byte{1}; });
     EXPECT_THAT(faultOfRecord(bad), HasSubstr("reserved"));
   }
 }

@@ -239,10 +239,9 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
                                         : header.frontBytes <= header.payloadBytes &&
                                               header.frontBytes % kAlignment == 0;
   if (!sound || table > header.frontBytes) {
-    return damaged(offset,
-                   fmt::format("the chunk {} has a front of {} of its {} bytes, and {} blocks",
-                               header.name(), header.frontBytes, header.payloadBytes,
-                               header.blocks));
+    return damaged(
+        offset, fmt::format("the chunk {} has a front of {} of its {} bytes, and {} blocks",
+                            header.name(), header.frontBytes, header.payloadBytes, header.blocks));
   }
   return header;
 }

@@ -120,8 +120,8 @@ Result<PayloadView> payloadOf(const ChunkHeader& header, std::span<const std::by
     const auto block = blocks.takeBytes(size);
     const std::uint32_t found = crc32c(block.data(), block.size());
     if (found != expected) {
-      return wrong(at, fmt::format("checksum of block {} is {:08x}, not {:08x}", i, found,
-                                   expected));
+      return wrong(at,
+                   fmt::format("checksum of block {} is {:08x}, not {:08x}", i, found, expected));
     }
     if (!blocks.skipPadding()) return wrong(at, fmt::format("padding of block {} is not zero", i));
     view.blocks.push_back(block);

@@ -51,8 +51,8 @@ bool hasRightChecksum(std::span<const std::byte, t4d_layout::kChunkHeaderBytes> 
 ChunkHeader decodeChunkHeader(std::span<const std::byte, t4d_layout::kDirectoryEntryBytes> bytes,
                               std::uint64_t offset);
 
-/// A chunk to be written: its header, and the front of its payload; the blocks follow, each with its
-/// padding.
+/// A chunk to be written: its header, and the front of its payload; the blocks follow, each with
+/// its padding.
 struct ChunkFront {
   ChunkHeader header;
   t4d_layout::ByteWriter front;

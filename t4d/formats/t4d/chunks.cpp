@@ -51,7 +51,8 @@ void putPositionsAs(PayloadWriter& into, std::span<const Point4> vertices, int l
   putArray(into, view, level);
 }
 
-void putPositions(PayloadWriter& into, std::span<const Point4> vertices, const ArrayOptions& options) {
+void putPositions(PayloadWriter& into, std::span<const Point4> vertices,
+                  const ArrayOptions& options) {
   if (options.float32) {
     putPositionsAs<float>(into, vertices, options.level);
   } else {
@@ -225,8 +226,10 @@ std::vector<BlockRanges> rangesOfBlocks(const Connectivity& connectivity) {
     };
     for (std::size_t i = begin; i < end; ++i) {
       for (const std::uint32_t vertex : connectivity.cells[i]) {
-        add(vertex);
-        if (vertex < firstMean || vertex >= firstUpper) continue;
+        if (vertex < firstMean || vertex >= firstUpper) {
+          add(vertex);
+          continue;
+        }
         const std::uint32_t mean = vertex - firstMean;
         for (std::uint32_t k = means.offsets[mean]; k < means.offsets[mean + 1]; ++k) {
           add(means.sources[k]);
@@ -344,7 +347,8 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView
   return connectivity;
 }
 
-PayloadWriter encodeLayer(double time, std::span<const Point4> vertices, const ArrayOptions& options) {
+PayloadWriter encodeLayer(double time, std::span<const Point4> vertices,
+                          const ArrayOptions& options) {
   PayloadWriter payload;
   payload.put(time);
   putPositions(payload, vertices, options);
@@ -378,9 +382,9 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
   putTime(payload, {slab.timeBegin, slab.timeEnd});
   putParts(payload, parts);
   payload.put(static_cast<std::uint32_t>(slab.attributes.size()));
-  const auto bounds = options.float32
-                          ? boundsOfBlocks(connectivity, roundedVertices(connectivity, slab.vertices))
-                          : boundsOfBlocks(connectivity, slab.vertices);
+  const auto bounds =
+      options.float32 ? boundsOfBlocks(connectivity, roundedVertices(connectivity, slab.vertices))
+                      : boundsOfBlocks(connectivity, slab.vertices);
   payload.put(static_cast<std::uint32_t>(bounds.size()));
   payload.put(kZero);
   for (const model::Bounds4& block : bounds) {
@@ -449,14 +453,10 @@ void addSlab(BodySummary& body, const model::Slab& slab, bool float32) {
   body.time.end = slab.timeEnd;
   body.vertices += connectivity.vertexCount - connectivity.lowerCount;
   body.tetrahedra += connectivity.cells.size();
-  const auto addToBounds = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const model::Point3 point = slab.vertices[i].head<3>();
-      body.bounds.add(float32 ? point.cast<float>().cast<double>() : point);
-    }
-  };
-  addToBounds(0, connectivity.firstMean());
-  addToBounds(connectivity.firstUpper(), connectivity.vertexCount);
+  const auto bounds =
+      extentOf(connectivity, float32 ? roundedVertices(connectivity, slab.vertices) : slab.vertices)
+          .bounds;
+  body.bounds.add(bounds);
 }
 
 Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {
@@ -573,7 +573,8 @@ Result<std::vector<ChunkHeader>> takeHeaders(PayloadReader& from, Features featu
     const ChunkHeader header = decodeChunkHeader(bytes, offset);
     constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;  // so that no sum overflows
     if (header.payloadBytes > kMost || offset > kMost) {
-      return invalid(fmt::format("the header of chunk {} says that it has {} bytes", i, header.payloadBytes));
+      return invalid(
+          fmt::format("the header of chunk {} says that it has {} bytes", i, header.payloadBytes));
     }
     offset = header.end();
     headers.push_back(header);
@@ -617,13 +618,12 @@ Result<void> placeSlabs(const std::vector<ChunkHeader>& chunks, std::span<IndexR
 PayloadWriter encodeIndex(const Index& index, int level) {
   PayloadWriter payload;
   payload.putBytes(index.fileHeader.data(), index.fileHeader.size());
-  payload.put(std::uint64_t{index.slabs.size()});
+  payload.put(static_cast<std::uint32_t>(index.slabs.size()));
   putArray(payload, {ScalarType::UInt8, 1, std::as_bytes(std::span(index.head))}, 0);
   std::vector<std::byte> headers;
   for (const ChunkHeader& chunk : index.chunks) {
     const ChunkHeaderBytes bytes = encodeChunkHeader(chunk);
-    headers.insert(headers.end(), bytes.begin(),
-                   bytes.begin() + t4d_layout::kDirectoryEntryBytes);
+    headers.insert(headers.end(), bytes.begin(), bytes.begin() + t4d_layout::kDirectoryEntryBytes);
   }
   putArray(payload, {ScalarType::UInt8, t4d_layout::kDirectoryEntryBytes, headers}, level);
   putColumn(payload, index.slabs, level, [](const IndexRecord& slab) {
@@ -647,7 +647,7 @@ Result<Index> decodeIndex(const PayloadView& payload, Features features) {
   PayloadReader from(payload);
   Index index;
   const auto fileHeader = from.takeBytes(index.fileHeader.size());
-  const auto slabs = from.take<std::uint64_t>();
+  const auto slabs = from.take<std::uint32_t>();
   if (from.overrun()) return cutOff("the index");
   std::copy(fileHeader.begin(), fileHeader.end(), index.fileHeader.begin());
   const auto packedHead = takePacked(from, {});
@@ -663,8 +663,8 @@ Result<Index> decodeIndex(const PayloadView& payload, Features features) {
   if (!headers) return pass(headers.error());
   index.chunks = std::move(*headers);
   if (slabs > index.chunks.size()) {
-    return invalid(fmt::format("it says that there are {} slabs among {} chunks", slabs,
-                               index.chunks.size()));
+    return invalid(
+        fmt::format("it says that there are {} slabs among {} chunks", slabs, index.chunks.size()));
   }
   index.slabs.resize(slabs);
   const std::span all(index.slabs);

@@ -28,12 +28,12 @@ struct ArrayOptions {
 };
 
 t4d_layout::PayloadWriter encodeConnectivity(const model::Connectivity& connectivity,
-                                          const ArrayOptions& options);
+                                             const ArrayOptions& options);
 Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
     const t4d_layout::PayloadView& payload, t4d_layout::Features features = {});
 
 t4d_layout::PayloadWriter encodeLayer(double time, std::span<const model::Point4> vertices,
-                                   const ArrayOptions& options);
+                                      const ArrayOptions& options);
 
 /// Vertices at one time, as stored.
 struct Layer {
@@ -132,9 +132,9 @@ struct IndexRecord {
 
 /// The contents of INDX.
 struct Index {
-  std::array<std::byte, t4d_layout::kFileHeaderBytes> fileHeader{};
+  std::array<std::byte, t4d_layout::kFileHeaderCopyBytes> fileHeader{};
   std::string head;                 ///< the payload of HEAD
-  std::vector<ChunkHeader> chunks;  ///< those before DONE
+  std::vector<ChunkHeader> chunks;  ///< those before INDX
   std::vector<IndexRecord> slabs;   ///< each has an extent
 };
 

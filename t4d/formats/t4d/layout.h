@@ -26,6 +26,8 @@ inline constexpr std::array<std::uint8_t, 8> kEndSignature = {0x0A, 0x1A, 0x0A, 
                                                               'D',  '4',  'T',  0x89};
 
 inline constexpr std::size_t kFileHeaderBytes = 24;
+/// The file header without its checksum, as in INDX.
+inline constexpr std::size_t kFileHeaderCopyBytes = 20;
 inline constexpr std::size_t kChunkHeaderBytes = 32;
 inline constexpr std::size_t kFooterBytes = 40;
 /// A chunk header without its checksum, as in the directory of INDX.

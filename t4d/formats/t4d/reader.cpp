@@ -35,7 +35,7 @@ class Tally : public model::Sink {
 struct Ending {
   Index index;
   Done done;
-  std::uint64_t doneOffset = 0;
+  ChunkHeader doneHeader;
   std::uint64_t offset = 0;  // of the index
 };
 
@@ -69,7 +69,7 @@ Result<Ending> readEnding(ChunkFile& file, Features features) {
   if (!decodedDone) return file.damaged(footer->done, "DONE: " + decodedDone.error().message);
   auto decoded = decodeIndex(index->payload.view, features);
   if (!decoded) return file.damaged(footer->index, "INDX: " + decoded.error().message);
-  return Ending{std::move(*decoded), std::move(*decodedDone), footer->done, footer->index};
+  return Ending{std::move(*decoded), std::move(*decodedDone), done->header, footer->index};
 }
 
 /// Checks the index against file header, HEAD and DONE.
@@ -79,16 +79,16 @@ Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
     return file.damaged(ending.offset, "INDX: " + message);
   };
   const Index& index = ending.index;
-  if (!std::ranges::equal(index.fileHeader, header.bytes)) {
+  if (!std::ranges::equal(index.fileHeader, std::span(header.bytes).first(kFileHeaderCopyBytes))) {
     return wrong("its copy of the file header is different");
   }
   if (index.head != head.text) return wrong("its copy of HEAD is different");
   if (index.chunks.empty() || index.chunks.front() != head.header ||
-      index.chunks.back().end() != ending.doneOffset) {
-    return wrong("its chunks do not fill the file from HEAD to DONE");
+      index.chunks.back() != ending.doneHeader) {
+    return wrong("its chunks are not those from HEAD to DONE");
   }
-  if (index.chunks.size() != ending.done.chunks) {
-    return wrong(fmt::format("it has {} chunks, DONE says {}", index.chunks.size(),
+  if (index.chunks.size() - 1 != ending.done.chunks) {
+    return wrong(fmt::format("it has {} chunks before DONE, which says {}", index.chunks.size() - 1,
                              ending.done.chunks));
   }
   return {};
@@ -102,13 +102,13 @@ Result<void> checkRecords(const ChunkFile& file, const Ending& ending, std::size
     if (auto checked = checker.add(record); !checked) return checked;
   }
   if (auto checked = checkDone(ending.done, ending.index.slabs, bodyCount); !checked) {
-    return file.damaged(ending.doneOffset, "DONE: " + checked.error().message);
+    return file.damaged(ending.doneHeader.offset, "DONE: " + checked.error().message);
   }
   return {};
 }
 
-/// The slabs, after checking that the end mark is followed by an index that agrees with `scan` and a
-/// footer, or by nothing.
+/// The slabs, after checking that the end mark is followed by an index that agrees with `scan` and
+/// a footer, or by nothing.
 Result<std::vector<IndexRecord>> readTail(ChunkFile& file, const ChunkFile::Header& header,
                                           const Head& head, const FileScan& scan) {
   if (!header.indexed) {
@@ -119,15 +119,17 @@ Result<std::vector<IndexRecord>> readTail(ChunkFile& file, const ChunkFile::Head
   }
   auto ending = readEnding(file, head.features);
   if (!ending) return pass(ending.error());
-  if (ending->doneOffset != scan.doneOffset) {
-    return file.damaged(ending->doneOffset, "DONE: an end mark has been before, at byte " +
-                                                std::to_string(scan.doneOffset));
+  if (ending->doneHeader.offset != scan.doneOffset) {
+    return file.damaged(ending->doneHeader.offset, "DONE: an end mark has been before, at byte " +
+                                                       std::to_string(scan.doneOffset));
   }
-  if (auto checked = checkEnding(file, *ending, header, head); !checked) return pass(checked.error());
+  if (auto checked = checkEnding(file, *ending, header, head); !checked)
+    return pass(checked.error());
   const auto wrong = [&](const std::string& message) {
     return file.damaged(ending->offset, "INDX: " + message);
   };
-  if (!std::ranges::equal(std::span(ending->index.chunks).subspan(1), scan.chunks)) {
+  if (!std::ranges::equal(std::span(ending->index.chunks).subspan(1, ending->done.chunks - 1),
+                          scan.chunks)) {
     return wrong("its headers of chunks are not those of the file");
   }
   const auto& said = ending->index.slabs;
@@ -165,7 +167,7 @@ class T4dReader::File {
       if (auto checked = checkRecords(file_, *ending, bodyCount); !checked) return checked;
       records = std::move(ending->index.slabs);
       done = std::move(ending->done);
-      doneOffset_ = ending->doneOffset;
+      doneOffset_ = ending->doneHeader.offset;
       file_.expectChunks(std::move(ending->index.chunks));
     } else {
       FileScan scan = scanFile(file_, head->header.end(), bodyCount, features_, progress);

@@ -467,7 +467,8 @@ TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
     if (chunk.name() == "INDX") overwrite(bytes, blockOf(chunk, bytes, 3), std::uint64_t{0});
   }
   repairChecksums(bytes);
-  EXPECT_THAT(faultOf(writeFile("no_connectivity.t4d", bytes)), HasSubstr("has a connectivity or a layer that is none"));
+  EXPECT_THAT(faultOf(writeFile("no_connectivity.t4d", bytes)),
+              HasSubstr("has a connectivity or a layer that is none"));
 }
 
 /// -0 equals 0, and so the index may have one where the slab has the other.

@@ -13,7 +13,7 @@ struct BodySummary {
   std::uint64_t vertices = 0;  ///< vertices on a seam counted once
   std::uint64_t tetrahedra = 0;
   model::TimeSpan time;
-  model::Bounds3 bounds;  ///< of the stored vertices; means lie between them
+  model::Bounds3 bounds;  ///< of all vertices
 };
 
 }  // namespace t4d::formats

@@ -712,10 +712,10 @@ types:
     doc-ref: SPEC.md, "INDX"
     seq:
       - id: header
-        size: 24
-        doc: The file header again.
+        size: 20
+        doc: The file header again, without its checksum.
       - id: num_slabs
-        type: u8
+        type: u4
       - id: head
         type: array_record(_parent, 0)
         valid:
@@ -727,7 +727,7 @@ types:
         valid:
           expr: _.scalar_type == scalar_type::u8 and _.num_components == 28
         -rule: I7
-        doc: The headers of all chunks before DONE, each a `chunk_header`.
+        doc: The headers of all chunks before INDX, each a `chunk_header`.
       - id: times
         type: array_record(_parent, chunks.end_block)
         valid:

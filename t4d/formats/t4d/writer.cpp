@@ -46,7 +46,7 @@ class T4dWriter::File {
     header.put(std::uint32_t{0});
     header.put(crc32c(header.data(), header.size()));
     if (auto done = out_.write(header.data(), header.size()); !done) return done;
-    std::copy_n(header.data(), header.size(), index_.fileHeader.begin());
+    std::copy_n(header.data(), index_.fileHeader.size(), index_.fileHeader.begin());
     std::vector<std::string> features = {std::string(kFeatureMeans)};
     if (arrays_.level > 0) features.emplace_back(kFeatureZstd);
     PayloadWriter head;
@@ -238,9 +238,9 @@ class T4dWriter::File {
     record.slab = *offset;
     record.slabBytes = out_.size() - *offset;
     if (indexed_) {
-      record.extent = extentOf(*slab.connectivity,
-                               arrays_.float32 ? roundedVertices(*slab.connectivity, slab.vertices)
-                                               : slab.vertices);
+      record.extent = extentOf(
+          *slab.connectivity,
+          arrays_.float32 ? roundedVertices(*slab.connectivity, slab.vertices) : slab.vertices);
       index_.slabs.push_back(record);
     }
 
@@ -252,7 +252,6 @@ class T4dWriter::File {
   }
 
   Result<void> putIndexAndFooter(std::uint64_t doneOffset) {
-    index_.chunks.pop_back();  // DONE
     const PayloadWriter payload = encodeIndex(index_, arrays_.level);
     const auto indexOffset = putChunk(kIndex, payload);
     if (!indexOffset) return pass(indexOffset.error());

@@ -20,12 +20,12 @@ struct T4dWriteOptions {
   bool index = true;
 };
 
-/// Writes a .t4d file slab by slab. Memory use is one slab, plus some 200 bytes for each slab written.
-/// The target path stays untouched until `finish` returns successfully.
+/// Writes a .t4d file slab by slab. Memory use is one slab, plus some 200 bytes for each slab
+/// written. The target path stays untouched until `finish` returns successfully.
 ///
-/// Connectivity is stored once for consecutive slabs of one body that share the object, and where one
-/// of the last 4 MiB of stored connectivity has the same content; layers are stored once; means are
-/// not stored.
+/// Connectivity is stored once for consecutive slabs of one body that share the object, and where
+/// one of the last 4 MiB of stored connectivity has the same content; layers are stored once; means
+/// are not stored.
 class T4dWriter {
  public:
   /// Fails if body names are invalid or the file cannot be opened.

@@ -47,7 +47,7 @@ for (const name of files) {
     const headers = [];
     const slabs = [];
     let offset = 24;
-    for (const { header, fields } of file.chunks.slice(0, -2)) {
+    for (const { header, fields } of file.chunks.slice(0, -1)) {
       headers.push(...read(name).subarray(offset, offset + 28));
       if (header.type.text === 'SLAB') slabs.push(fields);
       offset += header.lenChunk;

@@ -396,8 +396,11 @@ function rangesOf(vertices, { numVertices, numLower, numUpper, numMeans, sources
     range[part + 1] = Math.max(range[part + 1], i + 1);
   };
   for (const i of vertices) {
-    need(i);
-    if (i >= firstMean && i < firstUpper) sources[i - firstMean].forEach(need);
+    if (i >= firstMean && i < firstUpper) {
+      sources[i - firstMean].forEach(need);
+    } else {
+      need(i);
+    }
   }
   return range;
 }
@@ -450,7 +453,7 @@ function readSlab({ at, fields }, head, part) {
     at, timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper, body, numCells: conn.cells.length,
     bounds: widen(noBounds(3), vertices).flat(),
   };
-  return { record, conn, vertices, stored: [...lower, ...interior, ...upper], attributes };
+  return { record, conn, vertices, attributes };
 }
 
 function mean(points) {
@@ -514,8 +517,9 @@ async function readEnds(file) {
   check(done.at + done.size === at, at, 'O4', 'INDX does not follow DONE');
   check(at + chunk.size === file.size - footerSize, at, 'O4', 'no footer after INDX');
   const indx = await readIndx(chunk);
-  check(indx.fileHeader === hexOf(file.read(0, 24, 'H1')), at, 'I1', 'another file header');
-  check(indx.end === done.at, at, 'I2', `the chunks end at ${indx.end}, DONE is at ${done.at}`);
+  check(indx.fileHeader === hexOf(file.read(0, 20, 'H1')), at, 'I1', 'another file header');
+  check(indx.headers.get(done.at) === done.headerText && indx.end === at, at, 'I2',
+    `DONE at ${done.at} is not the last of the chunks`);
   return { indx, done };
 }
 
@@ -589,7 +593,7 @@ async function readAll(file, use) {
       head = readHead(chunk.fields.json, at + 32);
       if (head.features.includes('zstd')) await prepareZstd();
       bodies = head.bodies.map(() => ({
-        slabs: [], results: [], vertices: 0, bounds: noBounds(3), storedBounds: noBounds(3),
+        slabs: [], results: [], vertices: 0, bounds: noBounds(3),
       }));
     } else if (chunk.type === 'CONN' || chunk.type === 'LAYR') {
       parts.set(at, readPart(chunk, head.features));
@@ -604,7 +608,6 @@ async function readAll(file, use) {
       body.vertices += conn.numVertices - (body.slabs.length > 0 ? conn.numLower : 0);
       body.slabs.push(record);
       widen(body.bounds, slab.vertices);
-      widen(body.storedBounds, slab.stored);
       body.results.push(use(slab));
       records.push(record);
     } else if (chunk.type === 'DONE') {
@@ -612,7 +615,7 @@ async function readAll(file, use) {
     } else {
       check(chunk.type !== 'INDX', at, header.hasIndex ? 'O4' : 'O5', 'INDX before DONE');
     }
-    if (!done) headers.set(at, chunk.headerText);
+    if (chunk.type !== 'INDX') headers.set(at, chunk.headerText);
     at += chunk.size;
   }
   for (const offset of unused) check(false, offset, 'O6', 'no slab names this part');
@@ -625,11 +628,11 @@ async function readAll(file, use) {
   } else {
     check(at === file.size, at, 'O5', `${file.size - at} bytes after DONE`);
   }
-  checkDone(done, bodies.map(({ slabs }) => slabs), headers.size);
+  checkDone(done, bodies.map(({ slabs }) => slabs), headers.size - 1);
   bodies.forEach((body, i) => {
     const summary = done.fields.bodies[i];
     check(summary.numVertices === body.vertices, done.at, 'D6', `${body.vertices} vertices`);
-    const expected = body.storedBounds.flat();
+    const expected = body.bounds.flat();
     check(isSame([...summary.minimum, ...summary.maximum], expected), done.at, 'D8',
       `bounds are ${expected}`);
   });
@@ -652,7 +655,7 @@ async function readSlabsAt(file, time) {
   }
   const { indx, done } = await readEnds(file);
   const { head } = indx;
-  checkDone(done, indx.bodies, indx.headers.size);
+  checkDone(done, indx.bodies, indx.headers.size - 1);
   const chunkAt = (offset) => {
     const chunk = readChunk(file, offset);
     check(chunk.headerText === indx.headers.get(offset), offset, 'I2', 'another header');

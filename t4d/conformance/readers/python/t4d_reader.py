@@ -160,8 +160,9 @@ def read_ends(file):
     check(done_at + done.size == indx_at, indx_at, "O4", "INDX does not follow DONE")
     check(indx_at + indx.size == at, at, "O4", "the footer does not follow INDX")
     indx = Indx(indx)
-    check(indx.file_header == file.read(0, 24, "H1"), indx_at + 32, "I1", "another file header")
-    check(indx.end == done_at, indx_at, "I2", f"chunks up to {indx.end}, DONE is at {done_at}")
+    check(indx.file_header == file.read(0, 20, "H1"), indx_at + 32, "I1", "another file header")
+    check(indx.chunks.get(done_at) == done.header[:28] and indx.end == indx_at, indx_at, "I2",
+          f"DONE at {done_at} is not the last of the chunks")
     return indx, Done(done, indx.head)
 
 
@@ -396,7 +397,8 @@ class Conn:
 
     def ranges_of(self, vertices):
         means = [i for i in vertices if self.first_mean <= i < self.first_upper]
-        needed = vertices.union(*(self.sources[i - self.first_mean] for i in means))
+        needed = vertices.difference(means).union(
+            *(self.sources[i - self.first_mean] for i in means))
         for first, end in pairwise((0, self.lower, self.first_upper, self.vertices)):
             inside = [i for i in needed if first <= i < end]
             yield from (min(inside), max(inside) + 1) if inside else (0, 0)
@@ -547,8 +549,8 @@ class Indx:
 
     def __init__(self, chunk):
         self.at = at = chunk.place()
-        self.file_header = chunk.bytes(24)
-        count, = chunk.unpack("Q")
+        self.file_header = chunk.bytes(20)
+        count, = chunk.unpack("I")
         # Not compressed: HEAD says whether other arrays may be.
         copy = Array(chunk, (), "I7", (U8,), 1)
         self.head = Head(bytes(copy.data), copy.at)
@@ -556,7 +558,7 @@ class Indx:
         columns = [Array(chunk, self.head.features, "I7", (scalar,), components)
                    for scalar, components in self.COLUMNS]
         chunk.end()
-        # The headers, without their checksums, by their offsets; DONE is at `end`.
+        # The headers, without their checksums, by their offsets, up to `end`.
         self.chunks, self.end = {}, 24
         for i in range(0, len(headers), 28):
             self.chunks[self.end] = bytes(headers[i:i + 28])
@@ -564,7 +566,7 @@ class Indx:
         first = struct.unpack_from("<4s4xQ8xI", self.chunks.get(24, bytes(28)))
         check(first == (b"HEAD", len(copy.data), crc32c(copy.data)), copy.at, "I1", "another HEAD")
         slabs = [at for at, header in self.chunks.items() if header[:4] == b"SLAB"]
-        check({count} == {len(slabs), *(each.rows for each in columns)}, at + 24, "I3",
+        check({count} == {len(slabs), *(each.rows for each in columns)}, at + 20, "I3",
               f"{count} slabs, {len(slabs)} are there")
         self.records = [Record(*times, *parts, *body, *cells, bounds[:3], bounds[3:], at)
                         for times, parts, body, cells, bounds, at
@@ -596,7 +598,7 @@ class Body:
         self.vertices += slab.conn.vertices - (slab.conn.lower if self.records else 0)
         self.records.append(slab.record)
         self.results.append(result)
-        self.boxes.append(box(slab.stored))
+        self.boxes.append(box(slab.vertices))
 
 
 def read_all(file, use):
@@ -627,7 +629,7 @@ def read_all(file, use):
         check(offset in named, offset, "O6", "no slab names this part")
     if has_index:
         check(head.data == indx.head.data, indx.at + 32, "I1", "another HEAD")
-        check(chunks == indx.chunks, indx.at, "I2", "other headers of chunks")
+        check({**chunks, at: chunk.header[:28]} == indx.chunks, indx.at, "I2", "other headers")
         for said, found in zip(indx.records, records):
             check_record(said, found, indx.at)
     else:
@@ -648,7 +650,7 @@ def read_slabs_at(file, time):
         return head, [([] if i is None else [body.results[i]], body.records[-1].end)
                       for i, body in zip(numbers, bodies)]
     indx, done = read_ends(file)
-    done.check_records(indx.bodies, len(indx.chunks))
+    done.check_records(indx.bodies, len(indx.chunks) - 1)
     parts, found = {}, []
 
     def chunk_at(offset):
