@@ -13,7 +13,7 @@ int main() {
   const auto solid = formats::readTriangleMesh("paper-cube.obj");
   const auto motion = formats::readMotion("paper-translation.json");
   if (!solid || !motion) return 4;
-  auto writer = formats::T4dWriter::create("paper-cube.t4d", {.bodies = {"cube"}});
+  auto writer = formats::T4dWriter::create("paper-cube.t4d", {.bodies = {{"cube"}}});
   if (!writer) return 1;
   measure::MeshChecker checker;
   model::Tee both({&writer->body(0), &checker});

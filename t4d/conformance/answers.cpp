@@ -128,7 +128,7 @@ AnswerBuilder description(formats::T4dVersion version, const std::vector<std::st
 std::vector<NamedSource> bodiesOf(formats::T4dReader& reader) {
   std::vector<NamedSource> bodies;
   for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
-    bodies.push_back({reader.metadata().bodies[i], &reader.body(i)});
+    bodies.push_back({reader.metadata().bodies[i].name, &reader.body(i)});
   }
   return bodies;
 }
@@ -316,7 +316,7 @@ Result<Answer> describeFile(const std::filesystem::path& path) {
     Describer describer;
     if (auto done = reader->readThrough(i, describer); !done) return pass(done.error());
     ordered_json within = describer.within();
-    answer.add(std::move(describer).answer(metadata.bodies[i]), std::move(within));
+    answer.add(std::move(describer).answer(metadata.bodies[i].name), std::move(within));
   }
   return answer.finish();
 }

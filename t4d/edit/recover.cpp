@@ -24,7 +24,7 @@ ordered_json gapsOf(formats::T4dSalvage& salvage) {
       const double begin = slabs.timeSpan(k - 1).end;
       const double end = slabs.timeSpan(k).begin;
       if (begin == end || gaps.size() == kMostGaps) continue;
-      gaps.push_back({{"body", salvage.metadata().bodies[i]}, {"begin", begin}, {"end", end}});
+      gaps.push_back({{"body", salvage.metadata().bodies[i].name}, {"begin", begin}, {"end", end}});
     }
   }
   return gaps;
@@ -87,7 +87,7 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
     auto ends = closer.finish();
     if (!ends) return pass(ends.error());
     for (const RunEnd& end : *ends) {
-      const std::string& name = metadata.bodies[i];
+      const std::string& name = metadata.bodies[i].name;
       const std::uint64_t offset = salvage->slabOffset(i, end.slab);
       if (end.open) {
         const std::string what =

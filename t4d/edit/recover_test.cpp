@@ -225,7 +225,8 @@ TEST(Recover, KeepsTheMetadataAndSaysWhereItComesFrom) {
   const auto report = recoverT4d(input, output, {.generator = "us"});
   ASSERT_TRUE(report);
   const formats::Metadata metadata = T4dReader::open(output)->metadata();
-  EXPECT_THAT(metadata.bodies, testing::ElementsAre("body 0"));
+  EXPECT_THAT(metadata.bodies,
+              testing::ElementsAre(testing::Field(&formats::BodyInfo::name, "body 0")));
   EXPECT_EQ(metadata.generator, "us");
   const auto note = nlohmann::json::parse(metadata.detailsJson)["recovered"];
   EXPECT_EQ(note["from"], input.filename().string());

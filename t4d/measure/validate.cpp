@@ -58,7 +58,7 @@ Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
     }
     MeshReport report = checker.finish();
     const std::string prefix =
-        count > 1 ? fmt::format("body '{}': ", reader->metadata().bodies[i]) : "";
+        count > 1 ? fmt::format("body '{}': ", reader->metadata().bodies[i].name) : "";
     for (Issue& issue : report.issues.issues) {
       issue.message = prefix + issue.message;
       if (issue.slab && *issue.slab < reader->body(i).slabCount()) {

@@ -67,7 +67,7 @@ void readRaw(const std::filesystem::path& path, std::vector<std::byte>& buffer) 
 
 std::uint64_t writeT4d(model::Mesh& mesh, const std::filesystem::path& path, int compression) {
   formats::Metadata metadata;
-  metadata.bodies = {"body"};
+  metadata.bodies = {{"body"}};
   auto writer = need(formats::T4dWriter::create(path, metadata, {.compression = compression}));
   need(pump(mesh, writer.body(0)));
   return need(writer.finish());

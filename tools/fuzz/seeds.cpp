@@ -100,7 +100,7 @@ void writeT4d(const fs::path& path, const std::vector<Producer>& producers,
   formats::Metadata metadata;
   metadata.generator = "seed";
   metadata.lengthUnit = "mm";
-  for (std::size_t i = 0; i < producers.size(); ++i) metadata.bodies.push_back(std::to_string(i));
+  for (std::size_t i = 0; i < producers.size(); ++i) metadata.bodies.push_back({std::to_string(i)});
   auto writer = expect(formats::T4dWriter::create(path, metadata, options));
   for (std::size_t i = 0; i < producers.size(); ++i) producers[i](writer.body(i));
   expect(writer.finish());

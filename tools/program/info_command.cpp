@@ -69,7 +69,7 @@ int run(const std::string& path, bool json) {
                           {"details", ordered_json::parse(metadata.detailsJson)}};
     for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
       const formats::BodySummary& body = reader->summary(i);
-      value["bodies"].push_back({{"name", metadata.bodies[i]},
+      value["bodies"].push_back({{"name", metadata.bodies[i].name},
                                  {"slabs", body.slabs},
                                  {"vertices", body.vertices},
                                  {"tetrahedra", body.tetrahedra},
@@ -94,7 +94,7 @@ int run(const std::string& path, bool json) {
         high.x(), low.y(), high.y(), low.z(), high.z(), unit(metadata.lengthUnit), metadata.up);
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     const formats::BodySummary& body = reader->summary(i);
-    print("  body '{}': {}, time {} to {}\n", metadata.bodies[i],
+    print("  body '{}': {}, time {} to {}\n", metadata.bodies[i].name,
           counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin, body.time.end);
   }
   if (const model::Point3 origin = originOf(metadata); !origin.isZero(0)) {

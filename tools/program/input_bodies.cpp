@@ -14,8 +14,10 @@ Result<InputBodies> openBodies(const std::string& path, const std::string& bodyN
   auto reader = formats::T4dReader::open(path);
   if (!reader) return pass(reader.error());
   InputBodies input{std::move(*reader), {}};
-  const std::vector<std::string>& names = input.reader.metadata().bodies;
-  for (std::size_t i = 0; i < names.size(); ++i) {
+  const std::vector<formats::BodyInfo>& infos = input.reader.metadata().bodies;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    names.push_back(infos[i].name);
     if (bodyName.empty() || names[i] == bodyName) {
       input.bodies.push_back({names[i], &input.reader.body(i)});
     }
@@ -28,11 +30,11 @@ Result<InputBodies> openBodies(const std::string& path, const std::string& bodyN
 }
 
 model::Bounds3 boundsOf(const InputBodies& input) {
-  const std::vector<std::string>& names = input.reader.metadata().bodies;
+  const std::vector<formats::BodyInfo>& infos = input.reader.metadata().bodies;
   model::Bounds3 bounds;
-  for (std::size_t i = 0; i < names.size(); ++i) {
+  for (std::size_t i = 0; i < infos.size(); ++i) {
     const bool selected = std::ranges::any_of(
-        input.bodies, [&](const model::Body& body) { return body.name == names[i]; });
+        input.bodies, [&](const model::Body& body) { return body.name == infos[i].name; });
     if (selected) bounds.add(input.reader.summary(i).bounds);
   }
   return bounds;

@@ -41,7 +41,7 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
   metadata.lengthUnit = about.lengthUnit;
   metadata.timeUnit = about.timeUnit;
   metadata.up = output.up;
-  metadata.bodies = {output.body.empty() ? nameIn(about.model).stem().string() : output.body};
+  metadata.bodies = {{output.body.empty() ? nameIn(about.model).stem().string() : output.body}};
   metadata.detailsJson = about.detailsJson;
   if (!output.center) {
     if (auto begun = file.begin(nullptr); !begun) return pass(begun.error());

@@ -17,7 +17,7 @@ const describe = schemaOf('t4d/formats/t4d/reader_describe.schema.json');
 const slice = schemaOf('t4d/formats/t4d/reader_slice.schema.json');
 
 test('HEAD: the members are those of the specification', () => {
-  const section = spec.split('\n## HEAD\n')[1].split('\n## ')[0];
+  const section = spec.split('\n## HEAD\n')[1].split('\n### ')[0];
   const rows = [...section.matchAll(/^\| `(\w+)` \|([^|]+)\|([^|]*)\|/gm)];
   assert.deepEqual(rows.map(([, name]) => name), Object.keys(head.schema.properties));
   assert.deepEqual(rows.filter(([, , , is]) => is.trim() === 'required').map(([, name]) => name),
@@ -60,13 +60,13 @@ function programAccepts(text) {
   return done.status === 0;
 }
 
-const least = { features: ['means'], bodies: ['simplex'] };
+const least = { features: ['means'], bodies: [{ name: 'simplex' }] };
 const accepted = {
   'of the specification': headOf(exampleOfSpec()),
   'the least': least,
   'no features': { ...least, features: [] },
   'all features': { ...least, features: ['zstd', 'means'] },
-  'a name of 255 bytes': { ...least, bodies: ['\u00e4'.repeat(127) + 'x'] },
+  'a name of 255 bytes': { ...least, bodies: [{ name: '\u00e4'.repeat(127) + 'x' }] },
   'every member': { ...least, generator: 'g 1', backend: 'by hand', length_unit: 'in',
     time_unit: 'min', up: 'z', details: { a: [1, { b: null }] } },
   'empty texts': { ...least, generator: '', backend: '', length_unit: '', time_unit: '' },
@@ -88,12 +88,16 @@ const refused = {
   'M6 an unknown feature': { features: ['means', 'wavelets'], bodies },
   'M7 no bodies': { features },
   'M7 bodies no array': { features, bodies: { simplex: 1 } },
-  'M7 bodies no strings': { features, bodies: [null] },
+  'M7 bodies no objects': { features, bodies: ['simplex'] },
   'M7 bodies none': { features, bodies: [] },
-  'M7 bodies too many': { features, bodies: Array.from({ length: 65537 }, (_, i) => `${i}`) },
-  'M8 a name of no bytes': { features, bodies: [''] },
-  'M8 a name of 256 bytes': { features, bodies: ['x'.repeat(256)] },
-  'M9 two names the same': { features, bodies: ['a', 'b', 'a'] },
+  'M7 bodies too many': { features, bodies: Array.from({ length: 65537 }, (_, i) => ({ name: `${i}` })) },
+  'M8 no name': { features, bodies: [{}] },
+  'M8 a name of no bytes': { features, bodies: [{ name: '' }] },
+  'M8 a name of 256 bytes': { features, bodies: [{ name: 'x'.repeat(256) }] },
+  'M11 a colour of two': { features, bodies: [{ name: 'a', color: [0, 1] }] },
+  'M11 a colour above 1': { features, bodies: [{ name: 'a', color: [0, 1, 2] }] },
+  'M11 a material that is a number': { features, bodies: [{ name: 'a', material: 1 }] },
+  'M11 a parent that is a number': { features, bodies: [{ name: 'a', parent: 0 }] },
   'M10 generator': { ...least, generator: 1 },
   'M10 backend': { ...least, backend: ['mesh4d'] },
   'M10 length_unit': { ...least, length_unit: null },

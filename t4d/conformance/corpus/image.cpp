@@ -55,8 +55,10 @@ struct Shared {
 
 std::string headJson(const std::vector<std::string>& features,
                      const std::vector<std::string>& bodies, const std::string& more) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const std::string& name : bodies) list.push_back({{"name", name}});
   return fmt::format(R"({{"features":{},"bodies":{}{}{}}})", nlohmann::json(features).dump(),
-                     nlohmann::json(bodies).dump(), more.empty() ? "" : ",", more);
+                     list.dump(), more.empty() ? "" : ",", more);
 }
 
 Image::Image(const std::string& head, const ImageOptions& options) : options_(options) {

@@ -14,7 +14,7 @@ namespace {
 std::string written(const std::vector<BodySlabs>& bodies, const formats::T4dWriteOptions& options) {
   const TemporaryFile file("");
   formats::Metadata metadata;
-  for (const BodySlabs& body : bodies) metadata.bodies.push_back(body.name);
+  for (const BodySlabs& body : bodies) metadata.bodies.push_back({body.name});
   auto writer = formats::T4dWriter::create(file.path(), metadata, options);
   EXPECT_TRUE(writer);
   std::size_t most = 0;

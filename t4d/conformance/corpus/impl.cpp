@@ -28,11 +28,13 @@ void addHeads(AcceptedCases& cases) {
     add(name, what, headJson({}, {"simplex"}, members), mark);
   };
   add("member-twice-bodies", "Bodies are named twice: refused, or the last taken.",
-      R"({"bodies":["other","another"],"features":[],"bodies":["simplex"]})", R"("bodies":["simp)");
+      R"({"bodies":[{"name":"other"},{"name":"another"}],"features":[],"bodies":[{"name":"simplex"}]})",
+      R"("bodies":["simp)");
   add("member-twice-features", "Features are named twice, first an unknown one: refused, or none.",
-      R"({"features":["wavelets"],"bodies":["simplex"],"features":[]})", R"("features":[])");
+      R"({"features":["wavelets"],"bodies":[{"name":"simplex"}],"features":[]})",
+      R"("features":[])");
   add("member-twice-by-escape", "Bodies are named twice, the second time in escapes.",
-      R"({"features":[],"bodies":["other"],"\u0062odies":["simplex"]})", R"("\u0062)");
+      R"({"features":[],"bodies":[{"name":"other"}],"\u0062odies":["simplex"]})", R"("\u0062)");
   with("member-twice-up", "up is there twice, first with a wrong value.", R"("up":"x","up":"z")",
        R"("up":"z")");
   with("member-twice-in-details", "A member of details is there twice.",

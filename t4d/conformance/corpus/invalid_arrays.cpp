@@ -341,6 +341,22 @@ void addAttributeFaults(InvalidCases& cases) {
   cases.add(
       "T3-name-length-2-to-the-32-less-1", "The name has 2^32 - 1 bytes.", base,
       [&](Image& image) { image.set(attribute + "name length", ~0U); }, attribute + "name length");
+  for (const auto& [name, bytes] : {std::pair<const char*, std::string>{"nul", "a\0b"s},
+                                    {"slash", "a/b"},
+                                    {"delete", "a\x7F"},
+                                    {"next-line", "\xC2\x85"},
+                                    {"right-to-left",
+                                     "\xE2\x80\xAE"
+                                     "b"}}) {
+    const auto with = [&, bytes = bytes](const std::string& text) {
+      return withAttribute(numbers(text, Domain::Cell, 5));
+    };
+    cases.add(
+        fmt::format("T4-{}", name), "The name has a character that is not allowed.",
+        with(std::string(bytes.size(), 'n')),
+        [&, bytes = bytes](Image& image) { image.setBytes(attribute + "name", bytes); },
+        attribute + "name");
+  }
   for (const auto& [name, what, bytes] : notUtf8()) {
     named(fmt::format("T4-{}", name), fmt::format("The name has {}.", what), "a" + bytes);
   }

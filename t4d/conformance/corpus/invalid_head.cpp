@@ -106,9 +106,9 @@ void addHeadFaults(InvalidCases& cases) {
 
   const auto features = [&](const std::string& name, const std::string& fault,
                             const std::string& value) {
-    add(name, fault, R"({"bodies":["simplex"],"features":)" + value + "}", value);
+    add(name, fault, R"({"bodies":[{"name":"simplex"}],"features":)" + value + "}", value);
   };
-  add("M5-no-features", "There are no features.", R"({"bodies":["simplex"]})");
+  add("M5-no-features", "There are no features.", R"({"bodies":[{"name":"simplex"}]})");
   features("M5-null", "The features are null.", "null");
   features("M5-string", "The features are a string.", R"("zstd")");
   features("M5-object", "The features are an object.", R"({"zstd":true})");
@@ -132,18 +132,50 @@ void addHeadFaults(InvalidCases& cases) {
   bodies("M7-empty", "No body is named.", "[]");
   bodies("M7-string", "The bodies are a string.", R"("simplex")");
   bodies("M7-number", "The bodies are a number.", "1");
-  bodies("M7-object", "The bodies are an object.", R"({"0":"simplex"})");
-  bodies("M7-number-in-it", "A body's name is a number.", "[1]");
-  bodies("M7-null-in-it", "A body's name is null.", R"([null])");
+  bodies("M7-object", "The bodies are an object.", R"({"0":{"name":"simplex"}})");
+  bodies("M7-string-in-it", "A body is a string, its name.", R"(["simplex"])");
+  bodies("M7-null-in-it", "A body is null.", R"([null])");
+  bodies("M7-array-in-it", "A body is an array.", R"([["name","simplex"]])");
   std::string many;
-  for (int i = 0; i <= 65536; ++i) many += fmt::format("{}\"{:x}\"", i == 0 ? "" : ",", i);
+  for (int i = 0; i <= 65536; ++i) {
+    many += fmt::format(R"({}{{"name":"{:x}"}})", i == 0 ? "" : ",", i);
+  }
   bodies("M7-65537", "65,537 bodies are named.", "[" + many + "]");
-  bodies("M8-empty", "A body's name has no bytes.", R"([""])");
-  bodies("M8-256-bytes", "A body's name has 256 bytes.", "[\"" + std::string(256, 'n') + "\"]");
+  const auto named = [&](const std::string& name, const std::string& fault,
+                         const std::string& value) {
+    bodies(name, fault, R"([{"name":)" + value + "}]");
+  };
+  bodies("M8-no-name", "A body has no name.", "[{}]");
+  named("M8-number", "A body's name is a number.", "1");
+  named("M8-null", "A body's name is null.", "null");
+  named("M8-empty", "A body's name has no bytes.", R"("")");
+  named("M8-256-bytes", "A body's name has 256 bytes.", "\"" + std::string(256, 'n') + "\"");
   std::string euros;
   for (int i = 0; i < 86; ++i) euros += "\xE2\x82\xAC";
-  bodies("M8-86-characters", "A body's name has 86 characters of three bytes.",
-         "[\"" + euros + "\"]");
+  named("M8-86-characters", "A body's name has 86 characters of three bytes.", "\"" + euros + "\"");
+  for (const char* escape : {"0000", "000a", "001f", "007f", "0085", "009f", "002f", "061c", "200e",
+                             "200f", "202a", "202e", "2066", "2069"}) {
+    named(fmt::format("M8-u-{}", escape),
+          fmt::format("A body's name has the character U+{}.", escape),
+          fmt::format(R"("a\u{}b")", escape));
+  }
+
+  const auto member = [&](const std::string& name, const std::string& fault,
+                          const std::string& value) {
+    bodies(name, fault, R"([{"name":"simplex",)" + value + "}]");
+  };
+  member("M11-color-of-two", "A colour has two numbers.", R"("color":[0,1])");
+  member("M11-color-of-five", "A colour has five numbers.", R"("color":[0,1,0,1,0])");
+  member("M11-color-above-1", "A colour has the number 1.5.", R"("color":[0,1.5,0])");
+  member("M11-color-below-0", "A colour has the number -0.5.", R"("color":[0,-0.5,0])");
+  member("M11-color-of-strings", "A colour has strings.", R"("color":["0","1","0"])");
+  member("M11-color-null", "A colour is null.", R"("color":null)");
+  member("M11-material-number", "A material is a number.", R"("material":1)");
+  member("M11-details-array", "The details of a body are an array.", R"("details":[])");
+  member("M11-parent-number", "A parent is a number.", R"("parent":0)");
+  member("M11-parent-empty", "A parent is an empty string.", R"("parent":"")");
+  member("M11-parent-unknown", "A parent is no body of the file.", R"("parent":"other")");
+  member("M11-parent-itself", "A body is a part of itself.", R"("parent":"simplex")");
 
   const Base two = baseOf({{"a", simplex()}, {"b", simplex()}});
   const auto twice = [&](const std::string& name, const std::string& fault,
@@ -156,9 +188,11 @@ void addHeadFaults(InvalidCases& cases) {
         },
         "HEAD/json", json.find(',', json.find(names)));
   };
-  twice("M9-twice", "Two bodies have one name.", R"(["a","a"])");
+  twice("M9-twice", "Two bodies have one name.", R"([{"name":"a"},{"name":"a"}])");
   twice("M9-twice-by-escape", "Two bodies have one name, the second in escapes.",
-        R"(["a","\u0061"])");
+        R"([{"name":"a"},{"name":"\u0061"}])");
+  twice("M11-parents-of-each-other", "Two bodies are parts of each other.",
+        R"([{"name":"a","parent":"b"},{"name":"b","parent":"a"}])");
   for (const char* member : {"generator", "backend", "length_unit", "time_unit"}) {
     with(fmt::format("M10-{}", member), fmt::format("{} is a number.", member),
          fmt::format("\"{}\":1", member));

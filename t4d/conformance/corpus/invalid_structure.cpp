@@ -286,8 +286,9 @@ void addChunkFaults(InvalidCases& cases) {
   atEnd.image.add(noteChunk(5), "DONE");
 
   const std::pair<const char*, std::string> types[] = {
-      {"space", "no e"},      {"hyphen", "no-e"},      {"zero-byte", "not\0"s},
-      {"control", "\x1B[mx"}, {"high-bit", "\xEEote"}, {"underscore", "_ote"}};
+      {"space", "no e"},       {"hyphen", "no-e"},      {"zero-byte", "not\0"s},
+      {"control", "\x1B[mx"},  {"high-bit", "\xEEote"}, {"underscore", "_ote"},
+      {"digit-first", "1ote"}, {"mixed-case", "Note"},  {"last-in-lower-case", "NOTe"}};
   for (const auto& [name, type] : types) {
     cases.add(
         fmt::format("C1-type-with-{}", name),

@@ -20,8 +20,12 @@ using namespace t4d_layout;
 namespace {
 
 bool isChunkType(const ChunkType& type) {
-  return std::all_of(type.begin(), type.end(), [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+  const auto isLower = [](char c) { return c >= 'a' && c <= 'z'; };
+  const auto isUpper = [](char c) { return c >= 'A' && c <= 'Z'; };
+  const bool isPrivate = isLower(type[0]);
+  if (!isPrivate && !isUpper(type[0])) return false;
+  return std::all_of(type.begin(), type.end(), [&](char c) {
+    return isUpper(c) || (c >= '0' && c <= '9') || (isPrivate && isLower(c));
   });
 }
 
@@ -210,7 +214,8 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
   }
   const ChunkHeader header = decodeChunkHeader(stored.first<kDirectoryEntryBytes>(), offset);
   if (!isChunkType(header.type)) {
-    return damaged(offset, "the chunk's type is not four letters or digits");
+    return damaged(offset,
+                   "the chunk's type is not four letters or digits, of the kind of the first");
   }
   if ((header.flags & ~kFlagCritical) != 0) {
     return damaged(offset, fmt::format("the chunk has unknown flags {:#x}", header.flags),

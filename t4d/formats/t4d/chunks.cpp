@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/names.h"
+
 namespace t4d::formats {
 namespace {
 
@@ -146,24 +148,6 @@ Result<std::vector<Attribute>> takeAttributes(PayloadReader& from, std::uint32_t
     attributes.push_back(std::move(*attribute));
   }
   return attributes;
-}
-
-/// Names appear in messages and JSON, which must be UTF-8.
-bool isUtf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i++]);
-    const int more = lead < 0x80 ? 0 : lead < 0xC2 ? -1 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-    if (more < 0 || lead > 0xF4 || text.size() - i < static_cast<std::size_t>(more)) return false;
-    std::uint32_t point = more == 0 ? lead : lead & (0x3FU >> more);
-    for (int k = 0; k < more; ++k) {
-      const auto next = static_cast<unsigned char>(text[i++]);
-      if (next >> 6 != 2) return false;
-      point = point << 6 | (next & 0x3FU);
-    }
-    constexpr std::uint32_t kLeast[] = {0, 0x80, 0x800, 0x10000};
-    if (point < kLeast[more] || point > 0x10FFFF || point >> 11 == 0x1B) return false;
-  }
-  return true;
 }
 
 void putTime(ByteWriter& into, const model::TimeSpan& time) {
@@ -710,13 +694,12 @@ Result<void> checkStorable(std::span<const Attribute> ofConnectivity,
   for (const auto attributes : {ofConnectivity, ofSlab}) {
     for (const Attribute& attribute : attributes) {
       const std::string& name = attribute.name;
-      if (!isUtf8(name)) return invalid("an attribute's name is not UTF-8");
-      if (name.empty() || name.size() > t4d_layout::kMaxNameBytes || attribute.components == 0 ||
-          attribute.components > 255) {
+      if (auto sound = checkName(name); !sound) {
+        return invalid("an attribute's name " + sound.error().message);
+      }
+      if (attribute.components == 0 || attribute.components > 255) {
         return invalid(
-            fmt::format("the attribute '{}' cannot be stored: a name has 1 to {} bytes, a "
-                        "row 1 to 255 numbers",
-                        name, t4d_layout::kMaxNameBytes));
+            fmt::format("the attribute '{}' cannot be stored: a row has 1 to 255 numbers", name));
       }
       if (!seen.emplace(attribute.domain, name).second) {
         return invalid(fmt::format("there are two attributes '{}'", name));

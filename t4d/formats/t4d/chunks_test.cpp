@@ -218,8 +218,12 @@ TEST(Chunks, AllowAttributeNamesThatAreDifferentUtf8) {
   };
   EXPECT_EQ(faultOfNames({"a", "\u00e4", "\u4e2d", "\U0001F600", std::string(255, 'x')}), "");
   EXPECT_THAT(faultOfNames({"a", "a"}), HasSubstr("two attributes 'a'"));
-  EXPECT_THAT(faultOfNames({""}), HasSubstr("cannot be stored"));
-  EXPECT_THAT(faultOfNames({std::string(256, 'x')}), HasSubstr("cannot be stored"));
+  EXPECT_THAT(faultOfNames({""}), HasSubstr("has 0 bytes"));
+  EXPECT_THAT(faultOfNames({std::string(256, 'x')}), HasSubstr("has 256 bytes"));
+  for (const char* name :
+       {"a/b", "a\n", "\x7F", "\u0085", "\u061c", "\u200e", "\u202e", "\u2069"}) {
+    EXPECT_THAT(faultOfNames({name}), HasSubstr("is not allowed"));
+  }
   // A lone continuation, overlong forms, a surrogate, beyond the last code point, cut off.
   for (const char* name :
        {"\x80", "\xC0\x80", "\xC1\xBF", "\xE0\x80\x80", "\xED\xA0\x80", "\xF0\x80\x80\x80",

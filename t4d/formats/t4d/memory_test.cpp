@@ -87,7 +87,7 @@ PayloadWriter slabPayload(const SlabParts& parts, std::uint32_t attributes) {
   return payload;
 }
 
-constexpr const char* kHead = R"({"features":["zstd","means"],"bodies":["b"]})";
+constexpr const char* kHead = R"({"features":["zstd","means"],"bodies":[{"name":"b"}]})";
 
 struct Hostile {
   std::string name;
@@ -209,7 +209,7 @@ std::vector<Hostile> hostileFiles() {
     files.push_back(finished("large attributes", file, 1));
   }
   {
-    std::string head = R"({"features":[],"bodies":["b"],"details":{"a":[)";
+    std::string head = R"({"features":[],"bodies":[{"name":"b"}],"details":{"a":[)";
     for (int i = 0; i < 60'000; ++i) head += "[],";
     FileBuilder file(head + "0]}}");
     files.push_back({"deep head", file.bytes()});

@@ -1,11 +1,13 @@
 #include "t4d/formats/t4d/metadata.h"
 
-#include <set>
+#include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/names.h"
 
 namespace t4d::formats {
 namespace {
@@ -63,22 +65,92 @@ Result<std::vector<std::string>> namesOf(const Json& head, const char* key) {
   return names;
 }
 
-Result<void> checkBodies(const std::vector<std::string>& names) {
-  if (names.empty() || names.size() > t4d_layout::kMaxBodies) {
-    return invalid(fmt::format("its metadata names {} bodies; 1 to {} are allowed", names.size(),
+/// Checks what can be checked of each body alone.
+Result<BodyInfo> bodyOf(const Json& json) {
+  const auto wrong = [](const char* key, const char* what) {
+    return invalid(fmt::format("its metadata has a body whose '{}' is not {}", key, what));
+  };
+  if (!json.is_object()) return invalid("its metadata has a 'bodies' entry that is not an object");
+  BodyInfo body;
+  const auto name = json.find("name");
+  if (name == json.end() || !name->is_string()) return wrong("name", "a string");
+  body.name = name->get<std::string>();
+  if (auto checked = checkName(body.name); !checked) {
+    return invalid("its metadata has a body name that " + checked.error().message);
+  }
+  for (const auto& [key, into] :
+       {std::pair{"material", &body.material}, {"parent", &body.parent}}) {
+    const auto found = json.find(key);
+    if (found == json.end()) continue;
+    if (!found->is_string()) return wrong(key, "a string");
+    *into = found->get<std::string>();
+  }
+  if (const auto color = json.find("color"); color != json.end()) {
+    const auto inRange = [](const Json& number) {
+      return number.is_number() && number.get<double>() >= 0 && number.get<double>() <= 1;
+    };
+    if (!color->is_array() || color->size() < 3 || color->size() > 4 ||
+        !std::all_of(color->begin(), color->end(), inRange)) {
+      return wrong("color", "3 or 4 numbers from 0 to 1");
+    }
+    body.color = color->get<std::vector<double>>();
+  }
+  if (const auto details = json.find("details"); details != json.end()) {
+    if (!details->is_object()) return wrong("details", "an object");
+    body.detailsJson = details->dump();
+  }
+  if (json.contains("parent") && body.parent.empty()) return wrong("parent", "another body");
+  return body;
+}
+
+Result<std::vector<BodyInfo>> bodiesOf(const Json& head) {
+  const auto found = head.find("bodies");
+  if (found == head.end() || !found->is_array())
+    return invalid("its metadata has no array 'bodies'");
+  if (found->empty() || found->size() > t4d_layout::kMaxBodies) {
+    return invalid(fmt::format("its metadata names {} bodies; 1 to {} are allowed", found->size(),
                                t4d_layout::kMaxBodies));
   }
-  std::set<std::string> seen;
-  for (const std::string& name : names) {
-    if (name.empty() || name.size() > t4d_layout::kMaxNameBytes) {
-      return invalid(fmt::format("its metadata has a body name of {} bytes; 1 to {} are allowed",
-                                 name.size(), t4d_layout::kMaxNameBytes));
+  std::vector<BodyInfo> bodies;
+  std::map<std::string, std::size_t> numbers;
+  for (const Json& json : *found) {
+    auto body = bodyOf(json);
+    if (!body) return pass(body.error());
+    if (!numbers.emplace(body->name, bodies.size()).second) {
+      return invalid(fmt::format("its metadata names the body '{}' twice", body->name));
     }
-    if (!seen.insert(name).second) {
-      return invalid(fmt::format("its metadata names the body '{}' twice", name));
-    }
+    bodies.push_back(std::move(*body));
   }
-  return {};
+  // Parents form a forest: going up from any body ends within as many steps as there are bodies.
+  // What was gone up once need not be again.
+  std::vector<bool> rooted(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    std::vector<std::size_t> path;
+    for (std::size_t at = i; !rooted[at];) {
+      path.push_back(at);
+      if (bodies[at].parent.empty()) break;
+      const auto parent = numbers.find(bodies[at].parent);
+      if (parent == numbers.end() || path.size() > bodies.size()) {
+        return invalid(fmt::format("its metadata has a body '{}' whose 'parent' is {}",
+                                   bodies[i].name,
+                                   parent == numbers.end() ? "no body" : "a part of itself"));
+      }
+      at = parent->second;
+    }
+    for (const std::size_t at : path) rooted[at] = true;
+  }
+  return bodies;
+}
+
+Result<Json> jsonOf(const BodyInfo& body) {
+  Json json = {{"name", body.name}};
+  if (!body.color.empty()) json["color"] = body.color;
+  if (!body.material.empty()) json["material"] = body.material;
+  if (!body.parent.empty()) json["parent"] = body.parent;
+  const auto details = parseObject(body.detailsJson);
+  if (!details) return invalid("what is to be a body's 'details' " + details.error().message);
+  if (!details->empty()) json["details"] = *details;
+  return json;
 }
 
 }  // namespace
@@ -88,7 +160,12 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
   if (!details) return invalid("what is to be 'details' " + details.error().message);
   Json head;
   head["features"] = features;
-  head["bodies"] = metadata.bodies;
+  head["bodies"] = Json::array();
+  for (const BodyInfo& body : metadata.bodies) {
+    auto json = jsonOf(body);
+    if (!json) return pass(json.error());
+    head["bodies"].push_back(std::move(*json));
+  }
   const auto optional = [&](const char* key, const std::string& value) {
     if (!value.empty()) head[key] = value;
   };
@@ -130,10 +207,9 @@ Result<Metadata> parseHead(const std::string& text) {
   }
   Metadata metadata;
   metadata.features = std::move(*features);
-  auto bodies = namesOf(head, "bodies");
+  auto bodies = bodiesOf(head);
   if (!bodies) return pass(bodies.error());
   metadata.bodies = std::move(*bodies);
-  if (auto checked = checkBodies(metadata.bodies); !checked) return pass(checked.error());
 
   Error wrong;
   const auto optional = [&](const char* key, std::string& into) {

@@ -7,15 +7,25 @@
 
 namespace t4d::formats {
 
+/// What HEAD says of a body.
+struct BodyInfo {
+  std::string name;  ///< checkName accepts it
+  std::vector<double> color =
+      {};  ///< linear red, green, blue, perhaps opacity, from 0 to 1; or none
+  std::string material = {};
+  std::string parent = {};         ///< name of another body; "" for none
+  std::string detailsJson = "{}";  ///< a JSON object
+};
+
 /// Metadata of a .t4d file, in its HEAD chunk (JSON; SPEC.md, section "HEAD").
 struct Metadata {
-  std::string generator;            ///< program and version
-  std::string backend;              ///< "mesh4d", "voxel4d", ...
-  std::string lengthUnit;           ///< "mm", "m", ...; "" if unknown
-  std::string timeUnit;             ///< "s", ...
-  std::string up = "y";             ///< the axis that points up: "y" or "z"
-  std::vector<std::string> bodies;  ///< names, at least one, all different
-  std::string detailsJson = "{}";   ///< a JSON object with any members: source, parameters, ...
+  std::string generator;           ///< program and version
+  std::string backend;             ///< "mesh4d", "voxel4d", ...
+  std::string lengthUnit;          ///< "mm", "m", ...; "" if unknown
+  std::string timeUnit;            ///< "s", ...
+  std::string up = "y";            ///< the axis that points up: "y" or "z"
+  std::vector<BodyInfo> bodies;    ///< at least one, with different names
+  std::string detailsJson = "{}";  ///< a JSON object with any members: source, parameters, ...
   /// What a reader must support to read the slabs. Set by readers; writers name the features they
   /// use.
   std::vector<std::string> features;

@@ -249,10 +249,10 @@ TEST(T4dReader, RefusesOtherFilesAndOtherVersions) {
   }
   EXPECT_THAT(faultOf(FileBuilder("{}", 1, 0, 2)), HasSubstr("unknown flags 0x2"));
   EXPECT_THAT(faultOf(FileBuilder("{}")), HasSubstr("'features'"));
-  EXPECT_THAT(faultOf(FileBuilder(R"({"features":["wavelets"],"bodies":["b"]})")),
+  EXPECT_THAT(faultOf(FileBuilder(R"({"features":["wavelets"],"bodies":[{"name":"b"}]})")),
               HasSubstr("'wavelets'"));
   // A later minor version adds only what can be skipped.
-  FileBuilder later(R"({"features":[],"bodies":["b"]})", 1, 7);
+  FileBuilder later(R"({"features":[],"bodies":[{"name":"b"}]})", 1, 7);
   later.putSimplex(later.putSimplexConnectivity());
   later.putDone();
   EXPECT_TRUE(checkT4dFile(writeFile("later.t4d", later.bytes())));

@@ -300,13 +300,14 @@ class T4dSalvage::File {
   }
 
   void chooseBodies(bool damaged) {
-    const std::vector<std::string> names = std::exchange(metadata_.bodies, {});
+    const std::vector<BodyInfo> infos = std::exchange(metadata_.bodies, {});
     const auto nameOf = [&](std::uint32_t number) {
-      return metadataSaved_ ? names[number] : fmt::format("body {}", number);
+      return metadataSaved_ ? infos[number].name : fmt::format("body {}", number);
     };
-    for (std::uint32_t i = 0; i < names.size(); ++i) {
+    for (std::uint32_t i = 0; i < infos.size(); ++i) {
       if (bodies_.contains(i)) continue;
-      lose(kFileHeaderBytes, fmt::format("the body '{}': none of its slabs is whole", names[i]));
+      lose(kFileHeaderBytes,
+           fmt::format("the body '{}': none of its slabs is whole", infos[i].name));
     }
     for (auto& [number, body] : bodies_) {
       if (damaged && !body.encloses) {
@@ -318,7 +319,7 @@ class T4dSalvage::File {
         }
         continue;
       }
-      metadata_.bodies.push_back(nameOf(number));
+      metadata_.bodies.push_back(metadataSaved_ ? infos[number] : BodyInfo{nameOf(number)});
       chosen_.push_back(&body);
     }
   }

@@ -188,7 +188,7 @@ std::uint64_t expectAddsUp(const Original& sample, const std::string& bytes) {
   EXPECT_TRUE(salvage) << salvage.error().text();
   std::uint64_t found = 0;
   for (std::size_t i = 0; i < salvage->metadata().bodies.size(); ++i) {
-    const std::size_t number = salvage->metadata().bodies[i].back() - '0';
+    const std::size_t number = salvage->metadata().bodies[i].name.back() - '0';
     auto next = sample.bodies[number].begin();
     for (std::size_t k = 0; k < salvage->body(i).slabCount(); ++k) {
       const auto slab = salvage->body(i).slab(k);
@@ -300,7 +300,9 @@ TEST(T4dSalvage, NamesBodiesByNumberWithoutHead) {
   const auto salvage = T4dSalvage::open(writeFile("damaged.t4d", bytes));
   ASSERT_TRUE(salvage);
   EXPECT_FALSE(salvage->metadataSaved());
-  EXPECT_THAT(salvage->metadata().bodies, testing::ElementsAre("body 0", "body 1"));
+  EXPECT_THAT(salvage->metadata().bodies,
+              testing::ElementsAre(testing::Field(&BodyInfo::name, "body 0"),
+                                   testing::Field(&BodyInfo::name, "body 1")));
   EXPECT_EQ(salvage->slabsSaved(), sample.slabs.size());
   EXPECT_EQ(salvage->slabsKnown(), sample.slabs.size());
   EXPECT_THAT(lossesOf(bytes), HasSubstr("24: the checksum of the chunk HEAD"));
@@ -363,9 +365,9 @@ TEST(T4dSalvage, NamesWhatIsMissingAtTheEnd) {
 TEST(T4dSalvage, RefusesWhatIsNotDamagedButForOthers) {
   EXPECT_THAT(lossesOf("solid cube\nfacet normal 0 0 1\n"), HasSubstr("signature"));
   EXPECT_THAT(lossesOf(""), HasSubstr("the file has 0 bytes"));
-  EXPECT_THAT(lossesOf(FileBuilder(R"({"features":[],"bodies":["b"]})", 7).bytes()),
+  EXPECT_THAT(lossesOf(FileBuilder(R"({"features":[],"bodies":[{"name":"b"}]})", 7).bytes()),
               HasSubstr("version 7.0"));
-  EXPECT_THAT(lossesOf(FileBuilder(R"({"features":["folded"],"bodies":["b"]})").bytes()),
+  EXPECT_THAT(lossesOf(FileBuilder(R"({"features":["folded"],"bodies":[{"name":"b"}]})").bytes()),
               HasSubstr("folded"));
   EXPECT_FALSE(T4dSalvage::open("/nowhere/at.all"));
 }
@@ -375,7 +377,7 @@ TEST(T4dSalvage, FindsWhetherASlabCanBeSavedFromTheBeginningAlone) {
     return T4dSalvage::finds(writeFile("damaged.t4d", bytes), first);
   };
   for (const std::uint16_t version : {1, 2}) {
-    FileBuilder file(R"({"features":[],"bodies":["b"]})", version);
+    FileBuilder file(R"({"features":[],"bodies":[{"name":"b"}]})", version);
     file.putSimplex(file.putSimplexConnectivity());
     const std::size_t size = file.bytes().size();
     EXPECT_EQ(finds(file.bytes(), size), version == 1);
@@ -386,13 +388,14 @@ TEST(T4dSalvage, FindsWhetherASlabCanBeSavedFromTheBeginningAlone) {
 }
 
 TEST(T4dSalvage, LeavesOutABodyThatEnclosesNothing) {
-  FileBuilder file(R"({"features":[],"bodies":["cap","solid"]})");
+  FileBuilder file(R"({"features":[],"bodies":[{"name":"cap"},{"name":"solid"}]})");
   SlabParts parts = file.putSimplexConnectivity();
   parts.body = 1;
   file.putSimplex(parts);
   const auto salvage = T4dSalvage::open(writeFile("damaged.t4d", file.bytes()));
   ASSERT_TRUE(salvage);
-  EXPECT_THAT(salvage->metadata().bodies, testing::ElementsAre("solid"));
+  EXPECT_THAT(salvage->metadata().bodies,
+              testing::ElementsAre(testing::Field(&BodyInfo::name, "solid")));
   EXPECT_THAT(lossesOf(file.bytes()), HasSubstr("the body 'cap': none of its slabs is whole"));
 }
 

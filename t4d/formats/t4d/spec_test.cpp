@@ -44,7 +44,7 @@ TEST(Spec, MinimalFileIsWhatTheWriterWrites) {
   const auto path = temporaryPath("minimal.t4d");
   Metadata metadata;
   metadata.generator = "example";
-  metadata.bodies = {"simplex"};
+  metadata.bodies = {{"simplex"}};
   auto writer = T4dWriter::create(path, metadata, {0, false, true});
   ASSERT_TRUE(writer && writer->body(0).put(simplexSlab()) && writer->finish());
   const std::string bytes = fileContents(path);

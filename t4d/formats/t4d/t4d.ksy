@@ -258,9 +258,11 @@ types:
         repeat: expr
         repeat-expr: 4
         valid:
-          expr: (_ >= 0x30 and _ <= 0x39) or (_ >= 0x41 and _ <= 0x5a) or (_ >= 0x61 and _ <= 0x7a)
+          expr: >-
+            (_ >= 0x41 and _ <= 0x5a) or (_ >= 0x30 and _ <= 0x39 and _index > 0)
+            or (_ >= 0x61 and _ <= 0x7a and (_index == 0 or characters[0] >= 0x61))
         -rule: C1
-        doc: ASCII digits and letters.
+        doc: An uppercase letter and then these and digits, or a lowercase letter and then any.
     instances:
       text:
         pos: 0

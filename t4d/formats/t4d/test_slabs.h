@@ -174,7 +174,7 @@ inline testing::AssertionResult same(const model::Slab& a, const model::Slab& b)
 inline Metadata metadataOf(const std::vector<std::string>& bodies) {
   Metadata metadata;
   metadata.generator = "test";
-  metadata.bodies = bodies;
+  for (const std::string& body : bodies) metadata.bodies.push_back({body});
   return metadata;
 }
 
@@ -212,7 +212,7 @@ void overwrite(std::string& bytes, std::size_t offset, T value) {
 /// Builds a file chunk by chunk, with valid checksums and arbitrary content.
 class FileBuilder {
  public:
-  explicit FileBuilder(const std::string& head = R"({"features":[],"bodies":["b"]})",
+  explicit FileBuilder(const std::string& head = R"({"features":[],"bodies":[{"name":"b"}]})",
                        std::uint16_t major = t4d_layout::kMajorVersion,
                        std::uint16_t minor = t4d_layout::kMinorVersion, std::uint32_t flags = 0) {
     t4d_layout::ByteWriter header;

@@ -69,7 +69,7 @@ class T4dWriter::File {
     if (error_) return pass(*error_);
     for (const Body& body : bodies_) {
       if (body.summary.slabs == 0) {
-        return invalid(fmt::format("the body '{}' has no slab", metadata_.bodies[body.index]));
+        return invalid(fmt::format("the body '{}' has no slab", metadata_.bodies[body.index].name));
       }
     }
     Done summary;

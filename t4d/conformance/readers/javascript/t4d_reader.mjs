@@ -173,6 +173,38 @@ function readChunk(file, at) {
 const knownFeatures = ['zstd', 'means'];
 
 /** HEAD from these bytes, at this offset. */
+/** Whether the value is a name as the page has it. */
+const isName = (value) => typeof value === 'string' && Buffer.from(value).toString() === value
+  && Buffer.byteLength(value) >= 1 && Buffer.byteLength(value) <= 255
+  && !/[\0-\x1f\x7f-\x9f/\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/.test(value);
+
+/** Checks the members of bodies beside their names. */
+function checkBodies(objects, names, at) {
+  const parents = new Map();
+  objects.forEach((body, i) => {
+    const of = (key) => (Object.hasOwn(body, key) ? body[key] : undefined);
+    for (const key of ['material', 'parent']) {
+      check(['string', 'undefined'].includes(typeof of(key)), at, 'M11', `type of ${key}`);
+    }
+    const { color = [0, 0, 0], details = {} } = { color: of('color'), details: of('details') };
+    check(Array.isArray(color) && [3, 4].includes(color.length)
+      && color.every((part) => typeof part === 'number' && part >= 0 && part <= 1), at, 'M11', 'color');
+    check(typeof details === 'object' && details !== null && !Array.isArray(details), at, 'M11',
+      'type of details');
+    if (of('parent') !== undefined) parents.set(names[i], of('parent'));
+  });
+  const rooted = new Set(names.filter((name) => !parents.has(name)));
+  const known = new Set(names);
+  for (const name of names) {
+    const path = [name];
+    while (!rooted.has(path.at(-1))) {
+      path.push(parents.get(path.at(-1)));
+      check(known.has(path.at(-1)) && path.length <= names.length, at, 'M11', `parent of ${name}`);
+    }
+    path.forEach((each) => rooted.add(each));
+  }
+}
+
 function readHead(bytes, at) {
   check(bytes.length <= 16 << 20, at, 'M1', 'HEAD above 16 MiB');
   const json = text(bytes, at, 'M2');
@@ -201,14 +233,14 @@ function readHead(bytes, at) {
   for (const each of features) {
     check(knownFeatures.includes(each), at, 'M6', `this reader does not know the feature ${each}`);
   }
-  const bodies = strings('bodies', 'M7');
-  check(bodies.length >= 1 && bodies.length <= 65536, at, 'M7', `${bodies.length} bodies`);
-  for (const name of bodies) {
-    const encoded = Buffer.from(name);
-    check(encoded.length >= 1 && encoded.length <= 255, at, 'M8', 'length of a name');
-    check(encoded.toString() === name, at, 'M8', 'a surrogate without a partner has no UTF-8');
-  }
+  const isPlain = (value) => isObject(value) && !Array.isArray(value);
+  const objects = member('bodies');
+  check(Array.isArray(objects) && objects.every(isPlain), at, 'M7', 'bodies is no array of objects');
+  check(objects.length >= 1 && objects.length <= 65536, at, 'M7', `${objects.length} bodies`);
+  const bodies = objects.map((body) => (Object.hasOwn(body, 'name') ? body.name : undefined));
+  for (const name of bodies) check(isName(name), at, 'M8', `name ${JSON.stringify(name)}`);
   check(new Set(bodies).size === bodies.length, at, 'M9', 'two bodies of one name');
+  checkBodies(objects, bodies, at);
   for (const name of ['generator', 'backend', 'length_unit', 'time_unit', 'up']) {
     check(['string', 'undefined'].includes(typeof member(name)), at, 'M10', `type of ${name}`);
   }
@@ -317,10 +349,16 @@ function rowsOf(record, at, features) {
   return Array.from({ length: record.numRows }, (_, i) => numbers.slice(size * i, size * (i + 1)));
 }
 
+function nameOf(bytes, at) {
+  const name = text(bytes, at, 'T4');
+  check(isName(name), at, 'T4', `name ${JSON.stringify(name)}`);
+  return name;
+}
+
 function readAttributes(attributes, at, features) {
   return attributes.map(({ domain, nameBytes, values }) => ({
     domain: domain === T4d.Domain.VERTEX ? 'vertex' : 'cell',
-    name: text(nameBytes, at, 'T4'),
+    name: nameOf(nameBytes, at),
     rows: values.numRows,
     type: values.scalarType,
     components: values.numComponents,

@@ -17,6 +17,7 @@ Files without such arrays do not need it.
 """
 import json
 import os
+import re
 import struct
 import sys
 from itertools import islice, pairwise, repeat
@@ -73,6 +74,9 @@ class File:
         return self.stream.read(length)
 
 
+TYPE = re.compile(rb"[A-Z][A-Z0-9]{3}|[a-z][A-Za-z0-9]{3}")
+
+
 class Chunk:
     """A chunk, whole and with right checksums; fields and blocks are taken from front to back."""
 
@@ -80,7 +84,7 @@ class Chunk:
         self.at, self.header = at, file.read(at, 32, "C3")
         self.type, flags, length, front, blocks, front_sum, header_sum = struct.unpack(
             "<4sIQIIII", self.header)
-        check(self.type.isalnum(), at, "C1", f"chunk type {self.type}")
+        check(TYPE.fullmatch(self.type), at, "C1", f"chunk type {self.type}")
         check(flags <= 1, at + 4, "C2", "reserved flags set")
         self.size = 32 + padded(length)
         check(at + self.size <= file.size, at + 8, "C3", f"{length} bytes are not there")
@@ -287,6 +291,7 @@ class Attribute:
             self.name = name.decode("utf-8")
         except UnicodeDecodeError as error:
             check(False, at + 8 + error.start, "T4", "the name is not UTF-8")
+        check(is_name(self.name), at + 8, "T4", f"name {self.name!r}")
         chunk.zeros(padded(length) - length, "T5")
         self.values = Array(chunk, features)
 
@@ -302,6 +307,16 @@ def check_attributes(attributes, conn):
 
 
 # Contents of chunks -------------------------------------------------------------------------------
+
+def is_name(text):
+    try:
+        size = len(text.encode("utf-8"))
+    except UnicodeEncodeError:                                  # a surrogate alone has no UTF-8
+        return False
+    return 1 <= size <= 255 and not any(
+        i <= 0x1F or 0x7F <= i <= 0x9F or 0x202A <= i <= 0x202E or 0x2066 <= i <= 0x2069
+        or i in (0x2F, 0x61C, 0x200E, 0x200F) for i in map(ord, text))
+
 
 class Head:
     FEATURES = {"zstd", "means"}
@@ -332,16 +347,36 @@ class Head:
         self.features = self.strings(head, "features", at, "M5")
         for each in self.features:
             check(each in self.FEATURES, at, "M6", f"feature {each!r}, which is unknown here")
-        self.bodies = self.strings(head, "bodies", at, "M7")
-        check(1 <= len(self.bodies) <= 65536, at, "M7", f"{len(self.bodies)} bodies")
+        bodies = head.get("bodies")
+        check(isinstance(bodies, list) and 1 <= len(bodies) <= 65536
+              and all(isinstance(each, dict) for each in bodies), at, "M7", "bodies")
+        self.bodies = [each.get("name") for each in bodies]
         for each in self.bodies:
-            name = each.encode("utf-8", "ignore")
-            check(name.decode("utf-8") == each, at, "M8", "a surrogate alone has no UTF-8")
-            check(1 <= len(name) <= 255, at, "M8", f"name of {len(name)} bytes")
+            check(isinstance(each, str) and is_name(each), at, "M8", f"name {each!r}")
         check(len(set(self.bodies)) == len(self.bodies), at, "M9", "two bodies of one name")
+        self.check_members(bodies, at)
         for member, kind in self.OPTIONAL.items():
             check(isinstance(head.get(member, kind()), kind), at, "M10", f"type of {member}")
         check(head.get("up", "y") in ("y", "z"), at, "M10", "up is neither y nor z")
+
+    def check_members(self, bodies, at):
+        for each in bodies:
+            for member, kind in ("material", str), ("parent", str), ("details", dict):
+                check(isinstance(each.get(member, kind()), kind), at, "M11", f"type of {member}")
+            color = each.get("color", [0, 0, 0])
+            check(isinstance(color, list) and len(color) in (3, 4)
+                  and all(isinstance(part, float | int) and not isinstance(part, bool)
+                          and 0 <= part <= 1 for part in color), at, "M11", "color")
+        parents = {each["name"]: each["parent"] for each in bodies if "parent" in each}
+        names = set(self.bodies)
+        rooted = names - set(parents)
+        for name in self.bodies:
+            path = [name]
+            while path[-1] not in rooted:
+                path.append(parents[path[-1]])
+                check(path[-1] in names and len(path) <= len(bodies), at, "M11",
+                      f"parent of {name!r}")
+            rooted.update(path)
 
     @staticmethod
     def strings(head, member, at, rule):

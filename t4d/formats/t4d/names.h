@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string_view>
+
+#include "t4d/model/error.h"
+
+namespace t4d::formats {
+
+/// Fails if the text cannot be the name of a body or an attribute (SPEC.md, "Conventions"): it has
+/// to be UTF-8 of 1 to 255 bytes without controls, slashes and characters that change the direction
+/// of text. The error completes a sentence that begins with what is named: "has ...", "is ...".
+Result<void> checkName(std::string_view text);
+
+}  // namespace t4d::formats
