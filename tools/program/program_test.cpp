@@ -642,10 +642,15 @@ TEST_F(Program, OutputsThatCannotBeAreRefusedAtOnce) {
 }
 
 TEST_F(Program, NamesDoNotCommandTheTerminal) {
-  ASSERT_EQ(
-      run("sweep fx/cube.obj -m fx/rest.json --body \"$(printf 'a\\033[31mb')\" -o a.t4d").exitCode,
-      0);
-  EXPECT_NE(run("info a.t4d").out.find("body 'a\\x1b[31mb'"), std::string::npos);
+  const Finished refused =
+      run("sweep fx/cube.obj -m fx/rest.json --body \"$(printf 'a\\033[31mb')\" -o a.t4d");
+  EXPECT_NE(refused.exitCode, 0);
+  EXPECT_NE(refused.err.find("U+001B"), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.err.find('\033'), std::string::npos);
+  // A file's name may have what a body's may not.
+  fs::copy_file(folder_ / "fx" / "cube.obj", folder_ / "a\033[31mb\xE2\x80\xAE.obj");
+  ASSERT_EQ(run("sweep a*b*.obj -m fx/rest.json -o a.t4d").exitCode, 0);
+  EXPECT_NE(run("info a.t4d").out.find("body 'a_[31mb_'"), std::string::npos);
   EXPECT_EQ(run("slice a.t4d --time \"$(printf '\\033[31m')\"").err.find('\033'),
             std::string::npos);
   write("long.json", R"({"segments": [{"duration": ")" + std::string(100'000, 'x') + R"("}]})");

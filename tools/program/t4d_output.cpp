@@ -1,5 +1,6 @@
 #include "tools/program/t4d_output.h"
 
+#include "t4d/formats/t4d/names.h"
 #include "t4d/model/sinks.h"
 #include "tools/program/centering.h"
 #include "tools/program/option_checks.h"
@@ -41,7 +42,8 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
   metadata.lengthUnit = about.lengthUnit;
   metadata.timeUnit = about.timeUnit;
   metadata.up = output.up;
-  metadata.bodies = {{output.body.empty() ? nameIn(about.model).stem().string() : output.body}};
+  metadata.bodies = {
+      {output.body.empty() ? formats::asName(nameIn(about.model).stem().string()) : output.body}};
   metadata.detailsJson = about.detailsJson;
   if (!output.center) {
     if (auto begun = file.begin(nullptr); !begun) return pass(begun.error());

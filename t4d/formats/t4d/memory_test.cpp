@@ -216,8 +216,8 @@ std::vector<Hostile> hostileFiles() {
   }
   {
     std::string head = R"({"features":[],"bodies":[)";
-    for (int i = 0; i < 60'000; ++i) head += fmt::format(R"("{}",)", i);
-    FileBuilder file(head + "\"a\"]}");
+    for (int i = 0; i < 60'000; ++i) head += fmt::format(R"({{"name":"{}"}},)", i);
+    FileBuilder file(head + R"({"name":"a"}]})");
     files.push_back({"many bodies", file.bytes()});
   }
   {

@@ -37,6 +37,12 @@ constexpr Range kForbidden[] = {{0x00, 0x1F},     {'/', '/'},       {0x7F, 0x9F}
                                 {0x061C, 0x061C}, {0x200E, 0x200F}, {0x202A, 0x202E},
                                 {0x2066, 0x2069}};
 
+bool isAllowed(std::uint32_t point) {
+  return std::none_of(std::begin(kForbidden), std::end(kForbidden), [&](const Range& range) {
+    return point >= range.first && point <= range.last;
+  });
+}
+
 }  // namespace
 
 Result<void> checkName(std::string_view text) {
@@ -44,9 +50,7 @@ Result<void> checkName(std::string_view text) {
   while (!text.empty()) {
     const auto point = takeCharacter(text);
     if (!point) return invalid("is not UTF-8");
-    if (std::any_of(std::begin(kForbidden), std::end(kForbidden), [&](const Range& range) {
-          return *point >= range.first && *point <= range.last;
-        })) {
+    if (!isAllowed(*point)) {
       return invalid(fmt::format("has the character U+{:04X}, which is not allowed", *point));
     }
   }
@@ -55,6 +59,20 @@ Result<void> checkName(std::string_view text) {
         fmt::format("has {} bytes; 1 to {} are allowed", bytes, t4d_layout::kMaxNameBytes));
   }
   return {};
+}
+
+std::string asName(std::string_view text) {
+  std::string name;
+  while (!text.empty()) {
+    const std::string_view before = text;
+    const auto point = takeCharacter(text);
+    if (!point) text.remove_prefix(1);
+    const bool allowed = point && isAllowed(*point);
+    const std::string_view kept = allowed ? before.substr(0, before.size() - text.size()) : "_";
+    if (name.size() + kept.size() > t4d_layout::kMaxNameBytes) break;
+    name += kept;
+  }
+  return name.empty() ? "_" : name;
 }
 
 }  // namespace t4d::formats

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "t4d/model/error.h"
@@ -10,5 +11,9 @@ namespace t4d::formats {
 /// to be UTF-8 of 1 to 255 bytes without controls, slashes and characters that change the direction
 /// of text. The error completes a sentence that begins with what is named: "has ...", "is ...".
 Result<void> checkName(std::string_view text);
+
+/// A name as like the text as possible: what is not allowed becomes `_`, and at most 255 bytes are
+/// kept.
+std::string asName(std::string_view text);
 
 }  // namespace t4d::formats
