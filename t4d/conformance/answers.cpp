@@ -308,7 +308,7 @@ Result<Answer> sliceBy(const std::vector<NamedSource>& bodies,
 }
 
 Result<Answer> describeFile(const std::filesystem::path& path) {
-  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Checked);
+  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Checked, {}, formats::kAnyCells);
   if (!reader) return pass(reader.error());
   const formats::Metadata& metadata = reader->metadata();
   AnswerBuilder answer = description(reader->version(), metadata.features);
@@ -322,13 +322,13 @@ Result<Answer> describeFile(const std::filesystem::path& path) {
 }
 
 Result<Answer> sliceFile(const std::filesystem::path& path, double time) {
-  auto reader = formats::T4dReader::open(path);
+  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
   if (!reader) return pass(reader.error());
   return sliceAt(bodiesOf(*reader), time);
 }
 
 Result<Answer> sliceFile(const std::filesystem::path& path, const convert::Hyperplane& hyperplane) {
-  auto reader = formats::T4dReader::open(path);
+  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
   if (!reader) return pass(reader.error());
   return sliceBy(bodiesOf(*reader), hyperplane);
 }

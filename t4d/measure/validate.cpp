@@ -29,8 +29,8 @@ Issue issueOf(const Error& error) {
 }  // namespace
 
 Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
-                                      const CheckOptions& options,
-                                      const model::Progress& progress) {
+                                      const CheckOptions& options, const model::Progress& progress,
+                                      std::optional<std::uint64_t> maxCells) {
   // Reading all bytes is the smaller part of the work.
   constexpr double kBytesShare = 0.2;
   T4dValidation validation;
@@ -38,9 +38,12 @@ Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
     if (!progress) return {};
     return [=, &progress](double fraction) { progress(from + fraction * (to - from)); };
   };
-  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Checked, part(0, kBytesShare));
+  auto reader =
+      formats::T4dReader::open(path, formats::T4dOpen::Checked, part(0, kBytesShare), maxCells);
   if (!reader) {
-    if (reader.error().code == ErrorCode::Io) return pass(reader.error());
+    if (reader.error().code == ErrorCode::Io || reader.error().remedy == Remedy::MoreCells) {
+      return pass(reader.error());
+    }
     validation.issues.add(issueOf(reader.error()));
     return validation;
   }

@@ -19,9 +19,11 @@ struct T4dValidation {
 
 /// Checks a file against all rules of SPEC.md (as checkT4dFile) and every body as a 4D mesh
 /// (MeshChecker). Keeps two slabs in memory. Problems with the file are findings; only a file that
-/// cannot be opened at all is an error.
+/// cannot be opened at all is an error, and one with more than `maxCells` cells (as T4dReader::open
+/// takes them).
 Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
                                       const CheckOptions& options = {},
-                                      const model::Progress& progress = {});
+                                      const model::Progress& progress = {},
+                                      std::optional<std::uint64_t> maxCells = {});
 
 }  // namespace t4d::measure

@@ -29,6 +29,7 @@ enum class Remedy : std::uint8_t {
   StepRule,     ///< allow larger steps
   Motion,       ///< change the motion: it is at fault, not the solid
   VoxelSize,    ///< choose voxels of another size
+  MoreCells,    ///< allow more work than the size of the file suggests
 };
 
 /// Every public function that can fail returns one of these instead of throwing.

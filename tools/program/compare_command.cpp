@@ -56,6 +56,7 @@ struct CompareArguments {
   std::string up = "y";
   std::uint64_t slices = 9;
   std::string times;
+  std::optional<std::uint64_t> maxCells;
   std::string keep;
   std::string html;
   std::string csv;
@@ -334,12 +335,12 @@ Result<void> writeAll(std::optional<formats::OutputFile>& file, const std::strin
 int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFile& file,
                  const std::vector<MeshFile>& others, CompareReport report,
                  std::optional<double> volumeExpected) {
-  auto openedA = openBodies(file.path, {});
+  auto openedA = openBodies(file.path, {.body = {}, .maxCells = options.maxCells});
   if (!openedA) return tools::report(openedA.error());
   Side a(std::move(*openedA));
   if (auto measured = measure(a, file); !measured) return tools::report(measured.error());
   for (const MeshFile& other : others) {
-    auto openedB = openBodies(other.path, {});
+    auto openedB = openBodies(other.path, {.body = {}, .maxCells = options.maxCells});
     if (!openedB) return tools::report(openedB.error());
     Side b(std::move(*openedB));
     std::vector<std::string> notes;
@@ -494,6 +495,7 @@ void addCompare(CLI::App& app, int& exitCode) {
       ->allow_extra_args(false)
       ->check(numberAboveZero());
   addFrameTimes(*command, options->frames, "voxel4d: ", kFramesByMotion);
+  addMaxCellsOption(*command, options->maxCells);
   command->add_flag("--mask", options->mask,
                     "voxel4d: Use masks of the lattice points inside, instead of level sets");
   command

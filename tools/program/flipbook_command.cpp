@@ -24,7 +24,7 @@ struct FlipbookArguments {
   std::optional<std::uint64_t> frames;
   std::string times;
   double framesPerSecond = 24;
-  std::string body;
+  InputOptions only;
   bool attributes = false;
   bool center = false;
   bool json = false;
@@ -34,7 +34,7 @@ int run(const FlipbookArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
-  auto input = openBodies(options.input, options.body);
+  auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
   const std::vector<double> times = options.frames ? model::evenTimes(span, *options.frames)
@@ -104,7 +104,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_option("--fps", options->framesPerSecond, "Frames per second")
       ->check(numberAboveZero())
       ->capture_default_str();
-  addBodyOption(*command, options->body);
+  options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
                     "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
   addCenterOption(*command, options->center, "The translation of the root node takes it back");

@@ -63,7 +63,7 @@ std::string conversionHint(const std::string& path) {
     return fmt::format("it is a VDB file; weave it first: t4d weave {} -o {}", quoted(path),
                        freeName(path, "", ".t4d"));
   }
-  const auto mesh = formats::T4dReader::open(path);
+  const auto mesh = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
   if (!mesh) return {};
   return fmt::format("it is a 4D mesh; slice it first: t4d slice {} --time {} -o {}", quoted(path),
                      mesh->summary(0).time.begin, freeName(path, "-slice", ".ply"));
@@ -103,6 +103,8 @@ std::string hintFor(const Error& error) {
       return "try: --steps N, the number of steps of each segment";
     case Remedy::VoxelSize:
       return "try: another --voxel-size";
+    case Remedy::MoreCells:
+      return "try: --max-cells N, if the file is worth the work";
     case Remedy::Motion:
     case Remedy::None:
       break;

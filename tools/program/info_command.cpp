@@ -36,7 +36,7 @@ std::string recoveredText(const std::string& detailsJson) {
 }
 
 int run(const std::string& path, bool json) {
-  auto reader = formats::T4dReader::open(path);
+  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
   if (!reader) return report(reader.error());
   const formats::Metadata& metadata = reader->metadata();
   formats::BodySummary all = reader->summary(0);

@@ -10,8 +10,9 @@
 
 namespace t4d::tools {
 
-Result<InputBodies> openBodies(const std::string& path, const std::string& bodyName) {
-  auto reader = formats::T4dReader::open(path);
+Result<InputBodies> openBodies(const std::string& path, const InputOptions& options) {
+  const std::string& bodyName = options.body;
+  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, options.maxCells);
   if (!reader) return pass(reader.error());
   InputBodies input{std::move(*reader), {}};
   const std::vector<formats::BodyInfo>& infos = input.reader.metadata().bodies;
@@ -40,8 +41,18 @@ model::Bounds3 boundsOf(const InputBodies& input) {
   return bounds;
 }
 
-void addBodyOption(CLI::App& command, std::string& bodyName) {
-  command.add_option("--body", bodyName, "Use only the body with this name (default: all)");
+void InputOptions::addTo(CLI::App& command) {
+  command.add_option("--body", body, "Use only the body with this name (default: all)");
+  addMaxCellsOption(command, maxCells);
+}
+
+void addMaxCellsOption(CLI::App& command, std::optional<std::uint64_t>& maxCells) {
+  command
+      .add_option(
+          "--max-cells", maxCells,
+          "The most cells that a .t4d may have, in all slabs together (default: 100 million, "
+          "and 10,000 for each of its bytes)")
+      ->type_name("N");
 }
 
 formats::GltfPlacement placementOf(const formats::Metadata& metadata,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,15 +19,24 @@ struct InputBodies {
   std::vector<model::Body> bodies;
 };
 
+/// Which file to open, and what of it.
+struct InputOptions {
+  std::string body;                       ///< only the body of this name; "" for all
+  std::optional<std::uint64_t> maxCells;  ///< as T4dReader::open takes it
+
+  /// Adds `--body` and `--max-cells`.
+  void addTo(CLI::App& command);
+};
+
 /// Opens a .t4d file. Selects all bodies, or the one named; an unknown name is an error that lists
 /// the existing ones.
-Result<InputBodies> openBodies(const std::string& path, const std::string& bodyName);
+Result<InputBodies> openBodies(const std::string& path, const InputOptions& options);
+
+/// Adds `--max-cells`.
+void addMaxCellsOption(CLI::App& command, std::optional<std::uint64_t>& maxCells);
 
 /// Bounds in space of the selected bodies, at all times.
 model::Bounds3 boundsOf(const InputBodies& input);
-
-/// Adds `--body`.
-void addBodyOption(CLI::App& command, std::string& bodyName);
 
 /// How to place a solid of this file in glTF: its length unit in metres and its up axis. An unknown
 /// unit is taken as metres, with a notice.

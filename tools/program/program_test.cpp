@@ -662,6 +662,18 @@ TEST_F(Program, NamesDoNotCommandTheTerminal) {
   }
 }
 
+TEST_F(Program, ACellLimitIsRaisedByItsOption) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o a.t4d").exitCode, 0);
+  for (const char* verb : {"validate a.t4d", "slice a.t4d --time 0.5 -o s.ply",
+                           "flipbook a.t4d --frames 3 -o f.glb", "compare a.t4d a.t4d"}) {
+    SCOPED_TRACE(verb);
+    const Finished refused = run(std::string(verb) + " --max-cells 100");
+    EXPECT_EQ(refused.exitCode, 4) << refused.err;
+    EXPECT_NE(refused.err.find("try: --max-cells"), std::string::npos) << refused.err;
+    EXPECT_EQ(run(std::string(verb) + " --max-cells 1000000").exitCode, 0);
+  }
+}
+
 TEST_F(Program, CompareTakesNamesThatLookLikeOptions) {
   fs::copy_file(folder_ / "fx" / "cube.obj", folder_ / "-c.obj");
   EXPECT_EQ(run("compare -m fx/rest.json --voxel-size 4 --frames 2 --slices 2 -- -c.obj").exitCode,

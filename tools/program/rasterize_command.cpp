@@ -10,12 +10,12 @@ namespace {
 
 struct RasterizeArguments {
   std::string input;
-  std::string body;
+  InputOptions only;
   VoxelSeriesOptions series;
 };
 
 int run(const RasterizeArguments& options) {
-  auto input = openBodies(options.input, options.body);
+  auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), options.series.times);
   if (!times) return report(times.error());
@@ -36,7 +36,7 @@ void addRasterize(CLI::App& app, int& exitCode) {
                                      "Write slices of a 4D mesh as a time series of OpenVDB grids");
   auto options = std::make_shared<RasterizeArguments>();
   command->add_option("FILE", options->input, "The .t4d file")->required();
-  addBodyOption(*command, options->body);
+  options->only.addTo(*command);
   options->series.addTo(*command);
   auto* times = command->add_option_group("frames", "Times of the frames; one of these, or both");
   addFrameTimes(*times, options->series.times, "", "");

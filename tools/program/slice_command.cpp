@@ -25,7 +25,7 @@ struct SliceArguments {
   std::optional<double> y;
   std::optional<double> z;
   std::string hyperplane;
-  std::string body;
+  InputOptions only;
   bool attributes = false;
   bool center = false;
   bool json = false;
@@ -111,7 +111,7 @@ int run(const SliceArguments& options) {
   if (const auto checked = convert::checkHyperplane(hyperplane); !checked) {
     return wrongUsage(checked.error().message);
   }
-  auto input = openBodies(options.input, options.body);
+  auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   auto sections = cut(*input, hyperplane);
   if (!sections) {
@@ -205,7 +205,7 @@ void addSlice(CLI::App& app, int& exitCode) {
                                      formats::writableTriangleMeshExtensions());
           },
           ""));
-  addBodyOption(*command, options->body);
+  options->only.addTo(*command);
   command->add_flag(
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");

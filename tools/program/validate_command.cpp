@@ -5,6 +5,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/hints.h"
+#include "tools/program/input_bodies.h"
 
 namespace t4d::tools {
 namespace {
@@ -69,11 +70,11 @@ void printText(const std::string& path, const measure::T4dValidation& validation
   }
 }
 
-int run(const std::string& path, bool deep, bool json) {
+int run(const std::string& path, bool deep, bool json, std::optional<std::uint64_t> maxCells) {
   Result<measure::T4dValidation> validation;
   {
     ProgressBar bar("validating");
-    validation = measure::validateT4dFile(path, {.vertexLinks = deep}, bar.callback());
+    validation = measure::validateT4dFile(path, {.vertexLinks = deep}, bar.callback(), maxCells);
   }
   if (!validation) return report(validation.error());
   if (json) {
@@ -94,11 +95,13 @@ void addValidate(CLI::App& app, int& exitCode) {
   auto path = std::make_shared<std::string>();
   auto deep = std::make_shared<bool>(false);
   auto json = std::make_shared<bool>(false);
+  auto maxCells = std::make_shared<std::optional<std::uint64_t>>();
   command->add_option("FILE", *path, "The .t4d file")->required();
   command->add_flag("--deep", *deep, "Also check that every vertex link is a sphere");
   command->add_flag("--json", *json, "Print JSON");
+  addMaxCellsOption(*command, *maxCells);
   command->footer("Example:\n  t4d validate bolt.t4d --deep");
-  command->callback([=, &exitCode] { exitCode = run(*path, *deep, *json); });
+  command->callback([=, &exitCode] { exitCode = run(*path, *deep, *json, *maxCells); });
 }
 
 }  // namespace t4d::tools

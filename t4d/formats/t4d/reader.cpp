@@ -148,7 +148,8 @@ class T4dReader::File {
  public:
   explicit File(ChunkFile file) : file_(std::move(file)) {}
 
-  Result<void> open(T4dOpen how, const model::Progress& progress) {
+  Result<void> open(T4dOpen how, const model::Progress& progress,
+                    std::optional<std::uint64_t> maxCells) {
     auto header = file_.readHeader();
     if (!header) return pass(header.error());
     version_ = {header->major, header->minor};
@@ -186,6 +187,9 @@ class T4dReader::File {
       done = scan.done ? std::move(*scan.done) : foundSoFar(records, bodyCount);
     }
     summaries_ = std::move(done.bodies);
+    if (how != T4dOpen::FromFront) {
+      if (auto checked = checkWork(maxCells); !checked) return checked;
+    }
     bodies_.reserve(bodyCount);
     for (std::size_t i = 0; i < bodyCount; ++i) bodies_.emplace_back(file_, features_);
     for (const IndexRecord& record : records) bodies_[record.parts.body].add(record);
@@ -203,6 +207,23 @@ class T4dReader::File {
   std::optional<Error> damage_;
 
  private:
+  Result<void> checkWork(std::optional<std::uint64_t> maxCells) const {
+    const std::uint64_t most = maxCells.value_or(usualCellLimit(file_.size()));
+    std::uint64_t cells = 0;
+    for (const BodySummary& body : summaries_) {
+      cells = body.tetrahedra > kAnyCells - cells ? kAnyCells : cells + body.tetrahedra;
+    }
+    if (cells <= most) return {};
+    Error error{
+        ErrorCode::InvalidInput,
+        fmt::format("has {} cells in all its slabs, more than the {} that are allowed for a "
+                    "file of {} bytes",
+                    cells, most, file_.size()),
+        file_.path()};
+    error.remedy = Remedy::MoreCells;
+    return pass(std::move(error));
+  }
+
   /// For a file whose header promises an index that is missing: adds how far it can be read.
   Result<void> cutOff(Error error, std::uint64_t firstChunk) {
     const FileScan scan = scanFile(file_, firstChunk, metadata_.bodies.size(), features_);
@@ -226,17 +247,24 @@ class T4dReader::File {
   }
 };
 
+std::uint64_t usualCellLimit(std::uint64_t fileBytes) {
+  constexpr std::uint64_t kAlways = 100'000'000;
+  constexpr std::uint64_t kPerByte = 10'000;
+  return fileBytes > (kAnyCells - kAlways) / kPerByte ? kAnyCells : kAlways + kPerByte * fileBytes;
+}
+
 T4dReader::T4dReader(std::unique_ptr<File> file) : file_(std::move(file)) {}
 T4dReader::T4dReader(T4dReader&&) noexcept = default;
 T4dReader& T4dReader::operator=(T4dReader&&) noexcept = default;
 T4dReader::~T4dReader() = default;
 
 Result<T4dReader> T4dReader::open(const std::filesystem::path& path, T4dOpen how,
-                                  const model::Progress& progress) {
+                                  const model::Progress& progress,
+                                  std::optional<std::uint64_t> maxCells) {
   auto chunkFile = ChunkFile::open(path);
   if (!chunkFile) return pass(chunkFile.error());
   auto file = std::make_unique<File>(std::move(*chunkFile));
-  auto opened = withinMemory(path.string(), [&] { return file->open(how, progress); });
+  auto opened = withinMemory(path.string(), [&] { return file->open(how, progress, maxCells); });
   if (!opened) return pass(opened.error());
   return T4dReader(std::move(file));
 }
@@ -268,7 +296,7 @@ Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
 
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress) {
   model::NullSink nowhere;
-  auto reader = T4dReader::open(path, T4dOpen::Checked, progress);
+  auto reader = T4dReader::open(path, T4dOpen::Checked, progress, kAnyCells);
   if (!reader) return pass(reader.error());
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     if (auto read = reader->readThrough(i, nowhere); !read) return read;

@@ -28,6 +28,14 @@ struct T4dVersion {
   std::uint16_t minor = 0;
 };
 
+/// The most cells, of all slabs together, that a file of this size may have unless its reader
+/// allows more: 100 million, and 10,000 for each byte. Slabs may share their connectivity, so that
+/// a small file can ask for any amount of work.
+std::uint64_t usualCellLimit(std::uint64_t fileBytes);
+
+/// Allows any number of cells.
+inline constexpr std::uint64_t kAnyCells = ~std::uint64_t{0};
+
 /// Reads a .t4d file slab by slab, with one or two slabs in memory. Every number from the file is
 /// checked before it is used, and every slab against its checksums before it is returned.
 ///
@@ -41,8 +49,11 @@ class T4dReader {
   static constexpr std::size_t kMemoryPerFileByte = 9 * 1024;
   static constexpr std::size_t kMemoryAlways = std::size_t{1} << 20;
 
+  /// Fails for a file with more than `maxCells` cells, which is usualCellLimit if not given. With
+  /// FromFront they are not counted.
   static Result<T4dReader> open(const std::filesystem::path& path, T4dOpen how = T4dOpen::Whole,
-                                const model::Progress& progress = {});
+                                const model::Progress& progress = {},
+                                std::optional<std::uint64_t> maxCells = {});
 
   T4dReader(T4dReader&&) noexcept;
   T4dReader& operator=(T4dReader&&) noexcept;
@@ -77,7 +88,7 @@ class T4dReader {
 };
 
 /// Checks a file against all rules of SPEC.md: every byte, every slab, every sum. Whether the slabs
-/// are closed and oriented is left to measure::MeshChecker.
+/// are closed and oriented is left to measure::MeshChecker. There may be any number of cells.
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress = {});
 
 }  // namespace t4d::formats

@@ -458,6 +458,33 @@ TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
   }
 }
 
+TEST(T4dReader, RefusesMoreCellsThanAreAllowed) {
+  for (const bool index : {true, false}) {
+    const auto path = writeT4d("work.t4d", {{simplexSlab()}, {simplexSlab()}}, {0, false, index});
+    for (const T4dOpen how : {T4dOpen::Whole, T4dOpen::Checked}) {
+      EXPECT_TRUE(T4dReader::open(path, how));
+      EXPECT_TRUE(T4dReader::open(path, how, {}, 10));
+      const auto refused = T4dReader::open(path, how, {}, 9);
+      ASSERT_FALSE(refused);
+      EXPECT_EQ(refused.error().remedy, Remedy::MoreCells);
+      EXPECT_THAT(refused.error().message, HasSubstr("has 10 cells"));
+    }
+  }
+  // Sums and products that a u64 does not hold.
+  EXPECT_EQ(usualCellLimit(0), 100'000'000u);
+  EXPECT_EQ(usualCellLimit(~std::uint64_t{0}), kAnyCells);
+  FileBuilder file;
+  file.putSimplex(file.putSimplexConnectivity());
+  Done done;
+  done.chunks = file.chunks();
+  done.bodies.resize(1);
+  done.bodies[0].slabs = 1;
+  done.bodies[0].time = {0, 1};
+  done.bodies[0].tetrahedra = ~std::uint64_t{0} - 1;
+  file.put(t4d_layout::kDone, encodeDone(done));
+  EXPECT_THAT(faultOf(file), HasSubstr("cells in all its slabs"));
+}
+
 /// The offset 0 is "none" for layers only.
 TEST(T4dReader, RefusesASlabWithoutConnectivityWhereTheIndexAgrees) {
   std::string bytes =
