@@ -458,6 +458,24 @@ TEST(T4dReader, RefusesIndexesAndFootersThatLie) {
   }
 }
 
+/// As where a file on a server changes between two requests: all checksums are right.
+TEST(T4dReader, RefusesAChunkOfAnotherVersionOfTheFile) {
+  Slab other = simplexSlab();
+  other.vertices[1][0] = 0.5;
+  const std::string before =
+      fileContents(writeT4d("before.t4d", {{simplexSlab()}}, {0, false, true}));
+  const std::string after = fileContents(writeT4d("after.t4d", {{other}}, {0, false, true}));
+  ASSERT_EQ(before.size(), after.size());
+  for (const ChunkHeader& chunk : listChunks(before)) {
+    if (chunk.name() != "SLAB") continue;
+    std::string mixed = before;
+    mixed.replace(chunk.offset, chunk.bytes(), after.substr(chunk.offset, chunk.bytes()));
+    EXPECT_THAT(faultOf(writeFile("mixed.t4d", mixed)), HasSubstr("not what the index says"));
+  }
+  EXPECT_NE(before.substr(before.size() - t4d_layout::kFooterBytes),
+            after.substr(after.size() - t4d_layout::kFooterBytes));
+}
+
 TEST(T4dReader, RefusesMoreCellsThanAreAllowed) {
   for (const bool index : {true, false}) {
     const auto path = writeT4d("work.t4d", {{simplexSlab()}, {simplexSlab()}}, {0, false, index});
