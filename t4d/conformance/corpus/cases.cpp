@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/layout.h"
 
 namespace t4d::conformance {
@@ -15,12 +16,7 @@ using model::Slab;
 std::vector<BodySlabs> stored(std::vector<BodySlabs> bodies, const ImageOptions& options) {
   if (!options.float32) return bodies;
   for (BodySlabs& body : bodies) {
-    for (Slab& slab : body.slabs) {
-      for (model::Point4& vertex : slab.vertices) {
-        vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
-      }
-      model::setMeans(*slab.connectivity, slab.vertices);
-    }
+    for (Slab& slab : body.slabs) slab = formats::roundedSlab(slab);
   }
   return bodies;
 }

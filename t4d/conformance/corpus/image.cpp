@@ -132,25 +132,24 @@ void Image::addSlab(const std::string& name, std::uint32_t body, const model::Sl
                     const std::string& connectivity, const std::string& lower,
                     const std::string& upper) {
   const model::Connectivity& shared = *slab.connectivity;
-  const std::vector<model::Point4> vertices =
-      options_.float32 ? formats::roundedVertices(shared, slab.vertices) : slab.vertices;
+  const model::Slab stored = options_.float32 ? formats::roundedSlab(slab) : slab;
   const auto interior =
       std::span(slab.vertices).subspan(shared.lowerCount, shared.firstMean() - shared.lowerCount);
-  Chunk chunk{
-      name,
-      textOf(kSlab),
-      slabRecord({slab.timeBegin, slab.timeEnd}, body, formats::boundsOfBlocks(shared, vertices),
-                 interior, slab.attributes, options_.float32, options_.storage),
-      kFlagCritical,
-      {{"connectivity", connectivity}},
-      body,
-      Chunk::Sum::None};
+  Chunk chunk{name,
+              textOf(kSlab),
+              slabRecord({slab.timeBegin, slab.timeEnd}, body,
+                         formats::boundsOfBlocks(shared, stored.vertices), interior,
+                         slab.attributes, options_.float32, options_.storage),
+              kFlagCritical,
+              {{"connectivity", connectivity}},
+              body,
+              Chunk::Sum::None};
   if (!lower.empty()) chunk.offsets["lower"] = lower;
   if (!upper.empty()) chunk.offsets["upper"] = upper;
-  chunk.extent = formats::extentOf(shared, vertices);
+  chunk.extent = formats::extentOf(stored);
   add(std::move(chunk));
   if (summaries_.size() <= body) summaries_.resize(body + 1);
-  formats::addSlab(summaries_[body], slab, options_.float32);
+  formats::addSlab(summaries_[body], stored);
 }
 
 void Image::addEnd() {

@@ -225,11 +225,12 @@ std::vector<BlockRanges> rangesOfBlocks(const Connectivity& connectivity) {
   return all;
 }
 
-std::vector<Point4> roundedVertices(const Connectivity& connectivity,
-                                    std::span<const Point4> vertices) {
-  std::vector<Point4> rounded(vertices.begin(), vertices.end());
-  for (Point4& vertex : rounded) vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
-  setMeans(connectivity, rounded);
+model::Slab roundedSlab(const model::Slab& slab) {
+  model::Slab rounded = slab;
+  for (Point4& vertex : rounded.vertices) {
+    vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
+  }
+  setMeans(*rounded.connectivity, rounded.vertices);
   return rounded;
 }
 
@@ -366,9 +367,7 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
   putTime(payload, {slab.timeBegin, slab.timeEnd});
   putParts(payload, parts);
   payload.put(static_cast<std::uint32_t>(slab.attributes.size()));
-  const auto bounds =
-      options.float32 ? boundsOfBlocks(connectivity, roundedVertices(connectivity, slab.vertices))
-                      : boundsOfBlocks(connectivity, slab.vertices);
+  const std::vector<model::Bounds4> bounds = boundsOfBlocks(connectivity, slab.vertices);
   payload.put(static_cast<std::uint32_t>(bounds.size()));
   payload.put(kZero);
   for (const model::Bounds4& block : bounds) {
@@ -428,7 +427,7 @@ Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
   return slab;
 }
 
-void addSlab(BodySummary& body, const model::Slab& slab, bool float32) {
+void addSlab(BodySummary& body, const model::Slab& slab) {
   const Connectivity& connectivity = *slab.connectivity;
   if (body.slabs++ == 0) {
     body.time.begin = slab.timeBegin;
@@ -437,10 +436,7 @@ void addSlab(BodySummary& body, const model::Slab& slab, bool float32) {
   body.time.end = slab.timeEnd;
   body.vertices += connectivity.vertexCount - connectivity.lowerCount;
   body.tetrahedra += connectivity.cells.size();
-  const auto bounds =
-      extentOf(connectivity, float32 ? roundedVertices(connectivity, slab.vertices) : slab.vertices)
-          .bounds;
-  body.bounds.add(bounds);
+  body.bounds.add(extentOf(slab).bounds);
 }
 
 Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {
@@ -500,10 +496,10 @@ Result<Done> decodeDone(const PayloadView& payload) {
   return done;
 }
 
-SlabExtent extentOf(const Connectivity& connectivity, std::span<const Point4> vertices) {
+SlabExtent extentOf(const model::Slab& slab) {
   SlabExtent extent;
-  extent.cells = connectivity.cells.size();
-  for (const Point4& vertex : vertices) extent.bounds.add(vertex.head<3>());
+  extent.cells = slab.connectivity->cells.size();
+  for (const Point4& vertex : slab.vertices) extent.bounds.add(vertex.head<3>());
   return extent;
 }
 

@@ -65,9 +65,8 @@ using BlockRanges = std::array<std::uint32_t, 6>;
 /// The ranges of each block of cells; empty if there is at most one block.
 std::vector<BlockRanges> rangesOfBlocks(const model::Connectivity& connectivity);
 
-/// The vertices of a slab as a file with positions of float32 gives them back.
-std::vector<model::Point4> roundedVertices(const model::Connectivity& connectivity,
-                                           std::span<const model::Point4> vertices);
+/// The slab as a file with positions of float32 gives it back: these rounded, and means of them.
+model::Slab roundedSlab(const model::Slab& slab);
 
 /// The bounds of the vertices of each block of cells; empty if there is at most one block.
 std::vector<model::Bounds4> boundsOfBlocks(const model::Connectivity& connectivity,
@@ -82,13 +81,14 @@ struct SlabChunk {
   std::vector<model::Attribute> attributes;
 };
 
+/// `slab` is as it is stored: rounded with float32.
 t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
                                      const ArrayOptions& options);
 Result<SlabChunk> decodeSlab(const t4d_layout::PayloadView& payload,
                              t4d_layout::Features features = {});
 
-/// Adds a slab to the summary of its body. With `float32` its positions are stored as floats.
-void addSlab(BodySummary& body, const model::Slab& slab, bool float32 = false);
+/// Adds a slab, as it is stored, to the summary of its body.
+void addSlab(BodySummary& body, const model::Slab& slab);
 
 /// Checks the summary in the file against the slabs actually found. Slab count and times are left
 /// to checkDone, which does not need the slabs.
@@ -112,8 +112,7 @@ struct SlabExtent {
     return a.cells == b.cells && a.bounds.min == b.bounds.min && a.bounds.max == b.bounds.max;
   }
 };
-SlabExtent extentOf(const model::Connectivity& connectivity,
-                    std::span<const model::Point4> vertices);
+SlabExtent extentOf(const model::Slab& slab);
 
 /// The location of one slab, in file order.
 struct IndexRecord {

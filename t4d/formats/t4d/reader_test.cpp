@@ -392,17 +392,23 @@ TEST(T4dReader, RefusesSlabsThatDoNotFollowOneAnother) {
   EXPECT_THAT(faultOf(apart), HasSubstr("not the upper layer"));
 }
 
+/// A simplex, with an end mark that `change` has made of a right one.
+FileBuilder withEndMark(const std::function<void(Done&)>& change) {
+  FileBuilder file;
+  file.putSimplex(file.putSimplexConnectivity());
+  Done done;
+  done.chunks = file.chunks();
+  done.bodies.resize(1);
+  done.bodies[0].slabs = 1;
+  done.bodies[0].time = {0, 1};
+  change(done);
+  file.put(t4d_layout::kDone, encodeDone(done));
+  return file;
+}
+
 TEST(T4dReader, RefusesEndMarksThatLie) {
   const auto faultWith = [](const std::function<void(Done&)>& change) {
-    FileBuilder file;
-    file.putSimplex(file.putSimplexConnectivity());
-    Done done;
-    done.chunks = file.chunks();
-    done.bodies.resize(1);
-    done.bodies[0].slabs = 1;
-    done.bodies[0].time = {0, 1};
-    change(done);
-    file.put(t4d_layout::kDone, encodeDone(done));
+    const FileBuilder file = withEndMark(change);
     auto reader = T4dReader::open(writeFile("done.t4d", file.bytes()), T4dOpen::FromFront);
     EXPECT_TRUE(reader && reader->body(0).slabCount() == 1);
     return faultOf(file);
@@ -491,15 +497,7 @@ TEST(T4dReader, RefusesMoreCellsThanAreAllowed) {
   // Sums and products that a u64 does not hold.
   EXPECT_EQ(usualCellLimit(0), 100'000'000u);
   EXPECT_EQ(usualCellLimit(~std::uint64_t{0}), kAnyCells);
-  FileBuilder file;
-  file.putSimplex(file.putSimplexConnectivity());
-  Done done;
-  done.chunks = file.chunks();
-  done.bodies.resize(1);
-  done.bodies[0].slabs = 1;
-  done.bodies[0].time = {0, 1};
-  done.bodies[0].tetrahedra = ~std::uint64_t{0} - 1;
-  file.put(t4d_layout::kDone, encodeDone(done));
+  const auto file = withEndMark([](Done& d) { d.bodies[0].tetrahedra = ~std::uint64_t{0} - 1; });
   EXPECT_THAT(faultOf(file), HasSubstr("cells in all its slabs"));
 }
 

@@ -124,7 +124,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
                           sameBounds)) {
     return wrong("the bounds of its blocks of cells are not those of their vertices");
   }
-  if (record.extent && *record.extent != extentOf(connectivity, slab->vertices)) {
+  if (record.extent && *record.extent != extentOf(*slab)) {
     return wrong("the index says other cells or bounds than the slab has");
   }
   if (auto sound = checkStorable(connectivity.cellAttributes, slab->attributes); !sound) {

@@ -212,6 +212,9 @@ class T4dWriter::File {
       return invalid(checked.error().message,
                      fmt::format("{}: slab {}", path_.string(), body.summary.slabs));
     }
+    const std::optional<Slab> rounded =
+        arrays_.float32 ? std::optional(roundedSlab(slab)) : std::nullopt;
+    const Slab& stored = rounded ? *rounded : slab;
     IndexRecord record;
     record.time = {slab.timeBegin, slab.timeEnd};
     record.parts.body = body.index;
@@ -232,20 +235,18 @@ class T4dWriter::File {
     if (!upper) return pass(upper.error());
     record.parts.upper = *upper;
 
-    const PayloadWriter payload = encodeSlab(slab, record.parts, arrays_);
+    const PayloadWriter payload = encodeSlab(stored, record.parts, arrays_);
     auto offset = putChunk(kSlab, payload);
     if (!offset) return pass(offset.error());
     record.slab = *offset;
     record.slabBytes = out_.size() - *offset;
     if (indexed_) {
-      record.extent = extentOf(
-          *slab.connectivity,
-          arrays_.float32 ? roundedVertices(*slab.connectivity, slab.vertices) : slab.vertices);
+      record.extent = extentOf(stored);
       index_.slabs.push_back(record);
     }
 
     if (arrays_.float32) rounding_.add(slab);
-    addSlab(body.summary, slab, arrays_.float32);
+    addSlab(body.summary, stored);
     body.upperLayer.assign(slab.upperLayer().begin(), slab.upperLayer().end());
     body.upperOffset = record.parts.upper;
     return {};
