@@ -1,15 +1,11 @@
 #include "t4d/formats/t4d/chunk_file.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <iterator>
 #include <utility>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "t4d/formats/t4d/crc32c.h"
 
@@ -32,63 +28,20 @@ bool isChunkType(const ChunkType& type) {
 }  // namespace
 
 Result<ChunkFile> ChunkFile::open(const std::filesystem::path& path) {
-  ChunkFile file;
-  file.path_ = path.string();
-  const auto error = [&](const char* doing) {
-    return fail(ErrorCode::Io, fmt::format("cannot {}: {}", doing, std::strerror(errno)),
-                file.path_);
-  };
-  // Opening a pipe waits for its writer otherwise.
-  file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file.descriptor_ < 0) return error("open");
-  struct stat status {};
-  if (::fstat(file.descriptor_, &status) != 0) return error("open");
-  if (S_ISDIR(status.st_mode)) return fail(ErrorCode::Io, "is a folder", file.path_);
-  if (!S_ISREG(status.st_mode)) {
-    return fail(ErrorCode::Io, "is not a regular file; slabs are read at their offsets",
-                file.path_);
-  }
-  file.size_ = static_cast<std::uint64_t>(status.st_size);
-  return file;
-}
-
-ChunkFile::ChunkFile(ChunkFile&& other) noexcept { *this = std::move(other); }
-
-ChunkFile& ChunkFile::operator=(ChunkFile&& other) noexcept {
-  if (this == &other) return *this;
-  if (descriptor_ >= 0) ::close(descriptor_);
-  path_ = std::move(other.path_);
-  expected_ = std::move(other.expected_);
-  descriptor_ = std::exchange(other.descriptor_, -1);
-  size_ = other.size_;
-  bytesRead_ = other.bytesRead_.load();
-  return *this;
-}
-
-ChunkFile::~ChunkFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  auto source = openFileSource(path);
+  if (!source) return pass(source.error());
+  return ChunkFile(std::move(*source));
 }
 
 tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string& message,
                                          ErrorCode code) const {
-  return pass(Error{code, message, fmt::format("{}: byte {}", path_, offset), offset});
+  return pass(Error{code, message, fmt::format("{}: byte {}", path(), offset), offset});
 }
 
 /// Callers have checked `offset` and `bytes` against the file's size.
 Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64_t bytes) const {
   std::vector<std::byte> data(bytes);
-  std::size_t have = 0;
-  while (have < data.size()) {
-    const ssize_t got = ::pread(descriptor_, data.data() + have, data.size() - have,
-                                static_cast<off_t>(offset + have));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      return damaged(offset, fmt::format("cannot read: {}", std::strerror(errno)), ErrorCode::Io);
-    }
-    if (got == 0) return damaged(offset + have, "the file has become shorter while it was read");
-    have += static_cast<std::size_t>(got);
-  }
-  bytesRead_ += bytes;
+  if (auto done = source_->read(offset, data); !done) return pass(done.error());
   return data;
 }
 

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "t4d/formats/t4d/byte_source.h"
 #include "t4d/formats/t4d/chunk_header.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/model/error.h"
@@ -28,16 +29,12 @@ class ChunkFile {
  public:
   static Result<ChunkFile> open(const std::filesystem::path& path);
 
-  ChunkFile(ChunkFile&& other) noexcept;
-  ChunkFile& operator=(ChunkFile&& other) noexcept;
-  ~ChunkFile();
-
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return source_->name(); }
   std::uint64_t size() const { return size_; }
   /// Treats the file as truncated after `bytes` bytes.
   void cutAfter(std::uint64_t bytes) { size_ = std::min(size_, bytes); }
   /// Bytes read so far: what a client would have requested from a web server.
-  std::uint64_t bytesRead() const { return bytesRead_; }
+  std::uint64_t bytesRead() const { return source_->bytesRead(); }
 
   struct Header {
     std::uint16_t major = 0;
@@ -78,16 +75,15 @@ class ChunkFile {
                                 ErrorCode code = ErrorCode::InvalidInput) const;
 
  private:
-  ChunkFile() = default;
+  explicit ChunkFile(std::unique_ptr<ByteSource> source)
+      : source_(std::move(source)), size_(source_->size()) {}
   Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t bytes) const;
   /// Parses the 24 bytes at `offset`.
   Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 
-  std::string path_;
-  std::optional<std::vector<ChunkHeader>> expected_;
-  int descriptor_ = -1;
+  std::unique_ptr<ByteSource> source_;
   std::uint64_t size_ = 0;
-  mutable std::atomic<std::uint64_t> bytesRead_ = 0;
+  std::optional<std::vector<ChunkHeader>> expected_;
 };
 
 }  // namespace t4d::formats
