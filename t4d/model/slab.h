@@ -95,11 +95,15 @@ void setMeans(const Connectivity& connectivity, std::span<Point4> vertices);
 /// layers off their times, vertices outside the slab's times, and attributes of the wrong length.
 Result<void> checkSlab(const Slab& slab);
 
+class StreamedSlab;
+
 /// Takes the slabs of one 4D mesh in time order. After an error, the caller must stop.
 class Sink {
  public:
   virtual ~Sink() = default;
   virtual Result<void> put(const Slab& slab) = 0;
+  /// Takes a slab that is made piece by piece. Unless overridden, puts it whole.
+  virtual Result<void> putStreamed(const StreamedSlab& slab);
 };
 
 /// Provides the slabs of one 4D mesh, in any order and to any number of threads at once.

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "t4d/voxel4d/block_ranges.h"
+
 namespace t4d::voxel4d {
 namespace {
 
@@ -74,10 +76,10 @@ Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block) {
 Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice) {
   FrameLayer layer;
   layer.frame_ = std::move(frame);
+  layer.lattice_ = lattice;
   layer.index();
   if (auto found = layer.findSurfaceBlocks(); !found) return pass(found.error());
   if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
-  layer.placeCrossings(lattice);
   return layer;
 }
 
@@ -206,40 +208,43 @@ Result<void> FrameLayer::numberCrossings() {
     crossingIndex_[block.coord] = static_cast<std::uint32_t>(crossings_.size());
     crossings_.push_back(block);
   }
-
-  vertices_.resize(count);
+  vertexCount_ = count;
   return {};
 }
 
-void FrameLayer::placeCrossings(const Lattice& lattice) {
-  tbb::parallel_for(std::size_t{0}, crossings_.size(), [&](std::size_t i) {
-    const CrossingBlock& block = crossings_[i];
-    for (int axis = 0; axis < 3; ++axis) {
-      const BlockView from = view(block.coord);
-      const BlockView beyond = view(neighbour(block.coord, 1U << axis));
-      std::uint32_t number = block.first[axis][0];
-      for (unsigned x = 0; x < 8; ++x) {
-        for (std::uint64_t bits = block.edges[axis][x]; bits != 0; bits &= bits - 1) {
-          const auto bit = static_cast<unsigned>(std::countr_zero(bits));
-          std::array<unsigned, 3> local = {x, bit >> 3U, bit & 7U};
-          Eigen::Vector3d point(kBlockSize * static_cast<double>(block.coord.x) + local[0],
-                                kBlockSize * static_cast<double>(block.coord.y) + local[1],
-                                kBlockSize * static_cast<double>(block.coord.z) + local[2]);
-          double fraction = 0.5;
-          if (hasValues()) {
-            const double a = from.at(x << 6U | bit);
-            const bool leaves = local[axis] == 7;
-            local[axis] = (local[axis] + 1) & 7U;
-            const unsigned index = local[0] << 6U | local[1] << 3U | local[2];
-            const double b = leaves ? beyond.at(index) : from.at(index);
-            fraction = crossing(a, b);
-          }
-          point[axis] += fraction;
-          vertices_[number++] << lattice(point), frame_.time;
+void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) const {
+  const auto beginOf = [&](std::size_t i) {
+    return i < crossings_.size() ? crossings_[i].first[0][0] : vertexCount_;
+  };
+  makeRange(first, into, crossings_.size(), beginOf,
+            [&](std::size_t i, model::Point4* at) { placeCrossings(crossings_[i], at); });
+}
+
+void FrameLayer::placeCrossings(const CrossingBlock& block, model::Point4* into) const {
+  const BlockView from = view(block.coord);
+  for (int axis = 0; axis < 3; ++axis) {
+    const BlockView beyond = hasValues() ? view(neighbour(block.coord, 1U << axis)) : BlockView();
+    for (unsigned x = 0; x < 8; ++x) {
+      for (std::uint64_t bits = block.edges[axis][x]; bits != 0; bits &= bits - 1) {
+        const auto bit = static_cast<unsigned>(std::countr_zero(bits));
+        std::array<unsigned, 3> local = {x, bit >> 3U, bit & 7U};
+        Eigen::Vector3d point(kBlockSize * static_cast<double>(block.coord.x) + local[0],
+                              kBlockSize * static_cast<double>(block.coord.y) + local[1],
+                              kBlockSize * static_cast<double>(block.coord.z) + local[2]);
+        double fraction = 0.5;
+        if (hasValues()) {
+          const double a = from.at(x << 6U | bit);
+          const bool leaves = local[axis] == 7;
+          local[axis] = (local[axis] + 1) & 7U;
+          const unsigned index = local[0] << 6U | local[1] << 3U | local[2];
+          const double b = leaves ? beyond.at(index) : from.at(index);
+          fraction = crossing(a, b);
         }
+        point[axis] += fraction;
+        *into++ << lattice_(point), frame_.time;
       }
     }
-  });
+  }
 }
 
 }  // namespace t4d::voxel4d

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -57,7 +58,10 @@ class FrameLayer {
 
   double time() const { return frame_.time; }
   bool hasValues() const { return frame_.hasValues(); }
-  const std::vector<model::Point4>& vertices() const { return vertices_; }
+  /// The number of crossings, which are the vertices of the layer.
+  std::uint32_t vertexCount() const { return vertexCount_; }
+  /// Sets `into` to the crossings from number `first` on.
+  void vertices(std::uint32_t first, std::span<model::Point4> into) const;
 
   BlockView view(const Coord& coord) const;
   /// The crossings of the edges that begin in a block; null if there are none.
@@ -79,10 +83,11 @@ class FrameLayer {
   void index();
   Result<void> findSurfaceBlocks();
   Result<void> numberCrossings();
-  void placeCrossings(const Lattice& lattice);
+  void placeCrossings(const CrossingBlock& block, model::Point4* into) const;
   const InsideTile* tileAt(const Coord& coord) const;
 
   Frame frame_;
+  Lattice lattice_;
   std::unordered_map<Coord, std::uint32_t, CoordHash> blocks_;
   struct TileLevel {
     std::int32_t size = 1;
@@ -91,9 +96,9 @@ class FrameLayer {
   std::vector<TileLevel> tileLevels_;
   std::vector<Coord> solidBlocks_;
   std::vector<Coord> surfaceBlocks_;
-  std::vector<CrossingBlock> crossings_;
+  std::vector<CrossingBlock> crossings_;  // in the order of their numbers
   std::unordered_map<Coord, std::uint32_t, CoordHash> crossingIndex_;
-  std::vector<model::Point4> vertices_;
+  std::uint32_t vertexCount_ = 0;
 };
 
 /// Crossings keep at least this distance from both ends of an edge, as a fraction of the edge, so

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "t4d/model/streamed_slab.h"
+#include "t4d/voxel4d/frame_layer.h"
+#include "t4d/voxel4d/pattern_table.h"
+
+namespace t4d::voxel4d {
+
+/// The slab between two frames, or between a frame and none. What is in memory is a few bytes for
+/// each hypercube that the surface meets; vertices and cells are made when they are asked for.
+class WovenSlab : public model::StreamedSlab {
+ public:
+  /// The frames must outlive the slab. Of the edges along t, those that are crossed at the fraction
+  /// f have their vertex at crossings.begin + f * (crossings.end - crossings.begin). Fails for more
+  /// than 2^32 - 1 vertices or cells, and if too many points appear or vanish within tiles.
+  static Result<std::unique_ptr<WovenSlab>> between(const FrameLayer& before,
+                                                    const FrameLayer& after,
+                                                    const model::TimeSpan& time,
+                                                    const model::TimeSpan& crossings,
+                                                    const Lattice& lattice);
+
+  void vertices(std::uint32_t first, std::span<model::Point4> into) const override;
+  void cells(std::uint64_t first, std::span<model::Cell> into) const override;
+
+ private:
+  /// The cubes that begin in one block.
+  struct WovenBlock {
+    Coord coord;
+    BlockMask timeEdges{};                     // points whose sign differs between the frames
+    std::array<std::uint32_t, 8> firstTime{};  // number of the first crossing in each word
+    std::uint32_t firstCell = 0;
+    /// Cubes that have cells: the index of their lowest point in the block, and their pattern.
+    std::vector<std::pair<std::uint16_t, std::uint16_t>> cubes;
+
+    /// The number of the crossing along t at a point.
+    std::uint32_t numberInTime(unsigned x, unsigned bit) const {
+      return firstTime[x] + countBefore(timeEdges[x], bit);
+    }
+  };
+  /// The blocks in which the edges of a block's cubes begin: its 8 neighbours, at both times and
+  /// between them.
+  struct Neighbourhood {
+    std::array<const CrossingBlock*, 8> before{};
+    std::array<const CrossingBlock*, 8> after{};
+    std::array<const WovenBlock*, 8> between{};
+  };
+
+  WovenSlab(const FrameLayer& before, const FrameLayer& after, const model::TimeSpan& crossings,
+            const Lattice& lattice)
+      : before_(before), after_(after), crossings_(crossings), lattice_(lattice) {}
+
+  Result<void> findBlocks();
+  void findCubes(WovenBlock& block) const;
+  Result<void> number();
+  Neighbourhood neighbourhood(const Coord& coord) const;
+  void placeInTime(const WovenBlock& block, model::Point4* into) const;
+  void emitCells(const WovenBlock& block, model::Cell* into) const;
+
+  const FrameLayer& before_;
+  const FrameLayer& after_;
+  model::TimeSpan crossings_;
+  const Lattice& lattice_;
+  std::vector<WovenBlock> blocks_;  // increasing by coord
+  std::unordered_map<Coord, std::uint32_t, CoordHash> index_;
+};
+
+}  // namespace t4d::voxel4d
