@@ -8,6 +8,7 @@
 
 #include "t4d/conformance/corpus/record.h"
 #include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/index_chunk.h"
 
 namespace t4d::conformance {
 

@@ -10,6 +10,7 @@
 
 #include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/layout.h"
 
 namespace t4d::conformance {

@@ -18,6 +18,12 @@ enum class Codec : std::uint8_t {
   Repeats = 2,  ///< one zstd frame of references to numbers shortly before, and the other numbers
 };
 
+/// How arrays are stored.
+struct ArrayOptions {
+  int level = 3;         ///< zstd level; 0 for none
+  bool float32 = false;  ///< store positions as float32
+};
+
 /// Rows of `components` numbers of one type, row after row.
 struct ArrayView {
   model::ScalarType type = model::ScalarType::Float64;

@@ -1,15 +1,13 @@
 #include "t4d/formats/t4d/chunks.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
 #include <set>
 #include <string_view>
-#include <tuple>
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/chunk_fields.h"
 #include "t4d/formats/t4d/names.h"
 
 namespace t4d::formats {
@@ -29,142 +27,11 @@ using t4d_layout::PayloadWriter;
 
 constexpr std::uint32_t kZero = 0;
 
-tl::unexpected<Error> cutOff(const char* what) {
-  return invalid(fmt::format("{} is shorter than its fixed part", what));
-}
-
-Result<void> checkEnd(const PayloadReader& from) {
-  if (from.left() > 0) return invalid(fmt::format("{} bytes follow its last field", from.left()));
-  if (from.blocksLeft() > 0) {
-    return invalid(fmt::format("{} blocks belong to none of its arrays", from.blocksLeft()));
-  }
-  return {};
-}
-
-template <class Scalar>
-void putPositionsAs(PayloadWriter& into, std::span<const Point4> vertices, int level) {
-  std::vector<Scalar> numbers;
-  numbers.reserve(3 * vertices.size());
-  for (const Point4& vertex : vertices) {
-    for (int k = 0; k < 3; ++k) numbers.push_back(static_cast<Scalar>(vertex[k]));
-  }
-  ArrayView view = viewOf(numbers);
-  view.components = 3;
-  putArray(into, view, level);
-}
-
-void putPositions(PayloadWriter& into, std::span<const Point4> vertices,
-                  const ArrayOptions& options) {
-  if (options.float32) {
-    putPositionsAs<float>(into, vertices, options.level);
-  } else {
-    putPositionsAs<double>(into, vertices, options.level);
-  }
-}
-
 template <class Scalar>
 std::vector<Scalar> numbersOf(const Array& array) {
   std::vector<Scalar> numbers(array.bytes.size() / sizeof(Scalar));
   if (!numbers.empty()) std::memcpy(numbers.data(), array.bytes.data(), array.bytes.size());
   return numbers;
-}
-
-Result<PackedArray> takePositions(PayloadReader& from, Features features) {
-  auto array = takePacked(from, features);
-  if (!array) return array;
-  const bool isFloat = array->type == ScalarType::Float32 || array->type == ScalarType::Float64;
-  if (array->components != 3 || !isFloat) {
-    return invalid("its positions are not rows of three floating-point numbers");
-  }
-  return array;
-}
-
-template <class Scalar>
-void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into) {
-  for (std::size_t i = 0; i < into.size(); ++i) {
-    std::array<Scalar, 3> position;
-    std::memcpy(position.data(), bytes.data() + i * sizeof position, sizeof position);
-    into[i].head<3>() = Eigen::Vector3d(position[0], position[1], position[2]);
-  }
-}
-
-/// `into` has a vertex for each row; its times are unchanged.
-Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
-  const auto bytes = unpack(array);
-  if (!bytes) return pass(bytes.error());
-  if (array.type == ScalarType::Float32) {
-    setPositions<float>(*bytes, into);
-  } else {
-    setPositions<double>(*bytes, into);
-  }
-  return {};
-}
-
-void putAttribute(PayloadWriter& into, const Attribute& attribute, int level) {
-  into.put(static_cast<std::uint8_t>(attribute.domain));
-  into.putBytes("\0\0\0", 3);
-  into.put(static_cast<std::uint32_t>(attribute.name.size()));
-  into.putBytes(attribute.name.data(), attribute.name.size());
-  into.pad();
-  putArray(into,
-           {attribute.type, static_cast<std::uint8_t>(attribute.components), attribute.values},
-           level);
-}
-
-Result<Attribute> takeAttribute(PayloadReader& from, Features features) {
-  const auto domain = from.take<std::uint8_t>();
-  const auto reserved = from.takeBytes(3);
-  const auto nameBytes = from.take<std::uint32_t>();
-  if (from.overrun()) return invalid("an attribute is truncated");
-  if (domain != static_cast<std::uint8_t>(Domain::Vertex) &&
-      domain != static_cast<std::uint8_t>(Domain::Cell)) {
-    return invalid(fmt::format("an attribute has the unknown domain {}", domain));
-  }
-  const auto isZero = [](std::byte byte) { return byte == std::byte{0}; };
-  if (!std::all_of(reserved.begin(), reserved.end(), isZero)) {
-    return invalid("an attribute's reserved bytes are not zero");
-  }
-  if (nameBytes == 0 || nameBytes > t4d_layout::kMaxNameBytes) {
-    return invalid(fmt::format("an attribute has a name of {} bytes; 1 to {} are allowed",
-                               nameBytes, t4d_layout::kMaxNameBytes));
-  }
-  const auto name = from.takeBytes(nameBytes);
-  if (from.overrun() || !from.skipPadding()) {
-    return invalid("an attribute's name is truncated, or its padding is not zero");
-  }
-  auto array = takeArray(from, features);
-  if (!array) return pass(array.error());
-  return Attribute{std::string(reinterpret_cast<const char*>(name.data()), name.size()),
-                   static_cast<Domain>(domain), array->type, array->components,
-                   std::move(array->bytes)};
-}
-
-Result<std::vector<Attribute>> takeAttributes(PayloadReader& from, std::uint32_t count,
-                                              Features features) {
-  std::vector<Attribute> attributes;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    auto attribute = takeAttribute(from, features);
-    if (!attribute) return pass(attribute.error());
-    attributes.push_back(std::move(*attribute));
-  }
-  return attributes;
-}
-
-void putTime(ByteWriter& into, const model::TimeSpan& time) {
-  into.put(time.begin);
-  into.put(time.end);
-}
-
-model::TimeSpan takeTime(ByteReader& from) {
-  model::TimeSpan time;
-  time.begin = from.take<double>();
-  time.end = from.take<double>();
-  return time;
-}
-
-Result<void> checkTime(const model::TimeSpan& time) {
-  if (std::isfinite(time.begin) && std::isfinite(time.end) && time.begin <= time.end) return {};
-  return invalid(fmt::format("it lasts from time {} to {}", time.begin, time.end));
 }
 
 void putParts(ByteWriter& into, const SlabParts& parts) {
@@ -436,7 +303,7 @@ void addSlab(BodySummary& body, const model::Slab& slab) {
   body.time.end = slab.timeEnd;
   body.vertices += connectivity.vertexCount - connectivity.lowerCount;
   body.tetrahedra += connectivity.cells.size();
-  body.bounds.add(extentOf(slab).bounds);
+  for (const Point4& vertex : slab.vertices) body.bounds.add(vertex.head<3>());
 }
 
 Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {
@@ -494,194 +361,6 @@ Result<Done> decodeDone(const PayloadView& payload) {
     done.bodies.push_back(body);
   }
   return done;
-}
-
-SlabExtent extentOf(const model::Slab& slab) {
-  SlabExtent extent;
-  extent.cells = slab.connectivity->cells.size();
-  for (const Point4& vertex : slab.vertices) extent.bounds.add(vertex.head<3>());
-  return extent;
-}
-
-namespace {
-
-/// An array with a row for each of `records`, of which `numbersOf` gives an array.
-template <class NumbersOf>
-void putColumn(PayloadWriter& into, std::span<const IndexRecord> records, int level,
-               NumbersOf numbersOf) {
-  using Numbers = decltype(numbersOf(records[0]));
-  std::vector<typename Numbers::value_type> all;
-  for (const IndexRecord& record : records) {
-    const Numbers row = numbersOf(record);
-    all.insert(all.end(), row.begin(), row.end());
-  }
-  ArrayView view = viewOf(all);
-  view.components = std::tuple_size_v<Numbers>;
-  putArray(into, view, level);
-}
-
-/// The rows of such an array, which must be as many as there are records; `set` takes each of them.
-template <class Number, std::size_t kComponents, class Set>
-Result<void> takeColumn(PayloadReader& from, std::span<IndexRecord> records, Features features,
-                        Set set) {
-  const auto array = takeArrayOf(from, model::scalarTypeOf<Number>(), kComponents, features);
-  if (!array) return pass(array.error());
-  if (array->rows != records.size()) {
-    return invalid(fmt::format("it has {} slabs, and {} rows of what it says of them",
-                               records.size(), array->rows));
-  }
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    std::array<Number, kComponents> row;
-    std::memcpy(row.data(), array->bytes.data() + i * sizeof row, sizeof row);
-    set(records[i], row);
-  }
-  return {};
-}
-
-/// Reads the directory of chunks.
-Result<std::vector<ChunkHeader>> takeHeaders(PayloadReader& from, Features features) {
-  const auto array =
-      takeArrayOf(from, ScalarType::UInt8, t4d_layout::kDirectoryEntryBytes, features);
-  if (!array) return pass(array.error());
-  std::vector<ChunkHeader> headers;
-  std::uint64_t offset = t4d_layout::kFileHeaderBytes;
-  headers.reserve(array->rows);
-  for (std::size_t i = 0; i < array->rows; ++i) {
-    const auto bytes = std::span(array->bytes)
-                           .subspan(i * t4d_layout::kDirectoryEntryBytes)
-                           .first<t4d_layout::kDirectoryEntryBytes>();
-    const ChunkHeader header = decodeChunkHeader(bytes, offset);
-    constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;  // so that no sum overflows
-    if (header.payloadBytes > kMost || offset > kMost) {
-      return invalid(
-          fmt::format("the header of chunk {} says that it has {} bytes", i, header.payloadBytes));
-    }
-    offset = header.end();
-    headers.push_back(header);
-  }
-  return headers;
-}
-
-/// Sets place and size of each slab, which is to be one of the chunks, as are its parts.
-Result<void> placeSlabs(const std::vector<ChunkHeader>& chunks, std::span<IndexRecord> records) {
-  std::size_t next = 0;
-  for (const ChunkHeader& chunk : chunks) {
-    if (chunk.type != t4d_layout::kSlab) continue;
-    if (next < records.size()) {
-      records[next].slab = chunk.offset;
-      records[next].slabBytes = chunk.bytes();
-    }
-    ++next;
-  }
-  if (next != records.size()) {
-    return invalid(fmt::format("it says that there are {} slabs, of which {} are among its chunks",
-                               records.size(), next));
-  }
-  const auto isOf = [&](std::uint64_t offset, t4d_layout::ChunkType type) {
-    const auto chunk = std::ranges::lower_bound(chunks, offset, {}, &ChunkHeader::offset);
-    return chunk != chunks.end() && chunk->offset == offset && chunk->type == type;
-  };
-  for (const IndexRecord& record : records) {
-    const SlabParts& parts = record.parts;
-    if (!isOf(parts.connectivity, t4d_layout::kConnectivity) ||
-        (parts.lower != 0 && !isOf(parts.lower, t4d_layout::kLayer)) ||
-        (parts.upper != 0 && !isOf(parts.upper, t4d_layout::kLayer))) {
-      return invalid(fmt::format("the slab at byte {} has a connectivity or a layer that is none",
-                                 record.slab));
-    }
-  }
-  return {};
-}
-
-}  // namespace
-
-PayloadWriter encodeIndex(const Index& index, int level) {
-  PayloadWriter payload;
-  payload.putBytes(index.fileHeader.data(), index.fileHeader.size());
-  payload.put(static_cast<std::uint32_t>(index.slabs.size()));
-  putArray(payload, {ScalarType::UInt8, 1, std::as_bytes(std::span(index.head))}, 0);
-  std::vector<std::byte> headers;
-  for (const ChunkHeader& chunk : index.chunks) {
-    const ChunkHeaderBytes bytes = encodeChunkHeader(chunk);
-    headers.insert(headers.end(), bytes.begin(), bytes.begin() + t4d_layout::kDirectoryEntryBytes);
-  }
-  putArray(payload, {ScalarType::UInt8, t4d_layout::kDirectoryEntryBytes, headers}, level);
-  putColumn(payload, index.slabs, level, [](const IndexRecord& slab) {
-    return std::array{slab.time.begin, slab.time.end};
-  });
-  putColumn(payload, index.slabs, level, [](const IndexRecord& slab) {
-    return std::array{slab.parts.connectivity, slab.parts.lower, slab.parts.upper};
-  });
-  putColumn(payload, index.slabs, level,
-            [](const IndexRecord& slab) { return std::array{slab.parts.body}; });
-  putColumn(payload, index.slabs, level,
-            [](const IndexRecord& slab) { return std::array{slab.extent->cells}; });
-  putColumn(payload, index.slabs, level, [](const IndexRecord& slab) {
-    const auto& [min, max] = slab.extent->bounds;
-    return std::array{min[0], min[1], min[2], max[0], max[1], max[2]};
-  });
-  return payload;
-}
-
-Result<Index> decodeIndex(const PayloadView& payload, Features features) {
-  PayloadReader from(payload);
-  Index index;
-  const auto fileHeader = from.takeBytes(index.fileHeader.size());
-  const auto slabs = from.take<std::uint32_t>();
-  if (from.overrun()) return cutOff("the index");
-  std::copy(fileHeader.begin(), fileHeader.end(), index.fileHeader.begin());
-  const auto packedHead = takePacked(from, {});
-  if (!packedHead) return pass(packedHead.error());
-  if (packedHead->type != ScalarType::UInt8 || packedHead->components != 1 ||
-      packedHead->codec != Codec::Raw) {
-    return invalid("its copy of HEAD is not bytes as they are");
-  }
-  const auto head = unpack(*packedHead);
-  if (!head) return pass(head.error());
-  index.head.assign(reinterpret_cast<const char*>(head->data()), head->size());
-  auto headers = takeHeaders(from, features);
-  if (!headers) return pass(headers.error());
-  index.chunks = std::move(*headers);
-  if (slabs > index.chunks.size()) {
-    return invalid(
-        fmt::format("it says that there are {} slabs among {} chunks", slabs, index.chunks.size()));
-  }
-  index.slabs.resize(slabs);
-  const std::span all(index.slabs);
-  for (IndexRecord& slab : all) slab.extent.emplace();
-  auto taken = takeColumn<double, 2>(from, all, features, [](IndexRecord& slab, const auto& row) {
-    slab.time = {row[0], row[1]};
-  });
-  if (taken) {
-    taken = takeColumn<std::uint64_t, 3>(from, all, features, [](auto& slab, const auto& row) {
-      slab.parts.connectivity = row[0];
-      slab.parts.lower = row[1];
-      slab.parts.upper = row[2];
-    });
-  }
-  if (taken) {
-    taken = takeColumn<std::uint32_t, 1>(
-        from, all, features, [](auto& slab, const auto& row) { slab.parts.body = row[0]; });
-  }
-  if (taken) {
-    taken = takeColumn<std::uint64_t, 1>(
-        from, all, features, [](auto& slab, const auto& row) { slab.extent->cells = row[0]; });
-  }
-  if (taken) {
-    taken = takeColumn<double, 6>(from, all, features, [](auto& slab, const auto& row) {
-      slab.extent->bounds.min = {row[0], row[1], row[2]};
-      slab.extent->bounds.max = {row[3], row[4], row[5]};
-    });
-  }
-  if (taken) taken = checkEnd(from);
-  if (taken) taken = placeSlabs(index.chunks, all);
-  if (!taken) return pass(taken.error());
-  for (const IndexRecord& slab : all) {
-    if (auto checked = checkTime(slab.time); !checked) {
-      return invalid(fmt::format("the slab at byte {}: {}", slab.slab, checked.error().message));
-    }
-  }
-  return index;
 }
 
 Result<void> checkStorable(std::span<const Attribute> ofConnectivity,

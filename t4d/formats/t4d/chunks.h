@@ -3,29 +3,20 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "t4d/formats/t4d/array_codec.h"
-#include "t4d/formats/t4d/chunk_header.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/summary.h"
 #include "t4d/model/error.h"
 #include "t4d/model/slab.h"
 
-/// The contents of each chunk of a .t4d file, with encoder and decoder side by side (SPEC.md,
-/// section "Chunks"). Decoders check everything that can be checked without the rest of the file,
-/// given the features the file names; their errors describe the fault and have no `where`. Payloads
-/// are given without the table of their blocks.
+/// The contents of the chunks of a .t4d file but HEAD and INDX, with encoder and decoder side by
+/// side (SPEC.md, section "Chunks"). Decoders check everything that can be checked without the rest
+/// of the file, given the features the file names; their errors describe the fault and have no
+/// `where`. Payloads are given without the table of their blocks.
 namespace t4d::formats {
-
-/// How arrays are stored.
-struct ArrayOptions {
-  int level = 3;         ///< zstd level; 0 for none
-  bool float32 = false;  ///< store positions as float32
-};
 
 t4d_layout::PayloadWriter encodeConnectivity(const model::Connectivity& connectivity,
                                              const ArrayOptions& options);
@@ -102,46 +93,6 @@ struct Done {
 
 t4d_layout::PayloadWriter encodeDone(const Done& done);
 Result<Done> decodeDone(const t4d_layout::PayloadView& payload);
-
-/// What the index says about the contents of a slab.
-struct SlabExtent {
-  std::uint64_t cells = 0;
-  model::Bounds3 bounds;  ///< of all its vertices
-
-  friend bool operator==(const SlabExtent& a, const SlabExtent& b) {
-    return a.cells == b.cells && a.bounds.min == b.bounds.min && a.bounds.max == b.bounds.max;
-  }
-};
-SlabExtent extentOf(const model::Slab& slab);
-
-/// The location of one slab, in file order.
-struct IndexRecord {
-  std::uint64_t slab = 0;       ///< offset of the slab's chunk
-  std::uint64_t slabBytes = 0;  ///< size of the chunk, including header and padding
-  SlabParts parts;
-  model::TimeSpan time;
-  std::optional<SlabExtent> extent = {};  ///< in a record of the index
-
-  /// Whether place, parts and times are the same; the extent is known only to the index.
-  friend bool operator==(const IndexRecord& a, const IndexRecord& b) {
-    return a.slab == b.slab && a.slabBytes == b.slabBytes && a.parts == b.parts &&
-           a.time.begin == b.time.begin && a.time.end == b.time.end;
-  }
-};
-
-/// The contents of INDX.
-struct Index {
-  std::array<std::byte, t4d_layout::kFileHeaderCopyBytes> fileHeader{};
-  std::string head;                 ///< the payload of HEAD
-  std::vector<ChunkHeader> chunks;  ///< those before INDX
-  std::vector<IndexRecord> slabs;   ///< each has an extent
-};
-
-t4d_layout::PayloadWriter encodeIndex(const Index& index, int level);
-/// Fails if the chunks cannot be one after another from the file header on, if there are more or
-/// fewer slabs among them than records, and if a part of a slab is none of them.
-Result<Index> decodeIndex(const t4d_layout::PayloadView& payload,
-                          t4d_layout::Features features = {});
 
 /// Checks that the attributes of a slab, those of its connectivity and its own, can be stored:
 /// names are UTF-8 and not too long, names are unique within a domain, rows fit.

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/test_slabs.h"
 
 /// What the decoders report for chunks with valid checksums that have one false field each.

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "t4d/formats/t4d/chunk_file.h"
-#include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::formats {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/index_chunk.h"
 
 namespace t4d::formats {
 

@@ -8,6 +8,7 @@
 #include "t4d/formats/t4d/chunk_file.h"
 #include "t4d/formats/t4d/file_scan.h"
 #include "t4d/formats/t4d/head_chunk.h"
+#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/within_memory.h"
 #include "t4d/model/sinks.h"

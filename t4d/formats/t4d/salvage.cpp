@@ -9,6 +9,7 @@
 
 #include "t4d/formats/t4d/found_chunks.h"
 #include "t4d/formats/t4d/head_chunk.h"
+#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/within_memory.h"

@@ -12,6 +12,7 @@
 #include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/crc32c.h"
+#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/layout.h"
 
 namespace t4d::formats {

@@ -1,0 +1,156 @@
+#include "t4d/formats/t4d/chunk_fields.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include <fmt/format.h>
+
+namespace t4d::formats {
+
+using model::Attribute;
+using model::Domain;
+using model::Point4;
+using model::ScalarType;
+using t4d_layout::ByteReader;
+using t4d_layout::ByteWriter;
+using t4d_layout::Features;
+using t4d_layout::PayloadReader;
+using t4d_layout::PayloadWriter;
+
+namespace {
+
+template <class Scalar>
+void putPositionsAs(PayloadWriter& into, std::span<const Point4> vertices, int level) {
+  std::vector<Scalar> numbers;
+  numbers.reserve(3 * vertices.size());
+  for (const Point4& vertex : vertices) {
+    for (int k = 0; k < 3; ++k) numbers.push_back(static_cast<Scalar>(vertex[k]));
+  }
+  ArrayView view = viewOf(numbers);
+  view.components = 3;
+  putArray(into, view, level);
+}
+
+template <class Scalar>
+void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into) {
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    std::array<Scalar, 3> position;
+    std::memcpy(position.data(), bytes.data() + i * sizeof position, sizeof position);
+    into[i].head<3>() = Eigen::Vector3d(position[0], position[1], position[2]);
+  }
+}
+
+Result<Attribute> takeAttribute(PayloadReader& from, Features features) {
+  const auto domain = from.take<std::uint8_t>();
+  const auto reserved = from.takeBytes(3);
+  const auto nameBytes = from.take<std::uint32_t>();
+  if (from.overrun()) return invalid("an attribute is truncated");
+  if (domain != static_cast<std::uint8_t>(Domain::Vertex) &&
+      domain != static_cast<std::uint8_t>(Domain::Cell)) {
+    return invalid(fmt::format("an attribute has the unknown domain {}", domain));
+  }
+  const auto isZero = [](std::byte byte) { return byte == std::byte{0}; };
+  if (!std::all_of(reserved.begin(), reserved.end(), isZero)) {
+    return invalid("an attribute's reserved bytes are not zero");
+  }
+  if (nameBytes == 0 || nameBytes > t4d_layout::kMaxNameBytes) {
+    return invalid(fmt::format("an attribute has a name of {} bytes; 1 to {} are allowed",
+                               nameBytes, t4d_layout::kMaxNameBytes));
+  }
+  const auto name = from.takeBytes(nameBytes);
+  if (from.overrun() || !from.skipPadding()) {
+    return invalid("an attribute's name is truncated, or its padding is not zero");
+  }
+  auto array = takeArray(from, features);
+  if (!array) return pass(array.error());
+  return Attribute{std::string(reinterpret_cast<const char*>(name.data()), name.size()),
+                   static_cast<Domain>(domain), array->type, array->components,
+                   std::move(array->bytes)};
+}
+
+}  // namespace
+
+tl::unexpected<Error> cutOff(const char* what) {
+  return invalid(fmt::format("{} is shorter than its fixed part", what));
+}
+
+Result<void> checkEnd(const PayloadReader& from) {
+  if (from.left() > 0) return invalid(fmt::format("{} bytes follow its last field", from.left()));
+  if (from.blocksLeft() > 0) {
+    return invalid(fmt::format("{} blocks belong to none of its arrays", from.blocksLeft()));
+  }
+  return {};
+}
+
+void putTime(ByteWriter& into, const model::TimeSpan& time) {
+  into.put(time.begin);
+  into.put(time.end);
+}
+
+model::TimeSpan takeTime(ByteReader& from) {
+  model::TimeSpan time;
+  time.begin = from.take<double>();
+  time.end = from.take<double>();
+  return time;
+}
+
+Result<void> checkTime(const model::TimeSpan& time) {
+  if (std::isfinite(time.begin) && std::isfinite(time.end) && time.begin <= time.end) return {};
+  return invalid(fmt::format("it lasts from time {} to {}", time.begin, time.end));
+}
+
+void putPositions(PayloadWriter& into, std::span<const Point4> vertices,
+                  const ArrayOptions& options) {
+  if (options.float32) {
+    putPositionsAs<float>(into, vertices, options.level);
+  } else {
+    putPositionsAs<double>(into, vertices, options.level);
+  }
+}
+
+Result<PackedArray> takePositions(PayloadReader& from, Features features) {
+  auto array = takePacked(from, features);
+  if (!array) return array;
+  const bool isFloat = array->type == ScalarType::Float32 || array->type == ScalarType::Float64;
+  if (array->components != 3 || !isFloat) {
+    return invalid("its positions are not rows of three floating-point numbers");
+  }
+  return array;
+}
+
+Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
+  const auto bytes = unpack(array);
+  if (!bytes) return pass(bytes.error());
+  if (array.type == ScalarType::Float32) {
+    setPositions<float>(*bytes, into);
+  } else {
+    setPositions<double>(*bytes, into);
+  }
+  return {};
+}
+
+void putAttribute(PayloadWriter& into, const Attribute& attribute, int level) {
+  into.put(static_cast<std::uint8_t>(attribute.domain));
+  into.putBytes("\0\0\0", 3);
+  into.put(static_cast<std::uint32_t>(attribute.name.size()));
+  into.putBytes(attribute.name.data(), attribute.name.size());
+  into.pad();
+  putArray(into,
+           {attribute.type, static_cast<std::uint8_t>(attribute.components), attribute.values},
+           level);
+}
+
+Result<std::vector<Attribute>> takeAttributes(PayloadReader& from, std::uint32_t count,
+                                              Features features) {
+  std::vector<Attribute> attributes;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    auto attribute = takeAttribute(from, features);
+    if (!attribute) return pass(attribute.error());
+    attributes.push_back(std::move(*attribute));
+  }
+  return attributes;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/layout.h"
+#include "t4d/model/error.h"
+#include "t4d/model/slab.h"
+
+/// Fields that chunks of several types have (SPEC.md).
+namespace t4d::formats {
+
+tl::unexpected<Error> cutOff(const char* what);
+
+/// Fails if fields or blocks are left.
+Result<void> checkEnd(const t4d_layout::PayloadReader& from);
+
+void putTime(t4d_layout::ByteWriter& into, const model::TimeSpan& time);
+model::TimeSpan takeTime(t4d_layout::ByteReader& from);
+Result<void> checkTime(const model::TimeSpan& time);
+
+void putPositions(t4d_layout::PayloadWriter& into, std::span<const model::Point4> vertices,
+                  const ArrayOptions& options);
+Result<PackedArray> takePositions(t4d_layout::PayloadReader& from, t4d_layout::Features features);
+/// `into` has a vertex for each row; its times are unchanged.
+Result<void> unpackPositions(const PackedArray& array, std::span<model::Point4> into);
+
+void putAttribute(t4d_layout::PayloadWriter& into, const model::Attribute& attribute, int level);
+Result<std::vector<model::Attribute>> takeAttributes(t4d_layout::PayloadReader& from,
+                                                     std::uint32_t count,
+                                                     t4d_layout::Features features);
+
+}  // namespace t4d::formats
