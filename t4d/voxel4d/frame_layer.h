@@ -67,8 +67,8 @@ class FrameLayer {
   /// The crossings of the edges that begin in a block; null if there are none.
   const CrossingBlock* crossings(const Coord& coord) const;
 
-  /// Blocks with the lowest corner of a cube that has corners both inside and outside; in
-  /// increasing order.
+  /// All blocks with the lowest corner of a cube that has corners both inside and outside, and
+  /// some beside them; in increasing order.
   const std::vector<Coord>& surfaceBlocks() const { return surfaceBlocks_; }
   /// Stored blocks that are entirely inside.
   const std::vector<Coord>& solidBlocks() const { return solidBlocks_; }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "t4d/voxel4d/frame_layer.h"
+#include "t4d/voxel4d/graded_cap.h"
 #include "t4d/voxel4d/woven_slab.h"
 
 namespace t4d::voxel4d {
@@ -17,16 +18,28 @@ class SlabWriter {
                    const model::TimeSpan& crossings) {
     auto slab = WovenSlab::between(before, after, time, crossings, lattice_);
     if (!slab) return pass(slab.error());
-    report.vertices += (*slab)->vertexCount - (*slab)->lowerCount;
-    lastTetrahedra = (*slab)->cellCount;
-    report.tetrahedra += lastTetrahedra;
+    count((*slab)->vertexCount - (*slab)->lowerCount, (*slab)->cellCount);
     return sink_.putStreamed(**slab);
+  }
+
+  Result<void> putGraded(const FrameLayer& layer, CapEnd end) {
+    const auto slab = gradedCap(layer, lattice_, end);
+    if (!slab) return pass(slab.error());
+    const model::Connectivity& connectivity = *slab->connectivity;
+    count(connectivity.vertexCount - connectivity.lowerCount, connectivity.cells.size());
+    return sink_.put(*slab);
   }
 
   WeaveReport report;
   std::uint64_t lastTetrahedra = 0;  // of the last slab
 
  private:
+  void count(std::uint64_t vertices, std::uint64_t tetrahedra) {
+    report.vertices += vertices;
+    report.tetrahedra += tetrahedra;
+    lastTetrahedra = tetrahedra;
+  }
+
   const Lattice& lattice_;
   model::Sink& sink_;
 };
@@ -41,6 +54,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   }
   const Lattice lattice = frames.lattice();
   SlabWriter slabs(lattice, sink);
+  const bool graded = options.caps == CapStyle::Graded;
   const FrameLayer nothing;
   FrameLayer before;
   double halfStepAfter = 0;
@@ -66,7 +80,9 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     if (i == 1) {
       // The first cap waits for the second frame, which determines the length of a step.
       const double first = half ? model::dividedTime({end, begin}, 3, 2) : begin;
-      if (auto put = slabs.put(nothing, before, {first, begin}, {first, first}); !put) {
+      if (auto put = graded ? slabs.putGraded(before, CapEnd::First)
+                            : slabs.put(nothing, before, {first, begin}, {first, first});
+          !put) {
         return pass(put.error());
       }
       slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
@@ -83,7 +99,9 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   }
   const double end = before.time();
   const double last = options.caps == CapStyle::HalfStep ? halfStepAfter : end;
-  if (auto put = slabs.put(before, nothing, {end, last}, {last, last}); !put) {
+  if (auto put = graded ? slabs.putGraded(before, CapEnd::Last)
+                        : slabs.put(before, nothing, {end, last}, {last, last});
+      !put) {
     return pass(put.error());
   }
   slabs.report.capTetrahedra[1] = slabs.lastTetrahedra;

@@ -14,6 +14,8 @@ enum class CapStyle : std::uint8_t {
   Flat,
   /// As published: the surface closes half a step before the first frame and after the last.
   HalfStep,
+  /// Like Flat, with cells that grow inwards (graded_cap.h): far fewer, for the same solid.
+  Graded,
 };
 
 struct WeaveOptions {

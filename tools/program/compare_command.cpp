@@ -156,7 +156,7 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
     if (options.steps) add("--steps", fmt::format("{}", *options.steps));
   }
   for (const std::string& caps : options.caps) {
-    if (voxelSize.has_value() == (caps == "flat" || caps == "half-step")) add("--caps", caps);
+    if (voxelSize.has_value() == isVoxelCaps(caps)) add("--caps", caps);
   }
   const auto finished = system::runSelf(arguments);
   if (!finished) return pass(finished.error());
@@ -500,9 +500,9 @@ void addCompare(CLI::App& app, int& exitCode) {
                     "voxel4d: Use masks of the lattice points inside, instead of level sets");
   command
       ->add_option("--caps", options->caps,
-                   "How to close the ends, for mesh4d (tetgen, cone) or voxel4d (flat, half-step); "
-                   "once for each")
-      ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step"}))
+                   "How to close the ends, for mesh4d (tetgen, cone) or voxel4d (flat, half-step, "
+                   "graded); once for each")
+      ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step", "graded"}))
       ->allow_extra_args(false);
   auto* rvMin = command
                     ->add_option("--rv-min", options->rvMin,

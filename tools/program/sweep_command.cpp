@@ -59,7 +59,7 @@ std::optional<std::string> misuseOf(const SweepArguments& options) {
   if (options.voxelSize || options.times.count || options.times.step || options.mask) {
     return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
   }
-  if (options.caps == "flat" || options.caps == "half-step") {
+  if (isVoxelCaps(options.caps)) {
     return "--caps " + options.caps + " is for --backend voxel4d; mesh4d has tetgen and cone";
   }
   return std::nullopt;
@@ -72,7 +72,7 @@ std::vector<std::string> ignoredBy(const SweepArguments& options) {
   if (options.steps) names.emplace_back("--steps");
   if (options.maxDeviation) names.emplace_back("--max-deviation");
   if (options.prism) names.emplace_back("--prism");
-  if (options.caps == "tetgen" || options.caps == "cone") names.emplace_back("--caps");
+  if (!options.caps.empty() && !isVoxelCaps(options.caps)) names.emplace_back("--caps");
   return names;
 }
 
@@ -90,7 +90,7 @@ std::string detailsOf(const SweepArguments& options) {
     if (options.times.count) parameters["frames"] = *options.times.count;
     if (options.times.step) parameters["frame_time"] = *options.times.step;
     parameters["mask"] = options.mask;
-    parameters["caps"] = options.caps == "half-step" ? "half-step" : "flat";
+    parameters["caps"] = isVoxelCaps(options.caps) ? options.caps : voxelCaps().front();
   } else {
     if (options.steps) {
       parameters["steps"] = *options.steps;
@@ -138,9 +138,10 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
                                            {*options.voxelSize, options.mask});
   ProgressBar bar("voxelising and weaving");
   voxel4d::WeaveOptions how;
-  how.caps = options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
+  how.caps = voxelCapStyle(options.caps);
   auto report = voxel4d::weave(*frames, how, sink, bar.callback());
   if (!report) return pass(report.error());
+  noticeCaps(how.caps, *report, made.notices);
   made.vertices = report->vertices;
   made.tetrahedra = report->tetrahedra;
   made.steps = report->frames - 1;
@@ -230,10 +231,12 @@ void addSweep(CLI::App& app, int& exitCode) {
   rvMin->excludes(steps)->excludes(deviation);
   steps->excludes(deviation);
   command
-      ->add_option("--caps", options->caps,
-                   "How to close the ends. mesh4d: tetgen (default), or cone for meshes that "
-                   "intersect themselves; voxel4d: flat (default), or half-step as in the paper")
-      ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step"}));
+      ->add_option(
+          "--caps", options->caps,
+          "How to close the ends. mesh4d: tetgen (default), or cone for meshes that "
+          "intersect themselves; voxel4d: flat (default), graded (flat, with cells that grow "
+          "inwards), or half-step as in the paper")
+      ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step", "graded"}));
   command
       ->add_option("--prism", options->prism,
                    "Cells per prism: 14 (default; symmetric, exact volumes) or 3 (smallest files)")

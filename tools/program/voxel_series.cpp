@@ -1,5 +1,6 @@
 #include "tools/program/voxel_series.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include <fmt/format.h>
@@ -63,6 +64,31 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
                : fmt::format("more than {} frames", grouped(voxel4d::kMaxFrames))));
   }
   return times;
+}
+
+const std::vector<std::string>& voxelCaps() {
+  static const std::vector<std::string> names = {"flat", "half-step", "graded"};
+  return names;
+}
+
+bool isVoxelCaps(const std::string& name) {
+  return std::ranges::find(voxelCaps(), name) != voxelCaps().end();
+}
+
+voxel4d::CapStyle voxelCapStyle(const std::string& name) {
+  if (name == "half-step") return voxel4d::CapStyle::HalfStep;
+  if (name == "graded") return voxel4d::CapStyle::Graded;
+  return voxel4d::CapStyle::Flat;
+}
+
+void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
+                std::vector<std::string>& notices) {
+  const std::uint64_t inCaps = report.capTetrahedra[0] + report.capTetrahedra[1];
+  if (caps != voxel4d::CapStyle::Flat || inCaps <= report.tetrahedra / 2) return;
+  notices.push_back(
+      fmt::format("{} of {} tetrahedra are in the flat caps; --caps graded closes "
+                  "the same solid with fewer",
+                  grouped(inCaps), grouped(report.tetrahedra)));
 }
 
 void VoxelSeriesOptions::addTo(CLI::App& command) {

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "t4d/voxel4d/voxelize.h"
+#include "t4d/voxel4d/weave.h"
 #include "tools/program/thread_limit.h"
 
 namespace t4d::tools {
@@ -28,6 +29,17 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
                                              const model::Motion& motion,
                                              const std::string& motionFile,
                                              std::vector<std::string>& notices);
+
+/// The values of `--caps` for voxel4d; flat is the default.
+const std::vector<std::string>& voxelCaps();
+bool isVoxelCaps(const std::string& name);
+
+/// The style of that name; flat for any other.
+voxel4d::CapStyle voxelCapStyle(const std::string& name);
+
+/// Adds a notice if most cells of a 4D mesh are in flat caps.
+void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
+                std::vector<std::string>& notices);
 
 /// Shared by the verbs that write a time series of .vdb files: their options, and the writing.
 struct VoxelSeriesOptions {

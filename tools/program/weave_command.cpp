@@ -12,6 +12,7 @@
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/thread_limit.h"
+#include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
 namespace {
@@ -52,16 +53,18 @@ int run(const WeaveArguments& options) {
       T4dFile::create(options.output, {"voxel4d", options.frames.front(), options.lengthUnit,
                                        options.timeUnit, detailsOf(options)});
   if (!file) return report(file.error());
+  const voxel4d::CapStyle caps = voxelCapStyle(options.caps);
   Result<voxel4d::WeaveReport> woven;
   {
     ProgressBar bar("weaving");
-    const auto caps =
-        options.caps == "half-step" ? voxel4d::CapStyle::HalfStep : voxel4d::CapStyle::Flat;
     woven = voxel4d::weave(**frames, {caps}, *file, bar.callback());
   }
   if (!woven) return report(woven.error());
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
+  std::vector<std::string> notices;
+  noticeCaps(caps, *woven, notices);
+  printNotices(notices);
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -113,8 +116,9 @@ void addWeave(CLI::App& app, int& exitCode) {
   command->add_option("--grid", options->input.grid, "Only grids with this name (default: all)");
   command
       ->add_option("--caps", options->caps,
-                   "How to close the ends: flat, or half-step as in the paper")
-      ->check(CLI::IsMember({"flat", "half-step"}))
+                   "How to close the ends: flat; graded (flat, with cells that grow inwards); or "
+                   "half-step as in the paper")
+      ->check(CLI::IsMember(voxelCaps()))
       ->capture_default_str();
   command->add_option("--length-unit", options->lengthUnit, "Length unit of the grids: mm, m, ...");
   command->add_option("--time-unit", options->timeUnit, "Unit of the times: s, min, ...");
