@@ -163,9 +163,10 @@ TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
   ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);
   ASSERT_EQ(run("flipbook cube.t4d --frames 2 -o moving.glb").exitCode, 0);
   const std::string lost = "t4d: lost: the animation of 2 nodes: the mesh is as it is at rest\n";
-  for (const std::string verb : {"sweep $ -m fx/rest.json -o a.t4d",
-                                 "voxelize $ -m fx/rest.json --voxel-size 4 --frames 2 -o a",
-                                 "compare $ -m fx/rest.json --voxel-size 4 --frames 2"}) {
+  for (const std::string verb :
+       {"sweep $ -m fx/rest.json -o a.t4d",
+        "voxelize $ -m fx/rest.json --voxel-size 4 --frames 2 -o a",
+        "compare $ -m fx/rest.json --voxel-size 4 --frames 2 --caps graded"}) {
     const auto with = [&](const char* model) {
       return run(std::string(verb).replace(verb.find('$'), 1, model));
     };
@@ -936,6 +937,24 @@ TEST_F(Program, PaperVoxelCubeByWayOfFiles) {
                           .value();
   EXPECT_EQ(direct["vertices"], 197828);
   EXPECT_EQ(direct["tetrahedra"], 1185280);
+}
+
+TEST_F(Program, GradedCapsHaveFewerCellsAndTheSameSlices) {
+  const std::string sweep =
+      "sweep fx/icosphere.obj -m fx/rest.json --backend voxel4d --voxel-size 0.25 --frames 2 ";
+  const Finished flat = run(sweep + "-o flat.t4d --json");
+  const Finished graded = run(sweep + "--caps graded -o graded.t4d --json");
+  EXPECT_THAT(flat.err, testing::HasSubstr("tetrahedra are in the flat caps; --caps graded"));
+  EXPECT_EQ(graded.err, "");
+  for (const std::size_t end : {0U, 1U}) {
+    EXPECT_LT(graded.value()["cap_tetrahedra"][end].get<double>(),
+              0.4 * flat.value()["cap_tetrahedra"][end].get<double>());
+  }
+  EXPECT_EQ(run("validate graded.t4d").exitCode, 0);
+  EXPECT_EQ(run("info graded.t4d --json").value()["details"]["parameters"]["caps"], "graded");
+  ASSERT_EQ(run("slice flat.t4d --time 3.7 -o flat.stl").exitCode, 0);
+  ASSERT_EQ(run("slice graded.t4d --time 3.7 -o graded.stl").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "flat.stl"), contents(folder_ / "graded.stl"));
 }
 
 TEST_F(Program, GridsToMeshToGridsKeepsTheVolume) {
