@@ -200,7 +200,10 @@ class Cone {
 };
 
 bool shareLayer(const Slab& before, const Slab& after) {
-  return std::ranges::equal(before.upperLayer(), after.lowerLayer());
+  const model::Connectivity& lower = *before.connectivity;
+  return std::ranges::equal(before.upperLayer(), after.lowerLayer()) &&
+         vertexRows(before.attributes, lower.firstUpper(), lower.upperCount) ==
+             vertexRows(after.attributes, 0, after.connectivity->lowerCount);
 }
 
 }  // namespace

@@ -204,20 +204,17 @@ void MeshChecker::compareLayers(const model::Slab& slab) {
       break;
     }
   }
-  for (const model::Attribute& attribute : slab.attributes) {
-    const auto same = [&](const model::Attribute& other) { return other.name == attribute.name; };
-    const auto kept = std::find_if(upperAttributes_.begin(), upperAttributes_.end(), same);
-    if (attribute.domain != model::Domain::Vertex || kept == upperAttributes_.end()) continue;
-    const std::span<const std::byte> values(attribute.values);
-    if (!std::ranges::equal(kept->values, values.first(lower.size() * attribute.rowBytes()))) {
-      report_.issues.add({"seam-differs",
-                          Severity::Error,
-                          fmt::format("the attribute '{}' of the lower layer differs from that in "
-                                      "the slab before",
-                                      attribute.name),
-                          report_.slabs,
-                          {}});
-    }
+  if (lower.empty()) return;
+  const std::vector<model::Attribute> attributes =
+      vertexRows(slab.attributes, 0, slab.connectivity->lowerCount);
+  if (attributes != upperAttributes_) {
+    report_.issues.add(
+        {"seam-differs",
+         Severity::Error,
+         "the attributes of the vertices of the lower layer differ from those in the "
+         "slab before",
+         report_.slabs,
+         {}});
   }
 }
 
@@ -249,15 +246,8 @@ void MeshChecker::measure(const model::Slab& slab) {
 void MeshChecker::keepUpperLayer(const model::Slab& slab) {
   const model::Connectivity& connectivity = *slab.connectivity;
   upperLayer_.assign(slab.upperLayer().begin(), slab.upperLayer().end());
-  upperAttributes_.clear();
-  for (const model::Attribute& attribute : slab.attributes) {
-    if (attribute.domain != model::Domain::Vertex) continue;
-    model::Attribute upper = attribute;
-    const auto firstUpper =
-        static_cast<std::ptrdiff_t>(attribute.rowBytes() * connectivity.firstUpper());
-    upper.values.erase(upper.values.begin(), upper.values.begin() + firstUpper);
-    upperAttributes_.push_back(std::move(upper));
-  }
+  upperAttributes_ =
+      vertexRows(slab.attributes, connectivity.firstUpper(), connectivity.upperCount);
 }
 
 MeshReport MeshChecker::finish() {

@@ -211,6 +211,19 @@ TEST(MeshCheck, SeamThatDiffersInOneBitIsFound) {
   EXPECT_EQ(report.issues.issues.front().slab, 2U);
 }
 
+TEST(MeshCheck, AttributesThatDifferAtASeamAreFound) {
+  auto slabs = restingTetrahedron(2);
+  for (model::Slab& slab : slabs) {
+    const std::vector<std::uint8_t> same(slab.vertices.size(), 7);
+    slab.attributes = {model::makeAttribute("a", model::Domain::Vertex, same)};
+  }
+  EXPECT_TRUE(check(slabs).valid());
+  slabs[2].attributes[0].values[1] = std::byte{8};
+  const MeshReport report = check(slabs);
+  ASSERT_THAT(codes(report), Contains("seam-differs"));
+  EXPECT_EQ(report.issues.issues.front().slab, 2U);
+}
+
 TEST(MeshCheck, BothZerosAreTheSamePlace) {
   auto slabs = restingTetrahedron(2);
   double& zero = slabs[2].vertices[0][0];

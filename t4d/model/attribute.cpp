@@ -22,4 +22,19 @@ std::size_t scalarSize(ScalarType type) {
   return 0;
 }
 
+std::vector<Attribute> vertexRows(std::span<const Attribute> attributes, std::size_t first,
+                                  std::size_t count) {
+  std::vector<Attribute> cut;
+  for (const Attribute& attribute : attributes) {
+    if (attribute.domain != Domain::Vertex) continue;
+    const std::byte* const begin = attribute.row(first);
+    cut.push_back({attribute.name,
+                   Domain::Vertex,
+                   attribute.type,
+                   attribute.components,
+                   {begin, begin + count * attribute.rowBytes()}});
+  }
+  return cut;
+}
+
 }  // namespace t4d::model

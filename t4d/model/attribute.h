@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,10 @@ struct Attribute {
 
   friend bool operator==(const Attribute&, const Attribute&) = default;
 };
+
+/// The attributes of domain Vertex, with `count` rows from row `first` on.
+std::vector<Attribute> vertexRows(std::span<const Attribute> attributes, std::size_t first,
+                                  std::size_t count);
 
 template <class T>
 constexpr ScalarType scalarTypeOf();

@@ -1,6 +1,8 @@
 #include "t4d/model/slab.h"
 
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -99,6 +101,45 @@ void setMeans(const Connectivity& connectivity, std::span<Point4> vertices) {
     Point4 sum = vertices[means.sources[begin]];
     for (std::uint32_t k = begin + 1; k < end; ++k) sum += vertices[means.sources[k]];
     vertices[firstMean + i] = sum / static_cast<double>(end - begin);
+  }
+}
+
+namespace {
+
+template <class Scalar>
+void setMeansOf(const Connectivity& connectivity, Attribute& attribute) {
+  const Means& means = connectivity.means;
+  const auto at = [&](std::uint32_t row, std::uint32_t component) {
+    return attribute.values.data() + row * attribute.rowBytes() + component * sizeof(Scalar);
+  };
+  const auto number = [&](std::uint32_t row, std::uint32_t component) {
+    Scalar value;
+    std::memcpy(&value, at(row, component), sizeof value);
+    return static_cast<double>(value);
+  };
+  for (std::uint32_t i = 0; i < means.size(); ++i) {
+    const std::uint32_t begin = means.offsets[i];
+    const std::uint32_t end = means.offsets[i + 1];
+    for (std::uint32_t k = 0; k < attribute.components; ++k) {
+      double sum = number(means.sources[begin], k);
+      for (std::uint32_t j = begin + 1; j < end; ++j) sum += number(means.sources[j], k);
+      auto mean = static_cast<Scalar>(sum / static_cast<double>(end - begin));
+      // Which NaN an operation gives depends on the machine.
+      if (std::isnan(mean)) mean = std::numeric_limits<Scalar>::quiet_NaN();
+      std::memcpy(at(connectivity.firstMean() + i, k), &mean, sizeof mean);
+    }
+  }
+}
+
+}  // namespace
+
+void setMeans(const Connectivity& connectivity, Attribute& attribute) {
+  if (attribute.type == ScalarType::Float64) return setMeansOf<double>(connectivity, attribute);
+  if (attribute.type == ScalarType::Float32) return setMeansOf<float>(connectivity, attribute);
+  const Means& means = connectivity.means;
+  for (std::uint32_t i = 0; i < means.size(); ++i) {
+    std::memcpy(attribute.values.data() + (connectivity.firstMean() + i) * attribute.rowBytes(),
+                attribute.row(means.sources[means.offsets[i]]), attribute.rowBytes());
   }
 }
 

@@ -76,7 +76,8 @@ struct Slab {
   double timeEnd = 0;
   std::vector<Point4> vertices;
   std::shared_ptr<const Connectivity> connectivity;
-  /// Attributes of this slab alone, per vertex or per cell.
+  /// Attributes of this slab alone, per vertex or per cell. Slabs that share a layer have the same
+  /// values there, and setMeans computes those of means.
   std::vector<Attribute> attributes;
 
   std::span<const Point4> lowerLayer() const {
@@ -90,6 +91,12 @@ struct Slab {
 /// Computes the means of a slab whose other vertices are set. All builders and readers call this
 /// function, so a mean has the same bits wherever it is computed.
 void setMeans(const Connectivity& connectivity, std::span<Point4> vertices);
+
+/// Computes the rows of means of a vertex attribute whose other rows are set. Floating-point
+/// numbers are means as those of positions, in double precision, rounded to the type of the
+/// attribute; NaN is the quiet one without sign and payload. Integers are those of the first
+/// source.
+void setMeans(const Connectivity& connectivity, Attribute& attribute);
 
 /// Fails for a missing connectivity, a wrong number of vertices, coordinates that are not finite,
 /// layers off their times, vertices outside the slab's times, and attributes of the wrong length.

@@ -1,5 +1,7 @@
 #include "t4d/model/slab.h"
 
+#include <bit>
+#include <cstring>
 #include <functional>
 #include <limits>
 
@@ -30,6 +32,27 @@ Slab smallSlab() {
 
 TEST(Slab, MeanIsTheSumInListedOrderDividedByTheNumber) {
   EXPECT_EQ(smallSlab().vertices[3], Point4(0.25, 0.25, 1, 0.25));
+}
+
+TEST(Slab, AttributesOfMeansAreMeansOrThoseOfTheFirstSource) {
+  const Connectivity connectivity = small();  // vertex 3 is the mean of 0, 1, 2, 4
+  const auto meanOf = [&]<class T>(const std::vector<T>& values) {
+    Attribute attribute = makeAttribute("a", Domain::Vertex, values);
+    setMeans(connectivity, attribute);
+    T mean;
+    std::memcpy(&mean, attribute.row(3), sizeof mean);
+    return mean;
+  };
+  EXPECT_EQ(meanOf(std::vector<double>{1, 2, 3, 0, 5}), 2.75);
+  EXPECT_EQ(meanOf(std::vector<std::int16_t>{-7, 2, 3, 0, 5}), -7);
+  // The sum is that of double precision, and only the mean is rounded.
+  EXPECT_EQ(meanOf(std::vector<float>{1, 0x1p-24F, 0x1p-24F, 0, 1}), 0.5F + 0x1p-24F);
+  const float infinity = std::numeric_limits<float>::infinity();
+  const float none = meanOf(std::vector<float>{infinity, -infinity, 0, 0, 0});
+  EXPECT_EQ(std::bit_cast<std::uint32_t>(none), 0x7FC00000U);
+  const double payload = std::bit_cast<double>(std::uint64_t{0xFFF8000000000123});
+  EXPECT_EQ(std::bit_cast<std::uint64_t>(meanOf(std::vector<double>{1, payload, 0, 0, 0})),
+            0x7FF8000000000000U);
 }
 
 TEST(Slab, SoundOneIsAccepted) {

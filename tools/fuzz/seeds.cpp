@@ -57,6 +57,7 @@ class WithAttributes : public model::Sink {
       warmth.push_back(static_cast<float>(vertex[3]));
     }
     more.attributes.push_back(makeAttribute("warmth", model::Domain::Vertex, warmth));
+    setMeans(*slab.connectivity, more.attributes.back());
     const std::vector<std::uint8_t> zone(slab.connectivity->cells.size(), 7);
     more.attributes.push_back(makeAttribute("zone", model::Domain::Cell, zone));
     return next_.put(more);

@@ -74,10 +74,12 @@ Image Image::of(const std::vector<BodySlabs>& bodies, const ImageOptions& option
   std::size_t connectivities = 0;
   std::size_t layers = 0;
   std::size_t slabs = 0;
-  const auto layer = [&](double time, std::span<const model::Point4> vertices) -> std::string {
-    if (vertices.empty()) return "";
+  const auto layer = [&](double time, const model::Slab& slab, std::size_t first,
+                         std::size_t count) -> std::string {
+    if (count == 0) return "";
     std::string name = fmt::format("LAYR {}", layers++);
-    image.addLayer(name, time, vertices);
+    image.addLayer(name, time, std::span(slab.vertices).subspan(first, count),
+                   vertexRows(slab.attributes, first, count));
     return name;
   };
   std::size_t most = 0;
@@ -92,8 +94,10 @@ Image Image::of(const std::vector<BodySlabs>& bodies, const ImageOptions& option
         before.connectivityName = fmt::format("CONN {}", connectivities++);
         image.addConnectivity(before.connectivityName, *slab.connectivity);
       }
-      const std::string lower = k == 0 ? layer(slab.timeBegin, slab.lowerLayer()) : before.upper;
-      before.upper = layer(slab.timeEnd, slab.upperLayer());
+      const model::Connectivity& counts = *slab.connectivity;
+      const std::string lower =
+          k == 0 ? layer(slab.timeBegin, slab, 0, counts.lowerCount) : before.upper;
+      before.upper = layer(slab.timeEnd, slab, counts.firstUpper(), counts.upperCount);
       image.addSlab(fmt::format("SLAB {}", slabs++), i, slab, before.connectivityName, lower,
                     before.upper);
     }
@@ -117,11 +121,11 @@ void Image::addConnectivity(const std::string& name, const model::Connectivity& 
        Chunk::Sum::None});
 }
 
-void Image::addLayer(const std::string& name, double time,
-                     std::span<const model::Point4> vertices) {
+void Image::addLayer(const std::string& name, double time, std::span<const model::Point4> vertices,
+                     std::span<const model::Attribute> attributes) {
   add({name,
        textOf(kLayer),
-       layerRecord(time, vertices, options_.float32, options_.storage),
+       layerRecord(time, vertices, attributes, options_.float32, options_.storage),
        kFlagCritical,
        {},
        {},
@@ -139,7 +143,7 @@ void Image::addSlab(const std::string& name, std::uint32_t body, const model::Sl
               textOf(kSlab),
               slabRecord({slab.timeBegin, slab.timeEnd}, body,
                          formats::boundsOfBlocks(shared, stored.vertices), interior,
-                         slab.attributes, options_.float32, options_.storage),
+                         formats::ownAttributes(slab), options_.float32, options_.storage),
               kFlagCritical,
               {{"connectivity", connectivity}},
               body,

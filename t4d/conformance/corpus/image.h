@@ -67,7 +67,8 @@ class Image {
   /// Appends a chunk, or inserts it in front of the chunk named `before`.
   void add(Chunk chunk, const std::string& before = "");
   void addConnectivity(const std::string& name, const model::Connectivity& connectivity);
-  void addLayer(const std::string& name, double time, std::span<const model::Point4> vertices);
+  void addLayer(const std::string& name, double time, std::span<const model::Point4> vertices,
+                std::span<const model::Attribute> attributes = {});
   /// The parts are chunk names, "" for an absent layer.
   void addSlab(const std::string& name, std::uint32_t body, const model::Slab& slab,
                const std::string& connectivity, const std::string& lower, const std::string& upper);

@@ -179,19 +179,6 @@ void addMeshes(AcceptedCases& cases) {
   turned.connectivity = other;
   add("turned-above-layer", "All cells above a layer have the other orientation.",
       {cross[0], turned}, {-0.5, 0, 0.5});
-
-  std::vector<Slab> differing = cross;
-  differing[0].attributes = {
-      model::makeAttribute<std::uint8_t>("a", Domain::Vertex, {0, 1, 2, 3, 4, 5, 6})};
-  differing[1].attributes = {
-      model::makeAttribute<std::uint8_t>("a", Domain::Vertex, {1, 2, 3, 4, 5, 7, 8})};
-  cases
-      .add("attributes-differ-at-layer",
-           "A vertex of the layer between two slabs has one value below and another above.")
-      .leftOpenIn("attributes")
-      .of({{"cross", differing}})
-      .shows({"faulty-mesh"})
-      .slicedAt({0, 0.5});
 }
 
 }  // namespace

@@ -36,7 +36,6 @@ TEST(ImplFiles, WhoseMeshesAreFaultyAreFoundByTheValidator) {
       {"impl/mesh-half", "facet-not-shared-by-two"},
       {"impl/mesh-open-at-layer", "facet-not-shared-by-two"},
       {"impl/mesh-turned-above-layer", "facet-orientation"},
-      {"impl/attributes-differ-at-layer", "seam-differs"},
   };
   std::size_t found = 0;
   for (const AcceptedCase& made : implCases()) {

@@ -16,6 +16,18 @@ Base unindexed() { return baseOf({{"simplex", simplex()}}, {.index = false}); }
 
 Base layered() { return baseOf({{"cross", crossPolytope()}}); }
 
+Base withLayerAttributes() {
+  std::vector<model::Slab> cross = crossPolytope();
+  // Vertex 0 below, 1 to 6 in the layer, 7 above.
+  cross[0].attributes = {
+      model::makeAttribute<std::uint8_t>("a", model::Domain::Vertex, {0, 1, 2, 3, 4, 5, 6}),
+      model::makeAttribute<double>("b", model::Domain::Vertex, {0, 1, 2, 3, 4, 5, 6})};
+  cross[1].attributes = {
+      model::makeAttribute<std::uint8_t>("a", model::Domain::Vertex, {1, 2, 3, 4, 5, 6, 7}),
+      model::makeAttribute<double>("b", model::Domain::Vertex, {1, 2, 3, 4, 5, 6, 7})};
+  return baseOf({{"cross", cross}});
+}
+
 Base between() {
   const Solid solid = cornerTetrahedron();
   return baseOf(

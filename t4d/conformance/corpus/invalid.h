@@ -33,6 +33,8 @@ Base layered();
 Base between();
 /// A simplex plus two extra vertices, 5 and 6, and two means, 7 of four vertices and 8 of two.
 model::Slab meansSlab();
+/// layered(), of which each vertex has two attributes, "a" of type 1 and "b" of type 10.
+Base withLayerAttributes();
 /// meansSlab() as a file: HEAD, CONN 0, SLAB 0, DONE, INDX.
 Base withMeans();
 /// An optional chunk called "note" of type `note`.

@@ -376,16 +376,31 @@ void addAttributeFaults(InvalidCases& cases) {
   };
   rows("T6-a-cell-too-few", "A cell attribute has 4 rows for 5 cells.", Domain::Cell, 4);
   rows("T6-a-cell-too-many", "A cell attribute has 6 rows for 5 cells.", Domain::Cell, 6);
-  rows("T6-a-vertex-too-few", "A vertex attribute has 4 rows for 5 vertices.", Domain::Vertex, 4);
-  rows("T6-no-rows", "A vertex attribute has no rows.", Domain::Vertex, 0);
-  const auto ofMeans = [](std::size_t count) {
-    std::vector<model::Slab> slabs = {meansSlab()};
-    slabs[0].attributes = {numbers("a", Domain::Vertex, count)};
-    return baseOf({{"simplex", slabs}});
+  const auto vertexRows = [&](const std::string& name, const std::string& fault, const Base& of,
+                              const std::string& chunk, std::size_t count) {
+    cases.add(
+        name, fault, of,
+        [&](Image& image) {
+          image.chunk(chunk).payload.replace(
+              "attribute 0/values",
+              arrayRecord(ScalarType::UInt8, 1, std::string(count, '\0'), Storage::Raw));
+        },
+        chunk + "/attribute 0/values/rows");
   };
-  cases.add(
-      "T6-means-left-out", "A vertex attribute has no rows for the means.", ofMeans(9),
-      [&](Image& image) { image = ofMeans(7).image; }, attribute + "values/rows");
+  const Base ofVertices = withAttribute(numbers("a", Domain::Vertex, 5));
+  vertexRows("T6-a-vertex-too-few", "A vertex attribute has 4 rows for 5 vertices.", ofVertices,
+             "SLAB 0", 4);
+  vertexRows("T6-no-rows", "A vertex attribute has no rows.", ofVertices, "SLAB 0", 0);
+  std::vector<model::Slab> means = {meansSlab()};
+  means[0].attributes = {numbers("a", Domain::Vertex, 9)};
+  vertexRows("T6-means-stored", "A vertex attribute has rows for the means.",
+             baseOf({{"simplex", means}}), "SLAB 0", 9);
+  vertexRows("T6-layers-stored", "A vertex attribute of a SLAB has rows for its layer.",
+             withLayerAttributes(), "SLAB 0", 7);
+  vertexRows("T6-of-layer-too-few", "An attribute of a LAYR has 5 rows for 6 vertices.",
+             withLayerAttributes(), "LAYR 0", 5);
+  vertexRows("T6-of-layer-too-many", "An attribute of a LAYR has 7 rows for 6 vertices.",
+             withLayerAttributes(), "LAYR 0", 7);
   const auto ofConnectivity = [](std::size_t count) {
     return baseOf({{"simplex", simplexWith({}, {numbers("a", Domain::Cell, count)})}});
   };
@@ -421,6 +436,9 @@ void addAttributeFaults(InvalidCases& cases) {
   cases.add(
       "T7-vertex-attributes", "A SLAB has two vertex attributes of one name.", vertices("b"),
       [&](Image& image) { image = vertices("a").image; }, "SLAB 0/attribute 1/name");
+  cases.add(
+      "T7-in-layer", "A LAYR has two attributes of one name.", withLayerAttributes(),
+      [&](Image& image) { image.set("LAYR 0/attribute 1/name", 'a'); }, "LAYR 0/attribute 1/name");
 }
 
 }  // namespace t4d::conformance

@@ -271,6 +271,26 @@ void addLayerFaults(InvalidCases& cases) {
       },
       "LAYR 0/header/length");
   cases.add(
+      "L4-attribute-missing", "An attribute is counted that is not there.", base,
+      [](Image& image) { image.set("LAYR 0/attributes", 1U); }, "LAYR 0/attributes");
+  cases.add(
+      "L4-attributes-2-to-the-32-less-1", "2^32 - 1 attributes are counted.", base,
+      [](Image& image) { image.set("LAYR 0/attributes", ~0U); }, "LAYR 0/attributes");
+  const Base warm = withLayerAttributes();
+  cases.add(
+      "L4-attribute-not-counted", "An attribute follows that is not counted.", warm,
+      [](Image& image) { image.set("LAYR 0/attributes", 1U); }, "LAYR 0/attributes");
+  cases.add(
+      "L5-cell-attribute", "An attribute of a LAYR is one of cells.", warm,
+      [](Image& image) { image.set("LAYR 0/attribute 1/domain", std::uint8_t{2}); },
+      "LAYR 0/attribute 1/domain");
+  for (const int byte : {0, 3}) {
+    cases.add(
+        fmt::format("L6-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
+        [&](Image& image) { image.setBytes("LAYR 0/reserved", "\x01", byte); }, "LAYR 0/reserved",
+        byte);
+  }
+  cases.add(
       "L4-empty", "The payload has no bytes.", base,
       [](Image& image) { image.chunk("LAYR 0").payload.truncate(0); }, "LAYR 0/header/length");
 }
@@ -498,6 +518,71 @@ void addSlabFaults(InvalidCases& cases) {
       [](Image& image) { image.chunk("SLAB 0").payload.truncate(56); }, "SLAB 0/header/length");
 }
 
+namespace {
+
+/// What parts of a slab have for attributes of vertices.
+void addAttributesOfPartsFaults(InvalidCases& cases) {
+  const Base base = withLayerAttributes();
+  const auto other = [&](const std::string& name, const std::string& fault,
+                         const std::string& place, auto value) {
+    cases.add(
+        "P5-" + name, fault, base, [&](Image& image) { image.set(place, value); }, place);
+  };
+  const std::string layer = "LAYR 0/attribute 0/";
+  other("other-name", "Layer and interior have attributes of different names.", layer + "name",
+        'x');
+  other("other-name-above", "A slab has a vertex attribute of another name than its lower layer.",
+        "SLAB 1/attribute 0/name", 'x');
+  other("other-type", "Layer and interior have attributes of different types.",
+        layer + "values/scalar type", std::uint8_t{2});
+  cases.add(
+      "P5-other-components", "Layer and interior have rows of different lengths.", base,
+      [&](Image& image) {
+        image.chunk("LAYR 0").payload.replace(
+            "attribute 0/values", arrayRecord(ScalarType::UInt8, 2, zeros(12), Storage::Raw));
+      },
+      layer + "values/components");
+  cases.add(
+      "P5-other-order", "Layer and interior have the same attributes in another order.", base,
+      [&](Image& image) {
+        Record& payload = image.chunk("LAYR 0").payload;
+        const Record first = payload.part("attribute 0");
+        payload.replace("attribute 0", payload.part("attribute 1"));
+        payload.replace("attribute 1", first);
+      },
+      layer + "name");
+  const auto without = [&](const std::string& name, const std::string& fault,
+                           const std::string& chunk, const Record& payload) {
+    cases.add(
+        "P5-" + name, fault, base, [&](Image& image) { image.chunk(chunk).payload = payload; },
+        chunk + "/attributes");
+  };
+  const std::vector<Slab> cross = crossPolytope();
+  without("layer-has-none", "The interior has attributes, a layer has none.", "LAYR 0",
+          layerRecord(0, cross[0].upperLayer(), {}, false, Storage::Raw));
+  cases.add(
+      "P5-interior-has-none", "The lower layer has attributes, the interior has none.", base,
+      [&](Image& image) {
+        Image::Chunk& slab = image.chunk("SLAB 1");
+        slab.payload = slabRecord({0, 1}, 0, {}, std::span(cross[1].vertices).last(1), {}, false,
+                                  Storage::Raw);
+      },
+      "SLAB 1/attributes");
+  // A slab between two layers, whose chunk has an attribute of no vertex.
+  cases.add(
+      "P5-no-interior", "A SLAB without interior vertices has an attribute of vertices.", between(),
+      [](Image& image) {
+        Record& payload = image.chunk("SLAB 0").payload;
+        payload.add("attribute 0",
+                    attributeRecord(model::makeAttribute<std::uint8_t>("a", Domain::Vertex, {}),
+                                    Storage::Raw));
+        image.set("SLAB 0/attributes", 1U);
+      },
+      "SLAB 0/attributes");
+}
+
+}  // namespace
+
 void addAssemblyFaults(InvalidCases& cases) {
   const Base base = between();
   const Solid solid = cornerTetrahedron();
@@ -511,7 +596,7 @@ void addAssemblyFaults(InvalidCases& cases) {
         [&](Image& image) {
           std::vector<Point4> vertices(slabs[0].vertices.begin(), slabs[0].vertices.begin() + 4);
           vertices.resize(rows, Point4(0, 0, 0, time));
-          image.chunk(chunk).payload = layerRecord(time, vertices, false, Storage::Raw);
+          image.chunk(chunk).payload = layerRecord(time, vertices, {}, false, Storage::Raw);
         },
         std::string(chunk) + "/positions/rows");
   };
@@ -616,6 +701,7 @@ void addAssemblyFaults(InvalidCases& cases) {
       "The mean of three times 0.1 is the next number but one after it, where the slab ends.",
       {flat(0.125), {"means", "index"}}, [&](Image& image) { image = flat(0.1); },
       "CONN 0/mean sources/stored");
+  addAttributesOfPartsFaults(cases);
 }
 
 }  // namespace t4d::conformance

@@ -129,7 +129,7 @@ const std::map<std::string, std::string>& messages() {
       {"T3", "name of [0-9]+ bytes|name is truncated|an attribute is truncated"},
       {"T4", "name is not UTF-8|has the character U"},
       {"T5", "padding is not zero"},
-      {"T6", "attribute 'a' has [0-9] bytes"},
+      {"T6", "attribute 'a' has [0-9] (bytes|rows for)"},
       {"T7", "two attributes 'a'"},
       {"M1", "HEAD has 16777217 bytes"},
       {"M2", "not a JSON object: byte|byte order mark"},
@@ -160,6 +160,8 @@ const std::map<std::string, std::string>& messages() {
       {"L3", "LAYR: it has no vertices"},
       {"L4",
        "LAYR: .*(follow its last field|shorter than its fixed part|is truncated|belong to none)"},
+      {"L5", "LAYR: its attribute 'b' is not one of vertices"},
+      {"L6", "LAYR: its reserved bytes"},
       {"S1", "SLAB: it lasts from time"},
       {"S2", "does not come before it"},
       {"S3", "does not come before it"},
@@ -192,6 +194,7 @@ const std::map<std::string, std::string>& messages() {
       {"P2", "vertex [0-9] is \\(.*(nan|inf)"},
       {"P3", "vertex [0-9] of the (lower|upper) layer is at time"},
       {"P4", "vertex [0-9] is at time .*, outside"},
+      {"P5", "some of its vertices have the attributes|stores none of its own"},
   };
   return all;
 }

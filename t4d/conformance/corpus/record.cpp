@@ -250,11 +250,14 @@ Record connectivityRecord(const model::Connectivity& connectivity, Storage stora
   return record;
 }
 
-Record layerRecord(double time, std::span<const model::Point4> vertices, bool float32,
-                   Storage storage) {
+Record layerRecord(double time, std::span<const model::Point4> vertices,
+                   std::span<const model::Attribute> attributes, bool float32, Storage storage) {
   Record record;
   record.put("time", time);
+  record.put("attributes", static_cast<std::uint32_t>(attributes.size()));
+  record.put("reserved", std::uint32_t{0});
   record.add("positions", positionsRecord(vertices, float32, storage));
+  addAttributes(record, attributes, storage);
   return record;
 }
 

@@ -112,9 +112,9 @@ Record attributeRecord(const model::Attribute& attribute, Storage storage);
 /// "attribute 0/...".
 Record connectivityRecord(const model::Connectivity& connectivity, Storage storage);
 
-/// Fields: "time", "positions/...".
-Record layerRecord(double time, std::span<const model::Point4> vertices, bool float32,
-                   Storage storage);
+/// Fields: "time", "attributes", "reserved", "positions/...", "attribute 0/...".
+Record layerRecord(double time, std::span<const model::Point4> vertices,
+                   std::span<const model::Attribute> attributes, bool float32, Storage storage);
 
 /// Fields as in the table of SPEC.md, then "interior positions/...", "interior times/...",
 /// "attribute 0/...". Offsets are 0.

@@ -496,14 +496,16 @@ void addAttributes(AcceptedCases& cases) {
       simplexWith({attributeOf<std::uint8_t>("kind", Domain::Cell, {0, 1, 2, 3, 4})}));
   for (const Storage storage : {Storage::Raw, Storage::Library}) {
     std::vector<Attribute> own;
+    std::vector<Attribute> ofCells;
     std::vector<Attribute> ofConnectivity;
     for (const ScalarType type : kTypes) {
       const auto number = static_cast<unsigned>(type);
       const std::string name = fmt::format("type {}", number);
       own.push_back(attribute(name, Domain::Vertex, type, 1 + number % 3, 5, number));
-      own.push_back(attribute("own " + name, Domain::Cell, type, 1, 5, 2 * number));
+      ofCells.push_back(attribute("own " + name, Domain::Cell, type, 1, 5, 2 * number));
       ofConnectivity.push_back(attribute(name, Domain::Cell, type, 1 + number % 4, 5, 3 * number));
     }
+    own.insert(own.end(), ofCells.begin(), ofCells.end());
     const bool raw = storage == Storage::Raw;
     simplexAttributes(raw ? "attributes-of-all-types" : "attributes-of-all-types-zstd",
                       raw ? "Each type for vertices and cells, in CONN and in SLAB."
@@ -550,19 +552,53 @@ void addAttributes(AcceptedCases& cases) {
   std::vector<Slab> means =
       rise(cornerTetrahedron(), 1, {.prism = Prism::Fourteen, .capSlabs = false});
   const std::size_t vertices = means[0].vertices.size();
-  means[0].attributes = {attribute("v", Domain::Vertex, ScalarType::Float32, 2, vertices)};
-  cases.add("attribute-of-means", "Vertex attributes have rows for means as well.")
+  for (const ScalarType type : kTypes) {
+    const auto number = static_cast<unsigned>(type);
+    means[0].attributes.push_back(attribute(fmt::format("type {}", number), Domain::Vertex, type,
+                                            1 + number % 3, vertices, number));
+  }
+  std::vector<float> largest(vertices, std::numeric_limits<float>::max());
+  largest[0] = kInfinity;
+  largest[4] = -kInfinity;
+  means[0].attributes.push_back(attributeOf("infinite", Domain::Vertex, largest));
+  std::vector<double> odd(vertices, -0.0);
+  odd[1] = std::numeric_limits<double>::denorm_min();
+  odd[2] = std::bit_cast<double>(std::uint64_t{0xFFF8000000000123});
+  odd[3] = std::numeric_limits<double>::max();
+  means[0].attributes.push_back(attributeOf("odd", Domain::Vertex, odd));
+  for (Attribute& each : means[0].attributes) setMeans(*means[0].connectivity, each);
+  cases
+      .add("attributes-of-means",
+           "Means inherit: the mean of floating-point numbers, of integers that of the first "
+           "source.")
       .of({{"tetrahedron", means}})
       .slicedAt({0.5})
       .encloses(1.0 / 6, [](double) { return 1.0 / 6; });
+  for (const Storage storage : {Storage::Raw, Storage::Library}) {
+    // Vertex 0 below, 1 to 6 in the layer, 7 above.
+    std::vector<Slab> cross = crossPolytope();
+    for (const ScalarType type : kTypes) {
+      const auto number = static_cast<unsigned>(type);
+      const Attribute all = attribute(fmt::format("type {}", number), Domain::Vertex, type,
+                                      1 + number % 3, 8, number);
+      for (std::size_t k = 0; k < 2; ++k) {
+        cross[k].attributes.push_back(vertexRows(std::span(&all, 1), k, 7)[0]);
+      }
+    }
+    cases
+        .add(storage == Storage::Raw ? "attributes-of-a-layer" : "attributes-of-a-layer-zstd",
+             "The layer between two slabs has its attributes once.")
+        .of({{"cross", cross}}, {.storage = storage})
+        .slicedAt({-0.5, 0, 0.5})
+        .encloses(2.0 / 3);
+  }
   Slab nothing;
   nothing.connectivity = std::make_shared<model::Connectivity>();
   nothing.timeBegin = nothing.timeEnd = 1;
-  nothing.attributes = {attribute("none", Domain::Vertex, ScalarType::Float64, 3, 0),
-                        attribute("none", Domain::Cell, ScalarType::UInt16, 255, 0)};
+  nothing.attributes = {attribute("none", Domain::Cell, ScalarType::UInt16, 255, 0)};
   std::vector<Slab> withNothing = simplex();
   withNothing.insert(withNothing.end(), {nothing, nothing});
-  cases.add("attribute-of-no-rows", "Attributes of two slabs without vertices and cells.")
+  cases.add("attribute-of-no-rows", "An attribute of two slabs without cells.")
       .of({{"simplex", withNothing}})
       .slicedAt({0.5})
       .encloses(1.0 / 24, simplexSlice);

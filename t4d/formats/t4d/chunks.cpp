@@ -1,7 +1,9 @@
 #include "t4d/formats/t4d/chunks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <iterator>
 #include <set>
 #include <string_view>
 
@@ -48,6 +50,23 @@ SlabParts takeParts(ByteReader& from) {
   parts.upper = from.take<std::uint64_t>();
   parts.body = from.take<std::uint32_t>();
   return parts;
+}
+
+/// Checks the attributes of vertices among those of a part of a slab with `count` vertices.
+Result<void> checkVertexRows(std::span<const Attribute> attributes, std::uint64_t count) {
+  for (const Attribute& attribute : attributes) {
+    if (attribute.domain != Domain::Vertex) continue;
+    if (attribute.rows() != count) {
+      return invalid(fmt::format("its attribute '{}' has {} rows for {} vertices", attribute.name,
+                                 attribute.rows(), count));
+    }
+    if (count == 0) {
+      return invalid(
+          fmt::format("it has an attribute '{}' of vertices, of which it stores none of its own",
+                      attribute.name));
+    }
+  }
+  return {};
 }
 
 /// Calls visit(first, last) for each block of cells, if there are several.
@@ -200,10 +219,13 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView
 }
 
 PayloadWriter encodeLayer(double time, std::span<const Point4> vertices,
-                          const ArrayOptions& options) {
+                          std::span<const Attribute> attributes, const ArrayOptions& options) {
   PayloadWriter payload;
   payload.put(time);
+  payload.put(static_cast<std::uint32_t>(attributes.size()));
+  payload.put(kZero);
   putPositions(payload, vertices, options);
+  for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
   return payload;
 }
 
@@ -211,13 +233,28 @@ Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
   PayloadReader from(payload);
   Layer layer;
   layer.time = from.take<double>();
+  const auto attributeCount = from.take<std::uint32_t>();
+  const auto reserved = from.take<std::uint32_t>();
   if (from.overrun()) return cutOff("a layer");
+  if (reserved != 0) return invalid("its reserved bytes are not zero");
   if (!std::isfinite(layer.time)) return invalid(fmt::format("it is at time {}", layer.time));
-  auto positions = takePositions(from, features);
+  const auto positions = takePositions(from, features);
   if (!positions) return pass(positions.error());
-  if (positions->rows == 0) return invalid("it has no vertices; such a layer is not stored");
+  if (positions->rows == 0) return invalid("it has no vertices");
   layer.positions = *positions;
+  auto attributes = takeAttributes(from, attributeCount, features);
+  if (!attributes) return pass(attributes.error());
+  layer.attributes = std::move(*attributes);
+  for (const Attribute& attribute : layer.attributes) {
+    if (attribute.domain != Domain::Vertex) {
+      return invalid(fmt::format("its attribute '{}' is not one of vertices", attribute.name));
+    }
+  }
+  if (auto sound = checkVertexRows(layer.attributes, layer.size()); !sound) {
+    return pass(sound.error());
+  }
   if (auto end = checkEnd(from); !end) return pass(end.error());
+  if (auto sound = checkStorable({}, layer.attributes); !sound) return pass(sound.error());
   return layer;
 }
 
@@ -227,13 +264,27 @@ Result<void> unpackLayer(const Layer& layer, std::span<Point4> into) {
   return {};
 }
 
+std::vector<Attribute> ownAttributes(const model::Slab& slab) {
+  const Connectivity& connectivity = *slab.connectivity;
+  const std::uint32_t interior = connectivity.firstMean() - connectivity.lowerCount;
+  std::vector<Attribute> own;
+  if (interior > 0) own = vertexRows(slab.attributes, connectivity.lowerCount, interior);
+  std::ranges::copy_if(slab.attributes, std::back_inserter(own),
+                       [](const Attribute& attribute) { return attribute.domain == Domain::Cell; });
+  return own;
+}
+
 PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
                          const ArrayOptions& options) {
   const Connectivity& connectivity = *slab.connectivity;
+  const auto interior =
+      std::span(slab.vertices)
+          .subspan(connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount);
+  const std::vector<Attribute> attributes = ownAttributes(slab);
   PayloadWriter payload;
   putTime(payload, {slab.timeBegin, slab.timeEnd});
   putParts(payload, parts);
-  payload.put(static_cast<std::uint32_t>(slab.attributes.size()));
+  payload.put(static_cast<std::uint32_t>(attributes.size()));
   const std::vector<model::Bounds4> bounds = boundsOfBlocks(connectivity, slab.vertices);
   payload.put(static_cast<std::uint32_t>(bounds.size()));
   payload.put(kZero);
@@ -242,17 +293,12 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
       for (int k = 0; k < 4; ++k) payload.put((*corner)[k]);
     }
   }
-  const auto interior =
-      std::span(slab.vertices)
-          .subspan(connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount);
   putPositions(payload, interior, options);
   std::vector<double> times;
   times.reserve(interior.size());
   for (const Point4& vertex : interior) times.push_back(vertex[3]);
   putArray(payload, viewOf(times), options.level);
-  for (const Attribute& attribute : slab.attributes) {
-    putAttribute(payload, attribute, options.level);
-  }
+  for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
   return payload;
 }
 
@@ -290,6 +336,9 @@ Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
   auto attributes = takeAttributes(from, attributeCount, features);
   if (!attributes) return pass(attributes.error());
   slab.attributes = std::move(*attributes);
+  if (auto sound = checkVertexRows(slab.attributes, slab.interior.size()); !sound) {
+    return pass(sound.error());
+  }
   if (auto end = checkEnd(from); !end) return pass(end.error());
   return slab;
 }

@@ -23,13 +23,16 @@ t4d_layout::PayloadWriter encodeConnectivity(const model::Connectivity& connecti
 Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
     const t4d_layout::PayloadView& payload, t4d_layout::Features features = {});
 
+/// `attributes` have a row for each of the vertices.
 t4d_layout::PayloadWriter encodeLayer(double time, std::span<const model::Point4> vertices,
+                                      std::span<const model::Attribute> attributes,
                                       const ArrayOptions& options);
 
 /// Vertices at one time, as stored.
 struct Layer {
   double time = 0;
   PackedArray positions;  ///< points into the payload
+  std::vector<model::Attribute> attributes;
 
   std::uint64_t size() const { return positions.rows; }
 };
@@ -69,8 +72,13 @@ struct SlabChunk {
   SlabParts parts;
   std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them
   std::vector<model::Point4> interior;     ///< the interior vertices that are not means
+  /// As they are stored: those of vertices have a row for each of `interior`.
   std::vector<model::Attribute> attributes;
 };
+
+/// The attributes that the chunk of a slab has: of vertices, rows of the interior vertices that are
+/// not means, if there are any; then those of cells.
+std::vector<model::Attribute> ownAttributes(const model::Slab& slab);
 
 /// `slab` is as it is stored: rounded with float32.
 t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,

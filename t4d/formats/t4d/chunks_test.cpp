@@ -95,9 +95,10 @@ TEST(Chunks, RefuseEveryTruncationAndExtraBytes) {
   refusesEveryTruncationAndExtraBytes(kConnectivityDecoder,
                                       encodeConnectivity(connectivityWithAll(), kRaw));
   const model::Slab simplex = simplexSlab();
-  refusesEveryTruncationAndExtraBytes(kLayerDecoder, encodeLayer(0.5, simplex.vertices, kRaw));
   const std::vector<model::Attribute> attributes = {
       model::makeAttribute<double>("heat", model::Domain::Vertex, {1, 2, 3, 4, 5})};
+  refusesEveryTruncationAndExtraBytes(kLayerDecoder,
+                                      encodeLayer(0.5, simplex.vertices, attributes, kRaw));
   refusesEveryTruncationAndExtraBytes(
       kSlabDecoder, encodeSlab(slabOf({0, 1}, simplex.vertices, attributes), {}, kRaw));
   Done done;
@@ -154,14 +155,16 @@ TEST(Chunks, RefuseConnectivityThatIsUnsound) {
 
 TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
   const std::vector<model::Point4> vertices = simplexSlab().vertices;
-  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(kNan, vertices, kRaw)), HasSubstr("at time nan"));
-  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(0, {}, kRaw)), HasSubstr("no vertices"));
+  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(kNan, vertices, {}, kRaw)),
+              HasSubstr("at time nan"));
+  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(0, {}, {}, kRaw)), HasSubstr("no vertices"));
   EXPECT_THAT(fault(kSlabDecoder, encodeSlab(slabOf({1, 0}, {}), {}, kRaw)),
               HasSubstr("from time 1 to 0"));
   EXPECT_THAT(fault(kSlabDecoder, encodeSlab(slabOf({0, kNan}, {}), {}, kRaw)), HasSubstr("nan"));
 
   PayloadWriter twoColumns;
   twoColumns.put(0.0);
+  twoColumns.put(std::uint64_t{0});
   ArrayView view = viewOf(std::vector<double>());
   const std::vector<double> six(6, 0);
   view = viewOf(six);
@@ -170,6 +173,7 @@ TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
   EXPECT_THAT(fault(kLayerDecoder, twoColumns), HasSubstr("three floating-point"));
   PayloadWriter integers;
   integers.put(0.0);
+  integers.put(std::uint64_t{0});
   const std::vector<std::uint64_t> whole(6, 0);
   view = viewOf(whole);
   view.components = 3;
@@ -199,14 +203,31 @@ TEST(Chunks, RefuseAttributesThatCannotBe) {
     putArray(whole, viewOf(std::vector<double>()), 0);
     return fault(kSlabDecoder, whole);
   };
-  EXPECT_EQ(slabWith(1, 4, std::byte{0}), "");
+  EXPECT_EQ(slabWith(2, 4, std::byte{0}), "");
+  EXPECT_THAT(slabWith(1, 4, std::byte{0}), HasSubstr("stores none of its own"));
   EXPECT_THAT(slabWith(0, 4, std::byte{0}), HasSubstr("unknown domain 0"));
   EXPECT_THAT(slabWith(3, 4, std::byte{0}), HasSubstr("unknown domain 3"));
-  EXPECT_THAT(slabWith(1, 0, std::byte{0}), HasSubstr("name of 0 bytes"));
-  EXPECT_THAT(slabWith(1, 256, std::byte{0}), HasSubstr("name of 256 bytes"));
-  EXPECT_THAT(slabWith(1, ~0U, std::byte{0}), HasSubstr("name of 4294967295 bytes"));
-  EXPECT_THAT(slabWith(1, 255, std::byte{0}), HasSubstr("truncated"));
-  EXPECT_THAT(slabWith(1, 4, std::byte{1}), HasSubstr("padding is not zero"));
+  EXPECT_THAT(slabWith(2, 0, std::byte{0}), HasSubstr("name of 0 bytes"));
+  EXPECT_THAT(slabWith(2, 256, std::byte{0}), HasSubstr("name of 256 bytes"));
+  EXPECT_THAT(slabWith(2, ~0U, std::byte{0}), HasSubstr("name of 4294967295 bytes"));
+  EXPECT_THAT(slabWith(2, 255, std::byte{0}), HasSubstr("truncated"));
+  EXPECT_THAT(slabWith(2, 4, std::byte{1}), HasSubstr("padding is not zero"));
+}
+
+TEST(Chunks, RefuseLayersWhoseAttributesAreNotOfTheirVertices) {
+  const std::vector<model::Point4> vertices = simplexSlab().vertices;
+  const auto faultWith = [&](const model::Attribute& attribute) {
+    return fault(kLayerDecoder, encodeLayer(0, vertices, std::span(&attribute, 1), kRaw));
+  };
+  using model::Domain;
+  EXPECT_EQ(faultWith(model::makeAttribute<int>("a", Domain::Vertex, {1, 2, 3, 4, 5})), "");
+  EXPECT_THAT(faultWith(model::makeAttribute<int>("a", Domain::Vertex, {1, 2, 3, 4})),
+              HasSubstr("'a' has 4 rows for 5 vertices"));
+  EXPECT_THAT(faultWith(model::makeAttribute<int>("a", Domain::Cell, {1, 2, 3, 4, 5})),
+              HasSubstr("'a' is not one of vertices"));
+  const PayloadWriter reserved = withFields(encodeLayer(0, vertices, {}, kRaw),
+                                            [](auto& fields) { fields[12] = std::byte{1}; });
+  EXPECT_THAT(fault(kLayerDecoder, reserved), HasSubstr("reserved bytes"));
 }
 
 TEST(Chunks, AllowAttributeNamesThatAreDifferentUtf8) {

@@ -136,6 +136,7 @@ std::vector<Hostile> hostileFiles() {
     SlabParts parts = putConnectivity(file, {2 * kMany, kMany, kMany});
     PayloadWriter layer;
     layer.put(0.0);
+    layer.put(std::uint64_t{0});
     putZeros(layer, type, 3, kMany);
     parts.lower = parts.upper = file.put(t4d_layout::kLayer, layer);
     for (int i = 0; i < 3; ++i) {
@@ -183,7 +184,7 @@ std::vector<Hostile> hostileFiles() {
     putZeros(slab, model::ScalarType::Float64, 3, 0);
     putZeros(slab, model::ScalarType::Float64, 1, 0);
     for (std::uint32_t i = 0; i < kAttributes; ++i) {
-      slab.put(std::uint32_t{1});
+      slab.put(std::uint32_t{2});
       const std::string name = std::to_string(i);
       slab.put(static_cast<std::uint32_t>(name.size()));
       slab.putBytes(name.data(), name.size());
@@ -249,6 +250,31 @@ TEST(T4dReader, KeepsToItsMultipleOfTheFileInMemory) {
       EXPECT_TRUE(fault.empty() || fault.ends_with("it is truncated")) << hostile.name << fault;
     }
   }
+}
+
+TEST(T4dReader, RefusesMoreAttributesOfMeansThanTheFileMayRequest) {
+  constexpr std::uint32_t kMeans = 400'000;
+  FileBuilder file(kHead);
+  const SlabParts parts =
+      putConnectivity(file, {kMeans + 1, 0, 0, kMeans}, [](PayloadWriter& payload) {
+        putZeros(payload, model::ScalarType::UInt32, 4, 0);
+        putArray(payload, viewOf(std::vector<std::uint32_t>(kMeans, 1)), 3);
+        putZeros(payload, model::ScalarType::UInt32, 1, kMeans);
+      });
+  PayloadWriter slab = slabPayload(parts, 1);
+  putZeros(slab, model::ScalarType::Float64, 3, 1);
+  putZeros(slab, model::ScalarType::Float64, 1, 1);
+  slab.put(std::uint32_t{1});
+  slab.put(std::uint32_t{1});
+  slab.put(std::uint64_t{'a'});
+  putZeros(slab, model::ScalarType::Float64, 255, 1);
+  file.put(t4d_layout::kSlab, slab);
+  const Hostile hostile = finished("attributes of means", file, 1);
+  const auto path = writeFile("hostile.t4d", hostile.bytes);
+  std::string fault;
+  const std::size_t peak = peakOf([&] { fault = faultOf(path, T4dOpen::FromFront); });
+  EXPECT_LE(peak, allowedFor(hostile.bytes));
+  EXPECT_NE(fault.find("400000 means with 2040 bytes each"), std::string::npos) << fault;
 }
 
 TEST(T4dReader, AsksForLittleMemoryWhereNumbersLie) {

@@ -320,14 +320,14 @@ TEST(T4dReader, RefusesSlabsWhosePartsAreNotThere) {
   EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.lower = p.connectivity; }),
               HasSubstr(notBefore));
   EXPECT_THAT(faultWith([](FileBuilder& f, SlabParts& p) {
-                p.connectivity =
-                    f.put(t4d_layout::kLayer, encodeLayer(0, simplexSlab().vertices, {0, false}));
+                p.connectivity = f.put(t4d_layout::kLayer,
+                                       encodeLayer(0, simplexSlab().vertices, {}, {0, false}));
               }),
               HasSubstr(notBefore));
   // A layer that the connectivity does not have.
   EXPECT_THAT(
       faultWith([](FileBuilder& f, SlabParts& p) {
-        p.lower = f.put(t4d_layout::kLayer, encodeLayer(0, simplexSlab().vertices, {0, false}));
+        p.lower = f.put(t4d_layout::kLayer, encodeLayer(0, simplexSlab().vertices, {}, {0, false}));
       }),
       HasSubstr("its connectivity has 0 lower"));
   EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.body = 1; }),
@@ -387,7 +387,8 @@ TEST(T4dReader, RefusesSlabsThatDoNotFollowOneAnother) {
   FileBuilder apart;
   SlabParts other = apart.putSimplexConnectivity();
   apart.putSimplex(other);
-  other.lower = apart.put(t4d_layout::kLayer, encodeLayer(1, simplexSlab().vertices, {0, false}));
+  other.lower =
+      apart.put(t4d_layout::kLayer, encodeLayer(1, simplexSlab().vertices, {}, {0, false}));
   apart.putSimplex(other, {1, 2});
   EXPECT_THAT(faultOf(apart), HasSubstr("not the upper layer"));
 }

@@ -1,10 +1,12 @@
 #include "t4d/formats/t4d/slab_source.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/vertex_attributes.h"
 #include "t4d/formats/t4d/within_memory.h"
 
 namespace t4d::formats {
@@ -46,7 +48,7 @@ Result<SlabSource::ConnectivityPointer> SlabSource::readConnectivity(std::uint64
   return connectivity;
 }
 
-std::optional<std::vector<model::Point4>> SlabSource::takeKeptLayer(std::uint64_t offset) const {
+std::optional<SlabSource::DecodedLayer> SlabSource::takeKeptLayer(std::uint64_t offset) const {
   const std::scoped_lock lock(kept_->mutex);
   if (offset == 0 || offset != kept_->upperOffset) return std::nullopt;
   kept_->upperOffset = 0;
@@ -89,7 +91,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   if (!lower) return pass(lower.error());
   auto upper = readLayer(record.parts.upper);
   if (!upper) return pass(upper.error());
-  const std::uint64_t lowerCount = kept ? kept->size() : lower->layer.size();
+  const std::uint64_t lowerCount = kept ? kept->vertices.size() : lower->layer.size();
   const std::uint64_t interiorCount = connectivity.firstMean() - connectivity.lowerCount;
   if (lowerCount != connectivity.lowerCount || upper->layer.size() != connectivity.upperCount ||
       decoded->interior.size() != interiorCount) {
@@ -105,7 +107,8 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   slab->vertices.resize(connectivity.vertexCount);
   const std::span vertices(slab->vertices);
   if (kept) {
-    std::copy(kept->begin(), kept->end(), vertices.begin());
+    std::ranges::copy(kept->vertices, vertices.begin());
+    lower->layer.attributes = std::move(kept->attributes);
     kept.reset();
   } else if (auto set = unpackLayer(lower->layer, vertices.first(lowerCount)); !set) {
     return file.damaged(record.parts.lower, "LAYR: " + set.error().message);
@@ -115,7 +118,16 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
     return file.damaged(record.parts.upper, "LAYR: " + set.error().message);
   }
   setMeans(connectivity, slab->vertices);
-  slab->attributes = std::move(decoded->attributes);
+  auto attributes = joinedAttributes(
+      connectivity,
+      {std::move(lower->layer.attributes), vertexRows(decoded->attributes, 0, interiorCount),
+       std::move(upper->layer.attributes)},
+      kMaxExpansion * file.size());
+  if (!attributes) return wrong(attributes.error().message);
+  slab->attributes = std::move(*attributes);
+  std::ranges::copy_if(
+      decoded->attributes, std::back_inserter(slab->attributes),
+      [](const model::Attribute& own) { return own.domain == model::Domain::Cell; });
   if (auto sound = checkSlab(*slab); !sound) return wrong(sound.error().message);
   const auto sameBounds = [](const model::Bounds4& a, const model::Bounds4& b) {
     return a.min == b.min && a.max == b.max;
@@ -132,7 +144,9 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   }
   const std::scoped_lock lock(kept_->mutex);
   kept_->upperOffset = record.parts.upper;
-  kept_->upperLayer.assign(slab->upperLayer().begin(), slab->upperLayer().end());
+  kept_->upperLayer = {
+      {slab->upperLayer().begin(), slab->upperLayer().end()},
+      vertexRows(slab->attributes, connectivity.firstUpper(), connectivity.upperCount)};
   return slab;
 }
 

@@ -41,6 +41,10 @@ class SlabSource : public model::Source {
     Payload payload;
     Layer layer;  // points into `payload`; no vertices if there is no layer
   };
+  struct DecodedLayer {
+    std::vector<model::Point4> vertices;
+    std::vector<model::Attribute> attributes;
+  };
 
   using ConnectivityPointer = std::shared_ptr<const model::Connectivity>;
 
@@ -50,14 +54,14 @@ class SlabSource : public model::Source {
     std::optional<std::uint64_t> connectivityOffset;
     ConnectivityPointer connectivity;
     std::uint64_t upperOffset = 0;
-    std::vector<model::Point4> upperLayer;
+    DecodedLayer upperLayer;
   };
 
   Result<std::shared_ptr<const model::Slab>> readSlab(const IndexRecord& record) const;
   Result<ConnectivityPointer> readConnectivity(std::uint64_t offset) const;
   Result<StoredLayer> readLayer(std::uint64_t offset) const;
   /// The layer at `offset` if it is kept; the cache then gives it up.
-  std::optional<std::vector<model::Point4>> takeKeptLayer(std::uint64_t offset) const;
+  std::optional<DecodedLayer> takeKeptLayer(std::uint64_t offset) const;
 
   const ChunkFile* file_;
   t4d_layout::Features features_;

@@ -34,7 +34,7 @@ doc: |
     private chunks;
   * codecs 1 and 2 (A10 to A15), UTF-8 (M2, T4), JSON (M3 to M10);
   * whatever compares numbers of several chunks or rows (T6, T7, N2, N4 to N9, N12, S2 to S4, S7, S8,
-    S10, P1 to P4, D1, D2, D5 to D8, I1 to I6).
+    S10, P1 to P5, D1, D2, D5 to D8, I1 to I6).
 doc-ref: SPEC.md
 
 seq:
@@ -571,6 +571,15 @@ types:
           expr: _ - _ == 0
         -rule: L1
         doc: Of all these vertices. The difference is 0 for every finite number, and NaN otherwise.
+      - id: num_attributes
+        type: u4
+        valid:
+          max: _io.size / 32
+        -rule: L4
+        doc: Each takes at least 32 bytes.
+      - id: reserved
+        contents: [0, 0, 0, 0]
+        -rule: L6
       - id: positions
         type: array_record(_parent, 0)
         valid:
@@ -583,10 +592,19 @@ types:
         valid:
           expr: positions.num_rows > 0
         -rule: L3
+      - id: attributes
+        type: 'attribute(_parent, _index == 0 ? positions.end_block : attributes[_index - 1].values.end_block)'
+        repeat: expr
+        repeat-expr: num_attributes
+        valid:
+          expr: _.domain == domain::vertex
+        -rule: L5
       - id: end_of_layr
         size: 0
         valid:
-          expr: _io.eof and _parent.header.num_blocks == positions.end_block
+          expr: >-
+            _io.eof and _parent.header.num_blocks
+            == (num_attributes == 0 ? positions.end_block : attributes.last.values.end_block)
         -rule: L4
 
   slab:
@@ -795,7 +813,7 @@ enums:
   domain:
     1:
       id: vertex
-      doc: A row for each vertex of the slab, means included.
+      doc: A row for each vertex that is stored beside it.
     2:
       id: cell
       doc: A row for each cell of the slab.

@@ -111,6 +111,27 @@ class RandomSlabs {
     return made;
   }
 
+  void putVertexAttributes(const model::Slab* before, model::Slab& slab) {
+    const model::Connectivity& shared = *slab.connectivity;
+    std::vector<model::Attribute> lower;
+    if (before != nullptr && shared.lowerCount > 0) {
+      lower = vertexRows(before->attributes, before->connectivity->firstUpper(), shared.lowerCount);
+    } else {
+      for (std::uint32_t i = upTo(2); i > 0; --i) {
+        lower.push_back(
+            attribute("vertex " + std::to_string(i), model::Domain::Vertex, shared.lowerCount));
+      }
+    }
+    for (model::Attribute& each : lower) {
+      const std::size_t known = each.values.size();
+      each.values.resize(shared.vertexCount * each.rowBytes());
+      const auto more = each.values.begin() + static_cast<std::ptrdiff_t>(known);
+      for (auto byte = more; byte != each.values.end(); ++byte) *byte = std::byte(upTo(255));
+      setMeans(shared, each);
+      slab.attributes.push_back(std::move(each));
+    }
+  }
+
   model::Slab next(const model::Slab* before, double time, bool first, bool last) {
     const std::uint32_t lower = before != nullptr      ? before->connectivity->upperCount
                                 : first && chance(0.5) ? 0
@@ -137,9 +158,8 @@ class RandomSlabs {
       std::copy(before->upperLayer().begin(), before->upperLayer().end(), slab.vertices.begin());
     }
     model::setMeans(shared, slab.vertices);
+    if (shared.vertexCount > 0) putVertexAttributes(before, slab);
     for (std::uint32_t i = upTo(2); i > 0; --i) {
-      slab.attributes.push_back(
-          attribute("vertex " + std::to_string(i), model::Domain::Vertex, shared.vertexCount));
       slab.attributes.push_back(
           attribute("cell " + std::to_string(i), model::Domain::Cell, shared.cells.size()));
     }

@@ -14,6 +14,7 @@
 #include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/vertex_attributes.h"
 
 namespace t4d::formats {
 namespace {
@@ -99,6 +100,7 @@ class T4dWriter::File {
     std::shared_ptr<const Connectivity> connectivity;
     std::uint64_t connectivityOffset = 0;
     std::vector<Point4> upperLayer;
+    std::vector<model::Attribute> upperAttributes;
     std::uint64_t upperOffset = 0;
 
    private:
@@ -138,9 +140,10 @@ class T4dWriter::File {
   }
 
   /// 0 for a layer without vertices.
-  Result<std::uint64_t> putLayer(double time, std::span<const Point4> vertices) {
+  Result<std::uint64_t> putLayer(double time, std::span<const Point4> vertices,
+                                 std::span<const model::Attribute> attributes) {
     if (vertices.empty()) return std::uint64_t{0};
-    const PayloadWriter payload = encodeLayer(time, vertices, arrays_);
+    const PayloadWriter payload = encodeLayer(time, vertices, attributes, arrays_);
     return putChunk(kLayer, payload);
   }
 
@@ -205,7 +208,7 @@ class T4dWriter::File {
         return invalid("a vertex is not the mean that its connectivity says it is");
       }
     }
-    return {};
+    return checkVertexAttributes(slab, body.summary.slabs > 0 ? &body.upperAttributes : nullptr);
   }
 
   Result<void> putSlab(Body& body, const Slab& slab) {
@@ -228,11 +231,14 @@ class T4dWriter::File {
     record.parts.connectivity = body.connectivityOffset;
     record.parts.lower = body.upperOffset;
     if (body.summary.slabs == 0) {
-      auto lower = putLayer(slab.timeBegin, slab.lowerLayer());
+      auto lower = putLayer(slab.timeBegin, slab.lowerLayer(),
+                            vertexRows(slab.attributes, 0, slab.connectivity->lowerCount));
       if (!lower) return pass(lower.error());
       record.parts.lower = *lower;
     }
-    auto upper = putLayer(slab.timeEnd, slab.upperLayer());
+    std::vector<model::Attribute> upperAttributes =
+        vertexRows(slab.attributes, slab.connectivity->firstUpper(), slab.connectivity->upperCount);
+    auto upper = putLayer(slab.timeEnd, slab.upperLayer(), upperAttributes);
     if (!upper) return pass(upper.error());
     record.parts.upper = *upper;
 
@@ -249,6 +255,7 @@ class T4dWriter::File {
     if (arrays_.float32) rounding_.add(slab);
     addSlab(body.summary, stored);
     body.upperLayer.assign(slab.upperLayer().begin(), slab.upperLayer().end());
+    body.upperAttributes = std::move(upperAttributes);
     body.upperOffset = record.parts.upper;
     return {};
   }

@@ -38,8 +38,9 @@ class T4dWriter {
 
   /// Takes the slabs of one body in time order; bodies may alternate. Rejects a slab that is
   /// invalid (checkSlab), whose lower layer does not equal the last upper layer of the body, or
-  /// whose means differ from those its connectivity defines. -0 equals 0, and the file keeps the
-  /// sign of the upper layer. The sink is valid as long as the writer.
+  /// whose means differ from those its connectivity defines; the same goes for attributes of
+  /// vertices, to the bit. -0 equals 0, and the file keeps the sign of the upper layer. The sink is
+  /// valid as long as the writer.
   model::Sink& body(std::size_t index);
 
   /// A line if rounding to float32 has made cells flat or turned them over; empty otherwise.

@@ -282,6 +282,50 @@ TEST(T4dWriter, RefusesMeansThatAreNot) {
   EXPECT_THAT(refusal({huge}), HasSubstr("not the mean"));  // their sum is infinite
 }
 
+TEST(T4dWriter, StoresAttributesOfALayerOnceAndThoseOfMeansNot) {
+  const auto sizeWith = [](std::size_t bytes) {
+    Slab first = slabOfAll();
+    first.attributes = {
+        {"a", model::Domain::Vertex, model::ScalarType::UInt8, 255, std::vector<std::byte>(bytes)}};
+    Slab second = after(first);
+    const auto path = writeT4d("attributes.t4d", {{first, second}}, {.compression = 0});
+    return std::filesystem::file_size(path);
+  };
+  Slab bare = slabOfAll();
+  const auto path = writeT4d("bare.t4d", {{bare, after(bare)}}, {.compression = 0});
+  // Three layers of three vertices and two interiors of two have a record of 32 bytes and a block,
+  // of which an entry of the table takes 8; two means have nothing.
+  const std::size_t rows = 3 * t4d_layout::padded(3 * 255) + 2 * t4d_layout::padded(2 * 255);
+  EXPECT_EQ(sizeWith(std::size_t{9} * 255),
+            std::filesystem::file_size(path) + rows + std::size_t{5} * (32 + 8));
+}
+
+TEST(T4dWriter, RefusesAttributesThatDifferAtALayerOrThatMeansDoNotInherit) {
+  Slab first = slabOfAll();
+  first.attributes = {
+      model::makeAttribute<float>("warmth", model::Domain::Vertex, {1, 2, 3, 4, 5, 0, 7, 8, 9}),
+      model::makeAttribute<int>("zone", model::Domain::Vertex, {4, 2, 3, 4, 5, 0, 4, 2, 3})};
+  for (model::Attribute& attribute : first.attributes) setMeans(*first.connectivity, attribute);
+  const auto nextWith = [&](const std::function<void(Slab&)>& change) {
+    Slab next = after(first);
+    next.attributes = {
+        model::makeAttribute<float>("warmth", model::Domain::Vertex, {7, 8, 9, 4, 5, 0, 7, 8, 9}),
+        model::makeAttribute<int>("zone", model::Domain::Vertex, {4, 2, 3, 4, 5, 0, 4, 2, 3})};
+    for (model::Attribute& attribute : next.attributes) setMeans(*next.connectivity, attribute);
+    change(next);
+    return refusal({first, next});
+  };
+  EXPECT_EQ(nextWith([](Slab&) {}), "");
+  EXPECT_THAT(nextWith([](Slab& s) { s.attributes[1].values[8] ^= std::byte{1}; }),
+              HasSubstr("slab 1: the attribute 'zone' of its lower layer"));
+  EXPECT_THAT(nextWith([](Slab& s) { s.attributes.pop_back(); }),
+              HasSubstr("attributes 'warmth', those of the one before 'warmth', 'zone'"));
+  EXPECT_THAT(nextWith([](Slab& s) { std::swap(s.attributes[0], s.attributes[1]); }),
+              HasSubstr("order have to be the same"));
+  EXPECT_THAT(nextWith([](Slab& s) { s.attributes[0].values[20] ^= std::byte{1}; }),
+              HasSubstr("the attribute 'warmth' of a mean"));
+}
+
 TEST(T4dWriter, RefusesBodiesThatAreNotWellNamedAndBodiesWithoutSlabs) {
   const auto path = temporaryPath("bodies.t4d");
   for (const std::vector<std::string>& names :

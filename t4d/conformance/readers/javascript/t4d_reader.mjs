@@ -366,10 +366,10 @@ function readAttributes(attributes, at, features) {
   }));
 }
 
-function checkAttributes(attributes, conn, at) {
+function checkAttributes(attributes, numVertices, numCells, at) {
   const seen = new Set();
   for (const { domain, name, rows } of attributes) {
-    const expected = domain === 'vertex' ? conn.numVertices : conn.cells.length;
+    const expected = domain === 'vertex' ? numVertices : numCells;
     check(rows === expected, at, 'T6', `attribute ${name}: ${rows} rows, not ${expected}`);
     check(!seen.has(domain + name), at, 'T7', `attribute ${name} again`);
     seen.add(domain + name);
@@ -413,7 +413,7 @@ function readConn({ at, fields }, features) {
     check(isSame([range.lower, range.interior, range.upper].flat(), expected), at, 'N2',
       `block ${i} of the cells needs the vertices ${expected}`);
   });
-  checkAttributes(attributes, conn, at);
+  checkAttributes(attributes, 0, cells.length, at);
   return conn;
 }
 
@@ -443,9 +443,11 @@ function rangesOf(vertices, { numVertices, numLower, numUpper, numMeans, sources
   return range;
 }
 
-function readLayr({ at, fields: { time, positions } }, features) {
+function readLayr({ at, fields: { time, positions, attributes: records } }, features) {
   const points = rowsOf(positions, at, features).map((position) => [...position, time]);
-  return { kind: 'LAYR', time, points };
+  const attributes = readAttributes(records, at, features);
+  checkAttributes(attributes, points.length, 0, at);
+  return { kind: 'LAYR', time, points, attributes };
 }
 
 const readPart = (chunk, features) =>
@@ -466,14 +468,14 @@ function readSlab({ at, fields }, head, part) {
   };
   const conn = find(ofsConnectivity, 'CONN', 'S2');
   const layer = (offset, rows, time) => {
-    const { points, time: found } =
-      offset === 0 ? { points: [], time } : find(offset, 'LAYR', 'S3');
+    const { points, time: found, attributes } =
+      offset === 0 ? { points: [], time, attributes: [] } : find(offset, 'LAYR', 'S3');
     check(points.length === rows, at, 'P1', `layer of ${points.length} vertices, not ${rows}`);
     check(found === time, at, 'P3', `layer at ${found}, not ${time}`);
-    return points;
+    return { points, attributes };
   };
-  const lower = layer(ofsLower, conn.numLower, timeBegin);
-  const upper = layer(ofsUpper, conn.numUpper, timeEnd);
+  const { points: lower, attributes: ofLower } = layer(ofsLower, conn.numLower, timeBegin);
+  const { points: upper, attributes: ofUpper } = layer(ofsUpper, conn.numUpper, timeEnd);
   check(interior.length === conn.numStored, at, 'P1',
     `${interior.length} interior vertices, not ${conn.numStored}`);
   const known = [...lower, ...interior, ...new Array(conn.numMeans), ...upper];
@@ -482,8 +484,20 @@ function readSlab({ at, fields }, head, part) {
   check(vertices.every((point) => point.every(Number.isFinite)), at, 'P2', 'not all are finite');
   check([...interior, ...means].every(([, , , t]) => t >= timeBegin && t <= timeEnd), at, 'P4',
     'an interior vertex outside the times of the slab');
-  const attributes = [...conn.attributes, ...own];
-  checkAttributes(attributes, conn, at);
+  checkAttributes([...conn.attributes, ...own], interior.length, conn.cells.length, at);
+  const ofInterior = own.filter(({ domain }) => domain === 'vertex');
+  check(interior.length > 0 || ofInterior.length === 0, at, 'P5', 'attributes of no vertices');
+  const parts = [[lower, ofLower], [interior, ofInterior], [upper, ofUpper]]
+    .filter(([points]) => points.length > 0).map(([, those]) => those);
+  const kindOf = ({ name, type, components }) => JSON.stringify([name, type, components]);
+  for (const part of parts) {
+    check(isSame(part.map(kindOf), parts[0].map(kindOf)), at, 'P5', 'parts with other attributes');
+  }
+  const ofVertices = (parts[0] ?? []).map((kind, i) => withMeans(
+    kind, [ofLower, ofInterior, ofUpper].map((those) => those[i]?.bytes ?? new Uint8Array(0)), conn));
+  const attributes = [
+    ...conn.attributes, ...ofVertices, ...own.filter(({ domain }) => domain === 'cell'),
+  ];
   const bounds = conn.blocks.flatMap((block) =>
     widen(noBounds(4), [...block].map((i) => vertices[i])).flat());
   check(isSame(fields.bounds, bounds), at, 'S10', `the bounds are ${bounds}`);
@@ -492,6 +506,47 @@ function readSlab({ at, fields }, head, part) {
     bounds: widen(noBounds(3), vertices).flat(),
   };
   return { record, conn, vertices, attributes };
+}
+
+const lenScalar = { [T4d.ScalarType.F32]: 4, [T4d.ScalarType.F64]: 8 };
+
+/** An attribute of the vertices of a slab, made of the bytes of its three parts. */
+function withMeans(kind, [lower, interior, upper], { numVertices, numUpper, numMeans, sources }) {
+  const { type, components } = kind;
+  const stored = lower.length + interior.length + upper.length;
+  const size = stored / (numVertices - numMeans);
+  const bytes = new Uint8Array(numVertices * size);
+  bytes.set(lower);
+  bytes.set(interior, lower.length);
+  bytes.set(upper, (numVertices - numUpper) * size);
+  const view = new DataView(bytes.buffer);
+  const isSingle = type === T4d.ScalarType.F32;
+  sources.forEach((from, i) => {
+    const at = (numVertices - numUpper - numMeans + i) * size;
+    if (!lenScalar[type]) {
+      bytes.copyWithin(at, from[0] * size, (from[0] + 1) * size);
+      return;
+    }
+    const scalar = lenScalar[type];
+    for (let k = 0; k < components; ++k) {
+      const numbers = Array.from(from, (row) => {
+        const place = row * size + k * scalar;
+        return isSingle ? view.getFloat32(place, true) : view.getFloat64(place, true);
+      });
+      const value = numbers.reduce((sum, number) => sum + number) / numbers.length;
+      const place = at + k * scalar;
+      // Which of all NaNs setFloat64() writes is up to the engine.
+      if (Number.isNaN(value)) {
+        bytes.fill(0, place, place + scalar);
+        bytes.set(isSingle ? [0xc0, 0x7f] : [0xf8, 0x7f], place + scalar - 2);
+      } else if (isSingle) {
+        view.setFloat32(place, value, true);
+      } else {
+        view.setFloat64(place, value, true);
+      }
+    }
+  });
+  return { ...kind, domain: 'vertex', bytes };
 }
 
 function mean(points) {

@@ -21,7 +21,7 @@ import re
 import struct
 import sys
 from itertools import islice, pairwise, repeat
-from math import hypot, inf, isfinite, sqrt
+from math import hypot, inf, isfinite, isnan, nan, sqrt
 from typing import NamedTuple
 
 
@@ -296,10 +296,14 @@ class Attribute:
         self.values = Array(chunk, features)
 
 
-def check_attributes(attributes, conn):
+    def kind(self):
+        return self.name, self.values.type, self.values.components
+
+
+def check_attributes(attributes, vertices, cells):
     seen = set()
     for each in attributes:
-        rows = conn.vertices if each.domain == 1 else len(conn.cells)
+        rows = vertices if each.domain == 1 else cells
         check(each.values.rows == rows, each.values.at + 8, "T6",
               f"{each.values.rows} rows for {rows} vertices or cells")
         check((each.domain, each.name) not in seen, each.at, "T7", "a name again")
@@ -408,7 +412,7 @@ class Conn:
             self.attributes.append(each)
         chunk.end()
         check(self.means == 0 or "means" in features, at + 12, "N12", "HEAD does not name means")
-        check_attributes(self.attributes, self)
+        check_attributes(self.attributes, 0, len(self.cells))
         # The numbers of the vertices of each block of cells, if there is more than one.
         self.blocks = []
         if len(self.cells) > BLOCK_ROWS:
@@ -443,9 +447,15 @@ class Layr:
     def __init__(self, chunk, features):
         at = chunk.place()
         self.time, = chunk.unpack("d")
+        attributes, = chunk.unpack("I")
         check(isfinite(self.time), at, "L1", f"time {self.time}")
+        chunk.zeros(4, "L6")
         positions = Array(chunk, features, "L2", (F32, F64), 3)
         check(positions.rows > 0, positions.at + 8, "L3", "no rows")
+        self.attributes = [Attribute(chunk, features) for _ in range(attributes)]
+        for each in self.attributes:
+            check(each.domain == 1, each.at, "L5", "an attribute of cells")
+        check_attributes(self.attributes, positions.rows, 0)
         chunk.end()
         self.points = points(positions, repeat(self.time))
 
@@ -497,8 +507,8 @@ class Slab:
         interior = points(positions, times.numbers())
         check(len(interior) == conn.first_mean - conn.lower, positions.at, "P1",
               f"{len(interior)} interior vertices")
-        lower = self.layer(part, lower_at, conn.lower, self.begin, at + 24)
-        upper = self.layer(part, upper_at, conn.upper, self.end, at + 32)
+        lower, of_lower = self.layer(part, lower_at, conn.lower, self.begin, at + 24)
+        upper, of_upper = self.layer(part, upper_at, conn.upper, self.end, at + 32)
         known = lower + interior + [None] * conn.means + upper
         means = [mean([known[i] for i in sources]) for sources in conn.sources]
         self.stored = lower + interior + upper
@@ -507,8 +517,19 @@ class Slab:
             check(all(map(isfinite, point)), at, "P2", f"vertex {point}")
         for point in interior + means:
             check(self.begin <= point[3] <= self.end, at, "P4", f"interior vertex {point}")
-        self.attributes = conn.attributes + own
-        check_attributes(self.attributes, conn)
+        check_attributes(conn.attributes + own, len(interior), len(conn.cells))
+        of_vertices = [each for each in own if each.domain == 1]
+        check(interior or not of_vertices, at + 44, "P5", "attributes of no vertices")
+        kinds = {tuple(map(Attribute.kind, attributes)) for points, attributes
+                 in ((lower, of_lower), (interior, of_vertices), (upper, of_upper)) if points}
+        check(len(kinds) <= 1, at, "P5", f"its vertices have {kinds}")
+        # (domain, name, type, components, bytes) of each.
+        self.attributes = [(2, *each.kind(), each.values.data) for each in conn.attributes]
+        for i, kind in enumerate(kinds.pop() if kinds else ()):
+            parts = [attributes[i].values.data if attributes else b""
+                     for attributes in (of_lower, of_vertices, of_upper)]
+            self.attributes.append((1, *kind, with_means(parts, conn, *kind[1:])))
+        self.attributes += [(2, *each.kind(), each.values.data) for each in own if each.domain == 2]
         expected = [number for block in conn.blocks
                     for corner in box([self.vertices[i] for i in block]) for number in corner]
         check(list(bounds) == expected, at + 48, "S10", f"the bounds are {expected}")
@@ -521,7 +542,7 @@ class Slab:
         found = layer.points if layer else []
         check(len(found) == rows, at, "P1", f"layer of {len(found)} vertices, not {rows}")
         check(layer is None or layer.time == time, at, "P3", f"layer not at {time}")
-        return found
+        return found, layer.attributes if layer else []
 
 
 def mean(sources):
@@ -534,6 +555,27 @@ def mean(sources):
         t += point[3]
     n = len(sources)
     return x / n, y / n, z / n, t / n
+
+
+def with_means(parts, conn, kind, components):
+    """The bytes of an attribute of the vertices of a slab, made of those of its three parts."""
+    size = components * struct.calcsize("<" + SCALARS[kind])
+    lower, interior, upper = parts
+    known = lower + interior + bytes(conn.means * size) + upper
+    rows = [known[i * size:(i + 1) * size] for i in range(conn.vertices)]
+    means = []
+    for sources in conn.sources:
+        if kind in (F32, F64):
+            layout = f"<{components}{SCALARS[kind]}"
+            sums = list(struct.unpack(layout, rows[sources[0]]))
+            for i in sources[1:]:
+                sums = [a + b for a, b in zip(sums, struct.unpack(layout, rows[i]))]
+            # Of all NaNs the positive quiet one without payload, which is Python's own.
+            values = [nan if isnan(each) else each / len(sources) for each in sums]
+            means.append(struct.pack(layout, *values))
+        else:
+            means.append(rows[sources[0]])
+    return lower + interior + b"".join(means) + upper
 
 
 def box(points):
@@ -748,9 +790,9 @@ def describe_slab(slab):
         "lower": str(conn.lower), "upper": str(conn.upper), "means": str(conn.means),
         "cells": str(len(conn.cells)), **bounds(slab.box, 4),
         "attributes": [{
-            "domain": "vertex" if each.domain == 1 else "cell", "name": each.name,
-            "type": str(each.values.type), "components": str(each.values.components),
-            "checksum": f"{crc32c(each.values.data):08x}"} for each in slab.attributes]}
+            "domain": "vertex" if domain == 1 else "cell", "name": name, "type": str(kind),
+            "components": str(components), "checksum": f"{crc32c(data):08x}"}
+            for domain, name, kind, components, data in slab.attributes]}
 
 
 def bounds(corners, size):
