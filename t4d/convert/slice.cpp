@@ -1,248 +1,27 @@
 #include "t4d/convert/slice.h"
 
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <cstring>
-#include <numeric>
+#include <mutex>
+#include <optional>
 #include <unordered_map>
 
 #include <fmt/format.h>
+#include <tbb/info.h>
+#include <tbb/parallel_pipeline.h>
+
+#include "t4d/convert/cut.h"
 
 namespace t4d::convert {
 namespace {
 
 using model::Attribute;
-using model::Cell;
 using model::Domain;
 using model::Point4;
 using model::ScalarType;
 using model::Slab;
 using model::Triangle;
-
-/// The two corners of a cell with a cut point between them: one below and one above.
-struct CutEdge {
-  std::uint8_t below;
-  std::uint8_t above;
-};
-
-/// The section of a cell for each pattern of corners above (bit i for corner i): a polygon of 0, 3
-/// or 4 cut edges. With an even permutation (i, j, k, l) of the corners it is
-///
-///     i below:       ij, ik, il          i above:  il, ik, ij
-///     i, j below:    ik, il, jl, jk
-///
-/// which faces outward if the cell does: for i below, moving away from corner i along the three
-/// edges keeps det[n, j-i, k-i, l-i] > 0.
-struct Section {
-  std::uint8_t size = 0;
-  std::array<CutEdge, 4> edges{};
-};
-
-std::array<Section, 16> makeSections() {
-  std::array<Section, 16> sections;
-  std::array<std::uint8_t, 4> p = {0, 1, 2, 3};
-  do {
-    int inversions = 0;
-    for (int a = 0; a < 4; ++a) {
-      for (int b = a + 1; b < 4; ++b) inversions += p[a] > p[b] ? 1 : 0;
-    }
-    if (inversions % 2 != 0) continue;
-    const auto [i, j, k, l] = p;
-    const unsigned one = 1U << i;
-    sections[15U ^ one] = {3, {{{i, j}, {i, k}, {i, l}, {}}}};
-    sections[one] = {3, {{{l, i}, {k, i}, {j, i}, {}}}};
-    sections[1U << k | 1U << l] = {4, {{{i, k}, {i, l}, {j, l}, {j, k}}}};
-  } while (std::next_permutation(p.begin(), p.end()));
-  return sections;
-}
-
-const std::array<Section, 16>& sections() {
-  static const std::array<Section, 16> table = makeSections();
-  return table;
-}
-
-constexpr std::uint32_t kNone = ~0U;
-
-}  // namespace
-
-/// A vertex of the slice: on the edge between two vertices of the slab, or at a single vertex (both
-/// equal).
-struct Slicer::CutPoint {
-  std::uint32_t below;
-  std::uint32_t above;
-  double fraction;  // from below to above
-};
-
-/// Maps edges of the slab to vertices of the slice. Each vertex has a chain of the cut edges above
-/// it, whose entries are close together in memory because the cells are. A chain that would be
-/// longer than a few dozen, as at the apex of a cone, goes on in a hash table.
-class Slicer::PointTable {
- public:
-  /// Clears the table, for a slab with `vertexCount` vertices.
-  void clear(std::size_t vertexCount) {
-    first_.assign(vertexCount, kNone);
-    entries_.clear();
-    others_.clear();
-  }
-
-  /// The value of an edge, kNone if it is new. The caller then sets it before the next call.
-  std::uint32_t& at(std::uint32_t below, std::uint32_t above) {
-    std::uint32_t* link = &first_[below];
-    for (int length = 0; *link != kNone; ++length) {
-      Entry& entry = entries_[*link];
-      if (entry.above == above) return entry.point;
-      if (length == kLongestChain) {
-        return others_.try_emplace(std::uint64_t{below} << 32U | above, kNone).first->second;
-      }
-      link = &entry.next;
-    }
-    *link = static_cast<std::uint32_t>(entries_.size());
-    entries_.push_back({above, kNone, kNone});
-    return entries_.back().point;
-  }
-
-  /// Visits the edges from vertices at and after `begin`.
-  template <class Visit>
-  void forEachFrom(std::uint32_t begin, Visit visit) const {
-    for (std::uint32_t below = begin; below < first_.size(); ++below) {
-      for (std::uint32_t i = first_[below]; i != kNone; i = entries_[i].next) {
-        visit(below, entries_[i].above, entries_[i].point);
-      }
-    }
-    for (const auto& [edge, point] : others_) {
-      const auto below = static_cast<std::uint32_t>(edge >> 32U);
-      if (below >= begin) visit(below, static_cast<std::uint32_t>(edge), point);
-    }
-  }
-
- private:
-  struct Entry {
-    std::uint32_t above;
-    std::uint32_t point;
-    std::uint32_t next;
-  };
-  std::vector<std::uint32_t> first_;  // per vertex, kNone if no edge is cut
-  std::unordered_map<std::uint64_t, std::uint32_t> others_;
-  static constexpr int kLongestChain = 32;
-  std::vector<Entry> entries_;
-};
-
-Slicer::Slicer(const Hyperplane& hyperplane, OnHyperplane rule)
-    : hyperplane_(scaledHyperplane(hyperplane)),
-      basis_(basisOf(hyperplane)),
-      rule_(rule),
-      table_(std::make_unique<PointTable>()) {}
-
-Slicer::~Slicer() = default;
-
-/// The vertex of the slice where the edge between two vertices of the slab is cut.
-std::uint32_t Slicer::cutPoint(const Slab& slab, std::uint32_t below, std::uint32_t above) {
-  if (height_[below] == 0) above = below;
-  if (height_[above] == 0) below = above;
-  std::uint32_t& found = table_->at(below, above);
-  if (found != kNone) return found;
-  found = static_cast<std::uint32_t>(slice_.mesh.vertices.size());
-  const double drop = height_[below];
-  const double fraction = below == above ? 0 : drop / (drop - height_[above]);
-  const Point4 point =
-      slab.vertices[below] + fraction * (slab.vertices[above] - slab.vertices[below]);
-  slice_.mesh.vertices.push_back(basis_.axes * point);
-  points_.push_back({below, above, fraction});
-  return found;
-}
-
-Result<void> Slicer::check(const Slab& slab) {
-  if (auto checked = checkHyperplane(hyperplane_); !checked) return checked;
-  if (slab.connectivity != checked_ && slab.connectivity) {
-    if (auto checked = checkConnectivity(*slab.connectivity); !checked) return checked;
-    checked_ = slab.connectivity;
-  }
-  return checkSlab(slab);
-}
-
-Result<void> Slicer::put(const Slab& slab) {
-  if (auto checked = check(slab); !checked) return checked;
-  const model::Connectivity& connectivity = *slab.connectivity;
-
-  // Points on the seam are known from the previous slab, by their indices in its upper layer.
-  std::vector<std::array<std::uint32_t, 3>> seam;
-  if (connectivity.lowerCount == lastUpperCount_) {
-    table_->forEachFrom(lastFirstUpper_,
-                        [&](std::uint32_t below, std::uint32_t above, std::uint32_t point) {
-                          if (above < lastFirstUpper_) return;
-                          seam.push_back({below - lastFirstUpper_, above - lastFirstUpper_, point});
-                        });
-  }
-  table_->clear(slab.vertices.size());
-  for (const auto& [below, above, point] : seam) table_->at(below, above) = point;
-  lastFirstUpper_ = connectivity.firstUpper();
-  lastUpperCount_ = connectivity.upperCount;
-  ++slice_.slabsRead;
-
-  height_.resize(slab.vertices.size());
-  std::vector<std::uint8_t> isAbove(slab.vertices.size());
-  for (std::size_t i = 0; i < slab.vertices.size(); ++i) {
-    height_[i] = along(hyperplane_.normal, slab.vertices[i]) - hyperplane_.offset;
-    isAbove[i] = rule_ == OnHyperplane::Above ? height_[i] >= 0 : height_[i] > 0;
-  }
-
-  points_.clear();
-  firstPoint_ = slice_.mesh.vertices.size();
-  const std::size_t firstTriangle = slice_.mesh.triangles.size();
-  std::vector<std::uint32_t> cells;  // of each new triangle
-  for (std::uint32_t index = 0; index < connectivity.cells.size(); ++index) {
-    const Cell& cell = connectivity.cells[index];
-    const unsigned pattern =
-        isAbove[cell[0]] | isAbove[cell[1]] << 1U | isAbove[cell[2]] << 2U | isAbove[cell[3]] << 3U;
-    const Section& section = sections()[pattern];
-    if (section.size == 0) continue;
-    std::array<std::uint32_t, 4> corner{};
-    for (int i = 0; i < section.size; ++i) {
-      corner[i] = cutPoint(slab, cell[section.edges[i].below], cell[section.edges[i].above]);
-    }
-    for (int i = 1; i + 1 < section.size; ++i) {
-      Triangle triangle = {corner[0], corner[i], corner[i + 1]};
-      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
-        continue;
-      }
-      if (!basis_.rightHanded) std::swap(triangle[1], triangle[2]);
-      slice_.mesh.triangles.push_back(triangle);
-      cells.push_back(index);
-    }
-  }
-  numberAsInLayer(firstPoint_, firstTriangle);
-  if (!cells.empty()) carryAttributes(slab, cells);
-  return {};
-}
-
-/// If all points of a section are vertices of the slab, they are sorted in the order of the slab,
-/// so that the slice at a layer is numbered like the input.
-void Slicer::numberAsInLayer(std::size_t firstPoint, std::size_t firstTriangle) {
-  const bool allVertices = std::all_of(points_.begin(), points_.end(), [](const CutPoint& point) {
-    return point.below == point.above;
-  });
-  if (!allVertices || firstPoint != 0) return;
-  std::vector<std::uint32_t> order(points_.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return points_[a].below < points_[b].below; });
-  std::vector<std::uint32_t> number(order.size());
-  std::vector<CutPoint> points;
-  std::vector<model::Point3> vertices;
-  for (std::uint32_t i = 0; i < order.size(); ++i) {
-    number[order[i]] = i;
-    points.push_back(points_[order[i]]);
-    vertices.push_back(slice_.mesh.vertices[order[i]]);
-    table_->at(points[i].below, points[i].above) = i;
-  }
-  points_ = std::move(points);
-  slice_.mesh.vertices = std::move(vertices);
-  for (std::size_t i = firstTriangle; i < slice_.mesh.triangles.size(); ++i) {
-    for (std::uint32_t& vertex : slice_.mesh.triangles[i]) vertex = number[vertex];
-  }
-}
-
-namespace {
 
 template <class Scalar>
 void interpolate(const std::byte* below, const std::byte* above, double fraction,
@@ -257,11 +36,180 @@ void interpolate(const std::byte* below, const std::byte* above, double fraction
   }
 }
 
+/// Cuts slabs and remembers what can be used again. Safe to use from several threads at once.
+class Cutter {
+ public:
+  /// checkConnectivity, unless this connectivity was the last one that passed.
+  Result<void> check(const std::shared_ptr<const model::Connectivity>& connectivity) {
+    if (!connectivity) return {};  // refused by checkSlab
+    {
+      const std::scoped_lock lock(mutex_);
+      if (connectivity == checked_) return {};
+    }
+    if (auto checked = checkConnectivity(*connectivity); !checked) return checked;
+    const std::scoped_lock lock(mutex_);
+    checked_ = connectivity;
+    return {};
+  }
+
+  std::shared_ptr<const Cut> cut(const std::shared_ptr<const model::Connectivity>& connectivity,
+                                 std::vector<std::uint8_t> sides) {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (connectivity == connectivity_ && sides == sides_) return last_;
+    }
+    auto made = std::make_shared<const Cut>(cutOf(connectivity->cells, sides));
+    const std::scoped_lock lock(mutex_);
+    connectivity_ = connectivity;
+    sides_ = std::move(sides);
+    last_ = made;
+    return made;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::shared_ptr<const model::Connectivity> checked_;
+  std::shared_ptr<const model::Connectivity> connectivity_;
+  std::vector<std::uint8_t> sides_;
+  std::shared_ptr<const Cut> last_;
+};
+
+/// A slab, and what is cut of it.
+struct CutSlab {
+  const Slab* slab = nullptr;
+  std::shared_ptr<const Cut> cut;
+  std::vector<double> fractions;  // of each point of the cut, from below to above
+  std::vector<model::Point3> positions;
+};
+
 }  // namespace
+
+class Slicer::Impl {
+ public:
+  Impl(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<Cutter> cutter)
+      : hyperplane_(scaledHyperplane(hyperplane)),
+        basis_(basisOf(hyperplane)),
+        rule_(rule),
+        cutter_(std::move(cutter)) {}
+
+  /// Whether the hyperplane cuts nothing within these bounds. As n.p is computed it never decreases
+  /// where it should increase, so this is exact.
+  bool misses(const model::Bounds3& bounds, const model::TimeSpan& time) const {
+    if (bounds.empty() || !checkHyperplane(hyperplane_)) return false;
+    Point4 lowest;
+    Point4 highest;
+    lowest << bounds.min, time.begin;
+    highest << bounds.max, time.end;
+    for (int k = 0; k < 4; ++k) {
+      if (hyperplane_.normal[k] < 0) std::swap(lowest[k], highest[k]);
+    }
+    return isAbove(heightOf(lowest)) || !isAbove(heightOf(highest));
+  }
+
+  /// Safe to call from several threads at once.
+  Result<CutSlab> cut(const Slab& slab) const {
+    if (auto checked = checkHyperplane(hyperplane_); !checked) return pass(checked.error());
+    if (auto checked = cutter_->check(slab.connectivity); !checked) return pass(checked.error());
+    if (auto checked = checkSlab(slab); !checked) return pass(checked.error());
+    const std::size_t count = slab.vertices.size();
+    std::vector<double> height(count);
+    std::vector<std::uint8_t> sides(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      height[i] = heightOf(slab.vertices[i]);
+      sides[i] = (isAbove(height[i]) ? Side::kAbove : 0) | (height[i] == 0 ? Side::kOn : 0);
+    }
+    CutSlab made;
+    made.slab = &slab;
+    made.cut = cutter_->cut(slab.connectivity, std::move(sides));
+    made.fractions.reserve(made.cut->points.size());
+    made.positions.reserve(made.cut->points.size());
+    for (const auto& [below, above] : made.cut->points) {
+      const double drop = height[below];
+      const double fraction = below == above ? 0 : drop / (drop - height[above]);
+      const Point4 point =
+          slab.vertices[below] + fraction * (slab.vertices[above] - slab.vertices[below]);
+      made.fractions.push_back(fraction);
+      made.positions.emplace_back(basis_.axes * point);
+    }
+    return made;
+  }
+
+  /// Takes slabs in the order of time.
+  void add(const CutSlab& made) {
+    const model::Connectivity& connectivity = *made.slab->connectivity;
+    const Cut& cut = *made.cut;
+    ++slice_.slabsRead;
+    if (connectivity.lowerCount != lastUpperCount_) seam_.clear();
+
+    std::vector<std::uint32_t> number(cut.points.size());  // in the slice
+    std::vector<std::uint32_t> added;                      // points
+    for (std::uint32_t i = 0; i < cut.points.size(); ++i) {
+      const auto [below, above] = cut.points[i];
+      const bool onSeam = std::max(below, above) < connectivity.lowerCount;
+      const auto found = onSeam ? seam_.find(keyOf(below, above)) : seam_.end();
+      if (found != seam_.end()) {
+        number[i] = found->second;
+        continue;
+      }
+      number[i] = static_cast<std::uint32_t>(slice_.mesh.vertices.size());
+      slice_.mesh.vertices.push_back(made.positions[i]);
+      added.push_back(i);
+    }
+    seam_.clear();
+    lastUpperCount_ = connectivity.upperCount;
+    const std::uint32_t firstUpper = connectivity.firstUpper();
+    for (std::uint32_t i = 0; i < cut.points.size(); ++i) {
+      const auto [below, above] = cut.points[i];
+      if (std::min(below, above) < firstUpper) continue;
+      seam_.emplace(keyOf(below - firstUpper, above - firstUpper), number[i]);
+    }
+    for (const Triangle& triangle : cut.triangles) {
+      slice_.mesh.triangles.push_back(
+          {number[triangle[0]], number[triangle[1]], number[triangle[2]]});
+      if (!basis_.rightHanded) {
+        std::swap(slice_.mesh.triangles.back()[1], slice_.mesh.triangles.back()[2]);
+      }
+    }
+    if (!cut.cells.empty()) carryAttributes(made, added);
+  }
+
+  /// Instead of the next slab, which the hyperplane misses.
+  void skip() {
+    ++slice_.slabsSkipped;
+    seam_.clear();
+    lastUpperCount_ = 0;
+  }
+
+  Slice finish() { return std::move(slice_); }
+
+ private:
+  static std::uint64_t keyOf(std::uint32_t below, std::uint32_t above) {
+    return std::uint64_t{below} << 32U | above;
+  }
+  double heightOf(const Point4& point) const {
+    return along(hyperplane_.normal, point) - hyperplane_.offset;
+  }
+  bool isAbove(double height) const {
+    return rule_ == OnHyperplane::Above ? height >= 0 : height > 0;
+  }
+
+  void carryAttributes(const CutSlab& made, const std::vector<std::uint32_t>& added);
+
+  Hyperplane hyperplane_;
+  HyperplaneBasis basis_;
+  OnHyperplane rule_;
+  std::shared_ptr<Cutter> cutter_;
+  Slice slice_;
+  /// Points on the upper layer of the last slab, by their vertices in the layer.
+  std::unordered_map<std::uint64_t, std::uint32_t> seam_;
+  std::uint32_t lastUpperCount_ = 0;
+  bool hasAttributes_ = false;
+};
 
 /// Appends the rows of the new triangles and vertices to the slice's attributes. The first slab
 /// that is cut defines them; an attribute that a later slab lacks is lost.
-void Slicer::carryAttributes(const Slab& slab, const std::vector<std::uint32_t>& cells) {
+void Slicer::Impl::carryAttributes(const CutSlab& made, const std::vector<std::uint32_t>& added) {
+  const Slab& slab = *made.slab;
   std::vector<const Attribute*> given;
   for (const Attribute& attribute : slab.connectivity->cellAttributes) given.push_back(&attribute);
   for (const Attribute& attribute : slab.attributes) given.push_back(&attribute);
@@ -290,19 +238,20 @@ void Slicer::carryAttributes(const Slab& slab, const std::vector<std::uint32_t>&
     const Attribute& from = *match(attribute);
     const std::size_t bytes = from.rowBytes();
     if (attribute.domain == Domain::Cell) {
-      for (const std::uint32_t cell : cells) {
+      for (const std::uint32_t cell : made.cut->cells) {
         attribute.values.insert(attribute.values.end(), from.row(cell), from.row(cell) + bytes);
       }
       continue;
     }
     std::vector<std::byte> row(bytes);
-    for (const CutPoint& point : points_) {
+    for (const std::uint32_t i : added) {
+      const Cut::Point& point = made.cut->points[i];
       std::memcpy(row.data(), from.row(point.below), bytes);
       if (from.type == ScalarType::Float64) {
-        interpolate<double>(from.row(point.below), from.row(point.above), point.fraction,
+        interpolate<double>(from.row(point.below), from.row(point.above), made.fractions[i],
                             from.components, row.data());
       } else if (from.type == ScalarType::Float32) {
-        interpolate<float>(from.row(point.below), from.row(point.above), point.fraction,
+        interpolate<float>(from.row(point.below), from.row(point.above), made.fractions[i],
                            from.components, row.data());
       }
       attribute.values.insert(attribute.values.end(), row.begin(), row.end());
@@ -310,13 +259,41 @@ void Slicer::carryAttributes(const Slab& slab, const std::vector<std::uint32_t>&
   }
 }
 
-Slice Slicer::finish() { return std::move(slice_); }
+Slicer::Slicer(const Hyperplane& hyperplane, OnHyperplane rule)
+    : impl_(std::make_unique<Impl>(hyperplane, rule, std::make_shared<Cutter>())) {}
 
-Result<Slice> sliceAtTime(const model::Source& source, double given) {
-  const model::TimeSpan span = timeSpanOf(source);
-  const auto meant = model::timeWithin(source, given);
+Slicer::~Slicer() = default;
+
+Result<void> Slicer::put(const Slab& slab) {
+  const auto cut = impl_->cut(slab);
+  if (!cut) return pass(cut.error());
+  impl_->add(*cut);
+  return {};
+}
+
+Slice Slicer::finish() { return impl_->finish(); }
+
+class TimeSlicer::Impl {
+ public:
+  explicit Impl(const model::Source& source) : source_(source) {}
+  Result<Slice> at(double given) const;
+
+ private:
+  const model::Source& source_;
+  std::shared_ptr<Cutter> cutter_ = std::make_shared<Cutter>();
+};
+
+TimeSlicer::TimeSlicer(const model::Source& source) : impl_(std::make_unique<Impl>(source)) {}
+
+TimeSlicer::~TimeSlicer() = default;
+
+Result<Slice> TimeSlicer::at(double time) const { return impl_->at(time); }
+
+Result<Slice> TimeSlicer::Impl::at(double given) const {
+  const model::TimeSpan span = timeSpanOf(source_);
+  const auto meant = model::timeWithin(source_, given);
   if (!meant) {
-    if (source.slabCount() == 0) return invalid("the mesh has no slabs");
+    if (source_.slabCount() == 0) return invalid("the mesh has no slabs");
     return invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}", given,
                                span.begin, span.end));
   }
@@ -324,34 +301,98 @@ Result<Slice> sliceAtTime(const model::Source& source, double given) {
   // The first slab that ends later or, at the very end, the first that ends there.
   const bool atEnd = time == span.end;
   std::size_t low = 0;
-  std::size_t high = source.slabCount();
+  std::size_t high = source_.slabCount();
   while (low < high) {
     const std::size_t middle = (low + high) / 2;
     const bool reaches =
-        atEnd ? source.timeSpan(middle).end >= time : source.timeSpan(middle).end > time;
+        atEnd ? source_.timeSpan(middle).end >= time : source_.timeSpan(middle).end > time;
     if (reaches) {
       high = middle;
     } else {
       low = middle + 1;
     }
   }
-  Slicer slicer(Hyperplane::atTime(time), atEnd ? OnHyperplane::Above : OnHyperplane::Below);
+  Slicer::Impl slicer(Hyperplane::atTime(time), atEnd ? OnHyperplane::Above : OnHyperplane::Below,
+                      cutter_);
   // Between runs of slabs the solid is empty, and there is nothing to read.
-  if (low < source.slabCount() && source.timeSpan(low).begin <= time) {
-    auto slab = source.slab(low);
+  if (low < source_.slabCount() && source_.timeSpan(low).begin <= time) {
+    const auto slab = source_.slab(low);
     if (!slab) return pass(slab.error());
-    if (auto put = slicer.put(**slab); !put) return pass(put.error());
+    const auto cut = slicer.cut(**slab);
+    if (!cut) return pass(cut.error());
+    slicer.add(*cut);
   }
   return slicer.finish();
 }
+
+Result<Slice> sliceAtTime(const model::Source& source, double time) {
+  return TimeSlicer(source).at(time);
+}
+
+namespace {
+
+/// A slab on its way through the threads.
+struct OnItsWay {
+  std::shared_ptr<const Slab> slab;  // null if it is skipped
+  CutSlab cut;
+  std::optional<Error> error;
+};
+
+}  // namespace
 
 Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
                     const model::Progress& progress) {
   if (auto checked = checkHyperplane(hyperplane); !checked) return pass(checked.error());
   const Eigen::Vector4d& n = hyperplane.normal;
   if (n.head<3>().isZero(0)) return sliceAtTime(source, hyperplane.offset / n[3]);
-  Slicer slicer(hyperplane);
-  if (auto done = pump(source, slicer, progress); !done) return pass(done.error());
+  Slicer::Impl slicer(hyperplane, OnHyperplane::Below, std::make_shared<Cutter>());
+  const std::size_t count = source.slabCount();
+  std::optional<Error> error;  // the first one
+  std::atomic<bool> failed = false;
+  std::size_t next = 0;
+  std::size_t done = 0;
+  const auto nextIndex = [&](tbb::flow_control& flow) {
+    if (next == count || failed) flow.stop();
+    return next++;
+  };
+  const auto cut = [&](std::size_t index) {
+    auto item = std::make_shared<OnItsWay>();
+    const auto bounds = source.bounds(index);
+    if (bounds && slicer.misses(*bounds, source.timeSpan(index))) return item;
+    auto slab = source.slab(index);
+    if (!slab) {
+      item->error = slab.error();
+      return item;
+    }
+    auto made = slicer.cut(**slab);
+    if (!made) {
+      item->error = made.error();
+      return item;
+    }
+    item->slab = std::move(*slab);
+    item->cut = std::move(*made);
+    return item;
+  };
+  const auto add = [&](const std::shared_ptr<OnItsWay>& item) {
+    if (error) return;
+    if (item->error) {
+      error = item->error;
+      failed = true;
+    } else if (item->slab) {
+      slicer.add(item->cut);
+    } else {
+      slicer.skip();
+    }
+    ++done;
+    if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
+  };
+  using Item = std::shared_ptr<OnItsWay>;
+  tbb::parallel_pipeline(
+      static_cast<std::size_t>(tbb::info::default_concurrency()),
+      tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, nextIndex) &
+          tbb::make_filter<std::size_t, Item>(tbb::filter_mode::parallel, cut) &
+          tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, add));
+  if (error) return pass(*error);
   return slicer.finish();
 }
 

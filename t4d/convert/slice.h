@@ -16,6 +16,8 @@ namespace t4d::convert {
 struct Slice {
   model::TriangleMesh mesh;
   std::uint64_t slabsRead = 0;
+  /// Slabs that were not read because their bounds lie on one side of the hyperplane.
+  std::uint64_t slabsSkipped = 0;
   /// Attributes that could not be transferred, one sentence each.
   std::vector<std::string> losses;
 };
@@ -44,26 +46,27 @@ class Slicer : public model::Sink {
   Slice finish();
 
  private:
-  class PointTable;
-  struct CutPoint;
+  friend class TimeSlicer;
+  friend Result<Slice> slice(const model::Source&, const Hyperplane&, const model::Progress&);
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
-  Result<void> check(const model::Slab& slab);
-  std::uint32_t cutPoint(const model::Slab& slab, std::uint32_t below, std::uint32_t above);
-  void numberAsInLayer(std::size_t firstPoint, std::size_t firstTriangle);
-  void carryAttributes(const model::Slab& slab, const std::vector<std::uint32_t>& cells);
+/// Slices a mesh at any number of times. What is cut in a slab depends on its connectivity and on
+/// which of its vertices are above the time, and is kept for the next slice, in which often both are
+/// the same: in all steps of a swept solid, for example. Safe to use from several threads at once.
+class TimeSlicer {
+ public:
+  /// `source` must outlive the slicer.
+  explicit TimeSlicer(const model::Source& source);
+  ~TimeSlicer();
 
-  Hyperplane hyperplane_;
-  HyperplaneBasis basis_;
-  OnHyperplane rule_;
-  Slice slice_;
-  std::shared_ptr<const model::Connectivity> checked_;  // last one that passed checkConnectivity
-  std::vector<double> height_;         // of each vertex of the slab above the hyperplane
-  std::unique_ptr<PointTable> table_;  // cut points of this slab, by edge
-  std::vector<CutPoint> points_;       // of this slab, in the order of the slice's vertices
-  std::size_t firstPoint_ = 0;         // number of slice vertices made by earlier slabs
-  std::uint32_t lastFirstUpper_ = 0;
-  std::uint32_t lastUpperCount_ = 0;
-  bool hasAttributes_ = false;
+  /// As sliceAtTime.
+  Result<Slice> at(double time) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// The solid at `time`: the limit from later times or, at the last time of the mesh, from earlier
@@ -72,7 +75,8 @@ class Slicer : public model::Sink {
 /// the mesh has no slabs.
 Result<Slice> sliceAtTime(const model::Source& source, double time);
 
-/// The section by any hyperplane; reads all slabs. For a hyperplane of constant time, with the
+/// The section by any hyperplane; reads all slabs whose bounds it meets, as far as they are known
+/// without reading, and cuts one on each thread. For a hyperplane of constant time, with the
 /// normal (0, 0, 0, w) of either sign, this is sliceAtTime. Fails if checkHyperplane, the Slicer or
 /// the source does.
 Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,

@@ -44,9 +44,10 @@ std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<c
   std::ranges::stable_sort(order, {}, key);
 
   const LastSlabKept kept(source);
+  const TimeSlicer slicer(kept);
   std::vector<Result<Slice>> slices(times.size());
   for (std::size_t done = 0; done < order.size(); ++done) {
-    slices[order[done]] = sliceAtTime(kept, times[order[done]]);
+    slices[order[done]] = slicer.at(times[order[done]]);
     if (progress) progress(static_cast<double>(done + 1) / static_cast<double>(order.size()));
   }
   return slices;

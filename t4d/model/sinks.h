@@ -1,9 +1,10 @@
 #pragma once
 
+#include <span>
 #include <utility>
 #include <vector>
 
-#include "t4d/model/slab.h"
+#include "t4d/model/streamed_slab.h"
 
 namespace t4d::model {
 
@@ -11,6 +12,7 @@ namespace t4d::model {
 class NullSink : public Sink {
  public:
   Result<void> put(const Slab& /*slab*/) override { return {}; }
+  Result<void> putStreamed(const StreamedSlab& /*slab*/) override { return {}; }
 };
 
 /// Hands each slab to several sinks, in the order given. The first error ends the stream.
@@ -22,6 +24,12 @@ class Tee : public Sink {
   Result<void> put(const Slab& slab) override {
     for (Sink* sink : sinks_) {
       if (auto done = sink->put(slab); !done) return done;
+    }
+    return {};
+  }
+  Result<void> putStreamed(const StreamedSlab& slab) override {
+    for (Sink* sink : sinks_) {
+      if (auto done = sink->putStreamed(slab); !done) return done;
     }
     return {};
   }
@@ -42,8 +50,31 @@ class Translated : public Sink {
     if (moved.connectivity) setMeans(*moved.connectivity, moved.vertices);
     return into_.put(moved);
   }
+  Result<void> putStreamed(const StreamedSlab& slab) override {
+    return into_.putStreamed(Moved(slab, by_));
+  }
 
  private:
+  class Moved : public StreamedSlab {
+   public:
+    Moved(const StreamedSlab& slab, const Eigen::Vector3d& by) : slab_(slab), by_(by) {
+      static_cast<VertexCounts&>(*this) = slab;
+      time = slab.time;
+      cellCount = slab.cellCount;
+    }
+    void vertices(std::uint32_t first, std::span<Point4> into) const override {
+      slab_.vertices(first, into);
+      for (Point4& vertex : into) vertex.head<3>() += by_;
+    }
+    void cells(std::uint64_t first, std::span<Cell> into) const override {
+      slab_.cells(first, into);
+    }
+
+   private:
+    const StreamedSlab& slab_;
+    const Eigen::Vector3d& by_;
+  };
+
   Sink& into_;
   Eigen::Vector3d by_;
 };

@@ -59,6 +59,25 @@ Result<void> checkAttributes(std::span<const Attribute> attributes, std::size_t 
 
 }  // namespace
 
+Result<void> checkCells(std::span<const Cell> cells, std::uint32_t vertexCount,
+                        std::uint64_t first) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Cell& cell = cells[i];
+    for (int corner = 0; corner < 4; ++corner) {
+      if (cell[corner] >= vertexCount) {
+        return invalid(
+            fmt::format("cell {} has the vertex {}, of {}", first + i, cell[corner], vertexCount));
+      }
+      for (int other = 0; other < corner; ++other) {
+        if (cell[corner] == cell[other]) {
+          return invalid(fmt::format("cell {} has the vertex {} twice", first + i, cell[corner]));
+        }
+      }
+    }
+  }
+  return {};
+}
+
 Result<void> checkConnectivity(const Connectivity& connectivity) {
   const std::uint64_t parts =
       std::uint64_t{connectivity.lowerCount} + connectivity.upperCount + connectivity.means.size();
@@ -67,20 +86,7 @@ Result<void> checkConnectivity(const Connectivity& connectivity) {
                                connectivity.lowerCount, connectivity.upperCount,
                                connectivity.means.size(), connectivity.vertexCount));
   }
-  for (std::size_t i = 0; i < connectivity.cells.size(); ++i) {
-    const Cell& cell = connectivity.cells[i];
-    for (int corner = 0; corner < 4; ++corner) {
-      if (cell[corner] >= connectivity.vertexCount) {
-        return invalid(fmt::format("cell {} has the vertex {}, of {}", i, cell[corner],
-                                   connectivity.vertexCount));
-      }
-      for (int other = 0; other < corner; ++other) {
-        if (cell[corner] == cell[other]) {
-          return invalid(fmt::format("cell {} has the vertex {} twice", i, cell[corner]));
-        }
-      }
-    }
-  }
+  if (auto cells = checkCells(connectivity.cells, connectivity.vertexCount); !cells) return cells;
   if (auto means = checkMeans(connectivity); !means) return means;
   for (const Attribute& attribute : connectivity.cellAttributes) {
     if (attribute.domain != Domain::Cell) {
@@ -143,6 +149,30 @@ void setMeans(const Connectivity& connectivity, Attribute& attribute) {
   }
 }
 
+Result<void> checkVertices(std::span<const Point4> vertices, const VertexCounts& counts,
+                           const TimeSpan& time, std::uint32_t first) {
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Point4& vertex = vertices[i];
+    const std::size_t number = first + i;
+    if (!vertex.allFinite()) {
+      return invalid(fmt::format("vertex {} is ({}, {}, {}, {})", number, vertex[0], vertex[1],
+                                 vertex[2], vertex[3]));
+    }
+    const bool lower = number < counts.lowerCount;
+    const bool upper = number >= counts.firstUpper();
+    if ((lower && vertex[3] != time.begin) || (upper && vertex[3] != time.end)) {
+      return invalid(fmt::format("vertex {} of the {} layer is at time {}, not {}", number,
+                                 lower ? "lower" : "upper", vertex[3],
+                                 lower ? time.begin : time.end));
+    }
+    if (vertex[3] < time.begin || vertex[3] > time.end) {
+      return invalid(fmt::format("vertex {} is at time {}, outside {} to {}", number, vertex[3],
+                                 time.begin, time.end));
+    }
+  }
+  return {};
+}
+
 Result<void> checkSlab(const Slab& slab) {
   if (!slab.connectivity) return invalid("has no connectivity");
   const Connectivity& connectivity = *slab.connectivity;
@@ -154,24 +184,9 @@ Result<void> checkSlab(const Slab& slab) {
       slab.timeBegin > slab.timeEnd) {
     return invalid(fmt::format("lasts from time {} to {}", slab.timeBegin, slab.timeEnd));
   }
-  for (std::size_t i = 0; i < slab.vertices.size(); ++i) {
-    const Point4& vertex = slab.vertices[i];
-    if (!vertex.allFinite()) {
-      return invalid(fmt::format("vertex {} is ({}, {}, {}, {})", i, vertex[0], vertex[1],
-                                 vertex[2], vertex[3]));
-    }
-    const double time = vertex[3];
-    const bool lower = i < connectivity.lowerCount;
-    const bool upper = i >= connectivity.firstUpper();
-    if ((lower && time != slab.timeBegin) || (upper && time != slab.timeEnd)) {
-      return invalid(fmt::format("vertex {} of the {} layer is at time {}, not {}", i,
-                                 lower ? "lower" : "upper", time,
-                                 lower ? slab.timeBegin : slab.timeEnd));
-    }
-    if (time < slab.timeBegin || time > slab.timeEnd) {
-      return invalid(fmt::format("vertex {} is at time {}, outside {} to {}", i, time,
-                                 slab.timeBegin, slab.timeEnd));
-    }
+  if (auto vertices = checkVertices(slab.vertices, connectivity, {slab.timeBegin, slab.timeEnd});
+      !vertices) {
+    return vertices;
   }
   return checkAttributes(slab.attributes, connectivity.vertexCount, connectivity.cells.size());
 }

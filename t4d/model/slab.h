@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,24 +47,35 @@ struct Means {
   friend bool operator==(const Means&, const Means&) = default;
 };
 
-/// Everything in a slab except positions. Slabs with the same connectivity share one object, so
-/// results that depend on the connectivity alone can be computed once.
-struct Connectivity {
-  /// Vertices are ordered: lower layer, interior, upper layer. The last `means.size()` of the
-  /// interior are means of vertices that are not means themselves.
+/// How many vertices a slab has. They are ordered: lower layer, interior, upper layer.
+struct VertexCounts {
   std::uint32_t vertexCount = 0;
   std::uint32_t lowerCount = 0;
   std::uint32_t upperCount = 0;
+
+  std::uint32_t firstUpper() const { return vertexCount - upperCount; }
+
+  friend bool operator==(const VertexCounts&, const VertexCounts&) = default;
+};
+
+/// Everything in a slab except positions. Slabs with the same connectivity share one object, so
+/// results that depend on the connectivity alone can be computed once.
+struct Connectivity : VertexCounts {
   std::vector<Cell> cells;
+  /// The last of the interior are means of vertices that are not means themselves.
   Means means;
   /// Attributes of domain Cell that all slabs with this connectivity have.
   std::vector<Attribute> cellAttributes;
 
-  std::uint32_t firstUpper() const { return vertexCount - upperCount; }
   std::uint32_t firstMean() const { return firstUpper() - means.size(); }
 
   friend bool operator==(const Connectivity&, const Connectivity&) = default;
 };
+
+/// Fails for an index out of range and a cell with a repeated vertex. The cells are those from
+/// number `first` on of a slab with `vertexCount` vertices.
+Result<void> checkCells(std::span<const Cell> cells, std::uint32_t vertexCount,
+                        std::uint64_t first = 0);
 
 /// Fails for inconsistent counts, an index out of range, a cell with a repeated vertex, a mean of
 /// nothing or of a mean, and an attribute of the wrong length. All code that takes slabs from
@@ -87,6 +99,11 @@ struct Slab {
     return std::span(vertices).last(connectivity->upperCount);
   }
 };
+
+/// Fails for coordinates that are not finite, layers off their times, and vertices outside the
+/// slab's times. The vertices are those from number `first` on of a slab that lasts for `time`.
+Result<void> checkVertices(std::span<const Point4> vertices, const VertexCounts& counts,
+                           const TimeSpan& time, std::uint32_t first = 0);
 
 /// Computes the means of a slab whose other vertices are set. All builders and readers call this
 /// function, so a mean has the same bits wherever it is computed.
@@ -120,6 +137,8 @@ class Source {
   virtual std::size_t slabCount() const = 0;
   /// Does not read the slab.
   virtual TimeSpan timeSpan(std::size_t index) const = 0;
+  /// The bounds of the slab's vertices, if they are known without reading it.
+  virtual std::optional<Bounds3> bounds(std::size_t /*index*/) const { return std::nullopt; }
   /// The slab is valid while the caller holds it and the source exists. A caller that releases each
   /// slab before requesting the next has one in memory at a time.
   virtual Result<std::shared_ptr<const Slab>> slab(std::size_t index) const = 0;

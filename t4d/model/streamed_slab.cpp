@@ -4,12 +4,10 @@ namespace t4d::model {
 
 Slab assembled(const StreamedSlab& slab) {
   auto connectivity = std::make_shared<Connectivity>();
-  connectivity->vertexCount = slab.vertexCount;
-  connectivity->lowerCount = slab.lowerCount;
-  connectivity->upperCount = slab.upperCount;
+  static_cast<VertexCounts&>(*connectivity) = slab;
   connectivity->cells.resize(slab.cellCount);
   slab.cells(0, connectivity->cells);
-  Slab whole{slab.timeBegin, slab.timeEnd, {}, nullptr, {}};
+  Slab whole{slab.time.begin, slab.time.end, {}, nullptr, {}};
   whole.vertices.resize(slab.vertexCount);
   slab.vertices(0, whole.vertices);
   whole.connectivity = std::move(connectivity);

@@ -9,19 +9,12 @@ namespace t4d::model {
 
 /// A slab that is made piece by piece, as those between two voxel frames, which can have more cells
 /// than fit into memory. It has neither means nor attributes.
-class StreamedSlab {
+class StreamedSlab : public VertexCounts {
  public:
   virtual ~StreamedSlab() = default;
 
-  double timeBegin = 0;
-  double timeEnd = 0;
-  /// The vertices are ordered as in Connectivity: lower layer, interior, upper layer.
-  std::uint32_t vertexCount = 0;
-  std::uint32_t lowerCount = 0;
-  std::uint32_t upperCount = 0;
+  TimeSpan time;
   std::uint64_t cellCount = 0;
-
-  std::uint32_t firstUpper() const { return vertexCount - upperCount; }
 
   /// Sets `into` to the vertices, or the cells, from number `first` on; they must exist. The same
   /// each time, for any number of threads at once.

@@ -77,8 +77,7 @@ Result<std::unique_ptr<WovenSlab>> WovenSlab::between(const FrameLayer& before,
                                                       const model::TimeSpan& crossings,
                                                       const Lattice& lattice) {
   std::unique_ptr<WovenSlab> slab(new WovenSlab(before, after, crossings, lattice));
-  slab->timeBegin = time.begin;
-  slab->timeEnd = time.end;
+  slab->time = time;
   if (auto found = slab->findBlocks(); !found) return pass(found.error());
   tbb::parallel_for(std::size_t{0}, slab->blocks_.size(),
                     [&](std::size_t i) { slab->findCubes(slab->blocks_[i]); });

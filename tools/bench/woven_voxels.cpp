@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <string>
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
-#include "t4d/model/sinks.h"
+#include "t4d/model/streamed_slab.h"
 #include "t4d/voxel4d/pattern_table.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
@@ -36,6 +39,41 @@ class TimedFrames : public voxel4d::FrameSource {
 
  private:
   std::unique_ptr<FrameSource> frames_;
+};
+
+/// Makes every piece of a slab, as a writer does, and forgets it.
+class Drain : public model::Sink {
+ public:
+  Result<void> put(const model::Slab& slab) override {
+    bytes += slab.vertices.size() * sizeof(model::Point4) +
+             slab.connectivity->cells.size() * sizeof(model::Cell);
+    return {};
+  }
+  Result<void> putStreamed(const model::StreamedSlab& slab) override {
+    eachPiece<model::Cell>(slab.cellCount, [&](std::uint64_t first, auto into) {
+      slab.cells(first, into);
+    });
+    // The lower layer has been made as the upper layer of the slab before.
+    eachPiece<model::Point4>(slab.vertexCount - slab.lowerCount, [&](std::uint64_t first, auto into) {
+      slab.vertices(slab.lowerCount + static_cast<std::uint32_t>(first), into);
+    });
+    return {};
+  }
+
+  std::uint64_t bytes = 0;
+
+ private:
+  template <class T, class Make>
+  void eachPiece(std::uint64_t count, Make make) {
+    constexpr std::uint64_t kPiece = 65536;
+    tbb::parallel_for(std::uint64_t{0}, (count + kPiece - 1) / kPiece, [&](std::uint64_t i) {
+      thread_local std::vector<T> piece(kPiece);
+      tbb::this_task_arena::isolate([&] {
+        make(i * kPiece, std::span(piece).first(std::min(kPiece, count - i * kPiece)));
+      });
+    });
+    bytes += count * sizeof(T);
+  }
 };
 
 struct Case {
@@ -99,6 +137,7 @@ std::uint64_t peakSinceForgotten() {
 
 struct Measured {
   double seconds = 0;
+  std::uint64_t bytes = 0;  // of vertices and cells
   std::uint64_t tetrahedra = 0;
   std::uint64_t peak = 0;
 };
@@ -111,18 +150,30 @@ Result<Measured> measure(const Case& what, int repetitions, std::size_t threads)
   std::vector<double> seconds;
   for (int i = 0; i < repetitions; ++i) {
     TimedFrames frames(voxel4d::sampledFrames(what.field, {}, what.box, times, what.options));
-    model::NullSink nowhere;
+    Drain drain;
     forgetPeak();
     const auto begin = Clock::now();
-    const auto woven = voxel4d::weave(frames, {}, nowhere);
+    const auto woven = voxel4d::weave(frames, {}, drain);
     if (!woven) return pass(woven.error());
     seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count() - frames.seconds);
     measured.tetrahedra = woven->tetrahedra;
+    measured.bytes = drain.bytes;
     measured.peak = std::max(measured.peak, peakSinceForgotten());
   }
   std::sort(seconds.begin(), seconds.end());
   measured.seconds = seconds[seconds.size() / 2];
   return measured;
+}
+
+/// The time that memcpy takes for so many bytes.
+double secondsOfCopying(std::uint64_t bytes, int repetitions) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 28;
+  const std::uint64_t part = std::min(bytes, kMost);
+  std::vector<std::byte> from(part, std::byte{1});
+  std::vector<std::byte> to(part, std::byte{2});
+  const double seconds =
+      medianSeconds(repetitions, [&] { std::memcpy(to.data(), from.data(), part); });
+  return seconds * static_cast<double>(bytes) / static_cast<double>(part);
 }
 
 }  // namespace
@@ -137,6 +188,7 @@ Result<void> measureWovenVoxels(int repetitions, bool large, Report& report) {
                                              {movingSphere(), repetitions}};
   if (large) cases.emplace_back(largeShell(), 1);
   for (const auto& [one, times] : cases) {
+    double alone = 0;
     for (const std::size_t threads : {1U, 2U}) {
       const auto measured = measure(one, times, threads);
       if (!measured) return pass(measured.error());
@@ -144,6 +196,13 @@ Result<void> measureWovenVoxels(int repetitions, bool large, Report& report) {
           fmt::format("voxel4d: {}, {} thread{}", one.name, threads, threads == 1 ? "" : "s");
       report.figures.push_back({name + ": cells", static_cast<double>(measured->tetrahedra), ""});
       report.figures.push_back({name + ": time", 1e3 * measured->seconds, "ms"});
+      if (threads == 1) {
+        alone = measured->seconds;
+        report.rows.push_back({name, alone, "memcpy of what is put out",
+                               secondsOfCopying(measured->bytes, repetitions)});
+      } else {
+        report.rows.push_back({one.name + ", 1 thread", alone, "2 threads", measured->seconds});
+      }
       report.figures.push_back({name + ": cells a second",
                                 static_cast<double>(measured->tetrahedra) / measured->seconds / 1e6,
                                 "million"});

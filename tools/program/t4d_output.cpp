@@ -75,6 +75,12 @@ Result<void> T4dFile::put(const model::Slab& slab) {
   return model::Translated(writer_->body(0), shift_).put(slab);
 }
 
+Result<void> T4dFile::putStreamed(const model::StreamedSlab& slab) {
+  if (!writer_) return put(assembled(slab));
+  if (shift_.isZero(0)) return writer_->body(0).putStreamed(slab);
+  return model::Translated(writer_->body(0), shift_).putStreamed(slab);
+}
+
 Result<std::uint64_t> T4dFile::finish() {
   if (!writer_) {
     if (auto begun = begin(nullptr); !begun) return pass(begun.error());

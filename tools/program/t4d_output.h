@@ -43,6 +43,7 @@ class T4dFile : public model::Sink {
   static Result<T4dFile> create(const T4dOutput& output, const About& about);
 
   Result<void> put(const model::Slab& slab) override;
+  Result<void> putStreamed(const model::StreamedSlab& slab) override;
   /// The size of the file in bytes.
   Result<std::uint64_t> finish();
   /// As formats::T4dWriter::losses.

@@ -5,11 +5,14 @@
 #include <memory>
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #include <zstd.h>
 
 namespace t4d::formats {
 namespace {
 
+using t4d_layout::blockCount;
 using t4d_layout::Features;
 using t4d_layout::kBlockRows;
 using t4d_layout::PayloadReader;
@@ -120,53 +123,91 @@ Result<void> numbersOfRepeats(std::span<const std::byte> content, std::size_t co
   return {};
 }
 
-/// One zstd frame; empty if zstd fails. A `windowLog` of 0 means the level's default. `scratch` is
-/// used for space, of which a frame takes a small part.
-Bytes zstdFrame(ZSTD_CCtx* context, std::span<const std::byte> bytes, int level, int windowLog,
-                Bytes& scratch) {
-  scratch.resize(std::max(scratch.size(), ZSTD_compressBound(bytes.size())));
+/// One zstd frame; empty if zstd fails. A `windowLog` of 0 means the level's default.
+Bytes zstdFrame(ZSTD_CCtx* context, std::span<const std::byte> bytes, int level, int windowLog) {
+  Bytes frame(ZSTD_compressBound(bytes.size()));
   ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
   ZSTD_CCtx_setParameter(context, ZSTD_c_windowLog, windowLog);
   const std::size_t size =
-      ZSTD_compress2(context, scratch.data(), scratch.size(), bytes.data(), bytes.size());
+      ZSTD_compress2(context, frame.data(), frame.size(), bytes.data(), bytes.size());
   if (ZSTD_isError(size) != 0) return {};
-  return {scratch.begin(), scratch.begin() + static_cast<std::ptrdiff_t>(size)};
+  frame.resize(size);
+  frame.shrink_to_fit();
+  return frame;
+}
+
+/// An array to be stored, and where its blocks come from.
+struct Rows {
+  model::ScalarType type;
+  std::uint8_t components;
+  std::uint64_t count;
+  /// The rows of a block; `space` is theirs to use.
+  std::function<std::span<const std::byte>(std::size_t block, Bytes& space)> block;
+
+  std::size_t rowBytes() const { return model::scalarSize(type) * components; }
+  std::uint64_t bytes() const { return count * rowBytes(); }
+};
+
+/// One block in a zstd frame.
+Bytes compressedBlock(std::span<const std::byte> rows, const Rows& array, Codec codec, int level) {
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
+                                                                     &ZSTD_freeCCtx);
+  Bytes content;
+  if (codec == Codec::Repeats) {
+    content = repeatsOf(rows, array.components);
+  } else {
+    content.resize(rows.size());
+    transpose(rows, array.rowBytes(), content.data());
+  }
+  Bytes frame = zstdFrame(context.get(), content, level, 0);
+  if (frame.size() * t4d_layout::kMaxExpansion < rows.size()) {
+    // A block of zstd holds at most one window and takes at least 4 bytes, and a byte of content
+    // stands for up to four of the array: 4 KiB or 1 KiB stays within the limit.
+    const int windowLog = codec == Codec::Repeats ? 10 : 12;
+    frame = zstdFrame(context.get(), content, level, windowLog);
+  }
+  return frame;
 }
 
 /// The blocks of an array; empty if they are not smaller than the array.
-std::vector<Bytes> compressed(const ArrayView& array, Codec codec, int level) {
-  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
-                                                                     &ZSTD_freeCCtx);
-  std::vector<Bytes> blocks;
-  Bytes scratch;
-  std::size_t total = 0;
-  const std::size_t blockBytes = kBlockRows * array.rowBytes();
-  for (std::size_t at = 0; at < array.bytes.size(); at += blockBytes) {
-    const auto rows = array.bytes.subspan(at, std::min(blockBytes, array.bytes.size() - at));
-    Bytes content;
-    if (codec == Codec::Repeats) {
-      content = repeatsOf(rows, array.components);
-    } else {
-      content.resize(rows.size());
-      transpose(rows, array.rowBytes(), content.data());
-    }
-    Bytes frame = zstdFrame(context.get(), content, level, 0, scratch);
-    if (frame.size() * t4d_layout::kMaxExpansion < rows.size()) {
-      // A block of zstd holds at most one window and takes at least 4 bytes, and a byte of content
-      // stands for up to four of the array: 4 KiB or 1 KiB stays within the limit.
-      const int windowLog = codec == Codec::Repeats ? 10 : 12;
-      frame = zstdFrame(context.get(), content, level, windowLog, scratch);
-    }
-    if (frame.empty()) return {};
-    total += frame.size();
-    blocks.push_back(std::move(frame));
+std::vector<Bytes> compressed(const Rows& array, Codec codec, int level) {
+  std::vector<Bytes> blocks(blockCount(array.count));
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+    Bytes space;
+    blocks[i] = compressedBlock(array.block(i, space), array, codec, level);
+  });
+  std::uint64_t total = 0;
+  for (const Bytes& block : blocks) {
+    if (block.empty()) return {};
+    total += block.size();
   }
-  if (total >= array.bytes.size()) blocks.clear();
+  if (total >= array.bytes()) blocks.clear();
   return blocks;
 }
 
-std::uint64_t blockCount(std::uint64_t rows) {
-  return rows / kBlockRows + (rows % kBlockRows != 0);
+void putRows(PayloadWriter& into, const Rows& array, int level) {
+  std::vector<Bytes> blocks;
+  auto codec = Codec::Raw;
+  if (level > 0 && array.count > 0) {
+    codec = array.type == model::ScalarType::UInt32 ? Codec::Repeats : Codec::Zstd;
+    blocks = compressed(array, codec, level);
+  }
+  if (blocks.empty()) {
+    codec = Codec::Raw;
+    blocks.resize(blockCount(array.count));
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      Bytes space;
+      const auto rows = array.block(i, space);
+      blocks[i] = rows.data() == space.data() ? std::move(space) : Bytes(rows.begin(), rows.end());
+    }
+  }
+  into.put(static_cast<std::uint8_t>(array.type));
+  into.put(array.components);
+  into.put(static_cast<std::uint8_t>(codec));
+  into.put(std::uint8_t{0});
+  into.put(std::uint32_t{0});
+  into.put(array.count);
+  for (Bytes& block : blocks) into.putBlock(std::move(block));
 }
 
 /// The content of a zstd frame, which has to declare a size from `least` to `most` bytes.
@@ -237,27 +278,25 @@ Result<void> checkBlocks(const PackedArray& array) {
 }  // namespace
 
 void putArray(PayloadWriter& into, const ArrayView& array, int level) {
-  std::vector<Bytes> blocks;
-  auto codec = Codec::Raw;
-  if (level > 0 && !array.bytes.empty()) {
-    codec = array.type == model::ScalarType::UInt32 ? Codec::Repeats : Codec::Zstd;
-    blocks = compressed(array, codec, level);
-  }
-  if (blocks.empty()) {
-    codec = Codec::Raw;
-    const std::size_t blockBytes = kBlockRows * array.rowBytes();
-    for (std::size_t at = 0; at < array.bytes.size(); at += blockBytes) {
-      const auto rows = array.bytes.subspan(at, std::min(blockBytes, array.bytes.size() - at));
-      blocks.emplace_back(rows.begin(), rows.end());
-    }
-  }
-  into.put(static_cast<std::uint8_t>(array.type));
-  into.put(array.components);
-  into.put(static_cast<std::uint8_t>(codec));
-  into.put(std::uint8_t{0});
-  into.put(std::uint32_t{0});
-  into.put(std::uint64_t{array.bytes.size() / array.rowBytes()});
-  for (Bytes& block : blocks) into.putBlock(std::move(block));
+  const std::size_t blockBytes = kBlockRows * array.rowBytes();
+  const auto block = [&](std::size_t i, Bytes& /*space*/) {
+    const auto from = array.bytes.subspan(i * blockBytes);
+    return from.first(std::min(blockBytes, from.size()));
+  };
+  putRows(into, {array.type, array.components, array.bytes.size() / array.rowBytes(), block},
+          level);
+}
+
+void putArray(PayloadWriter& into, const MadeArray& array, int level) {
+  const std::size_t rowBytes = model::scalarSize(array.type) * array.components;
+  const auto block = [&](std::size_t i, Bytes& space) -> std::span<const std::byte> {
+    const std::uint64_t first = i * kBlockRows;
+    space.resize(std::min(kBlockRows, array.rows - first) * rowBytes);
+    // A thread that waits here must not begin another block, which would need memory, too.
+    tbb::this_task_arena::isolate([&] { array.make(first, space); });
+    return space;
+  };
+  putRows(into, {array.type, array.components, array.rows, block}, level);
 }
 
 Result<PackedArray> takePacked(PayloadReader& from, Features features) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,8 +40,19 @@ ArrayView viewOf(const std::vector<T>& values) {
 }
 
 /// Writes an array record and its blocks, compressed if that makes them smaller. Level 0 disables
-/// compression.
+/// compression. Blocks are distributed over threads.
 void putArray(t4d_layout::PayloadWriter& into, const ArrayView& array, int level);
+
+/// An array that is made block by block, so that it is never in memory whole.
+struct MadeArray {
+  model::ScalarType type = model::ScalarType::Float64;
+  std::uint8_t components = 1;
+  std::uint64_t rows = 0;
+  /// Sets `into` to the rows of one block, from number `first` on. Called by several threads at
+  /// once, and perhaps again for the same block.
+  std::function<void(std::uint64_t first, std::span<std::byte> into)> make;
+};
+void putArray(t4d_layout::PayloadWriter& into, const MadeArray& array, int level);
 
 /// An array whose record has been checked, but whose blocks have not been unpacked.
 struct PackedArray {

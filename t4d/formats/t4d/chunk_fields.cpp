@@ -22,15 +22,17 @@ using t4d_layout::PayloadWriter;
 namespace {
 
 template <class Scalar>
-void putPositionsAs(PayloadWriter& into, std::span<const Point4> vertices, int level) {
-  std::vector<Scalar> numbers;
-  numbers.reserve(3 * vertices.size());
-  for (const Point4& vertex : vertices) {
-    for (int k = 0; k < 3; ++k) numbers.push_back(static_cast<Scalar>(vertex[k]));
-  }
-  ArrayView view = viewOf(numbers);
-  view.components = 3;
-  putArray(into, view, level);
+void putPositionsAs(PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices,
+                    int level) {
+  const auto make = [&](std::uint64_t first, std::span<std::byte> bytes) {
+    std::vector<Point4> points(bytes.size() / (3 * sizeof(Scalar)));
+    vertices(first, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Matrix<Scalar, 3, 1> position = points[i].head<3>().cast<Scalar>();
+      std::memcpy(bytes.data() + i * sizeof position, position.data(), sizeof position);
+    }
+  };
+  putArray(into, MadeArray{model::scalarTypeOf<Scalar>(), 3, count, make}, level);
 }
 
 template <class Scalar>
@@ -101,13 +103,24 @@ Result<void> checkTime(const model::TimeSpan& time) {
   return invalid(fmt::format("it lasts from time {} to {}", time.begin, time.end));
 }
 
-void putPositions(PayloadWriter& into, std::span<const Point4> vertices,
+void putPositions(PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices,
                   const ArrayOptions& options) {
   if (options.float32) {
-    putPositionsAs<float>(into, vertices, options.level);
+    putPositionsAs<float>(into, count, vertices, options.level);
   } else {
-    putPositionsAs<double>(into, vertices, options.level);
+    putPositionsAs<double>(into, count, vertices, options.level);
   }
+}
+
+void putTimes(PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices, int level) {
+  const auto make = [&](std::uint64_t first, std::span<std::byte> bytes) {
+    std::vector<Point4> points(bytes.size() / sizeof(double));
+    vertices(first, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      std::memcpy(bytes.data() + i * sizeof(double), &points[i][3], sizeof(double));
+    }
+  };
+  putArray(into, MadeArray{ScalarType::Float64, 1, count, make}, level);
 }
 
 Result<PackedArray> takePositions(PayloadReader& from, Features features) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -21,8 +22,14 @@ void putTime(t4d_layout::ByteWriter& into, const model::TimeSpan& time);
 model::TimeSpan takeTime(t4d_layout::ByteReader& from);
 Result<void> checkTime(const model::TimeSpan& time);
 
-void putPositions(t4d_layout::PayloadWriter& into, std::span<const model::Point4> vertices,
+/// Sets `into` to vertices from number `first` on; called by several threads at once.
+using VertexMaker = std::function<void(std::uint64_t first, std::span<model::Point4> into)>;
+
+void putPositions(t4d_layout::PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices,
                   const ArrayOptions& options);
+/// The fourth coordinate of each vertex.
+void putTimes(t4d_layout::PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices,
+              int level);
 Result<PackedArray> takePositions(t4d_layout::PayloadReader& from, t4d_layout::Features features);
 /// `into` has a vertex for each row; its times are unchanged.
 Result<void> unpackPositions(const PackedArray& array, std::span<model::Point4> into);

@@ -29,6 +29,12 @@ using t4d_layout::PayloadWriter;
 
 constexpr std::uint32_t kZero = 0;
 
+VertexMaker makerOf(std::span<const Point4> vertices) {
+  return [=](std::uint64_t first, std::span<Point4> into) {
+    std::copy_n(vertices.begin() + static_cast<std::ptrdiff_t>(first), into.size(), into.begin());
+  };
+}
+
 template <class Scalar>
 std::vector<Scalar> numbersOf(const Array& array) {
   std::vector<Scalar> numbers(array.bytes.size() / sizeof(Scalar));
@@ -69,6 +75,14 @@ Result<void> checkVertexRows(std::span<const Attribute> attributes, std::uint64_
   return {};
 }
 
+/// Extends the ranges of a block by a vertex.
+void extend(BlockRanges& ranges, std::uint32_t vertex, const model::VertexCounts& counts) {
+  const std::size_t part = vertex < counts.lowerCount ? 0 : vertex < counts.firstUpper() ? 2 : 4;
+  if (ranges[part] == ranges[part + 1]) ranges[part] = vertex;
+  ranges[part] = std::min(ranges[part], vertex);
+  ranges[part + 1] = std::max(ranges[part + 1], vertex + 1);
+}
+
 /// Calls visit(first, last) for each block of cells, if there are several.
 template <class Visit>
 void forEachCellBlock(const Connectivity& connectivity, Visit visit) {
@@ -88,12 +102,7 @@ std::vector<BlockRanges> rangesOfBlocks(const Connectivity& connectivity) {
   const model::Means& means = connectivity.means;
   forEachCellBlock(connectivity, [&](std::size_t begin, std::size_t end) {
     BlockRanges ranges{};
-    const auto add = [&](std::uint32_t vertex) {
-      const std::size_t part = vertex < connectivity.lowerCount ? 0 : vertex < firstUpper ? 2 : 4;
-      if (ranges[part] == ranges[part + 1]) ranges[part] = vertex;
-      ranges[part] = std::min(ranges[part], vertex);
-      ranges[part + 1] = std::max(ranges[part + 1], vertex + 1);
-    };
+    const auto add = [&](std::uint32_t vertex) { extend(ranges, vertex, connectivity); };
     for (std::size_t i = begin; i < end; ++i) {
       for (const std::uint32_t vertex : connectivity.cells[i]) {
         if (vertex < firstMean || vertex >= firstUpper) {
@@ -133,17 +142,88 @@ std::vector<model::Bounds4> boundsOfBlocks(const Connectivity& connectivity,
   return all;
 }
 
+namespace {
+
+/// The fields of a CONN up to its arrays.
+void putCounts(PayloadWriter& into, const model::VertexCounts& slab, std::uint32_t means,
+               std::size_t attributes, const std::vector<BlockRanges>& ranges) {
+  into.put(slab.vertexCount);
+  into.put(slab.lowerCount);
+  into.put(slab.upperCount);
+  into.put(means);
+  into.put(static_cast<std::uint32_t>(attributes));
+  into.put(static_cast<std::uint32_t>(ranges.size()));
+  into.putBytes(ranges.data(), ranges.size() * sizeof(BlockRanges));
+}
+
+/// A block of cells of a slab that is made piece by piece, checked.
+struct MadeBlock {
+  BlockRanges ranges{};
+  model::Bounds4 bounds;
+  std::optional<Error> error;
+
+  void make(const model::StreamedSlab& slab, std::uint64_t first, std::span<model::Cell> cells) {
+    slab.cells(first, cells);
+    auto checked = model::checkCells(cells, slab.vertexCount, first);
+    if (!checked) {
+      error = checked.error();
+      return;
+    }
+    for (const model::Cell& cell : cells) {
+      for (const std::uint32_t vertex : cell) {
+        extend(ranges, vertex, slab);
+      }
+    }
+    if (slab.cellCount > t4d_layout::kBlockRows) addBounds(slab, cells);
+  }
+
+ private:
+  void addBounds(const model::StreamedSlab& slab, std::span<const model::Cell> cells) {
+    for (std::size_t part = 0; part < ranges.size(); part += 2) {
+      const std::uint32_t begin = ranges[part];
+      std::vector<Point4> vertices(ranges[part + 1] - begin);
+      slab.vertices(begin, vertices);
+      for (const model::Cell& cell : cells) {
+        for (const std::uint32_t vertex : cell) {
+          if (vertex - begin < vertices.size()) bounds.add(vertices[vertex - begin]);
+        }
+      }
+    }
+  }
+};
+
+}  // namespace
+
+Result<StreamedConnectivity> encodeConnectivity(const model::StreamedSlab& slab, int level) {
+  std::vector<MadeBlock> blocks(t4d_layout::blockCount(slab.cellCount));
+  PayloadWriter cells;
+  const auto make = [&](std::uint64_t first, std::span<std::byte> bytes) {
+    static_assert(alignof(model::Cell) <= alignof(std::max_align_t));
+    const std::span<model::Cell> into(reinterpret_cast<model::Cell*>(bytes.data()),
+                                      bytes.size() / sizeof(model::Cell));
+    MadeBlock& block = blocks[first / t4d_layout::kBlockRows];
+    block = {};
+    block.make(slab, first, into);
+  };
+  putArray(cells, MadeArray{ScalarType::UInt32, 4, slab.cellCount, make}, level);
+  StreamedConnectivity made;
+  std::vector<BlockRanges> ranges;
+  for (const MadeBlock& block : blocks) {
+    if (block.error) return pass(*block.error);
+    if (blocks.size() == 1) break;
+    ranges.push_back(block.ranges);
+    made.bounds.push_back(block.bounds);
+  }
+  putCounts(made.payload, slab, 0, 0, ranges);
+  made.payload.append(std::move(cells));
+  return made;
+}
+
 PayloadWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOptions& options) {
   const int level = options.level;
   PayloadWriter payload;
-  payload.put(connectivity.vertexCount);
-  payload.put(connectivity.lowerCount);
-  payload.put(connectivity.upperCount);
-  payload.put(connectivity.means.size());
-  payload.put(static_cast<std::uint32_t>(connectivity.cellAttributes.size()));
-  const std::vector<BlockRanges> ranges = rangesOfBlocks(connectivity);
-  payload.put(static_cast<std::uint32_t>(ranges.size()));
-  payload.putBytes(ranges.data(), ranges.size() * sizeof(BlockRanges));
+  putCounts(payload, connectivity, connectivity.means.size(), connectivity.cellAttributes.size(),
+            rangesOfBlocks(connectivity));
   putArray(payload, {ScalarType::UInt32, 4, std::as_bytes(std::span(connectivity.cells))}, level);
   if (connectivity.means.size() > 0) {
     std::vector<std::uint32_t> sizes;
@@ -218,15 +298,29 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView
   return connectivity;
 }
 
-PayloadWriter encodeLayer(double time, std::span<const Point4> vertices,
+namespace {
+
+PayloadWriter encodeLayer(double time, std::uint64_t count, const VertexMaker& vertices,
                           std::span<const Attribute> attributes, const ArrayOptions& options) {
   PayloadWriter payload;
   payload.put(time);
   payload.put(static_cast<std::uint32_t>(attributes.size()));
   payload.put(kZero);
-  putPositions(payload, vertices, options);
+  putPositions(payload, count, vertices, options);
   for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
   return payload;
+}
+
+}  // namespace
+
+PayloadWriter encodeLayer(double time, std::span<const Point4> vertices,
+                          std::span<const Attribute> attributes, const ArrayOptions& options) {
+  return encodeLayer(time, vertices.size(), makerOf(vertices), attributes, options);
+}
+
+PayloadWriter encodeLayer(double time, std::uint64_t count, const VertexMaker& vertices,
+                          const ArrayOptions& options) {
+  return encodeLayer(time, count, vertices, {}, options);
 }
 
 Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
@@ -274,6 +368,39 @@ std::vector<Attribute> ownAttributes(const model::Slab& slab) {
   return own;
 }
 
+namespace {
+
+/// The fields of a SLAB up to its attributes.
+void putSlab(PayloadWriter& into, const model::TimeSpan& time, const SlabParts& parts,
+             std::size_t attributes, std::span<const model::Bounds4> bounds, std::uint64_t interior,
+             const VertexMaker& vertices, const ArrayOptions& options) {
+  putTime(into, time);
+  putParts(into, parts);
+  into.put(static_cast<std::uint32_t>(attributes));
+  into.put(static_cast<std::uint32_t>(bounds.size()));
+  into.put(kZero);
+  for (const model::Bounds4& block : bounds) {
+    for (const Point4* corner : {&block.min, &block.max}) {
+      for (int k = 0; k < 4; ++k) into.put((*corner)[k]);
+    }
+  }
+  putPositions(into, interior, vertices, options);
+  putTimes(into, interior, vertices, options.level);
+}
+
+}  // namespace
+
+PayloadWriter encodeSlab(const model::StreamedSlab& slab, const SlabParts& parts,
+                         std::span<const model::Bounds4> bounds, const ArrayOptions& options) {
+  PayloadWriter payload;
+  const auto interior = [&](std::uint64_t first, std::span<Point4> into) {
+    slab.vertices(slab.lowerCount + static_cast<std::uint32_t>(first), into);
+  };
+  putSlab(payload, slab.time, parts, 0, bounds, slab.firstUpper() - slab.lowerCount, interior,
+          options);
+  return payload;
+}
+
 PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
                          const ArrayOptions& options) {
   const Connectivity& connectivity = *slab.connectivity;
@@ -282,22 +409,8 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
           .subspan(connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount);
   const std::vector<Attribute> attributes = ownAttributes(slab);
   PayloadWriter payload;
-  putTime(payload, {slab.timeBegin, slab.timeEnd});
-  putParts(payload, parts);
-  payload.put(static_cast<std::uint32_t>(attributes.size()));
-  const std::vector<model::Bounds4> bounds = boundsOfBlocks(connectivity, slab.vertices);
-  payload.put(static_cast<std::uint32_t>(bounds.size()));
-  payload.put(kZero);
-  for (const model::Bounds4& block : bounds) {
-    for (const Point4* corner : {&block.min, &block.max}) {
-      for (int k = 0; k < 4; ++k) payload.put((*corner)[k]);
-    }
-  }
-  putPositions(payload, interior, options);
-  std::vector<double> times;
-  times.reserve(interior.size());
-  for (const Point4& vertex : interior) times.push_back(vertex[3]);
-  putArray(payload, viewOf(times), options.level);
+  putSlab(payload, {slab.timeBegin, slab.timeEnd}, parts, attributes.size(),
+          boundsOfBlocks(connectivity, slab.vertices), interior.size(), makerOf(interior), options);
   for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
   return payload;
 }
@@ -343,16 +456,23 @@ Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
   return slab;
 }
 
-void addSlab(BodySummary& body, const model::Slab& slab) {
-  const Connectivity& connectivity = *slab.connectivity;
+void addSlab(BodySummary& body, const model::TimeSpan& time, const model::VertexCounts& counts,
+             std::uint64_t cells, const model::Bounds3& bounds) {
   if (body.slabs++ == 0) {
-    body.time.begin = slab.timeBegin;
-    body.vertices += connectivity.lowerCount;
+    body.time.begin = time.begin;
+    body.vertices += counts.lowerCount;
   }
-  body.time.end = slab.timeEnd;
-  body.vertices += connectivity.vertexCount - connectivity.lowerCount;
-  body.tetrahedra += connectivity.cells.size();
-  for (const Point4& vertex : slab.vertices) body.bounds.add(vertex.head<3>());
+  body.time.end = time.end;
+  body.vertices += counts.vertexCount - counts.lowerCount;
+  body.tetrahedra += cells;
+  body.bounds.add(bounds);
+}
+
+void addSlab(BodySummary& body, const model::Slab& slab) {
+  model::Bounds3 bounds;
+  for (const Point4& vertex : slab.vertices) bounds.add(vertex.head<3>());
+  addSlab(body, {slab.timeBegin, slab.timeEnd}, *slab.connectivity,
+          slab.connectivity->cells.size(), bounds);
 }
 
 Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {

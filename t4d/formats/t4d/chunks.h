@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "t4d/formats/t4d/array_codec.h"
+#include "t4d/formats/t4d/chunk_fields.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/summary.h"
 #include "t4d/model/error.h"
 #include "t4d/model/slab.h"
+#include "t4d/model/streamed_slab.h"
 
 /// The contents of the chunks of a .t4d file but HEAD and INDX, with encoder and decoder side by
 /// side (SPEC.md, section "Chunks"). Decoders check everything that can be checked without the rest
@@ -20,12 +22,23 @@ namespace t4d::formats {
 
 t4d_layout::PayloadWriter encodeConnectivity(const model::Connectivity& connectivity,
                                              const ArrayOptions& options);
+
+/// The connectivity of a slab that is made piece by piece, and the bounds of each block of cells if
+/// there are several, which belong into SLAB.
+struct StreamedConnectivity {
+  t4d_layout::PayloadWriter payload;
+  std::vector<model::Bounds4> bounds;
+};
+/// Makes each block of cells once. Fails if checkCells does.
+Result<StreamedConnectivity> encodeConnectivity(const model::StreamedSlab& slab, int level);
 Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
     const t4d_layout::PayloadView& payload, t4d_layout::Features features = {});
 
 /// `attributes` have a row for each of the vertices.
 t4d_layout::PayloadWriter encodeLayer(double time, std::span<const model::Point4> vertices,
                                       std::span<const model::Attribute> attributes,
+                                      const ArrayOptions& options);
+t4d_layout::PayloadWriter encodeLayer(double time, std::uint64_t count, const VertexMaker& vertices,
                                       const ArrayOptions& options);
 
 /// Vertices at one time, as stored.
@@ -83,11 +96,17 @@ std::vector<model::Attribute> ownAttributes(const model::Slab& slab);
 /// `slab` is as it is stored: rounded with float32.
 t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
                                      const ArrayOptions& options);
+/// `bounds` are those of StreamedConnectivity.
+t4d_layout::PayloadWriter encodeSlab(const model::StreamedSlab& slab, const SlabParts& parts,
+                                     std::span<const model::Bounds4> bounds,
+                                     const ArrayOptions& options);
 Result<SlabChunk> decodeSlab(const t4d_layout::PayloadView& payload,
                              t4d_layout::Features features = {});
 
 /// Adds a slab, as it is stored, to the summary of its body.
 void addSlab(BodySummary& body, const model::Slab& slab);
+void addSlab(BodySummary& body, const model::TimeSpan& time, const model::VertexCounts& counts,
+             std::uint64_t cells, const model::Bounds3& bounds);
 
 /// Checks the summary in the file against the slabs actually found. Slab count and times are left
 /// to checkDone, which does not need the slabs.

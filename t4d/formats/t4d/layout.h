@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -54,6 +56,9 @@ inline constexpr std::uint64_t kMaxBodies = 65536;
 inline constexpr int kMaxJsonDepth = 64;
 /// An array is stored in blocks of this many rows; the last may have fewer.
 inline constexpr std::uint64_t kBlockRows = 65536;
+inline constexpr std::uint64_t blockCount(std::uint64_t rows) {
+  return rows / kBlockRows + (rows % kBlockRows != 0);
+}
 /// A compressed block unpacks to at most this many times its stored size.
 inline constexpr std::uint64_t kMaxExpansion = 1024;
 
@@ -102,6 +107,11 @@ struct PayloadView {
 class PayloadWriter : public ByteWriter {
  public:
   void putBlock(std::vector<std::byte> block) { blocks_.push_back(std::move(block)); }
+  /// The fields of another after its own; its blocks likewise.
+  void append(PayloadWriter other) {
+    putBytes(other.data(), other.size());
+    std::ranges::move(other.blocks_, std::back_inserter(blocks_));
+  }
   const std::vector<std::vector<std::byte>>& blocks() const { return blocks_; }
   /// Valid until the next change.
   PayloadView view() const { return {bytes(), {blocks_.begin(), blocks_.end()}}; }

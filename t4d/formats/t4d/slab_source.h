@@ -29,6 +29,10 @@ class SlabSource : public model::Source {
 
   std::size_t slabCount() const override { return records_.size(); }
   model::TimeSpan timeSpan(std::size_t index) const override { return records_[index].time; }
+  std::optional<model::Bounds3> bounds(std::size_t index) const override {
+    const auto& extent = records_[index].extent;
+    return extent ? std::optional(extent->bounds) : std::nullopt;
+  }
   /// Errors name the slab by its number in the body.
   Result<std::shared_ptr<const model::Slab>> slab(std::size_t index) const override;
 

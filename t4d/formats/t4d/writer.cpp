@@ -4,15 +4,19 @@
 #include <array>
 #include <deque>
 #include <limits>
+#include <mutex>
 #include <optional>
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/index_chunk.h"
+#include "t4d/formats/t4d/layer_digest.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/vertex_attributes.h"
 
@@ -23,6 +27,7 @@ using namespace t4d_layout;
 using model::Connectivity;
 using model::Point4;
 using model::Slab;
+using model::StreamedSlab;
 
 }  // namespace
 
@@ -92,14 +97,21 @@ class T4dWriter::File {
   class Body : public model::Sink {
    public:
     Body(File& file, std::uint32_t bodyIndex) : index(bodyIndex), file_(file) {}
-    Result<void> put(const Slab& slab) override { return file_.put(*this, slab); }
+    Result<void> put(const Slab& slab) override {
+      return file_.put(*this, [&] { return file_.putSlab(*this, slab); });
+    }
+    Result<void> putStreamed(const StreamedSlab& slab) override {
+      // What rounding does to cells is told from the whole slab.
+      if (file_.arrays_.float32) return put(assembled(slab));
+      return file_.put(*this, [&] { return file_.putStreamed(*this, slab); });
+    }
 
     std::uint32_t index;
     BodySummary summary;
     // Parts that the next slab may share.
     std::shared_ptr<const Connectivity> connectivity;
     std::uint64_t connectivityOffset = 0;
-    std::vector<Point4> upperLayer;
+    LayerDigest upperLayer;
     std::vector<model::Attribute> upperAttributes;
     std::uint64_t upperOffset = 0;
 
@@ -114,10 +126,17 @@ class T4dWriter::File {
   };
 
   /// After a failure the file cannot be finished: it would look complete, but lack slabs.
-  Result<void> put(Body& body, const Slab& slab) {
+  template <class PutSlab>
+  Result<void> put(const Body& body, PutSlab putSlab) {
     if (error_) return pass(*error_);
-    auto done = putSlab(body, slab);
-    if (!done) error_ = done.error();
+    auto done = putSlab();
+    if (!done) {
+      error_ = done.error();
+      if (error_->where.empty()) {
+        error_->where = fmt::format("{}: slab {}", path_.string(), body.summary.slabs);
+      }
+      return pass(*error_);
+    }
     return done;
   }
 
@@ -137,14 +156,6 @@ class T4dWriter::File {
     }
     index_.chunks.push_back(header);
     return offset;
-  }
-
-  /// 0 for a layer without vertices.
-  Result<std::uint64_t> putLayer(double time, std::span<const Point4> vertices,
-                                 std::span<const model::Attribute> attributes) {
-    if (vertices.empty()) return std::uint64_t{0};
-    const PayloadWriter payload = encodeLayer(time, vertices, attributes, arrays_);
-    return putChunk(kLayer, payload);
   }
 
   /// Returns the offset of the chunk, which may have been written before: slabs of a motion that
@@ -170,6 +181,18 @@ class T4dWriter::File {
     return offset;
   }
 
+  static Result<void> checkSeam(const Body& body, double begin, const LayerDigest& lower) {
+    if (body.summary.slabs == 0) return {};
+    const double last = body.summary.time.end;
+    if (lower.size() == 0 ? begin < last : begin != last) {
+      return invalid(fmt::format("begins at time {}, the one before ends at {}", begin, last));
+    }
+    if (lower != body.upperLayer) {
+      return invalid("its lower layer is not the upper layer of the one before");
+    }
+    return {};
+  }
+
   Result<void> checkAgainstBody(const Body& body, const Slab& slab) {
     if (!slab.connectivity) return invalid("has no connectivity");
     if (slab.connectivity != body.connectivity) {
@@ -189,17 +212,8 @@ class T4dWriter::File {
         }
       }
     }
-    const auto lower = slab.lowerLayer();
-    if (body.summary.slabs > 0) {
-      const bool apart = lower.empty() ? slab.timeBegin < body.summary.time.end
-                                       : slab.timeBegin != body.summary.time.end;
-      if (apart) {
-        return invalid(fmt::format("begins at time {}, the one before ends at {}", slab.timeBegin,
-                                   body.summary.time.end));
-      }
-      if (!std::ranges::equal(lower, body.upperLayer)) {
-        return invalid("its lower layer is not the upper layer of the one before");
-      }
+    if (auto joins = checkSeam(body, slab.timeBegin, LayerDigest(slab.lowerLayer())); !joins) {
+      return joins;
     }
     if (slab.connectivity->means.size() > 0) {
       scratch_ = slab.vertices;
@@ -212,51 +226,127 @@ class T4dWriter::File {
   }
 
   Result<void> putSlab(Body& body, const Slab& slab) {
-    if (auto checked = checkAgainstBody(body, slab); !checked) {
-      return invalid(checked.error().message,
-                     fmt::format("{}: slab {}", path_.string(), body.summary.slabs));
-    }
+    if (auto checked = checkAgainstBody(body, slab); !checked) return checked;
     const std::optional<Slab> rounded =
         arrays_.float32 ? std::optional(roundedSlab(slab)) : std::nullopt;
     const Slab& stored = rounded ? *rounded : slab;
-    IndexRecord record;
-    record.time = {slab.timeBegin, slab.timeEnd};
-    record.parts.body = body.index;
     if (slab.connectivity != body.connectivity) {
       auto offset = putConnectivity(encodeConnectivity(*slab.connectivity, arrays_));
       if (!offset) return pass(offset.error());
       body.connectivity = slab.connectivity;
       body.connectivityOffset = *offset;
     }
-    record.parts.connectivity = body.connectivityOffset;
-    record.parts.lower = body.upperOffset;
-    if (body.summary.slabs == 0) {
-      auto lower = putLayer(slab.timeBegin, slab.lowerLayer(),
-                            vertexRows(slab.attributes, 0, slab.connectivity->lowerCount));
-      if (!lower) return pass(lower.error());
-      record.parts.lower = *lower;
-    }
+    const model::TimeSpan time = {slab.timeBegin, slab.timeEnd};
     std::vector<model::Attribute> upperAttributes =
         vertexRows(slab.attributes, slab.connectivity->firstUpper(), slab.connectivity->upperCount);
-    auto upper = putLayer(slab.timeEnd, slab.upperLayer(), upperAttributes);
-    if (!upper) return pass(upper.error());
-    record.parts.upper = *upper;
-
-    const PayloadWriter payload = encodeSlab(stored, record.parts, arrays_);
-    auto offset = putChunk(kSlab, payload);
-    if (!offset) return pass(offset.error());
-    record.slab = *offset;
-    record.slabBytes = out_.size() - *offset;
-    if (indexed_) {
-      record.extent = extentOf(stored);
-      index_.slabs.push_back(record);
-    }
-
+    auto parts = putLayers(
+        body, *slab.connectivity,
+        [&] {
+          return encodeLayer(time.begin, slab.lowerLayer(),
+                             vertexRows(slab.attributes, 0, slab.connectivity->lowerCount),
+                             arrays_);
+        },
+        [&] { return encodeLayer(time.end, slab.upperLayer(), upperAttributes, arrays_); });
+    if (!parts) return pass(parts.error());
     if (arrays_.float32) rounding_.add(slab);
-    addSlab(body.summary, stored);
-    body.upperLayer.assign(slab.upperLayer().begin(), slab.upperLayer().end());
+    return putRecord(body, time, *slab.connectivity, *parts, encodeSlab(stored, *parts, arrays_),
+                     extentOf(stored), LayerDigest(slab.upperLayer()),
+                     std::move(upperAttributes));
+  }
+
+  /// A range of the vertices of a slab, looked at piece by piece.
+  struct Scanned {
+    LayerDigest digest;
+    model::Bounds3 bounds;
+  };
+
+  static Result<Scanned> scan(const StreamedSlab& slab, std::uint32_t begin, std::uint32_t end) {
+    Scanned scanned;
+    scanned.digest = LayerDigest(end - begin);
+    std::mutex mutex;
+    std::optional<Error> error;
+    tbb::parallel_for(std::size_t{0}, scanned.digest.blockCount(), [&](std::size_t block) {
+      const auto first = begin + static_cast<std::uint32_t>(block * kBlockRows);
+      std::vector<Point4> vertices(std::min<std::uint64_t>(kBlockRows, end - first));
+      tbb::this_task_arena::isolate([&] { slab.vertices(first, vertices); });
+      scanned.digest.setBlock(block, vertices);
+      model::Bounds3 bounds;
+      for (const Point4& vertex : vertices) bounds.add(vertex.head<3>());
+      auto checked = checkVertices(vertices, slab, slab.time, first);
+      const std::scoped_lock lock(mutex);
+      scanned.bounds.add(bounds);
+      if (!checked && !error) error = checked.error();
+    });
+    if (error) return pass(*error);
+    return scanned;
+  }
+
+  Result<void> putStreamed(Body& body, const StreamedSlab& slab) {
+    const auto lower = scan(slab, 0, slab.lowerCount);
+    if (!lower) return pass(lower.error());
+    if (auto joins = checkSeam(body, slab.time.begin, lower->digest); !joins) return joins;
+    if (slab.lowerCount > 0 && !body.upperAttributes.empty()) {
+      return invalid(fmt::format("its lower layer lacks the attribute '{}' of the slab before",
+                                 body.upperAttributes.front().name));
+    }
+    const auto interior = scan(slab, slab.lowerCount, slab.firstUpper());
+    if (!interior) return pass(interior.error());
+    const auto upper = scan(slab, slab.firstUpper(), slab.vertexCount);
+    if (!upper) return pass(upper.error());
+    SlabExtent extent{slab.cellCount, lower->bounds};
+    extent.bounds.add(interior->bounds);
+    extent.bounds.add(upper->bounds);
+
+    auto connectivity = encodeConnectivity(slab, arrays_.level);
+    if (!connectivity) return pass(connectivity.error());
+    auto offset = putConnectivity(std::move(connectivity->payload));
+    if (!offset) return pass(offset.error());
+    body.connectivity = nullptr;
+    body.connectivityOffset = *offset;
+    const auto layer = [&](double time, std::uint32_t begin, std::uint32_t count) {
+      const auto vertices = [&, begin](std::uint64_t first, std::span<Point4> into) {
+        slab.vertices(begin + static_cast<std::uint32_t>(first), into);
+      };
+      return encodeLayer(time, count, vertices, arrays_);
+    };
+    auto parts = putLayers(
+        body, slab, [&] { return layer(slab.time.begin, 0, slab.lowerCount); },
+        [&] { return layer(slab.time.end, slab.firstUpper(), slab.upperCount); });
+    if (!parts) return pass(parts.error());
+    return putRecord(body, slab.time, slab, *parts,
+                     encodeSlab(slab, *parts, connectivity->bounds, arrays_), extent,
+                     upper->digest, {});
+  }
+
+  /// Writes the layers of a slab that are not in the file yet.
+  template <class Lower, class Upper>
+  Result<SlabParts> putLayers(const Body& body, const model::VertexCounts& counts, Lower lower,
+                              Upper upper) {
+    SlabParts parts{body.connectivityOffset, body.upperOffset, 0, body.index};
+    if (body.summary.slabs == 0 && counts.lowerCount > 0) {
+      const auto offset = putChunk(kLayer, lower());
+      if (!offset) return pass(offset.error());
+      parts.lower = *offset;
+    }
+    if (counts.upperCount > 0) {
+      const auto offset = putChunk(kLayer, upper());
+      if (!offset) return pass(offset.error());
+      parts.upper = *offset;
+    }
+    return parts;
+  }
+
+  Result<void> putRecord(Body& body, const model::TimeSpan& time, const model::VertexCounts& counts,
+                         const SlabParts& parts, const PayloadWriter& payload,
+                         const SlabExtent& extent, LayerDigest upperLayer,
+                         std::vector<model::Attribute> upperAttributes) {
+    const auto offset = putChunk(kSlab, payload);
+    if (!offset) return pass(offset.error());
+    if (indexed_) index_.slabs.push_back({*offset, out_.size() - *offset, parts, time, extent});
+    addSlab(body.summary, time, counts, extent.cells, extent.bounds);
+    body.upperLayer = std::move(upperLayer);
     body.upperAttributes = std::move(upperAttributes);
-    body.upperOffset = record.parts.upper;
+    body.upperOffset = parts.upper;
     return {};
   }
 

@@ -21,7 +21,9 @@ struct T4dWriteOptions {
 };
 
 /// Writes a .t4d file slab by slab. Memory use is one slab, plus some 200 bytes for each slab
-/// written. The target path stays untouched until `finish` returns successfully.
+/// written; of a slab that is made piece by piece (model::StreamedSlab), what is stored of it,
+/// unless positions are rounded. Blocks are compressed on all threads. The target path stays
+/// untouched until `finish` returns successfully.
 ///
 /// Connectivity is stored once for consecutive slabs of one body that share the object, and where
 /// one of the last 4 MiB of stored connectivity has the same content; layers are stored once; means

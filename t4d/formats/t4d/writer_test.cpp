@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <random>
 
 #include <gmock/gmock.h>
 
@@ -10,6 +11,7 @@
 #include "t4d/formats/t4d/test_slabs.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/model/streamed_slab.h"
 
 namespace t4d::formats {
 namespace {
@@ -77,6 +79,105 @@ void expectComesBack(const std::vector<std::vector<Slab>>& bodies, const T4dWrit
       }
     }
   }
+}
+
+/// A slab in memory, handed out piece by piece.
+class Pieces : public model::StreamedSlab {
+ public:
+  explicit Pieces(const Slab& slab) : slab_(slab) {
+    static_cast<model::VertexCounts&>(*this) = *slab.connectivity;
+    time = {slab.timeBegin, slab.timeEnd};
+    cellCount = slab.connectivity->cells.size();
+  }
+  void vertices(std::uint32_t first, std::span<Point4> into) const override {
+    std::copy_n(slab_.vertices.begin() + first, into.size(), into.begin());
+  }
+  void cells(std::uint64_t first, std::span<model::Cell> into) const override {
+    std::copy_n(slab_.connectivity->cells.begin() + static_cast<std::ptrdiff_t>(first), into.size(),
+                into.begin());
+  }
+
+ private:
+  const Slab& slab_;
+};
+
+/// A slab with layers of `layer` vertices, as many inside, and cells of random vertices.
+Slab randomSlab(unsigned seed, std::uint32_t layer, std::size_t cells, double begin,
+                std::span<const Point4> lower) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  auto connectivity = std::make_shared<Connectivity>();
+  connectivity->vertexCount = 3 * layer;
+  connectivity->lowerCount = layer;
+  connectivity->upperCount = layer;
+  std::uniform_int_distribution<std::uint32_t> vertex(0, 3 * layer - 4);
+  for (std::size_t i = 0; i < cells; ++i) {
+    const std::uint32_t v = vertex(random);
+    connectivity->cells.push_back({v, v + 1, v + 2, v + 3});
+  }
+  Slab slab{begin, begin + 1, {}, connectivity, {}};
+  for (std::uint32_t i = 0; i < 3 * layer; ++i) {
+    const double time = i < layer ? 0 : i < 2 * layer ? std::abs(number(random)) : 1;
+    slab.vertices.emplace_back(number(random), number(random), number(random), begin + time);
+  }
+  std::ranges::copy(lower, slab.vertices.begin());
+  return slab;
+}
+
+TEST(T4dWriter, ASlabInPiecesGivesTheSameBytesAsAWholeOne) {
+  constexpr std::uint32_t kLayer = 70'000;
+  const Slab first = randomSlab(1, kLayer, 200'000, 5, {});
+  const Slab second = randomSlab(2, kLayer, 65'536, 6, first.upperLayer());
+  for (const T4dWriteOptions& options : kAllOptions) {
+    std::vector<std::string> bytes;
+    for (const bool whole : {true, false}) {
+      const auto path = temporaryPath("pieces.t4d");
+      Metadata metadata;
+      metadata.bodies = {{"body"}};
+      auto writer = T4dWriter::create(path, metadata, options);
+      ASSERT_TRUE(writer);
+      for (const Slab* slab : {&first, &second}) {
+        const auto put = whole ? writer->body(0).put(*slab)
+                               : writer->body(0).putStreamed(Pieces(*slab));
+        ASSERT_TRUE(put) << put.error().text();
+      }
+      ASSERT_TRUE(writer->finish());
+      bytes.push_back(fileContents(path));
+    }
+    EXPECT_TRUE(bytes[0] == bytes[1]) << options.compression;
+  }
+}
+
+TEST(T4dWriter, RefusesASlabInPiecesForWhatItWouldRefuseWhole) {
+  const Slab good = randomSlab(3, 70'000, 70'000, 0, {});
+  const auto errorOf = [&](auto change, bool second = false) {
+    Slab bad = second ? randomSlab(4, 70'000, 10, 1, good.upperLayer()) : good;
+    auto connectivity = *bad.connectivity;
+    change(bad, connectivity);
+    bad.connectivity = std::make_shared<Connectivity>(std::move(connectivity));
+    std::vector<std::string> texts;
+    for (const bool whole : {true, false}) {
+      Metadata metadata;
+      metadata.bodies = {{"body"}};
+      auto writer = T4dWriter::create(temporaryPath("bad_pieces.t4d"), metadata);
+      if (second) EXPECT_TRUE(writer->body(0).put(good));
+      const auto put = whole ? writer->body(0).put(bad) : writer->body(0).putStreamed(Pieces(bad));
+      texts.push_back(put ? "accepted" : put.error().text());
+    }
+    EXPECT_EQ(texts[0], texts[1]);
+    return texts[1];
+  };
+  EXPECT_THAT(errorOf([](Slab&, Connectivity& c) { c.cells[66'000][2] = 210'000; }),
+              HasSubstr("slab 0: cell 66000 has the vertex 210000, of 210000"));
+  EXPECT_THAT(errorOf([](Slab&, Connectivity& c) { c.cells[66'000][2] = c.cells[66'000][0]; }),
+              HasSubstr("twice"));
+  EXPECT_THAT(errorOf([](Slab& s, Connectivity&) { s.vertices[69'999][3] = 0.5; }),
+              HasSubstr("vertex 69999 of the lower layer is at time 0.5, not 0"));
+  EXPECT_THAT(errorOf([](Slab& s, Connectivity&) { s.vertices[139'999][1] = NAN; }),
+              HasSubstr("vertex 139999 is ("));
+  EXPECT_THAT(errorOf([](Slab& s, Connectivity&) { s.vertices[69'999][2] += 1e-9; }, true),
+              HasSubstr("slab 1: its lower layer is not the upper layer of the one before"));
+  EXPECT_THAT(errorOf([](Slab& s, Connectivity&) { s.vertices[5][0] += 0.0; }, true), "accepted");
 }
 
 TEST(T4dWriter, WritesRandomSlabsThatComeBackBitForBit) {
