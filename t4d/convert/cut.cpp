@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
-#include <unordered_map>
 
 namespace t4d::convert {
 namespace {
@@ -55,54 +54,38 @@ const std::array<Section, 16>& sections() {
 
 constexpr std::uint32_t kNone = ~0U;
 
-/// The number of each point. Each vertex has a chain of the points on edges to vertices above it,
-/// whose entries are close together in memory because the cells are. A chain that would be longer
-/// than a few dozen, as at the apex of a cone, goes on in a hash table.
-class PointTable {
- public:
-  PointTable(std::size_t vertexCount, std::vector<Cut::Point>& points)
-      : first_(vertexCount, kNone), points_(points) {}
+}  // namespace
 
-  /// The number of the point, which is new if it has not been asked for before.
-  std::uint32_t numberOf(std::uint32_t below, std::uint32_t above) {
-    std::uint32_t* link = &first_[below];
-    for (int length = 0; *link != kNone; ++length) {
-      if (points_[*link].above == above) return *link;
-      if (length == kLongestChain) {
-        const auto [found, isNew] =
-            others_.try_emplace(std::uint64_t{below} << 32U | above, count());
-        if (isNew) add(below, above);
-        return found->second;
-      }
-      link = &next_[*link];
+std::uint32_t PointNumbers::add(const Cut::Point& point) {
+  points_.push_back(point);
+  next_.push_back(kNone);
+  return static_cast<std::uint32_t>(points_.size() - 1);
+}
+
+std::uint32_t PointNumbers::of(const Cut::Point& point) {
+  constexpr int kLongestChain = 32;
+  std::uint32_t* link = &first_[point.below];
+  for (int length = 0; *link != kNone; ++length) {
+    if (points_[*link].above == point.above) return *link;
+    if (length == kLongestChain) {
+      const std::uint64_t key = std::uint64_t{point.below} << 32U | point.above;
+      const auto [found, isNew] = others_.try_emplace(key, kNone);
+      if (isNew) found->second = add(point);
+      return found->second;
     }
-    *link = count();
-    add(below, above);
-    return count() - 1;
+    link = &next_[*link];
   }
+  const auto number = static_cast<std::uint32_t>(points_.size());
+  *link = number;  // before `add`, which may move the chain
+  return add(point);
+}
 
- private:
-  std::uint32_t count() const { return static_cast<std::uint32_t>(points_.size()); }
-  void add(std::uint32_t below, std::uint32_t above) {
-    points_.push_back({below, above});
-    next_.push_back(kNone);
-  }
-
-  static constexpr int kLongestChain = 32;
-  std::vector<std::uint32_t> first_;  // per vertex, kNone if no edge is cut
-  std::vector<std::uint32_t> next_;   // per point, in the chain
-  std::vector<Cut::Point>& points_;
-  std::unordered_map<std::uint64_t, std::uint32_t> others_;
-};
-
-/// If all points are vertices, they are sorted in the order of the slab, so that the slice at a
-/// layer is numbered like the input.
-void numberAsInSlab(Cut& cut) {
-  const bool allVertices = std::ranges::all_of(
-      cut.points, [](const Cut::Point& point) { return point.below == point.above; });
-  if (!allVertices) return;
+std::vector<std::uint32_t> numberAsInSlab(Cut& cut) {
   std::vector<std::uint32_t> order(cut.points.size());
   std::iota(order.begin(), order.end(), 0U);
+  const bool allVertices = std::ranges::all_of(
+      cut.points, [](const Cut::Point& point) { return point.below == point.above; });
+  if (!allVertices) return order;
   std::ranges::sort(order, {}, [&](std::uint32_t i) { return cut.points[i].below; });
   std::vector<std::uint32_t> number(order.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) number[order[i]] = i;
@@ -110,20 +93,19 @@ void numberAsInSlab(Cut& cut) {
   for (Triangle& triangle : cut.triangles) {
     for (std::uint32_t& corner : triangle) corner = number[corner];
   }
+  return order;
 }
-
-}  // namespace
 
 Cut cutOf(std::span<const Cell> cells, std::span<const std::uint8_t> sides) {
   Cut cut;
-  PointTable table(sides.size(), cut.points);
+  PointNumbers numbers(sides.size(), cut.points);
   const auto& all = sections();
   for (std::uint32_t index = 0; index < cells.size(); ++index) {
     const Cell& cell = cells[index];
     const std::array<std::uint8_t, 4> side = {sides[cell[0]], sides[cell[1]], sides[cell[2]],
                                               sides[cell[3]]};
-    const unsigned pattern = (side[0] & 1U) | (side[1] & 1U) << 1U | (side[2] & 1U) << 2U |
-                             (side[3] & 1U) << 3U;
+    const unsigned pattern =
+        (side[0] & 1U) | (side[1] & 1U) << 1U | (side[2] & 1U) << 2U | (side[3] & 1U) << 3U;
     const Section& section = all[pattern];
     if (section.size == 0) continue;
     const bool touches = ((side[0] | side[1] | side[2] | side[3]) & Side::kOn) != 0;
@@ -141,7 +123,7 @@ Cut cutOf(std::span<const Cell> cells, std::span<const std::uint8_t> sides) {
     for (int i = 1; i + 1 < section.size; ++i) {
       if (touches && (same(0, i) || same(i, i + 1) || same(i + 1, 0))) continue;
       for (const int k : {0, i, i + 1}) {
-        if (number[k] == kNone) number[k] = table.numberOf(corner[k].below, corner[k].above);
+        if (number[k] == kNone) number[k] = numbers.of(corner[k]);
       }
       cut.triangles.push_back({number[0], number[i], number[i + 1]});
       cut.cells.push_back(index);

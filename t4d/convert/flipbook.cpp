@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/convert/in_order.h"
 #include "t4d/convert/slice.h"
 
 namespace t4d::convert {
@@ -27,20 +28,36 @@ Result<FlipbookReport> writeFlipbook(std::span<const model::Body> bodies,
   }
   auto writer = formats::FlipbookWriter::create(path, framesPerSecond, options);
   if (!writer) return pass(writer.error());
-  FlipbookReport report;
-  for (const double time : times) {
-    std::vector<formats::NamedMesh> meshes;
-    for (const model::Body& body : bodies) {
-      if (!model::timeWithin(*body.source, time)) continue;
-      auto slice = sliceAtTime(*body.source, time);
-      if (!slice) return pass(slice.error());
-      report.triangles += slice->mesh.triangles.size();
-      meshes.push_back({body.name, std::move(slice->mesh)});
+  std::vector<std::unique_ptr<TimeSlicer>> slicers;
+  for (const model::Body& body : bodies) {
+    slicers.push_back(std::make_unique<TimeSlicer>(*body.source));
+  }
+  using Meshes = std::vector<formats::NamedMesh>;
+  const auto meshesAt = [&](std::size_t frame) -> std::shared_ptr<Result<Meshes>> {
+    Meshes meshes;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (!model::timeWithin(*bodies[i].source, times[frame])) continue;
+      auto slice = slicers[i]->at(times[frame]);
+      if (!slice) return std::make_shared<Result<Meshes>>(pass(slice.error()));
+      meshes.push_back({bodies[i].name, std::move(slice->mesh)});
     }
-    if (auto added = writer->add(time, meshes); !added) return pass(added.error());
+    return std::make_shared<Result<Meshes>>(std::move(meshes));
+  };
+  FlipbookReport report;
+  Result<void> done;
+  inOrder<std::shared_ptr<Result<Meshes>>>(times.size(), meshesAt, [&](const auto& meshes) {
+    if (!*meshes) {
+      done = pass(meshes->error());
+      return false;
+    }
+    for (const formats::NamedMesh& mesh : **meshes) report.triangles += mesh.mesh.triangles.size();
+    done = writer->add(times[report.frames], **meshes);
+    if (!done) return false;
     ++report.frames;
     if (progress) progress(static_cast<double>(report.frames) / static_cast<double>(times.size()));
-  }
+    return true;
+  });
+  if (!done) return pass(done.error());
   auto losses = writer->finish();
   if (!losses) return pass(losses.error());
   report.losses = std::move(*losses);

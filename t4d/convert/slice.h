@@ -18,6 +18,9 @@ struct Slice {
   std::uint64_t slabsRead = 0;
   /// Slabs that were not read because their bounds lie on one side of the hyperplane.
   std::uint64_t slabsSkipped = 0;
+  /// Blocks of 65,536 cells that were read; those that the hyperplane misses are not, where the
+  /// source offers blocks.
+  std::uint64_t blocksRead = 0;
   /// Attributes that could not be transferred, one sentence each.
   std::vector<std::string> losses;
 };
@@ -53,8 +56,9 @@ class Slicer : public model::Sink {
 };
 
 /// Slices a mesh at any number of times. What is cut in a slab depends on its connectivity and on
-/// which of its vertices are above the time, and is kept for the next slice, in which often both are
-/// the same: in all steps of a swept solid, for example. Safe to use from several threads at once.
+/// which of its vertices are above the time, and is kept for the next slice, in which often both
+/// are the same: in all steps of a swept solid, for example. Safe to use from several threads at
+/// once.
 class TimeSlicer {
  public:
   /// `source` must outlive the slicer.

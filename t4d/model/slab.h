@@ -119,6 +119,7 @@ void setMeans(const Connectivity& connectivity, Attribute& attribute);
 /// layers off their times, vertices outside the slab's times, and attributes of the wrong length.
 Result<void> checkSlab(const Slab& slab);
 
+class SlabBlocks;
 class StreamedSlab;
 
 /// Takes the slabs of one 4D mesh in time order. After an error, the caller must stop.
@@ -142,6 +143,11 @@ class Source {
   /// The slab is valid while the caller holds it and the source exists. A caller that releases each
   /// slab before requesting the next has one in memory at a time.
   virtual Result<std::shared_ptr<const Slab>> slab(std::size_t index) const = 0;
+  /// The same slab block by block; null if the source does not offer that for this slab. Valid as
+  /// long as the source.
+  virtual Result<std::shared_ptr<const SlabBlocks>> blocks(std::size_t /*index*/) const {
+    return std::shared_ptr<const SlabBlocks>();
+  }
 };
 
 /// Called with the fraction done, from 0 to 1.

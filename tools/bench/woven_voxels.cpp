@@ -50,13 +50,13 @@ class Drain : public model::Sink {
     return {};
   }
   Result<void> putStreamed(const model::StreamedSlab& slab) override {
-    eachPiece<model::Cell>(slab.cellCount, [&](std::uint64_t first, auto into) {
-      slab.cells(first, into);
-    });
+    eachPiece<model::Cell>(slab.cellCount,
+                           [&](std::uint64_t first, auto into) { slab.cells(first, into); });
     // The lower layer has been made as the upper layer of the slab before.
-    eachPiece<model::Point4>(slab.vertexCount - slab.lowerCount, [&](std::uint64_t first, auto into) {
-      slab.vertices(slab.lowerCount + static_cast<std::uint32_t>(first), into);
-    });
+    eachPiece<model::Point4>(
+        slab.vertexCount - slab.lowerCount, [&](std::uint64_t first, auto into) {
+          slab.vertices(slab.lowerCount + static_cast<std::uint32_t>(first), into);
+        });
     return {};
   }
 
@@ -68,9 +68,8 @@ class Drain : public model::Sink {
     constexpr std::uint64_t kPiece = 65536;
     tbb::parallel_for(std::uint64_t{0}, (count + kPiece - 1) / kPiece, [&](std::uint64_t i) {
       thread_local std::vector<T> piece(kPiece);
-      tbb::this_task_arena::isolate([&] {
-        make(i * kPiece, std::span(piece).first(std::min(kPiece, count - i * kPiece)));
-      });
+      tbb::this_task_arena::isolate(
+          [&] { make(i * kPiece, std::span(piece).first(std::min(kPiece, count - i * kPiece))); });
     });
     bytes += count * sizeof(T);
   }

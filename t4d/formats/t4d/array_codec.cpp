@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <mutex>
+#include <optional>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -236,8 +238,8 @@ Result<Bytes> decompressed(std::span<const std::byte> stored, std::uint64_t leas
   return content;
 }
 
-Result<void> unpackBlock(const PackedArray& array, std::span<const std::byte> stored,
-                         std::span<std::byte> into) {
+Result<void> unpackStored(const PackedArray& array, std::span<const std::byte> stored,
+                          std::span<std::byte> into) {
   if (array.codec == Codec::Raw) {
     std::copy(stored.begin(), stored.end(), into.begin());
     return {};
@@ -335,15 +337,37 @@ Result<PackedArray> takePacked(PayloadReader& from, Features features) {
   return array;
 }
 
+Result<void> unpackBlock(const PackedArray& array, std::size_t block, std::span<std::byte> into) {
+  return unpackStored(array, array.blocks[block], into);
+}
+
 Result<std::vector<std::byte>> unpack(const PackedArray& array) {
   Bytes bytes(array.rows * array.rowBytes());
-  std::span<std::byte> left(bytes);
-  for (const auto& block : array.blocks) {
-    const auto rows = left.first(std::min<std::size_t>(left.size(), kBlockRows * array.rowBytes()));
-    if (auto unpacked = unpackBlock(array, block, rows); !unpacked) return pass(unpacked.error());
-    left = left.subspan(rows.size());
-  }
+  if (auto unpacked = unpack(array, bytes); !unpacked) return pass(unpacked.error());
   return bytes;
+}
+
+Result<void> unpack(const PackedArray& array, std::span<std::byte> into) {
+  const std::size_t blockBytes = kBlockRows * array.rowBytes();
+  std::mutex mutex;
+  std::optional<Error> error;
+  tbb::parallel_for(std::size_t{0}, array.blocks.size(), [&](std::size_t i) {
+    const auto rest = into.subspan(i * blockBytes);
+    auto unpacked = unpackBlock(array, i, rest.first(std::min(rest.size(), blockBytes)));
+    if (unpacked) return;
+    const std::scoped_lock lock(mutex);
+    if (!error) error = unpacked.error();
+  });
+  if (error) return pass(*error);
+  return {};
+}
+
+Result<void> checkArray(const PackedArray& array, model::ScalarType type, std::uint8_t components) {
+  if (array.type == type && array.components == components) return {};
+  return invalid(fmt::format(
+      "an array has rows of {} numbers of type {}, where {} of type {} are "
+      "expected",
+      array.components, static_cast<int>(array.type), components, static_cast<int>(type)));
 }
 
 Result<Array> takeArray(PayloadReader& from, Features features) {
@@ -356,14 +380,12 @@ Result<Array> takeArray(PayloadReader& from, Features features) {
 
 Result<Array> takeArrayOf(PayloadReader& from, model::ScalarType type, std::uint8_t components,
                           Features features) {
-  auto array = takeArray(from, features);
-  if (array && (array->type != type || array->components != components)) {
-    return invalid(fmt::format(
-        "an array has rows of {} numbers of type {}, where {} of type {} are "
-        "expected",
-        array->components, static_cast<int>(array->type), components, static_cast<int>(type)));
-  }
-  return array;
+  auto packed = takePacked(from, features);
+  if (!packed) return pass(packed.error());
+  if (auto fits = checkArray(*packed, type, components); !fits) return pass(fits.error());
+  auto bytes = unpack(*packed);
+  if (!bytes) return pass(bytes.error());
+  return Array{packed->type, packed->components, packed->rows, std::move(*bytes)};
 }
 
 }  // namespace t4d::formats

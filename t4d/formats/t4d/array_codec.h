@@ -70,8 +70,16 @@ struct PackedArray {
 /// and have no `where`. `features` are those named in the file.
 Result<PackedArray> takePacked(t4d_layout::PayloadReader& from, t4d_layout::Features features = {});
 
-/// The array, row after row.
+/// One block of the array; `into` has the size of its rows.
+Result<void> unpackBlock(const PackedArray& array, std::size_t block, std::span<std::byte> into);
+
+/// The array, row after row; blocks are distributed over threads.
 Result<std::vector<std::byte>> unpack(const PackedArray& array);
+/// Into memory of its size.
+Result<void> unpack(const PackedArray& array, std::span<std::byte> into);
+
+/// Checks that the array has this `type` and number of `components`.
+Result<void> checkArray(const PackedArray& array, model::ScalarType type, std::uint8_t components);
 
 struct Array {
   model::ScalarType type = model::ScalarType::Float64;
@@ -83,7 +91,7 @@ struct Array {
 /// takePacked and unpack.
 Result<Array> takeArray(t4d_layout::PayloadReader& from, t4d_layout::Features features = {});
 
-/// takeArray, and checks that the result has this `type` and number of `components`.
+/// takeArray, and checkArray.
 Result<Array> takeArrayOf(t4d_layout::PayloadReader& from, model::ScalarType type,
                           std::uint8_t components, t4d_layout::Features features = {});
 

@@ -133,13 +133,22 @@ Result<PackedArray> takePositions(PayloadReader& from, Features features) {
   return array;
 }
 
-Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
-  const auto bytes = unpack(array);
-  if (!bytes) return pass(bytes.error());
+Result<void> unpackPositions(const PackedArray& array, std::size_t block, std::span<Point4> into) {
+  std::vector<std::byte> bytes(into.size() * array.rowBytes());
+  if (auto unpacked = unpackBlock(array, block, bytes); !unpacked) return unpacked;
   if (array.type == ScalarType::Float32) {
-    setPositions<float>(*bytes, into);
+    setPositions<float>(bytes, into);
   } else {
-    setPositions<double>(*bytes, into);
+    setPositions<double>(bytes, into);
+  }
+  return {};
+}
+
+Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
+  for (std::size_t i = 0; i < array.blocks.size(); ++i) {
+    const auto rest = into.subspan(i * t4d_layout::kBlockRows);
+    const auto rows = rest.first(std::min<std::size_t>(rest.size(), t4d_layout::kBlockRows));
+    if (auto unpacked = unpackPositions(array, i, rows); !unpacked) return unpacked;
   }
   return {};
 }

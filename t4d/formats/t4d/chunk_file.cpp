@@ -209,24 +209,66 @@ Result<Payload> ChunkFile::readPayload(const ChunkHeader& header) const {
   if (!bytes) return pass(bytes.error());
   Payload payload{std::move(*bytes), {}};
   auto view = payloadOf(header, payload.bytes);
-  if (!view) {
-    const Error& error = view.error();
-    return damaged(error.offset ? header.payload() + *error.offset : header.offset, error.message);
-  }
+  if (!view) return damagedIn(header, view.error());
   payload.view = std::move(*view);
   return payload;
 }
 
-Result<ChunkFile::Chunk> ChunkFile::readChunk(std::uint64_t offset, ChunkType type) const {
+tl::unexpected<Error> ChunkFile::damagedIn(const ChunkHeader& header, const Error& error) const {
+  return damaged(error.offset ? header.payload() + *error.offset : header.offset, error.message);
+}
+
+Result<ChunkHeader> ChunkFile::headerOf(std::uint64_t offset, ChunkType type) const {
   auto header = readChunkHeader(offset);
-  if (!header) return pass(header.error());
-  if (header->type != type) {
+  if (header && header->type != type) {
     return damaged(offset, fmt::format("a chunk {} is here, where {} is expected", header->name(),
                                        std::string(type.begin(), type.end())));
   }
+  return header;
+}
+
+Result<ChunkFile::Chunk> ChunkFile::readChunk(std::uint64_t offset, ChunkType type) const {
+  auto header = headerOf(offset, type);
+  if (!header) return pass(header.error());
   auto payload = readPayload(*header);
   if (!payload) return pass(payload.error());
   return Chunk{*header, std::move(*payload)};
+}
+
+Result<PartialPayload> ChunkFile::readPartly(std::uint64_t offset, ChunkType type) const {
+  auto header = headerOf(offset, type);
+  if (!header) return pass(header.error());
+  PartialPayload payload;
+  payload.file_ = this;
+  payload.header_ = *header;
+  const std::uint64_t size = padded(header->payloadBytes);
+  payload.bytes_ = std::make_unique_for_overwrite<std::byte[]>(size);
+  const std::span<std::byte> bytes(payload.bytes_.get(), size);
+  const auto front = bytes.first(header->frontBytes);
+  if (auto done = source_->read(header->payload(), front); !done) return pass(done.error());
+  auto view = placesOf(*header, bytes);
+  if (!view) return damagedIn(*header, view.error());
+  payload.view_ = std::move(*view);
+  payload.loaded_ = std::make_unique<PartialPayload::Loaded>();
+  payload.loaded_->blocks.resize(header->blocks);
+  return payload;
+}
+
+Result<void> PartialPayload::load(std::span<const std::byte> block) const {
+  const auto found =
+      std::ranges::find(view_.blocks, block.data(), [](const auto& each) { return each.data(); });
+  const auto number = static_cast<std::uint32_t>(found - view_.blocks.begin());
+  const std::scoped_lock lock(loaded_->mutex);
+  if (loaded_->blocks[number]) return {};
+  const std::uint64_t at = static_cast<std::uint64_t>(block.data() - bytes_.get());
+  const std::span<std::byte> into(bytes_.get() + at, padded(block.size()));
+  if (auto done = file_->source_->read(header_.payload() + at, into); !done) return done;
+  const std::span<const std::byte> all(bytes_.get(), padded(header_.payloadBytes));
+  if (auto sound = checkBlock(header_, all, view_, number); !sound) {
+    return file_->damagedIn(header_, sound.error());
+  }
+  loaded_->blocks[number] = true;
+  return {};
 }
 
 }  // namespace t4d::formats

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,6 +21,34 @@ namespace t4d::formats {
 struct Payload {
   std::vector<std::byte> bytes;
   t4d_layout::PayloadView view;  ///< points into `bytes`
+};
+
+class ChunkFile;
+
+/// A payload of which blocks are read when they are needed.
+class PartialPayload {
+ public:
+  PartialPayload() = default;
+
+  const ChunkHeader& header() const { return header_; }
+  /// Of the blocks, only their places are known before they are loaded.
+  const t4d_layout::PayloadView& view() const { return view_; }
+  /// Reads one of the blocks, unless it has been, and checks it. Safe from several threads at once.
+  Result<void> load(std::span<const std::byte> block) const;
+
+ private:
+  friend class ChunkFile;
+  struct Loaded {
+    std::mutex mutex;
+    std::vector<bool> blocks;
+  };
+
+  const ChunkFile* file_ = nullptr;
+  ChunkHeader header_;
+  /// Of the whole payload; what has not been read takes no memory.
+  std::unique_ptr<std::byte[]> bytes_;
+  t4d_layout::PayloadView view_;
+  std::unique_ptr<Loaded> loaded_;
 };
 
 /// A .t4d file as fixed parts and chunks, read at any offset. Every length is checked against the
@@ -70,14 +99,22 @@ class ChunkFile {
   };
   Result<Chunk> readChunk(std::uint64_t offset, t4d_layout::ChunkType type) const;
 
+  /// A chunk of `type`, of which only the front is read; valid as long as the file.
+  Result<PartialPayload> readPartly(std::uint64_t offset, t4d_layout::ChunkType type) const;
+
   /// An error in this file at `offset`.
   tl::unexpected<Error> damaged(std::uint64_t offset, const std::string& message,
                                 ErrorCode code = ErrorCode::InvalidInput) const;
 
  private:
+  friend class PartialPayload;
+
   explicit ChunkFile(std::unique_ptr<ByteSource> source)
       : source_(std::move(source)), size_(source_->size()) {}
   Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t bytes) const;
+  Result<ChunkHeader> headerOf(std::uint64_t offset, t4d_layout::ChunkType type) const;
+  /// The error of a payload, whose offset is one in it.
+  tl::unexpected<Error> damagedIn(const ChunkHeader& header, const Error& error) const;
   /// Parses the 24 bytes at `offset`.
   Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 

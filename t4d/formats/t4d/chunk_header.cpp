@@ -81,14 +81,25 @@ ChunkFront frontOf(ChunkType type, const PayloadWriter& payload, std::uint64_t o
   return made;
 }
 
-Result<PayloadView> payloadOf(const ChunkHeader& header, std::span<const std::byte> payload) {
-  const auto wrong = [&](std::optional<std::uint64_t> at, const std::string& what) {
-    Error error{ErrorCode::InvalidInput,
-                fmt::format("in the chunk {} the {}: the file is damaged", header.name(), what),
-                {}};
-    error.offset = at;
-    return pass(std::move(error));
-  };
+namespace {
+
+/// `at` is an offset in the payload, if one is known.
+tl::unexpected<Error> wrongIn(const ChunkHeader& header, std::optional<std::uint64_t> at,
+                              const std::string& what) {
+  Error error{ErrorCode::InvalidInput,
+              fmt::format("in the chunk {} the {}: the file is damaged", header.name(), what),
+              {}};
+  error.offset = at;
+  return pass(std::move(error));
+}
+
+bool isZero(std::span<const std::byte> bytes) {
+  return std::ranges::all_of(bytes, [](std::byte byte) { return byte == std::byte{0}; });
+}
+
+}  // namespace
+
+Result<PayloadView> placesOf(const ChunkHeader& header, std::span<const std::byte> payload) {
   const auto front = payload.first(header.frontBytes);
   const std::uint32_t crc = crc32c(front.data(), front.size());
   if (crc != header.frontCrc) {
@@ -99,36 +110,54 @@ Result<PayloadView> payloadOf(const ChunkHeader& header, std::span<const std::by
                 {}};
     return pass(std::move(error));
   }
-  const auto stored = front.first(header.blocks * kBlockEntryBytes);
+  const auto table = front.first(header.blocks * kBlockEntryBytes);
   std::uint64_t blockBytes = 0;
-  for (ByteReader sizes(stored); sizes.left() > 0; sizes.takeBytes(sizeof(std::uint32_t))) {
+  for (ByteReader sizes(table); sizes.left() > 0; sizes.takeBytes(sizeof(std::uint32_t))) {
     blockBytes += padded(sizes.take<std::uint32_t>());
   }
   if (blockBytes != header.payloadBytes - front.size()) {
-    return wrong(std::nullopt,
-                 fmt::format("table says that its blocks take {} bytes, not the {} that are left",
-                             blockBytes, header.payloadBytes - front.size()));
+    return wrongIn(header, std::nullopt,
+                   fmt::format("table says that its blocks take {} bytes, not the {} that are left",
+                               blockBytes, header.payloadBytes - front.size()));
   }
-  ByteReader table(stored);
-  ByteReader blocks(payload.subspan(front.size(), blockBytes));
-  PayloadView view{front.subspan(header.blocks * kBlockEntryBytes), {}};
+  PayloadView view{front.subspan(table.size()), {}};
   view.blocks.reserve(header.blocks);
-  for (std::uint32_t i = 0; i < header.blocks; ++i) {
-    const std::size_t at = front.size() + blocks.position();
-    const auto size = table.take<std::uint32_t>();
-    const auto expected = table.take<std::uint32_t>();
-    const auto block = blocks.takeBytes(size);
-    const std::uint32_t found = crc32c(block.data(), block.size());
-    if (found != expected) {
-      return wrong(at,
-                   fmt::format("checksum of block {} is {:08x}, not {:08x}", i, found, expected));
-    }
-    if (!blocks.skipPadding()) return wrong(at, fmt::format("padding of block {} is not zero", i));
-    view.blocks.push_back(block);
+  ByteReader blocks(payload.subspan(front.size(), blockBytes));
+  for (ByteReader sizes(table); sizes.left() > 0; sizes.takeBytes(sizeof(std::uint32_t))) {
+    const auto size = sizes.take<std::uint32_t>();
+    view.blocks.push_back(blocks.takeBytes(padded(size)).first(size));
   }
-  const auto padding = payload.subspan(header.payloadBytes);
-  if (std::ranges::any_of(padding, [](std::byte byte) { return byte != std::byte{0}; })) {
-    return wrong(std::nullopt, "padding is not zero");
+  return view;
+}
+
+Result<void> checkBlock(const ChunkHeader& header, std::span<const std::byte> payload,
+                        const PayloadView& view, std::uint32_t number) {
+  const auto block = view.blocks[number];
+  const auto at = static_cast<std::uint64_t>(block.data() - payload.data());
+  ByteReader entry(payload.subspan(number * kBlockEntryBytes + sizeof(std::uint32_t)));
+  const auto expected = entry.take<std::uint32_t>();
+  const std::uint32_t found = crc32c(block.data(), block.size());
+  if (found != expected) {
+    return wrongIn(
+        header, at,
+        fmt::format("checksum of block {} is {:08x}, not {:08x}", number, found, expected));
+  }
+  if (!isZero(payload.subspan(at + block.size(), padded(block.size()) - block.size()))) {
+    return wrongIn(header, at, fmt::format("padding of block {} is not zero", number));
+  }
+  return {};
+}
+
+Result<PayloadView> payloadOf(const ChunkHeader& header, std::span<const std::byte> payload) {
+  auto view = placesOf(header, payload);
+  if (!view) return view;
+  for (std::uint32_t i = 0; i < header.blocks; ++i) {
+    if (auto checked = checkBlock(header, payload, *view, i); !checked) {
+      return pass(checked.error());
+    }
+  }
+  if (!isZero(payload.subspan(header.payloadBytes))) {
+    return wrongIn(header, std::nullopt, "padding is not zero");
   }
   return view;
 }

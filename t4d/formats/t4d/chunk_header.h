@@ -65,4 +65,11 @@ ChunkFront frontOf(t4d_layout::ChunkType type, const t4d_layout::PayloadWriter& 
 Result<t4d_layout::PayloadView> payloadOf(const ChunkHeader& header,
                                           std::span<const std::byte> payload);
 
+/// The same for a payload of which only the front has been read: where the blocks are.
+Result<t4d_layout::PayloadView> placesOf(const ChunkHeader& header,
+                                         std::span<const std::byte> payload);
+/// Checks the checksum and the padding of block `number`.
+Result<void> checkBlock(const ChunkHeader& header, std::span<const std::byte> payload,
+                        const t4d_layout::PayloadView& view, std::uint32_t number);
+
 }  // namespace t4d::formats

@@ -95,6 +95,14 @@ void forEachCellBlock(const Connectivity& connectivity, Visit visit) {
 
 }  // namespace
 
+BlockRanges rangesOf(std::span<const model::Cell> cells, const model::VertexCounts& counts) {
+  BlockRanges ranges{};
+  for (const model::Cell& cell : cells) {
+    for (const std::uint32_t vertex : cell) extend(ranges, vertex, counts);
+  }
+  return ranges;
+}
+
 std::vector<BlockRanges> rangesOfBlocks(const Connectivity& connectivity) {
   std::vector<BlockRanges> all;
   const std::uint32_t firstMean = connectivity.firstMean();
@@ -239,24 +247,37 @@ PayloadWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOp
   return payload;
 }
 
+Result<ConnectivityFront> takeConnectivityFront(PayloadReader& from, Features features) {
+  ConnectivityFront front;
+  front.counts.vertexCount = from.take<std::uint32_t>();
+  front.counts.lowerCount = from.take<std::uint32_t>();
+  front.counts.upperCount = from.take<std::uint32_t>();
+  front.means = from.take<std::uint32_t>();
+  front.attributes = from.take<std::uint32_t>();
+  const auto rangeCount = from.take<std::uint32_t>();
+  const auto ranges = from.takeBytes(rangeCount * sizeof(BlockRanges));
+  if (from.overrun()) return cutOff("a connectivity");
+  front.ranges.resize(rangeCount);
+  if (rangeCount > 0) std::memcpy(front.ranges.data(), ranges.data(), ranges.size());
+  auto cells = takePacked(from, features);
+  if (!cells) return pass(cells.error());
+  if (auto fits = checkArray(*cells, ScalarType::UInt32, 4); !fits) return pass(fits.error());
+  front.cells = *cells;
+  return front;
+}
+
 Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView& payload,
                                                                Features features) {
   PayloadReader from(payload);
+  const auto front = takeConnectivityFront(from, features);
+  if (!front) return pass(front.error());
   auto connectivity = std::make_shared<Connectivity>();
-  connectivity->vertexCount = from.take<std::uint32_t>();
-  connectivity->lowerCount = from.take<std::uint32_t>();
-  connectivity->upperCount = from.take<std::uint32_t>();
-  const auto meanCount = from.take<std::uint32_t>();
-  const auto attributeCount = from.take<std::uint32_t>();
-  const auto rangeCount = from.take<std::uint32_t>();
-  const auto storedRanges = from.takeBytes(rangeCount * sizeof(BlockRanges));
-  if (from.overrun()) return cutOff("a connectivity");
-
-  auto cells = takeArrayOf(from, ScalarType::UInt32, 4, features);
-  if (!cells) return pass(cells.error());
-  connectivity->cells.resize(cells->rows);
-  if (!cells->bytes.empty()) {
-    std::memcpy(connectivity->cells.data(), cells->bytes.data(), cells->bytes.size());
+  static_cast<model::VertexCounts&>(*connectivity) = front->counts;
+  const std::uint32_t meanCount = front->means;
+  connectivity->cells.resize(front->cells.rows);
+  if (auto set = unpack(front->cells, std::as_writable_bytes(std::span(connectivity->cells)));
+      !set) {
+    return pass(set.error());
   }
   if (meanCount > 0) {
     if (!features.means) return invalid("it has means, a feature that the file does not name");
@@ -283,7 +304,7 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView
                                  connectivity->means.sources.size()));
     }
   }
-  auto attributes = takeAttributes(from, attributeCount, features);
+  auto attributes = takeAttributes(from, front->attributes, features);
   if (!attributes) return pass(attributes.error());
   connectivity->cellAttributes = std::move(*attributes);
   if (auto end = checkEnd(from); !end) return pass(end.error());
@@ -291,8 +312,7 @@ Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView
   if (auto sound = checkStorable(connectivity->cellAttributes, {}); !sound) {
     return pass(sound.error());
   }
-  const std::vector<BlockRanges> ranges = rangesOfBlocks(*connectivity);
-  if (!std::ranges::equal(storedRanges, std::as_bytes(std::span(ranges)))) {
+  if (rangesOfBlocks(*connectivity) != front->ranges) {
     return invalid("the ranges of vertices of its blocks are not those of their cells");
   }
   return connectivity;
@@ -323,20 +343,29 @@ PayloadWriter encodeLayer(double time, std::uint64_t count, const VertexMaker& v
   return encodeLayer(time, count, vertices, {}, options);
 }
 
-Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
-  PayloadReader from(payload);
-  Layer layer;
-  layer.time = from.take<double>();
-  const auto attributeCount = from.take<std::uint32_t>();
+Result<LayerFront> takeLayerFront(PayloadReader& from, Features features) {
+  LayerFront front;
+  front.time = from.take<double>();
+  front.attributes = from.take<std::uint32_t>();
   const auto reserved = from.take<std::uint32_t>();
   if (from.overrun()) return cutOff("a layer");
   if (reserved != 0) return invalid("its reserved bytes are not zero");
-  if (!std::isfinite(layer.time)) return invalid(fmt::format("it is at time {}", layer.time));
+  if (!std::isfinite(front.time)) return invalid(fmt::format("it is at time {}", front.time));
   const auto positions = takePositions(from, features);
   if (!positions) return pass(positions.error());
   if (positions->rows == 0) return invalid("it has no vertices");
-  layer.positions = *positions;
-  auto attributes = takeAttributes(from, attributeCount, features);
+  front.positions = *positions;
+  return front;
+}
+
+Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
+  PayloadReader from(payload);
+  const auto front = takeLayerFront(from, features);
+  if (!front) return pass(front.error());
+  Layer layer;
+  layer.time = front->time;
+  layer.positions = front->positions;
+  auto attributes = takeAttributes(from, front->attributes, features);
   if (!attributes) return pass(attributes.error());
   layer.attributes = std::move(*attributes);
   for (const Attribute& attribute : layer.attributes) {
@@ -415,38 +444,53 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
   return payload;
 }
 
-Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
-  PayloadReader from(payload);
-  SlabChunk slab;
-  slab.time = takeTime(from);
-  slab.parts = takeParts(from);
-  const auto attributeCount = from.take<std::uint32_t>();
+Result<SlabFront> takeSlabFront(PayloadReader& from, Features features) {
+  SlabFront front;
+  front.time = takeTime(from);
+  front.parts = takeParts(from);
+  front.attributes = from.take<std::uint32_t>();
   const auto boundsCount = from.take<std::uint32_t>();
   const auto reserved = from.take<std::uint32_t>();
   constexpr std::size_t kBoundsBytes = 8 * sizeof(double);
   if (from.overrun() || boundsCount > from.left() / kBoundsBytes) return cutOff("a slab");
   if (reserved != 0) return invalid("its reserved bytes are not zero");
-  if (auto checked = checkTime(slab.time); !checked) return pass(checked.error());
-  slab.cellBounds.resize(boundsCount);
-  for (model::Bounds4& block : slab.cellBounds) {
+  if (auto checked = checkTime(front.time); !checked) return pass(checked.error());
+  front.cellBounds.resize(boundsCount);
+  for (model::Bounds4& block : front.cellBounds) {
     for (Point4* corner : {&block.min, &block.max}) {
       for (int k = 0; k < 4; ++k) (*corner)[k] = from.take<double>();
     }
   }
   const auto positions = takePositions(from, features);
   if (!positions) return pass(positions.error());
-  auto times = takeArrayOf(from, ScalarType::Float64, 1, features);
+  front.positions = *positions;
+  const auto times = takePacked(from, features);
   if (!times) return pass(times.error());
+  if (auto fits = checkArray(*times, ScalarType::Float64, 1); !fits) return pass(fits.error());
   if (times->rows != positions->rows) {
     return invalid(
         fmt::format("it has {} interior positions but {} times", positions->rows, times->rows));
   }
-  slab.interior.resize(positions->rows);
-  if (auto set = unpackPositions(*positions, slab.interior); !set) return pass(set.error());
+  front.times = *times;
+  return front;
+}
+
+Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
+  PayloadReader from(payload);
+  auto front = takeSlabFront(from, features);
+  if (!front) return pass(front.error());
+  SlabChunk slab;
+  slab.time = front->time;
+  slab.parts = front->parts;
+  slab.cellBounds = std::move(front->cellBounds);
+  const auto times = unpack(front->times);
+  if (!times) return pass(times.error());
+  slab.interior.resize(front->positions.rows);
+  if (auto set = unpackPositions(front->positions, slab.interior); !set) return pass(set.error());
   for (std::size_t i = 0; i < slab.interior.size(); ++i) {
-    std::memcpy(&slab.interior[i][3], times->bytes.data() + i * sizeof(double), sizeof(double));
+    std::memcpy(&slab.interior[i][3], times->data() + i * sizeof(double), sizeof(double));
   }
-  auto attributes = takeAttributes(from, attributeCount, features);
+  auto attributes = takeAttributes(from, front->attributes, features);
   if (!attributes) return pass(attributes.error());
   slab.attributes = std::move(*attributes);
   if (auto sound = checkVertexRows(slab.attributes, slab.interior.size()); !sound) {
@@ -471,8 +515,8 @@ void addSlab(BodySummary& body, const model::TimeSpan& time, const model::Vertex
 void addSlab(BodySummary& body, const model::Slab& slab) {
   model::Bounds3 bounds;
   for (const Point4& vertex : slab.vertices) bounds.add(vertex.head<3>());
-  addSlab(body, {slab.timeBegin, slab.timeEnd}, *slab.connectivity,
-          slab.connectivity->cells.size(), bounds);
+  addSlab(body, {slab.timeBegin, slab.timeEnd}, *slab.connectivity, slab.connectivity->cells.size(),
+          bounds);
 }
 
 Result<void> checkSummary(const BodySummary& said, const BodySummary& found) {

@@ -69,6 +69,8 @@ struct SlabParts {
 /// the interior and the upper layer the first and one more than the last; equal if there are none.
 using BlockRanges = std::array<std::uint32_t, 6>;
 
+BlockRanges rangesOf(std::span<const model::Cell> cells, const model::VertexCounts& counts);
+
 /// The ranges of each block of cells; empty if there is at most one block.
 std::vector<BlockRanges> rangesOfBlocks(const model::Connectivity& connectivity);
 
@@ -78,6 +80,33 @@ model::Slab roundedSlab(const model::Slab& slab);
 /// The bounds of the vertices of each block of cells; empty if there is at most one block.
 std::vector<model::Bounds4> boundsOfBlocks(const model::Connectivity& connectivity,
                                            std::span<const model::Point4> vertices);
+
+/// What the fronts of CONN, LAYR and SLAB say, read as far as the arrays that are needed to read a
+/// slab by blocks; their other arrays follow.
+struct ConnectivityFront {
+  model::VertexCounts counts;
+  std::uint32_t means = 0;
+  std::uint32_t attributes = 0;
+  std::vector<BlockRanges> ranges;
+  PackedArray cells;
+};
+Result<ConnectivityFront> takeConnectivityFront(t4d_layout::PayloadReader& from,
+                                                t4d_layout::Features features);
+struct LayerFront {
+  double time = 0;
+  std::uint32_t attributes = 0;
+  PackedArray positions;
+};
+Result<LayerFront> takeLayerFront(t4d_layout::PayloadReader& from, t4d_layout::Features features);
+struct SlabFront {
+  model::TimeSpan time;
+  SlabParts parts;
+  std::uint32_t attributes = 0;
+  std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them
+  PackedArray positions;
+  PackedArray times;
+};
+Result<SlabFront> takeSlabFront(t4d_layout::PayloadReader& from, t4d_layout::Features features);
 
 /// A slab without the parts it shares with others.
 struct SlabChunk {

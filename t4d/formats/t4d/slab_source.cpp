@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/file_slab.h"
 #include "t4d/formats/t4d/vertex_attributes.h"
 #include "t4d/formats/t4d/within_memory.h"
 
@@ -22,6 +23,14 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) c
     return pass(std::move(error));
   }
   return slab;
+}
+
+Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t index) const {
+  if (partsAt_ == PartsAt::Record) return std::shared_ptr<const model::SlabBlocks>();
+  auto slab = withinMemory(file_->path(),
+                           [&] { return FileSlab::open(*file_, records_[index], features_); });
+  if (!slab) return pass(slab.error());
+  return std::shared_ptr<const model::SlabBlocks>(std::move(*slab));
 }
 
 Result<std::shared_ptr<const model::Slab>> SlabSource::read(const IndexRecord& record) const {

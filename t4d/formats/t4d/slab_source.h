@@ -36,6 +36,9 @@ class SlabSource : public model::Source {
   /// Errors name the slab by its number in the body.
   Result<std::shared_ptr<const model::Slab>> slab(std::size_t index) const override;
 
+  /// Slabs of several blocks of cells without means and attributes, if the file has an index.
+  Result<std::shared_ptr<const model::SlabBlocks>> blocks(std::size_t index) const override;
+
   /// Any slab of the file, added or not, checked as far as a single slab can be. Errors give the
   /// offset of the faulty chunk.
   Result<std::shared_ptr<const model::Slab>> read(const IndexRecord& record) const;

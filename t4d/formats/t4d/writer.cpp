@@ -250,8 +250,7 @@ class T4dWriter::File {
     if (!parts) return pass(parts.error());
     if (arrays_.float32) rounding_.add(slab);
     return putRecord(body, time, *slab.connectivity, *parts, encodeSlab(stored, *parts, arrays_),
-                     extentOf(stored), LayerDigest(slab.upperLayer()),
-                     std::move(upperAttributes));
+                     extentOf(stored), LayerDigest(slab.upperLayer()), std::move(upperAttributes));
   }
 
   /// A range of the vertices of a slab, looked at piece by piece.
@@ -314,8 +313,8 @@ class T4dWriter::File {
         [&] { return layer(slab.time.end, slab.firstUpper(), slab.upperCount); });
     if (!parts) return pass(parts.error());
     return putRecord(body, slab.time, slab, *parts,
-                     encodeSlab(slab, *parts, connectivity->bounds, arrays_), extent,
-                     upper->digest, {});
+                     encodeSlab(slab, *parts, connectivity->bounds, arrays_), extent, upper->digest,
+                     {});
   }
 
   /// Writes the layers of a slab that are not in the file yet.

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "t4d/convert/cut.h"
+#include "t4d/convert/hyperplane.h"
+#include "t4d/convert/slice.h"
+#include "t4d/model/slab.h"
+#include "t4d/model/slab_blocks.h"
+
+namespace t4d::convert {
+
+/// What is cut of a slab.
+struct CutSlab {
+  model::VertexCounts counts;
+  std::shared_ptr<const Cut> cut;
+  std::vector<model::Point3> positions;  // of each point of the cut
+  std::vector<double> fractions;         // likewise, from below to above
+  const model::Slab* slab = nullptr;     // with its attributes, unless it was cut by blocks
+  std::uint64_t blocksRead = 0;
+};
+
+/// A slab, as long as what is cut of it is needed.
+struct ReadSlab {
+  std::shared_ptr<const model::Slab> slab;  // null if it was read by blocks
+  CutSlab cut;
+};
+
+/// Remembers what was cut last, which is often the same in the next slab or at the next time. Safe
+/// to use from several threads at once.
+class CutMemory {
+ public:
+  /// checkConnectivity, unless this connectivity was the last one that passed.
+  Result<void> check(const std::shared_ptr<const model::Connectivity>& connectivity);
+  std::shared_ptr<const Cut> cut(const std::shared_ptr<const model::Connectivity>& connectivity,
+                                 std::vector<std::uint8_t> sides);
+
+ private:
+  std::mutex mutex_;
+  std::shared_ptr<const model::Connectivity> checked_;
+  std::shared_ptr<const model::Connectivity> connectivity_;
+  std::vector<std::uint8_t> sides_;
+  std::shared_ptr<const Cut> last_;
+};
+
+/// Cuts slabs by a hyperplane. Safe to use from several threads at once.
+class SlabCutter {
+ public:
+  SlabCutter(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<CutMemory> memory);
+
+  const HyperplaneBasis& basis() const { return basis_; }
+  /// Whether the hyperplane cuts nothing within these bounds. As n.p is computed it never decreases
+  /// where it should increase, so this is exact.
+  bool misses(const model::Bounds4& bounds) const;
+
+  /// Fails as Slicer::put does.
+  Result<CutSlab> cut(const model::Slab& slab) const;
+  /// Reads and cuts the blocks that the hyperplane meets, on all threads.
+  Result<CutSlab> cut(const model::SlabBlocks& blocks) const;
+  /// Reads a slab and cuts it, by blocks if the source offers them.
+  Result<ReadSlab> read(const model::Source& source, std::size_t index) const;
+
+ private:
+  struct Heights {
+    std::vector<double> heights;
+    std::vector<std::uint8_t> sides;
+  };
+  double heightOf(const model::Point4& point) const;
+  bool isAbove(double height) const;
+  Heights heightsOf(std::span<const model::Point4> vertices) const;
+  void place(const Cut& cut, std::span<const model::Point4> vertices,
+             const std::vector<double>& heights, CutSlab& into) const;
+
+  Hyperplane hyperplane_;
+  HyperplaneBasis basis_;
+  OnHyperplane rule_;
+  std::shared_ptr<CutMemory> memory_;
+};
+
+}  // namespace t4d::convert
