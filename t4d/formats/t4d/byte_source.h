@@ -44,4 +44,8 @@ class ByteSource {
 /// Opens a regular file.
 Result<std::unique_ptr<ByteSource>> openFileSource(const std::filesystem::path& path);
 
+/// Opens a regular file, or a file on a web server by its URL: http:// or https://. Other URLs are
+/// refused.
+Result<std::unique_ptr<ByteSource>> openByteSource(const std::filesystem::path& pathOrUrl);
+
 }  // namespace t4d::formats

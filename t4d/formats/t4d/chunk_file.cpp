@@ -25,10 +25,14 @@ bool isChunkType(const ChunkType& type) {
   });
 }
 
+bool hasSignature(std::span<const std::byte> bytes) {
+  return std::memcmp(bytes.data(), kSignature.data(), kSignature.size()) == 0;
+}
+
 }  // namespace
 
-Result<ChunkFile> ChunkFile::open(const std::filesystem::path& path) {
-  auto source = openFileSource(path);
+Result<ChunkFile> ChunkFile::open(const std::filesystem::path& pathOrUrl) {
+  auto source = openByteSource(pathOrUrl);
   if (!source) return pass(source.error());
   return ChunkFile(std::move(*source));
 }
@@ -40,8 +44,16 @@ tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string
 
 /// Callers have checked `offset` and `bytes` against the file's size.
 Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64_t bytes) const {
-  std::vector<std::byte> data(bytes);
-  if (auto done = source_->read(offset, data); !done) return pass(done.error());
+  // A server can lie about the size of a file: memory grows with what it sends.
+  constexpr std::uint64_t kStep = std::uint64_t{64} << 20;
+  const std::uint64_t step = remote() ? kStep : bytes;
+  std::vector<std::byte> data;
+  do {
+    const std::size_t have = data.size();
+    data.resize(have + std::min(step, bytes - have));
+    auto done = source_->read(offset + have, std::span(data).subspan(have));
+    if (!done) return pass(done.error());
+  } while (data.size() < bytes);
   return data;
 }
 
@@ -52,25 +64,31 @@ Result<ChunkFile::Header> ChunkFile::readHeader() const {
   }
   auto bytes = read(0, kFileHeaderBytes);
   if (!bytes) return pass(bytes.error());
-  if (std::memcmp(bytes->data(), kSignature.data(), kSignature.size()) != 0) {
-    const bool almost = std::memcmp(bytes->data() + 1, kSignature.data() + 1, 3) == 0;
+  std::uint32_t crc = 0;
+  std::memcpy(&crc, bytes->data() + kFileHeaderCopyBytes, sizeof crc);
+  if (hasSignature(*bytes) && crc != crc32c(bytes->data(), kFileHeaderCopyBytes)) {
+    return damaged(8, "the file header's checksum does not match: the file is damaged");
+  }
+  return decodeHeader(std::span(*bytes).first<kFileHeaderCopyBytes>());
+}
+
+Result<ChunkFile::Header> ChunkFile::decodeHeader(
+    std::span<const std::byte, kFileHeaderCopyBytes> copy) const {
+  if (!hasSignature(copy)) {
+    const bool almost = std::memcmp(copy.data() + 1, kSignature.data() + 1, 3) == 0;
     auto refused = damaged(0, almost ? "the signature is damaged, as by a transfer in text mode; "
                                        "copy the file again in binary mode"
                                      : "is not a .t4d file: the signature is missing");
     if (!almost) refused.value().remedy = Remedy::OtherFormat;
     return refused;
   }
-  ByteReader from(*bytes);
+  ByteReader from(copy);
   from.takeBytes(kSignature.size());
   Header header;
   header.major = from.take<std::uint16_t>();
   header.minor = from.take<std::uint16_t>();
   const auto flags = from.take<std::uint32_t>();
   const auto reserved = from.take<std::uint32_t>();
-  const auto crc = from.take<std::uint32_t>();
-  if (crc != crc32c(bytes->data(), kFileHeaderBytes - sizeof crc)) {
-    return damaged(8, "the file header's checksum does not match: the file is damaged");
-  }
   if (header.major != kMajorVersion) {
     return damaged(8,
                    fmt::format("is of version {}.{}; this program reads {}.x", header.major,
@@ -83,7 +101,7 @@ Result<ChunkFile::Header> ChunkFile::readHeader() const {
   }
   if (reserved != 0) return damaged(16, "the file header's reserved bytes are not zero");
   header.indexed = (flags & kFlagIndexed) != 0;
-  header.bytes = std::move(*bytes);
+  std::ranges::copy(copy, header.bytes.begin());
   return header;
 }
 
@@ -128,11 +146,18 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
   const auto known = std::ranges::lower_bound(*expected_, offset, {}, &ChunkHeader::offset);
   if (known == expected_->end() || *known != *header) {
     return damaged(offset,
-                   fmt::format("the chunk {} is not what the index says is here: the file is "
-                               "damaged, or has changed while it was read",
+                   fmt::format("the chunk {} is not what the index says, or what was here "
+                               "before: the file is damaged, or has changed while it was read",
                                header->name()));
   }
   return header;
+}
+
+ByteRange ChunkFile::placeOf(std::uint64_t offset) const {
+  if (!expected_) return {};
+  const auto known = std::ranges::lower_bound(*expected_, offset, {}, &ChunkHeader::offset);
+  if (known == expected_->end() || known->offset != offset) return {};
+  return {offset, known->end()};
 }
 
 std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -56,22 +57,28 @@ class PartialPayload {
 /// zero. Errors name the file and the byte. Reading is safe from several threads at once.
 class ChunkFile {
  public:
-  static Result<ChunkFile> open(const std::filesystem::path& path);
+  /// As openByteSource does.
+  static Result<ChunkFile> open(const std::filesystem::path& pathOrUrl);
 
   const std::string& path() const { return source_->name(); }
+  bool remote() const { return source_->remote(); }
   std::uint64_t size() const { return size_; }
   /// Treats the file as truncated after `bytes` bytes.
   void cutAfter(std::uint64_t bytes) { size_ = std::min(size_, bytes); }
   /// Bytes read so far: what a client would have requested from a web server.
   std::uint64_t bytesRead() const { return source_->bytesRead(); }
+  std::uint64_t requests() const { return source_->requests(); }
 
   struct Header {
     std::uint16_t major = 0;
     std::uint16_t minor = 0;
     bool indexed = false;
-    std::vector<std::byte> bytes;  ///< as stored
+    std::array<std::byte, t4d_layout::kFileHeaderCopyBytes> bytes{};  ///< as stored, no checksum
   };
   Result<Header> readHeader() const;
+  /// The same from a copy without the checksum.
+  Result<Header> decodeHeader(
+      std::span<const std::byte, t4d_layout::kFileHeaderCopyBytes> copy) const;
 
   struct Footer {
     std::uint64_t index = 0;
@@ -82,9 +89,15 @@ class ChunkFile {
   /// The footer of a file that ends at `end`, which is at most size().
   Result<Footer> readFooter(std::uint64_t end) const;
 
-  /// From now on a chunk must be one of these, in the order of their offsets: what the index says.
+  /// From now on a chunk must be one of these, in the order of their offsets: what the index says,
+  /// or what was found before.
   void expectChunks(std::vector<ChunkHeader> chunks) { expected_ = std::move(chunks); }
   Result<ChunkHeader> readChunkHeader(std::uint64_t offset) const;
+
+  /// Where the chunk at `offset` is, as far as expectChunks says so; empty otherwise.
+  ByteRange placeOf(std::uint64_t offset) const;
+  /// As ByteSource::plan.
+  void plan(std::span<const ByteRange> ranges) const { source_->plan(ranges); }
 
   /// The first chunk at or after `from` with a valid header, whatever precedes it.
   std::optional<ChunkHeader> findChunk(std::uint64_t from) const;

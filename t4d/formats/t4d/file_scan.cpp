@@ -1,6 +1,7 @@
 #include "t4d/formats/t4d/file_scan.h"
 
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 
@@ -17,7 +18,9 @@ class Scanner {
 
   FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
     scan_.end = firstChunk;
+    constexpr std::uint64_t kAhead = std::uint64_t{4} << 20;
     while (!scan_.done) {
+      file_.plan(std::array{ByteRange{scan_.end, scan_.end + kAhead}});
       if (auto next = readNext(); !next) {
         scan_.damage = next.error();
         break;

@@ -21,11 +21,15 @@ Result<Head> readHead(ChunkFile& file, std::uint64_t offset) {
   auto payload = file.readPayload(*header);
   if (!payload) return pass(payload.error());
   std::string text(reinterpret_cast<const char*>(payload->bytes.data()), header->payloadBytes);
+  return decodeHead(file, *header, std::move(text));
+}
+
+Result<Head> decodeHead(const ChunkFile& file, const ChunkHeader& header, std::string text) {
   auto metadata = parseHead(text);
   if (!metadata) {
     const Error& error = metadata.error();
     const std::uint64_t at =
-        error.offset ? header->offset + kChunkHeaderBytes + *error.offset : header->offset;
+        error.offset ? header.offset + kChunkHeaderBytes + *error.offset : header.offset;
     return file.damaged(at, "HEAD: " + error.message, error.code);
   }
   const auto named = [&](std::string_view feature) {
@@ -33,7 +37,7 @@ Result<Head> readHead(ChunkFile& file, std::uint64_t offset) {
     return std::find(all.begin(), all.end(), feature) != all.end();
   };
   const Features features = {named(kFeatureZstd), named(kFeatureMeans)};
-  return Head{std::move(*metadata), features, *header, std::move(text)};
+  return Head{std::move(*metadata), features, header, std::move(text)};
 }
 
 }  // namespace t4d::formats

@@ -15,4 +15,7 @@ struct Head {
 
 Result<Head> readHead(ChunkFile& file, std::uint64_t offset = t4d_layout::kFileHeaderBytes);
 
+/// The same from a copy of the chunk's header and of its payload.
+Result<Head> decodeHead(const ChunkFile& file, const ChunkHeader& header, std::string text);
+
 }  // namespace t4d::formats

@@ -1,6 +1,7 @@
 #include "t4d/formats/t4d/reader.h"
 
 #include <algorithm>
+#include <array>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -73,6 +74,52 @@ Result<Ending> readEnding(ChunkFile& file, Features features) {
   return Ending{std::move(*decoded), std::move(*decodedDone), done->header, footer->index};
 }
 
+/// File header and HEAD.
+struct Beginning {
+  ChunkFile::Header header;
+  Head head;
+};
+
+Result<Beginning> readBeginning(ChunkFile& file) {
+  auto header = file.readHeader();
+  if (!header) return pass(header.error());
+  auto head = readHead(file);
+  if (!head) return pass(head.error());
+  return Beginning{*header, std::move(*head)};
+}
+
+/// The same from the copies in the index, which saves a request. The end of the file is then there
+/// to be read again.
+Result<Beginning> readCopyOfBeginning(ChunkFile& file) {
+  auto footer = file.readFooter();
+  if (!footer) return pass(footer.error());
+  file.plan(std::array{ByteRange{std::min(footer->done, file.size()), file.size()}});
+  auto ending = readEnding(file, Features{});
+  if (!ending) return pass(ending.error());
+  Index& index = ending->index;
+  const auto isHead = [&](const ChunkHeader& chunk) {
+    return chunk.type == kHead && chunk.payloadBytes == index.head.size() &&
+           payloadOf(chunk, std::as_bytes(std::span(index.head)));
+  };
+  if (index.chunks.empty() || !isHead(index.chunks.front())) {
+    return file.damaged(ending->offset, "INDX: its copy of HEAD is different");
+  }
+  auto header = file.decodeHeader(index.fileHeader);
+  if (!header) return pass(header.error());
+  auto head = decodeHead(file, index.chunks.front(), std::move(index.head));
+  if (!head) return pass(head.error());
+  return Beginning{*header, std::move(*head)};
+}
+
+/// Without a sound index the front tells whether it is missing rightly, or the file is of another
+/// format.
+Result<Beginning> readRemoteBeginning(ChunkFile& file) {
+  auto copy = readCopyOfBeginning(file);
+  if (copy || copy.error().code == ErrorCode::Io) return copy;
+  auto front = readBeginning(file);
+  return !front && front.error().code == ErrorCode::Io ? copy : front;
+}
+
 /// Checks the index against file header, HEAD and DONE.
 Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
                          const ChunkFile::Header& header, const Head& head) {
@@ -80,7 +127,7 @@ Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
     return file.damaged(ending.offset, "INDX: " + message);
   };
   const Index& index = ending.index;
-  if (!std::ranges::equal(index.fileHeader, std::span(header.bytes).first(kFileHeaderCopyBytes))) {
+  if (index.fileHeader != header.bytes) {
     return wrong("its copy of the file header is different");
   }
   if (index.head != head.text) return wrong("its copy of HEAD is different");
@@ -151,12 +198,13 @@ class T4dReader::File {
 
   Result<void> open(T4dOpen how, const model::Progress& progress,
                     std::optional<std::uint64_t> maxCells) {
-    auto header = file_.readHeader();
-    if (!header) return pass(header.error());
+    auto beginning =
+        file_.remote() && how == T4dOpen::Whole ? readRemoteBeginning(file_) : readBeginning(file_);
+    if (!beginning) return pass(beginning.error());
+    const ChunkFile::Header* header = &beginning->header;
+    const Head* head = &beginning->head;
     version_ = {header->major, header->minor};
     indexed_ = header->indexed;
-    auto head = readHead(file_);
-    if (!head) return pass(head.error());
     metadata_ = head->metadata;
     features_ = head->features;
     const std::size_t bodyCount = metadata_.bodies.size();
@@ -164,9 +212,12 @@ class T4dReader::File {
     std::vector<IndexRecord> records;
     if (indexed_ && how == T4dOpen::Whole) {
       auto ending = readEnding(file_, head->features);
+      if (!ending && file_.remote()) return pass(ending.error());
       if (!ending) return cutOff(ending.error(), head->header.end());
       if (auto checked = checkEnding(file_, *ending, *header, *head); !checked) return checked;
       if (auto checked = checkRecords(file_, *ending, bodyCount); !checked) return checked;
+      for (const ChunkHeader& chunk : ending->index.chunks) count(chunk.type, chunk.bytes());
+      count(kIndex, file_.size() - kFooterBytes - ending->offset);
       records = std::move(ending->index.slabs);
       done = std::move(ending->done);
       doneOffset_ = ending->doneHeader.offset;
@@ -182,6 +233,11 @@ class T4dReader::File {
           scan.slabs = std::move(*tail);  // the same, with what the index says of their contents
         }
       }
+      count(kHead, head->header.bytes());
+      for (const ChunkHeader& chunk : scan.chunks) count(chunk.type, chunk.bytes());
+      if (scan.done) count(kDone, scan.end - scan.doneOffset);
+      if (indexed_ && !damage_) count(kIndex, file_.size() - kFooterBytes - scan.end);
+      file_.expectChunks(std::move(scan.chunks));
       records = std::move(scan.slabs);
       if (damage_ && how != T4dOpen::FromFront) return pass(*damage_);
       doneOffset_ = scan.doneOffset;
@@ -206,8 +262,17 @@ class T4dReader::File {
   std::uint64_t doneOffset_ = 0;
   std::vector<SlabSource> bodies_;
   std::optional<Error> damage_;
+  std::vector<T4dChunks> chunks_;
 
  private:
+  void count(ChunkType type, std::uint64_t bytes) {
+    const std::string name(type.begin(), type.end());
+    auto found = std::ranges::find(chunks_, name, &T4dChunks::type);
+    if (found == chunks_.end()) found = chunks_.insert(found, {name, 0, 0});
+    ++found->count;
+    found->bytes += bytes;
+  }
+
   Result<void> checkWork(std::optional<std::uint64_t> maxCells) const {
     const std::uint64_t most = maxCells.value_or(usualCellLimit(file_.size()));
     std::uint64_t cells = 0;
@@ -259,13 +324,14 @@ T4dReader::T4dReader(T4dReader&&) noexcept = default;
 T4dReader& T4dReader::operator=(T4dReader&&) noexcept = default;
 T4dReader::~T4dReader() = default;
 
-Result<T4dReader> T4dReader::open(const std::filesystem::path& path, T4dOpen how,
+Result<T4dReader> T4dReader::open(const std::filesystem::path& pathOrUrl, T4dOpen how,
                                   const model::Progress& progress,
                                   std::optional<std::uint64_t> maxCells) {
-  auto chunkFile = ChunkFile::open(path);
+  auto chunkFile = ChunkFile::open(pathOrUrl);
   if (!chunkFile) return pass(chunkFile.error());
   auto file = std::make_unique<File>(std::move(*chunkFile));
-  auto opened = withinMemory(path.string(), [&] { return file->open(how, progress, maxCells); });
+  const std::string name = file->file_.path();
+  auto opened = withinMemory(name, [&] { return file->open(how, progress, maxCells); });
   if (!opened) return pass(opened.error());
   return T4dReader(std::move(file));
 }
@@ -275,11 +341,24 @@ T4dVersion T4dReader::version() const { return file_->version_; }
 bool T4dReader::indexed() const { return file_->indexed_; }
 std::uint64_t T4dReader::fileBytes() const { return file_->file_.size(); }
 std::uint64_t T4dReader::bytesRead() const { return file_->file_.bytesRead(); }
+std::uint64_t T4dReader::requests() const { return file_->file_.requests(); }
+const std::string& T4dReader::name() const { return file_->file_.path(); }
+const std::vector<T4dChunks>& T4dReader::chunks() const { return file_->chunks_; }
 std::size_t T4dReader::bodyCount() const { return file_->bodies_.size(); }
 const BodySummary& T4dReader::summary(std::size_t body) const { return file_->summaries_[body]; }
 const model::Source& T4dReader::body(std::size_t index) const { return file_->bodies_[index]; }
 std::uint64_t T4dReader::slabOffset(std::size_t body, std::size_t slab) const {
   return file_->bodies_[body].record(slab).slab;
+}
+Result<T4dSlab> T4dReader::slabContents(std::size_t body, std::size_t slab) const {
+  const SlabSource& source = file_->bodies_[body];
+  std::optional<SlabExtent> extent = source.record(slab).extent;
+  if (!extent) {
+    auto whole = source.slab(slab);
+    if (!whole) return pass(whole.error());
+    extent = extentOf(**whole);
+  }
+  return T4dSlab{source.timeSpan(slab), extent->cells, extent->bounds};
 }
 const std::optional<Error>& T4dReader::damage() const { return file_->damage_; }
 

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "t4d/formats/t4d/metadata.h"
 #include "t4d/formats/t4d/summary.h"
@@ -36,6 +38,20 @@ std::uint64_t usualCellLimit(std::uint64_t fileBytes);
 /// Allows any number of cells.
 inline constexpr std::uint64_t kAnyCells = ~std::uint64_t{0};
 
+/// The chunks of one type.
+struct T4dChunks {
+  std::string type;
+  std::uint64_t count = 0;
+  std::uint64_t bytes = 0;  ///< with headers and padding
+};
+
+/// What a slab contains.
+struct T4dSlab {
+  model::TimeSpan time;
+  std::uint64_t cells = 0;
+  model::Bounds3 bounds;  ///< of all its vertices
+};
+
 /// Reads a .t4d file slab by slab, with one or two slabs in memory. Every number from the file is
 /// checked before it is used, and every slab against its checksums before it is returned.
 ///
@@ -49,10 +65,13 @@ class T4dReader {
   static constexpr std::size_t kMemoryPerFileByte = 9 * 1024;
   static constexpr std::size_t kMemoryAlways = std::size_t{1} << 20;
 
+  /// Opens a file by its path, or by its URL on a web server (http:// or https://). There it
+  /// requests a part of the file at a time, and fails if the file changes between two requests.
+  ///
   /// Fails for a file with more than `maxCells` cells, which is usualCellLimit if not given. With
   /// FromFront they are not counted.
-  static Result<T4dReader> open(const std::filesystem::path& path, T4dOpen how = T4dOpen::Whole,
-                                const model::Progress& progress = {},
+  static Result<T4dReader> open(const std::filesystem::path& pathOrUrl,
+                                T4dOpen how = T4dOpen::Whole, const model::Progress& progress = {},
                                 std::optional<std::uint64_t> maxCells = {});
 
   T4dReader(T4dReader&&) noexcept;
@@ -62,9 +81,15 @@ class T4dReader {
   T4dVersion version() const;
   const Metadata& metadata() const;
   bool indexed() const;
+  /// For messages: the path, or the URL without credentials.
+  const std::string& name() const;
   std::uint64_t fileBytes() const;
   /// Bytes read from the file so far.
   std::uint64_t bytesRead() const;
+  /// Requests made to a web server so far; 0 for a local file.
+  std::uint64_t requests() const;
+  /// By type, in the order in which the types appear.
+  const std::vector<T4dChunks>& chunks() const;
 
   std::size_t bodyCount() const;
   /// The summary of a body as stored, without reading its slabs. For a damaged file, that of the
@@ -77,6 +102,9 @@ class T4dReader {
                            const model::Progress& progress = {}) const;
   /// The offset of a slab's chunk in the file.
   std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
+
+  /// As the index has it; without an index the slab is read.
+  Result<T4dSlab> slabContents(std::size_t body, std::size_t slab) const;
 
   /// With FromFront: why reading stopped before the end of the file.
   const std::optional<Error>& damage() const;

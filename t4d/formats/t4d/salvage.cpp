@@ -12,11 +12,24 @@
 #include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/slab_source.h"
+#include "t4d/formats/t4d/url.h"
 #include "t4d/formats/t4d/within_memory.h"
 
 namespace t4d::formats {
 
 using namespace t4d_layout;
+
+namespace {
+
+/// Salvage reads all of a file, some of it more than once.
+Result<ChunkFile> openLocal(const std::filesystem::path& path) {
+  if (schemeOf(path.native()).empty()) return ChunkFile::open(path);
+  return fail(ErrorCode::Unsupported,
+              "only a local file can be searched for what is intact: download it first",
+              shownName(path.native()));
+}
+
+}  // namespace
 
 class T4dSalvage::File {
  public:
@@ -349,7 +362,7 @@ T4dSalvage::~T4dSalvage() = default;
 
 Result<T4dSalvage> T4dSalvage::open(const std::filesystem::path& path,
                                     const model::Progress& progress) {
-  auto chunkFile = ChunkFile::open(path);
+  auto chunkFile = openLocal(path);
   if (!chunkFile) return pass(chunkFile.error());
   auto file = std::make_unique<File>(std::move(*chunkFile));
   auto done = withinMemory(path.string(), [&] { return file->run(true, progress); });
@@ -358,7 +371,7 @@ Result<T4dSalvage> T4dSalvage::open(const std::filesystem::path& path,
 }
 
 bool T4dSalvage::finds(const std::filesystem::path& path, std::uint64_t bytes) {
-  auto chunkFile = ChunkFile::open(path);
+  auto chunkFile = openLocal(path);
   if (!chunkFile) return false;
   chunkFile->cutAfter(bytes);
   auto file = std::make_unique<File>(std::move(*chunkFile));

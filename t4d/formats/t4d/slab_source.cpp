@@ -16,6 +16,7 @@ using namespace t4d_layout;
 using model::Connectivity;
 
 Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) const {
+  if (file_->remote()) plan(index);
   auto slab = read(records_[index]);
   if (!slab) {
     Error error = slab.error();
@@ -27,10 +28,48 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) c
 
 Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t index) const {
   if (partsAt_ == PartsAt::Record) return std::shared_ptr<const model::SlabBlocks>();
+  if (file_->remote()) plan(index);
   auto slab = withinMemory(file_->path(),
                            [&] { return FileSlab::open(*file_, records_[index], features_); });
   if (!slab) return pass(slab.error());
   return std::shared_ptr<const model::SlabBlocks>(std::move(*slab));
+}
+
+void SlabSource::plan(std::size_t index) const {
+  constexpr std::uint64_t kAhead = std::uint64_t{4} << 20;
+  const std::scoped_lock lock(kept_->mutex);
+  if (kept_->index == index) return;
+  // Threads come a little out of order, and slabs may be left out.
+  constexpr std::size_t kNear = 16;
+  const std::size_t last = kept_->index.value_or(index + kNear + 1);
+  const bool inOrder = std::max(index, last) - std::min(index, last) <= kNear;
+  kept_->index = index;
+  const auto length = [](const ByteRange& range) { return range.end - range.begin; };
+  std::vector<ByteRange> ranges;
+  std::uint64_t bytes = 0;
+  std::uint64_t connectivity = 0;
+  const std::size_t end = inOrder ? records_.size() : index + 1;
+  for (std::size_t i = index; i < end && bytes < kAhead; ++i) {
+    const IndexRecord& record = records_[i];
+    if (record.parts.connectivity != connectivity) {
+      connectivity = record.parts.connectivity;
+      ranges.push_back(file_->placeOf(connectivity));
+      bytes += length(ranges.back());
+    }
+    ByteRange all = file_->placeOf(record.slab);
+    std::uint64_t own = length(all);
+    for (const std::uint64_t layer : {record.parts.lower, record.parts.upper}) {
+      if (layer == 0) continue;
+      const ByteRange range = file_->placeOf(layer);
+      ranges.push_back(range);
+      own += length(range);
+      all = {std::min(all.begin, range.begin), std::max(all.end, range.end)};
+    }
+    // The slab before may stand between the lower layer and the others.
+    ranges.push_back(length(all) <= 2 * own ? all : file_->placeOf(record.slab));
+    bytes += own;
+  }
+  file_->plan(ranges);
 }
 
 Result<std::shared_ptr<const model::Slab>> SlabSource::read(const IndexRecord& record) const {

@@ -62,8 +62,12 @@ class SlabSource : public model::Source {
     ConnectivityPointer connectivity;
     std::uint64_t upperOffset = 0;
     DecodedLayer upperLayer;
+    std::optional<std::size_t> index;  // of the slab planned last
   };
 
+  /// Tells the file which chunks a slab has. Where slabs are read in order, those that follow are
+  /// told as well: a remote file comes in larger pieces then.
+  void plan(std::size_t index) const;
   Result<std::shared_ptr<const model::Slab>> readSlab(const IndexRecord& record) const;
   Result<ConnectivityPointer> readConnectivity(std::uint64_t offset) const;
   Result<StoredLayer> readLayer(std::uint64_t offset) const;
