@@ -14,6 +14,7 @@
 
 #include "t4d/formats/motion_reader.h"
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_check.h"
@@ -173,6 +174,11 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
   return file;
 }
 
+/// A file's name without its folder.
+std::string nameOf(const std::string& path) {
+  return fs::path(formats::shownName(path)).filename().string();
+}
+
 /// An open file, converted to the units of the other file if they differ.
 struct Side {
   explicit Side(InputBodies opened) : input(std::move(opened)), bodies(input.bodies) {}
@@ -215,8 +221,9 @@ Result<model::UnitConversion> conversionTo(
 }
 
 /// Converts `b` to the units of `a`.
-Result<void> convertUnits(const Side& a, const std::string& pathOfA, Side& b,
-                          const std::string& pathOfB, std::vector<std::string>& notes) {
+Result<void> convertUnits(const Side& a, Side& b, std::vector<std::string>& notes) {
+  const std::string& pathOfA = a.input.reader.name();
+  const std::string& pathOfB = b.input.reader.name();
   const formats::Metadata& ofA = a.input.reader.metadata();
   const formats::Metadata& ofB = b.input.reader.metadata();
   auto length = conversionTo(ofA.lengthUnit, pathOfA, ofB.lengthUnit, pathOfB, "length",
@@ -246,15 +253,15 @@ Result<void> measure(Side& side, const MeshFile& file) {
   mesh.backend = side.input.reader.metadata().backend;
   mesh.bytes = side.input.reader.fileBytes();
   if (mesh.name.empty()) {
-    mesh.name = fs::path(file.path).filename().string();
+    mesh.name = nameOf(file.path);
     if (!mesh.backend.empty()) mesh.name += " (" + mesh.backend + ")";
   }
-  ProgressBar bar("measuring " + fs::path(file.path).filename().string());
+  ProgressBar bar("measuring " + nameOf(file.path));
   for (const model::Body& body : side.bodies) {
     auto report = measure::checkMesh(*body.source, {}, bar.callback());
     if (!report) {
       Error error = report.error();
-      if (error.where.empty()) error.where = file.path;
+      if (error.where.empty()) error.where = side.input.reader.name();
       return pass(error);
     }
     mesh.vertices += report->vertices;
@@ -264,7 +271,7 @@ Result<void> measure(Side& side, const MeshFile& file) {
       printNotices(
           {fmt::format("{}: body '{}' is not a closed, oriented 4D mesh; `t4d validate` "
                        "says why",
-                       file.path, body.name)});
+                       side.input.reader.name(), body.name)});
     }
   }
   return {};
@@ -344,7 +351,7 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
     if (!openedB) return tools::report(openedB.error());
     Side b(std::move(*openedB));
     std::vector<std::string> notes;
-    if (auto done = convertUnits(a, file.path, b, other.path, notes); !done) {
+    if (auto done = convertUnits(a, b, notes); !done) {
       return tools::report(done.error());
     }
     if (auto measured = measure(b, other); !measured) return tools::report(measured.error());
@@ -440,8 +447,7 @@ int buildAndCompare(const CompareArguments& options, Outputs& outputs) {
   }
   const MeshFile meshMethod = std::move(files.front());
   files.erase(files.begin());
-  made.title = fmt::format("{} moved by {}", fs::path(options.input).filename().string(),
-                           fs::path(options.motion).filename().string());
+  made.title = fmt::format("{} moved by {}", nameOf(options.input), nameOf(options.motion));
   if (files.size() == 1) {
     made.title += fmt::format(", voxels of {}, {}", *files.front().mesh.voxelSize,
                               counted(*files.front().mesh.frames, "frame"));
@@ -467,8 +473,7 @@ int run(const CompareArguments& options) {
   if (!outputs) return report(outputs.error());
   if (options.builds()) return buildAndCompare(options, *outputs);
   CompareReport made;
-  made.title = fmt::format("{} and {}", fs::path(options.input).filename().string(),
-                           fs::path(options.other).filename().string());
+  made.title = fmt::format("{} and {}", nameOf(options.input), nameOf(options.other));
   return compareFiles(options, *outputs, {options.input, {}}, {{options.other, {}}},
                       std::move(made), {});
 }
@@ -481,10 +486,10 @@ void addCompare(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<CompareArguments>();
   command
       ->add_option("INPUT", options->input,
-                   fmt::format("A solid for both backends ({}), or a .t4d file",
+                   fmt::format("A solid for both backends ({}), or a .t4d file (its path or URL)",
                                formats::readableTriangleMeshExtensions()))
       ->required();
-  command->add_option("OTHER", options->other, "The .t4d file to compare it with");
+  command->add_option("OTHER", options->other, "The .t4d file (path or URL) to compare it with");
   command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)");
   command
       ->add_option(

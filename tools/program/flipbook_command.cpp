@@ -53,7 +53,7 @@ int run(const FlipbookArguments& options) {
   }
   if (!written) {
     Error error = written.error();
-    if (error.where.empty()) error.where = options.input;
+    if (error.where.empty()) error.where = input->reader.name();
     return report(error);
   }
   std::error_code ignored;
@@ -83,7 +83,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "flipbook", "Write a 4D mesh as an animated glTF, which plays in any viewer");
   auto options = std::make_shared<FlipbookArguments>();
-  command->add_option("FILE", options->input, "The .t4d file")->required();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
   auto* which = command->add_option_group("frames", "Times of the frames (exactly one)");
   which
       ->add_option("-n,--frames", options->frames,

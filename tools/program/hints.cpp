@@ -9,6 +9,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/salvage.h"
+#include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 
 namespace t4d::tools {
@@ -80,6 +81,7 @@ std::string fileOf(const Error& error) {
 }  // namespace
 
 std::string hintForFile(const std::string& path) {
+  if (!formats::schemeOf(path).empty()) return {};
   const std::string hint = recoveryHint(path);
   return hint.empty() ? conversionHint(path) : hint;
 }
@@ -88,6 +90,7 @@ std::string hintFor(const Error& error) {
   switch (error.remedy) {
     case Remedy::OtherFormat: {
       const std::string file = fileOf(error);
+      if (!formats::schemeOf(file).empty()) return {};
       const std::string hint = conversionHint(file);
       return hint.empty() ? recoveryHint(file) : hint;
     }

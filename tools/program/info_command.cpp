@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -5,6 +7,7 @@
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
 
 namespace t4d::tools {
 namespace {
@@ -35,9 +38,52 @@ std::string recoveredText(const std::string& detailsJson) {
   }
 }
 
-int run(const std::string& path, bool json) {
+/// What the slabs of a body contain.
+Result<std::vector<formats::T4dSlab>> slabsOf(const formats::T4dReader& reader, std::size_t body) {
+  std::vector<formats::T4dSlab> slabs;
+  for (std::size_t i = 0; i < reader.body(body).slabCount(); ++i) {
+    auto slab = reader.slabContents(body, i);
+    if (!slab) return pass(slab.error());
+    slabs.push_back(*slab);
+  }
+  return slabs;
+}
+
+void printChunks(const formats::T4dReader& reader) {
+  std::vector<std::vector<std::string>> rows = {{"  chunks", "number", "size"}};
+  for (const formats::T4dChunks& chunks : reader.chunks()) {
+    rows.push_back({"  " + chunks.type, grouped(chunks.count), sizeText(chunks.bytes)});
+  }
+  printTable(rows, "lr");
+}
+
+void printSlabs(const std::string& body, const std::vector<formats::T4dSlab>& slabs) {
+  print("  slabs of the body '{}'\n", body);
+  std::vector<std::vector<std::string>> rows = {
+      {"  slab", "begin", "end", "cells", "x", "to", "y", "to", "z", "to"}};
+  for (std::size_t i = 0; i < slabs.size(); ++i) {
+    const formats::T4dSlab& slab = slabs[i];
+    rows.push_back({fmt::format("  {}", i), fmt::format("{}", slab.time.begin),
+                    fmt::format("{}", slab.time.end), grouped(slab.cells)});
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const model::Point3& corner : {slab.bounds.min, slab.bounds.max}) {
+        const double value = corner[axis];
+        rows.back().push_back(std::isfinite(value) ? fmt::format("{:.6g}", value) : "-");
+      }
+    }
+  }
+  printTable(rows, "lr");
+}
+
+int run(const std::string& path, bool listSlabs, bool json) {
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
   if (!reader) return report(reader.error());
+  std::vector<std::vector<formats::T4dSlab>> slabs(reader->bodyCount());
+  for (std::size_t i = 0; listSlabs && i < slabs.size(); ++i) {
+    auto found = slabsOf(*reader, i);
+    if (!found) return report(found.error());
+    slabs[i] = std::move(*found);
+  }
   const formats::Metadata& metadata = reader->metadata();
   formats::BodySummary all = reader->summary(0);
   for (std::size_t i = 1; i < reader->bodyCount(); ++i) {
@@ -67,6 +113,10 @@ int run(const std::string& path, bool json) {
                           {"up", metadata.up},
                           {"indexed", reader->indexed()},
                           {"details", ordered_json::parse(metadata.detailsJson)}};
+    for (const formats::T4dChunks& chunks : reader->chunks()) {
+      value["chunks"].push_back(
+          {{"type", chunks.type}, {"count", chunks.count}, {"bytes", chunks.bytes}});
+    }
     for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
       const formats::BodySummary& body = reader->summary(i);
       value["bodies"].push_back({{"name", metadata.bodies[i].name},
@@ -77,12 +127,19 @@ int run(const std::string& path, bool json) {
                                  {"time_end", body.time.end},
                                  {"bounds_min", triple(body.bounds.min)},
                                  {"bounds_max", triple(body.bounds.max)}});
+      for (const formats::T4dSlab& slab : slabs[i]) {
+        value["bodies"].back()["slab_list"].push_back(
+            {{"begin", slab.time.begin},
+             {"end", slab.time.end},
+             {"cells", slab.cells},
+             {"bounds", {{"min", triple(slab.bounds.min)}, {"max", triple(slab.bounds.max)}}}});
+      }
     }
     printJson(value);
     return kDone;
   }
   const auto unit = [](const std::string& name) { return name.empty() ? name : " " + name; };
-  print("{}: .t4d {}, {}, by {}{}\n", path, version, sizeText(reader->fileBytes()),
+  print("{}: .t4d {}, {}, by {}{}\n", reader->name(), version, sizeText(reader->fileBytes()),
         metadata.generator.empty() ? "an unknown program" : metadata.generator,
         metadata.backend.empty() ? "" : " (" + metadata.backend + ")");
   print("  {}, {} in {}\n", counted(all.vertices, "vertex", "vertices"),
@@ -103,6 +160,10 @@ int run(const std::string& path, bool json) {
   }
   const std::string recovered = recoveredText(metadata.detailsJson);
   if (!recovered.empty()) print("  {}\n", recovered);
+  printChunks(*reader);
+  for (std::size_t i = 0; listSlabs && i < slabs.size(); ++i) {
+    printSlabs(metadata.bodies[i].name, slabs[i]);
+  }
   return kDone;
 }
 
@@ -113,10 +174,12 @@ void addInfo(CLI::App& app, int& exitCode) {
       "info", "Print what a .t4d file contains, from its header and index alone");
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  command->add_option("FILE", *path, "The .t4d file")->required();
+  auto slabs = std::make_shared<bool>(false);
+  command->add_option("FILE", *path, kT4dFileHelp)->required();
+  command->add_flag("--slabs", *slabs, "Also list the slabs: times, cells and bounds");
   command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d info bolt.t4d");
-  command->callback([=, &exitCode] { exitCode = run(*path, *json); });
+  command->callback([=, &exitCode] { exitCode = run(*path, *slabs, *json); });
 }
 
 }  // namespace t4d::tools

@@ -25,7 +25,7 @@ Result<InputBodies> openBodies(const std::string& path, const InputOptions& opti
   }
   if (input.bodies.empty()) {
     return invalid(fmt::format("has no body '{}'; it has {}", bodyName, fmt::join(names, ", ")),
-                   path);
+                   input.reader.name());
   }
   return input;
 }

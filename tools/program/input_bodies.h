@@ -28,6 +28,11 @@ struct InputOptions {
   void addTo(CLI::App& command);
 };
 
+/// Help of an argument that takes a .t4d file as T4dReader::open does.
+inline constexpr const char* kT4dFileHelp =
+    "The .t4d file: its path, or its URL (http:// or https://), of which only the parts needed are "
+    "fetched";
+
 /// Opens a .t4d file. Selects all bodies, or the one named; an unknown name is an error that lists
 /// the existing ones.
 Result<InputBodies> openBodies(const std::string& path, const InputOptions& options);

@@ -26,7 +26,7 @@ int run(const RasterizeArguments& options) {
   }
   return writeVoxelSeries(
       options.series, *times, [&](double time) { return measure::solidAt(input->bodies, time); },
-      options.input);
+      input->reader.name());
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ void addRasterize(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand("rasterize",
                                      "Write slices of a 4D mesh as a time series of OpenVDB grids");
   auto options = std::make_shared<RasterizeArguments>();
-  command->add_option("FILE", options->input, "The .t4d file")->required();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
   options->series.addTo(*command);
   auto* times = command->add_option_group("frames", "Times of the frames; one of these, or both");

@@ -116,7 +116,7 @@ int run(const SliceArguments& options) {
   auto sections = cut(*input, hyperplane);
   if (!sections) {
     Error error = sections.error();
-    if (error.where.empty()) error.where = options.input;
+    if (error.where.empty()) error.where = input->reader.name();
     return report(error);
   }
   std::vector<std::string> losses;
@@ -149,14 +149,17 @@ int run(const SliceArguments& options) {
                {"volume", volume},
                {"area", area},
                {"slabs_read", sections->slabsRead},
-               {"bytes_read", input->reader.bytesRead()}});
+               {"bytes_read", input->reader.bytesRead()},
+               {"requests", input->reader.requests()}});
   } else {
     print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
           options.output.empty() ? "" : options.output + ": ",
           counted(vertices, "vertex", "vertices"), counted(triangles, "triangle"),
           closed ? "closed" : "NOT CLOSED", volume, area);
-    print("  read {} of {}, {}\n", sizeText(input->reader.bytesRead()),
-          sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"));
+    const std::uint64_t requests = input->reader.requests();
+    print("  read {} of {}, {}{}\n", sizeText(input->reader.bytesRead()),
+          sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"),
+          requests > 0 ? ", in " + counted(requests, "request") : "");
   }
   if (triangles == 0)
     printNotices({"the slice is empty: the solid does not reach this hyperplane"});
@@ -168,7 +171,7 @@ int run(const SliceArguments& options) {
 void addSlice(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand("slice", "Cut a 4D mesh at a time or by another hyperplane");
   auto options = std::make_shared<SliceArguments>();
-  command->add_option("FILE", options->input, "The .t4d file")->required();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
   auto* cuts = command->add_option_group("hyperplane", "Hyperplane (exactly one)");
   cuts->add_option("-t,--time", options->time, "The solid at this time, in (x, y, z)")
       ->check(finiteNumber());

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/t4d/url.h"
 #include "t4d/measure/validate.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -80,7 +81,7 @@ int run(const std::string& path, bool deep, bool json, std::optional<std::uint64
   if (json) {
     printJson(jsonOf(*validation, deep));
   } else {
-    printText(path, *validation);
+    printText(formats::shownName(path), *validation);
   }
   // A file that can be read to its end needs no recovery.
   if (!validation->mesh) sayHint(hintForFile(path));
@@ -96,7 +97,7 @@ void addValidate(CLI::App& app, int& exitCode) {
   auto deep = std::make_shared<bool>(false);
   auto json = std::make_shared<bool>(false);
   auto maxCells = std::make_shared<std::optional<std::uint64_t>>();
-  command->add_option("FILE", *path, "The .t4d file")->required();
+  command->add_option("FILE", *path, kT4dFileHelp)->required();
   command->add_flag("--deep", *deep, "Also check that every vertex link is a sphere");
   command->add_flag("--json", *json, "Print JSON");
   addMaxCellsOption(*command, *maxCells);

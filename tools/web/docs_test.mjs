@@ -1,6 +1,6 @@
 // The pages: their links resolve, and the output they show is what the program prints.
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
@@ -57,6 +57,16 @@ const comparable = (text) => varying
   .split('\n').map((line) => line.trimEnd())
   .filter((line) => line !== '' && !/^t4d: .*: \d+ %/.test(line)).sort();
 
+/** Serves the files of a folder; returns the URL before their names. */
+function serve(t, files) {
+  const script = path.join(root, 't4d/formats/t4d/web_server.py');
+  const server = spawn('python3', [script, files], { stdio: ['ignore', 'pipe', 'inherit'] });
+  t.after(() => server.kill());
+  return new Promise((resolve) => {
+    server.stdout.once('data', (port) => resolve(`http://127.0.0.1:${String(port).trim()}/plain/`));
+  });
+}
+
 const shell = (command, cwd) => spawnSync('sh', ['-c', command], {
   cwd,
   encoding: 'utf8',
@@ -92,12 +102,14 @@ for (const page of new Set(rows.map((row) => row.page).filter(Boolean))) {
   test(`examples of ${page}`, async (t) => {
     const examples = examplesOf(page);
     assert.ok(examples.length > 0);
+    const site = await serve(t, path.join(folder, 'fixtures'));
     for (const { command, output } of examples) {
       // Meshes that the project does not have.
       const missing = command.split(' ').find((word) => word.endsWith('.obj') &&
         !existsSync(path.join(folder, 'fixtures', word)));
       await t.test(command, { skip: missing && `no ${missing}` }, () => {
-        const done = shell(command, path.join(folder, 'fixtures'));
+        const done = shell(command.replace('https://example.com/', site),
+          path.join(folder, 'fixtures'));
         assert.deepEqual(comparable(done.stdout + done.stderr), comparable(output));
       });
     }

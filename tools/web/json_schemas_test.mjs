@@ -21,7 +21,8 @@ const docs = path.join(root, 'docs');
 const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
 
 // Members that are present in some cases only, and those with arbitrary content.
-const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error', 'convergence'];
+const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error', 'convergence',
+  'slab_list'];
 // Likewise, but only in compared meshes.
 const optionalOfMeshes = ['voxel_size', 'frames', 'symmetric_difference', 'hausdorff'];
 const isComparedMesh = (verb, where) =>
@@ -126,6 +127,7 @@ const runs = [
   ['flipbook', [at('cut.t4d'), '--frames', 3, '-o', at('none.glb')], 4],
   ['info', [at('simplex.t4d')], 0],
   ['info', [at('torus.t4d')], 0],
+  ['info', [at('torus.t4d'), '--slabs'], 0],
   ['info', [at('masks.t4d')], 0],
   ['info', [at('huge.t4d')], 0],
   ['info', [at('cut.t4d')], 4],
