@@ -1,13 +1,19 @@
 #include "t4d/convert/slice.h"
 
+#include <algorithm>
 #include <array>
+#include <filesystem>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/writer.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/model/sinks.h"
 #include "t4d/model/units.h"
 
 namespace t4d::convert {
@@ -258,6 +264,124 @@ TEST(Units, MillimetresAndInches) {
   EXPECT_EQ(model::metresPer("mm"), 0.001);
   EXPECT_EQ(model::metresPer("in"), 0.0254);
   EXPECT_FALSE(model::metresPer("cubit"));
+}
+
+/// Two slabs of cells that lie one after another along x, in several blocks. They close no solid,
+/// which slicing does not ask.
+std::vector<model::Slab> longSlabs(std::uint32_t layer, std::size_t cells) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(0, 1);
+  std::vector<model::Slab> slabs;
+  for (int k = 0; k < 2; ++k) {
+    auto connectivity = std::make_shared<model::Connectivity>();
+    connectivity->vertexCount = 3 * layer;
+    connectivity->lowerCount = layer;
+    connectivity->upperCount = layer;
+    std::uniform_int_distribution<std::uint32_t> part(0, 2);
+    for (std::size_t i = 0; i < cells; ++i) {
+      const auto at = static_cast<std::uint32_t>(i * (layer - 4) / cells);
+      connectivity->cells.push_back({at + part(random) * layer, at + 1 + part(random) * layer,
+                                     at + 2 + part(random) * layer, at + 3 + part(random) * layer});
+    }
+    model::Slab slab{static_cast<double>(k), k + 1.0, {}, connectivity, {}};
+    for (std::uint32_t i = 0; i < 3 * layer; ++i) {
+      const double along = (i % layer) / 1000.0;
+      const double time = i < layer ? 0 : i < 2 * layer ? number(random) : 1;
+      slab.vertices.emplace_back(along, number(random), number(random), k + time);
+    }
+    if (k > 0) std::ranges::copy(slabs.back().upperLayer(), slab.vertices.begin());
+    slabs.push_back(std::move(slab));
+  }
+  return slabs;
+}
+
+/// The triangles of a mesh by their coordinates, in an order of their own.
+std::vector<std::array<double, 9>> trianglesOf(const model::TriangleMesh& mesh) {
+  std::vector<std::array<double, 9>> triangles;
+  for (const model::Triangle& triangle : mesh.triangles) {
+    const auto first = std::ranges::min_element(triangle, {}, [&](std::uint32_t corner) {
+      const model::Point3& p = mesh.vertices[corner];
+      return std::tuple(p[0], p[1], p[2]);
+    });
+    const auto begin = static_cast<std::size_t>(first - triangle.begin());
+    std::array<double, 9> numbers{};
+    for (std::size_t k = 0; k < 9; ++k) {
+      numbers[k] = mesh.vertices[triangle[(begin + k / 3) % 3]][static_cast<int>(k % 3)];
+    }
+    triangles.push_back(numbers);
+  }
+  std::ranges::sort(triangles);
+  return triangles;
+}
+
+TEST(Slice, OfAFileByBlocksIsThatOfTheMeshInMemory) {
+  constexpr std::uint32_t kLayer = 70'000;
+  constexpr std::size_t kCells = 200'000;
+  model::Mesh mesh;
+  formats::Metadata metadata;
+  metadata.bodies = {{"long"}};
+  const auto path = std::filesystem::path(testing::TempDir()) / "long.t4d";
+  auto writer = formats::T4dWriter::create(path, metadata);
+  for (const model::Slab& slab : longSlabs(kLayer, kCells)) {
+    ASSERT_TRUE(mesh.put(slab));
+    ASSERT_TRUE(writer->body(0).put(slab));
+  }
+  ASSERT_TRUE(writer->finish());
+  const auto reader = formats::T4dReader::open(path);
+  ASSERT_TRUE(reader);
+
+  struct Case {
+    Hyperplane hyperplane;
+    std::uint64_t mostBlocks;
+  };
+  for (const auto& [hyperplane, mostBlocks] :
+       {Case{Hyperplane::across(0, 10), 2}, Case{Hyperplane::across(0, 60.5), 4},
+        Case{Hyperplane::across(1, 0.5), 8}, Case{{{1, 2, -3, 4}, 30}, 4},
+        Case{Hyperplane::atTime(0.5), 4}, Case{Hyperplane::atTime(1), 4},
+        Case{Hyperplane::across(0, 100), 0}}) {
+    const auto whole = slice(mesh, hyperplane);
+    const auto byBlocks = slice(reader->body(0), hyperplane);
+    ASSERT_TRUE(whole && byBlocks);
+    EXPECT_EQ(byBlocks->mesh.vertices.size(), whole->mesh.vertices.size());
+    EXPECT_EQ(trianglesOf(byBlocks->mesh), trianglesOf(whole->mesh));
+    EXPECT_LE(byBlocks->blocksRead, mostBlocks);
+    EXPECT_EQ(byBlocks->blocksRead == 0, mostBlocks == 0);
+    EXPECT_EQ(byBlocks->slabsSkipped, mostBlocks == 0 ? 2 : 0);
+    EXPECT_EQ(whole->slabsSkipped, 0);
+  }
+}
+
+TEST(Slice, SkipsSlabsThatAHyperplaneMissesAndNoOthers) {
+  // A solid that moves along x, as it is found in memory and in a file.
+  const auto solid = fixtures::icosphere(1, 2);
+  const model::ScrewRun run{5, {.translation = {10, 0, 0}}, 1};
+  const auto motion = model::chainScrews(0, {&run, 1});
+  model::Mesh mesh;
+  formats::Metadata metadata;
+  metadata.bodies = {{"ball"}};
+  const auto path = std::filesystem::path(testing::TempDir()) / "ball.t4d";
+  auto writer = formats::T4dWriter::create(path, metadata);
+  model::Tee both({&mesh, &writer->body(0)});
+  ASSERT_TRUE(mesh4d::sweep(solid, *motion, {.steps = mesh4d::StepsPerSegment{50}}, both));
+  ASSERT_TRUE(writer->finish());
+  const auto reader = formats::T4dReader::open(path);
+  ASSERT_TRUE(reader);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> number(-1, 1);
+  std::uint64_t skipped = 0;
+  for (int i = 0; i < 60; ++i) {
+    Hyperplane hyperplane{{number(random), number(random), number(random), number(random)},
+                          8 * number(random)};
+    if (i < 20) hyperplane = Hyperplane::across(0, 6 + 6 * number(random));
+    const auto whole = slice(mesh, hyperplane);
+    const auto fromFile = slice(reader->body(0), hyperplane);
+    ASSERT_TRUE(whole && fromFile);
+    EXPECT_EQ(fromFile->mesh.vertices, whole->mesh.vertices);
+    EXPECT_EQ(fromFile->mesh.triangles, whole->mesh.triangles);
+    EXPECT_EQ(fromFile->slabsRead + fromFile->slabsSkipped, whole->slabsRead);
+    skipped += fromFile->slabsSkipped;
+  }
+  EXPECT_GT(skipped, 500);
 }
 
 TEST(Slice, AVertexOfManyCellsIsCutLikeOthers) {

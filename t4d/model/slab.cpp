@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <future>
 #include <limits>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -192,11 +194,20 @@ Result<void> checkSlab(const Slab& slab) {
 }
 
 Result<void> pump(const Source& source, Sink& sink, const Progress& progress) {
-  for (std::size_t i = 0; i < source.slabCount(); ++i) {
-    auto slab = source.slab(i);
+  const std::size_t count = source.slabCount();
+  const auto policy =
+      std::thread::hardware_concurrency() > 1 ? std::launch::async : std::launch::deferred;
+  const auto read = [&](std::size_t index) {
+    return std::async(policy, [&source, index] { return source.slab(index); });
+  };
+  std::future<Result<std::shared_ptr<const Slab>>> next;
+  if (count > 0) next = read(0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto slab = next.get();
     if (!slab) return pass(slab.error());
+    if (i + 1 < count) next = read(i + 1);
     if (auto put = sink.put(**slab); !put) return put;
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
+    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
   }
   return {};
 }

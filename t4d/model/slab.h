@@ -153,7 +153,7 @@ class Source {
 /// Called with the fraction done, from 0 to 1.
 using Progress = std::function<void(double)>;
 
-/// Puts all slabs of `source` into `sink`.
+/// Puts all slabs of `source` into `sink`. While the sink has one, another thread reads the next.
 Result<void> pump(const Source& source, Sink& sink, const Progress& progress = {});
 
 /// The first and last time; {0, 0} for a source without slabs.

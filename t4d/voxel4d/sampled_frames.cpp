@@ -24,7 +24,7 @@ struct Samples {
 /// The result for one cube of blocks.
 struct Found {
   std::vector<Block> blocks;  // without values
-  std::vector<std::array<double, 512>> values;
+  Samples samples;            // of each block, unless only masks are wanted
   std::vector<InsideTile> tiles;
 };
 
@@ -60,7 +60,7 @@ class SampledFrames : public FrameSource {
     std::vector<Found> found(cubes.size());
     tbb::parallel_for(std::size_t{0}, cubes.size(),
                       [&](std::size_t i) { sample(cubes[i], kLargestCube, time, found[i]); });
-    return gather(found, time);
+    return gather(std::move(found), time);
   }
 
  private:
@@ -131,38 +131,32 @@ class SampledFrames : public FrameSource {
       found.tiles.push_back({coord, 1, tileValue()});
     } else if (options_.mask ? anyInside : near || anyInside) {
       found.blocks.push_back(block);
-      if (!options_.mask) found.values.push_back(values);
+      if (options_.mask) return;
+      if (options_.asFloat) {
+        std::ranges::transform(values, found.samples.floats.emplace_back().begin(),
+                               [](double value) { return static_cast<float>(value); });
+      } else {
+        found.samples.doubles.push_back(values);
+      }
     }
   }
 
-  Frame gather(const std::vector<Found>& found, double time) const {
+  Frame gather(std::vector<Found> found, double time) const {
     Frame frame;
     frame.time = time;
-    const auto samples = std::make_shared<Samples>();
-    for (const Found& part : found) {
-      frame.blocks.insert(frame.blocks.end(), part.blocks.begin(), part.blocks.end());
+    const auto samples = std::make_shared<std::vector<Samples>>();
+    for (Found& part : found) {
       frame.tiles.insert(frame.tiles.end(), part.tiles.begin(), part.tiles.end());
-      if (!options_.asFloat) {
-        samples->doubles.insert(samples->doubles.end(), part.values.begin(), part.values.end());
-        continue;
-      }
-      for (const auto& values : part.values) {
-        auto& floats = samples->floats.emplace_back();
-        std::transform(values.begin(), values.end(), floats.begin(),
-                       [](double value) { return static_cast<float>(value); });
+      const Samples& values = samples->emplace_back(std::move(part.samples));
+      for (std::size_t i = 0; i < part.blocks.size(); ++i) {
+        Block& block = frame.blocks.emplace_back(part.blocks[i]);
+        if (!values.floats.empty()) block.values.floats = values.floats[i].data();
+        if (!values.doubles.empty()) block.values.doubles = values.doubles[i].data();
       }
     }
     if (!options_.mask) {
       frame.outsideValue = options_.band;
       frame.owner = samples;
-      for (std::size_t i = 0; i < frame.blocks.size(); ++i) {
-        BlockValues& values = frame.blocks[i].values;
-        if (options_.asFloat) {
-          values.floats = samples->floats[i].data();
-        } else {
-          values.doubles = samples->doubles[i].data();
-        }
-      }
     }
     const auto byCoord = [](const auto& a, const auto& b) { return a.coord < b.coord; };
     std::sort(frame.blocks.begin(), frame.blocks.end(), byCoord);

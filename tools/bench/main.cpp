@@ -39,7 +39,8 @@ Result<bench::Report> measure(const Options& options) {
   report.repetitions = options.repetitions;
   if (options.backend == "voxel4d") {
     report.input = "voxels";
-    if (auto measured = bench::measureWovenVoxels(options.repetitions, options.large, report);
+    if (auto measured =
+            bench::measureWovenVoxels(options.repetitions, options.large, options.folder, report);
         !measured) {
       return pass(measured.error());
     }
@@ -77,7 +78,7 @@ int main(int argc, char** argv) try {
       ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
       ->capture_default_str();
   app.add_flag("--large", options.large,
-               "voxel4d: also a shell of 1.6 billion cells, which takes minutes");
+               "voxel4d: also a shell of 48 million cells a slab, which takes minutes");
   app.add_option("--mesh", options.mesh,
                  "The solid: .stl, .obj, .ply, .off, .gltf or .glb (default: a sphere of 20,480 "
                  "triangles)");

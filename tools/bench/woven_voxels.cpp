@@ -12,6 +12,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "t4d/formats/t4d/writer.h"
 #include "t4d/model/streamed_slab.h"
 #include "t4d/voxel4d/pattern_table.h"
 #include "t4d/voxel4d/sampled_frames.h"
@@ -119,7 +120,7 @@ Case largeShell() {
   voxel4d::SampleOptions options;
   options.slope = 1;
   options.asFloat = true;
-  return {"a moving shell of radius 400, 32 frames", field, box, 32, options};
+  return {"a moving shell of radius 400, 6 frames", field, box, 6, options};
 }
 
 /// The memory of the process from here on, as the system counts it; where it does, the peak starts
@@ -141,14 +142,18 @@ struct Measured {
   std::uint64_t peak = 0;
 };
 
-Result<Measured> measure(const Case& what, int repetitions, std::size_t threads) {
-  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+std::unique_ptr<voxel4d::FrameSource> framesOf(const Case& what) {
   std::vector<double> times;
   for (std::size_t i = 0; i < what.frames; ++i) times.push_back(static_cast<double>(i));
+  return voxel4d::sampledFrames(what.field, {}, what.box, times, what.options);
+}
+
+Result<Measured> measure(const Case& what, int repetitions, std::size_t threads) {
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
   Measured measured;
   std::vector<double> seconds;
   for (int i = 0; i < repetitions; ++i) {
-    TimedFrames frames(voxel4d::sampledFrames(what.field, {}, what.box, times, what.options));
+    TimedFrames frames(framesOf(what));
     Drain drain;
     forgetPeak();
     const auto begin = Clock::now();
@@ -164,6 +169,34 @@ Result<Measured> measure(const Case& what, int repetitions, std::size_t threads)
   return measured;
 }
 
+struct Written {
+  double seconds = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t peak = 0;
+};
+
+/// Weaves into a file, with the time that frames take left out.
+Result<Written> measureWriting(const Case& what, const std::filesystem::path& folder) {
+  formats::Metadata metadata;
+  metadata.bodies = {{"woven"}};
+  const auto path = folder / "woven.t4d";
+  auto writer = formats::T4dWriter::create(path, metadata);
+  if (!writer) return pass(writer.error());
+  TimedFrames frames(framesOf(what));
+  forgetPeak();
+  const auto begin = Clock::now();
+  const auto woven = voxel4d::weave(frames, {}, writer->body(0));
+  if (!woven) return pass(woven.error());
+  const auto bytes = writer->finish();
+  if (!bytes) return pass(bytes.error());
+  Written written;
+  written.seconds = std::chrono::duration<double>(Clock::now() - begin).count() - frames.seconds;
+  written.bytes = *bytes;
+  written.peak = peakSinceForgotten();
+  std::filesystem::remove(path);
+  return written;
+}
+
 /// The time that memcpy takes for so many bytes.
 double secondsOfCopying(std::uint64_t bytes, int repetitions) {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 28;
@@ -177,7 +210,8 @@ double secondsOfCopying(std::uint64_t bytes, int repetitions) {
 
 }  // namespace
 
-Result<void> measureWovenVoxels(int repetitions, bool large, Report& report) {
+Result<void> measureWovenVoxels(int repetitions, bool large, const std::filesystem::path& folder,
+                                Report& report) {
   const auto begin = Clock::now();
   (void)voxel4d::PatternTable::get();
   report.figures.push_back({"voxel4d: making the table of 65,536 patterns, once",
@@ -208,6 +242,15 @@ Result<void> measureWovenVoxels(int repetitions, bool large, Report& report) {
       report.figures.push_back(
           {name + ": peak memory", static_cast<double>(measured->peak) / 1e6, "MB"});
     }
+  }
+  for (const auto& [one, times] : cases) {
+    const auto written = measureWriting(one, folder);
+    if (!written) return pass(written.error());
+    const std::string name = "voxel4d: " + one.name + ", written";
+    report.figures.push_back({name + ": time", 1e3 * written->seconds, "ms"});
+    report.figures.push_back({name + ": size", static_cast<double>(written->bytes) / 1e6, "MB"});
+    report.figures.push_back(
+        {name + ": peak memory", static_cast<double>(written->peak) / 1e6, "MB"});
   }
   const auto few = measure(paperCube(64), repetitions, 1);
   const auto many = measure(paperCube(640), repetitions, 1);
