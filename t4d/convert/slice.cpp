@@ -84,12 +84,15 @@ class Slicer::Impl {
 
   /// Instead of the next slab, which the hyperplane misses.
   void skip() {
-    ++slice_.slabsSkipped;
     seam_.clear();
     lastUpperCount_ = 0;
   }
 
   Slice finish() { return std::move(slice_); }
+  Slice finish(const model::Source& source) {
+    slice_.slabsSkipped = source.slabCount() - slice_.slabsRead;
+    return finish();
+  }
 
  private:
   static std::uint64_t keyOf(std::uint32_t below, std::uint32_t above) {
@@ -222,7 +225,7 @@ Result<Slice> TimeSlicer::Impl::at(double given) const {
     if (!read) return pass(read.error());
     slicer.add(read->cut);
   }
-  return slicer.finish();
+  return slicer.finish(source_);
 }
 
 Result<Slice> sliceAtTime(const model::Source& source, double time) {
@@ -263,7 +266,7 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
     return !error;
   });
   if (error) return pass(*error);
-  return slicer.finish();
+  return slicer.finish(source);
 }
 
 }  // namespace t4d::convert

@@ -16,7 +16,7 @@ namespace t4d::convert {
 struct Slice {
   model::TriangleMesh mesh;
   std::uint64_t slabsRead = 0;
-  /// Slabs that were not read because their bounds lie on one side of the hyperplane.
+  /// Slabs that were not read, because their times or bounds lie on one side of the hyperplane.
   std::uint64_t slabsSkipped = 0;
   /// Blocks of 65,536 cells that were read; those that the hyperplane misses are not, where the
   /// source offers blocks.

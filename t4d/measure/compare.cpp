@@ -1,7 +1,10 @@
 #include "t4d/measure/compare.h"
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 
+#include "t4d/convert/in_order.h"
 #include "t4d/convert/slice.h"
 
 namespace t4d::measure {
@@ -42,19 +45,31 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
                                                std::span<const double> times,
                                                const CompareOptions& options,
                                                const model::Progress& progress) {
-  std::vector<SliceComparison> comparisons;
-  for (const double time : times) {
-    auto solidOfA = solidAt(a, time);
+  const auto at = [&](std::size_t i) -> Result<SliceComparison> {
+    auto solidOfA = solidAt(a, times[i]);
     if (!solidOfA) return pass(solidOfA.error());
-    auto solidOfB = solidAt(b, time);
+    auto solidOfB = solidAt(b, times[i]);
     if (!solidOfB) return pass(solidOfB.error());
-    auto comparison = compareSolids(time, *solidOfA, *solidOfB, options);
-    if (!comparison) return pass(comparison.error());
-    comparisons.push_back(*comparison);
-    if (progress) {
-      progress(static_cast<double>(comparisons.size()) / static_cast<double>(times.size()));
-    }
-  }
+    return compareSolids(times[i], *solidOfA, *solidOfB, options);
+  };
+  using Item = std::shared_ptr<const Result<SliceComparison>>;
+  std::vector<SliceComparison> comparisons;
+  std::optional<Error> error;
+  convert::inOrder<Item>(
+      times.size(),
+      [&](std::size_t i) { return std::make_shared<const Result<SliceComparison>>(at(i)); },
+      [&](const Item& comparison) {
+        if (!*comparison) {
+          error = comparison->error();
+          return false;
+        }
+        comparisons.push_back(**comparison);
+        if (progress) {
+          progress(static_cast<double>(comparisons.size()) / static_cast<double>(times.size()));
+        }
+        return true;
+      });
+  if (error) return pass(*error);
   return comparisons;
 }
 

@@ -36,7 +36,8 @@ Result<SliceComparison> compareSolids(double time, const model::TriangleMesh& a,
                                       const model::TriangleMesh& b,
                                       const CompareOptions& options = {});
 
-/// Compares the solids at each time, with two slabs and two slices in memory.
+/// Compares the solids at each time, one on each thread, which has two slabs and two slices in
+/// memory.
 Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
                                                std::span<const model::Body> b,
                                                std::span<const double> times,

@@ -5,6 +5,7 @@
 #include <span>
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include "t4d/measure/slab_measure.h"
 #include "t4d/measure/vertex_links.h"
@@ -43,21 +44,38 @@ MeshChecker::~MeshChecker() = default;
 Result<void> MeshChecker::put(const model::Slab& slab) {
   const auto where = [&] { return fmt::format("slab {}", report_.slabs); };
   if (!slab.connectivity) return invalid("has no connectivity", where());
-  std::shared_ptr<const Checked> checked = before_;
-  if (!before_ || before_->connectivity != slab.connectivity) {
+  const bool known = before_ && before_->connectivity == slab.connectivity;
+  if (!known) {
     if (auto sound = model::checkConnectivity(*slab.connectivity); !sound) {
       return invalid(sound.error().message, where());
     }
-    auto fresh = std::make_shared<Checked>();
-    fresh->connectivity = slab.connectivity;
-    fresh->facets = model::facetTopology(*slab.connectivity);
-    fresh->components = componentsOf(*slab.connectivity);
-    if (options_.vertexLinks) {
-      fresh->nonManifold = nonManifoldInteriorVertices(*slab.connectivity);
-    }
-    checked = std::move(fresh);
   }
   if (auto sound = model::checkSlab(slab); !sound) return invalid(sound.error().message, where());
+
+  for (const model::Point4& vertex : slab.vertices) report_.bounds.add(vertex);
+  // A cell's volume is known up to a few units in the last place of its corners.
+  const model::Point4 rounding =
+      4 * std::numeric_limits<double>::epsilon() *
+      report_.bounds.min.cwiseAbs().cwiseMax(report_.bounds.max.cwiseAbs());
+  SlabMeasure measured;
+  std::shared_ptr<const Checked> checked = before_;
+  if (known) {
+    measured = measureOf(slab, rounding);
+  } else {
+    auto fresh = std::make_shared<Checked>();
+    fresh->connectivity = slab.connectivity;
+    tbb::parallel_invoke([&] { fresh->facets = model::facetTopology(*slab.connectivity); },
+                         [&] {
+                           if (options_.vertexLinks) {
+                             fresh->nonManifold = nonManifoldInteriorVertices(*slab.connectivity);
+                           }
+                         },
+                         [&] {
+                           fresh->components = componentsOf(*slab.connectivity);
+                           measured = measureOf(slab, rounding);
+                         });
+    checked = std::move(fresh);
+  }
 
   const model::Connectivity& connectivity = *slab.connectivity;
   reportFacets(checked->facets.unmatched, "in the slab", report_.slabs);
@@ -78,7 +96,7 @@ Result<void> MeshChecker::put(const model::Slab& slab) {
   }
   checkSeam(&slab, checked);
   components_.add(checked->components, connectivity.lowerCount, connectivity.upperCount);
-  measure(slab);
+  add(measured, slab);
 
   report_.vertices += connectivity.vertexCount - (report_.slabs == 0 ? 0 : connectivity.lowerCount);
   report_.tetrahedra += connectivity.cells.size();
@@ -218,13 +236,8 @@ void MeshChecker::compareLayers(const model::Slab& slab) {
   }
 }
 
-void MeshChecker::measure(const model::Slab& slab) {
-  for (const model::Point4& vertex : slab.vertices) report_.bounds.add(vertex);
-  // A cell's volume is known up to a few units in the last place of its corners.
-  const model::Point4 rounding =
-      4 * std::numeric_limits<double>::epsilon() *
-      report_.bounds.min.cwiseAbs().cwiseMax(report_.bounds.max.cwiseAbs());
-  const SlabMeasure measured = measureOf(slab, rounding, [&](std::uint32_t index) {
+void MeshChecker::add(const SlabMeasure& measured, const model::Slab& slab) {
+  for (const std::uint32_t index : measured.flat) {
     const model::Cell& cell = slab.connectivity->cells[index];
     ++report_.degenerateCells;
     report_.issues.add({"degenerate-cell",
@@ -233,7 +246,7 @@ void MeshChecker::measure(const model::Slab& slab) {
                                     cell[1], cell[2], cell[3]),
                         report_.slabs,
                         {}});
-  });
+  }
   report_.boundaryVolume += measured.boundaryVolume;
   // Slabs partly cancel, so the sum over them is compensated (Kahan).
   const double corrected = measured.hypervolume - hypervolumeCarry_;

@@ -65,6 +65,8 @@ struct CheckOptions {
   bool vertexLinks = false;  ///< the deep check: every vertex is manifold
 };
 
+struct SlabMeasure;
+
 /// Checks and measures a 4D mesh slab by slab, with two in memory: that each slab is valid on its
 /// own (checkSlab), that layers are equal (`==`) across seams, that the mesh is closed and oriented
 /// and, on request, that it is manifold at every vertex. Checks that depend on the connectivity
@@ -88,7 +90,7 @@ class MeshChecker : public model::Sink {
   void reportFacets(const std::vector<model::Facet>& facets, const char* where, std::uint64_t slab);
   void checkSeam(const model::Slab* after, const std::shared_ptr<const Checked>& checkedAfter);
   void compareLayers(const model::Slab& slab);
-  void measure(const model::Slab& slab);
+  void add(const SlabMeasure& measured, const model::Slab& slab);
   void keepUpperLayer(const model::Slab& slab);
 
   CheckOptions options_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <tbb/parallel_for.h>
+
 namespace t4d::measure {
 namespace {
 
@@ -105,22 +107,41 @@ bool isFlat(const model::Slab& slab, const model::Cell& cell, const std::array<d
 
 }  // namespace
 
-SlabMeasure measureOf(const model::Slab& slab, const model::Point4& rounding,
-                      const std::function<void(std::uint32_t)>& flat) {
+SlabMeasure measureOf(const model::Slab& slab, const model::Point4& rounding) {
   SlabMeasure measured;
   if (slab.vertices.empty()) return measured;
   const model::Point4& origin = slab.vertices.front();
   const std::vector<model::Cell>& cells = slab.connectivity->cells;
+  // Sums of fixed pieces do not depend on the number of threads.
+  constexpr std::size_t kPiece = 16384;
+  struct Piece {
+    double flux72 = 0;
+    double magnitude = 0;
+    double measure6 = 0;
+    std::vector<std::uint32_t> flat;
+  };
+  std::vector<Piece> pieces((cells.size() + kPiece - 1) / kPiece);
+  tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t number) {
+    Piece& piece = pieces[number];
+    const std::size_t end = std::min(cells.size(), (number + 1) * kPiece);
+    for (std::size_t i = number * kPiece; i < end; ++i) {
+      const auto flux = fluxThrough<double>(slab, cells[i], origin);
+      piece.flux72 += flux.value;
+      piece.magnitude += flux.magnitude;
+      piece.measure6 += Eigen::Map<const Eigen::Vector4d>(flux.normal.data()).stableNorm();
+      if (isFlat(slab, cells[i], flux.normal, rounding)) {
+        piece.flat.push_back(static_cast<std::uint32_t>(i));
+      }
+    }
+  });
   double flux72 = 0;
   double magnitude = 0;
   double measure6 = 0;
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    const auto flux = fluxThrough<double>(slab, cells[i], origin);
-    const auto& n = flux.normal;
-    flux72 += flux.value;
-    magnitude += flux.magnitude;
-    measure6 += Eigen::Map<const Eigen::Vector4d>(n.data()).stableNorm();
-    if (isFlat(slab, cells[i], n, rounding)) flat(i);
+  for (const Piece& piece : pieces) {
+    flux72 += piece.flux72;
+    magnitude += piece.magnitude;
+    measure6 += piece.measure6;
+    measured.flat.insert(measured.flat.end(), piece.flat.begin(), piece.flat.end());
   }
   // Rounding leaves this part of the value unknown.
   constexpr double kUnknown = 1e-10;

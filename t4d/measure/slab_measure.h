@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
+#include <vector>
 
 #include "t4d/model/slab.h"
 
@@ -11,17 +11,18 @@ namespace t4d::measure {
 struct SlabMeasure {
   double hypervolume = 0;     ///< enclosed between the slab's times
   double boundaryVolume = 0;  ///< 3-measure of its cells
+  /// Cells without volume: those that can become flat if their corners move by `rounding`.
+  std::vector<std::uint32_t> flat;
 };
 
-/// Measures a sound slab, and calls `flat` with the number of each cell without volume: one that
-/// can become flat if its corners move by `rounding`, a distance along each axis.
+/// Measures a sound slab, on all threads; `rounding` is a distance along each axis. The result does
+/// not depend on the number of threads.
 ///
 /// The hypervolume is the flux of (x, y, z, 0) / 3 through the cells, by the divergence theorem.
 /// Unlike the sum of det[a, b, c, d] / 24, which is the same for a whole mesh, none of it passes
 /// through the layers, so a slab can be measured about an origin of its own. Where the terms cancel
 /// so far that too few digits are left, as for a small solid that moves far, they are computed
 /// again with 113 bits.
-SlabMeasure measureOf(const model::Slab& slab, const model::Point4& rounding,
-                      const std::function<void(std::uint32_t)>& flat);
+SlabMeasure measureOf(const model::Slab& slab, const model::Point4& rounding);
 
 }  // namespace t4d::measure

@@ -60,6 +60,8 @@ struct Sections {
   std::vector<formats::NamedMesh> meshes;
   std::vector<std::string> losses;
   std::uint64_t slabsRead = 0;
+  std::uint64_t slabsSkipped = 0;
+  std::uint64_t blocksRead = 0;
 };
 
 Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperplane) {
@@ -75,6 +77,8 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
       return invalid("the slice has coordinates beyond the range of doubles");
     }
     sections.slabsRead += slice->slabsRead;
+    sections.slabsSkipped += slice->slabsSkipped;
+    sections.blocksRead += slice->blocksRead;
     sections.losses.insert(sections.losses.end(), slice->losses.begin(), slice->losses.end());
     sections.meshes.push_back({body.name, std::move(slice->mesh)});
   }
@@ -149,6 +153,8 @@ int run(const SliceArguments& options) {
                {"volume", volume},
                {"area", area},
                {"slabs_read", sections->slabsRead},
+               {"slabs_skipped", sections->slabsSkipped},
+               {"blocks_read", sections->blocksRead},
                {"bytes_read", input->reader.bytesRead()},
                {"requests", input->reader.requests()}});
   } else {
