@@ -7,7 +7,9 @@
 #include <span>
 #include <vector>
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/partitioner.h>
 
 namespace t4d::voxel4d {
 
@@ -21,7 +23,7 @@ void makeRange(std::uint64_t first, std::span<T> into, std::size_t blocks, Begin
   const auto all = std::views::iota(std::size_t{0}, blocks);
   const std::size_t from = *std::ranges::upper_bound(all, first, {}, beginOf) - 1;
   const std::size_t to = *std::ranges::lower_bound(all, last, {}, beginOf);
-  tbb::parallel_for(from, to, [&](std::size_t block) {
+  const auto makeBlock = [&](std::size_t block) {
     const std::uint64_t begin = beginOf(block);
     const std::uint64_t end = beginOf(block + 1);
     if (begin >= first && end <= last) {
@@ -34,7 +36,15 @@ void makeRange(std::uint64_t first, std::span<T> into, std::size_t blocks, Begin
     std::copy(whole.begin() + static_cast<std::ptrdiff_t>(wanted - begin),
               whole.begin() + static_cast<std::ptrdiff_t>(std::min(end, last) - begin),
               into.begin() + static_cast<std::ptrdiff_t>(wanted - first));
-  });
+  };
+  constexpr std::size_t kTask = 8192;  // elements, which are made in the time of many task switches
+  const std::size_t grain = 1 + (to - from) * kTask / into.size();
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(from, to, grain),
+      [&](const tbb::blocked_range<std::size_t>& some) {
+        for (std::size_t block = some.begin(); block < some.end(); ++block) makeBlock(block);
+      },
+      tbb::simple_partitioner());
 }
 
 }  // namespace t4d::voxel4d

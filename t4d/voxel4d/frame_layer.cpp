@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -87,25 +88,26 @@ void FrameLayer::index() {
   blocks_.reserve(frame_.blocks.size());
   for (std::uint32_t i = 0; i < frame_.blocks.size(); ++i) {
     const Block& block = frame_.blocks[i];
-    blocks_[block.coord] = i;
+    blocks_.add(block.coord, i);
     if (std::all_of(block.inside.begin(), block.inside.end(),
                     [](std::uint64_t word) { return word == kAllBits; })) {
       solidBlocks_.push_back(block.coord);
     }
   }
-  for (std::uint32_t i = 0; i < frame_.tiles.size(); ++i) {
-    const InsideTile& tile = frame_.tiles[i];
-    auto level = std::find_if(tileLevels_.begin(), tileLevels_.end(),
-                              [&](const TileLevel& l) { return l.size == tile.size; });
-    if (level == tileLevels_.end()) level = tileLevels_.insert(level, TileLevel{tile.size, {}});
-    level->tiles[scaledDown(tile.coord, tile.size)] = i;
+  std::map<std::int32_t, std::vector<std::uint32_t>> bySize;
+  for (std::uint32_t i = 0; i < frame_.tiles.size(); ++i) bySize[frame_.tiles[i].size].push_back(i);
+  for (const auto& [size, tiles] : bySize) {
+    TileLevel& level = tileLevels_.emplace_back(TileLevel{size, {}});
+    level.tiles.reserve(tiles.size());
+    for (const std::uint32_t i : tiles) level.tiles.add(scaledDown(frame_.tiles[i].coord, size), i);
   }
 }
 
 const InsideTile* FrameLayer::tileAt(const Coord& coord) const {
   for (const TileLevel& level : tileLevels_) {
-    const auto found = level.tiles.find(scaledDown(coord, level.size));
-    if (found != level.tiles.end()) return &frame_.tiles[found->second];
+    if (const auto found = level.tiles.find(scaledDown(coord, level.size))) {
+      return &frame_.tiles[*found];
+    }
   }
   return nullptr;
 }
@@ -116,8 +118,8 @@ bool FrameLayer::coversInside(const InsideTile& tile) const {
 }
 
 BlockView FrameLayer::view(const Coord& coord) const {
-  if (const auto found = blocks_.find(coord); found != blocks_.end()) {
-    return {&frame_.blocks[found->second], false, frame_.outsideValue};
+  if (const auto found = blocks_.find(coord)) {
+    return {&frame_.blocks[*found], false, frame_.outsideValue};
   }
   if (const InsideTile* tile = tileAt(coord)) return {nullptr, true, tile->value};
   return {nullptr, false, frame_.outsideValue};
@@ -125,7 +127,7 @@ BlockView FrameLayer::view(const Coord& coord) const {
 
 const CrossingBlock* FrameLayer::crossings(const Coord& coord) const {
   const auto found = crossingIndex_.find(coord);
-  return found == crossingIndex_.end() ? nullptr : &crossings_[found->second];
+  return found ? &crossings_[*found] : nullptr;
 }
 
 /// A cube with corners both inside and outside begins in a stored block or before one, or between
@@ -199,13 +201,14 @@ Result<void> FrameLayer::numberCrossings() {
       for (unsigned x = 0; x < 8; ++x) all[i].edges[axis][x] = here[x] ^ next[x];
     }
   });
+  crossingIndex_.reserve(all.size());
   std::uint32_t count = 0;
   for (CrossingBlock& block : all) {
     const auto next = numberFrom(count, block);
     if (!next) return pass(next.error());
     if (*next == count) continue;
     count = *next;
-    crossingIndex_[block.coord] = static_cast<std::uint32_t>(crossings_.size());
+    crossingIndex_.add(block.coord, static_cast<std::uint32_t>(crossings_.size()));
     crossings_.push_back(block);
   }
   vertexCount_ = count;

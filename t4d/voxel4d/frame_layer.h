@@ -4,9 +4,9 @@
 #include <bit>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
+#include "t4d/voxel4d/coord_index.h"
 #include "t4d/voxel4d/frame.h"
 
 namespace t4d::voxel4d {
@@ -77,7 +77,7 @@ class FrameLayer {
   /// True if one tile of this frame covers all of `tile`.
   bool coversInside(const InsideTile& tile) const;
   /// True if a block is stored with its own signs.
-  bool isStored(const Coord& coord) const { return blocks_.contains(coord); }
+  bool isStored(const Coord& coord) const { return blocks_.find(coord).has_value(); }
 
  private:
   void index();
@@ -88,16 +88,16 @@ class FrameLayer {
 
   Frame frame_;
   Lattice lattice_;
-  std::unordered_map<Coord, std::uint32_t, CoordHash> blocks_;
+  CoordIndex blocks_;
   struct TileLevel {
     std::int32_t size = 1;
-    std::unordered_map<Coord, std::uint32_t, CoordHash> tiles;  // by coord / size
+    CoordIndex tiles;  // by coord / size
   };
   std::vector<TileLevel> tileLevels_;
   std::vector<Coord> solidBlocks_;
   std::vector<Coord> surfaceBlocks_;
   std::vector<CrossingBlock> crossings_;  // in the order of their numbers
-  std::unordered_map<Coord, std::uint32_t, CoordHash> crossingIndex_;
+  CoordIndex crossingIndex_;
   std::uint32_t vertexCount_ = 0;
 };
 

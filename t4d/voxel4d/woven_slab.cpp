@@ -25,18 +25,59 @@ std::size_t mostAppearingBlocks(const FrameLayer& frame) {
   return kBlocks + kBlocksPerStored * frame.storedBlocks();
 }
 
-/// Axis and first corner of each edge.
-struct EdgePlace {
-  std::uint8_t axis;
-  std::uint8_t corner;
-};
-constexpr std::array<EdgePlace, kEdges> kEdgePlaces = [] {
-  std::array<EdgePlace, kEdges> places{};
-  for (int edge = 0; edge < kEdges; ++edge) {
-    places[edge] = {static_cast<std::uint8_t>(edgeAxis(edge)),
-                    static_cast<std::uint8_t>(edgeCorner(edge))};
+/// The numbers of the crossings that the cubes of a block can need, of each kind of edge from each
+/// of 9 x 9 x 9 points: those of the block and the next along each axis. Only those of edges that
+/// are crossed are set.
+class CrossingNumbers {
+ public:
+  static constexpr unsigned kStrideX = 81;
+  static constexpr unsigned kStrideY = 9;
+
+  /// The kinds of edges: along x, y, z at the first time, the same at the second, and along t.
+  static constexpr unsigned kKinds = 7;
+  static constexpr unsigned kInTime = 6;
+
+  /// Takes the crossings in one of the 8 blocks (neighbour d), of which `first` are the numbers of
+  /// the first in each word, plus `offset`.
+  void add(unsigned d, unsigned kind, const BlockMask& crossed,
+           const std::array<std::uint32_t, 8>& first, std::uint32_t offset) {
+    const std::uint64_t wanted =
+        ((d & 2U) != 0 ? 0xFFU : kAllBits) & ((d & 4U) != 0 ? 0x0101010101010101U : kAllBits);
+    std::uint32_t* const numbers = numbers_.data() + kind * kPoints +
+                                   ((d & 1U) != 0 ? 8 * kStrideX : 0) +
+                                   ((d & 2U) != 0 ? 8 * kStrideY : 0) + ((d & 4U) != 0 ? 8 : 0);
+    const unsigned words = (d & 1U) != 0 ? 1 : 8;
+    for (unsigned x = 0; x < words; ++x) {
+      for (std::uint64_t left = crossed[x] & wanted; left != 0; left &= left - 1) {
+        const auto bit = static_cast<unsigned>(std::countr_zero(left));
+        numbers[x * kStrideX + (bit >> 3U) * kStrideY + (bit & 7U)] =
+            offset + first[x] + countBefore(crossed[x], bit);
+      }
+    }
   }
-  return places;
+
+  /// Those of the edges of the cube at this point of the block: that of edge e is at kOffsets[e].
+  const std::uint32_t* at(unsigned index) const {
+    return numbers_.data() + (index >> 6U) * kStrideX + (index >> 3U & 7U) * kStrideY +
+           (index & 7U);
+  }
+  static const std::array<unsigned, kEdges> kOffsets;
+
+ private:
+  static constexpr unsigned kPoints = 729;
+  std::array<std::uint32_t, std::size_t{kKinds} * kPoints> numbers_;
+};
+
+const std::array<unsigned, kEdges> CrossingNumbers::kOffsets = [] {
+  std::array<unsigned, kEdges> offsets{};
+  for (int edge = 0; edge < kEdges; ++edge) {
+    const auto axis = static_cast<unsigned>(edgeAxis(edge));
+    const auto corner = static_cast<unsigned>(edgeCorner(edge));
+    const unsigned kind = axis == 3 ? kInTime : axis + (corner >> 3U) * 3;
+    offsets[edge] = kind * kPoints + (corner & 1U) * kStrideX + (corner >> 1U & 1U) * kStrideY +
+                    (corner >> 2U & 1U);
+  }
+  return offsets;
 }();
 
 /// Blocks that are entirely inside in one frame and not in the other.
@@ -150,7 +191,7 @@ Result<void> WovenSlab::findBlocks() {
   index_.reserve(coords.size());
   for (std::uint32_t i = 0; i < coords.size(); ++i) {
     blocks_[i].coord = coords[i];
-    index_[coords[i]] = i;
+    index_.add(coords[i], i);
   }
   return {};
 }
@@ -163,6 +204,8 @@ void WovenSlab::findCubes(WovenBlock& block) const {
     for (unsigned d = 0; d < 8; ++d) views[d] = frame.view(neighbour(block.coord, d));
     for (unsigned d = 0; d < 8; ++d) corners[time << 3U | d] = shiftedSigns(views, d);
   }
+  BlockMask mixed;
+  std::size_t count = 0;
   for (unsigned x = 0; x < 8; ++x) {
     block.timeEdges[x] = corners[0][x] ^ corners[8][x];
     std::uint64_t all = kAllBits;
@@ -171,8 +214,13 @@ void WovenSlab::findCubes(WovenBlock& block) const {
       all &= corner[x];
       any |= corner[x];
     }
-    for (std::uint64_t mixed = any & ~all; mixed != 0; mixed &= mixed - 1) {
-      const auto bit = static_cast<unsigned>(std::countr_zero(mixed));
+    mixed[x] = any & ~all;
+    count += static_cast<std::size_t>(std::popcount(mixed[x]));
+  }
+  block.cubes.reserve(count);
+  for (unsigned x = 0; x < 8; ++x) {
+    for (std::uint64_t left = mixed[x]; left != 0; left &= left - 1) {
+      const auto bit = static_cast<unsigned>(std::countr_zero(left));
       unsigned pattern = 0;
       for (unsigned corner = 0; corner < kCorners; ++corner) {
         pattern |= static_cast<unsigned>(corners[corner][x] >> bit & 1U) << corner;
@@ -208,42 +256,31 @@ Result<void> WovenSlab::number() {
   return {};
 }
 
-WovenSlab::Neighbourhood WovenSlab::neighbourhood(const Coord& coord) const {
-  Neighbourhood around;
-  for (unsigned d = 0; d < 8; ++d) {
-    const Coord at = neighbour(coord, d);
-    around.before[d] = before_.crossings(at);
-    around.after[d] = after_.crossings(at);
-    const auto found = index_.find(at);
-    around.between[d] = found == index_.end() ? nullptr : &blocks_[found->second];
-  }
-  return around;
-}
-
 void WovenSlab::emitCells(const WovenBlock& block, Cell* into) const {
   if (block.cubes.empty()) return;
   const PatternTable& table = PatternTable::get();
-  const Neighbourhood around = neighbourhood(block.coord);
-  std::array<std::uint32_t, kEdges> vertex{};
+  CrossingNumbers numbers;
+  for (unsigned d = 0; d < 8; ++d) {
+    const Coord at = neighbour(block.coord, d);
+    for (unsigned time = 0; time < 2; ++time) {
+      const CrossingBlock* crossings = (time == 0 ? before_ : after_).crossings(at);
+      if (crossings == nullptr) continue;
+      const std::uint32_t offset = time == 0 ? 0 : firstUpper();
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        numbers.add(d, 3 * time + axis, crossings->edges[axis], crossings->first[axis], offset);
+      }
+    }
+    if (const auto found = index_.find(at)) {
+      const WovenBlock& between = blocks_[*found];
+      numbers.add(d, CrossingNumbers::kInTime, between.timeEdges, between.firstTime, 0);
+    }
+  }
+  std::array<std::uint32_t, kEdges> vertex;
   for (const auto& [index, pattern] : block.cubes) {
-    const unsigned x = index >> 6U;
-    const unsigned y = index >> 3U & 7U;
-    const unsigned z = index & 7U;
+    const std::uint32_t* const ofCube = numbers.at(index);
     for (std::uint32_t edges = table.edges(pattern); edges != 0; edges &= edges - 1) {
       const int edge = std::countr_zero(edges);
-      const auto [axis, corner] = kEdgePlaces[edge];
-      const unsigned px = x + (corner & 1U);
-      const unsigned py = y + (corner >> 1U & 1U);
-      const unsigned pz = z + (corner >> 2U & 1U);
-      const unsigned d = px >> 3U | (py >> 3U) << 1U | (pz >> 3U) << 2U;
-      const unsigned bit = (py & 7U) << 3U | (pz & 7U);
-      if (axis == 3) {
-        vertex[edge] = around.between[d]->numberInTime(px & 7U, bit);
-      } else if ((corner & 8U) == 0) {
-        vertex[edge] = around.before[d]->number(axis, px & 7U, bit);
-      } else {
-        vertex[edge] = firstUpper() + around.after[d]->number(axis, px & 7U, bit);
-      }
+      vertex[edge] = ofCube[CrossingNumbers::kOffsets[edge]];
     }
     for (const auto& [a, b, c, d] : table.tetrahedra(pattern)) {
       *into++ = {vertex[a], vertex[b], vertex[c], vertex[d]};

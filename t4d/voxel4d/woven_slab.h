@@ -3,11 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "t4d/model/streamed_slab.h"
+#include "t4d/voxel4d/coord_index.h"
 #include "t4d/voxel4d/frame_layer.h"
 #include "t4d/voxel4d/pattern_table.h"
 
@@ -38,18 +38,6 @@ class WovenSlab : public model::StreamedSlab {
     std::uint32_t firstCell = 0;
     /// Cubes that have cells: the index of their lowest point in the block, and their pattern.
     std::vector<std::pair<std::uint16_t, std::uint16_t>> cubes;
-
-    /// The number of the crossing along t at a point.
-    std::uint32_t numberInTime(unsigned x, unsigned bit) const {
-      return firstTime[x] + countBefore(timeEdges[x], bit);
-    }
-  };
-  /// The blocks in which the edges of a block's cubes begin: its 8 neighbours, at both times and
-  /// between them.
-  struct Neighbourhood {
-    std::array<const CrossingBlock*, 8> before{};
-    std::array<const CrossingBlock*, 8> after{};
-    std::array<const WovenBlock*, 8> between{};
   };
 
   WovenSlab(const FrameLayer& before, const FrameLayer& after, const model::TimeSpan& crossings,
@@ -59,7 +47,6 @@ class WovenSlab : public model::StreamedSlab {
   Result<void> findBlocks();
   void findCubes(WovenBlock& block) const;
   Result<void> number();
-  Neighbourhood neighbourhood(const Coord& coord) const;
   void placeInTime(const WovenBlock& block, model::Point4* into) const;
   void emitCells(const WovenBlock& block, model::Cell* into) const;
 
@@ -68,7 +55,7 @@ class WovenSlab : public model::StreamedSlab {
   model::TimeSpan crossings_;
   const Lattice& lattice_;
   std::vector<WovenBlock> blocks_;  // increasing by coord
-  std::unordered_map<Coord, std::uint32_t, CoordHash> index_;
+  CoordIndex index_;
 };
 
 }  // namespace t4d::voxel4d
