@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <csignal>
@@ -105,8 +106,9 @@ int run(const ConformReaderArguments& options) {
                                                            : report(results.error());
   }
   if (interrupted) std::raise(interruptedBy);
+  const std::vector<CaseReport> reports = reportsOf(cases, *results);
   if (!options.junit.empty()) {
-    const auto written = writeText(options.junit, reportJunit(options.reader, cases, *results));
+    const auto written = writeText(options.junit, reportJunit("reader", options.reader, reports));
     if (!written) return report(written.error());
   }
   if (!options.keep.empty()) {
@@ -115,17 +117,13 @@ int run(const ConformReaderArguments& options) {
     if (*kept > 0) say(fmt::format("{} in {}", counted(*kept, "file"), options.keep));
   }
   if (options.json) {
-    print("{}", reportJson(options.reader, cases, *results));
+    print("{}", reportJson("reader", options.reader, reports));
   } else {
     constexpr std::size_t kShown = 20;
     print("{}", reportText(options.reader, commandOf(options), options.serve, cases, *results,
                            options.verbose ? cases.size() : kShown));
   }
-  const OutcomeCounts counts = countsOf(*results);
-  const auto count = [&](Outcome outcome) { return counts[static_cast<std::size_t>(outcome)]; };
-  const bool right =
-      count(Outcome::Failed) + count(Outcome::Crashed) + count(Outcome::TimedOut) == 0;
-  return right ? kDone : kFailed;
+  return std::ranges::any_of(reports, &CaseReport::isWrong) ? kFailed : kDone;
 }
 
 }  // namespace

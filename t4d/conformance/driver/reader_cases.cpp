@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include <fmt/format.h>
-#include <fnmatch.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/conformance/driver/damage.h"
@@ -197,36 +196,6 @@ ReaderCase overwriteCase(const CorpusFile& file) {
   return test;
 }
 
-/// A pattern is a glob for the id or its last part, or a folder.
-bool matches(const std::string& id, const std::string& pattern) {
-  const std::string name = id.substr(id.find('/') + 1);
-  return fnmatch(pattern.c_str(), id.c_str(), 0) == 0 ||
-         fnmatch(pattern.c_str(), name.c_str(), 0) == 0 || id.starts_with(pattern + "/");
-}
-
-/// Removes the "/" or ".t4d" that shell completion adds.
-std::string withoutEnding(std::string pattern) {
-  for (const std::string_view ending : {"/", ".t4d"}) {
-    if (pattern.ends_with(ending)) pattern.resize(pattern.size() - ending.size());
-  }
-  return pattern;
-}
-
-/// Which cases match at least one pattern; a pattern that matches no case is an error.
-Result<std::vector<bool>> matching(const std::vector<ReaderCase>& cases,
-                                   const std::vector<std::string>& patterns) {
-  std::vector<bool> matched(cases.size());
-  for (const std::string& pattern : patterns) {
-    bool any = false;
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-      if (!matches(cases[i].id, withoutEnding(pattern))) continue;
-      any = matched[i] = true;
-    }
-    if (!any) return invalid(fmt::format("no case is called {}", pattern));
-  }
-  return matched;
-}
-
 }  // namespace
 
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
@@ -269,25 +238,6 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
     std::move(more->begin(), more->end(), std::back_inserter(cases));
   }
   return cases;
-}
-
-Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::string>& only,
-                         const std::vector<std::string>& skip) {
-  const auto skipped = matching(cases, skip);
-  if (!skipped) return pass(skipped.error());
-  const auto kept = matching(cases, only);
-  if (!kept) return pass(kept.error());
-  std::vector<ReaderCase> chosen;
-  bool any = false;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (!only.empty() && !(*kept)[i]) continue;
-    if ((*skipped)[i]) cases[i].skipped = "named by --skip";
-    any = any || cases[i].skipped.empty();
-    chosen.push_back(std::move(cases[i]));
-  }
-  if (!any) return invalid("no case is left: all are skipped");
-  cases = std::move(chosen);
-  return {};
 }
 
 }  // namespace t4d::conformance

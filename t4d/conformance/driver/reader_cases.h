@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "t4d/conformance/corpus/corpus.h"
+#include "t4d/conformance/driver/case_choice.h"
 #include "t4d/model/error.h"
 
 /// The cases for a reader under test: the files of the corpus, and damaged copies of the valid
@@ -47,11 +48,5 @@ struct CaseOptions {
 /// `files`.
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
                                     const CaseOptions& options = {});
-
-/// Keeps the cases that match one of `only`, unless it is empty, and marks those that match one of
-/// `skip`. A pattern is a glob of the id ("invalid/H*", where * also matches /) or of the name in
-/// it ("one-simplex"), or a folder ("cut"). Fails if a pattern matches nothing or no case is left.
-Result<void> selectCases(std::vector<ReaderCase>& cases, const std::vector<std::string>& only,
-                         const std::vector<std::string>& skip);
 
 }  // namespace t4d::conformance

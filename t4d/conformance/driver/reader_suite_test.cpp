@@ -162,7 +162,8 @@ TEST_F(ReaderSuite, KeepsTheFilesThatWentWrong) {
 
 TEST_F(ReaderSuite, ReportsInJsonWithTheseMembers) {
   cases_[1].skipped = "left out";
-  const auto json = nlohmann::ordered_json::parse(reportJson("sh reader", cases_, run("exit 1")));
+  const auto json = nlohmann::ordered_json::parse(
+      reportJson("reader", "sh reader", reportsOf(cases_, run("exit 1"))));
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   EXPECT_THAT(keys, ElementsAre("reader", "corpus_version", "passed", "failed", "crashed",
@@ -178,7 +179,8 @@ TEST_F(ReaderSuite, ReportsInJsonWithTheseMembers) {
 TEST_F(ReaderSuite, ReportsInXmlThatHoldsWhateverAReaderSays) {
   cases_[2].skipped = "left out";
   const std::string xml =
-      reportJunit("a \"b\" <c>", cases_, run(R"(printf '<&"\001\377]]>' >&2; [ x$text = xbad ])"));
+      reportJunit("reader", "a \"b\" <c>",
+                  reportsOf(cases_, run(R"(printf '<&"\001\377]]>' >&2; [ x$text = xbad ])")));
   EXPECT_THAT(xml, HasSubstr("name=\"t4d conform reader: a &quot;b&quot; &lt;c&gt;\" tests=\"3\" "
                              "failures=\"2\" errors=\"0\" skipped=\"1\""));
   EXPECT_THAT(xml, HasSubstr("it said: &lt;&amp;&quot;\\x01\\xff]]&gt;</failure>"));
