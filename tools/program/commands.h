@@ -21,6 +21,7 @@ std::string wrongVerb(const CLI::App& command, const std::string& word);
 /// Verbs of `conform`.
 void addConformBackends(CLI::App& conform, int& exitCode);
 void addConformReader(CLI::App& conform, int& exitCode);
+void addConformWriter(CLI::App& conform, int& exitCode);
 void addConformCorpus(CLI::App& conform, int& exitCode);
 
 }  // namespace t4d::tools

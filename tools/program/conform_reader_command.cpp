@@ -1,16 +1,12 @@
 #include <algorithm>
-#include <array>
-#include <atomic>
-#include <csignal>
 #include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 
 #include "t4d/conformance/driver/reader_report.h"
-#include "t4d/formats/output_file.h"
 #include "tools/program/commands.h"
+#include "tools/program/conform_run.h"
 #include "tools/program/console.h"
 
 namespace t4d::tools {
@@ -33,54 +29,12 @@ struct ConformReaderArguments {
   bool verbose = false;
 };
 
-std::atomic<bool> interrupted = false;
-volatile std::sig_atomic_t interruptedBy = 0;
-
-extern "C" void interrupt(int signal) {
-  interruptedBy = signal;
-  interrupted = true;
-}
-
-/// While it exists, a signal that would end this program stops the readers instead.
-class Interruptible {
- public:
-  Interruptible() {
-    for (std::size_t i = 0; i < kSignals.size(); ++i) {
-      sigaction(kSignals[i], nullptr, &before_[i]);
-      if (before_[i].sa_handler == SIG_IGN) continue;
-      struct sigaction action {};
-      action.sa_handler = interrupt;
-      sigaction(kSignals[i], &action, nullptr);
-    }
-  }
-  ~Interruptible() {
-    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
-  }
-  Interruptible(const Interruptible&) = delete;
-  Interruptible& operator=(const Interruptible&) = delete;
-
- private:
-  static constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP};
-  std::array<struct sigaction, kSignals.size()> before_{};
-};
-
-/// Without this, a reader that crashes a hundred times would leave a hundred core dumps.
-void disableCoreDumps() {
-  const rlimit none{0, 0};
-  setrlimit(RLIMIT_CORE, &none);
-}
-
-Result<void> writeText(const std::string& path, const std::string& text) {
-  auto file = formats::OutputFile::create(path);
-  if (!file) return pass(file.error());
-  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
-}
-
 /// The command that reruns the same cases.
 std::string commandOf(const ConformReaderArguments& options) {
   std::string command = fmt::format("t4d conform reader --reader '{}'", options.reader);
   for (const std::string& feature : options.cases.without) command += " --without " + feature;
   if (options.serve) command += " --serve";
+  if (options.cases.quick) command += " --quick";
   return command + (options.cases.thorough ? " --thorough" : "");
 }
 
@@ -98,17 +52,17 @@ int run(const ConformReaderArguments& options) {
     const Interruptible interruptible;
     ProgressBar bar("testing the reader");
     const SuiteOptions suite = {*command,         options.serve, options.timeoutSeconds,
-                                options.parallel, options.first, &interrupted};
+                                options.parallel, options.first, &Interruptible::interrupted()};
     results = runReaderCases(cases, suite, bar.callback());
   }
   if (!results) {
     return results.error().code == ErrorCode::InvalidInput ? wrongUsage(results.error().text())
                                                            : report(results.error());
   }
-  if (interrupted) std::raise(interruptedBy);
+  Interruptible::endIfInterrupted();
   const std::vector<CaseReport> reports = reportsOf(cases, *results);
   if (!options.junit.empty()) {
-    const auto written = writeText(options.junit, reportJunit("reader", options.reader, reports));
+    const auto written = writeReport(options.junit, reportJunit("reader", options.reader, reports));
     if (!written) return report(written.error());
   }
   if (!options.keep.empty()) {
@@ -166,9 +120,13 @@ void addConformReader(CLI::App& conform, int& exitCode) {
       ->type_name("FILE");
   command->add_option("--keep", options->keep, "Keep up to four files of each failed case in DIR")
       ->type_name("DIR");
-  command->add_flag(
+  auto* thorough = command->add_flag(
       "--thorough", options->cases.thorough,
       "Ten times as many damaged files, for a reader that is fast to start or serves");
+  command
+      ->add_flag("--quick", options->cases.quick,
+                 "A selection of some 200 requests, with a file for every rule")
+      ->excludes(thorough);
   command->add_flag("--first", options->first, "Stop at the first failure");
   command->add_flag("--verbose", options->verbose, "List all failed cases");
   command->add_flag("--json", options->json, "Print JSON");

@@ -210,5 +210,48 @@ TEST_F(ConformReader, CasesAreListed) {
   EXPECT_THAT(text.output, HasSubstr("cut/zstd"));
 }
 
+/// A writer under test, whose one good file is that of the corpus.
+TEST_F(ConformReader, AWriterIsTestedByTheFilesThatItMakes) {
+  ASSERT_EQ(conform("copy corpus").code, 0);
+  const auto writer = [&](const std::string& script) {
+    std::ofstream(folder_ / "my-writer") << "#!/bin/sh\n" << script << "\n";
+    fs::permissions(folder_ / "my-writer", fs::perms::owner_all);
+    return std::string("writer --writer ./my-writer ");
+  };
+  const std::string copies = "cp corpus/valid/one-simplex.t4d \"$2\"";
+  const auto right = conform(writer(copies) + "--only one-simplex");
+  EXPECT_EQ(right.code, 0) << right.output << right.message;
+  EXPECT_THAT(right.output, HasSubstr("1 of 1 cases"));
+
+  const auto wrong = conform(writer(copies) + "--only plain --skip one-simplex --keep kept --json");
+  EXPECT_EQ(wrong.code, 1);
+  const json report = json::parse(wrong.output);
+  EXPECT_EQ(report["writer"], "./my-writer");
+  EXPECT_EQ(report["passed"], 0);
+  for (const json& test : report["cases"]) {
+    EXPECT_THAT(test["id"].get<std::string>(), StartsWith("plain/"));
+    EXPECT_EQ(test["outcome"], "failed");
+    EXPECT_TRUE(fs::exists(folder_ / "kept" / (test["id"].get<std::string>() + ".json")));
+    EXPECT_TRUE(fs::exists(folder_ / "kept" / (test["id"].get<std::string>() + ".t4d")));
+  }
+  EXPECT_EQ(conform(writer("kill -9 $$") + "--only one-simplex --junit w.xml").code, 1);
+  EXPECT_THAT(contents(folder_ / "w.xml"), HasSubstr("t4d conform writer: ./my-writer"));
+  EXPECT_EQ(conform("writer --writer ./none").code, 2);
+  EXPECT_EQ(conform(writer("true") + "--only nothing").code, 2);
+}
+
+TEST_F(ConformReader, AQuickRunIsShort) {
+  const auto run = conform("reader --reader " T4D_READER " --quick");
+  EXPECT_EQ(run.code, 0) << run.output;
+  EXPECT_EQ(conform("reader --reader " T4D_READER " --quick --thorough").code, 2);
+}
+
+TEST_F(ConformReader, TheCorpusHasALicenseAndAVersion) {
+  ASSERT_EQ(conform("copy corpus").code, 0);
+  EXPECT_THAT(contents(folder_ / "corpus/LICENSE"), HasSubstr("CC0 1.0 Universal"));
+  EXPECT_EQ(contents(folder_ / "corpus/VERSION"),
+            std::string("corpus ") + conformance::kCorpusVersion + "\nformat 1.0\n");
+}
+
 }  // namespace
 }  // namespace t4d::tools

@@ -44,6 +44,16 @@ test('the expected answers are as the schemas of answers say', () => {
   }
 });
 
+test('the meshes for writers are as their schema says', () => {
+  const mesh = schemaOf('t4d/formats/t4d/writer_mesh.schema.json');
+  const kept = path.join(makeFolder('writers'), 'kept');
+  // A writer that always fails: all its inputs are kept.
+  assert.equal(t4dRaw('conform', 'writer', '--writer', 'false', '--keep', kept).status, 1);
+  const names = readdirSync(kept, { recursive: true }).filter((name) => name.endsWith('.json'));
+  assert.ok(names.length > 40);
+  for (const name of names) mesh.check(readJson(path.join(kept, name)), name);
+});
+
 test('clauses are rules of the specification', () => {
   const spec = readFileSync(path.join(root, 't4d/formats/t4d/SPEC.md'), 'utf8');
   const rules = new Set([...spec.matchAll(/^\* \*\*([A-Z]+[0-9]+)\*\* /gm)].map(([, rule]) => rule));

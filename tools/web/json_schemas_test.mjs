@@ -166,6 +166,9 @@ const runs = [
   ['conform-reader', ['--reader', path.join(build, 't4d-reader'), '--only', 'valid', '--skip', '*zstd*'], 0],
   ['conform-reader', ['--reader', 'false'], 1],
   ['conform-reader', ['--reader', './no-such'], 2],
+  ['conform-writer', ['--writer', path.join(root, 't4d/conformance/writers/python/t4d_writer.py'), '--only', 'cube-*'], 0],
+  ['conform-writer', ['--writer', 'false', '--only', 'cube-*'], 1],
+  ['conform-writer', ['--writer', './no-such'], 2],
 ];
 
 /** Whether a verb prints JSON even if it fails. */

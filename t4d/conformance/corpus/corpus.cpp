@@ -54,6 +54,9 @@ std::vector<std::pair<std::string, std::string>> allTexts() {
   texts.emplace_back("manifest.json", manifestText(files));
   texts.emplace_back("manifest.schema.json", kManifestSchema);
   texts.emplace_back("README.md", kReadme);
+  texts.emplace_back("LICENSE", kLicense);
+  texts.emplace_back("VERSION",
+                     fmt::format("corpus {}\nformat {}\n", kCorpusVersion, kSpecVersion));
   return texts;
 }
 

@@ -69,7 +69,7 @@ std::string manifestText(const std::vector<CorpusFile>& files);
 std::string expectedText(const CorpusFile& file);
 
 /// Writes all files into `directory`, which is created if missing: ID.t4d and ID.json, the manifest
-/// with its schema, and a README.
+/// with its schema, README, LICENSE and VERSION.
 Result<void> writeCorpus(const std::filesystem::path& directory);
 
 /// The differences between `directory` and the output of writeCorpus, a sentence each. Files larger

@@ -6,6 +6,7 @@
 namespace t4d::conformance {
 
 extern const std::string kManifestSchema;
+extern const std::string kLicense;
 extern const std::string kReadme;
 
 }  // namespace t4d::conformance

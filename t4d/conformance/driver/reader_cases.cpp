@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -196,6 +197,36 @@ ReaderCase overwriteCase(const CorpusFile& file) {
   return test;
 }
 
+std::string kindOfCase(const ReaderCase& test) { return test.id.substr(0, test.id.find('/')); }
+
+/// See CaseOptions::quick. The simplest cases come first, and are kept.
+std::vector<ReaderCase> quickOf(std::vector<ReaderCase> cases) {
+  constexpr std::size_t kTrials = 3;  // of a case
+  std::set<std::string> seen;
+  std::vector<ReaderCase> kept;
+  for (ReaderCase& test : cases) {
+    const CorpusFile& file = *test.file;
+    bool shows = false;  // something that no case before does
+    if (test.id != file.id) {
+      shows = seen.insert(kindOfCase(test)).second;
+    } else if (file.validity == Validity::Invalid) {
+      shows = seen.insert(file.rule).second;
+    } else if (file.validity == Validity::Valid) {
+      shows = file.features.empty() && seen.insert("").second;
+      for (const std::string& feature : file.features) {
+        shows = seen.insert("feature " + feature).second || shows;
+      }
+    }
+    if (!shows) continue;
+    const std::vector<std::size_t> some = someOf(test.trials.size(), kTrials, 0);
+    std::vector<Trial> trials;
+    for (const std::size_t i : some) trials.push_back(std::move(test.trials[i]));
+    test.trials = std::move(trials);
+    kept.push_back(std::move(test));
+  }
+  return kept;
+}
+
 }  // namespace
 
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
@@ -237,7 +268,7 @@ std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
   for (auto* more : {&cuts, &flips, &overwrites}) {
     std::move(more->begin(), more->end(), std::back_inserter(cases));
   }
-  return cases;
+  return options.quick ? quickOf(std::move(cases)) : cases;
 }
 
 }  // namespace t4d::conformance

@@ -320,6 +320,31 @@ TEST(ReaderCases, OfAFeatureThatAReaderDoesNotKnowAreRefusals) {
   EXPECT_GT(refusals, 0);
 }
 
+TEST(ReaderCases, AQuickRunHasEveryRuleAndFeature) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  std::set<std::string> rules;
+  std::set<std::string> features;
+  for (const CorpusFile& file : files) {
+    if (file.validity == Validity::Invalid) rules.insert(file.rule);
+    if (file.validity == Validity::Valid) {
+      features.insert(file.features.begin(), file.features.end());
+    }
+  }
+  std::set<std::string> kinds;
+  std::size_t requests = 0;
+  for (const ReaderCase& test : readerCases(files, {.without = {}, .quick = true})) {
+    kinds.insert(kindOf(test.id));
+    requests += test.trials.size();
+    if (test.id != test.file->id) continue;
+    rules.erase(test.file->rule);
+    for (const std::string& feature : test.file->features) features.erase(feature);
+  }
+  EXPECT_TRUE(rules.empty()) << *rules.begin();
+  EXPECT_TRUE(features.empty()) << *features.begin();
+  EXPECT_THAT(kinds, ElementsAre("cut", "flip", "invalid", "overwrite", "valid"));
+  EXPECT_LT(requests, 250U);
+}
+
 TEST(ReaderCases, AreChosenByGlobsAndFolders) {
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files);

@@ -90,7 +90,7 @@ TEST_F(WriterSuite, EveryDifferenceIsAFault) {
                        std::swap(turned->cells[2][0], turned->cells[2][1]);
                        slab.connectivity = turned;
                      }),
-              HasSubstr("cell 2 of slab 1 of body 0 is (0, 3, 4, 6); expected is (3, 0, 4, 6)"));
+              HasSubstr("cell 2 of slab 1 of body 0 is (3, 0, 4, 6); expected is (0, 3, 4, 6)"));
   EXPECT_THAT(faults(0,
                      [](model::Slab& slab) {
                        slab.attributes = {
