@@ -125,7 +125,7 @@ void addConformReader(CLI::App& conform, int& exitCode) {
       "Ten times as many damaged files, for a reader that is fast to start or serves");
   command
       ->add_flag("--quick", options->cases.quick,
-                 "A selection of some 200 requests, with a file for every rule")
+                 "A selection of some 170 requests, with a file for every rule")
       ->excludes(thorough);
   command->add_flag("--first", options->first, "Stop at the first failure");
   command->add_flag("--verbose", options->verbose, "List all failed cases");

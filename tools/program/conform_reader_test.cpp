@@ -223,7 +223,7 @@ TEST_F(ConformReader, AWriterIsTestedByTheFilesThatItMakes) {
   EXPECT_EQ(right.code, 0) << right.output << right.message;
   EXPECT_THAT(right.output, HasSubstr("1 of 1 cases"));
 
-  const auto wrong = conform(writer(copies) + "--only plain --skip one-simplex --keep kept --json");
+  const auto wrong = conform(writer(copies) + "--only 'plain/cube-*' --keep kept --json");
   EXPECT_EQ(wrong.code, 1);
   const json report = json::parse(wrong.output);
   EXPECT_EQ(report["writer"], "./my-writer");

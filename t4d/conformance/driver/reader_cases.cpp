@@ -1,6 +1,7 @@
 #include "t4d/conformance/driver/reader_cases.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -201,7 +202,12 @@ std::string kindOfCase(const ReaderCase& test) { return test.id.substr(0, test.i
 
 /// See CaseOptions::quick. The simplest cases come first, and are kept.
 std::vector<ReaderCase> quickOf(std::vector<ReaderCase> cases) {
-  constexpr std::size_t kTrials = 3;  // of a case
+  std::map<std::string, std::size_t> smallest;  // file of each rule
+  for (const ReaderCase& test : cases) {
+    const std::size_t bytes = test.file->bytes.size();
+    const auto [rule, isNew] = smallest.try_emplace(test.file->rule, bytes);
+    if (!isNew) rule->second = std::min(rule->second, bytes);
+  }
   std::set<std::string> seen;
   std::vector<ReaderCase> kept;
   for (ReaderCase& test : cases) {
@@ -210,7 +216,7 @@ std::vector<ReaderCase> quickOf(std::vector<ReaderCase> cases) {
     if (test.id != file.id) {
       shows = seen.insert(kindOfCase(test)).second;
     } else if (file.validity == Validity::Invalid) {
-      shows = seen.insert(file.rule).second;
+      shows = file.bytes.size() == smallest.at(file.rule) && seen.insert(file.rule).second;
     } else if (file.validity == Validity::Valid) {
       shows = file.features.empty() && seen.insert("").second;
       for (const std::string& feature : file.features) {
@@ -218,7 +224,8 @@ std::vector<ReaderCase> quickOf(std::vector<ReaderCase> cases) {
       }
     }
     if (!shows) continue;
-    const std::vector<std::size_t> some = someOf(test.trials.size(), kTrials, 0);
+    const std::size_t most = file.validity == Validity::Invalid ? 1 : 3;
+    const std::vector<std::size_t> some = someOf(test.trials.size(), most, 0);
     std::vector<Trial> trials;
     for (const std::size_t i : some) trials.push_back(std::move(test.trials[i]));
     test.trials = std::move(trials);
