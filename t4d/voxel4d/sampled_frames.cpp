@@ -58,8 +58,11 @@ class SampledFrames : public FrameSource {
       }
     }
     std::vector<Found> found(cubes.size());
-    tbb::parallel_for(std::size_t{0}, cubes.size(),
-                      [&](std::size_t i) { sample(cubes[i], kLargestCube, time, found[i]); });
+    tbb::parallel_for(std::size_t{0}, cubes.size(), [&](std::size_t i) {
+      sample(cubes[i], kLargestCube, time, found[i]);
+      found[i].samples.doubles.shrink_to_fit();
+      found[i].samples.floats.shrink_to_fit();
+    });
     return gather(std::move(found), time);
   }
 
