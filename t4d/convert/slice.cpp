@@ -142,24 +142,29 @@ void Slicer::Impl::carryAttributes(const CutSlab& made, const std::vector<std::u
   for (Attribute& attribute : carried) {
     const Attribute& from = *match(attribute);
     const std::size_t bytes = from.rowBytes();
+    const std::size_t before = attribute.values.size();
     if (attribute.domain == Domain::Cell) {
+      attribute.values.resize(before + made.cut->cells.size() * bytes);
+      std::byte* into = attribute.values.data() + before;
       for (const std::uint32_t cell : made.cut->cells) {
-        attribute.values.insert(attribute.values.end(), from.row(cell), from.row(cell) + bytes);
+        std::memcpy(into, from.row(cell), bytes);
+        into += bytes;
       }
       continue;
     }
-    std::vector<std::byte> row(bytes);
+    attribute.values.resize(before + added.size() * bytes);
+    std::byte* row = attribute.values.data() + before;
     for (const std::uint32_t i : added) {
       const Cut::Point& point = made.cut->points[i];
-      std::memcpy(row.data(), from.row(point.below), bytes);
+      std::memcpy(row, from.row(point.below), bytes);
       if (from.type == ScalarType::Float64) {
         interpolate<double>(from.row(point.below), from.row(point.above), made.fractions[i],
-                            from.components, row.data());
+                            from.components, row);
       } else if (from.type == ScalarType::Float32) {
         interpolate<float>(from.row(point.below), from.row(point.above), made.fractions[i],
-                           from.components, row.data());
+                           from.components, row);
       }
-      attribute.values.insert(attribute.values.end(), row.begin(), row.end());
+      row += bytes;
     }
   }
 }
