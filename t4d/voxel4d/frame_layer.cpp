@@ -29,7 +29,7 @@ Coord scaledDown(const Coord& coord, std::int32_t size) {
 }
 
 void sortUnique(std::vector<Coord>& coords) {
-  std::sort(coords.begin(), coords.end());
+  std::sort(coords.begin(), coords.end(), WeavingOrder());
   coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
 }
 

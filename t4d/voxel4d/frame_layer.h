@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "t4d/voxel4d/coord_index.h"
@@ -30,6 +31,15 @@ struct BlockView {
 inline std::uint32_t countBefore(std::uint64_t word, unsigned bit) {
   return static_cast<std::uint32_t>(std::popcount(word & ((std::uint64_t{1} << bit) - 1)));
 }
+
+/// The order in which blocks are woven: cubes of 4 x 4 x 4 blocks one after another, so that cells
+/// that follow one another are close in all directions.
+struct WeavingOrder {
+  bool operator()(const Coord& a, const Coord& b) const {
+    const auto cube = [](const Coord& c) { return Coord{c.x >> 2, c.y >> 2, c.z >> 2}; };
+    return std::pair(cube(a), a) < std::pair(cube(b), b);
+  }
+};
 
 /// The crossings of the lattice edges that begin in one block: one bit each, and the index of the
 /// first crossing of every word.

@@ -179,12 +179,12 @@ Result<void> WovenSlab::findBlocks() {
   std::vector<Coord> coords;
   std::set_union(before_.surfaceBlocks().begin(), before_.surfaceBlocks().end(),
                  after_.surfaceBlocks().begin(), after_.surfaceBlocks().end(),
-                 std::back_inserter(coords));
+                 std::back_inserter(coords), WeavingOrder());
   const std::size_t sorted = coords.size();
   if (auto added = addAppearing(before_, after_, coords); !added) return added;
   if (auto added = addAppearing(after_, before_, coords); !added) return added;
   if (coords.size() > sorted) {
-    std::sort(coords.begin(), coords.end());
+    std::sort(coords.begin(), coords.end(), WeavingOrder());
     coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
   }
   blocks_.resize(coords.size());

@@ -54,7 +54,7 @@ class WovenSlab : public model::StreamedSlab {
   const FrameLayer& after_;
   model::TimeSpan crossings_;
   const Lattice& lattice_;
-  std::vector<WovenBlock> blocks_;  // increasing by coord
+  std::vector<WovenBlock> blocks_;  // in WeavingOrder
   CoordIndex index_;
 };
 

@@ -160,9 +160,8 @@ Result<void> measureSweptMesh(const model::TriangleMesh& solid, const model::Mot
       medianSeconds(4 * n, [&] { need(convert::sliceAtTime(mesh, hyperplane.offset)); });
   const convert::TimeSlicer slicer(mesh);
   int times = 0;
-  const double furtherSeconds = medianSeconds(4 * n, [&] {
-    need(slicer.at(std::lerp(span.begin, span.end, 0.6 + 0.001 * times++)));
-  });
+  const double furtherSeconds = medianSeconds(
+      4 * n, [&] { need(slicer.at(std::lerp(span.begin, span.end, 0.6 + 0.001 * times++))); });
 
   const auto megabytes = [](std::uint64_t bytes) { return static_cast<double>(bytes) / 1e6; };
   const auto cells = static_cast<double>(mesh.slabs()[middle].connectivity->cells.size());
