@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "t4d/formats/t4d/web_server.h"
 #include "t4d/system/child_process.h"
 #include "tests/paths.h"
+#include "tests/web_server.h"
 
 /// Files on a web server, from the user's point of view: the same results as from a local file with
 /// few requests, and a reason where a server is at fault.

@@ -59,7 +59,7 @@ const comparable = (text) => varying
 
 /** Serves the files of a folder; returns the URL before their names. */
 function serve(t, files) {
-  const script = path.join(root, 't4d/formats/t4d/web_server.py');
+  const script = path.join(root, 'tests/web_server.py');
   const server = spawn('python3', [script, files], { stdio: ['ignore', 'pipe', 'inherit'] });
   t.after(() => server.kill());
   return new Promise((resolve) => {

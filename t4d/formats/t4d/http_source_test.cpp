@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 
 #include "t4d/formats/t4d/url.h"
-#include "t4d/formats/t4d/web_server.h"
 #include "t4d/formats/test_files.h"
+#include "tests/web_server.h"
 
 namespace t4d::formats {
 namespace {

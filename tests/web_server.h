@@ -28,7 +28,7 @@ class WebServer {
 
   explicit WebServer(const std::filesystem::path& folder) : log_(folder / "requests.jsonl") {
     std::filesystem::remove(log_);
-    auto words = system::splitCommand("python3 " T4D_SOURCE_DIR "/t4d/formats/t4d/web_server.py");
+    auto words = system::splitCommand("python3 " T4D_SOURCE_DIR "/tests/web_server.py");
     EXPECT_TRUE(words);
     words->push_back(folder.string());
     auto started = system::ChildProcess::start(*words, {});
