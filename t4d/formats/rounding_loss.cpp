@@ -70,14 +70,11 @@ void RoundingLoss::add(const model::TriangleMesh& mesh,
   addParts(parts);
 }
 
-void RoundingLoss::add(const model::Slab& slab) {
+void RoundingLoss::add(const model::Slab& slab, const model::Slab& rounded) {
   elements_ = "cells";
-  std::vector<Point4> rounded = slab.vertices;
-  for (Point4& vertex : rounded) {
+  for (const Point4& vertex : slab.vertices) {
     farthest_ = std::max(farthest_, vertex.head<3>().cwiseAbs().maxCoeff());
-    vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
   }
-  setMeans(*slab.connectivity, rounded);
   model::UnionFind sets(slab.vertices.size());
   for (const model::Cell& cell : slab.connectivity->cells) {
     for (int k = 1; k < 4; ++k) sets.unite(cell[0], cell[k]);
@@ -85,7 +82,7 @@ void RoundingLoss::add(const model::Slab& slab) {
   std::vector<Part> parts(slab.vertices.size());
   for (const model::Cell& cell : slab.connectivity->cells) {
     const Eigen::Vector4d before = normalOf(cell, slab.vertices);
-    add(before.norm(), before.dot(normalOf(cell, rounded)) > 0, parts[sets.root(cell[0])]);
+    add(before.norm(), before.dot(normalOf(cell, rounded.vertices)) > 0, parts[sets.root(cell[0])]);
   }
   addParts(parts);
 }
@@ -93,6 +90,12 @@ void RoundingLoss::add(const model::Slab& slab) {
 std::optional<std::string> RoundingLoss::line() const {
   constexpr double kNegligible = 1e-6;
   if (!partLost_ && !(all_.lost > kNegligible * all_.measure)) return std::nullopt;
+  if (step_) {
+    return fmt::format(
+        "shape: {} of {} {} become flat or turn over on a grid of step {}; use a smaller step, or "
+        "no grid",
+        lostCount_, elementCount_, elements_, *step_);
+  }
   const auto farthest = static_cast<float>(farthest_);
   const float spacing = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
   return fmt::format(

@@ -12,12 +12,14 @@
 
 namespace t4d::formats {
 
-/// What rounding coordinates to float32 does to a shape: how much of its surface becomes flat or
-/// turns over.
+/// What rounding coordinates does to a shape: how much of its surface becomes flat or turns over.
 class RoundingLoss {
  public:
+  /// Rounding to multiples of `step`, or to float32.
+  explicit RoundingLoss(std::optional<double> step = {}) : step_(step) {}
+
   void add(const model::TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& rounded);
-  void add(const model::Slab& slab);
+  void add(const model::Slab& slab, const model::Slab& rounded);
 
   /// A line for the user; nothing if less than a millionth of the whole and less than a thousandth
   /// of each connected part is lost, for a 4D mesh of each part of a slab. Slivers get lost in any
@@ -33,6 +35,7 @@ class RoundingLoss {
   void add(double measure, bool kept, Part& part);
   void addParts(const std::vector<Part>& parts);
 
+  std::optional<double> step_;
   const char* elements_ = "triangles";
   std::uint64_t elementCount_ = 0;
   std::uint64_t lostCount_ = 0;

@@ -26,7 +26,8 @@ using model::TriangleMesh;
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
 void place(const std::vector<Point3>& points, const Pose& pose, double time, Point4* into) {
-  for (const Point3& point : points) *into++ << pose(point), time;
+  const model::Affine3x4 matrix = pose.matrix();
+  for (const Point3& point : points) *into++ << model::posed(matrix, point), time;
 }
 
 /// The flipped mesh if the given one is inside out, nothing if it faces outward.
@@ -103,7 +104,12 @@ class Sweeper {
  public:
   Sweeper(const TriangleMesh& mesh, const model::Motion& motion, const SweepOptions& options,
           model::Sink& sink, const model::Progress& progress)
-      : mesh_(mesh), motion_(motion), options_(options), sink_(sink), progress_(progress) {}
+      : mesh_(mesh),
+        motion_(motion),
+        options_(options),
+        sink_(sink),
+        progress_(progress),
+        reference_(std::make_shared<const std::vector<Point3>>(mesh.vertices)) {}
 
   Result<SweepReport> run() {
     auto counts = stepsOf(motion_, options_.steps, mesh_.vertices);
@@ -125,6 +131,11 @@ class Sweeper {
  private:
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(mesh_.vertices.size()); }
 
+  std::shared_ptr<const model::LayerPose> poseOf(const Pose& pose) const {
+    return std::make_shared<const model::LayerPose>(
+        model::LayerPose{reference_, pose.matrix(), false});
+  }
+
   Result<void> put(const Slab& slab) {
     const model::Connectivity& connectivity = *slab.connectivity;
     report_.vertices += connectivity.vertexCount - connectivity.lowerCount;
@@ -140,6 +151,7 @@ class Sweeper {
     const Pose& pose = motion_.segments.front().start;
     place(cap.inner, pose, slab.timeEnd, slab.vertices.data());
     place(mesh_.vertices, pose, slab.timeEnd, slab.vertices.data() + cap.inner.size());
+    slab.upperPose = poseOf(pose);
     return put(slab);
   }
 
@@ -167,7 +179,9 @@ class Sweeper {
                          {}, Remedy::Motion);
         }
         std::copy(upper, upper + vertexCount(), lower);
-        place(mesh_.vertices, segment.at(fraction), slab.timeEnd, upper);
+        const Pose pose = segment.at(fraction);
+        place(mesh_.vertices, pose, slab.timeEnd, upper);
+        slab.upperPose = poseOf(pose);
         setMeans(*slab.connectivity, slab.vertices);
         if (auto put = this->put(slab); !put) return put;
         ++done;
@@ -195,6 +209,7 @@ class Sweeper {
   const SweepOptions& options_;
   model::Sink& sink_;
   const model::Progress& progress_;
+  std::shared_ptr<const std::vector<Point3>> reference_;
   SweepReport report_;
 };
 

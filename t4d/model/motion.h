@@ -9,6 +9,7 @@
 
 #include "t4d/model/error.h"
 #include "t4d/model/geometry.h"
+#include "t4d/model/layer_pose.h"
 
 namespace t4d::model {
 
@@ -17,7 +18,8 @@ struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
-  Point3 operator()(const Point3& point) const { return rotation * point + translation; }
+  Affine3x4 matrix() const { return (Affine3x4() << rotation, translation).finished(); }
+  Point3 operator()(const Point3& point) const { return posed(matrix(), point); }
   /// `(a * b)(p)` is `a(b(p))`.
   friend Pose operator*(const Pose& a, const Pose& b) {
     return {a.rotation * b.rotation, a.rotation * b.translation + a.translation};

@@ -12,6 +12,7 @@
 #include "t4d/model/attribute.h"
 #include "t4d/model/error.h"
 #include "t4d/model/geometry.h"
+#include "t4d/model/layer_pose.h"
 #include "t4d/model/times.h"
 
 /// A 4D mesh is the boundary of a moving solid in space-time (x, y, z, t): a closed, oriented
@@ -91,6 +92,8 @@ struct Slab {
   /// Attributes of this slab alone, per vertex or per cell. Slabs that share a layer have the same
   /// values there, and setMeans computes those of means.
   std::vector<Attribute> attributes;
+  /// How the upper layer has been made, if that is known. Only a hint: the vertices count.
+  std::shared_ptr<const LayerPose> upperPose = nullptr;
 
   std::span<const Point4> lowerLayer() const {
     return std::span(vertices).first(connectivity->lowerCount);

@@ -51,6 +51,7 @@ bool endsWithSignature(const std::string& bytes) {
 constexpr std::size_t kSlabConnectivity = 16;
 constexpr std::size_t kSlabParts = 3;
 constexpr std::size_t kSlabBody = 40;
+constexpr std::size_t kPoseLayer = 8;
 
 std::vector<std::byte> bytesOf(const std::string& text) {
   const auto bytes = std::as_bytes(std::span(text));
@@ -283,9 +284,11 @@ std::string putTogether(LooseFile file, const Repairs& repairs) {
   }
   if (repairs.parts) {
     for (LooseChunk& chunk : file.chunks) {
-      if (chunk.type != kSlab) continue;
-      for (std::size_t part = 0; part < kSlabParts; ++part) {
-        const std::size_t field = kSlabConnectivity + 8 * part;
+      const bool isPose = chunk.type == kPose;
+      const std::size_t first = isPose ? kPoseLayer : kSlabConnectivity;
+      const std::size_t parts = isPose ? 1 : chunk.type == kSlab ? kSlabParts : 0;
+      for (std::size_t part = 0; part < parts; ++part) {
+        const std::size_t field = first + 8 * part;
         const auto found = moved.find(numberAt<std::uint64_t>(chunk.fields, field));
         if (found != moved.end()) setNumber(chunk.fields, field, found->second);
       }

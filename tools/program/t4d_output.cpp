@@ -1,5 +1,7 @@
 #include "tools/program/t4d_output.h"
 
+#include <fmt/format.h>
+
 #include "t4d/formats/t4d/names.h"
 #include "t4d/model/sinks.h"
 #include "tools/program/centering.h"
@@ -19,9 +21,18 @@ void T4dOutput::addTo(CLI::App& command) {
       ->required()
       ->check(someName())
       ->check(noOtherFormat());
-  command.add_option("--precision", precision, "Type of the positions: float64 or float32")
-      ->check(CLI::IsMember({"float64", "float32"}))
-      ->capture_default_str();
+  auto* precisionOption =
+      command.add_option("--precision", precision, "Type of the positions: float64 or float32")
+          ->check(CLI::IsMember({"float64", "float32"}))
+          ->capture_default_str();
+  command
+      .add_option(
+          "--grid-step", grid,
+          "Round positions to multiples of STEP, which takes less space; at most half a step "
+          "off along each axis")
+      ->type_name("STEP")
+      ->check(CLI::PositiveNumber)
+      ->excludes(precisionOption);
   command
       .add_option("--compression", compression, "zstd level from 1 to 19; 0 turns compression off")
       ->check(wholeNumber(0, 19))
@@ -31,6 +42,11 @@ void T4dOutput::addTo(CLI::App& command) {
       ->capture_default_str();
   addCenterOption(command, center, "The file's metadata say where it was");
   command.add_option("--body", body, "Name of the body (default: that of the input file)");
+}
+
+std::optional<std::string> T4dOutput::rounding() const {
+  if (!grid) return std::nullopt;
+  return fmt::format("positions on a grid of {}: at most {} off along each axis", *grid, *grid / 2);
 }
 
 Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
@@ -59,9 +75,10 @@ Result<void> T4dFile::begin(const model::Slab* first) {
     shift_ = -center;
     metadata_.detailsJson = withOrigin(metadata_.detailsJson, center);
   }
-  auto writer = formats::T4dWriter::create(
-      output_.path, metadata_,
-      {.compression = output_.compression, .float32 = output_.precision == "float32"});
+  auto writer = formats::T4dWriter::create(output_.path, metadata_,
+                                           {.compression = output_.compression,
+                                            .float32 = output_.precision == "float32",
+                                            .step = output_.grid});
   if (!writer) return pass(writer.error());
   writer_ = std::move(*writer);
   return {};

@@ -18,12 +18,15 @@ std::filesystem::path nameIn(const std::string& path);
 struct T4dOutput {
   std::string path;
   std::string precision = "float64";
+  std::optional<double> grid;
   int compression = 3;
   std::string up = "y";
   std::string body;
   bool center = false;
 
   void addTo(CLI::App& command);
+  /// A line about positions that are rounded, for the report of what was written; or nothing.
+  std::optional<std::string> rounding() const;
 };
 
 /// A .t4d file in the making, with one body. With `--center` its slabs are moved, such that the

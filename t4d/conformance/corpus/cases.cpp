@@ -14,9 +14,9 @@ using model::Slab;
 
 /// `bodies` as a reader returns them: positions rounded, means computed from the rounded values.
 std::vector<BodySlabs> stored(std::vector<BodySlabs> bodies, const ImageOptions& options) {
-  if (!options.float32) return bodies;
+  if (!options.positions().round()) return bodies;
   for (BodySlabs& body : bodies) {
-    for (Slab& slab : body.slabs) slab = formats::roundedSlab(slab);
+    for (Slab& slab : body.slabs) slab = formats::roundedSlab(slab, options.positions());
   }
   return bodies;
 }
@@ -102,6 +102,10 @@ std::vector<std::string> neededFeatures(const std::vector<BodySlabs>& bodies,
   if (options.storage != Storage::Raw) {
     features.emplace_back(formats::t4d_layout::kFeatureZstd);
   }
+  if (anySlab(bodies, [](const Slab& slab) { return slab.upperPose != nullptr; })) {
+    features.emplace_back(formats::t4d_layout::kFeaturePose);
+  }
+  if (options.grid) features.emplace_back(formats::t4d_layout::kFeatureGrid);
   return features;
 }
 

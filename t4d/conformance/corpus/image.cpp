@@ -25,33 +25,43 @@ std::uint32_t checksumOf(std::string_view bytes) {
   return formats::crc32c(bytes.data(), bytes.size());
 }
 
-bool hasMeans(const std::vector<BodySlabs>& bodies) {
-  for (const BodySlabs& body : bodies) {
-    for (const model::Slab& slab : body.slabs) {
-      if (slab.connectivity->means.size() > 0) return true;
-    }
-  }
-  return false;
+template <class Predicate>
+bool hasSlab(const std::vector<BodySlabs>& bodies, Predicate predicate) {
+  return std::ranges::any_of(
+      bodies, [&](const BodySlabs& body) { return std::ranges::any_of(body.slabs, predicate); });
 }
+
+bool hasMeans(const model::Slab& slab) { return slab.connectivity->means.size() > 0; }
+bool isPosed(const model::Slab& slab) { return slab.upperPose != nullptr; }
 
 std::string headOf(const std::vector<BodySlabs>& bodies, const ImageOptions& options) {
   std::vector<std::string> features;
-  if (hasMeans(bodies)) features.emplace_back(kFeatureMeans);
+  if (hasSlab(bodies, hasMeans)) features.emplace_back(kFeatureMeans);
   if (options.storage != Storage::Raw) features.emplace_back(kFeatureZstd);
+  if (hasSlab(bodies, isPosed)) features.emplace_back(kFeaturePose);
+  if (options.grid) features.emplace_back(kFeatureGrid);
   std::vector<std::string> names;
   names.reserve(bodies.size());
   for (const BodySlabs& body : bodies) names.push_back(body.name);
-  return headJson(features, names);
+  return headJson(features, names, options.grid ? gridJson(*options.grid) : "");
 }
 
 /// What the slabs of a body share with earlier ones.
 struct Shared {
+  std::shared_ptr<const std::vector<model::Point3>> reference;
+  std::string referenceName;
   std::shared_ptr<const model::Connectivity> connectivity;
   std::string connectivityName;
   std::string upper;
 };
 
 }  // namespace
+
+std::string gridJson(const formats::Grid& grid) {
+  const nlohmann::json json = {{"origin", {grid.origin[0], grid.origin[1], grid.origin[2]}},
+                               {"step", grid.step}};
+  return "\"grid\":" + json.dump();
+}
 
 std::string headJson(const std::vector<std::string>& features,
                      const std::vector<std::string>& bodies, const std::string& more) {
@@ -73,6 +83,7 @@ Image Image::of(const std::vector<BodySlabs>& bodies, const ImageOptions& option
   std::vector<Shared> shared(bodies.size());
   std::size_t connectivities = 0;
   std::size_t layers = 0;
+  std::size_t poses = 0;
   std::size_t slabs = 0;
   const auto layer = [&](double time, const model::Slab& slab, std::size_t first,
                          std::size_t count) -> std::string {
@@ -97,7 +108,24 @@ Image Image::of(const std::vector<BodySlabs>& bodies, const ImageOptions& option
       const model::Connectivity& counts = *slab.connectivity;
       const std::string lower =
           k == 0 ? layer(slab.timeBegin, slab, 0, counts.lowerCount) : before.upper;
-      before.upper = layer(slab.timeEnd, slab, counts.firstUpper(), counts.upperCount);
+      const std::uint32_t upper = counts.firstUpper();
+      if (!slab.upperPose) {
+        before.upper = layer(slab.timeEnd, slab, upper, counts.upperCount);
+      } else {
+        if (before.reference != slab.upperPose->reference) {
+          before.reference = slab.upperPose->reference;
+          model::Slab unmoved = slab;
+          for (std::size_t v = 0; v < counts.upperCount; ++v) {
+            unmoved.vertices[upper + v].head<3>() = (*before.reference)[v];
+          }
+          before.referenceName = layer(slab.timeEnd, unmoved, upper, counts.upperCount);
+        }
+        before.upper = before.referenceName;
+        if (slab.upperPose->pose != model::Affine3x4::Identity()) {
+          before.upper = fmt::format("POSE {}", poses++);
+          image.addPose(before.upper, slab.timeEnd, slab.upperPose->pose, before.referenceName);
+        }
+      }
       image.addSlab(fmt::format("SLAB {}", slabs++), i, slab, before.connectivityName, lower,
                     before.upper);
     }
@@ -125,9 +153,20 @@ void Image::addLayer(const std::string& name, double time, std::span<const model
                      std::span<const model::Attribute> attributes) {
   add({name,
        textOf(kLayer),
-       layerRecord(time, vertices, attributes, options_.float32, options_.storage),
+       layerRecord(time, vertices, attributes, options_.positions(), options_.storage),
        kFlagCritical,
        {},
+       {},
+       Chunk::Sum::None});
+}
+
+void Image::addPose(const std::string& name, double time, const model::Affine3x4& pose,
+                    const std::string& layer) {
+  add({name,
+       textOf(kPose),
+       poseRecord(time, pose),
+       kFlagCritical,
+       {{"layer", layer}},
        {},
        Chunk::Sum::None});
 }
@@ -136,14 +175,15 @@ void Image::addSlab(const std::string& name, std::uint32_t body, const model::Sl
                     const std::string& connectivity, const std::string& lower,
                     const std::string& upper) {
   const model::Connectivity& shared = *slab.connectivity;
-  const model::Slab stored = options_.float32 ? formats::roundedSlab(slab) : slab;
+  const model::Slab stored =
+      options_.positions().round() ? formats::roundedSlab(slab, options_.positions()) : slab;
   const auto interior =
       std::span(slab.vertices).subspan(shared.lowerCount, shared.firstMean() - shared.lowerCount);
   Chunk chunk{name,
               textOf(kSlab),
               slabRecord({slab.timeBegin, slab.timeEnd}, body,
                          formats::boundsOfBlocks(shared, stored.vertices), interior,
-                         formats::ownAttributes(slab), options_.float32, options_.storage),
+                         formats::ownAttributes(slab), options_.positions(), options_.storage),
               kFlagCritical,
               {{"connectivity", connectivity}},
               body,

@@ -23,11 +23,17 @@ struct ImageOptions {
   std::uint16_t minorVersion = 0;
   bool float32 = false;
   Storage storage = Storage::Raw;
+  std::optional<formats::Grid> grid = {};
+
+  formats::ArrayOptions positions() const { return {0, float32, grid}; }
 };
 
 /// The JSON of HEAD. `more` holds further members as JSON text: `"up": "z", "details": {}`.
 std::string headJson(const std::vector<std::string>& features,
                      const std::vector<std::string>& bodies, const std::string& more = "");
+
+/// The member `grid` of HEAD.
+std::string gridJson(const formats::Grid& grid);
 
 /// A .t4d file as named chunks, assembled by `bytes`. Offsets, sums, index, footer and checksums
 /// are computed from the contents of the chunks, unless they have been `set`.
@@ -69,6 +75,9 @@ class Image {
   void addConnectivity(const std::string& name, const model::Connectivity& connectivity);
   void addLayer(const std::string& name, double time, std::span<const model::Point4> vertices,
                 std::span<const model::Attribute> attributes = {});
+  /// `layer` is the name of a LAYR.
+  void addPose(const std::string& name, double time, const model::Affine3x4& pose,
+               const std::string& layer);
   /// The parts are chunk names, "" for an absent layer.
   void addSlab(const std::string& name, std::uint32_t body, const model::Slab& slab,
                const std::string& connectivity, const std::string& lower, const std::string& upper);

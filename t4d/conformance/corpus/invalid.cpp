@@ -35,6 +35,16 @@ Base between() {
                              {.capSlabs = false})}});
 }
 
+Base withPoses() {
+  const Solid solid = cornerTetrahedron();
+  const std::vector<model::Slab> slabs = sweep(
+      solid, {pose(solid, 0, {0, 0, 0}), pose(solid, 1, {0, 0, 0}), pose(solid, 2, {0, 0, 1})},
+      {.capSlabs = false});
+  return baseOf({{"tetrahedron", withPoses(slabs, [](std::size_t k) {
+                    return movedBy({0, 0, k == 0 ? 0.25 : 1});
+                  })}});
+}
+
 model::Slab meansSlab() {
   auto connectivity = std::make_shared<model::Connectivity>(*simplex()[0].connectivity);
   connectivity->vertexCount = 9;
@@ -118,6 +128,7 @@ std::vector<InvalidCase> invalidCases() {
   addHeadFaults(cases);
   addConnectivityFaults(cases);
   addLayerFaults(cases);
+  addPoseFaults(cases);
   addSlabFaults(cases);
   addAssemblyFaults(cases);
   addDoneFaults(cases);

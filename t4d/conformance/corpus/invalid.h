@@ -31,6 +31,9 @@ Base unindexed();
 Base layered();
 /// A tetrahedron at rest from 0 to 1 in one slab: HEAD, CONN 0, LAYR 0, LAYR 1, SLAB 0, DONE, INDX.
 Base between();
+/// A tetrahedron at rest from 0 to 1, then moved up to 2: HEAD, CONN 0, LAYR 0, LAYR 1, POSE 0,
+/// SLAB 0, POSE 1, SLAB 1, DONE, INDX. Only POSEs name LAYR 1.
+Base withPoses();
 /// A simplex plus two extra vertices, 5 and 6, and two means, 7 of four vertices and 8 of two.
 model::Slab meansSlab();
 /// layered(), of which each vertex has two attributes, "a" of type 1 and "b" of type 10.
@@ -69,9 +72,10 @@ void addArrayFaults(InvalidCases& cases);
 void addAttributeFaults(InvalidCases& cases);
 // M
 void addHeadFaults(InvalidCases& cases);
-// N, L, S, P
+// N, L, K, S, P
 void addConnectivityFaults(InvalidCases& cases);
 void addLayerFaults(InvalidCases& cases);
+void addPoseFaults(InvalidCases& cases);
 void addSlabFaults(InvalidCases& cases);
 void addAssemblyFaults(InvalidCases& cases);
 // D, I

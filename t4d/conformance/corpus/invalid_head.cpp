@@ -203,6 +203,25 @@ void addHeadFaults(InvalidCases& cases) {
   with("M10-up-upper-case", "up is Y.", R"("up":"Y")");
   with("M10-up-empty", "up is an empty string.", R"("up":"")");
   with("M10-up-number", "up is a number.", R"("up":1)");
+  for (const auto& [name, value] : {
+           std::pair<const char*, const char*>{"array", "[0,0,0,1]"},
+           {"number", "1"},
+           {"null", "null"},
+           {"empty", "{}"},
+           {"without-step", R"({"origin":[0,0,0]})"},
+           {"without-origin", R"({"step":1})"},
+           {"origin-of-two", R"({"origin":[0,0],"step":1})"},
+           {"origin-of-text", R"({"origin":[0,0,"0"],"step":1})"},
+           {"step-0", R"({"origin":[0,0,0],"step":0})"},
+           {"step-negative", R"({"origin":[0,0,0],"step":-1})"},
+           {"step-text", R"({"origin":[0,0,0],"step":"1"})"},
+           {"step-true", R"({"origin":[0,0,0],"step":true})"},
+       }) {
+    with(fmt::format("M10-grid-{}", name), "grid is not as it must be.",
+         fmt::format(R"("grid":{})", value));
+  }
+  add("M10-grid-missing", "The feature grid is named, and there is none.",
+      R"({"features":["grid"],"bodies":[{"name":"simplex"}]})", R"(["grid"])");
   with("M10-details-array", "details is an array.", R"("details":[])");
   with("M10-details-string", "details is a string.", R"("details":"none")");
   with("M10-details-null", "details is null.", R"("details":null)");

@@ -25,7 +25,7 @@ Slab upperHalf() { return crossPolytope()[1]; }
 
 /// Replaces the interior vertices of SLAB 0 by these.
 void storeInterior(Image& image, std::span<const Point4> vertices) {
-  const Record record = slabRecord({0, 1}, 0, {}, vertices, {}, false, Storage::Raw);
+  const Record record = slabRecord({0, 1}, 0, {}, vertices, {}, {}, Storage::Raw);
   Record& payload = image.chunk("SLAB 0").payload;
   for (const char* array : {"interior positions", "interior times"}) {
     payload.replace(array, record.part(array));
@@ -232,6 +232,8 @@ void addLayerFaults(InvalidCases& cases) {
           arrayRecord(ScalarType::Int64, 3, zeros(96), Storage::Raw), "scalar type");
   replace("L2-type-5", "The positions are integers of 32 bits.",
           arrayRecord(ScalarType::UInt32, 3, zeros(48), Storage::Raw), "scalar type");
+  replace("L2-type-6-not-named", "The positions are on a grid, which the file does not name.",
+          arrayRecord(ScalarType::Int32, 3, zeros(48), Storage::Raw), "scalar type");
   replace("L2-4-components", "The positions have four numbers.",
           arrayRecord(ScalarType::Float64, 4, zeros(128), Storage::Raw), "components");
   replace("L2-2-components", "The positions have two numbers.",
@@ -293,6 +295,98 @@ void addLayerFaults(InvalidCases& cases) {
   cases.add(
       "L4-empty", "The payload has no bytes.", base,
       [](Image& image) { image.chunk("LAYR 0").payload.truncate(0); }, "LAYR 0/header/length");
+}
+
+void addPoseFaults(InvalidCases& cases) {
+  const Base base = withPoses();
+  const auto set = [&](const std::string& name, const std::string& fault, const std::string& field,
+                       auto value) {
+    cases.add(
+        name, fault, base, [&](Image& image) { image.set("POSE 1/" + field, value); },
+        "POSE 1/" + field);
+  };
+  for (const auto& [name, value] : kNotFinite) {
+    set(fmt::format("K1-time-{}", name), fmt::format("The time is {}.", value), "time", value);
+    for (const char* field : {"m00", "m03", "m22", "m23"}) {
+      set(fmt::format("K3-{}-{}", field, name), fmt::format("{} is {}.", field, value), field,
+          value);
+    }
+  }
+  const auto layer = [&](const std::string& name, const std::string& fault, std::uint64_t offset) {
+    set("K2-" + name, "layer is " + fault + ".", "layer", offset);
+  };
+  const auto offsetOf = [&](const std::string& place) { return base.image.offset(place); };
+  layer("zero", "0", 0);
+  layer("of-head", "the offset of HEAD", 24);
+  layer("of-connectivity", "the offset of a CONN", offsetOf("CONN 0/header"));
+  layer("of-slab", "the offset of a SLAB", offsetOf("SLAB 0/header"));
+  layer("of-pose", "the offset of another POSE", offsetOf("POSE 0/header"));
+  layer("of-itself", "the offset of the POSE", offsetOf("POSE 1/header"));
+  layer("of-payload", "the offset of the payload of a LAYR", offsetOf("LAYR 1"));
+  layer("of-done", "the offset of DONE", offsetOf("DONE/header"));
+  layer("2-to-the-32-more", "2^32 more than the offset of a LAYR",
+        offsetOf("LAYR 1/header") + (std::uint64_t{1} << 32));
+  layer("2-to-the-64-less-8", "2^64 - 8", kLargest - 7);
+  cases.add(
+      "K2-layer-after", "layer is the offset of a LAYR after the POSE.", base,
+      [](Image& image) { image.move("LAYR 1", "SLAB 0"); }, "POSE 0/layer");
+  cases.add(
+      "K4-bytes-after", "Eight bytes follow the matrix.", base,
+      [](Image& image) { image.chunk("POSE 0").payload.putBytes("extra", zeros(8)); },
+      "POSE 0/extra");
+  cases.add(
+      "K4-cut-off", "The payload ends within the matrix.", base,
+      [](Image& image) { image.chunk("POSE 0").payload.truncate(16 + 11 * 8); },
+      "POSE 0/header/length");
+  cases.add(
+      "K4-empty", "The payload has no bytes.", withPoses(),
+      [](Image& image) {
+        Image::Chunk& pose = image.chunk("POSE 0");
+        pose.payload = Record();
+        pose.offsets.clear();
+      },
+      "POSE 0/header/length");
+  cases.add(
+      "K4-block", "It has a block.", base,
+      [](Image& image) { image.chunk("POSE 0").payload.putBlock("extra", zeros(8)); },
+      "POSE 0/extra");
+  cases.add(
+      "K5-not-named", "The file does not name the feature pose, which it uses.", base,
+      [](Image& image) {
+        Record head;
+        head.putBytes("json", headJson({}, {"tetrahedron"}));
+        image.chunk("HEAD").payload = head;
+      },
+      "POSE 0");
+  cases.add(
+      "O6-pose-not-named", "No slab names a POSE.", base,
+      [](Image& image) {
+        Image::Chunk copy = image.chunk("POSE 0");
+        copy.name = "unused";
+        image.add(copy, "SLAB 0");
+      },
+      "unused/header");
+  cases.add(
+      "S2-connectivity-of-pose", "connectivity is the offset of a POSE.", base,
+      [&](Image& image) { image.set("SLAB 1/connectivity", offsetOf("POSE 0/header")); },
+      "SLAB 1/connectivity");
+  cases.add(
+      "P1-posed-too-few", "The LAYR of a POSE has 3 rows, CONN says 4.", base,
+      [&](Image& image) {
+        const std::vector<Point4> three(3, Point4(0, 0, 0, 0));
+        image.chunk("LAYR 1").payload = layerRecord(1, three, {}, {}, Storage::Raw);
+      },
+      "LAYR 1/positions/rows");
+  cases.add(
+      "P2-posed", "A coordinate overflows where it is moved.", base,
+      [](Image& image) {
+        image.set("POSE 1/m00", 1.5e308);
+        image.set("POSE 1/m03", 1.5e308);
+      },
+      "POSE 1/m00");
+  cases.add(
+      "P3-pose-later", "A POSE is later than end.", base,
+      [](Image& image) { image.set("POSE 1/time", 3.0); }, "POSE 1/time");
 }
 
 void addSlabFaults(InvalidCases& cases) {
@@ -388,6 +482,9 @@ void addSlabFaults(InvalidCases& cases) {
   };
   replace("S5-type-7", "The interior positions are integers.", "interior positions",
           arrayRecord(ScalarType::UInt64, 3, zeros(120), Storage::Raw), "scalar type");
+  replace("S5-type-6-not-named", "The positions are on a grid, which the file does not name.",
+          "interior positions", arrayRecord(ScalarType::Int32, 3, zeros(60), Storage::Raw),
+          "scalar type");
   replace("S5-4-components", "The interior positions have four numbers.", "interior positions",
           arrayRecord(ScalarType::Float64, 4, zeros(160), Storage::Raw), "components");
   replace("S5-1-component", "The interior positions have one number.", "interior positions",
@@ -559,13 +656,13 @@ void addAttributesOfPartsFaults(InvalidCases& cases) {
   };
   const std::vector<Slab> cross = crossPolytope();
   without("layer-has-none", "The interior has attributes, a layer has none.", "LAYR 0",
-          layerRecord(0, cross[0].upperLayer(), {}, false, Storage::Raw));
+          layerRecord(0, cross[0].upperLayer(), {}, {}, Storage::Raw));
   cases.add(
       "P5-interior-has-none", "The lower layer has attributes, the interior has none.", base,
       [&](Image& image) {
         Image::Chunk& slab = image.chunk("SLAB 1");
-        slab.payload = slabRecord({0, 1}, 0, {}, std::span(cross[1].vertices).last(1), {}, false,
-                                  Storage::Raw);
+        slab.payload =
+            slabRecord({0, 1}, 0, {}, std::span(cross[1].vertices).last(1), {}, {}, Storage::Raw);
       },
       "SLAB 1/attributes");
   // A slab between two layers, whose chunk has an attribute of no vertex.
@@ -596,7 +693,7 @@ void addAssemblyFaults(InvalidCases& cases) {
         [&](Image& image) {
           std::vector<Point4> vertices(slabs[0].vertices.begin(), slabs[0].vertices.begin() + 4);
           vertices.resize(rows, Point4(0, 0, 0, time));
-          image.chunk(chunk).payload = layerRecord(time, vertices, {}, false, Storage::Raw);
+          image.chunk(chunk).payload = layerRecord(time, vertices, {}, {}, Storage::Raw);
         },
         std::string(chunk) + "/positions/rows");
   };

@@ -194,14 +194,20 @@ std::string_view asText(const std::vector<T>& numbers) {
   return asText(std::span<const T>(numbers));
 }
 
-Record positionsRecord(std::span<const model::Point4> vertices, bool float32, Storage storage) {
+Record positionsRecord(std::span<const model::Point4> vertices,
+                       const formats::ArrayOptions& positions, Storage storage) {
   std::string bytes;
   for (const model::Point4& vertex : vertices) {
     for (int k = 0; k < 3; ++k) {
-      bytes += float32 ? bytesOf(static_cast<float>(vertex[k])) : bytesOf(vertex[k]);
+      bytes += positions.grid      ? bytesOf(*positions.grid->number(k, vertex[k]))
+               : positions.float32 ? bytesOf(static_cast<float>(vertex[k]))
+                                   : bytesOf(vertex[k]);
     }
   }
-  return arrayRecord(float32 ? ScalarType::Float32 : ScalarType::Float64, 3, bytes, storage);
+  const ScalarType type = positions.grid      ? ScalarType::Int32
+                          : positions.float32 ? ScalarType::Float32
+                                              : ScalarType::Float64;
+  return arrayRecord(type, 3, bytes, storage);
 }
 
 void addAttributes(Record& into, std::span<const model::Attribute> attributes, Storage storage) {
@@ -251,20 +257,34 @@ Record connectivityRecord(const model::Connectivity& connectivity, Storage stora
 }
 
 Record layerRecord(double time, std::span<const model::Point4> vertices,
-                   std::span<const model::Attribute> attributes, bool float32, Storage storage) {
+                   std::span<const model::Attribute> attributes,
+                   const formats::ArrayOptions& positions, Storage storage) {
   Record record;
   record.put("time", time);
   record.put("attributes", static_cast<std::uint32_t>(attributes.size()));
   record.put("reserved", std::uint32_t{0});
-  record.add("positions", positionsRecord(vertices, float32, storage));
+  record.add("positions", positionsRecord(vertices, positions, storage));
   addAttributes(record, attributes, storage);
+  return record;
+}
+
+Record poseRecord(double time, const model::Affine3x4& pose) {
+  Record record;
+  record.put("time", time);
+  record.put("layer", std::uint64_t{0});
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      record.put("m" + std::to_string(row) + std::to_string(column), pose(row, column));
+    }
+  }
   return record;
 }
 
 Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
                   const std::vector<model::Bounds4>& bounds,
                   std::span<const model::Point4> interior,
-                  std::span<const model::Attribute> attributes, bool float32, Storage storage) {
+                  std::span<const model::Attribute> attributes,
+                  const formats::ArrayOptions& positions, Storage storage) {
   Record record;
   record.put("begin", time.begin);
   record.put("end", time.end);
@@ -280,7 +300,7 @@ Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
                     std::string(asText(std::span<const double>(bounds[i].min.data(), 4))) +
                         std::string(asText(std::span<const double>(bounds[i].max.data(), 4))));
   }
-  record.add("interior positions", positionsRecord(interior, float32, storage));
+  record.add("interior positions", positionsRecord(interior, positions, storage));
   std::vector<double> times;
   for (const model::Point4& vertex : interior) times.push_back(vertex[3]);
   record.add("interior times", arrayRecord(ScalarType::Float64, 1, asText(times), storage));

@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "t4d/formats/t4d/array_codec.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/model/attribute.h"
 #include "t4d/model/slab.h"
@@ -114,13 +115,18 @@ Record connectivityRecord(const model::Connectivity& connectivity, Storage stora
 
 /// Fields: "time", "attributes", "reserved", "positions/...", "attribute 0/...".
 Record layerRecord(double time, std::span<const model::Point4> vertices,
-                   std::span<const model::Attribute> attributes, bool float32, Storage storage);
+                   std::span<const model::Attribute> attributes,
+                   const formats::ArrayOptions& positions, Storage storage);
+
+/// Fields: "time", "layer", "m00" to "m23". The offset is 0.
+Record poseRecord(double time, const model::Affine3x4& pose);
 
 /// Fields as in the table of SPEC.md, then "interior positions/...", "interior times/...",
 /// "attribute 0/...". Offsets are 0.
 Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
                   const std::vector<model::Bounds4>& bounds,
                   std::span<const model::Point4> interior,
-                  std::span<const model::Attribute> attributes, bool float32, Storage storage);
+                  std::span<const model::Attribute> attributes,
+                  const formats::ArrayOptions& positions, Storage storage);
 
 }  // namespace t4d::conformance

@@ -392,6 +392,30 @@ std::vector<Slab> cubesInTime(const std::vector<std::vector<Place>>& frames) {
   return slabs;
 }
 
+std::vector<Slab> withPoses(std::vector<Slab> slabs,
+                            const std::function<model::Affine3x4(std::size_t k)>& poseOf,
+                            bool float32) {
+  auto reference = std::make_shared<std::vector<Point3>>();
+  for (const Point4& vertex : slabs[0].upperLayer()) reference->push_back(vertex.head<3>());
+  for (std::size_t k = 0; k < slabs.size(); ++k) {
+    const Connectivity& connectivity = *slabs[k].connectivity;
+    if (k > 0) std::ranges::copy(slabs[k - 1].upperLayer(), slabs[k].vertices.begin());
+    if (connectivity.upperCount > 0) {
+      const model::LayerPose pose{reference, poseOf(k), float32};
+      for (std::size_t i = 0; i < reference->size(); ++i) {
+        slabs[k].vertices[connectivity.firstUpper() + i].head<3>() = pose.at(i);
+      }
+      slabs[k].upperPose = std::make_shared<const model::LayerPose>(pose);
+    }
+    model::setMeans(connectivity, slabs[k].vertices);
+  }
+  return slabs;
+}
+
+model::Affine3x4 movedBy(const Point3& offset) {
+  return (model::Affine3x4() << Eigen::Matrix3d::Identity(), offset).finished();
+}
+
 Pose pose(const Solid& solid, double time, const Point3& offset, double scale) {
   Pose pose{time, {}};
   for (const Point3& vertex : solid.vertices) pose.vertices.push_back(scale * vertex + offset);

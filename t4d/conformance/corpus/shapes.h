@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "t4d/model/slab.h"
@@ -63,6 +64,15 @@ std::vector<model::Slab> sweep(const Solid& solid, const std::vector<Pose>& pose
 /// cubic 3-faces, six cells each. Cubes of a frame, and of consecutive frames, must not meet in
 /// edges or corners alone. A slice between k and k + 1 has the number of cubes as its volume.
 std::vector<model::Slab> cubesInTime(const std::vector<std::vector<std::array<int, 3>>>& frames);
+
+/// `slabs`, but slab k has as its upper layer, if it has one, that of the first one moved by
+/// `poseOf(k)`, and says so (Slab::upperPose). With `float32` both are rounded.
+std::vector<model::Slab> withPoses(std::vector<model::Slab> slabs,
+                                   const std::function<model::Affine3x4(std::size_t k)>& poseOf,
+                                   bool float32 = false);
+
+/// The map that moves by `offset`.
+model::Affine3x4 movedBy(const model::Point3& offset);
 
 /// `solid` scaled and then moved.
 Pose pose(const Solid& solid, double time, const model::Point3& offset, double scale = 1);

@@ -697,6 +697,94 @@ Image bodyByBody(const std::vector<BodySlabs>& bodies, const std::vector<std::ui
   return image;
 }
 
+void addPoses(AcceptedCases& cases) {
+  const Solid box = cube();
+  const auto up = [](std::size_t k) { return movedBy({0, 0, static_cast<double>(k)}); };
+  const SweepOptions withMeans{.prism = Prism::Fourteen};
+  const std::vector<Slab> moving = withPoses(rise(box, 3, withMeans), up);
+  const auto add = [&](const char* name, const char* what, const std::vector<Slab>& slabs,
+                       const ImageOptions& options) {
+    cases.add(name, what)
+        .of({{"cube", slabs}}, options)
+        .slicedAt({0, 0.5, 1, 2.75, 3})
+        .encloses(3, [](double) { return 1; });
+  };
+  add("poses", "Layers that are the first one, moved.", moving, {});
+  add("poses-no-index", "The same without an index.", moving, {.index = false});
+  add("poses-zstd", "The same, compressed.", moving, {.storage = Storage::Library});
+  Image late =
+      Image::of({{"cube", withPoses(rise(box, 3), [&](std::size_t k) { return up(k + 1); })}});
+  late.set("LAYR 0/time", 99.0);
+  cases.add("poses-of-a-layer-of-no-slab", "A LAYR that only POSEs name may be at any time.")
+      .of(late, {{"cube", withPoses(rise(box, 3), [&](std::size_t k) { return up(k + 1); })}})
+      .slicedAt({0, 0.5, 1, 2.75, 3});
+  // The angle whose cosine is 0.6; numbers that are rounded at each operation.
+  const auto turn = [](std::size_t k) {
+    model::Affine3x4 pose = movedBy({0.1 * static_cast<double>(k), 0.7, -0.3});
+    if (k % 2 == 1) pose.leftCols<3>() << 0.6, -0.8, 0.1, 0.8, 0.6, 0, 0, 0.1, 1;
+    return pose;
+  };
+  cases.add("poses-that-turn", "A matrix of which each product and each sum is rounded.")
+      .of({{"cube", withPoses(rise(cube(0.3), 3, withMeans), turn)}})
+      .slicedAt({0, 0.5, 1, 2.75, 3});
+  cases.add("poses-in-float32", "Layers that are moved and then rounded to binary32.")
+      .of({{"cube", withPoses(rise(cube(0.3F), 3, withMeans), turn, true)}}, {.float32 = true})
+      .slicedAt({0, 0.5, 1, 2.75, 3});
+  std::vector<Slab> marked = moving;
+  for (Slab& slab : marked) {
+    std::vector<float> warmth(slab.vertices.size());
+    std::vector<std::uint16_t> numbers(slab.vertices.size());
+    const auto set = [&](std::size_t first, std::size_t count) {
+      for (std::size_t i = 0; i < count; ++i) {
+        warmth[first + i] = 0.1F * static_cast<float>(i);
+        numbers[first + i] = static_cast<std::uint16_t>(7 * i);
+      }
+    };
+    set(0, slab.connectivity->lowerCount);
+    set(slab.connectivity->firstUpper(), slab.connectivity->upperCount);
+    slab.attributes = {attributeOf("warmth", Domain::Vertex, warmth),
+                       attributeOf("number", Domain::Vertex, numbers)};
+    for (Attribute& each : slab.attributes) setMeans(*slab.connectivity, each);
+  }
+  add("poses-with-attributes", "A layer that is moved has the attributes of the LAYR.", marked, {});
+}
+
+void addGrids(AcceptedCases& cases) {
+  const Solid box = cube();
+  const formats::Grid quarters{{0.25, -1, 100.5}, 0.25};
+  const auto up = [](std::size_t k) { return movedBy({0, 0, static_cast<double>(k)}); };
+  for (const Storage storage : {Storage::Raw, Storage::Library}) {
+    cases
+        .add(storage == Storage::Raw ? "grid" : "grid-zstd",
+             "Positions of layers and interiors are whole numbers.")
+        .of({{"cube", rise(box, 2, {.prism = Prism::Fourteen})}, {"simplex", simplex()}},
+            {.storage = storage, .grid = quarters})
+        .slicedAt({0, 0.5, 2})
+        .encloses(2 + 1.0 / 24);
+  }
+  const formats::Grid rounded{{0.05, 1e-3, -7}, 0.1};
+  cases.add("grid-that-is-rounded", "origin + step x k, of which product and sum are rounded.")
+      .of({{"cube", sweep(box, {pose(box, 0, {0.1, 0.2, 0.3}, 7), pose(box, 1, {0.3, 0.2, 9}, 5)},
+                          {.prism = Prism::Fourteen})}},
+          {.grid = rounded})
+      .slicedAt({0, 0.5, 1});
+  const double most = std::numeric_limits<std::int32_t>::max();
+  cases.add("grid-of-all-numbers", "The least and the greatest whole number.")
+      .of({{"simplex", simplex(2 * most + 1, {-most - 1, -most - 1, -most - 1, 0})}},
+          {.grid = formats::Grid{{0, 0, 0}, 1}})
+      .slicedAt({0.5});
+  cases.add("grid-with-poses", "Layers that are moved from a grid.")
+      .of({{"cube", withPoses(rise(box, 2), up)}}, {.grid = quarters})
+      .slicedAt({0, 0.5, 2})
+      .encloses(2, [](double) { return 1; });
+  simplexFile(cases, "grid-named-and-not-used", "HEAD has a grid, and positions are binary64.", {},
+              headJson({"grid", "pose"}, {"simplex"}, gridJson(quarters)))
+      .naming({"grid", "pose"});
+  simplexFile(cases, "head-grid-without-feature",
+              "HEAD has a grid, a feature that it does not name.", {},
+              headJson({}, {"simplex"}, gridJson(quarters)));
+}
+
 void addContainer(AcceptedCases& cases) {
   simplexFile(cases, "no-index", "A file without index and footer.", {.index = false});
   cases.add("no-index-many-slabs", "Slabs are found from the front.")
@@ -890,6 +978,8 @@ std::vector<AcceptedCase> validCases() {
   addCompression(cases);
   addAttributes(cases);
   addMeans(cases);
+  addPoses(cases);
+  addGrids(cases);
   addContainer(cases);
   addHeads(cases);
   return cases.finish();

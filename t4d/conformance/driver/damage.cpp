@@ -1,6 +1,7 @@
 #include "t4d/conformance/driver/damage.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -143,10 +144,19 @@ Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
     needed.insert({slab->slab, slab->parts.connectivity, slab->parts.lower, slab->parts.upper});
   }
   SliceParts parts;
-  for (const ChunkHeader& chunk : listChunks(bytes)) {
+  const std::vector<ChunkHeader> chunks = listChunks(bytes);
+  for (const ChunkHeader& chunk : chunks) {
+    if (chunk.type != kPose || !needed.contains(chunk.offset)) continue;
+    constexpr std::size_t kLayerInPose = 8;
+    std::uint64_t layer = 0;
+    std::memcpy(&layer, bytes.data() + chunk.fields() + kLayerInPose, sizeof layer);
+    needed.insert(layer);
+  }
+  for (const ChunkHeader& chunk : chunks) {
     const Part part = {fmt::format("{} at byte {}", chunk.name(), chunk.offset), chunk.offset,
                        chunk.end() - chunk.offset};
-    const bool data = chunk.type == kSlab || chunk.type == kConnectivity || chunk.type == kLayer;
+    const bool data = chunk.type == kSlab || chunk.type == kConnectivity || chunk.type == kLayer ||
+                      chunk.type == kPose;
     const bool always = chunk.type == kDone || chunk.type == kIndex;
     if (always || needed.contains(chunk.offset)) {
       parts.read.push_back(part);

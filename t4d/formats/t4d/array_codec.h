@@ -21,8 +21,11 @@ enum class Codec : std::uint8_t {
 
 /// How arrays are stored.
 struct ArrayOptions {
-  int level = 3;         ///< zstd level; 0 for none
-  bool float32 = false;  ///< store positions as float32
+  int level = 3;                  ///< zstd level; 0 for none
+  bool float32 = false;           ///< store positions as float32
+  std::optional<Grid> grid = {};  ///< store positions as numbers on it
+
+  bool round() const { return float32 || grid; }
 };
 
 /// Rows of `components` numbers of one type, row after row.

@@ -21,26 +21,31 @@ using t4d_layout::PayloadWriter;
 
 namespace {
 
-template <class Scalar>
+/// `numberOf` makes a number of axis and coordinate.
+template <class NumberOf>
 void putPositionsAs(PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices,
-                    int level) {
+                    int level, NumberOf numberOf) {
+  using Scalar = decltype(numberOf(0, 0.0));
   const auto make = [&](std::uint64_t first, std::span<std::byte> bytes) {
     std::vector<Point4> points(bytes.size() / (3 * sizeof(Scalar)));
     vertices(first, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Matrix<Scalar, 3, 1> position = points[i].head<3>().cast<Scalar>();
+      std::array<Scalar, 3> position;
+      for (int axis = 0; axis < 3; ++axis) position[axis] = numberOf(axis, points[i][axis]);
       std::memcpy(bytes.data() + i * sizeof position, position.data(), sizeof position);
     }
   };
   putArray(into, MadeArray{model::scalarTypeOf<Scalar>(), 3, count, make}, level);
 }
 
-template <class Scalar>
-void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into) {
+/// `coordinateOf` makes a coordinate of axis and number.
+template <class Scalar, class CoordinateOf>
+void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into,
+                  CoordinateOf coordinateOf) {
   for (std::size_t i = 0; i < into.size(); ++i) {
     std::array<Scalar, 3> position;
     std::memcpy(position.data(), bytes.data() + i * sizeof position, sizeof position);
-    into[i].head<3>() = Eigen::Vector3d(position[0], position[1], position[2]);
+    for (int axis = 0; axis < 3; ++axis) into[i][axis] = coordinateOf(axis, position[axis]);
   }
 }
 
@@ -105,10 +110,14 @@ Result<void> checkTime(const model::TimeSpan& time) {
 
 void putPositions(PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices,
                   const ArrayOptions& options) {
-  if (options.float32) {
-    putPositionsAs<float>(into, count, vertices, options.level);
+  if (options.grid) {
+    putPositionsAs(into, count, vertices, options.level,
+                   [&](int axis, double x) { return *options.grid->number(axis, x); });
+  } else if (options.float32) {
+    putPositionsAs(into, count, vertices, options.level,
+                   [](int, double x) { return static_cast<float>(x); });
   } else {
-    putPositionsAs<double>(into, count, vertices, options.level);
+    putPositionsAs(into, count, vertices, options.level, [](int, double x) { return x; });
   }
 }
 
@@ -126,29 +135,39 @@ void putTimes(PayloadWriter& into, std::uint64_t count, const VertexMaker& verti
 Result<PackedArray> takePositions(PayloadReader& from, Features features) {
   auto array = takePacked(from, features);
   if (!array) return array;
+  const bool onGrid = array->type == ScalarType::Int32;
   const bool isFloat = array->type == ScalarType::Float32 || array->type == ScalarType::Float64;
-  if (array->components != 3 || !isFloat) {
-    return invalid("its positions are not rows of three floating-point numbers");
+  if (array->components != 3 || (!isFloat && !onGrid)) {
+    return invalid("its positions are not rows of three numbers of type 6, 9 or 10");
+  }
+  if (onGrid && !features.grid) {
+    return invalid("its positions are on a grid, a feature that the file does not name");
   }
   return array;
 }
 
-Result<void> unpackPositions(const PackedArray& array, std::size_t block, std::span<Point4> into) {
+Result<void> unpackPositions(const PackedArray& array, std::size_t block, std::span<Point4> into,
+                             Features features) {
   std::vector<std::byte> bytes(into.size() * array.rowBytes());
   if (auto unpacked = unpackBlock(array, block, bytes); !unpacked) return unpacked;
-  if (array.type == ScalarType::Float32) {
-    setPositions<float>(bytes, into);
+  const auto same = [](int, double x) { return x; };
+  if (array.type == ScalarType::Int32) {
+    setPositions<std::int32_t>(bytes, into, [&](int axis, std::int32_t number) {
+      return features.grid->coordinate(axis, number);
+    });
+  } else if (array.type == ScalarType::Float32) {
+    setPositions<float>(bytes, into, same);
   } else {
-    setPositions<double>(bytes, into);
+    setPositions<double>(bytes, into, same);
   }
   return {};
 }
 
-Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into) {
+Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into, Features features) {
   for (std::size_t i = 0; i < array.blocks.size(); ++i) {
     const auto rest = into.subspan(i * t4d_layout::kBlockRows);
     const auto rows = rest.first(std::min<std::size_t>(rest.size(), t4d_layout::kBlockRows));
-    if (auto unpacked = unpackPositions(array, i, rows); !unpacked) return unpacked;
+    if (auto unpacked = unpackPositions(array, i, rows, features); !unpacked) return unpacked;
   }
   return {};
 }

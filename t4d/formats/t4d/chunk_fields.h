@@ -32,10 +32,11 @@ void putTimes(t4d_layout::PayloadWriter& into, std::uint64_t count, const Vertex
               int level);
 Result<PackedArray> takePositions(t4d_layout::PayloadReader& from, t4d_layout::Features features);
 /// `into` has a vertex for each row; its times are unchanged.
-Result<void> unpackPositions(const PackedArray& array, std::span<model::Point4> into);
+Result<void> unpackPositions(const PackedArray& array, std::span<model::Point4> into,
+                             t4d_layout::Features features);
 /// The same for one block of the array.
 Result<void> unpackPositions(const PackedArray& array, std::size_t block,
-                             std::span<model::Point4> into);
+                             std::span<model::Point4> into, t4d_layout::Features features);
 
 void putAttribute(t4d_layout::PayloadWriter& into, const model::Attribute& attribute, int level);
 Result<std::vector<model::Attribute>> takeAttributes(t4d_layout::PayloadReader& from,

@@ -199,7 +199,7 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
     return damaged(offset, fmt::format("the chunk has unknown flags {:#x}", header.flags),
                    ErrorCode::Unsupported);
   }
-  constexpr ChunkType kKnown[] = {kHead, kConnectivity, kLayer, kSlab, kDone, kIndex};
+  constexpr ChunkType kKnown[] = {kHead, kConnectivity, kLayer, kPose, kSlab, kDone, kIndex};
   const bool known =
       std::find(std::begin(kKnown), std::end(kKnown), header.type) != std::end(kKnown);
   if (known && !header.critical()) {

@@ -128,11 +128,20 @@ std::vector<BlockRanges> rangesOfBlocks(const Connectivity& connectivity) {
   return all;
 }
 
-model::Slab roundedSlab(const model::Slab& slab) {
-  model::Slab rounded = slab;
-  for (Point4& vertex : rounded.vertices) {
-    vertex.head<3>() = vertex.head<3>().cast<float>().cast<double>();
+Point4 roundedPoint(const Point4& vertex, const ArrayOptions& options) {
+  const model::Point3 position = vertex.head<3>();
+  Point4 rounded = vertex;
+  if (options.grid) {
+    rounded.head<3>() = options.grid->nearest(position);
+  } else if (options.float32) {
+    rounded.head<3>() = position.cast<float>().cast<double>();
   }
+  return rounded;
+}
+
+model::Slab roundedSlab(const model::Slab& slab, const ArrayOptions& options) {
+  model::Slab rounded = slab;
+  for (Point4& vertex : rounded.vertices) vertex = roundedPoint(vertex, options);
   setMeans(*rounded.connectivity, rounded.vertices);
   return rounded;
 }
@@ -381,10 +390,36 @@ Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
   return layer;
 }
 
-Result<void> unpackLayer(const Layer& layer, std::span<Point4> into) {
-  if (auto unpacked = unpackPositions(layer.positions, into); !unpacked) return unpacked;
+Result<void> unpackLayer(const Layer& layer, std::span<Point4> into, Features features) {
+  if (auto unpacked = unpackPositions(layer.positions, into, features); !unpacked) return unpacked;
   for (Point4& vertex : into) vertex[3] = layer.time;
   return {};
+}
+
+PayloadWriter encodePose(const PosedLayer& posed) {
+  PayloadWriter payload;
+  payload.put(posed.time);
+  payload.put(posed.layer);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) payload.put(posed.pose(row, column));
+  }
+  return payload;
+}
+
+Result<PosedLayer> decodePose(const PayloadView& payload, Features features) {
+  PayloadReader from(payload);
+  PosedLayer posed;
+  posed.time = from.take<double>();
+  posed.layer = from.take<std::uint64_t>();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) posed.pose(row, column) = from.take<double>();
+  }
+  if (from.overrun()) return cutOff("a pose");
+  if (auto end = checkEnd(from); !end) return pass(end.error());
+  if (!features.pose) return invalid("it is a pose, a feature that the file does not name");
+  if (!std::isfinite(posed.time)) return invalid(fmt::format("it is at time {}", posed.time));
+  if (!posed.pose.allFinite()) return invalid("its matrix has numbers that are not finite");
+  return posed;
 }
 
 std::vector<Attribute> ownAttributes(const model::Slab& slab) {
@@ -486,7 +521,9 @@ Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
   const auto times = unpack(front->times);
   if (!times) return pass(times.error());
   slab.interior.resize(front->positions.rows);
-  if (auto set = unpackPositions(front->positions, slab.interior); !set) return pass(set.error());
+  if (auto set = unpackPositions(front->positions, slab.interior, features); !set) {
+    return pass(set.error());
+  }
   for (std::size_t i = 0; i < slab.interior.size(); ++i) {
     std::memcpy(&slab.interior[i][3], times->data() + i * sizeof(double), sizeof(double));
   }

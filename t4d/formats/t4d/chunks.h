@@ -53,7 +53,18 @@ Result<Layer> decodeLayer(const t4d_layout::PayloadView& payload,
                           t4d_layout::Features features = {});
 
 /// Writes the vertices of a layer to `into`, which must have the layer's size.
-Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into);
+Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into,
+                         t4d_layout::Features features = {});
+
+/// A layer that is another one, moved.
+struct PosedLayer {
+  double time = 0;
+  std::uint64_t layer = 0;  ///< offset of that one
+  model::Affine3x4 pose = model::Affine3x4::Identity();
+};
+t4d_layout::PayloadWriter encodePose(const PosedLayer& posed);
+Result<PosedLayer> decodePose(const t4d_layout::PayloadView& payload,
+                              t4d_layout::Features features = {});
 
 /// Offsets of a slab's parts in the file; 0 for a layer without vertices.
 struct SlabParts {
@@ -74,8 +85,12 @@ BlockRanges rangesOf(std::span<const model::Cell> cells, const model::VertexCoun
 /// The ranges of each block of cells; empty if there is at most one block.
 std::vector<BlockRanges> rangesOfBlocks(const model::Connectivity& connectivity);
 
-/// The slab as a file with positions of float32 gives it back: these rounded, and means of them.
-model::Slab roundedSlab(const model::Slab& slab);
+/// The vertex with the position that a file stored this way gives back, in the range of the grid if
+/// there is one.
+model::Point4 roundedPoint(const model::Point4& vertex, const ArrayOptions& options);
+
+/// The slab likewise: positions rounded, and means of them.
+model::Slab roundedSlab(const model::Slab& slab, const ArrayOptions& options);
 
 /// The bounds of the vertices of each block of cells; empty if there is at most one block.
 std::vector<model::Bounds4> boundsOfBlocks(const model::Connectivity& connectivity,
@@ -122,7 +137,7 @@ struct SlabChunk {
 /// not means, if there are any; then those of cells.
 std::vector<model::Attribute> ownAttributes(const model::Slab& slab);
 
-/// `slab` is as it is stored: rounded with float32.
+/// `slab` is as it is stored: rounded with float32 or a grid.
 t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
                                      const ArrayOptions& options);
 /// `bounds` are those of StreamedConnectivity.

@@ -170,7 +170,7 @@ TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
   view = viewOf(six);
   view.components = 2;
   putArray(twoColumns, view, 0);
-  EXPECT_THAT(fault(kLayerDecoder, twoColumns), HasSubstr("three floating-point"));
+  EXPECT_THAT(fault(kLayerDecoder, twoColumns), HasSubstr("three numbers of type 6, 9 or 10"));
   PayloadWriter integers;
   integers.put(0.0);
   integers.put(std::uint64_t{0});
@@ -178,7 +178,7 @@ TEST(Chunks, RefuseLayersAndSlabsWithoutSense) {
   view = viewOf(whole);
   view.components = 3;
   putArray(integers, view, 0);
-  EXPECT_THAT(fault(kLayerDecoder, integers), HasSubstr("three floating-point"));
+  EXPECT_THAT(fault(kLayerDecoder, integers), HasSubstr("three numbers of type 6, 9 or 10"));
 
   // Positions of five vertices, times of four.
   const PayloadWriter five = encodeSlab(slabOf({0, 1}, vertices), {}, kRaw);
@@ -228,6 +228,19 @@ TEST(Chunks, RefuseLayersWhoseAttributesAreNotOfTheirVertices) {
   const PayloadWriter reserved = withFields(encodeLayer(0, vertices, {}, kRaw),
                                             [](auto& fields) { fields[12] = std::byte{1}; });
   EXPECT_THAT(fault(kLayerDecoder, reserved), HasSubstr("reserved bytes"));
+}
+
+TEST(Chunks, RefusePosesWithoutSense) {
+  const auto decoder = [](const PayloadView& payload) { return decodePose(payload); };
+  PosedLayer posed{1, 24, model::Affine3x4::Identity()};
+  refusesEveryTruncationAndExtraBytes(decoder, encodePose(posed));
+  t4d_layout::Features core;
+  core.pose = false;
+  EXPECT_FALSE(decodePose(encodePose(posed).view(), core));
+  posed.pose(2, 3) = kNan;
+  EXPECT_THAT(fault(decoder, encodePose(posed)), HasSubstr("not finite"));
+  posed = {kNan, 24, model::Affine3x4::Identity()};
+  EXPECT_THAT(fault(decoder, encodePose(posed)), HasSubstr("at time nan"));
 }
 
 TEST(Chunks, AllowAttributeNamesThatAreDifferentUtf8) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 
 #include <fmt/format.h>
 
@@ -54,10 +55,10 @@ class Scanner {
   }
 
   Result<void> take(const ChunkHeader& header, const PayloadView& payload) {
-    if (header.type == kConnectivity) {
-      connectivities_.push_back({header.offset});
-    } else if (header.type == kLayer) {
-      layers_.push_back({header.offset});
+    if (header.type == kConnectivity || header.type == kLayer) {
+      parts_.push_back({header.offset, header.type});
+    } else if (header.type == kPose) {
+      return takePose(header, payload);
     } else if (header.type == kSlab) {
       return takeSlab(header, payload);
     } else if (header.type == kDone) {
@@ -80,13 +81,21 @@ class Scanner {
     return {};
   }
 
+  Result<void> takePose(const ChunkHeader& header, const PayloadView& payload) {
+    const auto posed = decodePose(payload, features_);
+    if (!posed) return pass(posed.error());
+    if (!name(posed->layer, {kLayer})) return invalid("it moves no LAYR that comes before it");
+    parts_.push_back({header.offset, kPose});
+    return {};
+  }
+
   Result<void> takeSlab(const ChunkHeader& header, const PayloadView& payload) {
     auto slab = decodeSlab(payload, features_);
     if (!slab) return pass(slab.error());
     const SlabParts& parts = slab->parts;
-    if (!name(connectivities_, parts.connectivity) ||
-        (parts.lower != 0 && !name(layers_, parts.lower)) ||
-        (parts.upper != 0 && !name(layers_, parts.upper))) {
+    if (!name(parts.connectivity, {kConnectivity}) ||
+        (parts.lower != 0 && !name(parts.lower, {kLayer, kPose})) ||
+        (parts.upper != 0 && !name(parts.upper, {kLayer, kPose}))) {
       return invalid("it names a connectivity or a layer that does not come before it");
     }
     const IndexRecord record = {header.offset, header.bytes(), parts, slab->time};
@@ -95,32 +104,27 @@ class Scanner {
     return {};
   }
 
-  /// A CONN or LAYR chunk.
+  /// A chunk that slabs refer to.
   struct Part {
     std::uint64_t offset = 0;
-    bool named = false;  ///< referred to by a slab
+    ChunkType type{};
+    bool named = false;  ///< referred to by a slab, or by a POSE
   };
 
-  /// Records that a slab refers to the part at `offset`; false if there is none.
-  static bool name(std::vector<Part>& parts, std::uint64_t offset) {
-    const auto found =
-        std::lower_bound(parts.begin(), parts.end(), offset,
-                         [](const Part& part, std::uint64_t value) { return part.offset < value; });
-    if (found == parts.end() || found->offset != offset) return false;
+  /// Records that something refers to the part at `offset`; false if there is none of these types.
+  bool name(std::uint64_t offset, std::initializer_list<ChunkType> types) {
+    const auto found = std::ranges::lower_bound(parts_, offset, {}, &Part::offset);
+    if (found == parts_.end() || found->offset != offset) return false;
+    if (std::ranges::find(types, found->type) == types.end()) return false;
     found->named = true;
     return true;
   }
 
   Result<void> checkAllNamed() const {
-    for (const auto* parts : {&connectivities_, &layers_}) {
-      for (const Part& part : *parts) {
-        if (!part.named) {
-          return file_.damaged(part.offset, fmt::format("{}: no slab names it",
-                                                        parts == &layers_ ? "LAYR" : "CONN"));
-        }
-      }
-    }
-    return {};
+    const auto unused = std::ranges::find(parts_, false, &Part::named);
+    if (unused == parts_.end()) return {};
+    const std::string type(unused->type.begin(), unused->type.end());
+    return file_.damaged(unused->offset, type + ": no slab names it");
   }
 
   ChunkFile& file_;
@@ -129,8 +133,7 @@ class Scanner {
   RecordChecker checker_;
   FileScan scan_;
   std::uint64_t chunks_ = 0;
-  std::vector<Part> connectivities_;  // offsets increase
-  std::vector<Part> layers_;
+  std::vector<Part> parts_;  // offsets increase
 };
 
 }  // namespace

@@ -79,6 +79,11 @@ Result<bool> FileSlab::openParts() {
   for (const std::size_t i : {0U, 1U}) {
     const std::uint64_t offset = i == 0 ? record_.parts.lower : record_.parts.upper;
     if (offset == 0) continue;
+    if (features_.pose) {
+      const auto header = file_->readChunkHeader(offset);
+      if (!header) return pass(header.error());
+      if (header->type == kPose) return false;
+    }
     auto layer = file_->readPartly(offset, kLayer);
     if (!layer) return pass(layer.error());
     layerPayloads_[i] = std::move(*layer);
@@ -142,7 +147,7 @@ Result<FileSlab::Vertices> FileSlab::unpackVertices(std::size_t part, std::size_
   const std::uint64_t first = block * kBlockRows;
   auto vertices =
       std::make_shared<std::vector<Point4>>(std::min(kBlockRows, from.positions.rows - first));
-  if (auto set = unpackPositions(from.positions, block, *vertices); !set) {
+  if (auto set = unpackPositions(from.positions, block, *vertices, features_); !set) {
     return wrong(set.error());
   }
   if (from.times) {

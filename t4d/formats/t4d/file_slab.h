@@ -20,8 +20,8 @@ namespace t4d::formats {
 /// says what is in them.
 class FileSlab : public model::SlabBlocks {
  public:
-  /// Null for a slab that is better read whole: with one block of cells, with means, or with
-  /// attributes. The file must outlive the slab.
+  /// Null for a slab that is better read whole: with one block of cells, with means, with a
+  /// layer that is a pose, or with attributes. The file must outlive the slab.
   static Result<std::shared_ptr<const FileSlab>> open(const ChunkFile& file,
                                                       const IndexRecord& record,
                                                       t4d_layout::Features features);

@@ -36,7 +36,8 @@ Result<Head> decodeHead(const ChunkFile& file, const ChunkHeader& header, std::s
     const auto& all = metadata->features;
     return std::find(all.begin(), all.end(), feature) != all.end();
   };
-  const Features features = {named(kFeatureZstd), named(kFeatureMeans)};
+  const Features features = {named(kFeatureZstd), named(kFeatureMeans), named(kFeaturePose),
+                             named(kFeatureGrid) ? metadata->grid : std::nullopt};
   return Head{std::move(*metadata), features, header, std::move(text)};
 }
 

@@ -102,11 +102,13 @@ Result<void> placeSlabs(const std::vector<ChunkHeader>& chunks, std::span<IndexR
     const auto chunk = std::ranges::lower_bound(chunks, offset, {}, &ChunkHeader::offset);
     return chunk != chunks.end() && chunk->offset == offset && chunk->type == type;
   };
+  const auto isLayer = [&](std::uint64_t offset) {
+    return offset == 0 || isOf(offset, t4d_layout::kLayer) || isOf(offset, t4d_layout::kPose);
+  };
   for (const IndexRecord& record : records) {
     const SlabParts& parts = record.parts;
-    if (!isOf(parts.connectivity, t4d_layout::kConnectivity) ||
-        (parts.lower != 0 && !isOf(parts.lower, t4d_layout::kLayer)) ||
-        (parts.upper != 0 && !isOf(parts.upper, t4d_layout::kLayer))) {
+    if (!isOf(parts.connectivity, t4d_layout::kConnectivity) || !isLayer(parts.lower) ||
+        !isLayer(parts.upper)) {
       return invalid(fmt::format("the slab at byte {} has a connectivity or a layer that is none",
                                  record.slab));
     }

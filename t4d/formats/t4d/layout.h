@@ -7,10 +7,13 @@
 #include <cstdint>
 #include <cstring>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <type_traits>
 #include <vector>
+
+#include "t4d/formats/t4d/grid.h"
 
 /// The byte layout of .t4d, as specified in t4d/formats/t4d/SPEC.md. Reader and writer share these
 /// constants.
@@ -46,6 +49,7 @@ using ChunkType = std::array<char, 4>;
 inline constexpr ChunkType kHead = {'H', 'E', 'A', 'D'};
 inline constexpr ChunkType kConnectivity = {'C', 'O', 'N', 'N'};
 inline constexpr ChunkType kLayer = {'L', 'A', 'Y', 'R'};
+inline constexpr ChunkType kPose = {'P', 'O', 'S', 'E'};
 inline constexpr ChunkType kSlab = {'S', 'L', 'A', 'B'};
 inline constexpr ChunkType kDone = {'D', 'O', 'N', 'E'};
 inline constexpr ChunkType kIndex = {'I', 'N', 'D', 'X'};
@@ -64,11 +68,15 @@ inline constexpr std::uint64_t kMaxExpansion = 1024;
 
 inline constexpr std::string_view kFeatureZstd = "zstd";
 inline constexpr std::string_view kFeatureMeans = "means";
+inline constexpr std::string_view kFeaturePose = "pose";
+inline constexpr std::string_view kFeatureGrid = "grid";
 
 /// The features that a file names in HEAD. It may use no others.
 struct Features {
   bool zstd = true;
   bool means = true;
+  bool pose = true;
+  std::optional<Grid> grid = {};
 };
 
 inline constexpr std::uint64_t padded(std::uint64_t bytes) {

@@ -1,6 +1,8 @@
 #include "t4d/formats/t4d/metadata.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 
 #include <fmt/format.h>
@@ -142,6 +144,34 @@ Result<std::vector<BodyInfo>> bodiesOf(const Json& head) {
   return bodies;
 }
 
+Result<std::optional<Grid>> gridOf(const Json& head, const std::vector<std::string>& features) {
+  const auto wrong = [](const char* what) {
+    return invalid(fmt::format("its metadata's 'grid' is not {}", what));
+  };
+  const auto found = head.find("grid");
+  if (found == head.end()) {
+    if (std::ranges::find(features, t4d_layout::kFeatureGrid) == features.end()) {
+      return std::nullopt;
+    }
+    return wrong("there, though it names the feature");
+  }
+  const auto isFinite = [](const Json& json) {
+    return json.is_number() && std::isfinite(json.get<double>());
+  };
+  if (!found->is_object()) return wrong("an object");
+  const auto origin = found->find("origin");
+  if (origin == found->end() || !origin->is_array() || origin->size() != 3 ||
+      !std::ranges::all_of(*origin, isFinite)) {
+    return wrong("an object whose 'origin' is three finite numbers");
+  }
+  const auto step = found->find("step");
+  if (step == found->end() || !isFinite(*step) || !(step->get<double>() > 0)) {
+    return wrong("an object whose 'step' is a positive number");
+  }
+  return Grid{{(*origin)[0].get<double>(), (*origin)[1].get<double>(), (*origin)[2].get<double>()},
+              step->get<double>()};
+}
+
 Result<Json> jsonOf(const BodyInfo& body) {
   Json json = {{"name", body.name}};
   if (!body.color.empty()) json["color"] = body.color;
@@ -155,7 +185,8 @@ Result<Json> jsonOf(const BodyInfo& body) {
 
 }  // namespace
 
-Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features) {
+Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features,
+                             const std::optional<Grid>& grid) {
   const auto details = parseObject(metadata.detailsJson);
   if (!details) return invalid("what is to be 'details' " + details.error().message);
   Json head;
@@ -174,6 +205,10 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
   optional("length_unit", metadata.lengthUnit);
   optional("time_unit", metadata.timeUnit);
   optional("up", metadata.up);
+  if (grid) {
+    head["grid"] = {{"origin", {grid->origin[0], grid->origin[1], grid->origin[2]}},
+                    {"step", grid->step}};
+  }
   if (!details->empty()) head["details"] = *details;
   std::string text = head.dump(1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > t4d_layout::kMaxHeadBytes) {
@@ -197,7 +232,9 @@ Result<Metadata> parseHead(const std::string& text) {
   auto features = namesOf(head, "features");
   if (!features) return pass(features.error());
   for (const std::string& feature : *features) {
-    if (feature != t4d_layout::kFeatureZstd && feature != t4d_layout::kFeatureMeans) {
+    constexpr std::array kKnown = {t4d_layout::kFeatureZstd, t4d_layout::kFeatureMeans,
+                                   t4d_layout::kFeaturePose, t4d_layout::kFeatureGrid};
+    if (std::ranges::find(kKnown, feature) == kKnown.end()) {
       return fail(
           ErrorCode::Unsupported,
           fmt::format("it needs the feature '{}', which this version does not know; a newer "
@@ -210,6 +247,9 @@ Result<Metadata> parseHead(const std::string& text) {
   auto bodies = bodiesOf(head);
   if (!bodies) return pass(bodies.error());
   metadata.bodies = std::move(*bodies);
+  auto grid = gridOf(head, metadata.features);
+  if (!grid) return pass(grid.error());
+  metadata.grid = *grid;
 
   Error wrong;
   const auto optional = [&](const char* key, std::string& into) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "t4d/formats/t4d/grid.h"
 #include "t4d/model/error.h"
 
 namespace t4d::formats {
@@ -29,11 +31,14 @@ struct Metadata {
   /// What a reader must support to read the slabs. Set by readers; writers name the features they
   /// use.
   std::vector<std::string> features;
+  /// What positions of whole numbers mean. Set by readers.
+  std::optional<Grid> grid = {};
 };
 
-/// The JSON text of a HEAD chunk whose readers must support `features`. Fails if the details are
-/// not a JSON object, or if the text is too long.
-Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features);
+/// The JSON text of a HEAD chunk whose readers must support `features`, with this grid. Fails if
+/// the details are not a JSON object, or if the text is too long.
+Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features,
+                             const std::optional<Grid>& grid = {});
 
 /// Parses a HEAD chunk. Rejects text that is not UTF-8 JSON of the right form, and unsupported
 /// features, by name. The error's offset is relative to the text, and set only if a certain byte is

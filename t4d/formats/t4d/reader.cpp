@@ -19,7 +19,7 @@ namespace t4d::formats {
 using namespace t4d_layout;
 using model::Slab;
 
-static_assert(T4dReader::kMemoryPerFileByte == 9 * kMaxExpansion);
+static_assert(T4dReader::kMemoryPerFileByte == 12 * kMaxExpansion);
 
 namespace {
 

@@ -56,13 +56,13 @@ struct T4dSlab {
 /// checked before it is used, and every slab against its checksums before it is returned.
 ///
 /// For any file, reading takes at most kMemoryPerFileByte bytes per byte of the file, plus
-/// kMemoryAlways. The worst case is one compressed float32 layer below and above a slab: 12 bytes
-/// per vertex, of which one byte of the file can unpack to 1,024, become 32 bytes in two places,
-/// and half as much again while the next slab is read. An uncompressed file takes about one
-/// hundredth of that.
+/// kMemoryAlways. The worst case is one compressed float32 layer of which those below and above a
+/// slab are poses: 12 bytes per vertex, of which one byte of the file can unpack to 1,024, become
+/// 24 bytes in one place and 32 in two, and half as much again while the next slab is read. An
+/// uncompressed file takes about one hundredth of that.
 class T4dReader {
  public:
-  static constexpr std::size_t kMemoryPerFileByte = 9 * 1024;
+  static constexpr std::size_t kMemoryPerFileByte = 12 * 1024;
   static constexpr std::size_t kMemoryAlways = std::size_t{1} << 20;
 
   /// Opens a file by its path, or by its URL on a web server (http:// or https://). There it

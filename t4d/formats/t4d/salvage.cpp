@@ -187,7 +187,7 @@ class T4dSalvage::File {
     const auto wrong = [&](const std::string& message) {
       lose(header.offset, fmt::format("{}: {}", header.name(), message));
     };
-    if (header.type == kConnectivity || header.type == kLayer) {
+    if (header.type == kConnectivity || header.type == kLayer || header.type == kPose) {
       found_.addPart(header.offset);
     } else if (header.type == kSlab) {
       takeSlab(header, payload);
@@ -247,6 +247,12 @@ class T4dSalvage::File {
     }
   }
 
+  /// Where the part is that was at `offset`, if it is whole.
+  std::optional<std::uint64_t> placeOf(std::uint64_t offset) const {
+    const auto now = found_.part(offset);
+    return now && broken_.contains(*now) ? std::nullopt : now;
+  }
+
   /// Updates the offsets of the parts that have moved.
   Result<void> takeRecord(IndexRecord record) {
     SlabParts& parts = record.parts;
@@ -255,10 +261,9 @@ class T4dSalvage::File {
       return invalid(fmt::format("it belongs to body {}, of {}", parts.body, bodyCount));
     }
     const auto locate = [&](std::uint64_t& offset) {
-      const auto now = found_.part(offset);
-      if (!now || broken_.contains(*now)) return false;
-      offset = *now;
-      return true;
+      const auto now = placeOf(offset);
+      if (now) offset = *now;
+      return now.has_value();
     };
     if (!locate(parts.connectivity)) {
       return invalid(fmt::format("its CONN at byte {} is missing or damaged", parts.connectivity));
@@ -280,7 +285,10 @@ class T4dSalvage::File {
     Body& body =
         found != bodies_.end()
             ? found->second
-            : bodies_.try_emplace(parts.body, Body{SlabSource(file_, features_, PartsAt::Record)})
+            : bodies_
+                  .try_emplace(
+                      parts.body,
+                      Body{SlabSource(file_, features_, [this](auto at) { return placeOf(at); })})
                   .first->second;
     auto slab = body.slabs.read(record);
     if (!slab) {

@@ -106,13 +106,95 @@ std::optional<SlabSource::DecodedLayer> SlabSource::takeKeptLayer(std::uint64_t 
 Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) const {
   StoredLayer stored;
   if (offset == 0) return stored;
+  stored.offset = offset;
+  const auto header = file_->readChunkHeader(offset);
+  if (!header) return pass(header.error());
+  if (header->type != kLayer && header->type != kPose) {
+    return file_->damaged(
+        offset, fmt::format("a chunk {} is here, where a layer is expected", header->name()));
+  }
+  auto payload = file_->readPayload(*header);
+  if (!payload) return pass(payload.error());
+  const auto wrong = [&](const std::string& message) {
+    return file_->damaged(offset, fmt::format("{}: {}", header->name(), message));
+  };
+  stored.payload = std::move(*payload);
+  if (header->type == kLayer) {
+    auto layer = decodeLayer(stored.payload.view, features_);
+    if (!layer) return wrong(layer.error().message);
+    stored.layer = std::move(*layer);
+    return stored;
+  }
+  const auto posed = decodePose(stored.payload.view, features_);
+  if (!posed) return wrong(posed.error().message);
+  std::optional<std::uint64_t> place = posed->layer;
+  if (placeOf_) {
+    place = placeOf_(posed->layer);
+    if (!place) {
+      return wrong(fmt::format("its LAYR at byte {} is missing or damaged", posed->layer));
+    }
+  } else if (posed->layer >= offset) {
+    return wrong("it moves no LAYR that comes before it");
+  }
+  auto reference = readReference(*place);
+  if (!reference) return pass(reference.error());
+  stored.layer.time = posed->time;
+  stored.layer.attributes = std::move(reference->attributes);
+  stored.pose = std::make_shared<const model::LayerPose>(
+      model::LayerPose{std::move(reference->points), posed->pose, reference->float32});
+  return stored;
+}
+
+Result<SlabSource::Reference> SlabSource::readReference(std::uint64_t offset) const {
+  {
+    const std::scoped_lock lock(kept_->mutex);
+    if (kept_->reference && kept_->reference->offset == offset) return *kept_->reference;
+  }
   auto chunk = file_->readChunk(offset, kLayer);
   if (!chunk) return pass(chunk.error());
-  stored.payload = std::move(chunk->payload);
-  auto layer = decodeLayer(stored.payload.view, features_);
+  auto layer = decodeLayer(chunk->payload.view, features_);
   if (!layer) return file_->damaged(offset, "LAYR: " + layer.error().message);
-  stored.layer = *layer;
-  return stored;
+  std::vector<model::Point4> vertices(layer->size());
+  if (auto set = unpackLayer(*layer, vertices, features_); !set) {
+    return file_->damaged(offset, "LAYR: " + set.error().message);
+  }
+  auto points = std::make_shared<std::vector<model::Point3>>();
+  points->reserve(vertices.size());
+  for (const model::Point4& vertex : vertices) points->push_back(vertex.head<3>());
+  Reference reference{offset, std::move(points), std::move(layer->attributes),
+                      layer->positions.type == model::ScalarType::Float32};
+  const std::scoped_lock lock(kept_->mutex);
+  // Another thread may have been faster: layers of one reference share one object.
+  if (!kept_->reference || kept_->reference->offset != offset) kept_->reference = reference;
+  return *kept_->reference;
+}
+
+Result<void> SlabSource::unpack(const StoredLayer& stored, std::span<model::Point4> into) const {
+  if (!stored.pose) {
+    auto set = unpackLayer(stored.layer, into, features_);
+    if (!set) return file_->damaged(stored.offset, "LAYR: " + set.error().message);
+    return {};
+  }
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    into[i] << stored.pose->at(i), stored.layer.time;
+  }
+  return {};
+}
+
+std::shared_ptr<const model::LayerPose> SlabSource::poseOf(
+    const StoredLayer& stored, std::span<const model::Point4> vertices) const {
+  if (stored.pose || !features_.pose || vertices.empty()) return stored.pose;
+  // A LAYR of this file may be what the next layers are poses of.
+  auto points = std::make_shared<std::vector<model::Point3>>();
+  points->reserve(vertices.size());
+  for (const model::Point4& vertex : vertices) points->push_back(vertex.head<3>());
+  const bool float32 = stored.layer.positions.type == model::ScalarType::Float32;
+  const std::scoped_lock lock(kept_->mutex);
+  if (!kept_->reference || kept_->reference->offset != stored.offset) {
+    kept_->reference = {stored.offset, std::move(points), stored.layer.attributes, float32};
+  }
+  return std::make_shared<const model::LayerPose>(model::LayerPose{
+      kept_->reference->points, model::Affine3x4::Identity(), kept_->reference->float32});
 }
 
 Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecord& record) const {
@@ -124,7 +206,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   };
   auto decoded = decodeSlab(chunk->payload.view, features_);
   if (!decoded) return wrong(decoded.error().message);
-  if (partsAt_ == PartsAt::Record) decoded->parts = record.parts;
+  if (placeOf_) decoded->parts = record.parts;
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
     return wrong("the index says something else than the slab itself");
   }
@@ -139,15 +221,15 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   if (!lower) return pass(lower.error());
   auto upper = readLayer(record.parts.upper);
   if (!upper) return pass(upper.error());
-  const std::uint64_t lowerCount = kept ? kept->vertices.size() : lower->layer.size();
+  const std::uint64_t lowerCount = kept ? kept->vertices.size() : lower->size();
   const std::uint64_t interiorCount = connectivity.firstMean() - connectivity.lowerCount;
-  if (lowerCount != connectivity.lowerCount || upper->layer.size() != connectivity.upperCount ||
+  if (lowerCount != connectivity.lowerCount || upper->size() != connectivity.upperCount ||
       decoded->interior.size() != interiorCount) {
     return wrong(
         fmt::format("its connectivity has {} lower, {} interior and {} upper vertices, "
                     "the file {}, {} and {}",
                     connectivity.lowerCount, interiorCount, connectivity.upperCount, lowerCount,
-                    decoded->interior.size(), upper->layer.size()));
+                    decoded->interior.size(), upper->size()));
   }
   // Use the slab's own times: the index may have -0 where it has 0.
   slab->timeBegin = decoded->time.begin;
@@ -158,13 +240,14 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
     std::ranges::copy(kept->vertices, vertices.begin());
     lower->layer.attributes = std::move(kept->attributes);
     kept.reset();
-  } else if (auto set = unpackLayer(lower->layer, vertices.first(lowerCount)); !set) {
-    return file.damaged(record.parts.lower, "LAYR: " + set.error().message);
+  } else if (auto set = unpack(*lower, vertices.first(lowerCount)); !set) {
+    return pass(set.error());
   }
   std::copy(decoded->interior.begin(), decoded->interior.end(), vertices.begin() + lowerCount);
-  if (auto set = unpackLayer(upper->layer, vertices.last(connectivity.upperCount)); !set) {
-    return file.damaged(record.parts.upper, "LAYR: " + set.error().message);
+  if (auto set = unpack(*upper, vertices.last(connectivity.upperCount)); !set) {
+    return pass(set.error());
   }
+  slab->upperPose = poseOf(*upper, slab->upperLayer());
   setMeans(connectivity, slab->vertices);
   auto attributes = joinedAttributes(
       connectivity,

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "t4d/formats/t4d/chunk_file.h"
@@ -12,17 +15,20 @@
 
 namespace t4d::formats {
 
-/// Where to find the parts of a slab: at the offsets in the slab or, in a file that has lost bytes,
-/// at those in its record.
-enum class PartsAt : std::uint8_t { Slab, Record };
+/// Where the part is now that was at `offset` when the file was written; empty if it is lost.
+using PlaceOfPart = std::function<std::optional<std::uint64_t>(std::uint64_t offset)>;
 
 /// Slabs of one body, assembled from their chunks. Parts shared by two slabs that are read in a row
 /// are read once.
 class SlabSource : public model::Source {
  public:
-  /// `file` must outlive this object.
-  SlabSource(const ChunkFile& file, t4d_layout::Features features, PartsAt partsAt = PartsAt::Slab)
-      : file_(&file), features_(features), partsAt_(partsAt), kept_(std::make_unique<Kept>()) {}
+  /// `file` must outlive this object. In a file that has lost bytes, records have the parts where
+  /// they are now, and `placeOf` finds the layers of poses.
+  SlabSource(const ChunkFile& file, t4d_layout::Features features, PlaceOfPart placeOf = {})
+      : file_(&file),
+        features_(features),
+        placeOf_(std::move(placeOf)),
+        kept_(std::make_unique<Kept>()) {}
 
   void add(const IndexRecord& record) { records_.push_back(record); }
   const IndexRecord& record(std::size_t index) const { return records_[index]; }
@@ -44,9 +50,21 @@ class SlabSource : public model::Source {
   Result<std::shared_ptr<const model::Slab>> read(const IndexRecord& record) const;
 
  private:
+  /// The LAYR of posed layers.
+  struct Reference {
+    std::uint64_t offset = 0;
+    std::shared_ptr<const std::vector<model::Point3>> points;
+    std::vector<model::Attribute> attributes;
+    bool float32 = false;
+  };
+  /// A layer as stored: a LAYR, or a POSE; no vertices if there is none.
   struct StoredLayer {
+    std::uint64_t offset = 0;
     Payload payload;
-    Layer layer;  // points into `payload`; no vertices if there is no layer
+    Layer layer;  // time and attributes; positions of a LAYR, which point into `payload`
+    std::shared_ptr<const model::LayerPose> pose;
+
+    std::uint64_t size() const { return pose ? pose->reference->size() : layer.size(); }
   };
   struct DecodedLayer {
     std::vector<model::Point4> vertices;
@@ -63,6 +81,7 @@ class SlabSource : public model::Source {
     std::uint64_t upperOffset = 0;
     DecodedLayer upperLayer;
     std::optional<std::size_t> index;  // of the slab planned last
+    std::optional<Reference> reference;
   };
 
   /// Tells the file which chunks a slab has. Where slabs are read in order, those that follow are
@@ -71,12 +90,18 @@ class SlabSource : public model::Source {
   Result<std::shared_ptr<const model::Slab>> readSlab(const IndexRecord& record) const;
   Result<ConnectivityPointer> readConnectivity(std::uint64_t offset) const;
   Result<StoredLayer> readLayer(std::uint64_t offset) const;
+  Result<Reference> readReference(std::uint64_t offset) const;
+  /// `into` has the layer's size.
+  Result<void> unpack(const StoredLayer& stored, std::span<model::Point4> into) const;
+  /// How a layer of these vertices, the last that was read, has been made, if that can be told.
+  std::shared_ptr<const model::LayerPose> poseOf(const StoredLayer& stored,
+                                                 std::span<const model::Point4> vertices) const;
   /// The layer at `offset` if it is kept; the cache then gives it up.
   std::optional<DecodedLayer> takeKeptLayer(std::uint64_t offset) const;
 
   const ChunkFile* file_;
   t4d_layout::Features features_;
-  PartsAt partsAt_;
+  PlaceOfPart placeOf_;
   std::vector<IndexRecord> records_;
   std::unique_ptr<Kept> kept_;
 };

@@ -23,7 +23,7 @@ doc: |
 
   `-rule` names the rule of SPEC.md that a `valid` or `contents` checks. An attribute named
   `end_of_...` takes no bytes; it holds what can be checked only there, mostly that no bytes are
-  left. Reading past the end of the fields breaks the rule that says how they end (N11, L4, S9, D4,
+  left. Reading past the end of the fields breaks the rule that says how they end (N11, L4, K4, S9, D4,
   I8). Lengths are held against what is left of the stream before they are used: some runtimes cut
   them to 32 bits.
 
@@ -33,7 +33,7 @@ doc: |
   * the order and number of chunks (O1 to O6), unknown critical chunks (C8), the critical bit of
     private chunks;
   * codecs 1 and 2 (A10 to A15), UTF-8 (M2, T4), JSON (M3 to M10);
-  * whatever compares numbers of several chunks or rows (T6, T7, N2, N4 to N9, N12, S2 to S4, S7, S8,
+  * whatever compares numbers of several chunks or rows (T6, T7, N2, N4 to N9, N12, L2 for type 6, K2, K5, S2 to S4, S7, S8,
     S10, P1 to P5, D1, D2, D5 to D8, I1 to I6).
 doc-ref: SPEC.md
 
@@ -138,6 +138,7 @@ types:
             '"HEAD"': head
             '"CONN"': conn
             '"LAYR"': layr
+            '"POSE"': pose
             '"SLAB"': slab
             '"DONE"': done
             '"INDX"': indx
@@ -243,8 +244,8 @@ types:
         doc: A reader must refuse the file if it does not know the type (C8).
       is_known:
         value: >-
-          type.text == "HEAD" or type.text == "CONN" or type.text == "LAYR" or type.text == "SLAB"
-          or type.text == "DONE" or type.text == "INDX"
+          type.text == "HEAD" or type.text == "CONN" or type.text == "LAYR" or type.text == "POSE"
+          or type.text == "SLAB" or type.text == "DONE" or type.text == "INDX"
       len_padding:
         value: (8 - len_payload % 8) % 8
       len_chunk:
@@ -584,8 +585,8 @@ types:
         type: array_record(_parent, 0)
         valid:
           expr: >-
-            (_.scalar_type == scalar_type::f32 or _.scalar_type == scalar_type::f64)
-            and _.num_components == 3
+            (_.scalar_type == scalar_type::s32 or _.scalar_type == scalar_type::f32
+            or _.scalar_type == scalar_type::f64) and _.num_components == 3
         -rule: L2
       - id: end_of_positions
         size: 0
@@ -607,6 +608,32 @@ types:
             == (num_attributes == 0 ? positions.end_block : attributes.last.values.end_block)
         -rule: L4
 
+  pose:
+    doc: A layer that is another one, moved.
+    doc-ref: SPEC.md, "POSE"
+    seq:
+      - id: time
+        type: f8
+        valid:
+          expr: _ - _ == 0
+        -rule: K1
+      - id: ofs_layer
+        type: u8
+        doc: Of a LAYR.
+      - id: matrix
+        type: f8
+        repeat: expr
+        repeat-expr: 12
+        valid:
+          expr: _ - _ == 0
+        -rule: K3
+        doc: Three rows of four numbers, the fourth of each a translation.
+      - id: end_of_pose
+        size: 0
+        valid:
+          expr: _io.eof and _parent.header.num_blocks == 0
+        -rule: K4
+
   slab:
     doc: The part of a body between two times.
     doc-ref: SPEC.md, "SLAB"
@@ -626,10 +653,10 @@ types:
         doc: Of a CONN.
       - id: ofs_lower
         type: u8
-        doc: Of a LAYR, 0 for an empty layer.
+        doc: Of a LAYR or a POSE, 0 for an empty layer.
       - id: ofs_upper
         type: u8
-        doc: Of a LAYR, 0 for an empty layer.
+        doc: Of a LAYR or a POSE, 0 for an empty layer.
       - id: body
         type: u4
       - id: num_attributes
@@ -657,8 +684,8 @@ types:
         type: array_record(_parent, 0)
         valid:
           expr: >-
-            (_.scalar_type == scalar_type::f32 or _.scalar_type == scalar_type::f64)
-            and _.num_components == 3
+            (_.scalar_type == scalar_type::s32 or _.scalar_type == scalar_type::f32
+            or _.scalar_type == scalar_type::f64) and _.num_components == 3
         -rule: S5
         doc: Of the interior vertices that are not means.
       - id: times

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
 #include <deque>
 #include <limits>
 #include <mutex>
@@ -38,8 +40,10 @@ class T4dWriter::File {
       : path_(path),
         out_(std::move(file)),
         metadata_(metadata),
-        arrays_{options.compression, options.float32},
-        indexed_(options.index) {
+        arrays_{options.compression, options.float32, {}},
+        indexed_(options.index),
+        step_(options.step),
+        rounding_(options.step) {
     bodies_.reserve(metadata.bodies.size());
     for (std::uint32_t i = 0; i < metadata.bodies.size(); ++i) bodies_.emplace_back(*this, i);
   }
@@ -54,15 +58,7 @@ class T4dWriter::File {
     header.put(crc32c(header.data(), header.size()));
     if (auto done = out_.write(header.data(), header.size()); !done) return done;
     std::copy_n(header.data(), index_.fileHeader.size(), index_.fileHeader.begin());
-    std::vector<std::string> features = {std::string(kFeatureMeans)};
-    if (arrays_.level > 0) features.emplace_back(kFeatureZstd);
-    PayloadWriter head;
-    const auto text = headText(metadata_, features);
-    if (!text) return pass(text.error());
-    head.putBytes(text->data(), text->size());
-    index_.head = *text;
-    const auto offset = putChunk(kHead, head);
-    return offset ? Result<void>() : pass(offset.error());
+    return {};
   }
 
   model::Sink& body(std::size_t index) { return bodies_[index]; }
@@ -102,7 +98,7 @@ class T4dWriter::File {
     }
     Result<void> putStreamed(const StreamedSlab& slab) override {
       // What rounding does to cells is told from the whole slab.
-      if (file_.arrays_.float32) return put(assembled(slab));
+      if (file_.arrays_.float32 || file_.step_) return put(assembled(slab));
       return file_.put(*this, [&] { return file_.putStreamed(*this, slab); });
     }
 
@@ -114,10 +110,36 @@ class T4dWriter::File {
     LayerDigest upperLayer;
     std::vector<model::Attribute> upperAttributes;
     std::uint64_t upperOffset = 0;
+    std::vector<Point4> storedUpper;  // the upper layer as a reader has it, if that is not the same
+    // The LAYR that poses of this body name.
+    model::LayerPose reference;
+    std::vector<model::Attribute> referenceAttributes;
+    std::uint64_t referenceOffset = 0;
 
    private:
     File& file_;
   };
+
+  /// Writes HEAD, unless that has been done: its features and its grid depend on the first slab.
+  Result<void> putHead(const Point4& firstVertex, bool posed) {
+    if (!index_.chunks.empty()) return {};
+    std::vector<std::string> features = {std::string(kFeatureMeans)};
+    if (arrays_.level > 0) features.emplace_back(kFeatureZstd);
+    const auto& before = metadata_.features;
+    poses_ = posed || std::ranges::find(before, kFeaturePose) != before.end();
+    if (poses_) features.emplace_back(kFeaturePose);
+    if (step_) {
+      arrays_.grid = Grid::about(firstVertex.head<3>(), *step_);
+      features.emplace_back(kFeatureGrid);
+    }
+    PayloadWriter head;
+    const auto text = headText(metadata_, features, arrays_.grid);
+    if (!text) return pass(text.error());
+    head.putBytes(text->data(), text->size());
+    index_.head = *text;
+    const auto offset = putChunk(kHead, head);
+    return offset ? Result<void>() : pass(offset.error());
+  }
 
   struct StoredConnectivity {
     PayloadWriter payload;
@@ -156,6 +178,60 @@ class T4dWriter::File {
     }
     index_.chunks.push_back(header);
     return offset;
+  }
+
+  /// How to store the upper layer as a pose, if that gives it exactly.
+  std::optional<model::LayerPose> poseOf(const Body& body, const Slab& slab,
+                                         const std::vector<model::Attribute>& attributes) const {
+    const auto& hint = slab.upperPose;
+    if (!poses_ || !hint || slab.upperLayer().empty() || !hint->gives(slab.upperLayer())) {
+      return std::nullopt;
+    }
+    model::LayerPose pose = *hint;
+    pose.float32 = pose.float32 || arrays_.float32;
+    if (isReference(body, pose) && attributes != body.referenceAttributes) return std::nullopt;
+    return pose;
+  }
+
+  static bool isReference(const Body& body, const model::LayerPose& pose) {
+    return body.reference.reference == pose.reference && body.reference.float32 == pose.float32;
+  }
+
+  /// `layer` is as it is stored.
+  Result<std::uint64_t> putPosedLayer(Body& body, double time, std::span<const Point4> layer,
+                                      const std::vector<model::Attribute>& attributes,
+                                      const model::LayerPose& pose) {
+    if (!isReference(body, pose)) {
+      body.reference = {pose.reference, model::Affine3x4::Identity(), pose.float32};
+      body.referenceAttributes = attributes;
+      const ArrayOptions arrays{arrays_.level, pose.float32, {}};
+      std::vector<Point4> vertices;
+      for (const model::Point3& point : *pose.reference) {
+        vertices.emplace_back(point[0], point[1], point[2], time);
+      }
+      auto offset = putChunk(kLayer, encodeLayer(time, vertices, attributes, arrays));
+      if (!offset) return offset;
+      body.referenceOffset = *offset;
+      // The layer itself, unless a pose made -0 to 0.
+      for (Point4& vertex : vertices) vertex = roundedPoint(vertex, arrays);
+      const bool same = std::memcmp(vertices.data(), layer.data(), layer.size_bytes()) == 0;
+      if (same) return offset;
+    }
+    return putChunk(kPose, encodePose({time, body.referenceOffset, pose.pose}));
+  }
+
+  /// The slab as a reader will have it.
+  Slab storedSlab(const Body& body, const Slab& slab,
+                  const std::optional<model::LayerPose>& pose) const {
+    Slab stored = roundedSlab(slab, arrays_);
+    const std::span vertices(stored.vertices);
+    if (body.summary.slabs > 0) std::ranges::copy(body.storedUpper, vertices.begin());
+    if (pose) {
+      const auto upper = vertices.last(slab.connectivity->upperCount);
+      for (std::size_t i = 0; i < upper.size(); ++i) upper[i].head<3>() = pose->at(i);
+    }
+    setMeans(*stored.connectivity, stored.vertices);
+    return stored;
   }
 
   /// Returns the offset of the chunk, which may have been written before: slabs of a motion that
@@ -212,6 +288,9 @@ class T4dWriter::File {
         }
       }
     }
+    if (arrays_.grid) {
+      if (auto fits = checkGrid(slab); !fits) return fits;
+    }
     if (auto joins = checkSeam(body, slab.timeBegin, LayerDigest(slab.lowerLayer())); !joins) {
       return joins;
     }
@@ -225,10 +304,32 @@ class T4dWriter::File {
     return checkVertexAttributes(slab, body.summary.slabs > 0 ? &body.upperAttributes : nullptr);
   }
 
+  Result<void> checkGrid(const Slab& slab) const {
+    for (const Point4& vertex : slab.vertices) {
+      for (int axis = 0; axis < 3; ++axis) {
+        if (arrays_.grid->number(axis, vertex[axis])) continue;
+        return invalid(fmt::format(
+            "a coordinate of {:.9g} is more than 2147483647 steps of {} from {}, the origin of the "
+            "grid; use a larger step, or no grid",
+            vertex[axis], arrays_.grid->step, arrays_.grid->origin[axis]));
+      }
+    }
+    return {};
+  }
+
   Result<void> putSlab(Body& body, const Slab& slab) {
+    const bool some = !slab.vertices.empty();
+    if (auto begun =
+            putHead(some ? slab.vertices[0] : Point4(0, 0, 0, 0), slab.upperPose != nullptr);
+        !begun) {
+      return begun;
+    }
     if (auto checked = checkAgainstBody(body, slab); !checked) return checked;
+    std::vector<model::Attribute> upperAttributes =
+        vertexRows(slab.attributes, slab.connectivity->firstUpper(), slab.connectivity->upperCount);
+    const std::optional<model::LayerPose> pose = poseOf(body, slab, upperAttributes);
     const std::optional<Slab> rounded =
-        arrays_.float32 ? std::optional(roundedSlab(slab)) : std::nullopt;
+        arrays_.round() ? std::optional(storedSlab(body, slab, pose)) : std::nullopt;
     const Slab& stored = rounded ? *rounded : slab;
     if (slab.connectivity != body.connectivity) {
       auto offset = putConnectivity(encodeConnectivity(*slab.connectivity, arrays_));
@@ -237,18 +338,24 @@ class T4dWriter::File {
       body.connectivityOffset = *offset;
     }
     const model::TimeSpan time = {slab.timeBegin, slab.timeEnd};
-    std::vector<model::Attribute> upperAttributes =
-        vertexRows(slab.attributes, slab.connectivity->firstUpper(), slab.connectivity->upperCount);
     auto parts = putLayers(
         body, *slab.connectivity,
         [&] {
-          return encodeLayer(time.begin, slab.lowerLayer(),
-                             vertexRows(slab.attributes, 0, slab.connectivity->lowerCount),
-                             arrays_);
+          return putChunk(
+              kLayer,
+              encodeLayer(time.begin, slab.lowerLayer(),
+                          vertexRows(slab.attributes, 0, slab.connectivity->lowerCount), arrays_));
         },
-        [&] { return encodeLayer(time.end, slab.upperLayer(), upperAttributes, arrays_); });
+        [&] {
+          return pose ? putPosedLayer(body, time.end, stored.upperLayer(), upperAttributes, *pose)
+                      : putChunk(kLayer, encodeLayer(time.end, slab.upperLayer(), upperAttributes,
+                                                     arrays_));
+        });
     if (!parts) return pass(parts.error());
-    if (arrays_.float32) rounding_.add(slab);
+    if (rounded) {
+      rounding_.add(slab, *rounded);
+      body.storedUpper.assign(rounded->upperLayer().begin(), rounded->upperLayer().end());
+    }
     return putRecord(body, time, *slab.connectivity, *parts, encodeSlab(stored, *parts, arrays_),
                      extentOf(stored), LayerDigest(slab.upperLayer()), std::move(upperAttributes));
   }
@@ -281,6 +388,7 @@ class T4dWriter::File {
   }
 
   Result<void> putStreamed(Body& body, const StreamedSlab& slab) {
+    if (auto begun = putHead(Point4(0, 0, 0, 0), false); !begun) return begun;
     const auto lower = scan(slab, 0, slab.lowerCount);
     if (!lower) return pass(lower.error());
     if (auto joins = checkSeam(body, slab.time.begin, lower->digest); !joins) return joins;
@@ -306,7 +414,7 @@ class T4dWriter::File {
       const auto vertices = [&, begin](std::uint64_t first, std::span<Point4> into) {
         slab.vertices(begin + static_cast<std::uint32_t>(first), into);
       };
-      return encodeLayer(time, count, vertices, arrays_);
+      return putChunk(kLayer, encodeLayer(time, count, vertices, arrays_));
     };
     auto parts = putLayers(
         body, slab, [&] { return layer(slab.time.begin, 0, slab.lowerCount); },
@@ -317,18 +425,18 @@ class T4dWriter::File {
                      {});
   }
 
-  /// Writes the layers of a slab that are not in the file yet.
+  /// The layers of a slab; `lower` and `upper` write those that are not in the file yet.
   template <class Lower, class Upper>
   Result<SlabParts> putLayers(const Body& body, const model::VertexCounts& counts, Lower lower,
                               Upper upper) {
     SlabParts parts{body.connectivityOffset, body.upperOffset, 0, body.index};
     if (body.summary.slabs == 0 && counts.lowerCount > 0) {
-      const auto offset = putChunk(kLayer, lower());
+      const auto offset = lower();
       if (!offset) return pass(offset.error());
       parts.lower = *offset;
     }
     if (counts.upperCount > 0) {
-      const auto offset = putChunk(kLayer, upper());
+      const auto offset = upper();
       if (!offset) return pass(offset.error());
       parts.upper = *offset;
     }
@@ -368,6 +476,8 @@ class T4dWriter::File {
   Metadata metadata_;
   ArrayOptions arrays_;
   bool indexed_;
+  std::optional<double> step_;  // of the grid
+  bool poses_ = false;
   std::vector<Body> bodies_;
   Index index_;  // without an index: only its chunks are counted
   std::vector<Point4> scratch_;
@@ -384,6 +494,13 @@ T4dWriter::~T4dWriter() = default;
 
 Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Metadata& metadata,
                                     const T4dWriteOptions& options) {
+  if (options.step && !(std::isfinite(*options.step) && *options.step > 0)) {
+    return invalid(
+        fmt::format("a grid of step {} is requested; steps are positive", *options.step));
+  }
+  if (options.step && options.float32) {
+    return invalid("a grid and float32 are requested; positions can have only one of them");
+  }
   // A reader would reject it.
   const auto parsed = headText(metadata, {}).and_then(parseHead);
   if (!parsed) return invalid(parsed.error().message, path.string());

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct T4dWriteOptions {
   /// End the file with an index and a footer, so that a reader finds a slab without reading
   /// everything before it.
   bool index = true;
+  /// Store positions as whole numbers on a grid of this step: at most half of it off on each axis.
+  /// Not with float32.
+  std::optional<double> step = {};
 };
 
 /// Writes a .t4d file slab by slab. Memory use is one slab, plus some 200 bytes for each slab
@@ -27,7 +31,9 @@ struct T4dWriteOptions {
 ///
 /// Connectivity is stored once for consecutive slabs of one body that share the object, and where
 /// one of the last 4 MiB of stored connectivity has the same content; layers are stored once; means
-/// are not stored.
+/// are not stored. Layers that are a reference moved (Slab::upperPose) are stored as the reference
+/// and the pose if that gives them to the bit. They are then not rounded to a grid; with float32,
+/// reference and result are rounded.
 class T4dWriter {
  public:
   /// Fails if body names are invalid or the file cannot be opened.
@@ -45,7 +51,7 @@ class T4dWriter {
   /// valid as long as the writer.
   model::Sink& body(std::size_t index);
 
-  /// A line if rounding to float32 has made cells flat or turned them over; empty otherwise.
+  /// A line if rounding has made cells flat or turned them over; empty otherwise.
   std::vector<std::string> losses() const;
 
   /// Writes the end of the file and moves it to its path. Fails if a body has no slab. Returns the

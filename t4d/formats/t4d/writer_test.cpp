@@ -219,8 +219,12 @@ model::Mesh sweptTorus() {
 TEST(T4dWriter, WritesSweepsThatComeBackBitForBitAndStayClosed) {
   model::Mesh mesh = sweptTorus();
   ASSERT_GT(mesh.slabCount(), 5u);
-  const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
+  const std::vector<Slab> posed(mesh.slabs().begin(), mesh.slabs().end());
+  std::vector<Slab> stored = posed;
+  for (Slab& slab : stored) slab.upperPose = nullptr;
   for (const T4dWriteOptions& options : kAllOptions) {
+    // A pose in float32 is rounded twice; see below.
+    const std::vector<Slab>& slabs = options.float32 ? stored : posed;
     expectComesBack({slabs, slabs}, options);
     auto reader = T4dReader::open(writeT4d("sweep.t4d", {slabs}, options));
     ASSERT_TRUE(reader) << reader.error().text();
@@ -241,7 +245,7 @@ TEST(T4dWriter, StoresSharedConnectivityAndLayersOnceAndMeansNotAtAll) {
   std::uint64_t smallest = bytes.size();
   for (const ChunkHeader& chunk : listChunks(bytes)) {
     connectivities += chunk.name() == "CONN" ? 1 : 0;
-    layers += chunk.name() == "LAYR" ? 1 : 0;
+    layers += chunk.name() == "LAYR" || chunk.name() == "POSE" ? 1 : 0;
     if (chunk.name() == "SLAB") smallest = std::min(smallest, chunk.payloadBytes);
   }
   EXPECT_EQ(smallest, 56u + 2 * t4d_layout::kArrayHeaderBytes);  // two arrays without rows
@@ -425,6 +429,110 @@ TEST(T4dWriter, RefusesAttributesThatDifferAtALayerOrThatMeansDoNotInherit) {
               HasSubstr("order have to be the same"));
   EXPECT_THAT(nextWith([](Slab& s) { s.attributes[0].values[20] ^= std::byte{1}; }),
               HasSubstr("the attribute 'warmth' of a mean"));
+}
+
+/// The number of chunks of a type.
+std::size_t chunksOf(const std::string& type, const std::filesystem::path& path) {
+  return std::ranges::count(listChunks(fileContents(path)), type, &ChunkHeader::name);
+}
+
+TEST(T4dWriter, StoresTheLayersOfASweepAsPosesThatGiveTheSameBits) {
+  model::Mesh mesh = sweptTorus();
+  const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
+  for (const T4dWriteOptions& options : {T4dWriteOptions{}, T4dWriteOptions{.step = 0.25}}) {
+    const auto path = writeT4d("poses.t4d", {slabs}, options);
+    EXPECT_EQ(chunksOf("LAYR", path), 1U);
+    EXPECT_EQ(chunksOf("POSE", path), slabs.size() - 2);
+    const auto reader = T4dReader::open(path, T4dOpen::Checked);
+    ASSERT_TRUE(reader) << reader.error().text();
+    std::vector<Slab> read;
+    for (std::size_t i = 1; i + 1 < slabs.size(); ++i) {
+      read.push_back(**reader->body(0).slab(i));
+      EXPECT_TRUE(same(read.back(), slabs[i])) << i;
+    }
+    // What has been read is as small when it is written again, with the last layer of another slab.
+    EXPECT_EQ(chunksOf("LAYR", writeT4d("again.t4d", {read}, options)), 2U);
+  }
+  const auto single = writeT4d("single.t4d", {slabs}, {.float32 = true});
+  EXPECT_EQ(chunksOf("LAYR", single), 1U);
+  ASSERT_TRUE(checkT4dFile(single));
+  const auto reader = T4dReader::open(single);
+  std::vector<Slab> read;
+  for (std::size_t i = 0; i < slabs.size(); ++i) {
+    read.push_back(**reader->body(0).slab(i));
+    for (std::size_t v = 0; v < slabs[i].lowerLayer().size(); ++v) {
+      const model::Point3 vertex = read[i].vertices[v].head<3>();
+      EXPECT_EQ(vertex, vertex.cast<float>().cast<double>());
+      EXPECT_LT((vertex - slabs[i].vertices[v].head<3>()).norm(), 1e-6);
+    }
+  }
+  // Numbers of float32 are stored as such, also where others are asked for.
+  const auto same64 = writeT4d("same.t4d", {read});
+  EXPECT_EQ(chunksOf("LAYR", same64), 1U);
+  const auto again = T4dReader::open(same64);
+  for (std::size_t i = 0; i < read.size(); ++i)
+    EXPECT_TRUE(same(**again->body(0).slab(i), read[i]));
+}
+
+TEST(T4dWriter, DoesNotTrustAPose) {
+  const Slab exact = slabOfAll();
+  const auto reference = [&] {
+    std::vector<model::Point3> points;
+    for (const Point4& vertex : exact.upperLayer()) points.push_back(vertex.head<3>());
+    return points;
+  };
+  const auto written = [&](std::vector<model::Point3> points, const model::Affine3x4& pose) {
+    Slab slab = exact;
+    slab.upperPose = std::make_shared<const model::LayerPose>(model::LayerPose{
+        std::make_shared<const std::vector<model::Point3>>(std::move(points)), pose, false});
+    const auto path = writeT4d("hint.t4d", {{slab}});
+    const auto reader = T4dReader::open(path, T4dOpen::Checked);
+    EXPECT_TRUE(same(**reader->body(0).slab(0), exact));
+    return chunksOf("POSE", path);
+  };
+  model::Affine3x4 moved = model::Affine3x4::Identity();
+  EXPECT_EQ(written(reference(), moved), 0U);  // the layer is the reference
+  moved(1, 3) = 1e-9;
+  EXPECT_EQ(written(reference(), moved), 0U);
+  std::vector<model::Point3> other = reference();
+  other[1][2] = std::nextafter(other[1][2], 0);
+  EXPECT_EQ(written(other, model::Affine3x4::Identity()), 0U);
+  other.pop_back();
+  EXPECT_EQ(written(other, model::Affine3x4::Identity()), 0U);
+  for (model::Point3& point : other = reference()) point *= 0.5;
+  moved = model::Affine3x4::Identity() * 2;
+  EXPECT_EQ(written(other, moved), 1U);
+}
+
+TEST(T4dWriter, RoundsToTheGrid) {
+  for (const Point4& at : {Point4(0, 0, 0, 0), Point4(5e6, -7e12, 3, 0)}) {
+    constexpr double kStep = 0.001;
+    Slab slab = slabOfAll();
+    for (Point4& vertex : slab.vertices) vertex += at;
+    model::setMeans(*slab.connectivity, slab.vertices);
+    const auto path = writeT4d("grid.t4d", {{slab, after(slab)}}, {.step = kStep});
+    ASSERT_TRUE(checkT4dFile(path));
+    const auto reader = T4dReader::open(path);
+    std::vector<Slab> read;
+    for (std::size_t i = 0; i < 2; ++i) read.push_back(**reader->body(0).slab(i));
+    for (std::size_t v = 0; v < slab.vertices.size(); ++v) {
+      const Point4 off = read[0].vertices[v] - slab.vertices[v];
+      EXPECT_LE(off.cwiseAbs().maxCoeff(), kStep / 2 * (1 + 1e-6) + 1e-3 * (at[1] < -1e12));
+      EXPECT_EQ(off[3], 0);
+    }
+    // What is on the grid stays there.
+    const auto again = T4dReader::open(writeT4d("again.t4d", {read}, {.step = kStep}));
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_TRUE(same(**again->body(0).slab(i), read[i]));
+    }
+  }
+  Slab far = slabOfAll();
+  far.vertices[1][0] = 1e7;
+  model::setMeans(*far.connectivity, far.vertices);
+  EXPECT_THAT(refusal({far}, {.step = 1e-3}), HasSubstr("use a larger step"));
+  const auto path = temporaryPath("refused.t4d");
+  EXPECT_FALSE(T4dWriter::create(path, metadataOf({"b"}), {.step = 0}));
+  EXPECT_FALSE(T4dWriter::create(path, metadataOf({"b"}), {.float32 = true, .step = 1}));
 }
 
 TEST(T4dWriter, RefusesBodiesThatAreNotWellNamedAndBodiesWithoutSlabs) {

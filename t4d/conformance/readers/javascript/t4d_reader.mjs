@@ -141,7 +141,7 @@ function readFooter(file) {
 }
 
 /** What fields break that end too early. */
-const endRules = { HEAD: 'M3', CONN: 'N11', LAYR: 'L4', SLAB: 'S9', DONE: 'D4', INDX: 'I8' };
+const endRules = { HEAD: 'M3', CONN: 'N11', LAYR: 'L4', POSE: 'K4', SLAB: 'S9', DONE: 'D4', INDX: 'I8' };
 
 /**
  * The chunk at this offset, whole and with right checksums; `headerText` is its header without the
@@ -170,7 +170,7 @@ function readChunk(file, at) {
 
 // HEAD -------------------------------------------------------------------------------------------
 
-const knownFeatures = ['zstd', 'means'];
+const knownFeatures = ['zstd', 'means', 'pose', 'grid'];
 
 /** HEAD from these bytes, at this offset. */
 /** Whether the value is a name as the page has it. */
@@ -248,7 +248,16 @@ function readHead(bytes, at) {
   const details = member('details');
   check(details === undefined || (isObject(details) && !Array.isArray(details)), at, 'M10',
     'type of details');
-  return { bytes, features, bodies };
+  return { bytes, features, bodies, grid: gridOf(member('grid'), features.includes('grid'), at) };
+}
+
+/** { origin, step } if the file uses it. */
+function gridOf(grid, isUsed, at) {
+  if (grid === undefined && !isUsed) return undefined;
+  const { origin, step } = grid ?? {};
+  check(Array.isArray(origin) && origin.length === 3 && [...origin, step].every(Number.isFinite)
+    && step > 0, at, 'M10', 'origin or step of the grid');
+  return isUsed ? { origin, step } : undefined;
 }
 
 // Arrays -----------------------------------------------------------------------------------------
@@ -443,33 +452,56 @@ function rangesOf(vertices, { numVertices, numLower, numUpper, numMeans, sources
   return range;
 }
 
-function readLayr({ at, fields: { time, positions, attributes: records } }, features) {
-  const points = rowsOf(positions, at, features).map((position) => [...position, time]);
-  const attributes = readAttributes(records, at, features);
-  checkAttributes(attributes, points.length, 0, at);
-  return { kind: 'LAYR', time, points, attributes };
+/** The rows of an array of positions, as coordinates. */
+function positionsOf(record, at, { features, grid }, rule) {
+  const rows = rowsOf(record, at, features);
+  if (record.scalarType !== T4d.ScalarType.S32) return rows;
+  check(grid, at, rule, 'HEAD does not name the feature grid');
+  return rows.map((row) => row.map((k, axis) => grid.origin[axis] + grid.step * k));
 }
 
-const readPart = (chunk, features) =>
-  ({ CONN: readConn, LAYR: readLayr })[chunk.type]?.(chunk, features);
+function readLayr({ at, fields: { time, positions, attributes: records } }, head) {
+  const { features } = head;
+  const points = positionsOf(positions, at, head, 'L2').map((position) => [...position, time]);
+  const attributes = readAttributes(records, at, features);
+  checkAttributes(attributes, points.length, 0, at);
+  const isFloat32 = positions.scalarType === T4d.ScalarType.F32;
+  return { kind: 'LAYR', time, points, attributes, isFloat32 };
+}
+
+function readPose({ at, fields: { time, ofsLayer, matrix } }, { features }, part) {
+  check(features.includes('pose'), at, 'K5', 'HEAD does not name the feature pose');
+  const layer = ofsLayer >= 24 && ofsLayer < at ? part(ofsLayer) : undefined;
+  check(layer?.kind === 'LAYR', at, 'K2', `no LAYR at ${ofsLayer}, before the pose`);
+  const rounded = layer.isFloat32 ? Math.fround : (value) => value;
+  const points = layer.points.map(([x, y, z]) => [...[0, 4, 8].map((i) =>
+    rounded(((matrix[i] * x + matrix[i + 1] * y) + matrix[i + 2] * z) + matrix[i + 3])), time]);
+  return { kind: 'POSE', time, points, attributes: layer.attributes, ofsLayer };
+}
+
+const readPart = (chunk, head, part) => ({
+  CONN: () => readConn(chunk, head.features),
+  LAYR: () => readLayr(chunk, head),
+  POSE: () => readPose(chunk, head, part),
+})[chunk.type]?.();
 
 /** A slab, put together; part(offset) is a part, or undefined. `record` is what INDX says of it. */
 function readSlab({ at, fields }, head, part) {
   const { timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper, body } = fields;
   check(body < head.bodies.length, at, 'S4', `body ${body}`);
   const times = numbersOf(fields.times, at, head.features);
-  const interior = rowsOf(fields.positions, at, head.features)
+  const interior = positionsOf(fields.positions, at, head, 'S5')
     .map((position, i) => [...position, times[i]]);
   const own = readAttributes(fields.attributes, at, head.features);
-  const find = (offset, kind, rule) => {
+  const find = (offset, kinds, rule) => {
     const found = offset >= 24 && offset < at ? part(offset) : undefined;
-    check(found?.kind === kind, at, rule, `no ${kind} at ${offset}, before the slab`);
+    check(kinds.includes(found?.kind), at, rule, `no ${kinds} at ${offset}, before the slab`);
     return found;
   };
-  const conn = find(ofsConnectivity, 'CONN', 'S2');
+  const conn = find(ofsConnectivity, ['CONN'], 'S2');
   const layer = (offset, rows, time) => {
     const { points, time: found, attributes } =
-      offset === 0 ? { points: [], time, attributes: [] } : find(offset, 'LAYR', 'S3');
+      offset === 0 ? { points: [], time, attributes: [] } : find(offset, ['LAYR', 'POSE'], 'S3');
     check(points.length === rows, at, 'P1', `layer of ${points.length} vertices, not ${rows}`);
     check(found === time, at, 'P3', `layer at ${found}, not ${time}`);
     return { points, attributes };
@@ -688,9 +720,11 @@ async function readAll(file, use) {
       bodies = head.bodies.map(() => ({
         slabs: [], results: [], vertices: 0, bounds: noBounds(3),
       }));
-    } else if (chunk.type === 'CONN' || chunk.type === 'LAYR') {
-      parts.set(at, readPart(chunk, head.features));
+    } else if (['CONN', 'LAYR', 'POSE'].includes(chunk.type)) {
+      const made = readPart(chunk, head, (offset) => parts.get(offset));
+      parts.set(at, made);
       unused.add(at);
+      unused.delete(made.ofsLayer);
     } else if (chunk.type === 'SLAB') {
       const slab = readSlab(chunk, head, (offset) => parts.get(offset));
       const { record, conn } = slab;
@@ -757,7 +791,7 @@ async function readSlabsAt(file, time) {
   const parts = new Map();
   const part = (offset) => {
     if (indx.headers.has(offset) && !parts.has(offset)) {
-      parts.set(offset, readPart(chunkAt(offset), head.features));
+      parts.set(offset, readPart(chunkAt(offset), head, part));
     }
     return parts.get(offset);
   };

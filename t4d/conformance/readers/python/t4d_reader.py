@@ -59,7 +59,8 @@ def padded(length):
 
 SIGNATURE = b"\x89T4D\r\n\x1a\n"
 # The types of chunks, each with the rule that says where its fields end.
-TYPES = {b"HEAD": "M3", b"CONN": "N11", b"LAYR": "L4", b"SLAB": "S9", b"DONE": "D4", b"INDX": "I8"}
+TYPES = {b"HEAD": "M3", b"CONN": "N11", b"LAYR": "L4", b"POSE": "K4", b"SLAB": "S9", b"DONE": "D4",
+         b"INDX": "I8"}
 FOOTER_SIZE = 40
 
 
@@ -174,7 +175,7 @@ def read_ends(file):
 
 # Letters of the module struct.
 SCALARS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i", 7: "Q", 8: "q", 9: "f", 10: "d"}
-U8, U32, U64, F32, F64 = 1, 5, 7, 9, 10
+U8, U32, S32, U64, F32, F64 = 1, 5, 6, 7, 9, 10
 BLOCK_ROWS = 65536
 
 
@@ -323,7 +324,7 @@ def is_name(text):
 
 
 class Head:
-    FEATURES = {"zstd", "means"}
+    FEATURES = {"zstd", "means", "pose", "grid"}
     OPTIONAL = {"generator": str, "backend": str, "length_unit": str, "time_unit": str, "up": str,
                 "details": dict}
 
@@ -362,6 +363,18 @@ class Head:
         for member, kind in self.OPTIONAL.items():
             check(isinstance(head.get(member, kind()), kind), at, "M10", f"type of {member}")
         check(head.get("up", "y") in ("y", "z"), at, "M10", "up is neither y nor z")
+        self.grid = self.grid_of(head, at)
+
+    def grid_of(self, head, at):
+        """((x, y, z) of the origin, step), or None"""
+        grid = head.get("grid", None if "grid" in self.features else {"origin": [0] * 3, "step": 1})
+        check(isinstance(grid, dict), at, "M10", "grid is no object")
+        origin, step = grid.get("origin"), grid.get("step")
+        numbers = [*origin, step] if isinstance(origin, list) else []
+        check(len(numbers) == 4 and all(isinstance(each, float | int) and not isinstance(each, bool)
+                                        and isfinite(each) for each in numbers) and step > 0,
+              at, "M10", "origin or step of the grid")
+        return (origin, step) if "grid" in self.features else None
 
     def check_members(self, bodies, at):
         for each in bodies:
@@ -444,20 +457,56 @@ class Conn:
 
 
 class Layr:
-    def __init__(self, chunk, features):
-        at = chunk.place()
+    def __init__(self, chunk, head):
+        at, features = chunk.place(), head.features
         self.time, = chunk.unpack("d")
         attributes, = chunk.unpack("I")
         check(isfinite(self.time), at, "L1", f"time {self.time}")
         chunk.zeros(4, "L6")
-        positions = Array(chunk, features, "L2", (F32, F64), 3)
+        positions = Array(chunk, features, "L2", position_types(head), 3)
         check(positions.rows > 0, positions.at + 8, "L3", "no rows")
         self.attributes = [Attribute(chunk, features) for _ in range(attributes)]
         for each in self.attributes:
             check(each.domain == 1, each.at, "L5", "an attribute of cells")
         check_attributes(self.attributes, positions.rows, 0)
         chunk.end()
-        self.points = points(positions, repeat(self.time))
+        self.is_float32 = positions.type == F32
+        self.points = points(positions, repeat(self.time), head)
+
+
+class Pose:
+    """Like the Layr that it moves, at its own time. part(offset) is a Conn, a Layr, a Pose or None."""
+
+    def __init__(self, chunk, head, part):
+        at = chunk.place()
+        self.time, layer_at = chunk.unpack("dQ")
+        matrix = chunk.unpack("12d")
+        chunk.end()
+        check("pose" in head.features, at, "K5", "HEAD does not name pose")
+        check(isfinite(self.time), at, "K1", f"time {self.time}")
+        check(all(map(isfinite, matrix)), at + 16, "K3", f"matrix {matrix}")
+        layer = part(layer_at) if layer_at < chunk.at else None
+        check(isinstance(layer, Layr), at + 8, "K2", f"no LAYR at {layer_at} before it")
+        self.layer_at, self.attributes = layer_at, layer.attributes
+        rows = matrix[:4], matrix[4:8], matrix[8:]
+        self.points = []
+        for x, y, z, _ in layer.points:
+            point = [((a * x + b * y) + c * z) + d for a, b, c, d in rows]
+            if layer.is_float32 and all(map(isfinite, point)):
+                point = map(float32, point)
+            self.points.append((*point, self.time))
+
+
+def float32(number):
+    """The number rounded to binary32; infinite where that is, which Python's module refuses."""
+    try:
+        return struct.unpack("<f", struct.pack("<f", number))[0]
+    except OverflowError:
+        return inf
+
+
+def position_types(head):
+    return (S32, F32, F64) if head.grid else (F32, F64)
 
 
 def rows_of(record):
@@ -465,8 +514,12 @@ def rows_of(record):
     return list(zip(*[number] * record.components))
 
 
-def points(positions, times):
-    return [(*position, time) for position, time in zip(rows_of(positions), times)]
+def points(positions, times, head):
+    rows = rows_of(positions)
+    if positions.type == S32:
+        (x, y, z), step = head.grid
+        rows = [(x + step * i, y + step * j, z + step * k) for i, j, k in rows]
+    return [(*position, time) for position, time in zip(rows, times)]
 
 
 class Record(NamedTuple):
@@ -487,7 +540,7 @@ class Slab:
     """`vertices` is a list of (x, y, z, t)."""
 
     def __init__(self, chunk, head, part):
-        """part(offset) is a Conn, a Layr or None."""
+        """part(offset) is a Conn, a Layr, a Pose or None."""
         self.at = at = chunk.place()
         fields = chunk.unpack("ddQQQI")
         self.begin, self.end, conn_at, lower_at, upper_at, self.body = fields
@@ -497,14 +550,14 @@ class Slab:
         check(self.body < len(head.bodies), at + 40, "S4", f"body {self.body}")
         chunk.zeros(4, "S11")
         bounds = chunk.unpack(f"{8 * blocks}d")
-        positions = Array(chunk, head.features, "S5", (F32, F64), 3)
+        positions = Array(chunk, head.features, "S5", position_types(head), 3)
         times = Array(chunk, head.features, "S6", (F64,), 1)
         check(times.rows == positions.rows, times.at + 8, "S6", f"{times.rows} interior times")
         own = [Attribute(chunk, head.features) for _ in range(attributes)]
         chunk.end()
         self.conn = conn = part(conn_at) if conn_at < at else None
         check(isinstance(conn, Conn), at + 16, "S2", f"no CONN at {conn_at} before it")
-        interior = points(positions, times.numbers())
+        interior = points(positions, times.numbers(), head)
         check(len(interior) == conn.first_mean - conn.lower, positions.at, "P1",
               f"{len(interior)} interior vertices")
         lower, of_lower = self.layer(part, lower_at, conn.lower, self.begin, at + 24)
@@ -538,7 +591,7 @@ class Slab:
 
     def layer(self, part, offset, rows, time, at):
         layer = part(offset) if 0 < offset < self.at else None
-        check(offset == 0 or isinstance(layer, Layr), at, "S3", f"no LAYR at {offset}")
+        check(offset == 0 or isinstance(layer, Layr | Pose), at, "S3", f"no layer at {offset}")
         found = layer.points if layer else []
         check(len(found) == rows, at, "P1", f"layer of {len(found)} vertices, not {rows}")
         check(layer is None or layer.time == time, at, "P3", f"layer not at {time}")
@@ -662,7 +715,8 @@ def check_record(said, found, at):
 
 # Whole files --------------------------------------------------------------------------------------
 
-PARTS = {b"CONN": Conn, b"LAYR": Layr}
+PARTS = {b"CONN": lambda chunk, head, part: Conn(chunk, head.features),
+         b"LAYR": lambda chunk, head, part: Layr(chunk, head), b"POSE": Pose}
 
 
 class Body:
@@ -694,7 +748,7 @@ def read_all(file, use):
             head = Head(chunk.front, at + 32)
             bodies = [Body() for _ in head.bodies]
         elif chunk.type in PARTS:
-            parts[at] = PARTS[chunk.type](chunk, head.features)
+            parts[at] = PARTS[chunk.type](chunk, head, parts.get)
         elif chunk.type == b"SLAB":
             slab = Slab(chunk, head, parts.get)
             records.append(slab.record)
@@ -702,6 +756,7 @@ def read_all(file, use):
         chunks[at] = chunk.header[:28]
         at += chunk.size
     named = {offset for each in records for offset in (each.conn, each.lower, each.upper)}
+    named.update(each.layer_at for each in parts.values() if isinstance(each, Pose))
     for offset in parts:
         check(offset in named, offset, "O6", "no slab names this part")
     if has_index:
@@ -738,7 +793,7 @@ def read_slabs_at(file, time):
     def part(offset):
         if offset in indx.chunks and offset not in parts:
             chunk = chunk_at(offset)
-            parts[offset] = chunk.type in PARTS and PARTS[chunk.type](chunk, indx.head.features)
+            parts[offset] = chunk.type in PARTS and PARTS[chunk.type](chunk, indx.head, part)
         return parts.get(offset)
 
     for records in indx.bodies:
