@@ -270,7 +270,7 @@ class T4dSalvage::File {
     }
     for (std::uint64_t* layer : {&parts.lower, &parts.upper}) {
       if (*layer != 0 && !locate(*layer)) {
-        return invalid(fmt::format("its LAYR at byte {} is missing or damaged", *layer));
+        return invalid(fmt::format("its layer at byte {} is missing or damaged", *layer));
       }
     }
     const auto found = bodies_.find(parts.body);

@@ -27,7 +27,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) c
 }
 
 Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t index) const {
-  if (partsAt_ == PartsAt::Record) return std::shared_ptr<const model::SlabBlocks>();
+  if (placeOf_) return std::shared_ptr<const model::SlabBlocks>();
   if (file_->remote()) plan(index);
   auto slab = withinMemory(file_->path(),
                            [&] { return FileSlab::open(*file_, records_[index], features_); });
