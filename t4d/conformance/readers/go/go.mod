@@ -1,0 +1,3 @@
+module t4d_reader
+
+go 1.19
