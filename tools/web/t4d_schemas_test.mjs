@@ -65,7 +65,8 @@ const accepted = {
   'of the specification': headOf(exampleOfSpec()),
   'the least': least,
   'no features': { ...least, features: [] },
-  'all features': { ...least, features: ['zstd', 'means'] },
+  'all features': { ...least, features: ['zstd', 'means', 'pose', 'grid'],
+    grid: { origin: [0, 0.5, -1], step: 1e-3 } },
   'a name of 255 bytes': { ...least, bodies: [{ name: '\u00e4'.repeat(127) + 'x' }] },
   'every member': { ...least, generator: 'g 1', backend: 'by hand', length_unit: 'in',
     time_unit: 'min', up: 'z', details: { a: [1, { b: null }] } },
@@ -105,6 +106,8 @@ const refused = {
   'M10 up no string': { ...least, up: 2 },
   'M10 up another axis': { ...least, up: 'x' },
   'M10 details': { ...least, details: [] },
+  'M10 no grid': { ...least, features: ['means', 'grid'] },
+  'M10 a grid of step 0': { ...least, grid: { origin: [0, 0, 0], step: 0 } },
 };
 for (const [name, value] of Object.entries(refused)) {
   test(`HEAD refused: ${name}`, () => {
@@ -118,7 +121,7 @@ const slab = { begin: '0x0p+0', end: '1', vertices: '5', lower: '0', upper: '0',
 const body = { name: 'simplex', vertices: '5', cells: '5', begin: '0', end: '1',
   min: ['0', '-0x0p+0', '0.0'], max: ['1', '1', '0x1.8p-1'], hypervolume: '0x1.5555555555555p-5',
   slabs: [slab] };
-const attribute = { domain: 'cell', name: 'kind', type: '1', components: '1', checksum: '00c0ffEE' };
+const attribute = { domain: 'cell', name: 'kind', type: '1', components: '1', checksum: '00c0ffee' };
 const answer = (inBody = {}, inSlab = {}) =>
   ({ version: '1.0', features: [], bodies: [{ ...body, slabs: [{ ...slab, ...inSlab }], ...inBody }] });
 const piece = { name: 'simplex', points: '4', triangles: '4', volume: '0x1.5555555555555p-6',
@@ -151,6 +154,7 @@ test('answers of readers that are not', () => {
   assert.ok(!describe.accepts(answer({ min: ['0', '0'] })));
   assert.ok(!describe.accepts(answer({}, { min: ['0', '0', '0'] })));
   assert.ok(!describe.accepts(answer({}, { attributes: [{ ...attribute, checksum: 'c0ffee' }] })));
+  assert.ok(!describe.accepts(answer({}, { attributes: [{ ...attribute, checksum: '00C0FFEE' }] })));
   assert.ok(!describe.accepts(answer({}, { attributes: [{ ...attribute, type: '11' }] })));
   assert.ok(!describe.accepts(answer({}, { attributes: [{ ...attribute, components: '256' }] })));
   assert.ok(!describe.accepts({ ...answer(), version: '2.0' }));
