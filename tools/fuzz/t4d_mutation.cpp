@@ -283,14 +283,17 @@ std::string putTogether(LooseFile file, const Repairs& repairs) {
     at = formats::frontOf(chunk.type, payloadOf(chunk), at).header.end();
   }
   if (repairs.parts) {
-    for (LooseChunk& chunk : file.chunks) {
+    for (std::size_t i = 0; i < file.chunks.size(); ++i) {
+      LooseChunk& chunk = file.chunks[i];
       const bool isPose = chunk.type == kPose;
       const std::size_t first = isPose ? kPoseLayer : kSlabConnectivity;
       const std::size_t parts = isPose ? 1 : chunk.type == kSlab ? kSlabParts : 0;
       for (std::size_t part = 0; part < parts; ++part) {
         const std::size_t field = first + 8 * part;
-        const auto found = moved.find(numberAt<std::uint64_t>(chunk.fields, field));
-        if (found != moved.end()) setNumber(chunk.fields, field, found->second);
+        const auto distance = numberAt<std::uint64_t>(chunk.fields, field);
+        const auto found = moved.find(chunk.offset - distance);
+        if (distance == 0 || found == moved.end()) continue;
+        setNumber(chunk.fields, field, offsets[i] - found->second);
       }
     }
   }

@@ -388,7 +388,7 @@ std::vector<Image::Laid> Image::layOut() const {
     const Chunk& chunk = chunks_[i];
     Record fields = chunk.payload;
     for (const auto& [field, name] : chunk.offsets) {
-      fields.overwrite(field, bytesOf(offsets[position(name)]));
+      fields.overwrite(field, bytesOf(offsets[i] - offsets[position(name)]));
     }
     if (chunk.sum == Chunk::Sum::Done) fields = donePayload(i, summaries);
     if (chunk.sum == Chunk::Sum::Index) fields = indexPayload(slabs, headers);

@@ -55,8 +55,9 @@ class Image {
     std::string type;
     Record payload;
     std::uint32_t flags = 1;
-    std::map<std::string, std::string> offsets;  ///< fields that hold the offset of a named chunk
-    std::optional<std::uint32_t> slabOf;         ///< the body, if the chunk is a slab
+    std::map<std::string, std::string>
+        offsets;                          ///< fields that hold how far a named chunk is before
+    std::optional<std::uint32_t> slabOf;  ///< the body, if the chunk is a slab
     Sum sum = Sum::None;
     formats::SlabExtent extent = {};  ///< what INDX says of a slab
   };

@@ -312,23 +312,28 @@ void addPoseFaults(InvalidCases& cases) {
           value);
     }
   }
-  const auto layer = [&](const std::string& name, const std::string& fault, std::uint64_t offset) {
-    set("K2-" + name, "layer is " + fault + ".", "layer", offset);
+  const auto layer = [&](const std::string& name, const std::string& fault,
+                         std::uint64_t distance) {
+    set("K2-" + name, "layer is " + fault + ".", "layer", distance);
   };
   const auto offsetOf = [&](const std::string& place) { return base.image.offset(place); };
+  const auto to = [&](const std::string& place) {
+    return offsetOf("POSE 1/header") - offsetOf(place);
+  };
   layer("zero", "0", 0);
-  layer("of-head", "the offset of HEAD", 24);
-  layer("of-connectivity", "the offset of a CONN", offsetOf("CONN 0/header"));
-  layer("of-slab", "the offset of a SLAB", offsetOf("SLAB 0/header"));
-  layer("of-pose", "the offset of another POSE", offsetOf("POSE 0/header"));
-  layer("of-itself", "the offset of the POSE", offsetOf("POSE 1/header"));
-  layer("of-payload", "the offset of the payload of a LAYR", offsetOf("LAYR 1"));
-  layer("of-done", "the offset of DONE", offsetOf("DONE/header"));
-  layer("2-to-the-32-more", "2^32 more than the offset of a LAYR",
-        offsetOf("LAYR 1/header") + (std::uint64_t{1} << 32));
+  layer("of-the-file-header", "the distance to the file header", offsetOf("POSE 1/header"));
+  layer("of-head", "the distance to HEAD", to("HEAD/header"));
+  layer("of-connectivity", "the distance to a CONN", to("CONN 0/header"));
+  layer("of-slab", "the distance to a SLAB", to("SLAB 0/header"));
+  layer("of-pose", "the distance to another POSE", to("POSE 0/header"));
+  layer("of-payload", "the distance to the payload of a LAYR", to("LAYR 1"));
+  layer("of-done", "the distance to DONE, which comes after it, modulo 2^64", to("DONE/header"));
+  layer("offset", "the offset of a LAYR in the file", offsetOf("LAYR 1/header"));
+  layer("2-to-the-32-more", "2^32 more than the distance to a LAYR",
+        to("LAYR 1/header") + (std::uint64_t{1} << 32));
   layer("2-to-the-64-less-8", "2^64 - 8", kLargest - 7);
   cases.add(
-      "K2-layer-after", "layer is the offset of a LAYR after the POSE.", base,
+      "K2-layer-after", "layer is the distance to a LAYR after the POSE, modulo 2^64.", base,
       [](Image& image) { image.move("LAYR 1", "SLAB 0"); }, "POSE 0/layer");
   cases.add(
       "K4-bytes-after", "Eight bytes follow the matrix.", base,
@@ -358,6 +363,38 @@ void addPoseFaults(InvalidCases& cases) {
         image.chunk("HEAD").payload = head;
       },
       "POSE 0");
+  // The last layer is a POSE, with 18 LAYRs before it.
+  const Solid solid = cornerTetrahedron();
+  std::vector<Pose> poses;
+  for (int i = 0; i < 19; ++i) poses.push_back(pose(solid, i, {0, 0, 0}));
+  const std::vector<Slab> still = sweep(solid, poses, {.capSlabs = false});
+  const auto posedAfter = [&](const std::string& layer) {
+    Image image(headJson({"pose"}, {"tetrahedron"}));
+    image.addConnectivity("first", *still.front().connectivity);
+    image.addConnectivity("step", *still[1].connectivity);
+    image.addConnectivity("last", *still.back().connectivity);
+    image.addLayer("LAYR 0", 0, still[0].lowerLayer());
+    for (std::size_t i = 0; i < still.size(); ++i) {
+      const bool isLast = i + 1 == still.size();
+      const std::string upper = isLast ? "POSE 0" : fmt::format("LAYR {}", i + 1);
+      if (isLast) {
+        image.addPose(upper, still[i].timeEnd, model::Affine3x4::Identity(), layer);
+      } else {
+        image.addLayer(upper, still[i].timeEnd, still[i].upperLayer());
+      }
+      image.addSlab(fmt::format("SLAB {}", i), 0, still[i],
+                    i == 0   ? "first"
+                    : isLast ? "last"
+                             : "step",
+                    fmt::format("LAYR {}", i), upper);
+    }
+    image.addEnd();
+    return image;
+  };
+  cases.add(
+      "K6-layer-far-back", "layer names the last LAYR but 16.",
+      {posedAfter("LAYR 2"), base.features}, [&](Image& image) { image = posedAfter("LAYR 1"); },
+      "POSE 0/layer");
   cases.add(
       "O6-pose-not-named", "No slab names a POSE.", base,
       [](Image& image) {
@@ -367,8 +404,8 @@ void addPoseFaults(InvalidCases& cases) {
       },
       "unused/header");
   cases.add(
-      "S2-connectivity-of-pose", "connectivity is the offset of a POSE.", base,
-      [&](Image& image) { image.set("SLAB 1/connectivity", offsetOf("POSE 0/header")); },
+      "S2-connectivity-of-pose", "connectivity is the distance to a POSE.", base,
+      [&](Image& image) { image.chunk("SLAB 1").offsets["connectivity"] = "POSE 0"; },
       "SLAB 1/connectivity");
   cases.add(
       "P1-posed-too-few", "The LAYR of a POSE has 3 rows, CONN says 4.", base,
@@ -410,61 +447,67 @@ void addSlabFaults(InvalidCases& cases) {
       std::nextafter(1.0, 2.0));
 
   const auto offsetIn = [](const Base& of, const char* place) { return of.image.offset(place); };
-  const std::uint64_t length = two.image.bytes().size();
   const auto part = [&](const std::string& rule, const std::string& field, const Base& of,
                         const std::string& slab, const std::string& name, const std::string& fault,
-                        std::uint64_t offset) {
+                        std::uint64_t distance) {
     set(fmt::format("{}-{}-{}", rule, field, name), field + " is " + fault + ".", of,
-        slab + "/" + field, offset);
+        slab + "/" + field, distance);
   };
   const auto connectivity = [&](const std::string& name, const std::string& fault,
-                                std::uint64_t offset) {
-    part("S2", "connectivity", two, "SLAB 1", name, fault, offset);
+                                std::uint64_t distance) {
+    part("S2", "connectivity", two, "SLAB 1", name, fault, distance);
   };
+  const std::uint64_t second = offsetIn(two, "SLAB 1/header");
+  const auto to = [&](const char* place) { return second - offsetIn(two, place); };
   connectivity("zero", "0", 0);
-  connectivity("of-head", "the offset of HEAD", 24);
-  connectivity("of-layer", "the offset of a LAYR", offsetIn(two, "LAYR 0/header"));
-  connectivity("of-slab", "the offset of a SLAB", offsetIn(two, "SLAB 0/header"));
-  connectivity("of-itself", "the offset of the slab", offsetIn(two, "SLAB 1/header"));
-  connectivity("of-payload", "the offset of the payload of a CONN", offsetIn(two, "CONN 1"));
-  connectivity("off-by-one", "one more than the offset of a CONN",
-               offsetIn(two, "CONN 1/header") + 1);
-  connectivity("of-done", "the offset of DONE", offsetIn(two, "DONE/header"));
-  connectivity("of-the-end", "the length of the file", length);
-  connectivity("2-to-the-32-more", "2^32 more than the offset of a CONN",
-               offsetIn(two, "CONN 1/header") + (std::uint64_t{1} << 32));
+  connectivity("of-the-file-header", "the distance to the file header", second);
+  connectivity("of-head", "the distance to HEAD", to("HEAD/header"));
+  connectivity("of-layer", "the distance to a LAYR", to("LAYR 0/header"));
+  connectivity("of-slab", "the distance to a SLAB", to("SLAB 0/header"));
+  connectivity("of-payload", "the distance to the payload of a CONN", to("CONN 1"));
+  connectivity("off-by-one", "one more than the distance to a CONN", to("CONN 1/header") + 1);
+  connectivity("of-done", "the distance to DONE, which comes after it, modulo 2^64",
+               to("DONE/header"));
+  connectivity("offset", "the offset of a CONN in the file", offsetIn(two, "CONN 1/header"));
+  connectivity("2-to-the-32-more", "2^32 more than the distance to a CONN",
+               to("CONN 1/header") + (std::uint64_t{1} << 32));
   connectivity("2-to-the-63", "2^63", std::uint64_t{1} << 63);
   connectivity("2-to-the-64-less-8", "2^64 - 8", kLargest - 7);
   part("S2", "connectivity", annotated, "SLAB 0", "of-optional-chunk",
-       "the offset of an optional chunk", offsetIn(annotated, "note/header"));
+       "the distance to an optional chunk",
+       offsetIn(annotated, "SLAB 0/header") - offsetIn(annotated, "note/header"));
   cases.add(
-      "S2-connectivity-after-slab", "connectivity is the offset of a CONN after the slab.", base,
+      "S2-connectivity-after-slab", "connectivity names a CONN after the slab, modulo 2^64.", base,
       [](Image& image) { image.move("CONN 0", "DONE"); }, "SLAB 0/connectivity");
 
   // `lower` of the second slab is `upper` of the first.
-  const auto layer = [&](const std::string& name, const std::string& fault, std::uint64_t offset) {
+  const std::uint64_t first = offsetIn(two, "SLAB 0/header");
+  const auto layer = [&](const std::string& name, const std::string& fault,
+                         std::uint64_t distance) {
     cases.add(
-        "S3-layer-" + name, "upper and then lower is " + fault + ".", two,
+        "S3-layer-" + name, "upper is " + fault + "; lower of the next slab names the same.", two,
         [&](Image& image) {
-          image.set("SLAB 0/upper", offset);
-          image.set("SLAB 1/lower", offset);
+          image.set("SLAB 0/upper", distance);
+          image.set("SLAB 1/lower", distance + (second - first));
         },
         "SLAB 0/upper");
   };
-  layer("of-head", "the offset of HEAD", 24);
-  layer("of-connectivity", "the offset of a CONN", offsetIn(two, "CONN 0/header"));
-  layer("of-the-slab", "the offset of the slab", offsetIn(two, "SLAB 0/header"));
-  layer("of-payload", "the offset of the payload of a LAYR", offsetIn(two, "LAYR 0"));
-  layer("off-by-one", "one less than the offset of a LAYR", offsetIn(two, "LAYR 0/header") - 1);
-  layer("of-done", "the offset of DONE", offsetIn(two, "DONE/header"));
-  layer("of-the-end", "the length of the file", length);
+  const auto toLayer = [&](const char* place) { return first - offsetIn(two, place); };
+  layer("of-the-file-header", "the distance to the file header", first);
+  layer("of-head", "the distance to HEAD", toLayer("HEAD/header"));
+  layer("of-connectivity", "the distance to a CONN", toLayer("CONN 0/header"));
+  layer("of-payload", "the distance to the payload of a LAYR", toLayer("LAYR 0"));
+  layer("off-by-one", "one more than the distance to a LAYR", toLayer("LAYR 0/header") + 1);
+  layer("of-done", "the distance to DONE, which comes after it, modulo 2^64",
+        toLayer("DONE/header"));
+  layer("offset", "the offset of a LAYR in the file", offsetIn(two, "LAYR 0/header"));
   layer("1", "1", 1);
-  layer("2-to-the-32-more", "2^32 more than the offset of a LAYR",
-        offsetIn(two, "LAYR 0/header") + (std::uint64_t{1} << 32));
+  layer("2-to-the-32-more", "2^32 more than the distance to a LAYR",
+        toLayer("LAYR 0/header") + (std::uint64_t{1} << 32));
   layer("2-to-the-63", "2^63", std::uint64_t{1} << 63);
   layer("2-to-the-64-less-24", "2^64 - 24", kLargest - 23);
   cases.add(
-      "S3-layer-after-slab", "upper is the offset of a LAYR after the slab.", two,
+      "S3-layer-after-slab", "upper names a LAYR after the slab, modulo 2^64.", two,
       [](Image& image) { image.move("LAYR 0", "CONN 1"); }, "SLAB 0/upper");
   part("S3", "lower", between(), "SLAB 0", "of-first-slab-2-to-the-64-less-1", "2^64 - 1",
        kLargest);
@@ -502,13 +545,36 @@ void addSlabFaults(InvalidCases& cases) {
   replace("S6-no-times", "Five interior positions have no times.", "interior times",
           arrayRecord(ScalarType::Float64, 1, "", Storage::Raw), "rows");
 
+  const auto another = [&](const std::string& name, const std::string& fault,
+                           const std::function<void(Image&)>& change) {
+    cases.add(
+        name, fault, two,
+        [&](Image& image) {
+          Image::Chunk copy = image.chunk("LAYR 0");
+          copy.name = "LAYR 1";
+          image.add(copy, "SLAB 1");
+          image.chunk("SLAB 1").offsets["lower"] = "LAYR 1";
+          change(image);
+        },
+        "SLAB 1/lower");
+  };
+  another("S7-layer-differs-by-a-bit", "lower is another LAYR, a bit of a coordinate differs.",
+          [](Image& image) { image.flip("LAYR 1/positions/stored", 8); });
+  another("S7-layer-stored-otherwise", "lower is another LAYR: the same vertices, compressed.",
+          [](Image& image) {
+            Record head;
+            head.putBytes("json", headJson({"zstd"}, {"cross"}));
+            image.chunk("HEAD").payload = head;
+            image.chunk("LAYR 1").payload =
+                layerRecord(0, crossPolytope()[0].upperLayer(), {}, {}, Storage::Library);
+          });
   cases.add(
-      "S7-other-layer", "lower is another LAYR with the same vertices.", two,
+      "S7-copy-of-pose", "lower is another POSE of the same LAYR.", withPoses(),
       [](Image& image) {
-        Image::Chunk copy = image.chunk("LAYR 0");
-        copy.name = "LAYR 1";
+        Image::Chunk copy = image.chunk("POSE 0");
+        copy.name = "copy";
         image.add(copy, "SLAB 1");
-        image.chunk("SLAB 1").offsets["lower"] = "LAYR 1";
+        image.chunk("SLAB 1").offsets["lower"] = "copy";
       },
       "SLAB 1/lower");
   const std::vector<Slab> cross = crossPolytope();
@@ -534,7 +600,11 @@ void addSlabFaults(InvalidCases& cases) {
         image.addEnd();
       },
       "SLAB 1/lower");
-  const Base bodies = baseOf({{"one", cross}, {"two", cross}});
+  std::vector<Slab> moved = cross;
+  for (Slab& slab : moved) {
+    for (Point4& vertex : slab.vertices) vertex.x() += 5;
+  }
+  const Base bodies = baseOf({{"one", cross}, {"two", moved}});
   cases.add(
       "S7-layer-of-other-body", "lower is the upper layer of another body's slab.", bodies,
       [](Image& image) { image.chunk("SLAB 3").offsets["lower"] = "LAYR 0"; }, "SLAB 3/lower");
@@ -570,6 +640,33 @@ void addSlabFaults(InvalidCases& cases) {
                            {"two", {simplex()[0], simplex(1, {0, 0, 0, 0.5})[0]}}});
       },
       "SLAB 3/begin");
+  // One of 17 CONNs, or layers, is not among the last 16.
+  std::vector<Slab> row;
+  for (int i = 0; i < 18; ++i) row.push_back(simplex(1, {0, 0, 0, double(i)})[0]);
+  for (Slab& slab : row) {
+    slab.connectivity = std::make_shared<Connectivity>(*slab.connectivity);
+  }
+  row.back().connectivity = row[1].connectivity;
+  const auto connectivityOf = [](Image image, const std::string& last) {
+    image.remove("CONN 17");
+    image.chunk("SLAB 17").offsets["connectivity"] = last;
+    return image;
+  };
+  Base manyParts = baseOf({{"simplex", row}});
+  const Image all = manyParts.image;
+  manyParts.image = connectivityOf(all, "CONN 1");
+  cases.add(
+      "S12-connectivity", "connectivity names the last CONN but 16.", manyParts,
+      [&](Image& image) { image = connectivityOf(all, "CONN 0"); }, "SLAB 17/connectivity");
+  std::vector<Pose> poses;
+  for (int i = 0; i < 17; ++i) poses.push_back(pose(cube(), i, {0, 0, 0}));
+  const Base rising = baseOf({{"cube", sweep(cube(), poses)}});
+  cases.add(
+      "S12-layer", "upper names the last LAYR but 16.", rising,
+      [](Image& image) {
+        for (int i = 1; i <= 16; ++i) image.move(fmt::format("LAYR {}", i), "SLAB 0");
+      },
+      "SLAB 0/upper");
   cases.add(
       "S9-bytes-after", "Eight bytes follow the last part of the payload.", base,
       [](Image& image) { image.chunk("SLAB 0").payload.putBytes("extra", zeros(8)); },

@@ -293,22 +293,24 @@ void addIndexFaults(InvalidCases& cases) {
   replace("I7-components-of-chunks", "The headers are single bytes.", base, "chunks", 1, 1, 7 * 28,
           same);
 
-  const auto offset = [&](const char* place) { return base.image.offset(place); };
+  const auto to = [&](const char* slab, const char* place) {
+    return base.image.offset(slab) - base.image.offset(place);
+  };
   set("I4-begin", "begin is another.", "times/stored", -2.0, 0);
   set("I4-begin-nan", "begin is NaN.", "times/stored", kNaN, 0);
   set("I4-end", "end is another.", "times/stored", 2.0, 24);
   set("I4-end-by-a-bit", "end is the next number.", "times/stored", std::nextafter(1.0, 2.0), 24);
   set("I4-end-infinity", "end is infinite.", "times/stored", kInfinity, 24);
-  set("I4-connectivity", "connectivity is another CONN.", "parts/stored", offset("CONN 0/header"),
-      24);
+  set("I4-connectivity", "connectivity is another CONN.", "parts/stored",
+      to("SLAB 1/header", "CONN 0/header"), 24);
   set("I4-connectivity-zero", "connectivity is 0.", "parts/stored", std::uint64_t{0}, 24);
-  set("I4-connectivity-of-payload", "connectivity is the offset of a payload.", "parts/stored",
-      offset("CONN 1"), 24);
+  set("I4-connectivity-of-payload", "connectivity names a payload.", "parts/stored",
+      to("SLAB 1/header", "CONN 1"), 24);
   set("I4-lower-zero", "lower is 0.", "parts/stored", std::uint64_t{0}, 24 + 8);
-  set("I4-lower-of-slab", "lower is the offset of a SLAB.", "parts/stored", offset("SLAB 0/header"),
-      24 + 8);
+  set("I4-lower-of-slab", "lower names a SLAB.", "parts/stored",
+      to("SLAB 1/header", "SLAB 0/header"), 24 + 8);
   set("I4-upper", "upper is a LAYR where the slab has none.", "parts/stored",
-      offset("LAYR 0/header"), 24 + 16);
+      to("SLAB 1/header", "LAYR 0/header"), 24 + 16);
   set("I4-upper-zero", "upper is 0.", "parts/stored", std::uint64_t{0}, 16);
   set("I4-upper-2-to-the-64-less-8", "upper is 2^64 - 8.", "parts/stored", kLargest - 7, 16);
   set("I4-body", "body is 1, of 1.", "bodies/stored", 1U);

@@ -118,11 +118,11 @@ Record layerRecord(double time, std::span<const model::Point4> vertices,
                    std::span<const model::Attribute> attributes,
                    const formats::ArrayOptions& positions, Storage storage);
 
-/// Fields: "time", "layer", "m00" to "m23". The offset is 0.
+/// Fields: "time", "layer", "m00" to "m23". The distance is 0.
 Record poseRecord(double time, const model::Affine3x4& pose);
 
 /// Fields as in the table of SPEC.md, then "interior positions/...", "interior times/...",
-/// "attribute 0/...". Offsets are 0.
+/// "attribute 0/...". Distances are 0.
 Record slabRecord(const model::TimeSpan& time, std::uint32_t body,
                   const std::vector<model::Bounds4>& bounds,
                   std::span<const model::Point4> interior,

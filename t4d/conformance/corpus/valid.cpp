@@ -883,6 +883,53 @@ void addContainer(AcceptedCases& cases) {
       .slicedAt({0.25})
       .encloses(4.0 / 3, [](double t) { return 8.0 / 3 * cubed(1 - std::abs(t)); });
 
+  // What two files have that were joined: each its own parts, and the layer between them.
+  Image joined = Image::of({{"cross", cross}});
+  Image::Chunk again = joined.chunk("LAYR 0");
+  again.name = "LAYR 1";
+  joined.add(again, "SLAB 1");
+  joined.chunk("SLAB 1").offsets["lower"] = "LAYR 1";
+  cases.add("layer-stored-again", "lower names a copy of the LAYR that upper before it names.")
+      .of(joined, {{"cross", cross}})
+      .slicedAt({-0.5, 0, 0.25})
+      .encloses(2.0 / 3, [](double t) { return 4.0 / 3 * cubed(1 - std::abs(t)); });
+  Image spare = Image::of({{"cube", moving}});
+  Image::Chunk connectivity = spare.chunk("CONN 1");
+  connectivity.name = "CONN 3";
+  spare.add(connectivity, "SLAB 2");
+  spare.chunk("SLAB 2").offsets["connectivity"] = "CONN 3";
+  cases.add("connectivity-stored-again", "A CONN is stored again for later slabs.")
+      .of(spare, {{"cube", moving}})
+      .slicedAt({0.5, 1.5})
+      .encloses(3, [](double) { return 1; });
+
+  // Layers far before the slab that names them as the upper of the slab before.
+  const std::vector<BodySlabs> apart = {{"cross", cross}, {"cube", rise(cube(), 40)}};
+  Image late = Image::of(apart);
+  late.move("SLAB 2", "DONE");
+  cases.add("lower-layer-far-back", "lower is 41 LAYRs back, and upper of the slab before.")
+      .of(late, apart)
+      .slicedAt({-0.5, 0.25})
+      .encloses(2.0 / 3 + 40, [](double t) {
+        return (std::abs(t) < 1 ? 4.0 / 3 * cubed(1 - std::abs(t)) : 0) + (t >= 0 ? 1 : 0);
+      });
+
+  Image padded = Image::of({{"cross", cross}});
+  for (const auto& [before, bytes] :
+       {std::pair<const char*, std::size_t>{"CONN 0", 4000}, {"SLAB 1", 0}, {"DONE", 8}}) {
+    Image::Chunk chunk;
+    chunk.name = fmt::format("PADD {}", bytes);
+    chunk.type = "PADD";
+    chunk.flags = 0;
+    chunk.payload.putBytes("zeros", std::string(bytes, '\0'));
+    padded.add(chunk, before);
+  }
+  cases.add("padding", "PADD chunks, one without a byte.")
+      .of(padded, {{"cross", cross}})
+      .shows({"optional-chunk"})
+      .slicedAt({-0.5, 0.25})
+      .encloses(2.0 / 3, [](double t) { return 4.0 / 3 * cubed(1 - std::abs(t)); });
+
   std::vector<BodySlabs> many;
   many.reserve(40);
   for (int i = 0; i < 40; ++i) {

@@ -141,16 +141,16 @@ Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
   for (const std::uint32_t body : bodies) {
     const auto slab = slabFor(*records, body, time);
     if (!slab) continue;
-    needed.insert({slab->slab, slab->parts.connectivity, slab->parts.lower, slab->parts.upper});
+    needed.insert({slab->slab, slab->connectivity(), slab->lower(), slab->upper()});
   }
   SliceParts parts;
   const std::vector<ChunkHeader> chunks = listChunks(bytes);
   for (const ChunkHeader& chunk : chunks) {
     if (chunk.type != kPose || !needed.contains(chunk.offset)) continue;
     constexpr std::size_t kLayerInPose = 8;
-    std::uint64_t layer = 0;
-    std::memcpy(&layer, bytes.data() + chunk.fields() + kLayerInPose, sizeof layer);
-    needed.insert(layer);
+    std::uint64_t distance = 0;
+    std::memcpy(&distance, bytes.data() + chunk.fields() + kLayerInPose, sizeof distance);
+    needed.insert(chunk.offset - distance);
   }
   for (const ChunkHeader& chunk : chunks) {
     const Part part = {fmt::format("{} at byte {}", chunk.name(), chunk.offset), chunk.offset,

@@ -59,14 +59,14 @@ Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into,
 /// A layer that is another one, moved.
 struct PosedLayer {
   double time = 0;
-  std::uint64_t layer = 0;  ///< offset of that one
+  std::uint64_t layer = 0;  ///< how many bytes before the POSE that one begins
   model::Affine3x4 pose = model::Affine3x4::Identity();
 };
 t4d_layout::PayloadWriter encodePose(const PosedLayer& posed);
 Result<PosedLayer> decodePose(const t4d_layout::PayloadView& payload,
                               t4d_layout::Features features = {});
 
-/// Offsets of a slab's parts in the file; 0 for a layer without vertices.
+/// How many bytes before the slab its parts begin; 0 for a layer without vertices.
 struct SlabParts {
   std::uint64_t connectivity = 0;
   std::uint64_t lower = 0;

@@ -52,9 +52,9 @@ Index indexOf(std::size_t slabs) {
     index.chunks.push_back(header);
   }
   index.slabs.resize(slabs);
-  for (IndexRecord& slab : index.slabs) {
-    slab.parts.connectivity = index.chunks[1].offset;
-    slab.extent.emplace();
+  for (std::size_t i = 0; i < slabs; ++i) {
+    index.slabs[i].parts.connectivity = index.chunks[i + 2].offset - index.chunks[1].offset;
+    index.slabs[i].extent.emplace();
   }
   return index;
 }

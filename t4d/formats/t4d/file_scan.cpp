@@ -15,7 +15,10 @@ namespace {
 class Scanner {
  public:
   Scanner(ChunkFile& file, std::size_t bodyCount, Features features)
-      : file_(file), bodyCount_(bodyCount), features_(features), checker_(file, bodyCount) {}
+      : file_(file),
+        bodyCount_(bodyCount),
+        features_(features),
+        checker_(file, bodyCount, scan_.chunks) {}
 
   FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
     scan_.end = firstChunk;
@@ -84,7 +87,12 @@ class Scanner {
   Result<void> takePose(const ChunkHeader& header, const PayloadView& payload) {
     const auto posed = decodePose(payload, features_);
     if (!posed) return pass(posed.error());
-    if (!name(posed->layer, {kLayer})) return invalid("it moves no LAYR that comes before it");
+    const std::uint64_t layer = header.offset - posed->layer;
+    if (!name(layer, {kLayer})) return invalid("it moves no LAYR that comes before it");
+    const PartWindow& window = checker_.windowAt(header.offset);
+    if (!window.has(kLayer, layer)) {
+      return invalid(fmt::format("it moves none of the last {} LAYRs", window.size()));
+    }
     parts_.push_back({header.offset, kPose});
     return {};
   }
@@ -92,13 +100,12 @@ class Scanner {
   Result<void> takeSlab(const ChunkHeader& header, const PayloadView& payload) {
     auto slab = decodeSlab(payload, features_);
     if (!slab) return pass(slab.error());
-    const SlabParts& parts = slab->parts;
-    if (!name(parts.connectivity, {kConnectivity}) ||
-        (parts.lower != 0 && !name(parts.lower, {kLayer, kPose})) ||
-        (parts.upper != 0 && !name(parts.upper, {kLayer, kPose}))) {
+    const IndexRecord record = {header.offset, header.bytes(), slab->parts, slab->time};
+    if (!name(record.connectivity(), {kConnectivity}) ||
+        (slab->parts.lower != 0 && !name(record.lower(), {kLayer, kPose})) ||
+        (slab->parts.upper != 0 && !name(record.upper(), {kLayer, kPose}))) {
       return invalid("it names a connectivity or a layer that does not come before it");
     }
-    const IndexRecord record = {header.offset, header.bytes(), parts, slab->time};
     if (auto checked = checker_.add(record); !checked) return checked;
     scan_.slabs.push_back(record);
     return {};
@@ -130,8 +137,8 @@ class Scanner {
   ChunkFile& file_;
   std::size_t bodyCount_;
   Features features_;
-  RecordChecker checker_;
   FileScan scan_;
+  RecordChecker checker_;
   std::uint64_t chunks_ = 0;
   std::vector<Part> parts_;  // offsets increase
 };
@@ -141,6 +148,25 @@ class Scanner {
 FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
                   Features features, const model::Progress& progress) {
   return Scanner(file, bodyCount, features).run(firstChunk, progress);
+}
+
+const PartWindow& RecordChecker::windowAt(std::uint64_t offset) {
+  for (; next_ < chunks_.size() && chunks_[next_].offset < offset; ++next_) {
+    window_.add(chunks_[next_].type, chunks_[next_].offset);
+  }
+  return window_;
+}
+
+bool RecordChecker::areCopies(std::uint64_t layer, std::uint64_t other) const {
+  const auto headerAt = [&](std::uint64_t offset) {
+    const auto found = std::ranges::lower_bound(chunks_, offset, {}, &ChunkHeader::offset);
+    ChunkHeader header;
+    if (found != chunks_.end() && found->offset == offset) header = *found;
+    header.offset = 0;
+    return header;
+  };
+  const ChunkHeader header = headerAt(layer);
+  return header.type == kLayer && header == headerAt(other);
 }
 
 Result<void> RecordChecker::add(const IndexRecord& record) {
@@ -162,14 +188,24 @@ Result<void> RecordChecker::add(const IndexRecord& record) {
   }
   std::optional<IndexRecord>& last = last_[parts.body];
   if (last) {
-    if (parts.lower != last->parts.upper) {
-      return wrong("its lower layer is not the upper layer of the slab before");
+    if (record.lower() != last->upper() && !areCopies(record.lower(), last->upper())) {
+      return wrong("its lower layer is not the upper layer of the slab before, nor a copy of it");
     }
     if (parts.lower != 0 ? record.time.begin != last->time.end
                          : record.time.begin < last->time.end) {
       return wrong(fmt::format("it begins at time {}, the slab before ends at {}",
                                record.time.begin, last->time.end));
     }
+  }
+  const PartWindow& window = windowAt(record.slab);
+  const auto isNear = [&](std::uint64_t layer) {
+    return layer == 0 || window.has(kLayer, layer) || window.has(kPose, layer);
+  };
+  const bool lowerIsKnown = last && record.lower() == last->upper();
+  if (!window.has(kConnectivity, record.connectivity()) ||
+      !(lowerIsKnown || isNear(record.lower())) || !isNear(record.upper())) {
+    return wrong(
+        fmt::format("its connectivity or a layer is none of the last {} before it", window.size()));
   }
   last = record;
   before_ = record.slab;

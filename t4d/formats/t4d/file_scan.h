@@ -5,19 +5,31 @@
 
 #include "t4d/formats/t4d/chunk_file.h"
 #include "t4d/formats/t4d/index_chunk.h"
+#include "t4d/formats/t4d/part_window.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::formats {
 
-/// Checks slab records, in file order, against each other and the file: parts precede their slab,
-/// slabs of a body are in time order, and each lower layer is the upper layer of the slab before.
+/// Checks slab records, in file order, against each other and the file: parts precede their slab
+/// and are not too many chunks before it, slabs of a body are in time order, and each lower layer
+/// is the upper layer of the slab before, or a copy of it.
 class RecordChecker {
  public:
-  RecordChecker(const ChunkFile& file, std::size_t bodyCount) : file_(file), last_(bodyCount) {}
+  /// `chunks` are those of the file, at least all before a record that is added.
+  RecordChecker(const ChunkFile& file, std::size_t bodyCount,
+                const std::vector<ChunkHeader>& chunks)
+      : file_(file), chunks_(chunks), window_(bodyCount), last_(bodyCount) {}
   Result<void> add(const IndexRecord& record);
+  /// The parts that a chunk at `offset` may name; call with increasing offsets.
+  const PartWindow& windowAt(std::uint64_t offset);
 
  private:
+  bool areCopies(std::uint64_t layer, std::uint64_t other) const;
+
   const ChunkFile& file_;
+  const std::vector<ChunkHeader>& chunks_;
+  std::size_t next_ = 0;  // of the chunks that are not in the window yet
+  PartWindow window_;
   std::vector<std::optional<IndexRecord>> last_;  // per body
   std::uint64_t before_ = 0;
 };

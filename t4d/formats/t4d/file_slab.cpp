@@ -50,7 +50,7 @@ Result<bool> FileSlab::openParts() {
   const auto wrong = [&](std::uint64_t offset, const char* type, const Error& error) {
     return file_->damaged(offset, fmt::format("{}: {}", type, error.message));
   };
-  const std::uint64_t connectivityAt = record_.parts.connectivity;
+  const std::uint64_t connectivityAt = record_.connectivity();
   auto connectivity = file_->readPartly(connectivityAt, kConnectivity);
   if (!connectivity) return pass(connectivity.error());
   connectivityPayload_ = std::move(*connectivity);
@@ -77,7 +77,7 @@ Result<bool> FileSlab::openParts() {
   parts_[1] = {&slabPayload_, slab_.positions, slab_.times, 0, record_.slab};
 
   for (const std::size_t i : {0U, 1U}) {
-    const std::uint64_t offset = i == 0 ? record_.parts.lower : record_.parts.upper;
+    const std::uint64_t offset = i == 0 ? record_.lower() : record_.upper();
     if (offset == 0) continue;
     if (features_.pose) {
       const auto header = file_->readChunkHeader(offset);
@@ -111,7 +111,7 @@ Result<void> FileSlab::checkParts() const {
     return wrong("the index says other cells or bounds than the slab has");
   }
   if (std::uint64_t{lowerCount} + upperCount > vertexCount) {
-    return file_->damaged(record_.parts.connectivity,
+    return file_->damaged(record_.connectivity(),
                           fmt::format("CONN: layers of {} and {} vertices exceed the {} vertices",
                                       lowerCount, upperCount, vertexCount));
   }
@@ -194,7 +194,7 @@ Result<FileSlab::Vertices> FileSlab::vertices(std::size_t part, std::size_t bloc
 
 Result<CellBlock> FileSlab::read(std::size_t number) const {
   const auto wrong = [&](const std::string& message) {
-    return file_->damaged(record_.parts.connectivity, "CONN: " + message);
+    return file_->damaged(record_.connectivity(), "CONN: " + message);
   };
   CellBlock block;
   const std::uint64_t first = number * kBlockRows;

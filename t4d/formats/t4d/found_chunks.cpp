@@ -9,12 +9,22 @@ namespace t4d::formats {
 namespace {
 
 /// The fields that identify a slab wherever it is.
-auto identityOf(const IndexRecord& record) {
-  return std::tuple(record.parts.body, record.time.begin, record.time.end,
+auto identityOf(const IndexRecord& record, std::uint32_t frontCrc) {
+  return std::tuple(frontCrc, record.parts.body, record.time.begin, record.time.end,
                     record.parts.connectivity, record.parts.lower, record.parts.upper,
                     record.slabBytes);
 }
-using Identity = decltype(identityOf({}));
+using Identity = decltype(identityOf({}, 0));
+
+/// Those of the slabs of the index.
+std::vector<Identity> identitiesOf(const Index& index) {
+  std::vector<Identity> identities;
+  for (const ChunkHeader& chunk : index.chunks) {
+    if (chunk.type != t4d_layout::kSlab) continue;
+    identities.push_back(identityOf(index.slabs[identities.size()], chunk.frontCrc));
+  }
+  return identities;
+}
 
 /// An empty slab, which may legitimately occur twice in a row.
 bool mayRepeat(const IndexRecord& record) {
@@ -23,18 +33,18 @@ bool mayRepeat(const IndexRecord& record) {
 
 }  // namespace
 
-void FoundChunks::compareWith(std::span<const IndexRecord> index) {
+void FoundChunks::compareWith(const Index& index) {
   match(index);
   const bool moved = std::any_of(found_.begin(), found_.end(), [](const Slab& slab) {
     return slab.before && *slab.before != slab.record.slab;
   });
   if (moved) {
-    placeMovedParts();
+    placeMovedParts(index);
   } else {
-    for (const Part& part : parts_) now_.emplace(part.offset, part.offset);
+    for (const Part& part : parts_) place(part.header, part.header.offset, index);
   }
   for (const Slab& slab : found_) {
-    if (slab.again || (moved && !slab.before)) continue;
+    if (slab.again || (!index.chunks.empty() && !slab.before)) continue;
     slabs_.push_back({slab.record, slab.before.value_or(slab.record.slab)});
   }
   std::stable_sort(slabs_.begin(), slabs_.end(),
@@ -51,13 +61,17 @@ void FoundChunks::compareWith(std::span<const IndexRecord> index) {
 }
 
 /// The index record of each slab.
-void FoundChunks::match(std::span<const IndexRecord> index) {
+void FoundChunks::match(const Index& index) {
+  const std::vector<Identity> identities = identitiesOf(index);
   std::set<std::pair<Identity, std::uint64_t>> open;
-  for (const IndexRecord& record : index) open.emplace(identityOf(record), record.slab);
+  for (std::size_t i = 0; i < identities.size(); ++i) {
+    open.emplace(identities[i], index.slabs[i].slab);
+  }
   std::map<Identity, std::uint64_t> taken;
   std::uint64_t shift = 0;
-  for (Slab& slab : found_) {
-    const Identity identity = identityOf(slab.record);
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    Slab& slab = found_[i];
+    const Identity identity = identityOf(slab.record, slab.frontCrc);
     // Empty slabs may be equal: take the one at the expected offset, or else the first.
     auto record = open.find({identity, slab.record.slab - shift});
     if (record == open.end()) record = open.lower_bound({identity, 0});
@@ -65,8 +79,9 @@ void FoundChunks::match(std::span<const IndexRecord> index) {
       slab.before = record->second;
       taken.emplace(identity, record->second);
       open.erase(record);
-    } else if (index.empty()) {
-      slab.again = !taken.emplace(identity, 0).second && !mayRepeat(slab.record);
+    } else if (index.chunks.empty()) {
+      slab.again =
+          i >= slabsBeforeEnd_ || (!taken.emplace(identity, 0).second && !mayRepeat(slab.record));
       continue;
     } else if (const auto first = taken.find(identity); first != taken.end()) {
       slab.before = first->second;
@@ -76,12 +91,13 @@ void FoundChunks::match(std::span<const IndexRecord> index) {
     }
     shift = slab.record.slab - *slab.before;
   }
-  for (const IndexRecord& record : index) {
-    if (open.contains({identityOf(record), record.slab})) missing_.push_back({record, record.slab});
+  for (std::size_t i = 0; i < identities.size(); ++i) {
+    const IndexRecord& record = index.slabs[i];
+    if (open.contains({identities[i], record.slab})) missing_.push_back({record, record.slab});
   }
 }
 
-void FoundChunks::placeMovedParts() {
+void FoundChunks::placeMovedParts(const Index& index) {
   struct Neighbour {
     std::uint64_t run = 0;
     std::optional<std::uint64_t> shift = 0;
@@ -95,10 +111,19 @@ void FoundChunks::placeMovedParts() {
       const bool ofNext = part->run == next.run;
       if (last.shift != next.shift && ofLast == ofNext) continue;
       const auto shift = ofLast ? last.shift : next.shift;
-      if (shift) now_.emplace(part->offset - *shift, part->offset);
+      if (shift) place(part->header, part->header.offset - *shift, index);
     }
     last = next;
   }
+}
+
+void FoundChunks::place(const ChunkHeader& part, std::uint64_t before, const Index& index) {
+  ChunkHeader original = part;
+  original.offset = before;
+  const auto said = std::ranges::lower_bound(index.chunks, before, {}, &ChunkHeader::offset);
+  const bool isOfFile = said != index.chunks.end() && *said == original;
+  if (!isOfFile && !index.chunks.empty()) return;
+  if (now_.emplace(before, part.offset).second) before_.emplace(part.offset, before);
 }
 
 std::optional<std::uint64_t> FoundChunks::part(std::uint64_t before) const {

@@ -106,9 +106,8 @@ Result<void> placeSlabs(const std::vector<ChunkHeader>& chunks, std::span<IndexR
     return offset == 0 || isOf(offset, t4d_layout::kLayer) || isOf(offset, t4d_layout::kPose);
   };
   for (const IndexRecord& record : records) {
-    const SlabParts& parts = record.parts;
-    if (!isOf(parts.connectivity, t4d_layout::kConnectivity) || !isLayer(parts.lower) ||
-        !isLayer(parts.upper)) {
+    if (!isOf(record.connectivity(), t4d_layout::kConnectivity) || !isLayer(record.lower()) ||
+        !isLayer(record.upper())) {
       return invalid(fmt::format("the slab at byte {} has a connectivity or a layer that is none",
                                  record.slab));
     }

@@ -34,6 +34,11 @@ struct IndexRecord {
   model::TimeSpan time;
   std::optional<SlabExtent> extent = {};  ///< in a record of the index
 
+  /// The offsets of its parts; 0 for a layer without vertices.
+  std::uint64_t connectivity() const { return slab - parts.connectivity; }
+  std::uint64_t lower() const { return parts.lower == 0 ? 0 : slab - parts.lower; }
+  std::uint64_t upper() const { return parts.upper == 0 ? 0 : slab - parts.upper; }
+
   /// Whether place, parts and times are the same; the extent is known only to the index.
   friend bool operator==(const IndexRecord& a, const IndexRecord& b) {
     return a.slab == b.slab && a.slabBytes == b.slabBytes && a.parts == b.parts &&

@@ -57,6 +57,8 @@ inline constexpr ChunkType kIndex = {'I', 'N', 'D', 'X'};
 inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::uint64_t kMaxBodies = 65536;
+/// A chunk names one of the last chunks of a type, this many for each body.
+inline constexpr std::size_t kWindowPerBody = 16;
 inline constexpr int kMaxJsonDepth = 64;
 /// An array is stored in blocks of this many rows; the last may have fewer.
 inline constexpr std::uint64_t kBlockRows = 65536;

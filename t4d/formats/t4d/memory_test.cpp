@@ -124,7 +124,7 @@ std::vector<Hostile> hostileFiles() {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {kMany});
     for (int i = 0; i < 2; ++i) {
-      PayloadWriter slab = slabPayload(parts, 0);
+      PayloadWriter slab = slabPayload(file.fromHere(parts), 0);
       putZeros(slab, type, 3, kMany);
       putZeros(slab, model::ScalarType::Float64, 1, kMany);
       file.put(t4d_layout::kSlab, slab);
@@ -140,7 +140,7 @@ std::vector<Hostile> hostileFiles() {
     putZeros(layer, type, 3, kMany);
     parts.lower = parts.upper = file.put(t4d_layout::kLayer, layer);
     for (int i = 0; i < 3; ++i) {
-      PayloadWriter slab = slabPayload(parts, 0);
+      PayloadWriter slab = slabPayload(file.fromHere(parts), 0);
       putZeros(slab, type, 3, 0);
       putZeros(slab, model::ScalarType::Float64, 1, 0);
       file.put(t4d_layout::kSlab, slab);
@@ -158,7 +158,7 @@ std::vector<Hostile> hostileFiles() {
     SlabParts parts;
     parts.connectivity =
         file.put(t4d_layout::kConnectivity, encodeConnectivity(*connectivity, {3, false}));
-    file.put(t4d_layout::kSlab, encodeSlab(slab, parts, {3, false}));
+    file.put(t4d_layout::kSlab, encodeSlab(slab, file.fromHere(parts), {3, false}));
     files.push_back(finished("cells", file, 1));
   }
   {
@@ -170,7 +170,7 @@ std::vector<Hostile> hostileFiles() {
           putArray(payload, viewOf(sizes), 3);
           putZeros(payload, model::ScalarType::UInt32, 1, kMany);
         });
-    PayloadWriter slab = slabPayload(parts, 0);
+    PayloadWriter slab = slabPayload(file.fromHere(parts), 0);
     putZeros(slab, model::ScalarType::Float64, 3, 1);
     putZeros(slab, model::ScalarType::Float64, 1, 1);
     file.put(t4d_layout::kSlab, slab);
@@ -180,7 +180,7 @@ std::vector<Hostile> hostileFiles() {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {});
     constexpr std::uint32_t kAttributes = 20'000;
-    PayloadWriter slab = slabPayload(parts, kAttributes);
+    PayloadWriter slab = slabPayload(file.fromHere(parts), kAttributes);
     putZeros(slab, model::ScalarType::Float64, 3, 0);
     putZeros(slab, model::ScalarType::Float64, 1, 0);
     for (std::uint32_t i = 0; i < kAttributes; ++i) {
@@ -197,7 +197,7 @@ std::vector<Hostile> hostileFiles() {
   {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {kMany});
-    PayloadWriter slab = slabPayload(parts, 3);
+    PayloadWriter slab = slabPayload(file.fromHere(parts), 3);
     putZeros(slab, model::ScalarType::Float32, 3, kMany);
     putZeros(slab, model::ScalarType::Float64, 1, kMany);
     for (std::uint32_t i = 0; i < 3; ++i) {
@@ -225,7 +225,7 @@ std::vector<Hostile> hostileFiles() {
     FileBuilder file(kHead);
     const SlabParts parts = putConnectivity(file, {});
     for (int i = 0; i < 20'000; ++i) {
-      PayloadWriter slab = slabPayload(parts, 0);
+      PayloadWriter slab = slabPayload(file.fromHere(parts), 0);
       putZeros(slab, model::ScalarType::Float64, 3, 0);
       putZeros(slab, model::ScalarType::Float64, 1, 0);
       file.put(t4d_layout::kSlab, slab);
@@ -261,7 +261,7 @@ TEST(T4dReader, RefusesMoreAttributesOfMeansThanTheFileMayRequest) {
         putArray(payload, viewOf(std::vector<std::uint32_t>(kMeans, 1)), 3);
         putZeros(payload, model::ScalarType::UInt32, 1, kMeans);
       });
-  PayloadWriter slab = slabPayload(parts, 1);
+  PayloadWriter slab = slabPayload(file.fromHere(parts), 1);
   putZeros(slab, model::ScalarType::Float64, 3, 1);
   putZeros(slab, model::ScalarType::Float64, 1, 1);
   slab.put(std::uint32_t{1});

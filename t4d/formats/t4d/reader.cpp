@@ -145,7 +145,7 @@ Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
 /// Checks what the index says of the slabs against itself and DONE. Whether it is true is checked
 /// when they are read.
 Result<void> checkRecords(const ChunkFile& file, const Ending& ending, std::size_t bodyCount) {
-  RecordChecker checker(file, bodyCount);
+  RecordChecker checker(file, bodyCount, ending.index.chunks);
   for (const IndexRecord& record : ending.index.slabs) {
     if (auto checked = checker.add(record); !checked) return checked;
   }

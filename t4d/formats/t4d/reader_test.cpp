@@ -52,9 +52,9 @@ struct Sample {
     const ChunkHeader& slab = chunkAt(slabOffset);
     std::vector<ChunkHeader> parts = {slab};
     for (const std::size_t at : {16, 24, 32}) {
-      std::uint64_t offset = 0;
-      std::memcpy(&offset, bytes.data() + slab.fields() + at, sizeof offset);
-      if (offset != 0) parts.push_back(chunkAt(offset));
+      std::uint64_t distance = 0;
+      std::memcpy(&distance, bytes.data() + slab.fields() + at, sizeof distance);
+      if (distance != 0) parts.push_back(chunkAt(slabOffset - distance));
     }
     return parts;
   }
@@ -309,8 +309,8 @@ TEST(T4dReader, RefusesSlabsWhosePartsAreNotThere) {
               HasSubstr(notBefore));
   EXPECT_THAT(faultWith([](FileBuilder&, SlabParts& p) { p.connectivity += 8; }),
               HasSubstr(notBefore));
-  // Itself, and what comes after it.
-  EXPECT_THAT(faultWith([](FileBuilder& f, SlabParts& p) { p.lower = f.bytes().size(); }),
+  // The beginning of the file, and what comes after the slab.
+  EXPECT_THAT(faultWith([](FileBuilder& f, SlabParts& p) { p.lower = f.bytes().size() + 8; }),
               HasSubstr(notBefore));
   EXPECT_THAT(faultWith([](FileBuilder& f, SlabParts& p) { p.upper = f.bytes().size() + 400; }),
               HasSubstr(notBefore));
@@ -341,7 +341,7 @@ TEST(T4dReader, RefusesSlabsThatAreNotSound) {
     Slab timed = slab;
     timed.timeBegin = time.begin;
     timed.timeEnd = time.end;
-    file.put(t4d_layout::kSlab, encodeSlab(timed, parts, {0, false}));
+    file.put(t4d_layout::kSlab, encodeSlab(timed, file.fromHere(parts), {0, false}));
     file.putDone(1, time);
     return faultOf(file);
   };

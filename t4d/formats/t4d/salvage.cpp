@@ -44,8 +44,7 @@ class T4dSalvage::File {
       if (progress) progress(kWalkShare * fraction);
     });
     judgeEnd();
-    found_.compareWith(index_ ? std::span<const IndexRecord>(*index_)
-                              : std::span<const IndexRecord>());
+    found_.compareWith(index_.value_or(Index()));
     takeSlabs();
     if (judged && lost_.empty()) {
       auto checked = checkT4dFile(file_.path(), [&](double fraction) {
@@ -188,18 +187,19 @@ class T4dSalvage::File {
       lose(header.offset, fmt::format("{}: {}", header.name(), message));
     };
     if (header.type == kConnectivity || header.type == kLayer || header.type == kPose) {
-      found_.addPart(header.offset);
+      found_.addPart(header);
     } else if (header.type == kSlab) {
       takeSlab(header, payload);
     } else if (header.type == kDone) {
       if (auto done = decodeDone(payload)) {
         done_ = std::move(*done);
+        found_.addEnd();
       } else {
         wrong(done.error().message);
       }
     } else if (header.type == kIndex) {
       if (auto index = decodeIndex(payload)) {
-        index_ = std::move(index->slabs);
+        index_ = std::move(*index);
       } else {
         wrong(index.error().message);
       }
@@ -213,7 +213,7 @@ class T4dSalvage::File {
   void takeSlab(const ChunkHeader& header, const PayloadView& payload) {
     auto decoded = decodeSlab(payload, features_);
     if (!decoded) return lose(header.offset, "SLAB: " + decoded.error().message);
-    found_.addSlab({header.offset, header.bytes(), decoded->parts, decoded->time});
+    found_.addSlab({header.offset, header.bytes(), decoded->parts, decoded->time}, header.frontCrc);
   }
 
   /// Reads the slabs found, and lists the slabs of the index that are not intact.
@@ -221,7 +221,7 @@ class T4dSalvage::File {
     std::map<std::uint64_t, std::size_t> lostAt;
     for (std::size_t i = 0; i < lost_.size(); ++i) lostAt.emplace(lost_[i].offset, i);
     for (const auto& slab : found_.slabs()) {
-      if (auto taken = takeRecord(slab.record); !taken) {
+      if (auto taken = takeRecord(slab.record, slab.before); !taken) {
         lose(slab.record.slab, "SLAB: " + taken.error().message, slab.record.time);
       }
     }
@@ -247,31 +247,32 @@ class T4dSalvage::File {
     }
   }
 
-  /// Where the part is that was at `offset`, if it is whole.
+  /// Where the part is that originally was at `offset`, if it is whole.
   std::optional<std::uint64_t> placeOf(std::uint64_t offset) const {
     const auto now = found_.part(offset);
     return now && broken_.contains(*now) ? std::nullopt : now;
   }
 
-  /// Updates the offsets of the parts that have moved.
-  Result<void> takeRecord(IndexRecord record) {
+  /// Of the slab that originally was at `before`; updates the distances of parts that have moved.
+  Result<void> takeRecord(IndexRecord record, std::uint64_t before) {
     SlabParts& parts = record.parts;
     const std::uint64_t bodyCount = metadataSaved_ ? metadata_.bodies.size() : kMaxBodies;
     if (parts.body >= bodyCount) {
       return invalid(fmt::format("it belongs to body {}, of {}", parts.body, bodyCount));
     }
-    const auto locate = [&](std::uint64_t& offset) {
-      const auto now = placeOf(offset);
-      if (now) offset = *now;
-      return now.has_value();
-    };
-    if (!locate(parts.connectivity)) {
-      return invalid(fmt::format("its CONN at byte {} is missing or damaged", parts.connectivity));
-    }
-    for (std::uint64_t* layer : {&parts.lower, &parts.upper}) {
-      if (*layer != 0 && !locate(*layer)) {
-        return invalid(fmt::format("its layer at byte {} is missing or damaged", *layer));
+    const auto locate = [&](const char* part, std::uint64_t& distance) -> Result<void> {
+      const auto now = placeOf(before - distance);
+      if (!now) {
+        return invalid(
+            fmt::format("its {} at byte {} is missing or damaged", part, record.slab - distance));
       }
+      distance = record.slab - *now;
+      return {};
+    };
+    if (auto found = locate("CONN", parts.connectivity); !found) return found;
+    for (std::uint64_t* layer : {&parts.lower, &parts.upper}) {
+      if (*layer == 0) continue;
+      if (auto found = locate("layer", *layer); !found) return found;
     }
     const auto found = bodies_.find(parts.body);
     if (found != bodies_.end()) {
@@ -286,9 +287,11 @@ class T4dSalvage::File {
         found != bodies_.end()
             ? found->second
             : bodies_
-                  .try_emplace(
-                      parts.body,
-                      Body{SlabSource(file_, features_, [this](auto at) { return placeOf(at); })})
+                  .try_emplace(parts.body,
+                               Body{SlabSource(file_, features_,
+                                               [this](std::uint64_t pose, std::uint64_t distance) {
+                                                 return placeOf(found_.before(pose) - distance);
+                                               })})
                   .first->second;
     auto slab = body.slabs.read(record);
     if (!slab) {
@@ -360,7 +363,7 @@ class T4dSalvage::File {
   FoundChunks found_;
   std::set<std::uint64_t> broken_;  // parts with valid checksums that cannot be read
   std::optional<Done> done_;
-  std::optional<std::vector<IndexRecord>> index_;
+  std::optional<Index> index_;
 };
 
 T4dSalvage::T4dSalvage(std::unique_ptr<File> file) : file_(std::move(file)) {}

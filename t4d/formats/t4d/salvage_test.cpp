@@ -48,10 +48,12 @@ struct Original {
       needs.number = next[needs.body]++;
       needs.chunks.push_back({chunk.offset, chunk.end()});
       for (const std::size_t at : {16, 24, 32}) {
-        std::uint64_t offset = 0;
-        load(at, offset);
+        std::uint64_t distance = 0;
+        load(at, distance);
+        if (distance == 0) continue;
         for (const ChunkHeader& part : chunks) {
-          if (part.offset == offset) needs.chunks.push_back({part.offset, part.end()});
+          if (part.offset == chunk.offset - distance)
+            needs.chunks.push_back({part.offset, part.end()});
         }
       }
       slabs.push_back(needs);

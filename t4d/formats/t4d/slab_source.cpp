@@ -27,7 +27,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) c
 }
 
 Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t index) const {
-  if (placeOf_) return std::shared_ptr<const model::SlabBlocks>();
+  if (layerOf_) return std::shared_ptr<const model::SlabBlocks>();
   if (file_->remote()) plan(index);
   auto slab = withinMemory(file_->path(),
                            [&] { return FileSlab::open(*file_, records_[index], features_); });
@@ -51,14 +51,14 @@ void SlabSource::plan(std::size_t index) const {
   const std::size_t end = inOrder ? records_.size() : index + 1;
   for (std::size_t i = index; i < end && bytes < kAhead; ++i) {
     const IndexRecord& record = records_[i];
-    if (record.parts.connectivity != connectivity) {
-      connectivity = record.parts.connectivity;
+    if (record.connectivity() != connectivity) {
+      connectivity = record.connectivity();
       ranges.push_back(file_->placeOf(connectivity));
       bytes += length(ranges.back());
     }
     ByteRange all = file_->placeOf(record.slab);
     std::uint64_t own = length(all);
-    for (const std::uint64_t layer : {record.parts.lower, record.parts.upper}) {
+    for (const std::uint64_t layer : {record.lower(), record.upper()}) {
       if (layer == 0) continue;
       const ByteRange range = file_->placeOf(layer);
       ranges.push_back(range);
@@ -127,13 +127,14 @@ Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) cons
   }
   const auto posed = decodePose(stored.payload.view, features_);
   if (!posed) return wrong(posed.error().message);
-  std::optional<std::uint64_t> place = posed->layer;
-  if (placeOf_) {
-    place = placeOf_(posed->layer);
+  std::optional<std::uint64_t> place = offset - posed->layer;
+  if (layerOf_) {
+    place = layerOf_(offset, posed->layer);
     if (!place) {
-      return wrong(fmt::format("its LAYR at byte {} is missing or damaged", posed->layer));
+      return wrong(
+          fmt::format("its LAYR, {} bytes before it, is missing or damaged", posed->layer));
     }
-  } else if (posed->layer >= offset) {
+  } else if (posed->layer == 0 || posed->layer >= offset) {
     return wrong("it moves no LAYR that comes before it");
   }
   auto reference = readReference(*place);
@@ -206,20 +207,20 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   };
   auto decoded = decodeSlab(chunk->payload.view, features_);
   if (!decoded) return wrong(decoded.error().message);
-  if (placeOf_) decoded->parts = record.parts;
+  if (layerOf_) decoded->parts = record.parts;
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
     return wrong("the index says something else than the slab itself");
   }
-  auto kept = takeKeptLayer(record.parts.lower);
+  auto kept = takeKeptLayer(record.lower());
   const auto slab = std::make_shared<model::Slab>();
-  auto shared = readConnectivity(record.parts.connectivity);
+  auto shared = readConnectivity(record.connectivity());
   if (!shared) return pass(shared.error());
   slab->connectivity = std::move(*shared);
   const Connectivity& connectivity = *slab->connectivity;
 
-  auto lower = readLayer(kept ? 0 : record.parts.lower);
+  auto lower = readLayer(kept ? 0 : record.lower());
   if (!lower) return pass(lower.error());
-  auto upper = readLayer(record.parts.upper);
+  auto upper = readLayer(record.upper());
   if (!upper) return pass(upper.error());
   const std::uint64_t lowerCount = kept ? kept->vertices.size() : lower->size();
   const std::uint64_t interiorCount = connectivity.firstMean() - connectivity.lowerCount;
@@ -274,7 +275,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
     return wrong(sound.error().message);
   }
   const std::scoped_lock lock(kept_->mutex);
-  kept_->upperOffset = record.parts.upper;
+  kept_->upperOffset = record.upper();
   kept_->upperLayer = {
       {slab->upperLayer().begin(), slab->upperLayer().end()},
       vertexRows(slab->attributes, connectivity.firstUpper(), connectivity.upperCount)};

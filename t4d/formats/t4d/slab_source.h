@@ -15,19 +15,21 @@
 
 namespace t4d::formats {
 
-/// Where the part is now that was at `offset` when the file was written; empty if it is lost.
-using PlaceOfPart = std::function<std::optional<std::uint64_t>(std::uint64_t offset)>;
+/// Where the layer is now that began `distance` bytes before the POSE at `pose` when the file was
+/// written; empty if it is lost.
+using LayerOfPose =
+    std::function<std::optional<std::uint64_t>(std::uint64_t pose, std::uint64_t distance)>;
 
 /// Slabs of one body, assembled from their chunks. Parts shared by two slabs that are read in a row
 /// are read once.
 class SlabSource : public model::Source {
  public:
   /// `file` must outlive this object. In a file that has lost bytes, records have the parts where
-  /// they are now, and `placeOf` finds the layers of poses.
-  SlabSource(const ChunkFile& file, t4d_layout::Features features, PlaceOfPart placeOf = {})
+  /// they are now, and `layerOf` finds the layers of poses.
+  SlabSource(const ChunkFile& file, t4d_layout::Features features, LayerOfPose layerOf = {})
       : file_(&file),
         features_(features),
-        placeOf_(std::move(placeOf)),
+        layerOf_(std::move(layerOf)),
         kept_(std::make_unique<Kept>()) {}
 
   void add(const IndexRecord& record) { records_.push_back(record); }
@@ -101,7 +103,7 @@ class SlabSource : public model::Source {
 
   const ChunkFile* file_;
   t4d_layout::Features features_;
-  PlaceOfPart placeOf_;
+  LayerOfPose layerOf_;
   std::vector<IndexRecord> records_;
   std::unique_ptr<Kept> kept_;
 };

@@ -33,8 +33,8 @@ doc: |
   * the order and number of chunks (O1 to O6), unknown critical chunks (C8), the critical bit of
     private chunks;
   * codecs 1 and 2 (A10 to A15), UTF-8 (M2, T4), JSON (M3 to M10);
-  * whatever compares numbers of several chunks or rows (T6, T7, N2, N4 to N9, N12, L2 for type 6, K2, K5, S2 to S4, S7, S8,
-    S10, P1 to P5, D1, D2, D5 to D8, I1 to I6).
+  * whatever compares numbers of several chunks or rows (T6, T7, N2, N4 to N9, N12, L2 for type 6, K2, K5, K6, S2 to S4, S7,
+    S8, S10, S12, P1 to P5, D1, D2, D5 to D8, I1 to I6).
 doc-ref: SPEC.md
 
 seq:
@@ -617,9 +617,9 @@ types:
         valid:
           expr: _ - _ == 0
         -rule: K1
-      - id: ofs_layer
+      - id: distance_layer
         type: u8
-        doc: Of a LAYR.
+        doc: How many bytes before this chunk its LAYR begins.
       - id: matrix
         type: f8
         repeat: expr
@@ -648,15 +648,15 @@ types:
         valid:
           expr: _ - _ == 0 and _ >= time_begin
         -rule: S1
-      - id: ofs_connectivity
+      - id: distance_connectivity
         type: u8
-        doc: Of a CONN.
-      - id: ofs_lower
+        doc: How many bytes before this chunk its CONN begins.
+      - id: distance_lower
         type: u8
-        doc: Of a LAYR or a POSE, 0 for an empty layer.
-      - id: ofs_upper
+        doc: Likewise a LAYR or a POSE, 0 for an empty layer.
+      - id: distance_upper
         type: u8
-        doc: Of a LAYR or a POSE, 0 for an empty layer.
+        doc: Likewise a LAYR or a POSE, 0 for an empty layer.
       - id: body
         type: u4
       - id: num_attributes
@@ -786,7 +786,7 @@ types:
         valid:
           expr: _.scalar_type == scalar_type::u64 and _.num_components == 3
         -rule: I7
-        doc: Offsets of its connectivity, lower and upper layer.
+        doc: Distances to its connectivity, lower and upper layer.
       - id: bodies
         type: array_record(_parent, parts.end_block)
         valid:

@@ -260,7 +260,16 @@ class FileBuilder {
     return offset;
   }
 
-  /// The connectivity and the slab of simplexSlab().
+  /// `offsets` as the slab that is put next names them.
+  SlabParts fromHere(const SlabParts& offsets) const {
+    const auto distance = [&](std::uint64_t offset) {
+      return offset == 0 ? 0 : bytes_.size() - offset;
+    };
+    return {distance(offsets.connectivity), distance(offsets.lower), distance(offsets.upper),
+            offsets.body};
+  }
+
+  /// The connectivity of simplexSlab(); returns offsets.
   SlabParts putSimplexConnectivity() {
     SlabParts parts;
     parts.connectivity =
@@ -271,7 +280,7 @@ class FileBuilder {
     model::Slab slab = simplexSlab();
     slab.timeBegin = time.begin;
     slab.timeEnd = time.end;
-    return put(t4d_layout::kSlab, encodeSlab(slab, parts, {0, false}));
+    return put(t4d_layout::kSlab, encodeSlab(slab, fromHere(parts), {0, false}));
   }
 
   /// A correct end mark for `slabs` slabs in one body.

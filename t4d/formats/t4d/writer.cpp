@@ -20,6 +20,7 @@
 #include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/layer_digest.h"
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/part_window.h"
 #include "t4d/formats/t4d/vertex_attributes.h"
 
 namespace t4d::formats {
@@ -43,6 +44,7 @@ class T4dWriter::File {
         arrays_{options.compression, options.float32, {}},
         indexed_(options.index),
         step_(options.step),
+        window_(metadata.bodies.size()),
         rounding_(options.step) {
     bodies_.reserve(metadata.bodies.size());
     for (std::uint32_t i = 0; i < metadata.bodies.size(); ++i) bodies_.emplace_back(*this, i);
@@ -177,6 +179,7 @@ class T4dWriter::File {
       if (auto done = write(block); !done) return pass(done.error());
     }
     index_.chunks.push_back(header);
+    window_.add(type, offset);
     return offset;
   }
 
@@ -193,8 +196,9 @@ class T4dWriter::File {
     return pose;
   }
 
-  static bool isReference(const Body& body, const model::LayerPose& pose) {
-    return body.reference.reference == pose.reference && body.reference.float32 == pose.float32;
+  bool isReference(const Body& body, const model::LayerPose& pose) const {
+    return body.reference.reference == pose.reference && body.reference.float32 == pose.float32 &&
+           window_.has(kLayer, body.referenceOffset);
   }
 
   /// `layer` is as it is stored.
@@ -217,7 +221,7 @@ class T4dWriter::File {
       const bool same = std::memcmp(vertices.data(), layer.data(), layer.size_bytes()) == 0;
       if (same) return offset;
     }
-    return putChunk(kPose, encodePose({time, body.referenceOffset, pose.pose}));
+    return putChunk(kPose, encodePose({time, out_.size() - body.referenceOffset, pose.pose}));
   }
 
   /// The slab as a reader will have it.
@@ -243,14 +247,15 @@ class T4dWriter::File {
              other.payload.blocks() == payload.blocks();
     };
     const auto found = std::ranges::find_if(stored_, same);
-    if (found != stored_.end()) return found->offset;
+    if (found != stored_.end() && window_.has(kConnectivity, found->offset)) return found->offset;
     const auto offset = putChunk(kConnectivity, payload);
     if (!offset) return offset;
     std::size_t bytes = payload.size();
     for (const auto& block : payload.blocks()) bytes += block.size();
     storedBytes_ += bytes;
     stored_.push_back({std::move(payload), bytes, *offset});
-    while (storedBytes_ > kMostBytes) {
+    while (storedBytes_ > kMostBytes ||
+           (!stored_.empty() && !window_.has(kConnectivity, stored_.front().offset))) {
       storedBytes_ -= stored_.front().bytes;
       stored_.pop_front();
     }
@@ -331,7 +336,8 @@ class T4dWriter::File {
     const std::optional<Slab> rounded =
         arrays_.round() ? std::optional(storedSlab(body, slab, pose)) : std::nullopt;
     const Slab& stored = rounded ? *rounded : slab;
-    if (slab.connectivity != body.connectivity) {
+    if (slab.connectivity != body.connectivity ||
+        !window_.has(kConnectivity, body.connectivityOffset)) {
       auto offset = putConnectivity(encodeConnectivity(*slab.connectivity, arrays_));
       if (!offset) return pass(offset.error());
       body.connectivity = slab.connectivity;
@@ -425,22 +431,28 @@ class T4dWriter::File {
                      {});
   }
 
-  /// The layers of a slab; `lower` and `upper` write those that are not in the file yet.
+  /// The parts of a slab, which comes next; `lower` and `upper` write the layers that are not in
+  /// the file yet.
   template <class Lower, class Upper>
-  Result<SlabParts> putLayers(const Body& body, const model::VertexCounts& counts, Lower lower,
+  Result<SlabParts> putLayers(Body& body, const model::VertexCounts& counts, Lower lower,
                               Upper upper) {
-    SlabParts parts{body.connectivityOffset, body.upperOffset, 0, body.index};
+    std::uint64_t lowerOffset = body.upperOffset;
     if (body.summary.slabs == 0 && counts.lowerCount > 0) {
       const auto offset = lower();
       if (!offset) return pass(offset.error());
-      parts.lower = *offset;
+      lowerOffset = *offset;
     }
+    body.upperOffset = 0;
     if (counts.upperCount > 0) {
       const auto offset = upper();
       if (!offset) return pass(offset.error());
-      parts.upper = *offset;
+      body.upperOffset = *offset;
     }
-    return parts;
+    const auto distance = [slab = out_.size()](std::uint64_t offset) {
+      return offset == 0 ? 0 : slab - offset;
+    };
+    return SlabParts{distance(body.connectivityOffset), distance(lowerOffset),
+                     distance(body.upperOffset), body.index};
   }
 
   Result<void> putRecord(Body& body, const model::TimeSpan& time, const model::VertexCounts& counts,
@@ -453,7 +465,6 @@ class T4dWriter::File {
     addSlab(body.summary, time, counts, extent.cells, extent.bounds);
     body.upperLayer = std::move(upperLayer);
     body.upperAttributes = std::move(upperAttributes);
-    body.upperOffset = parts.upper;
     return {};
   }
 
@@ -478,6 +489,7 @@ class T4dWriter::File {
   bool indexed_;
   std::optional<double> step_;  // of the grid
   bool poses_ = false;
+  PartWindow window_;
   std::vector<Body> bodies_;
   Index index_;  // without an index: only its chunks are counted
   std::vector<Point4> scratch_;

@@ -30,10 +30,10 @@ struct T4dWriteOptions {
 /// untouched until `finish` returns successfully.
 ///
 /// Connectivity is stored once for consecutive slabs of one body that share the object, and where
-/// one of the last 4 MiB of stored connectivity has the same content; layers are stored once; means
-/// are not stored. Layers that are a reference moved (Slab::upperPose) are stored as the reference
-/// and the pose if that gives them to the bit. They are then not rounded to a grid; with float32,
-/// reference and result are rounded.
+/// one of the last 4 MiB, and 16 for each body, of stored connectivity has the same content; layers
+/// are stored once; means are not stored. Layers that are a reference moved (Slab::upperPose) are
+/// stored as the reference and the pose if that gives them to the bit. They are then not rounded to
+/// a grid; with float32, reference and result are rounded.
 class T4dWriter {
  public:
   /// Fails if body names are invalid or the file cannot be opened.

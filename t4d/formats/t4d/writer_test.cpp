@@ -578,5 +578,34 @@ TEST(T4dWriter, DoesNotFinishOnAFullDisk) {
   EXPECT_THAT(finished.error().text(), HasSubstr("No space left"));
 }
 
+TEST(T4dWriter, StoresConnectivityAgainThatIsTooFarBackToBeNamed) {
+  // Connectivity k has k vertices more than a simplex.
+  std::vector<std::shared_ptr<Connectivity>> all;
+  const auto connectivities = [&](std::size_t different) {
+    std::vector<Slab> slabs;
+    for (std::size_t i = 0; i <= different; ++i) {
+      const std::size_t k = i % different;
+      Slab slab = simplexSlab();
+      if (k == all.size()) {
+        all.push_back(std::make_shared<Connectivity>(*slab.connectivity));
+        all.back()->vertexCount += static_cast<std::uint32_t>(k);
+      }
+      slab.connectivity = all[k];
+      slab.vertices.resize(slab.vertices.size() + k, slab.vertices[0]);
+      slab.timeBegin += static_cast<double>(i);
+      slab.timeEnd += static_cast<double>(i);
+      for (Point4& vertex : slab.vertices) vertex[3] += static_cast<double>(i);
+      slabs.push_back(std::move(slab));
+    }
+    const auto path = writeT4d("far.t4d", {slabs}, {});
+    const auto checked = checkT4dFile(path);
+    EXPECT_TRUE(checked) << checked.error().text();
+    const std::vector<ChunkHeader> chunks = listChunks(fileContents(path));
+    return std::ranges::count(chunks, t4d_layout::kConnectivity, &ChunkHeader::type);
+  };
+  EXPECT_EQ(connectivities(16), 16);
+  EXPECT_EQ(connectivities(17), 18);
+}
+
 }  // namespace
 }  // namespace t4d::formats

@@ -63,7 +63,7 @@ for (const name of files) {
     isSame(index.chunks, headers);
     isSame(index.times, slabs.flatMap(({ timeBegin, timeEnd }) => [timeBegin, timeEnd]));
     isSame(index.bodies, slabs.map(({ body }) => body));
-    isSame(index.parts, slabs.flatMap(({ ofsConnectivity, ofsLower, ofsUpper }) =>
-      [ofsConnectivity, ofsLower, ofsUpper]));
+    isSame(index.parts, slabs.flatMap(({ distanceConnectivity, distanceLower, distanceUpper }) =>
+      [distanceConnectivity, distanceLower, distanceUpper]));
   });
 }

@@ -469,10 +469,14 @@ function readLayr({ at, fields: { time, positions, attributes: records } }, head
   return { kind: 'LAYR', time, points, attributes, isFloat32 };
 }
 
-function readPose({ at, fields: { time, ofsLayer, matrix } }, { features }, part) {
+/** The offset of a part that begins `distance` bytes before `at`; null for an empty layer. */
+const placeOf = (at, distance) => (distance === 0 ? null : at - distance);
+
+function readPose({ at, fields: { time, distanceLayer, matrix } }, { features }, part) {
   check(features.includes('pose'), at, 'K5', 'HEAD does not name the feature pose');
+  const ofsLayer = placeOf(at, distanceLayer);
   const layer = ofsLayer >= 24 && ofsLayer < at ? part(ofsLayer) : undefined;
-  check(layer?.kind === 'LAYR', at, 'K2', `no LAYR at ${ofsLayer}, before the pose`);
+  check(layer?.kind === 'LAYR', at, 'K2', `no LAYR ${distanceLayer} bytes before the pose`);
   const rounded = layer.isFloat32 ? Math.fround : (value) => value;
   const points = layer.points.map(([x, y, z]) => [...[0, 4, 8].map((i) =>
     rounded(((matrix[i] * x + matrix[i + 1] * y) + matrix[i + 2] * z) + matrix[i + 3])), time]);
@@ -487,7 +491,10 @@ const readPart = (chunk, head, part) => ({
 
 /** A slab, put together; part(offset) is a part, or undefined. `record` is what INDX says of it. */
 function readSlab({ at, fields }, head, part) {
-  const { timeBegin, timeEnd, ofsConnectivity, ofsLower, ofsUpper, body } = fields;
+  const { timeBegin, timeEnd, body } = fields;
+  const [ofsConnectivity, ofsLower, ofsUpper] =
+    [fields.distanceConnectivity, fields.distanceLower, fields.distanceUpper]
+      .map((distance) => placeOf(at, distance));
   check(body < head.bodies.length, at, 'S4', `body ${body}`);
   const times = numbersOf(fields.times, at, head.features);
   const interior = positionsOf(fields.positions, at, head, 'S5')
@@ -501,7 +508,7 @@ function readSlab({ at, fields }, head, part) {
   const conn = find(ofsConnectivity, ['CONN'], 'S2');
   const layer = (offset, rows, time) => {
     const { points, time: found, attributes } =
-      offset === 0 ? { points: [], time, attributes: [] } : find(offset, ['LAYR', 'POSE'], 'S3');
+      offset === null ? { points: [], time, attributes: [] } : find(offset, ['LAYR', 'POSE'], 'S3');
     check(points.length === rows, at, 'P1', `layer of ${points.length} vertices, not ${rows}`);
     check(found === time, at, 'P3', `layer at ${found}, not ${time}`);
     return { points, attributes };
@@ -591,10 +598,15 @@ function mean(points) {
 
 // Whole files ------------------------------------------------------------------------------------
 
-/** Checks DONE, as far as that is possible without the slabs; `bodies` has the records of each. */
-function checkDone({ at, fields: done }, bodies, numChunks) {
+/**
+ * Checks DONE, as far as that is possible without the slabs; `bodies` has the records of each,
+ * `headers` those of all chunks but INDX.
+ */
+function checkDone({ at, fields: done }, bodies, headers) {
   check(done.numBodies === bodies.length, at, 'D2', `HEAD names ${bodies.length}`);
-  check(done.numChunks === numChunks, at, 'D1', `${numChunks} chunks are there`);
+  check(done.numChunks === headers.size - 1, at, 'D1', `${headers.size - 1} chunks are there`);
+  const isCopy = (layer, other) => headers.has(layer) && headers.get(layer) === headers.get(other)
+    && headers.get(layer).startsWith(hexOf(new TextEncoder().encode('LAYR')));
   bodies.forEach((slabs, i) => {
     const said = done.bodies[i];
     check(said.numSlabs === slabs.length && slabs.length > 0, at, 'D5',
@@ -602,8 +614,10 @@ function checkDone({ at, fields: done }, bodies, numChunks) {
     slabs.slice(1).forEach((slab, k) => {
       const before = slabs[k];
       const { at: place, timeBegin: begin } = slab;
-      check(slab.ofsLower === before.ofsUpper, place, 'S7', 'lower is not upper before');
-      check(slab.ofsLower === 0 ? begin >= before.timeEnd : begin === before.timeEnd, place, 'S8',
+      const { ofsLower: lower } = slab;
+      check(lower === before.ofsUpper || isCopy(lower, before.ofsUpper), place, 'S7',
+        'lower is not upper before');
+      check(lower === null ? begin >= before.timeEnd : begin === before.timeEnd, place, 'S8',
         `begins at ${begin}, the slab before ends at ${before.timeEnd}`);
     });
     check(said.timeBegin === slabs[0].timeBegin && said.timeEnd === slabs.at(-1).timeEnd, at, 'D7',
@@ -674,8 +688,9 @@ async function readIndx({ at, fields }) {
     [fields.times, fields.parts, fields.bodies, fields.cells, fields.bounds]
       .map((column) => rowsOf(column, at, features));
   const records = slabs.map((place, i) => ({
-    at: place, timeBegin: times[i][0], timeEnd: times[i][1], ofsConnectivity: parts[i][0],
-    ofsLower: parts[i][1], ofsUpper: parts[i][2], body: numbers[i][0], numCells: cells[i][0],
+    at: place, timeBegin: times[i][0], timeEnd: times[i][1],
+    ofsConnectivity: placeOf(place, parts[i][0]), ofsLower: placeOf(place, parts[i][1]),
+    ofsUpper: placeOf(place, parts[i][2]), body: numbers[i][0], numCells: cells[i][0],
     bounds: bounds[i],
   }));
   const bodies = head.bodies.map(() => []);
@@ -704,6 +719,10 @@ async function readAll(file, use) {
   const headers = new Map();
   const parts = new Map();
   const unused = new Set();
+  // The offsets of chunks by type, of which the last may be named.
+  const places = { CONN: [], LAYR: [], POSE: [] };
+  const isNear = (type, offset) => places[type].indexOf(offset) >= 0
+    && places[type].indexOf(offset) >= places[type].length - 16 * bodies.length;
   const records = [];
   let done = null;
   let head = null;
@@ -722,6 +741,8 @@ async function readAll(file, use) {
       }));
     } else if (['CONN', 'LAYR', 'POSE'].includes(chunk.type)) {
       const made = readPart(chunk, head, (offset) => parts.get(offset));
+      check(made.kind !== 'POSE' || isNear('LAYR', made.ofsLayer), at, 'K6', 'a LAYR far back');
+      places[made.kind].push(at);
       parts.set(at, made);
       unused.add(at);
       unused.delete(made.ofsLayer);
@@ -732,6 +753,11 @@ async function readAll(file, use) {
       unused.delete(record.ofsLower);
       unused.delete(record.ofsUpper);
       const body = bodies[record.body];
+      const isNearLayer = (layer) =>
+        layer === null || isNear('LAYR', layer) || isNear('POSE', layer);
+      const isKnown = body.slabs.at(-1)?.ofsUpper === record.ofsLower;
+      check(isNear('CONN', record.ofsConnectivity) && isNearLayer(record.ofsUpper) &&
+        (isKnown || isNearLayer(record.ofsLower)), at, 'S12', 'a part is far back');
       body.vertices += conn.numVertices - (body.slabs.length > 0 ? conn.numLower : 0);
       body.slabs.push(record);
       widen(body.bounds, slab.vertices);
@@ -755,7 +781,7 @@ async function readAll(file, use) {
   } else {
     check(at === file.size, at, 'O5', `${file.size - at} bytes after DONE`);
   }
-  checkDone(done, bodies.map(({ slabs }) => slabs), headers.size - 1);
+  checkDone(done, bodies.map(({ slabs }) => slabs), headers);
   bodies.forEach((body, i) => {
     const summary = done.fields.bodies[i];
     check(summary.numVertices === body.vertices, done.at, 'D6', `${body.vertices} vertices`);
@@ -782,7 +808,7 @@ async function readSlabsAt(file, time) {
   }
   const { indx, done } = await readEnds(file);
   const { head } = indx;
-  checkDone(done, indx.bodies, indx.headers.size - 1);
+  checkDone(done, indx.bodies, indx.headers);
   const chunkAt = (offset) => {
     const chunk = readChunk(file, offset);
     check(chunk.headerText === indx.headers.get(offset), offset, 'I2', 'another header');

@@ -20,6 +20,7 @@ import os
 import re
 import struct
 import sys
+from collections import deque
 from itertools import islice, pairwise, repeat
 from math import hypot, inf, isfinite, isnan, nan, sqrt
 from typing import NamedTuple
@@ -479,15 +480,16 @@ class Pose:
 
     def __init__(self, chunk, head, part):
         at = chunk.place()
-        self.time, layer_at = chunk.unpack("dQ")
+        self.time, distance = chunk.unpack("dQ")
         matrix = chunk.unpack("12d")
         chunk.end()
         check("pose" in head.features, at, "K5", "HEAD does not name pose")
         check(isfinite(self.time), at, "K1", f"time {self.time}")
         check(all(map(isfinite, matrix)), at + 16, "K3", f"matrix {matrix}")
-        layer = part(layer_at) if layer_at < chunk.at else None
-        check(isinstance(layer, Layr), at + 8, "K2", f"no LAYR at {layer_at} before it")
-        self.layer_at, self.attributes = layer_at, layer.attributes
+        self.layer_at = chunk.at - distance
+        layer = part(self.layer_at) if 0 < distance < chunk.at else None
+        check(isinstance(layer, Layr), at + 8, "K2", f"no LAYR {distance} bytes before it")
+        self.attributes = layer.attributes
         rows = matrix[:4], matrix[4:8], matrix[8:]
         self.points = []
         for x, y, z, _ in layer.points:
@@ -523,7 +525,7 @@ def points(positions, times, head):
 
 
 class Record(NamedTuple):
-    """What INDX says of a slab, and its offset."""
+    """What INDX says of a slab, and its offset. Parts are so many bytes before it."""
     begin: float
     end: float
     conn: int
@@ -535,6 +537,10 @@ class Record(NamedTuple):
     high: tuple
     at: int
 
+    def parts(self):
+        """The offsets of connectivity, lower and upper, None for an empty layer."""
+        return [self.at - each if each else None for each in (self.conn, self.lower, self.upper)]
+
 
 class Slab:
     """`vertices` is a list of (x, y, z, t)."""
@@ -543,7 +549,7 @@ class Slab:
         """part(offset) is a Conn, a Layr, a Pose or None."""
         self.at = at = chunk.place()
         fields = chunk.unpack("ddQQQI")
-        self.begin, self.end, conn_at, lower_at, upper_at, self.body = fields
+        self.begin, self.end, to_conn, to_lower, to_upper, self.body = fields
         attributes, blocks = chunk.unpack("II")
         check(isfinite(self.begin) and isfinite(self.end) and self.begin <= self.end, at, "S1",
               f"begin {self.begin}, end {self.end}")
@@ -555,13 +561,13 @@ class Slab:
         check(times.rows == positions.rows, times.at + 8, "S6", f"{times.rows} interior times")
         own = [Attribute(chunk, head.features) for _ in range(attributes)]
         chunk.end()
-        self.conn = conn = part(conn_at) if conn_at < at else None
-        check(isinstance(conn, Conn), at + 16, "S2", f"no CONN at {conn_at} before it")
+        self.conn = conn = part(chunk.at - to_conn) if 0 < to_conn < chunk.at else None
+        check(isinstance(conn, Conn), at + 16, "S2", f"no CONN {to_conn} bytes before it")
         interior = points(positions, times.numbers(), head)
         check(len(interior) == conn.first_mean - conn.lower, positions.at, "P1",
               f"{len(interior)} interior vertices")
-        lower, of_lower = self.layer(part, lower_at, conn.lower, self.begin, at + 24)
-        upper, of_upper = self.layer(part, upper_at, conn.upper, self.end, at + 32)
+        lower, of_lower = self.layer(part, chunk, to_lower, conn.lower, self.begin, at + 24)
+        upper, of_upper = self.layer(part, chunk, to_upper, conn.upper, self.end, at + 32)
         known = lower + interior + [None] * conn.means + upper
         means = [mean([known[i] for i in sources]) for sources in conn.sources]
         self.stored = lower + interior + upper
@@ -589,9 +595,11 @@ class Slab:
         self.box = low, high = box(self.vertices)
         self.record = Record(*fields, len(conn.cells), low[:3], high[:3], chunk.at)
 
-    def layer(self, part, offset, rows, time, at):
-        layer = part(offset) if 0 < offset < self.at else None
-        check(offset == 0 or isinstance(layer, Layr | Pose), at, "S3", f"no layer at {offset}")
+    @staticmethod
+    def layer(part, chunk, distance, rows, time, at):
+        layer = part(chunk.at - distance) if 0 < distance < chunk.at else None
+        check(distance == 0 or isinstance(layer, Layr | Pose), at, "S3",
+              f"no layer {distance} bytes before it")
         found = layer.points if layer else []
         check(len(found) == rows, at, "P1", f"layer of {len(found)} vertices, not {rows}")
         check(layer is None or layer.time == time, at, "P3", f"layer not at {time}")
@@ -653,14 +661,18 @@ class Done:
         self.summaries = [chunk.unpack("3Q8d") for _ in range(bodies)]
         chunk.end()
 
-    def check_records(self, bodies, chunks):
-        """`bodies` has a list of records for each body."""
-        check(self.chunks == chunks, self.at, "D1", f"{self.chunks} chunks, not {chunks}")
+    def check_records(self, bodies, headers):
+        """`bodies` has a list of records for each body, `headers` those of all chunks but INDX."""
+        check(self.chunks == len(headers) - 1, self.at, "D1",
+              f"{self.chunks} chunks, not {len(headers) - 1}")
         for i, (said, slabs) in enumerate(zip(self.summaries, bodies)):
             at = self.at + 16 + 88 * i
             check(said[0] == len(slabs) > 0, at, "D5", f"{said[0]} slabs, {len(slabs)} are there")
             for last, slab in pairwise(slabs):
-                check(slab.lower == last.upper, slab.at, "S7", "lower is not upper before")
+                lower, upper = slab.parts()[1], last.parts()[2]
+                is_copy = (headers.get(lower, b"")[:4] == b"LAYR"
+                           and headers[lower] == headers.get(upper))
+                check(lower == upper or is_copy, slab.at, "S7", "lower is not upper before")
                 check(slab.begin == last.end or slab.lower == 0 and slab.begin > last.end, slab.at,
                       "S8", f"begins at {slab.begin}, the slab before ends at {last.end}")
             times, cells = (slabs[0].begin, slabs[-1].end), sum(each.cells for each in slabs)
@@ -736,7 +748,7 @@ def read_all(file, use):
     """(version, Head, a Body for each) of a file that breaks no rule; calls use(slab) for each."""
     version, has_index = read_file_header(file)
     indx, done = read_ends(file) if has_index else (None, None)
-    head, chunks, parts, records, at = None, {}, {}, [], 24
+    head, headers, parts, records, at = None, {}, {}, [], 24
     while True:
         check(at < file.size, at, "O3", "the file ends without DONE")
         chunk = Chunk(file, at)
@@ -747,30 +759,46 @@ def read_all(file, use):
         if chunk.type == b"HEAD":
             head = Head(chunk.front, at + 32)
             bodies = [Body() for _ in head.bodies]
+            # The offsets of the last chunks of a type, which others may name.
+            last = {each: deque(maxlen=16 * len(bodies)) for each in PARTS}
         elif chunk.type in PARTS:
-            parts[at] = PARTS[chunk.type](chunk, head, parts.get)
+            parts[at] = made = PARTS[chunk.type](chunk, head, parts.get)
+            check(chunk.type != b"POSE" or made.layer_at in last[b"LAYR"], at, "K6", "far back")
+            last[chunk.type].append(at)
         elif chunk.type == b"SLAB":
             slab = Slab(chunk, head, parts.get)
+            check_window(slab.record, bodies[slab.body].records, last)
             records.append(slab.record)
             bodies[slab.body].add(slab, use(slab))
-        chunks[at] = chunk.header[:28]
+        headers[at] = chunk.header[:28]
         at += chunk.size
-    named = {offset for each in records for offset in (each.conn, each.lower, each.upper)}
+    headers[at] = chunk.header[:28]
+    named = {offset for each in records for offset in each.parts()}
     named.update(each.layer_at for each in parts.values() if isinstance(each, Pose))
     for offset in parts:
         check(offset in named, offset, "O6", "no slab names this part")
     if has_index:
         check(head.data == indx.head.data, indx.at + 32, "I1", "another HEAD")
-        check({**chunks, at: chunk.header[:28]} == indx.chunks, indx.at, "I2", "other headers")
+        check(headers == indx.chunks, indx.at, "I2", "other headers")
         for said, found in zip(indx.records, records):
             check_record(said, found, indx.at)
     else:
         check(at + chunk.size == file.size, at + chunk.size, "O5", "bytes after DONE")
         done = Done(chunk, head)
-    done.check_records([body.records for body in bodies], len(chunks))
+    done.check_records([body.records for body in bodies], headers)
     for i, body in enumerate(bodies):
         done.check_vertices(i, body.vertices, *joined(body.boxes))
     return version, head, bodies
+
+
+def check_window(slab, before, last):
+    """`before` are the slabs of the same body, `last` the offsets of the last chunks by type."""
+    conn, *layers = slab.parts()
+    if before and layers[0] == before[-1].parts()[2]:
+        del layers[0]
+    layers_before = (None, *last[b"LAYR"], *last[b"POSE"])
+    check(conn in last[b"CONN"] and all(each in layers_before for each in layers), slab.at, "S12",
+          "a part is far back")
 
 
 def read_slabs_at(file, time):
@@ -782,7 +810,7 @@ def read_slabs_at(file, time):
         return head, [([] if i is None else [body.results[i]], body.records[-1].end)
                       for i, body in zip(numbers, bodies)]
     indx, done = read_ends(file)
-    done.check_records(indx.bodies, len(indx.chunks) - 1)
+    done.check_records(indx.bodies, indx.chunks)
     parts, found = {}, []
 
     def chunk_at(offset):

@@ -11,6 +11,7 @@ import json
 import os
 import struct
 import sys
+from collections import deque
 from itertools import pairwise
 from math import inf
 
@@ -163,7 +164,7 @@ def layer_payload(layer):
 
 
 def slab_payload(slab, body, conn, parts, points):
-    """`parts` are the offsets of its CONN and its LAYRs, `points` its vertices."""
+    """`parts` are the distances to its CONN and its LAYRs, `points` its vertices."""
     own = slab["interior_attributes"], slab["cell_attributes"]
     payload = Payload()
     payload.pack("ddQQQIII4x", slab["begin"], slab["end"], *parts, body, sum(map(len, own)),
@@ -213,13 +214,16 @@ class Writer:
         self.mesh, self.out = mesh, Out(stream)
         self.connectivities = [Connectivity(each) for each in mesh["connectivities"]]
         self.offsets = {}  # of parts that are written
+        # The last of them, which may be named.
+        self.last = {name: deque(maxlen=16 * len(mesh["bodies"])) for name in (b"CONN", b"LAYR")}
         self.summaries = [Summary() for _ in mesh["bodies"]]
         self.rows = []  # what INDX says of slabs
 
     def part(self, name, number, payload):
-        """The offset of a part, which is written where it is first needed."""
-        if (name, number) not in self.offsets:
+        """The offset of a part, which is written where it is first needed, and after many others."""
+        if self.offsets.get((name, number)) not in self.last[name]:
             self.offsets[name, number] = self.out.chunk(name, payload())
+            self.last[name].append(self.offsets[name, number])
         return self.offsets[name, number]
 
     def layer(self, number):
@@ -239,7 +243,7 @@ class Writer:
         known = lower + interior + [None] * len(conn.means) + upper
         means = [mean([known[i] for i in sources]) for sources in conn.means]
         points = lower + interior + means + upper
-        parts = conn_at, lower_at, upper_at
+        parts = [at and self.out.at - at for at in (conn_at, lower_at, upper_at)]
         self.out.chunk(b"SLAB", slab_payload(slab, body, conn, parts, points))
         bounds = box(points, 3)
         self.rows.append(([slab["begin"], slab["end"]], parts, [body], [len(conn.cells)], bounds))
