@@ -1,5 +1,7 @@
 package main
 
+import "sort"
+
 // A catalog has the chunks before INDX and the slabs of a file.
 type catalog struct {
 	*file
@@ -8,8 +10,9 @@ type catalog struct {
 	slabs  []entry
 	bodies []summary
 
-	named       map[uint64]bool // parts, by a SLAB or a POSE
-	parts, last map[uint64]any  // those of this slab, and of the one read before it
+	offsets     map[string][]uint64 // of the chunks by type
+	named       map[uint64]bool     // parts, by a SLAB or a POSE
+	parts, last map[uint64]any      // those of this slab, and of the one read before it
 }
 
 // A summary is what DONE says of a body.
@@ -20,24 +23,25 @@ type summary struct {
 }
 
 func newCatalog(f *file) *catalog {
-	return &catalog{file: f, at: map[uint64]chunk{}, named: map[uint64]bool{}}
+	return &catalog{file: f, at: map[uint64]chunk{}, offsets: map[string][]uint64{}, named: map[uint64]bool{}}
 }
 
 func (c *catalog) add(at chunk) {
 	c.chunks = append(c.chunks, at)
 	c.at[at.offset] = at
+	c.offsets[at.kind] = append(c.offsets[at.kind], at.offset)
 }
 
-// find returns the chunk at an offset that another one names.
-func (c *catalog) find(offset, before uint64, rule string, kinds ...string) chunk {
-	at := c.at[offset]
+// find returns the chunk at a distance that another one names.
+func (c *catalog) find(distance uint64, by chunk, rule string, kinds ...string) chunk {
+	at := c.at[by.offset-distance]
 	for _, kind := range kinds {
-		if at.kind == kind && offset < before {
-			c.named[offset] = true
+		if at.kind == kind && at.offset < by.offset {
+			c.named[at.offset] = true
 			return at
 		}
 	}
-	require(false, before, rule, "a part is not before the chunk that names it")
+	require(false, by.offset, rule, "a part is not before the chunk that names it")
 	panic("unreachable")
 }
 
@@ -57,21 +61,34 @@ func part[T any](c *catalog, at chunk, read func() T) T {
 	return value.(T)
 }
 
-func (c *catalog) connAt(offset, before uint64) *conn {
-	at := c.find(offset, before, "S2", "CONN")
+func (c *catalog) connAt(distance uint64, slab chunk) *conn {
+	at := c.find(distance, slab, "S2", "CONN")
 	return part(c, at, func() *conn { return c.readConn(at) })
 }
 
-func (c *catalog) layerAt(offset, before uint64) *layer {
-	at := c.find(offset, before, "S3", "LAYR", "POSE")
+func (c *catalog) layerAt(distance uint64, slab chunk) *layer {
+	at := c.find(distance, slab, "S3", "LAYR", "POSE")
 	return part(c, at, func() *layer {
-		if at.kind == "LAYR" {
-			return c.readLayer(at)
+		if at.kind == "POSE" {
+			return c.readPose(at)
 		}
-		return c.readPose(at, func(base uint64) *layer {
-			return c.layerAt(c.find(base, offset, "K2", "LAYR").offset, offset)
-		})
+		return c.readLayer(at)
 	})
+}
+
+func (c *catalog) posedLayer(distance uint64, pose chunk) *layer {
+	at := c.find(distance, pose, "K2", "LAYR")
+	c.requireNear(distance, pose, "K6")
+	return part(c, at, func() *layer { return c.readLayer(at) })
+}
+
+// requireNear demands that a part is one of the last of its type before the chunk that names it. A layer
+// that is missing, at the distance 0, is near.
+func (c *catalog) requireNear(distance uint64, by chunk, rule string) {
+	at := c.at[by.offset-distance]
+	offsets, most := c.offsets[at.kind], 16*len(c.head.bodies)
+	before := sort.Search(len(offsets), func(i int) bool { return offsets[i] >= by.offset })
+	require(before <= most || offsets[before-most] <= at.offset, by.offset, rule, "a part is too far back")
 }
 
 // readDone reads the DONE that follows the chunks.
@@ -99,8 +116,10 @@ func spaceBox(data []byte) (b box) {
 	return b
 }
 
-// sameLayer tells whether two slabs that name layers name the same.
-func (c *catalog) sameLayer(a, b uint64) bool { return a == b }
+// sameLayer tells whether the layers at two offsets are the same, or copies.
+func (c *catalog) sameLayer(a, b uint64) bool {
+	return a == b || c.at[a].kind == "LAYR" && c.at[a].bytes == c.at[b].bytes
+}
 
 // check demands that slabs follow one another, and that DONE is right about them, but for vertices.
 func (c *catalog) check(doneOffset uint64) {
@@ -113,10 +132,16 @@ func (c *catalog) check(doneOffset uint64) {
 		require(finite(s.begin, s.end) && s.begin <= s.end, s.offset, "S1", "begin or end is wrong")
 		require(uint64(s.body) < uint64(len(found)), s.offset, "S4", "there is no such body")
 		f, before := &found[s.body], previous[s.body]
+		lower, shared := s.offsetOf(s.at.lower), before.offsetOf(before.at.upper)
+		c.requireNear(s.at.conn, c.at[s.offset], "S12")
+		c.requireNear(s.at.upper, c.at[s.offset], "S12")
+		if lower != shared {
+			c.requireNear(s.at.lower, c.at[s.offset], "S12")
+		}
 		if f.slabs == 0 {
 			f.begin = s.begin
 		} else {
-			require(c.sameLayer(s.at.lower, before.at.upper), s.offset,
+			require(c.sameLayer(lower, shared), s.offset,
 				"S7", "lower is not upper of the slab before")
 			require(s.begin == before.end || s.at.lower == 0 && s.begin > before.end, s.offset, "S8",
 				"the slab does not begin where the slab before ends")

@@ -57,7 +57,7 @@ func readIndex(f *file) *catalog {
 		require(i < slabs, indx.offset, "I3", "there are more slabs")
 		c.slabs = append(c.slabs, entry{
 			offset: at.offset, begin: times.f64(2 * i), end: times.f64(2*i + 1),
-			at:   partsOf(at.offset, parts.row(i)),
+			at:   parseParts(parts.row(i)),
 			body: le.Uint32(bodies.row(i)), cells: le.Uint64(cells.row(i)), bounds: spaceBox(bounds.row(i)),
 		})
 		total += c.slabs[i].cells

@@ -64,13 +64,13 @@ func (f *file) readLayer(at chunk) *layer {
 	return l
 }
 
-// readPose reads a POSE; layerAt finds the LAYR that it moves.
-func (f *file) readPose(at chunk, layerAt func(offset uint64) *layer) *layer {
-	require(f.head.has("pose"), at.offset, "K5", "the file does not name the feature pose")
-	p := f.open(at, "K4")
+// readPose reads a POSE.
+func (c *catalog) readPose(at chunk) *layer {
+	require(c.head.has("pose"), at.offset, "K5", "the file does not name the feature pose")
+	p := c.open(at, "K4")
 	time := p.f64()
 	require(finite(time), at.offset, "K1", "the time is not finite")
-	offset := partOffset(at.offset, p.take(8))
+	distance := p.u64()
 	var m [3][4]float64
 	for row := range m {
 		for column := range m[row] {
@@ -80,7 +80,7 @@ func (f *file) readPose(at chunk, layerAt func(offset uint64) *layer) *layer {
 	}
 	p.end()
 
-	base := layerAt(offset)
+	base := c.posedLayer(distance, at)
 	l := &layer{rounded: base.rounded, attributes: base.attributes, points: make([]point, len(base.points))}
 	for i, q := range base.points {
 		for row, n := range m {

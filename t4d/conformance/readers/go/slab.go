@@ -10,8 +10,20 @@ type entry struct {
 	bounds     box // of x, y, z
 }
 
-// Parts are the offsets in the file of the parts of a slab, 0 for an empty layer.
+// Parts are the distances to the parts of a slab, 0 for an empty layer.
 type parts struct{ conn, lower, upper uint64 }
+
+// offsetOf is the offset in the file of a part, 0 for none.
+func (e entry) offsetOf(distance uint64) uint64 {
+	if distance == 0 {
+		return 0
+	}
+	return e.offset - distance
+}
+
+func parseParts(stored []byte) parts {
+	return parts{le.Uint64(stored), le.Uint64(stored[8:]), le.Uint64(stored[16:])}
+}
 
 // A slab is a part of a mesh, put together.
 type slab struct {
@@ -22,25 +34,17 @@ type slab struct {
 	attributes []attribute
 }
 
-// partOffset is the offset in the file of a part, as the chunk at an offset names it.
-func partOffset(chunk uint64, stored []byte) uint64 { return le.Uint64(stored) }
-
-// partsOf are the parts that a SLAB at an offset names.
-func partsOf(slab uint64, stored []byte) parts {
-	return parts{partOffset(slab, stored), partOffset(slab, stored[8:]), partOffset(slab, stored[16:])}
-}
-
 // readSlab reads the SLAB at a chunk of the catalog, and puts it together.
 func (c *catalog) readSlab(at chunk) *slab {
 	p := c.open(at, "S9")
 	s := &slab{box: emptyBox()}
 	s.offset, s.begin, s.end = at.offset, p.f64(), p.f64()
-	s.at, s.body = partsOf(at.offset, p.take(24)), p.u32()
+	s.at, s.body = parseParts(p.take(24)), p.u32()
 	attributes, boundCount := p.u32(), p.u32()
 	p.zeros(4, "S11")
 	bounds := p.take(uint64(boundCount) * 64)
 	c.newParts()
-	s.conn = c.connAt(s.at.conn, at.offset)
+	s.conn = c.connAt(s.at.conn, at)
 	s.cells = s.cellCount
 	require(uint64(boundCount) == blocksWithBoxes(s.cellBlocks), at.offset,
 		"S10", "there are not bounds for each block of cells")
@@ -58,11 +62,11 @@ func (c *catalog) readSlab(at chunk) *slab {
 
 	lower, upper := &layer{}, &layer{}
 	if s.at.lower != 0 {
-		lower = c.layerAt(s.at.lower, at.offset)
+		lower = c.layerAt(s.at.lower, at)
 		require(lower.time == s.begin, at.offset, "P3", "the time of the lower layer is not begin")
 	}
 	if s.at.upper != 0 {
-		upper = c.layerAt(s.at.upper, at.offset)
+		upper = c.layerAt(s.at.upper, at)
 		require(upper.time == s.end, at.offset, "P3", "the time of the upper layer is not end")
 	}
 	require(uint64(len(lower.points)) == s.conn.lower && uint64(len(upper.points)) == s.conn.upper &&
