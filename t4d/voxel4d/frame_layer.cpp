@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include "t4d/voxel4d/block_ranges.h"
 
@@ -29,7 +30,7 @@ Coord scaledDown(const Coord& coord, std::int32_t size) {
 }
 
 void sortUnique(std::vector<Coord>& coords) {
-  std::sort(coords.begin(), coords.end(), WeavingOrder());
+  tbb::parallel_sort(coords.begin(), coords.end(), WeavingOrder());
   coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
 }
 
