@@ -299,11 +299,21 @@ Result<void> removeOutside(const model::TriangleMesh& mesh, Cap& cap) {
                       i));
     }
   }
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < cap.cells.size(); ++i) {
-    if (side[i] == kInside) cap.cells[kept++] = cap.cells[i];
+  // From neighbour to neighbour: cells that follow one another share vertices, and files get
+  // smaller.
+  std::vector<Cell> kept;
+  for (std::uint32_t first = 0; first < cap.cells.size(); ++first) {
+    queue.push_back(first);
+    while (!queue.empty()) {
+      const std::uint32_t cell = queue.back();
+      queue.pop_back();
+      if (side[cell] != kInside) continue;
+      side[cell] = kUnknown;  // taken
+      kept.push_back(cap.cells[cell]);
+      for (int k = 0; k < neighbourCount[cell]; ++k) queue.push_back(neighbours[cell][k]);
+    }
   }
-  cap.cells.resize(kept);
+  cap.cells = std::move(kept);
   return {};
 }
 

@@ -46,7 +46,7 @@ TEST(Slab, AttributesOfMeansAreMeansOrThoseOfTheFirstSource) {
   EXPECT_EQ(meanOf(std::vector<double>{1, 2, 3, 0, 5}), 2.75);
   EXPECT_EQ(meanOf(std::vector<std::int16_t>{-7, 2, 3, 0, 5}), -7);
   // The sum is that of double precision, and only the mean is rounded.
-  EXPECT_EQ(meanOf(std::vector<float>{1, 0x1p-24F, 0x1p-24F, 0, 1}), 0.5F + 0x1p-24F);
+  EXPECT_EQ(meanOf(std::vector<float>{1, 0x1p-24F, 0x1p-24F, 0, 0}), 0.25F + 0x1p-25F);
   const float infinity = std::numeric_limits<float>::infinity();
   const float none = meanOf(std::vector<float>{infinity, -infinity, 0, 0, 0});
   EXPECT_EQ(std::bit_cast<std::uint32_t>(none), 0x7FC00000U);

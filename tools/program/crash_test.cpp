@@ -393,11 +393,11 @@ TEST_F(Signalled, WhatIgnoresTheSignalGoesOn) {
 class Full : public Crash {
  protected:
   std::vector<Words> commands() const {
-    EXPECT_EQ(run(sweep(300, "swept.t4d")).exitCode, 0);
+    EXPECT_EQ(run(sweep(5000, "swept.t4d")).exitCode, 0);
     const std::string swept = contents(folder_ / "swept.t4d");
     std::ofstream(folder_ / "broken.t4d", std::ios::binary)
         << swept.substr(0, swept.size() - swept.size() / 5);
-    return {sweep(300),
+    return {sweep(5000),
             weave(),
             {"recover", "broken.t4d", "-o", "target/out.t4d"},
             {"flipbook", "swept.t4d", "--frames", "200", "-o", "target/out.glb"},

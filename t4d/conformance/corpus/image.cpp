@@ -179,15 +179,17 @@ void Image::addSlab(const std::string& name, std::uint32_t body, const model::Sl
       options_.positions().round() ? formats::roundedSlab(slab, options_.positions()) : slab;
   const auto interior =
       std::span(slab.vertices).subspan(shared.lowerCount, shared.firstMean() - shared.lowerCount);
-  Chunk chunk{name,
-              textOf(kSlab),
-              slabRecord({slab.timeBegin, slab.timeEnd}, body,
-                         formats::boundsOfBlocks(shared, stored.vertices), interior,
-                         formats::ownAttributes(slab), options_.positions(), options_.storage),
-              kFlagCritical,
-              {{"connectivity", connectivity}},
-              body,
-              Chunk::Sum::None};
+  Chunk chunk{
+      name,
+      textOf(kSlab),
+      slabRecord({slab.timeBegin, slab.timeEnd}, body,
+                 options_.cellBounds ? formats::boundsOfBlocks(shared, stored.vertices)
+                                     : std::vector<model::Bounds4>{},
+                 interior, formats::ownAttributes(slab), options_.positions(), options_.storage),
+      kFlagCritical,
+      {{"connectivity", connectivity}},
+      body,
+      Chunk::Sum::None};
   if (!lower.empty()) chunk.offsets["lower"] = lower;
   if (!upper.empty()) chunk.offsets["upper"] = upper;
   chunk.extent = formats::extentOf(stored);

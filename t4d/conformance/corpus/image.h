@@ -24,6 +24,7 @@ struct ImageOptions {
   bool float32 = false;
   Storage storage = Storage::Raw;
   std::optional<formats::Grid> grid = {};
+  bool cellBounds = true;  ///< of blocks of cells, in SLAB
 
   formats::ArrayOptions positions() const { return {0, float32, grid}; }
 };

@@ -394,6 +394,11 @@ void addCompression(AcceptedCases& cases) {
         .slicedAt({0.5})
         .encloses(13108.0 / 24);
   }
+  cases.add("blocks-without-bounds", "The bounds of blocks of cells are left out.")
+      .of({{"simplices", {manySimplices()}}}, {.storage = Storage::Repeats, .cellBounds = false})
+      .shows({"large"})
+      .slicedAt({0.5})
+      .encloses(13108.0 / 24);
 
   // One CONN, stored in several ways.
   const auto cells = [] {

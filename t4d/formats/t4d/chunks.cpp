@@ -472,9 +472,12 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
       std::span(slab.vertices)
           .subspan(connectivity.lowerCount, connectivity.firstMean() - connectivity.lowerCount);
   const std::vector<Attribute> attributes = ownAttributes(slab);
+  // Slabs with means are those of swept solids, which are small and read whole.
+  std::vector<model::Bounds4> bounds;
+  if (connectivity.means.size() == 0) bounds = boundsOfBlocks(connectivity, slab.vertices);
   PayloadWriter payload;
-  putSlab(payload, {slab.timeBegin, slab.timeEnd}, parts, attributes.size(),
-          boundsOfBlocks(connectivity, slab.vertices), interior.size(), makerOf(interior), options);
+  putSlab(payload, {slab.timeBegin, slab.timeEnd}, parts, attributes.size(), bounds,
+          interior.size(), makerOf(interior), options);
   for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
   return payload;
 }

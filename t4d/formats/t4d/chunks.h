@@ -117,7 +117,7 @@ struct SlabFront {
   model::TimeSpan time;
   SlabParts parts;
   std::uint32_t attributes = 0;
-  std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them
+  std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them, or none
   PackedArray positions;
   PackedArray times;
 };
@@ -127,7 +127,7 @@ Result<SlabFront> takeSlabFront(t4d_layout::PayloadReader& from, t4d_layout::Fea
 struct SlabChunk {
   model::TimeSpan time;
   SlabParts parts;
-  std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them
+  std::vector<model::Bounds4> cellBounds;  ///< as boundsOfBlocks gives them, or none
   std::vector<model::Point4> interior;     ///< the interior vertices that are not means
   /// As they are stored: those of vertices have a row for each of `interior`.
   std::vector<model::Attribute> attributes;

@@ -71,7 +71,7 @@ Result<bool> FileSlab::openParts() {
   auto slabFront = takeSlabFront(fromSlab, features_);
   if (!slabFront) return wrong(record_.slab, "SLAB", slabFront.error());
   slab_ = std::move(*slabFront);
-  if (slab_.attributes > 0) return false;
+  if (slab_.attributes > 0 || slab_.cellBounds.empty()) return false;
   if (auto end = checkEnd(fromSlab); !end) return wrong(record_.slab, "SLAB", end.error());
   time = slab_.time;
   parts_[1] = {&slabPayload_, slab_.positions, slab_.times, 0, record_.slab};

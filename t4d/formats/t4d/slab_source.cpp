@@ -28,6 +28,14 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) c
 
 Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t index) const {
   if (layerOf_) return std::shared_ptr<const model::SlabBlocks>();
+  {
+    // FileSlab would read the front of the connectivity to find this out.
+    const std::scoped_lock lock(kept_->mutex);
+    if (kept_->connectivityOffset == records_[index].parts.connectivity &&
+        (kept_->connectivity->means.size() > 0 || !kept_->connectivity->cellAttributes.empty())) {
+      return std::shared_ptr<const model::SlabBlocks>();
+    }
+  }
   if (file_->remote()) plan(index);
   auto slab = withinMemory(file_->path(),
                            [&] { return FileSlab::open(*file_, records_[index], features_); });
@@ -264,7 +272,8 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   const auto sameBounds = [](const model::Bounds4& a, const model::Bounds4& b) {
     return a.min == b.min && a.max == b.max;
   };
-  if (!std::ranges::equal(decoded->cellBounds, boundsOfBlocks(connectivity, slab->vertices),
+  if (!decoded->cellBounds.empty() &&
+      !std::ranges::equal(decoded->cellBounds, boundsOfBlocks(connectivity, slab->vertices),
                           sameBounds)) {
     return wrong("the bounds of its blocks of cells are not those of their vertices");
   }

@@ -678,8 +678,8 @@ types:
         repeat: expr
         repeat-expr: 8 * num_bounds
         doc: |
-          Of the vertices of each block of cells, if there is more than one: minimum of x, y, z, t, then
-          maximum.
+          Of the vertices of each block of cells, if there is more than one, or left out: minimum of x,
+          y, z, t, then maximum.
       - id: positions
         type: array_record(_parent, 0)
         valid:

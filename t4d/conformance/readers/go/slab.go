@@ -46,7 +46,7 @@ func (c *catalog) readSlab(at chunk) *slab {
 	c.newParts()
 	s.conn = c.connAt(s.at.conn, at)
 	s.cells = s.cellCount
-	require(uint64(boundCount) == blocksWithBoxes(s.cellBlocks), at.offset,
+	require(boundCount == 0 || uint64(boundCount) == blocksWithBoxes(s.cellBlocks), at.offset,
 		"S10", "there are not bounds for each block of cells")
 
 	interior, _ := p.positions("S5")
