@@ -37,6 +37,13 @@ void T4dOutput::addTo(CLI::App& command) {
       .add_option("--compression", compression, "zstd level from 1 to 19; 0 turns compression off")
       ->check(wholeNumber(0, 19))
       ->capture_default_str();
+  command
+      .add_option("--spare-copies", spareEvery,
+                  "Store what many slabs share again after N slabs, so that damage to one copy "
+                  "costs no more; 0: once")
+      ->type_name("N")
+      ->check(wholeNumber(0, 1'000'000))
+      ->capture_default_str();
   command.add_option("--up", up, "Axis that points up in glTF: y or z")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
@@ -78,7 +85,8 @@ Result<void> T4dFile::begin(const model::Slab* first) {
   auto writer = formats::T4dWriter::create(output_.path, metadata_,
                                            {.compression = output_.compression,
                                             .float32 = output_.precision == "float32",
-                                            .step = output_.grid});
+                                            .step = output_.grid,
+                                            .spareEvery = output_.spareEvery});
   if (!writer) return pass(writer.error());
   writer_ = std::move(*writer);
   return {};

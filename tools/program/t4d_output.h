@@ -20,6 +20,7 @@ struct T4dOutput {
   std::string precision = "float64";
   std::optional<double> grid;
   int compression = 3;
+  std::uint64_t spareEvery = 0;
   std::string up = "y";
   std::string body;
   bool center = false;

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <deque>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <optional>
 
@@ -44,6 +45,7 @@ class T4dWriter::File {
         arrays_{options.compression, options.float32, {}},
         indexed_(options.index),
         step_(options.step),
+        spareEvery_(options.spareEvery),
         window_(metadata.bodies.size()),
         rounding_(options.step) {
     bodies_.reserve(metadata.bodies.size());
@@ -198,7 +200,14 @@ class T4dWriter::File {
 
   bool isReference(const Body& body, const model::LayerPose& pose) const {
     return body.reference.reference == pose.reference && body.reference.float32 == pose.float32 &&
-           window_.has(kLayer, body.referenceOffset);
+           mayBeNamed(kLayer, body.referenceOffset);
+  }
+
+  /// Whether the part is near enough, and not needed by as many slabs as spare copies allow.
+  bool mayBeNamed(ChunkType type, std::uint64_t offset) const {
+    const auto uses = uses_.find(offset);
+    const bool worn = spareEvery_ > 0 && uses != uses_.end() && uses->second >= spareEvery_;
+    return window_.has(type, offset) && !worn;
   }
 
   /// `layer` is as it is stored.
@@ -216,11 +225,16 @@ class T4dWriter::File {
       auto offset = putChunk(kLayer, encodeLayer(time, vertices, attributes, arrays));
       if (!offset) return offset;
       body.referenceOffset = *offset;
+      uses_[*offset] = 1;  // the slab after the last one that names it
       // The layer itself, unless a pose made -0 to 0.
       for (Point4& vertex : vertices) vertex = roundedPoint(vertex, arrays);
       const bool same = std::memcmp(vertices.data(), layer.data(), layer.size_bytes()) == 0;
-      if (same) return offset;
+      if (same) {
+        ++uses_[*offset];
+        return offset;
+      }
     }
+    ++uses_[body.referenceOffset];
     return putChunk(kPose, encodePose({time, out_.size() - body.referenceOffset, pose.pose}));
   }
 
@@ -244,10 +258,10 @@ class T4dWriter::File {
     constexpr std::size_t kMostBytes = std::size_t{4} << 20;
     const auto same = [&](const StoredConnectivity& other) {
       return std::ranges::equal(other.payload.bytes(), payload.bytes()) &&
-             other.payload.blocks() == payload.blocks();
+             other.payload.blocks() == payload.blocks() && mayBeNamed(kConnectivity, other.offset);
     };
     const auto found = std::ranges::find_if(stored_, same);
-    if (found != stored_.end() && window_.has(kConnectivity, found->offset)) return found->offset;
+    if (found != stored_.end()) return found->offset;
     const auto offset = putChunk(kConnectivity, payload);
     if (!offset) return offset;
     std::size_t bytes = payload.size();
@@ -337,7 +351,7 @@ class T4dWriter::File {
         arrays_.round() ? std::optional(storedSlab(body, slab, pose)) : std::nullopt;
     const Slab& stored = rounded ? *rounded : slab;
     if (slab.connectivity != body.connectivity ||
-        !window_.has(kConnectivity, body.connectivityOffset)) {
+        !mayBeNamed(kConnectivity, body.connectivityOffset)) {
       auto offset = putConnectivity(encodeConnectivity(*slab.connectivity, arrays_));
       if (!offset) return pass(offset.error());
       body.connectivity = slab.connectivity;
@@ -462,6 +476,7 @@ class T4dWriter::File {
     const auto offset = putChunk(kSlab, payload);
     if (!offset) return pass(offset.error());
     if (indexed_) index_.slabs.push_back({*offset, out_.size() - *offset, parts, time, extent});
+    ++uses_[body.connectivityOffset];
     addSlab(body.summary, time, counts, extent.cells, extent.bounds);
     body.upperLayer = std::move(upperLayer);
     body.upperAttributes = std::move(upperAttributes);
@@ -488,6 +503,8 @@ class T4dWriter::File {
   ArrayOptions arrays_;
   bool indexed_;
   std::optional<double> step_;  // of the grid
+  std::uint64_t spareEvery_;
+  std::map<std::uint64_t, std::uint64_t> uses_;  // slabs that need the part at an offset
   bool poses_ = false;
   PartWindow window_;
   std::vector<Body> bodies_;
@@ -509,6 +526,9 @@ Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Met
   if (options.step && !(std::isfinite(*options.step) && *options.step > 0)) {
     return invalid(
         fmt::format("a grid of step {} is requested; steps are positive", *options.step));
+  }
+  if (options.spareEvery == 1) {
+    return invalid("spare copies after every slab are requested; at least 2 slabs share a copy");
   }
   if (options.step && options.float32) {
     return invalid("a grid and float32 are requested; positions can have only one of them");

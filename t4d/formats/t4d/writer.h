@@ -22,6 +22,9 @@ struct T4dWriteOptions {
   /// Store positions as whole numbers on a grid of this step: at most half of it off on each axis.
   /// Not with float32.
   std::optional<double> step = {};
+  /// Store connectivity, and the reference of posed layers, again after so many slabs, so that
+  /// damage to one copy costs no more than these; at least 2, or 0 for no copies.
+  std::uint64_t spareEvery = 0;
 };
 
 /// Writes a .t4d file slab by slab. Memory use is one slab, plus some 200 bytes for each slab

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include "t4d/fixtures/solids.h"
+#include "t4d/formats/t4d/salvage.h"
 #include "t4d/formats/t4d/test_slabs.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
@@ -576,6 +577,29 @@ TEST(T4dWriter, DoesNotFinishOnAFullDisk) {
   const auto finished = writer->finish();
   ASSERT_FALSE(finished);
   EXPECT_THAT(finished.error().text(), HasSubstr("No space left"));
+}
+
+TEST(T4dWriter, SpareCopiesBoundWhatDamageToAPartCosts) {
+  constexpr std::uint64_t kEvery = 3;
+  const model::Mesh mesh = sweptTorus();
+  const std::vector<Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
+  const auto path = writeT4d("spare.t4d", {slabs}, {.spareEvery = kEvery});
+  const auto checked = checkT4dFile(path);
+  ASSERT_TRUE(checked) << checked.error().text();
+  const std::string bytes = fileContents(path);
+  std::size_t parts = 0;
+  for (const ChunkHeader& chunk : listChunks(bytes)) {
+    if (chunk.type != t4d_layout::kConnectivity && chunk.type != t4d_layout::kLayer) continue;
+    ++parts;
+    std::string damaged = bytes;
+    damaged[chunk.end() - t4d_layout::kAlignment] ^= 1;
+    const auto salvage = T4dSalvage::open(writeFile("damaged.t4d", damaged));
+    ASSERT_TRUE(salvage) << salvage.error().text();
+    EXPECT_LT(salvage->slabsSaved(), mesh.slabCount());
+    EXPECT_GE(salvage->slabsSaved() + kEvery, mesh.slabCount()) << chunk.name();
+  }
+  EXPECT_GE(parts, 2 * mesh.slabCount() / kEvery);
+  EXPECT_FALSE(T4dWriter::create(temporaryPath("one.t4d"), {}, {.spareEvery = 1}));
 }
 
 TEST(T4dWriter, StoresConnectivityAgainThatIsTooFarBackToBeNamed) {
