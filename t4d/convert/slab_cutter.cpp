@@ -184,23 +184,17 @@ Result<CutSlab> SlabCutter::cut(const model::SlabBlocks& blocks) const {
   return cuts.finish(blocks, met.size());
 }
 
-Result<ReadSlab> SlabCutter::read(const model::Source& source, std::size_t index) const {
-  const auto blocks = source.blocks(index);
+Result<CutSlab> SlabCutter::cut(const OpenSlab& open) const {
+  return open.blocks ? cut(*open.blocks) : cut(*open.slab);
+}
+
+Result<OpenSlab> openSlab(const model::Source& source, std::size_t index) {
+  auto blocks = source.blocks(index);
   if (!blocks) return pass(blocks.error());
-  ReadSlab read;
-  if (*blocks) {
-    auto made = this->cut(**blocks);
-    if (!made) return pass(made.error());
-    read.cut = std::move(*made);
-    return read;
-  }
+  if (*blocks) return OpenSlab{nullptr, std::move(*blocks)};
   auto slab = source.slab(index);
   if (!slab) return pass(slab.error());
-  read.slab = std::move(*slab);
-  auto made = this->cut(*read.slab);
-  if (!made) return pass(made.error());
-  read.cut = std::move(*made);
-  return read;
+  return OpenSlab{std::move(*slab), nullptr};
 }
 
 }  // namespace t4d::convert

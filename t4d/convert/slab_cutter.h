@@ -23,11 +23,13 @@ struct CutSlab {
   std::uint64_t blocksRead = 0;
 };
 
-/// A slab, as long as what is cut of it is needed.
-struct ReadSlab {
-  std::shared_ptr<const model::Slab> slab;  // null if it was read by blocks
-  CutSlab cut;
+/// A slab that has been read, or can be by blocks: one of the two.
+struct OpenSlab {
+  std::shared_ptr<const model::Slab> slab;
+  std::shared_ptr<const model::SlabBlocks> blocks;
 };
+/// By blocks if the source offers them.
+Result<OpenSlab> openSlab(const model::Source& source, std::size_t index);
 
 /// Remembers what was cut last, which is often the same in the next slab or at the next time. Safe
 /// to use from several threads at once.
@@ -60,8 +62,8 @@ class SlabCutter {
   Result<CutSlab> cut(const model::Slab& slab) const;
   /// Reads and cuts the blocks that the hyperplane meets, on all threads.
   Result<CutSlab> cut(const model::SlabBlocks& blocks) const;
-  /// Reads a slab and cuts it, by blocks if the source offers them.
-  Result<ReadSlab> read(const model::Source& source, std::size_t index) const;
+  /// Either of these. The slab must outlive what is cut of it.
+  Result<CutSlab> cut(const OpenSlab& open) const;
 
  private:
   struct Heights {

@@ -226,9 +226,11 @@ Result<Slice> TimeSlicer::Impl::at(double given) const {
                       memory_);
   // Between runs of slabs the solid is empty, and there is nothing to read.
   if (low < source_.slabCount() && source_.timeSpan(low).begin <= time) {
-    const auto read = slicer.cutter.read(source_, low);
-    if (!read) return pass(read.error());
-    slicer.add(read->cut);
+    const auto open = openSlab(source_, low);
+    if (!open) return pass(open.error());
+    const auto cut = slicer.cutter.cut(*open);
+    if (!cut) return pass(cut.error());
+    slicer.add(*cut);
   }
   return slicer.finish(source_);
 }
@@ -244,27 +246,42 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
   if (n.head<3>().isZero(0)) return sliceAtTime(source, hyperplane.offset / n[3]);
   Slicer::Impl slicer(hyperplane, OnHyperplane::Below, std::make_shared<CutMemory>());
   const std::size_t count = source.slabCount();
-  // Null for a slab that the hyperplane misses.
-  using Item = std::shared_ptr<const Result<ReadSlab>>;
-  const auto read = [&](std::size_t index) -> Item {
+  struct Item {
+    Result<OpenSlab> open = OpenSlab();  // neither, for a slab that the hyperplane misses
+    Result<CutSlab> cut;
+  };
+  using ItemPointer = std::shared_ptr<Item>;
+  // One after another, so that parts that slabs share are read once.
+  const auto read = [&](std::size_t index) {
+    auto item = std::make_shared<Item>();
     if (const auto bounds = source.bounds(index)) {
       const auto [begin, end] = source.timeSpan(index);
       model::Bounds4 all;
       all.min << bounds->min, begin;
       all.max << bounds->max, end;
-      if (slicer.cutter.misses(all)) return nullptr;
+      if (slicer.cutter.misses(all)) return item;
     }
-    return std::make_shared<const Result<ReadSlab>>(slicer.cutter.read(source, index));
+    item->open = openSlab(source, index);
+    return item;
+  };
+  const auto missed = [](const Item& item) {
+    return item.open && !item.open->slab && !item.open->blocks;
+  };
+  const auto cut = [&](ItemPointer item) {
+    if (item->open && !missed(*item)) item->cut = slicer.cutter.cut(*item->open);
+    return item;
   };
   std::optional<Error> error;  // the first one
   std::size_t done = 0;
-  inOrder<Item>(count, read, [&](const Item& item) {
-    if (!item) {
+  inOrder<ItemPointer, ItemPointer>(count, read, cut, [&](const ItemPointer& item) {
+    if (!item->open) {
+      error = item->open.error();
+    } else if (missed(*item)) {
       slicer.skip();
-    } else if (*item) {
-      slicer.add((*item)->cut);
+    } else if (!item->cut) {
+      error = item->cut.error();
     } else {
-      error = item->error();
+      slicer.add(*item->cut);
     }
     ++done;
     if (progress) progress(static_cast<double>(done) / static_cast<double>(count));

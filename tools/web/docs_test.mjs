@@ -1,7 +1,7 @@
 // The pages: their links resolve, and the output they show is what the program prints.
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, readdirSync, symlinkSync } from 'node:fs';
+import { existsSync, readFileSync, readdirSync, symlinkSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
 
@@ -9,7 +9,6 @@ import { build, makeFolder, root, t4dRaw } from './t4d.mjs';
 
 const folder = makeFolder('docs');
 // Examples run the project's readers and writers by their place in it.
-mkdirSync(path.join(folder, 'fixtures'), { recursive: true });
 symlinkSync(path.join(root, 't4d'), path.join(folder, 'fixtures', 't4d'));
 const foreign = (name) => name.startsWith('.') || ['build', 'node_modules'].includes(name);
 const pagesBelow = (below) => readdirSync(path.join(root, below), { withFileTypes: true })

@@ -106,11 +106,9 @@ export function withHead(bytes, text) {
     let ownFields = Buffer.from(fields);
     const ownBlocks = blocks.map((block) => Buffer.from(block));
     if (type === 'HEAD') ownFields = head;
-    if (type === 'SLAB') move(ownFields, 16, 24, 32);
     if (type === 'INDX') {
       ownFields.writeBigUInt64LE(BigInt(head.length), 24 + 8);
       ownBlocks[0] = head;
-      for (let i = 0; i < ownBlocks[3].length; i += 8) move(ownBlocks[3], i);
     }
     return chunkOf(bytes.subarray(at, at + chunkHeaderBytes), ownFields, ownBlocks);
   });
