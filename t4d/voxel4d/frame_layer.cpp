@@ -30,7 +30,7 @@ Coord scaledDown(const Coord& coord, std::int32_t size) {
 }
 
 void sortUnique(std::vector<Coord>& coords) {
-  tbb::parallel_sort(coords.begin(), coords.end(), WeavingOrder());
+  tbb::parallel_sort(coords.begin(), coords.end());
   coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
 }
 
@@ -186,6 +186,8 @@ Result<void> FrameLayer::findSurfaceBlocks() {
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (mixed[i] != 0) surfaceBlocks_.push_back(candidates[i]);
   }
+  tbb::parallel_sort(surfaceBlocks_.begin(), surfaceBlocks_.end(),
+                     WeavingOrder(surfaceBlocks_.size()));
   return {};
 }
 

@@ -32,13 +32,23 @@ inline std::uint32_t countBefore(std::uint64_t word, unsigned bit) {
   return static_cast<std::uint32_t>(std::popcount(word & ((std::uint64_t{1} << bit) - 1)));
 }
 
-/// The order in which blocks are woven: cubes of 4 x 4 x 4 blocks one after another, so that cells
-/// that follow one another are close in all directions.
-struct WeavingOrder {
+/// The order in which blocks are woven: where there are many, cubes of 4 x 4 x 4 blocks one after
+/// another, so that cells that follow one another are close in all directions. Where there are few,
+/// such cubes would only make slabs differ that are the same but for their place.
+class WeavingOrder {
+ public:
+  explicit WeavingOrder(std::size_t blocks) : shift_(blocks > kFew ? 2 : 0) {}
+
   bool operator()(const Coord& a, const Coord& b) const {
-    const auto cube = [](const Coord& c) { return Coord{c.x >> 2, c.y >> 2, c.z >> 2}; };
+    const auto cube = [&](const Coord& c) {
+      return Coord{c.x >> shift_, c.y >> shift_, c.z >> shift_};
+    };
     return std::pair(cube(a), a) < std::pair(cube(b), b);
   }
+
+ private:
+  static constexpr std::size_t kFew = 1024;
+  int shift_;
 };
 
 /// The crossings of the lattice edges that begin in one block: one bit each, and the index of the

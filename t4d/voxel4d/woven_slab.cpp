@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include "t4d/voxel4d/block_ranges.h"
 
@@ -176,17 +177,13 @@ void WovenSlab::placeInTime(const WovenBlock& block, Point4* into) const {
 /// Finds the blocks in which a mixed hypercube can begin: those at the surface of one of the
 /// frames, and those that are inside in one frame and outside in the other.
 Result<void> WovenSlab::findBlocks() {
-  std::vector<Coord> coords;
-  std::set_union(before_.surfaceBlocks().begin(), before_.surfaceBlocks().end(),
-                 after_.surfaceBlocks().begin(), after_.surfaceBlocks().end(),
-                 std::back_inserter(coords), WeavingOrder());
-  const std::size_t sorted = coords.size();
+  std::vector<Coord> coords = before_.surfaceBlocks();
+  coords.insert(coords.end(), after_.surfaceBlocks().begin(), after_.surfaceBlocks().end());
   if (auto added = addAppearing(before_, after_, coords); !added) return added;
   if (auto added = addAppearing(after_, before_, coords); !added) return added;
-  if (coords.size() > sorted) {
-    std::sort(coords.begin(), coords.end(), WeavingOrder());
-    coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
-  }
+  tbb::parallel_sort(coords.begin(), coords.end());
+  coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+  tbb::parallel_sort(coords.begin(), coords.end(), WeavingOrder(coords.size()));
   blocks_.resize(coords.size());
   index_.reserve(coords.size());
   for (std::uint32_t i = 0; i < coords.size(); ++i) {
