@@ -186,11 +186,7 @@ struct MadeBlock {
       error = checked.error();
       return;
     }
-    for (const model::Cell& cell : cells) {
-      for (const std::uint32_t vertex : cell) {
-        extend(ranges, vertex, slab);
-      }
-    }
+    ranges = rangesOf(cells, slab);
     if (slab.cellCount > t4d_layout::kBlockRows) addBounds(slab, cells);
   }
 

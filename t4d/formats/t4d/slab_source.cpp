@@ -15,6 +15,18 @@ namespace t4d::formats {
 using namespace t4d_layout;
 using model::Connectivity;
 
+namespace {
+
+std::shared_ptr<const std::vector<model::Point3>> positionsOf(
+    std::span<const model::Point4> vertices) {
+  auto positions = std::make_shared<std::vector<model::Point3>>();
+  positions->reserve(vertices.size());
+  for (const model::Point4& vertex : vertices) positions->push_back(vertex.head<3>());
+  return positions;
+}
+
+}  // namespace
+
 Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) const {
   if (file_->remote()) plan(index);
   auto slab = read(records_[index]);
@@ -31,7 +43,7 @@ Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t 
   {
     // FileSlab would read the front of the connectivity to find this out.
     const std::scoped_lock lock(kept_->mutex);
-    if (kept_->connectivityOffset == records_[index].parts.connectivity &&
+    if (kept_->connectivityOffset == records_[index].connectivity() &&
         (kept_->connectivity->means.size() > 0 || !kept_->connectivity->cellAttributes.empty())) {
       return std::shared_ptr<const model::SlabBlocks>();
     }
@@ -167,10 +179,7 @@ Result<SlabSource::Reference> SlabSource::readReference(std::uint64_t offset) co
   if (auto set = unpackLayer(*layer, vertices, features_); !set) {
     return file_->damaged(offset, "LAYR: " + set.error().message);
   }
-  auto points = std::make_shared<std::vector<model::Point3>>();
-  points->reserve(vertices.size());
-  for (const model::Point4& vertex : vertices) points->push_back(vertex.head<3>());
-  Reference reference{offset, std::move(points), std::move(layer->attributes),
+  Reference reference{offset, positionsOf(vertices), std::move(layer->attributes),
                       layer->positions.type == model::ScalarType::Float32};
   const std::scoped_lock lock(kept_->mutex);
   // Another thread may have been faster: layers of one reference share one object.
@@ -194,13 +203,10 @@ std::shared_ptr<const model::LayerPose> SlabSource::poseOf(
     const StoredLayer& stored, std::span<const model::Point4> vertices) const {
   if (stored.pose || !features_.pose || vertices.empty()) return stored.pose;
   // A LAYR of this file may be what the next layers are poses of.
-  auto points = std::make_shared<std::vector<model::Point3>>();
-  points->reserve(vertices.size());
-  for (const model::Point4& vertex : vertices) points->push_back(vertex.head<3>());
   const bool float32 = stored.layer.positions.type == model::ScalarType::Float32;
   const std::scoped_lock lock(kept_->mutex);
   if (!kept_->reference || kept_->reference->offset != stored.offset) {
-    kept_->reference = {stored.offset, std::move(points), stored.layer.attributes, float32};
+    kept_->reference = {stored.offset, positionsOf(vertices), stored.layer.attributes, float32};
   }
   return std::make_shared<const model::LayerPose>(model::LayerPose{
       kept_->reference->points, model::Affine3x4::Identity(), kept_->reference->float32});
