@@ -20,7 +20,7 @@ using t4d_layout::PayloadWriter;
 using testing::HasSubstr;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr ArrayOptions kRaw = {0, false};
+const ArrayOptions kRaw = {0, false};
 // Decoders of files that name all features.
 constexpr auto kConnectivityDecoder = [](const PayloadView& payload) {
   return decodeConnectivity(payload);
