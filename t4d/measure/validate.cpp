@@ -1,8 +1,12 @@
 #include "t4d/measure/validate.h"
 
+#include <deque>
+#include <vector>
+
 #include <fmt/format.h>
 
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
 
 namespace t4d::measure {
 namespace {
@@ -26,28 +30,73 @@ Issue issueOf(const Error& error) {
   return {"file-damaged", Severity::Error, error.message, {}, error.offset};
 }
 
+/// Adds what was found in a body, whose slabs are at these offsets in the file.
+template <class OffsetOf>
+void add(T4dValidation& validation, MeshReport report, const formats::Metadata& metadata,
+         std::size_t body, OffsetOf offsetOf) {
+  const std::string prefix =
+      metadata.bodies.size() > 1 ? fmt::format("body '{}': ", metadata.bodies[body].name) : "";
+  for (Issue& issue : report.issues.issues) {
+    issue.message = prefix + issue.message;
+    if (issue.slab) issue.offset = offsetOf(*issue.slab);
+    validation.issues.issues.push_back(std::move(issue));
+  }
+  validation.issues.errors += report.issues.errors;
+  validation.issues.warnings += report.issues.warnings;
+  if (!validation.mesh) validation.mesh.emplace();
+  join(*validation.mesh, report);
+}
+
+/// The result for a file that cannot be read to its end, after `validation` so far.
+Result<T4dValidation> broken(const Error& error, T4dValidation validation = {}) {
+  if (error.code == ErrorCode::Io || error.remedy == Remedy::MoreCells) return pass(error);
+  validation.mesh.reset();
+  validation.issues.add(issueOf(error));
+  return validation;
+}
+
+Result<T4dValidation> validatePipe(const std::filesystem::path& path, const CheckOptions& options,
+                                   std::optional<std::uint64_t> maxCells) {
+  auto stream = formats::T4dStream::open(path, maxCells);
+  if (!stream) return broken(stream.error());
+  std::deque<MeshChecker> checkers;
+  for (std::size_t i = 0; i < stream->bodyCount(); ++i) checkers.emplace_back(options);
+  std::vector<std::vector<std::uint64_t>> offsets(checkers.size());
+  while (true) {
+    const auto item = stream->next();
+    if (!item) return broken(item.error());
+    if (!*item) break;
+    const formats::T4dStream::Item& slab = **item;
+    offsets[slab.body].push_back(slab.offset);
+    if (auto put = checkers[slab.body].put(*slab.slab); !put) return broken(put.error());
+  }
+  T4dValidation validation;
+  for (std::size_t i = 0; i < checkers.size(); ++i) {
+    add(validation, checkers[i].finish(), stream->metadata(), i,
+        [&](std::size_t slab) -> std::optional<std::uint64_t> {
+          if (slab < offsets[i].size()) return offsets[i][slab];
+          return std::nullopt;
+        });
+  }
+  return validation;
+}
+
 }  // namespace
 
 Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
                                       const CheckOptions& options, const model::Progress& progress,
                                       std::optional<std::uint64_t> maxCells) {
+  if (formats::isPipe(path)) return validatePipe(path, options, maxCells);
   // Reading all bytes is the smaller part of the work.
   constexpr double kBytesShare = 0.2;
-  T4dValidation validation;
   const auto part = [&](double from, double to) -> model::Progress {
     if (!progress) return {};
     return [=, &progress](double fraction) { progress(from + fraction * (to - from)); };
   };
   auto reader =
       formats::T4dReader::open(path, formats::T4dOpen::Checked, part(0, kBytesShare), maxCells);
-  if (!reader) {
-    if (reader.error().code == ErrorCode::Io || reader.error().remedy == Remedy::MoreCells) {
-      return pass(reader.error());
-    }
-    validation.issues.add(issueOf(reader.error()));
-    return validation;
-  }
-  MeshReport all;
+  if (!reader) return broken(reader.error());
+  T4dValidation validation;
   const std::size_t count = reader->bodyCount();
   for (std::size_t i = 0; i < count; ++i) {
     const auto at = [&](std::size_t body) {
@@ -55,26 +104,14 @@ Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
              (1 - kBytesShare) * static_cast<double>(body) / static_cast<double>(count);
     };
     MeshChecker checker(options);
-    if (auto read = reader->readThrough(i, checker, part(at(i), at(i + 1))); !read) {
-      if (read.error().code == ErrorCode::Io) return pass(read.error());
-      validation.issues.add(issueOf(read.error()));
-      return validation;
-    }
-    MeshReport report = checker.finish();
-    const std::string prefix =
-        count > 1 ? fmt::format("body '{}': ", reader->metadata().bodies[i].name) : "";
-    for (Issue& issue : report.issues.issues) {
-      issue.message = prefix + issue.message;
-      if (issue.slab && *issue.slab < reader->body(i).slabCount()) {
-        issue.offset = reader->slabOffset(i, *issue.slab);
-      }
-      validation.issues.issues.push_back(std::move(issue));
-    }
-    validation.issues.errors += report.issues.errors;
-    validation.issues.warnings += report.issues.warnings;
-    join(all, report);
+    auto read = reader->readThrough(i, checker, part(at(i), at(i + 1)));
+    if (!read) return broken(read.error(), std::move(validation));
+    add(validation, checker.finish(), reader->metadata(), i,
+        [&](std::size_t slab) -> std::optional<std::uint64_t> {
+          if (slab < reader->body(i).slabCount()) return reader->slabOffset(i, slab);
+          return std::nullopt;
+        });
   }
-  validation.mesh = std::move(all);
   return validation;
 }
 

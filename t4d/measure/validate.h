@@ -20,7 +20,7 @@ struct T4dValidation {
 /// Checks a file against all rules of SPEC.md (as checkT4dFile) and every body as a 4D mesh
 /// (MeshChecker). Keeps two slabs in memory. Problems with the file are findings; only a file that
 /// cannot be opened at all is an error, and one with more than `maxCells` cells (as T4dReader::open
-/// takes them).
+/// takes them). A pipe, or `-` for the standard input, is checked as it comes (T4dStream).
 Result<T4dValidation> validateT4dFile(const std::filesystem::path& path,
                                       const CheckOptions& options = {},
                                       const model::Progress& progress = {},

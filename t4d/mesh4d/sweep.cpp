@@ -118,17 +118,46 @@ class Sweeper {
     if (auto notice = noticeOfLargeTurn(motion_, *counts)) {
       report_.notices.push_back(std::move(*notice));
     }
-    auto cap = fillSolid(mesh_, options_.caps);
-    if (!cap) return pass(cap.error());
-    report_.capTetrahedra = {cap->cells.size(), cap->cells.size()};
-
-    if (auto done = putStartCap(*cap); !done) return pass(done.error());
-    if (auto done = putSteps(*counts); !done) return pass(done.error());
-    if (auto done = putEndCap(*cap); !done) return pass(done.error());
+    const SweepPart& part = options_.part;
+    if (report_.steps < part.count) {
+      return invalid(
+          fmt::format("the motion has {} steps, too few for {} parts", report_.steps, part.count),
+          {}, Remedy::StepRule);
+    }
+    const StepRange range = {stepsBefore(part.number - 1), stepsBefore(part.number)};
+    const bool first = part.number == 1;
+    const bool last = part.number == part.count;
+    Cap cap;
+    if (first || last) {
+      auto filled = fillSolid(mesh_, options_.caps);
+      if (!filled) return pass(filled.error());
+      cap = std::move(*filled);
+    }
+    if (first) {
+      if (auto done = putStartCap(cap); !done) return pass(done.error());
+    }
+    if (auto done = putSteps(*counts, range); !done) return pass(done.error());
+    if (last) {
+      if (auto done = putEndCap(cap); !done) return pass(done.error());
+    }
+    report_.steps = range.end - range.begin;
+    report_.capTetrahedra = {first ? cap.cells.size() : 0, last ? cap.cells.size() : 0};
     return report_;
   }
 
  private:
+  /// Consecutive steps, counted through all segments.
+  struct StepRange {
+    std::uint64_t begin = 0;
+    std::uint64_t end = 0;
+  };
+
+  /// The steps of the first `parts` parts.
+  std::uint64_t stepsBefore(std::uint64_t parts) const {
+    const std::uint64_t each = report_.steps / options_.part.count;
+    return parts * each + std::min(parts, report_.steps % options_.part.count);
+  }
+
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(mesh_.vertices.size()); }
 
   std::shared_ptr<const model::LayerPose> poseOf(const Pose& pose) const {
@@ -155,7 +184,7 @@ class Sweeper {
     return put(slab);
   }
 
-  Result<void> putSteps(const std::vector<std::uint64_t>& counts) {
+  Result<void> putSteps(const std::vector<std::uint64_t>& counts, const StepRange& range) {
     Slab slab;
     slab.connectivity = stepConnectivity(mesh_, options_.prism);
     slab.vertices.resize(slab.connectivity->vertexCount);
@@ -163,11 +192,11 @@ class Sweeper {
     Point4* const upper = lower + slab.connectivity->firstUpper();
     slab.timeEnd = motion_.timeBegin();
     place(mesh_.vertices, motion_.segments.front().start, slab.timeEnd, upper);
-    std::uint64_t done = 0;
+    std::uint64_t index = 0;
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const model::Segment& segment = motion_.segments[i];
       const model::TimeSpan span{segment.timeBegin, segment.timeEnd};
-      for (std::uint64_t step = 1; step <= counts[i]; ++step) {
+      for (std::uint64_t step = 1; step <= counts[i] && index < range.end; ++step, ++index) {
         const double fraction = static_cast<double>(step) / static_cast<double>(counts[i]);
         slab.timeBegin = slab.timeEnd;
         slab.timeEnd = dividedTime(span, step, counts[i]);
@@ -178,15 +207,18 @@ class Sweeper {
                                      i, span.end - span.begin, span.begin, counts[i]),
                          {}, Remedy::Motion);
         }
+        if (index + 1 < range.begin) continue;
         std::copy(upper, upper + vertexCount(), lower);
         const Pose pose = segment.at(fraction);
         place(mesh_.vertices, pose, slab.timeEnd, upper);
-        slab.upperPose = poseOf(pose);
+        if (index < range.begin) continue;
+        const bool joined = index + 1 == range.end && index + 1 < report_.steps;
+        slab.upperPose = joined ? nullptr : poseOf(pose);
         setMeans(*slab.connectivity, slab.vertices);
         if (auto put = this->put(slab); !put) return put;
-        ++done;
         if (progress_) {
-          progress_(static_cast<double>(done) / static_cast<double>(report_.steps));
+          progress_(static_cast<double>(index + 1 - range.begin) /
+                    static_cast<double>(range.end - range.begin));
         }
       }
     }

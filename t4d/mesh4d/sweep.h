@@ -14,10 +14,18 @@
 
 namespace t4d::mesh4d {
 
+/// One of several parts of a sweep, each with about the same number of steps. Only the first has
+/// the start cap, and only the last the end cap: together they are the sweep.
+struct SweepPart {
+  std::uint64_t number = 1;  ///< from 1 to count
+  std::uint64_t count = 1;
+};
+
 struct SweepOptions {
   StepRule steps = MinVolumeRatio{};
   CapMethod caps = CapMethod::TetGen;
   PrismSplit prism = PrismSplit::Fourteen;
+  SweepPart part = {};
 };
 
 struct SweepReport {
@@ -39,7 +47,11 @@ struct SweepReport {
 /// step that turns by theta has exactly the volume V0 (1 - 2 s (1 - s) (1 - cos theta)), which is
 /// the paper's eq. 1 at s = 1/2.
 ///
-/// Fails if checkClosedSurface, stepsOf, fillSolid or the sink does.
+/// Of a part, only its slabs are put, and counted. Layers where parts meet come without
+/// Slab::upperPose, so that the files of parts can be joined (formats::joinT4d).
+///
+/// Fails if checkClosedSurface, stepsOf, fillSolid or the sink does, and if there are fewer steps
+/// than parts.
 Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& motion,
                           const SweepOptions& options, model::Sink& sink,
                           const model::Progress& progress = {});

@@ -6,6 +6,7 @@
 #include "t4d/convert/slice.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
 #include "t4d/measure/validate.h"
 #include "tools/fuzz/fuzz.h"
 
@@ -149,6 +150,15 @@ void checkJudgement(const std::filesystem::path& path, bool wholeFile) {
   checkSlices(*reader, validation->valid());
 }
 
+bool readsAsStream(const std::filesystem::path& path) {
+  auto stream = formats::T4dStream::open(path, formats::kAnyCells);
+  if (!stream) return false;
+  while (true) {
+    const auto item = stream->next();
+    if (!item || !*item) return item.has_value();
+  }
+}
+
 int test(std::span<const std::uint8_t> bytes) {
   static MemoryFile file;
   file.set(bytes);
@@ -176,6 +186,7 @@ int test(std::span<const std::uint8_t> bytes) {
   must(heap.peak() <= T4dReader::kMemoryPerFileByte * bytes.size() + T4dReader::kMemoryAlways,
        fmt::format("reading {} bytes keeps to its multiple in memory; it took {}", bytes.size(),
                    heap.peak()));
+  must(readsAsStream(file.path()) == judged.has_value(), "a pipe is judged as a file is");
   checkJudgement(file.path(), judged.has_value());
   return 0;
 }

@@ -9,6 +9,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/salvage.h"
+#include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 
@@ -81,7 +82,7 @@ std::string fileOf(const Error& error) {
 }  // namespace
 
 std::string hintForFile(const std::string& path) {
-  if (!formats::schemeOf(path).empty()) return {};
+  if (!formats::schemeOf(path).empty() || formats::isPipe(path)) return {};
   const std::string hint = recoveryHint(path);
   return hint.empty() ? conversionHint(path) : hint;
 }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -38,18 +39,38 @@ std::string recoveredText(const std::string& detailsJson) {
   }
 }
 
-/// What the slabs of a body contain.
-Result<std::vector<formats::T4dSlab>> slabsOf(const formats::T4dReader& reader, std::size_t body) {
-  std::vector<formats::T4dSlab> slabs;
-  for (std::size_t i = 0; i < reader.body(body).slabCount(); ++i) {
-    auto slab = reader.slabContents(body, i);
-    if (!slab) return pass(slab.error());
-    slabs.push_back(*slab);
+/// What the slabs of each body contain.
+using SlabLists = std::vector<std::vector<formats::T4dSlab>>;
+
+Result<SlabLists> slabsOf(const formats::T4dReader& reader) {
+  SlabLists slabs(reader.bodyCount());
+  for (std::size_t body = 0; body < slabs.size(); ++body) {
+    for (std::size_t i = 0; i < reader.body(body).slabCount(); ++i) {
+      auto slab = reader.slabContents(body, i);
+      if (!slab) return pass(slab.error());
+      slabs[body].push_back(*slab);
+    }
   }
   return slabs;
 }
 
-void printChunks(const formats::T4dReader& reader) {
+/// Reads the stream to its end.
+Result<SlabLists> slabsOf(formats::T4dStream& stream) {
+  SlabLists slabs(stream.bodyCount());
+  while (true) {
+    const auto item = stream.next();
+    if (!item) return pass(item.error());
+    if (!*item) return slabs;
+    const model::Slab& slab = *(*item)->slab;
+    formats::T4dSlab contents = {
+        {slab.timeBegin, slab.timeEnd}, slab.connectivity->cells.size(), {}};
+    for (const model::Point4& vertex : slab.vertices) contents.bounds.add(vertex.head<3>());
+    slabs[(*item)->body].push_back(contents);
+  }
+}
+
+template <class File>
+void printChunks(const File& reader) {
   std::vector<std::vector<std::string>> rows = {{"  chunks", "number", "size"}};
   for (const formats::T4dChunks& chunks : reader.chunks()) {
     rows.push_back({"  " + chunks.type, grouped(chunks.count), sizeText(chunks.bytes)});
@@ -75,27 +96,20 @@ void printSlabs(const std::string& body, const std::vector<formats::T4dSlab>& sl
   printTable(rows, "lr");
 }
 
-int run(const std::string& path, bool listSlabs, bool json) {
-  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
-  if (!reader) return report(reader.error());
-  std::vector<std::vector<formats::T4dSlab>> slabs(reader->bodyCount());
-  for (std::size_t i = 0; listSlabs && i < slabs.size(); ++i) {
-    auto found = slabsOf(*reader, i);
-    if (!found) return report(found.error());
-    slabs[i] = std::move(*found);
-  }
-  const formats::Metadata& metadata = reader->metadata();
-  formats::BodySummary all = reader->summary(0);
-  for (std::size_t i = 1; i < reader->bodyCount(); ++i) {
-    const formats::BodySummary& body = reader->summary(i);
+/// Prints what a reader, or a stream that has ended, tells.
+template <class File>
+void printInfo(const File& reader, const SlabLists& slabs, bool json) {
+  const formats::Metadata& metadata = reader.metadata();
+  formats::BodySummary all = reader.summary(0);
+  for (std::size_t i = 1; i < reader.bodyCount(); ++i) {
+    const formats::BodySummary& body = reader.summary(i);
     all.slabs += body.slabs;
     all.vertices += body.vertices;
     all.tetrahedra += body.tetrahedra;
     all.time = {std::min(all.time.begin, body.time.begin), std::max(all.time.end, body.time.end)};
     if (body.vertices > 0) all.bounds.add(body.bounds);
   }
-  const std::string version =
-      fmt::format("{}.{}", reader->version().major, reader->version().minor);
+  const std::string version = fmt::format("{}.{}", reader.version().major, reader.version().minor);
   if (json) {
     ordered_json value = {{"format_version", version},
                           {"generator", metadata.generator},
@@ -109,16 +123,16 @@ int run(const std::string& path, bool listSlabs, bool json) {
                           {"bounds_max", triple(all.bounds.max)},
                           {"length_unit", metadata.lengthUnit},
                           {"time_unit", metadata.timeUnit},
-                          {"bytes", reader->fileBytes()},
+                          {"bytes", reader.fileBytes()},
                           {"up", metadata.up},
-                          {"indexed", reader->indexed()},
+                          {"indexed", reader.indexed()},
                           {"details", ordered_json::parse(metadata.detailsJson)}};
-    for (const formats::T4dChunks& chunks : reader->chunks()) {
+    for (const formats::T4dChunks& chunks : reader.chunks()) {
       value["chunks"].push_back(
           {{"type", chunks.type}, {"count", chunks.count}, {"bytes", chunks.bytes}});
     }
-    for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
-      const formats::BodySummary& body = reader->summary(i);
+    for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
+      const formats::BodySummary& body = reader.summary(i);
       value["bodies"].push_back({{"name", metadata.bodies[i].name},
                                  {"slabs", body.slabs},
                                  {"vertices", body.vertices},
@@ -127,6 +141,7 @@ int run(const std::string& path, bool listSlabs, bool json) {
                                  {"time_end", body.time.end},
                                  {"bounds_min", triple(body.bounds.min)},
                                  {"bounds_max", triple(body.bounds.max)}});
+      if (slabs.empty()) continue;
       for (const formats::T4dSlab& slab : slabs[i]) {
         value["bodies"].back()["slab_list"].push_back(
             {{"begin", slab.time.begin},
@@ -136,10 +151,10 @@ int run(const std::string& path, bool listSlabs, bool json) {
       }
     }
     printJson(value);
-    return kDone;
+    return;
   }
   const auto unit = [](const std::string& name) { return name.empty() ? name : " " + name; };
-  print("{}: .t4d {}, {}, by {}{}\n", reader->name(), version, sizeText(reader->fileBytes()),
+  print("{}: .t4d {}, {}, by {}{}\n", reader.name(), version, sizeText(reader.fileBytes()),
         metadata.generator.empty() ? "an unknown program" : metadata.generator,
         metadata.backend.empty() ? "" : " (" + metadata.backend + ")");
   print("  {}, {} in {}\n", counted(all.vertices, "vertex", "vertices"),
@@ -149,8 +164,8 @@ int run(const std::string& path, bool listSlabs, bool json) {
   const model::Point3& high = all.bounds.max;
   print("  x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}{}; {} is up\n", low.x(),
         high.x(), low.y(), high.y(), low.z(), high.z(), unit(metadata.lengthUnit), metadata.up);
-  for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
-    const formats::BodySummary& body = reader->summary(i);
+  for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
+    const formats::BodySummary& body = reader.summary(i);
     print("  body '{}': {}, time {} to {}\n", metadata.bodies[i].name,
           counted(body.tetrahedra, "tetrahedron", "tetrahedra"), body.time.begin, body.time.end);
   }
@@ -160,10 +175,26 @@ int run(const std::string& path, bool listSlabs, bool json) {
   }
   const std::string recovered = recoveredText(metadata.detailsJson);
   if (!recovered.empty()) print("  {}\n", recovered);
-  printChunks(*reader);
-  for (std::size_t i = 0; listSlabs && i < slabs.size(); ++i) {
+  printChunks(reader);
+  for (std::size_t i = 0; i < slabs.size(); ++i) {
     printSlabs(metadata.bodies[i].name, slabs[i]);
   }
+}
+
+int run(const std::string& path, bool listSlabs, bool json) {
+  if (formats::isPipe(path)) {
+    auto stream = formats::T4dStream::open(path, formats::kAnyCells);
+    if (!stream) return report(stream.error());
+    const auto slabs = slabsOf(*stream);
+    if (!slabs) return report(slabs.error());
+    printInfo(*stream, listSlabs ? *slabs : SlabLists(), json);
+    return kDone;
+  }
+  auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
+  if (!reader) return report(reader.error());
+  const auto slabs = listSlabs ? slabsOf(*reader) : SlabLists();
+  if (!slabs) return report(slabs.error());
+  printInfo(*reader, *slabs, json);
   return kDone;
 }
 
@@ -175,7 +206,7 @@ void addInfo(CLI::App& app, int& exitCode) {
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   auto slabs = std::make_shared<bool>(false);
-  command->add_option("FILE", *path, kT4dFileHelp)->required();
+  command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
   command->add_flag("--slabs", *slabs, "Also list the slabs: times, cells and bounds");
   command->add_flag("--json", *json, "Print JSON");
   command->footer("Example:\n  t4d info bolt.t4d");

@@ -33,6 +33,9 @@ inline constexpr const char* kT4dFileHelp =
     "The .t4d file: its path, or its URL (http:// or https://), of which only the parts needed are "
     "fetched";
 
+/// Added where it can be a pipe, too.
+inline constexpr const char* kOrPipeHelp = "; or - for the standard input";
+
 /// Opens a .t4d file. Selects all bodies, or the one named; an unknown name is an error that lists
 /// the existing ones.
 Result<InputBodies> openBodies(const std::string& path, const InputOptions& options);

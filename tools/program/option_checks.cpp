@@ -1,6 +1,8 @@
 #include "tools/program/option_checks.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -60,6 +62,15 @@ CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most) {
                    const auto [stop, error] = std::from_chars(text.data(), end, number);
                    return error == std::errc() && stop == end && number >= least && number <= most;
                  });
+}
+
+CLI::Validator partOf() {
+  return checked("K/N with whole numbers, K from 1 to N", [](const std::string& text) {
+    const auto numbers = numbersBetween(text, '/');
+    const auto isWhole = [](double number) { return number == std::floor(number); };
+    return numbers && numbers->size() == 2 && std::ranges::all_of(*numbers, isWhole) &&
+           (*numbers)[0] >= 1 && (*numbers)[0] <= (*numbers)[1] && (*numbers)[1] <= 1e9;
+  });
 }
 
 CLI::Validator evenTimesUpTo(std::uint64_t most) {

@@ -216,6 +216,42 @@ TEST_F(Program, RecoversWhatIsWhole) {
   refuses("recover fx/cube.obj -o out.t4d", "is not a .t4d file");
 }
 
+TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
+  const std::string sweep = "sweep fx/torus.obj --motion fx/several-segments.json --caps cone ";
+  ASSERT_EQ(run(sweep + "-o whole.t4d").exitCode, 0);
+  const auto part = [&](const std::string& which, const std::string& output) {
+    return "$t4d " + sweep + "--part " + which + " -o " + output + " > /dev/null 2>&1";
+  };
+  ASSERT_EQ(shell("{ " + part("1/2", "a.t4d") + " & " + part("2/2", "b.t4d") + " && wait $!; }"),
+            0);
+  EXPECT_EQ(run("validate a.t4d").exitCode, 4);
+  const Finished joined = run("join a.t4d b.t4d -o joined.t4d --json");
+  ASSERT_EQ(joined.exitCode, 0) << joined.err;
+  EXPECT_EQ(joined.value()["bytes"], fs::file_size(folder_ / "joined.t4d"));
+  const json whole = run("validate whole.t4d --json").value();
+  EXPECT_EQ(run("validate joined.t4d --json").value(), whole);
+  for (const char* time : {"0.1", "1", "2.3"}) {
+    ASSERT_EQ(run(std::string("slice whole.t4d -o whole.ply --time ") + time).exitCode, 0);
+    ASSERT_EQ(run(std::string("slice joined.t4d -o joined.ply --time ") + time).exitCode, 0);
+    EXPECT_EQ(contents(folder_ / "whole.ply"), contents(folder_ / "joined.ply"));
+  }
+  // The same through a pipe, and through one with a name.
+  EXPECT_EQ(run("validate - --json < joined.t4d").value(), whole);
+  ASSERT_EQ(shell("mkfifo pipe && (cat joined.t4d > pipe &) && $t4d validate pipe > /dev/null"), 0);
+  json info = run("info joined.t4d --slabs --json").value();
+  EXPECT_EQ(run("info - --slabs --json < joined.t4d").value(), info);
+
+  refuses("join b.t4d a.t4d -o no.t4d", "cannot be joined after b.t4d");
+  refuses("join a.t4d a.t4d -o no.t4d", "the body 'torus' begins at time");
+  refuses("join a.t4d fx/torus.obj -o no.t4d", "torus.obj: byte 0: is not a .t4d file");
+  refuses("join a.t4d b.t4d -o a.t4d", "is the input itself", 2);
+  refuses("join -o no.t4d", "PART is required", 2);
+  refuses(sweep + "--part 3/2 -o no.t4d", "'3/2' is not K/N", 2);
+  refuses(sweep + "--part 1/2 --center -o no.t4d", "--part and --center", 2);
+  refuses(sweep + "--steps 1 --part 1/1000 -o no.t4d", "too few for 1000 parts");
+  refuses("slice - --time 1 -o no.ply", "standard input: slabs are read at their offsets");
+}
+
 TEST_F(Program, SuggestsRecoveryOnlyWhereItSavesSomething) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   const std::string whole = contents(folder_ / "cube.t4d");

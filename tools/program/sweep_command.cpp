@@ -13,6 +13,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/moving_mesh.h"
+#include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/thread_limit.h"
@@ -31,6 +32,7 @@ struct SweepArguments {
   std::optional<double> maxDeviation;
   std::string caps;  // "" for the backend's default
   std::optional<int> prism;
+  std::string part;  // "" for everything
   std::optional<double> voxelSize;
   voxel4d::FrameTimes times;
   bool mask = false;
@@ -54,10 +56,14 @@ struct Made {
 std::optional<std::string> misuseOf(const SweepArguments& options) {
   if (options.voxels()) {
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
+    if (!options.part.empty()) return "--part is for --backend mesh4d";
     return std::nullopt;
   }
   if (options.voxelSize || options.times.count || options.times.step || options.mask) {
     return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
+  }
+  if (!options.part.empty() && options.output.center) {
+    return "--part and --center exclude each other: the parts would not meet";
   }
   if (isVoxelCaps(options.caps)) {
     return "--caps " + options.caps + " is for --backend voxel4d; mesh4d has tetgen and cone";
@@ -101,6 +107,7 @@ std::string detailsOf(const SweepArguments& options) {
     }
     parameters["caps"] = options.caps == "cone" ? "cone" : "tetgen";
     parameters["prism"] = options.prism.value_or(14);
+    if (!options.part.empty()) parameters["part"] = options.part;
   }
   parameters["precision"] = options.output.precision;
   if (options.output.grid) parameters["grid"] = *options.output.grid;
@@ -120,6 +127,9 @@ Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh&
   how.steps = ruleOf(options);
   how.caps = options.caps == "cone" ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen;
   how.prism = options.prism == 3 ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
+  if (const auto part = numbersBetween(options.part, '/')) {
+    how.part = {static_cast<std::uint64_t>((*part)[0]), static_cast<std::uint64_t>((*part)[1])};
+  }
   auto report = mesh4d::sweep(mesh, motion, how, sink, bar.callback());
   if (!report) return pass(report.error());
   return Made{report->vertices, report->tetrahedra, report->steps, report->capTetrahedra,
@@ -243,6 +253,11 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->add_option("--prism", options->prism,
                    "Cells per prism: 14 (default; symmetric, exact volumes) or 3 (smallest files)")
       ->check(CLI::IsMember({14, 3}));
+  command
+      ->add_option("--part", options->part,
+                   "Sweep only part K of N, each with as many steps; `t4d join` joins their files")
+      ->check(partOf())
+      ->type_name("K/N");
   command
       ->add_option("--voxel-size", options->voxelSize,
                    "voxel4d: Edge length of a voxel, in length units")

@@ -81,7 +81,7 @@ int run(const std::string& path, bool deep, bool json, std::optional<std::uint64
   if (json) {
     printJson(jsonOf(*validation, deep));
   } else {
-    printText(formats::shownName(path), *validation);
+    printText(path == "-" ? "standard input" : formats::shownName(path), *validation);
   }
   // A file that can be read to its end needs no recovery.
   if (!validation->mesh) sayHint(hintForFile(path));
@@ -97,11 +97,11 @@ void addValidate(CLI::App& app, int& exitCode) {
   auto deep = std::make_shared<bool>(false);
   auto json = std::make_shared<bool>(false);
   auto maxCells = std::make_shared<std::optional<std::uint64_t>>();
-  command->add_option("FILE", *path, kT4dFileHelp)->required();
+  command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
   command->add_flag("--deep", *deep, "Also check that every vertex link is a sphere");
   command->add_flag("--json", *json, "Print JSON");
   addMaxCellsOption(*command, *maxCells);
-  command->footer("Example:\n  t4d validate bolt.t4d --deep");
+  command->footer("Examples:\n  t4d validate bolt.t4d --deep\n  zcat bolt.t4d.gz | t4d validate -");
   command->callback([=, &exitCode] { exitCode = run(*path, *deep, *json, *maxCells); });
 }
 

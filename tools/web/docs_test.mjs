@@ -90,7 +90,12 @@ test('README.md has the verbs of --help in its order, and their commands run', a
   for (const { verb, command } of rows) {
     // The checks of `conform backends` take minutes; docs/conform.md has examples of them.
     await t.test(command, { skip: verb === 'conform' }, () => {
-      if (verb === 'recover') shell(program.match(/`(head -c .*)`/)[1], inputs);
+      if (verb === 'recover') shell(program.match(/`(head -c .*?)`/)[1], inputs);
+      if (verb === 'join') {
+        const first = program.match(/`(t4d sweep\nbolt.obj .* first.t4d)`/)[1].replace('\n', ' ');
+        shell(first, inputs);
+        shell(first.replace('1/2 -o first', '2/2 -o second'), inputs);
+      }
       const quick = command.replace(/--voxel-size [\d.]+/, '--voxel-size 2')
         .replace(/--frames \d+/, '--frames 6');
       const done = shell(quick, inputs);

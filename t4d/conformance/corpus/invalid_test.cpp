@@ -11,6 +11,7 @@
 #include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
 #include "tests/paths.h"
 
 namespace t4d::conformance {
@@ -46,6 +47,24 @@ TEST(InvalidFiles, AreRightWithoutTheirFault) {
     const TemporaryFile file(made.repaired);
     const auto checked = formats::checkT4dFile(file.path());
     EXPECT_TRUE(checked) << made.file.id << ": " << checked.error().text();
+  }
+}
+
+/// Whether all of the file can be read as it would come through a pipe.
+bool isSoundStream(const std::string& bytes) {
+  const TemporaryFile file(bytes);
+  auto stream = formats::T4dStream::open(file.path(), formats::kAnyCells);
+  if (!stream) return false;
+  while (true) {
+    const auto item = stream->next();
+    if (!item || !*item) return item.has_value();
+  }
+}
+
+TEST(InvalidFiles, AreRefusedInAPipeToo) {
+  for (const InvalidCase& made : invalidCases()) {
+    EXPECT_FALSE(isSoundStream(made.file.bytes)) << made.file.id;
+    EXPECT_TRUE(isSoundStream(made.repaired)) << made.file.id;
   }
 }
 

@@ -11,6 +11,11 @@ namespace t4d::formats {
 
 Result<std::unique_ptr<ByteSource>> openByteSource(const std::filesystem::path& pathOrUrl) {
   const std::string& text = pathOrUrl.native();
+  if (text == "-") {
+    return fail(ErrorCode::Io,
+                "slabs are read at their offsets here; write it to a file first, and give its path",
+                "standard input");
+  }
   const std::string scheme = schemeOf(text);
   if (scheme.empty()) return openFileSource(pathOrUrl);
   const auto refused = [&](const std::string& message) {

@@ -25,10 +25,14 @@ class ByteSource {
 
   /// For messages.
   virtual const std::string& name() const = 0;
+  /// Of a pipe: kUnknownSize until its end has come.
   virtual std::uint64_t size() const = 0;
+  static constexpr std::uint64_t kUnknownSize = std::uint64_t{1} << 52;
   /// Fills `into` with the bytes from `offset` on, which are within size(). Errors name the file.
   virtual Result<void> read(std::uint64_t offset, std::span<std::byte> into) = 0;
 
+  /// Whether the bytes exist that size() promises.
+  virtual bool sizeIsCertain() const { return true; }
   /// Whether each request costs time, so that it is worth while to make few.
   virtual bool remote() const { return false; }
   /// Says what is about to be read, in any order, so that a remote source can fetch it with few

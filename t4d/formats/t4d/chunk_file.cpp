@@ -44,9 +44,9 @@ tl::unexpected<Error> ChunkFile::damaged(std::uint64_t offset, const std::string
 
 /// Callers have checked `offset` and `bytes` against the file's size.
 Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64_t bytes) const {
-  // A server can lie about the size of a file: memory grows with what it sends.
+  // A server can lie about the size of a file, and a pipe has none: memory grows with what comes.
   constexpr std::uint64_t kStep = std::uint64_t{64} << 20;
-  const std::uint64_t step = remote() ? kStep : bytes;
+  const std::uint64_t step = source_->sizeIsCertain() ? bytes : kStep;
   std::vector<std::byte> data;
   do {
     const std::size_t have = data.size();
@@ -58,8 +58,8 @@ Result<std::vector<std::byte>> ChunkFile::read(std::uint64_t offset, std::uint64
 }
 
 Result<ChunkFile::Header> ChunkFile::readHeader() const {
-  if (size_ < kFileHeaderBytes) {
-    return damaged(0, fmt::format("the file has {} bytes; a .t4d file has at least {}", size_,
+  if (size() < kFileHeaderBytes) {
+    return damaged(0, fmt::format("the file has {} bytes; a .t4d file has at least {}", size(),
                                   kFileHeaderBytes + kChunkHeaderBytes));
   }
   auto bytes = read(0, kFileHeaderBytes);
@@ -135,9 +135,9 @@ Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
 }
 
 Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
-  if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset > size_ ||
-      size_ - offset < kChunkHeaderBytes) {
-    return damaged(offset, fmt::format("no chunk can be here: the file has {} bytes", size_));
+  if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset > size() ||
+      size() - offset < kChunkHeaderBytes) {
+    return damaged(offset, fmt::format("no chunk can be here: the file has {} bytes", size()));
   }
   auto bytes = read(offset, kChunkHeaderBytes);
   if (!bytes) return pass(bytes.error());
@@ -164,9 +164,9 @@ std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {
   // The block size of most disks: if one block is unreadable, the next may be readable.
   constexpr std::uint64_t kBlock = 4096;
   constexpr std::size_t kFlagsAt = sizeof(ChunkType);
-  for (std::uint64_t at = padded(from); at < size_;) {
+  for (std::uint64_t at = padded(from); at < size();) {
     const std::uint64_t next = (at / kBlock + 1) * kBlock;
-    const std::uint64_t end = std::min(next + kChunkHeaderBytes - kAlignment, size_);
+    const std::uint64_t end = std::min(next + kChunkHeaderBytes - kAlignment, size());
     if (const auto bytes = read(at, end - at)) {
       const std::span<const std::byte> all(*bytes);
       for (std::size_t i = 0; i + kChunkHeaderBytes <= all.size(); i += kAlignment) {
@@ -205,7 +205,7 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
   if (known && !header.critical()) {
     return damaged(offset, fmt::format("the chunk {} lacks its critical flag", header.name()));
   }
-  const std::uint64_t left = size_ - offset - kChunkHeaderBytes;
+  const std::uint64_t left = size() - offset - kChunkHeaderBytes;
   // Rounding up to the padding cannot overflow once the length is within the file.
   if (header.payloadBytes > left || padded(header.payloadBytes) > left) {
     return damaged(offset,

@@ -59,12 +59,18 @@ class ChunkFile {
  public:
   /// As openByteSource does.
   static Result<ChunkFile> open(const std::filesystem::path& pathOrUrl);
+  explicit ChunkFile(std::unique_ptr<ByteSource> source) : source_(std::move(source)) {}
 
   const std::string& path() const { return source_->name(); }
   bool remote() const { return source_->remote(); }
-  std::uint64_t size() const { return size_; }
+  /// As ByteSource::size.
+  std::uint64_t size() const { return std::min(source_->size(), cut_); }
+  /// Those that are known to exist.
+  std::uint64_t knownBytes() const {
+    return size() == ByteSource::kUnknownSize ? bytesRead() : size();
+  }
   /// Treats the file as truncated after `bytes` bytes.
-  void cutAfter(std::uint64_t bytes) { size_ = std::min(size_, bytes); }
+  void cutAfter(std::uint64_t bytes) { cut_ = std::min(cut_, bytes); }
   /// Bytes read so far: what a client would have requested from a web server.
   std::uint64_t bytesRead() const { return source_->bytesRead(); }
   std::uint64_t requests() const { return source_->requests(); }
@@ -85,7 +91,7 @@ class ChunkFile {
     std::uint64_t done = 0;
     std::uint32_t indexChecksum = 0;  ///< of the header of INDX
   };
-  Result<Footer> readFooter() const { return readFooter(size_); }
+  Result<Footer> readFooter() const { return readFooter(size()); }
   /// The footer of a file that ends at `end`, which is at most size().
   Result<Footer> readFooter(std::uint64_t end) const;
 
@@ -122,8 +128,6 @@ class ChunkFile {
  private:
   friend class PartialPayload;
 
-  explicit ChunkFile(std::unique_ptr<ByteSource> source)
-      : source_(std::move(source)), size_(source_->size()) {}
   Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t bytes) const;
   Result<ChunkHeader> headerOf(std::uint64_t offset, t4d_layout::ChunkType type) const;
   /// The error of a payload, whose offset is one in it.
@@ -132,7 +136,7 @@ class ChunkFile {
   Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 
   std::unique_ptr<ByteSource> source_;
-  std::uint64_t size_ = 0;
+  std::uint64_t cut_ = ~std::uint64_t{0};
   std::optional<std::vector<ChunkHeader>> expected_;
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <initializer_list>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -10,144 +10,135 @@ namespace t4d::formats {
 
 using namespace t4d_layout;
 
-namespace {
+FileScanner::FileScanner(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
+                         Features features)
+    : file_(file),
+      bodyCount_(bodyCount),
+      features_(features),
+      checker_(file, bodyCount, scan_.chunks) {
+  scan_.end = firstChunk;
+}
 
-class Scanner {
- public:
-  Scanner(ChunkFile& file, std::size_t bodyCount, Features features)
-      : file_(file),
-        bodyCount_(bodyCount),
-        features_(features),
-        checker_(file, bodyCount, scan_.chunks) {}
+Result<ChunkHeader> FileScanner::next() {
+  constexpr std::uint64_t kAhead = std::uint64_t{4} << 20;
+  file_.plan(std::array{ByteRange{scan_.end, scan_.end + kAhead}});
+  if (scan_.end == file_.size()) {
+    return file_.damaged(scan_.end, "the file ends before its end mark: it is truncated");
+  }
+  auto header = file_.readChunkHeader(scan_.end);
+  if (!header) return pass(header.error());
+  auto payload = file_.readPayload(*header);
+  if (!payload) return pass(payload.error());
+  ++chunks_;
+  if (auto taken = take(*header, payload->view); !taken) {
+    if (!taken.error().where.empty()) return pass(taken.error());
+    return file_.damaged(header->offset,
+                         fmt::format("{}: {}", header->name(), taken.error().message),
+                         taken.error().code);
+  }
+  if (header->type != kDone) scan_.chunks.push_back(*header);
+  scan_.end = header->end();
+  return header;
+}
 
-  FileScan run(std::uint64_t firstChunk, const model::Progress& progress) {
-    scan_.end = firstChunk;
-    constexpr std::uint64_t kAhead = std::uint64_t{4} << 20;
-    while (!scan_.done) {
-      file_.plan(std::array{ByteRange{scan_.end, scan_.end + kAhead}});
-      if (auto next = readNext(); !next) {
-        scan_.damage = next.error();
-        break;
-      }
-      if (progress) {
-        progress(static_cast<double>(scan_.end) / static_cast<double>(file_.size()));
-      }
+Result<void> FileScanner::take(const ChunkHeader& header, const PayloadView& payload) {
+  if (header.type == kConnectivity || header.type == kLayer) {
+    parts_.push_back({header.offset, header.type});
+  } else if (header.type == kPose) {
+    return takePose(header, payload);
+  } else if (header.type == kSlab) {
+    return takeSlab(header, payload);
+  } else if (header.type == kDone) {
+    auto done = decodeDone(payload);
+    if (!done) return pass(done.error());
+    // HEAD came before the first chunk of this scan, and this chunk does not count itself.
+    if (done->chunks != chunks_) {
+      return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
     }
-    return std::move(scan_);
+    if (auto checked = checkDone(*done, scan_.slabs, bodyCount_); !checked) return checked;
+    if (auto checked = checkAllNamed(); !checked) return checked;
+    scan_.doneOffset = header.offset;
+    scan_.done = std::move(*done);
+  } else if (header.type == kHead || header.type == kIndex) {
+    return invalid("this chunk cannot be here");
+  } else if (header.critical()) {
+    return fail(ErrorCode::Unsupported,
+                "a chunk of this type must be understood, and this version does not know it");
   }
+  return {};
+}
 
- private:
-  Result<void> readNext() {
-    if (scan_.end == file_.size()) {
-      return file_.damaged(scan_.end, "the file ends before its end mark: it is truncated");
-    }
-    auto header = file_.readChunkHeader(scan_.end);
-    if (!header) return pass(header.error());
-    auto payload = file_.readPayload(*header);
-    if (!payload) return pass(payload.error());
-    ++chunks_;
-    if (auto taken = take(*header, payload->view); !taken) {
-      if (!taken.error().where.empty()) return taken;
-      return file_.damaged(header->offset,
-                           fmt::format("{}: {}", header->name(), taken.error().message),
-                           taken.error().code);
-    }
-    if (header->type != kDone) scan_.chunks.push_back(*header);
-    scan_.end = header->end();
-    return {};
+Result<void> FileScanner::takePose(const ChunkHeader& header, const PayloadView& payload) {
+  const auto posed = decodePose(payload, features_);
+  if (!posed) return pass(posed.error());
+  const std::uint64_t layer = header.offset - posed->layer;
+  if (!name(layer, {kLayer})) return invalid("it moves no LAYR that comes before it");
+  const PartWindow& window = checker_.windowAt(header.offset);
+  if (!window.has(kLayer, layer)) {
+    return invalid(fmt::format("it moves none of the last {} LAYRs", window.size()));
   }
+  parts_.push_back({header.offset, kPose, layer});
+  return {};
+}
 
-  Result<void> take(const ChunkHeader& header, const PayloadView& payload) {
-    if (header.type == kConnectivity || header.type == kLayer) {
-      parts_.push_back({header.offset, header.type});
-    } else if (header.type == kPose) {
-      return takePose(header, payload);
-    } else if (header.type == kSlab) {
-      return takeSlab(header, payload);
-    } else if (header.type == kDone) {
-      auto done = decodeDone(payload);
-      if (!done) return pass(done.error());
-      // HEAD came before the first chunk of this scan, and this chunk does not count itself.
-      if (done->chunks != chunks_) {
-        return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
-      }
-      if (auto checked = checkDone(*done, scan_.slabs, bodyCount_); !checked) return checked;
-      if (auto checked = checkAllNamed(); !checked) return checked;
-      scan_.doneOffset = header.offset;
-      scan_.done = std::move(*done);
-    } else if (header.type == kHead || header.type == kIndex) {
-      return invalid("this chunk cannot be here");
-    } else if (header.critical()) {
-      return fail(ErrorCode::Unsupported,
-                  "a chunk of this type must be understood, and this version does not know it");
-    }
-    return {};
+Result<void> FileScanner::takeSlab(const ChunkHeader& header, const PayloadView& payload) {
+  auto slab = decodeSlab(payload, features_);
+  if (!slab) return pass(slab.error());
+  const IndexRecord record = {header.offset, header.bytes(), slab->parts, slab->time};
+  if (!name(record.connectivity(), {kConnectivity}) ||
+      (slab->parts.lower != 0 && !name(record.lower(), {kLayer, kPose})) ||
+      (slab->parts.upper != 0 && !name(record.upper(), {kLayer, kPose}))) {
+    return invalid("it names a connectivity or a layer that does not come before it");
   }
+  if (auto checked = checker_.add(record); !checked) return checked;
+  scan_.slabs.push_back(record);
+  return {};
+}
 
-  Result<void> takePose(const ChunkHeader& header, const PayloadView& payload) {
-    const auto posed = decodePose(payload, features_);
-    if (!posed) return pass(posed.error());
-    const std::uint64_t layer = header.offset - posed->layer;
-    if (!name(layer, {kLayer})) return invalid("it moves no LAYR that comes before it");
-    const PartWindow& window = checker_.windowAt(header.offset);
-    if (!window.has(kLayer, layer)) {
-      return invalid(fmt::format("it moves none of the last {} LAYRs", window.size()));
-    }
-    parts_.push_back({header.offset, kPose});
-    return {};
+std::vector<FileScanner::Part>::iterator FileScanner::find(std::uint64_t offset) {
+  const auto found = std::ranges::lower_bound(parts_, offset, {}, &Part::offset);
+  return found != parts_.end() && found->offset == offset ? found : parts_.end();
+}
+
+bool FileScanner::name(std::uint64_t offset, std::initializer_list<ChunkType> types) {
+  const auto found = find(offset);
+  if (found == parts_.end()) return false;
+  if (std::ranges::find(types, found->type) == types.end()) return false;
+  found->named = true;
+  return true;
+}
+
+std::vector<std::uint64_t> FileScanner::neededParts() {
+  std::vector<std::uint64_t> needed = checker_.windowAt(scan_.end).offsets();
+  std::ranges::copy(checker_.lastUppers(), std::back_inserter(needed));
+  for (std::size_t i = 0, count = needed.size(); i < count; ++i) {
+    const auto part = find(needed[i]);
+    if (part != parts_.end() && part->type == kPose) needed.push_back(part->layer);
   }
+  std::ranges::sort(needed);
+  return needed;
+}
 
-  Result<void> takeSlab(const ChunkHeader& header, const PayloadView& payload) {
-    auto slab = decodeSlab(payload, features_);
-    if (!slab) return pass(slab.error());
-    const IndexRecord record = {header.offset, header.bytes(), slab->parts, slab->time};
-    if (!name(record.connectivity(), {kConnectivity}) ||
-        (slab->parts.lower != 0 && !name(record.lower(), {kLayer, kPose})) ||
-        (slab->parts.upper != 0 && !name(record.upper(), {kLayer, kPose}))) {
-      return invalid("it names a connectivity or a layer that does not come before it");
-    }
-    if (auto checked = checker_.add(record); !checked) return checked;
-    scan_.slabs.push_back(record);
-    return {};
-  }
+Result<void> FileScanner::checkAllNamed() const {
+  const auto unused = std::ranges::find(parts_, false, &Part::named);
+  if (unused == parts_.end()) return {};
+  const std::string type(unused->type.begin(), unused->type.end());
+  return file_.damaged(unused->offset, type + ": no slab names it");
+}
 
-  /// A chunk that slabs refer to.
-  struct Part {
-    std::uint64_t offset = 0;
-    ChunkType type{};
-    bool named = false;  ///< referred to by a slab, or by a POSE
-  };
-
-  /// Records that something refers to the part at `offset`; false if there is none of these types.
-  bool name(std::uint64_t offset, std::initializer_list<ChunkType> types) {
-    const auto found = std::ranges::lower_bound(parts_, offset, {}, &Part::offset);
-    if (found == parts_.end() || found->offset != offset) return false;
-    if (std::ranges::find(types, found->type) == types.end()) return false;
-    found->named = true;
-    return true;
-  }
-
-  Result<void> checkAllNamed() const {
-    const auto unused = std::ranges::find(parts_, false, &Part::named);
-    if (unused == parts_.end()) return {};
-    const std::string type(unused->type.begin(), unused->type.end());
-    return file_.damaged(unused->offset, type + ": no slab names it");
-  }
-
-  ChunkFile& file_;
-  std::size_t bodyCount_;
-  Features features_;
-  FileScan scan_;
-  RecordChecker checker_;
-  std::uint64_t chunks_ = 0;
-  std::vector<Part> parts_;  // offsets increase
-};
-
-}  // namespace
-
-FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
+FileScan scanFile(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
                   Features features, const model::Progress& progress) {
-  return Scanner(file, bodyCount, features).run(firstChunk, progress);
+  FileScanner scanner(file, firstChunk, bodyCount, features);
+  std::optional<Error> damage;
+  while (!scanner.done() && !damage) {
+    if (const auto next = scanner.next(); !next) damage = next.error();
+    if (progress) {
+      progress(static_cast<double>(scanner.scan().end) / static_cast<double>(file.size()));
+    }
+  }
+  FileScan scan = scanner.take();
+  scan.damage = std::move(damage);
+  return scan;
 }
 
 const PartWindow& RecordChecker::windowAt(std::uint64_t offset) {
@@ -155,6 +146,14 @@ const PartWindow& RecordChecker::windowAt(std::uint64_t offset) {
     window_.add(chunks_[next_].type, chunks_[next_].offset);
   }
   return window_;
+}
+
+std::vector<std::uint64_t> RecordChecker::lastUppers() const {
+  std::vector<std::uint64_t> uppers;
+  for (const auto& last : last_) {
+    if (last && last->upper() != 0) uppers.push_back(last->upper());
+  }
+  return uppers;
 }
 
 bool RecordChecker::areCopies(std::uint64_t layer, std::uint64_t other) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <vector>
 
@@ -20,8 +21,11 @@ class RecordChecker {
                 const std::vector<ChunkHeader>& chunks)
       : file_(file), chunks_(chunks), window_(bodyCount), last_(bodyCount) {}
   Result<void> add(const IndexRecord& record);
-  /// The parts that a chunk at `offset` may name; call with increasing offsets.
+  /// The parts that a chunk at `offset` may name, but for upper layers of the last slabs, which the
+  /// next ones may; call with increasing offsets.
   const PartWindow& windowAt(std::uint64_t offset);
+  /// Offsets of those upper layers.
+  std::vector<std::uint64_t> lastUppers() const;
 
  private:
   bool areCopies(std::uint64_t layer, std::uint64_t other) const;
@@ -50,7 +54,51 @@ struct FileScan {
 
 /// Reads the chunks from the one after HEAD to DONE, verifies each checksum, and checks that a
 /// reader can follow them in this order.
-FileScan scanFile(ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
+class FileScanner {
+ public:
+  FileScanner(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
+              t4d_layout::Features features);
+  FileScanner(const FileScanner&) = delete;
+  FileScanner& operator=(const FileScanner&) = delete;
+
+  /// Reads the next chunk; call until done() is true. After an error there is no next.
+  Result<ChunkHeader> next();
+  bool done() const { return scan_.done.has_value(); }
+  const FileScan& scan() const { return scan_; }
+  FileScan take() { return std::move(scan_); }
+
+  /// Offsets of the parts that slabs to come may need, in order.
+  std::vector<std::uint64_t> neededParts();
+
+ private:
+  /// A chunk that slabs refer to.
+  struct Part {
+    std::uint64_t offset = 0;
+    t4d_layout::ChunkType type{};
+    std::uint64_t layer = 0;  ///< that a POSE moves
+    bool named = false;       ///< referred to by a slab, or by a POSE
+  };
+
+  Result<void> take(const ChunkHeader& header, const t4d_layout::PayloadView& payload);
+  Result<void> takePose(const ChunkHeader& header, const t4d_layout::PayloadView& payload);
+  Result<void> takeSlab(const ChunkHeader& header, const t4d_layout::PayloadView& payload);
+  /// The part at `offset`, or the end.
+  std::vector<Part>::iterator find(std::uint64_t offset);
+  /// Records that something refers to the part at `offset`; false if there is none of these types.
+  bool name(std::uint64_t offset, std::initializer_list<t4d_layout::ChunkType> types);
+  Result<void> checkAllNamed() const;
+
+  const ChunkFile& file_;
+  std::size_t bodyCount_;
+  t4d_layout::Features features_;
+  FileScan scan_;
+  RecordChecker checker_;
+  std::uint64_t chunks_ = 0;
+  std::vector<Part> parts_;  // offsets increase
+};
+
+/// Reads all of them, or up to the first damage.
+FileScan scanFile(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
                   t4d_layout::Features features, const model::Progress& progress = {});
 
 }  // namespace t4d::formats

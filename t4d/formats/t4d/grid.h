@@ -22,6 +22,10 @@ struct Grid {
   /// The grid of this step for a mesh about `point`: its origin is 0 on each axis on which numbers
   /// suffice for twice as far, and otherwise the multiple of the step that is nearest to the point.
   static Grid about(const model::Point3& point, double step);
+
+  friend bool operator==(const Grid& a, const Grid& b) {
+    return a.origin == b.origin && a.step == b.step;
+  }
 };
 
 }  // namespace t4d::formats

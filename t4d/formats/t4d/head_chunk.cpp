@@ -8,7 +8,7 @@ namespace t4d::formats {
 
 using namespace t4d_layout;
 
-Result<Head> readHead(ChunkFile& file, std::uint64_t offset) {
+Result<Head> readHead(const ChunkFile& file, std::uint64_t offset) {
   auto header = file.readChunkHeader(offset);
   if (!header) return pass(header.error());
   if (header->type != kHead) {
@@ -39,6 +39,14 @@ Result<Head> decodeHead(const ChunkFile& file, const ChunkHeader& header, std::s
   const Features features = {named(kFeatureZstd), named(kFeatureMeans), named(kFeaturePose),
                              named(kFeatureGrid) ? metadata->grid : std::nullopt};
   return Head{std::move(*metadata), features, header, std::move(text)};
+}
+
+Result<Beginning> readBeginning(const ChunkFile& file) {
+  auto header = file.readHeader();
+  if (!header) return pass(header.error());
+  auto head = readHead(file);
+  if (!head) return pass(head.error());
+  return Beginning{*header, std::move(*head)};
 }
 
 }  // namespace t4d::formats

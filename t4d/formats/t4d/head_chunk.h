@@ -13,9 +13,16 @@ struct Head {
   std::string text;  ///< the payload
 };
 
-Result<Head> readHead(ChunkFile& file, std::uint64_t offset = t4d_layout::kFileHeaderBytes);
+Result<Head> readHead(const ChunkFile& file, std::uint64_t offset = t4d_layout::kFileHeaderBytes);
 
 /// The same from a copy of the chunk's header and of its payload.
 Result<Head> decodeHead(const ChunkFile& file, const ChunkHeader& header, std::string text);
+
+/// File header and HEAD.
+struct Beginning {
+  ChunkFile::Header header;
+  Head head;
+};
+Result<Beginning> readBeginning(const ChunkFile& file);
 
 }  // namespace t4d::formats

@@ -40,6 +40,7 @@ class HttpSource : public ByteSource {
 
   const std::string& name() const override { return client_.name(); }
   std::uint64_t size() const override { return size_; }
+  bool sizeIsCertain() const override { return false; }
   bool remote() const override { return true; }
 
   std::uint64_t bytesRead() const override {

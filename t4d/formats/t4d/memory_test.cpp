@@ -277,6 +277,47 @@ TEST(T4dReader, RefusesMoreAttributesOfMeansThanTheFileMayRequest) {
   EXPECT_NE(fault.find("400000 means with 2040 bytes each"), std::string::npos) << fault;
 }
 
+/// A file of this many slabs, each with its own connectivity and layers of many vertices.
+std::filesystem::path longFile(int slabs) {
+  constexpr std::uint32_t kLayer = 3000;
+  constexpr std::uint32_t kCells = 10'000;
+  const auto path = temporaryPath("long.t4d");
+  auto writer = T4dWriter::create(path, metadataOf({"b"}));
+  EXPECT_TRUE(writer);
+  model::Slab slab;
+  slab.vertices.assign(2 * std::size_t{kLayer}, model::Point4::Zero());
+  for (int i = 0; i < slabs; ++i) {
+    std::mt19937 random(static_cast<unsigned>(i));
+    auto connectivity = std::make_shared<model::Connectivity>();
+    connectivity->vertexCount = 2 * kLayer;
+    connectivity->lowerCount = connectivity->upperCount = kLayer;
+    for (std::uint32_t k = 0; k < kCells; ++k) {
+      const auto first = static_cast<std::uint32_t>(random() % (2 * kLayer - 4));
+      connectivity->cells.push_back({first, first + 1, first + 2, first + 3});
+    }
+    slab.connectivity = connectivity;
+    slab.timeBegin = i;
+    slab.timeEnd = i + 1;
+    std::copy_n(slab.vertices.end() - kLayer, kLayer, slab.vertices.begin());
+    for (auto vertex = slab.vertices.end() - kLayer; vertex != slab.vertices.end(); ++vertex) {
+      *vertex << random(), random(), random(), i + 1;
+    }
+    EXPECT_TRUE(writer->body(0).put(slab));
+  }
+  EXPECT_TRUE(writer->finish());
+  return path;
+}
+
+TEST(T4dStream, KeepsAWindowOfTheFileHoweverLongItIs) {
+  const auto peakOfStream = [](int slabs) {
+    const auto path = longFile(slabs);
+    return peakOf([&] { EXPECT_EQ(streamFaultOf(path), ""); });
+  };
+  const std::size_t shorter = peakOfStream(50);
+  const std::size_t longer = peakOfStream(500);
+  EXPECT_LE(longer, shorter + 450 * 500) << shorter;
+}
+
 TEST(T4dReader, AsksForLittleMemoryWhereNumbersLie) {
   const std::string file =
       fileContents(writeT4d("liar.t4d", {RandomSlabs(3).make(3)}, {0, false, true}));

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <vector>
 
 #include "t4d/formats/t4d/layout.h"
 
@@ -18,6 +19,8 @@ class PartWindow {
 
   /// Call in file order.
   void add(t4d_layout::ChunkType type, std::uint64_t offset) {
+    using namespace t4d_layout;
+    if (type != kConnectivity && type != kLayer && type != kPose) return;
     std::deque<std::uint64_t>& last = last_[type];
     last.push_back(offset);
     if (last.size() > size_) last.pop_front();
@@ -27,6 +30,12 @@ class PartWindow {
     return last != last_.end() && std::ranges::binary_search(last->second, offset);
   }
   std::size_t size() const { return size_; }
+  /// All of them.
+  std::vector<std::uint64_t> offsets() const {
+    std::vector<std::uint64_t> all;
+    for (const auto& [type, last] : last_) all.insert(all.end(), last.begin(), last.end());
+    return all;
+  }
 
  private:
   std::size_t size_;

@@ -6,11 +6,15 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/cell_limit.h"
+#include "t4d/formats/t4d/chunk_counts.h"
 #include "t4d/formats/t4d/chunk_file.h"
+#include "t4d/formats/t4d/ending.h"
 #include "t4d/formats/t4d/file_scan.h"
 #include "t4d/formats/t4d/head_chunk.h"
 #include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/slab_source.h"
+#include "t4d/formats/t4d/tally.h"
 #include "t4d/formats/t4d/within_memory.h"
 #include "t4d/model/sinks.h"
 
@@ -23,73 +27,8 @@ static_assert(T4dReader::kMemoryPerFileByte == 12 * kMaxExpansion);
 
 namespace {
 
-/// Sums up the slabs of a body.
-class Tally : public model::Sink {
- public:
-  Result<void> put(const Slab& slab) override {
-    addSlab(sum, slab);
-    return {};
-  }
-  BodySummary sum;
-};
-
-/// The index and end mark of an indexed file.
-struct Ending {
-  Index index;
-  Done done;
-  ChunkHeader doneHeader;
-  std::uint64_t offset = 0;  // of the index
-};
-
-/// Reads a chunk that the footer refers to.
-Result<ChunkFile::Chunk> readNamed(ChunkFile& file, std::uint64_t offset, ChunkType type) {
-  const std::uint64_t footer = file.size() - kFooterBytes;
-  if (offset % kAlignment != 0 || offset < kFileHeaderBytes || offset >= footer) {
-    return file.damaged(footer, fmt::format("the footer says that {} is at byte {}",
-                                            std::string(type.begin(), type.end()), offset));
-  }
-  return file.readChunk(offset, type);
-}
-
-Result<Ending> readEnding(ChunkFile& file, Features features) {
-  auto footer = file.readFooter();
-  if (!footer) return pass(footer.error());
-  auto done = readNamed(file, footer->done, kDone);
-  if (!done) return pass(done.error());
-  auto index = readNamed(file, footer->index, kIndex);
-  if (!index) return pass(index.error());
-  if (done->header.end() != footer->index) {
-    return file.damaged(done->header.end(), "the index does not follow the end mark at once");
-  }
-  if (index->header.end() != file.size() - kFooterBytes) {
-    return file.damaged(index->header.end(), "the footer does not follow the index at once");
-  }
-  if (checksumOf(index->header) != footer->indexChecksum) {
-    return file.damaged(file.size() - kFooterBytes, "the footer is that of another index");
-  }
-  auto decodedDone = decodeDone(done->payload.view);
-  if (!decodedDone) return file.damaged(footer->done, "DONE: " + decodedDone.error().message);
-  auto decoded = decodeIndex(index->payload.view, features);
-  if (!decoded) return file.damaged(footer->index, "INDX: " + decoded.error().message);
-  return Ending{std::move(*decoded), std::move(*decodedDone), done->header, footer->index};
-}
-
-/// File header and HEAD.
-struct Beginning {
-  ChunkFile::Header header;
-  Head head;
-};
-
-Result<Beginning> readBeginning(ChunkFile& file) {
-  auto header = file.readHeader();
-  if (!header) return pass(header.error());
-  auto head = readHead(file);
-  if (!head) return pass(head.error());
-  return Beginning{*header, std::move(*head)};
-}
-
-/// The same from the copies in the index, which saves a request. The end of the file is then there
-/// to be read again.
+/// File header and HEAD from their copies in the index, which saves a request. The end of the file
+/// is then there to be read again.
 Result<Beginning> readCopyOfBeginning(ChunkFile& file) {
   auto footer = file.readFooter();
   if (!footer) return pass(footer.error());
@@ -120,28 +59,6 @@ Result<Beginning> readRemoteBeginning(ChunkFile& file) {
   return !front && front.error().code == ErrorCode::Io ? copy : front;
 }
 
-/// Checks the index against file header, HEAD and DONE.
-Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
-                         const ChunkFile::Header& header, const Head& head) {
-  const auto wrong = [&](const std::string& message) {
-    return file.damaged(ending.offset, "INDX: " + message);
-  };
-  const Index& index = ending.index;
-  if (index.fileHeader != header.bytes) {
-    return wrong("its copy of the file header is different");
-  }
-  if (index.head != head.text) return wrong("its copy of HEAD is different");
-  if (index.chunks.empty() || index.chunks.front() != head.header ||
-      index.chunks.back() != ending.doneHeader) {
-    return wrong("its chunks are not those from HEAD to DONE");
-  }
-  if (index.chunks.size() - 1 != ending.done.chunks) {
-    return wrong(fmt::format("it has {} chunks before DONE, which says {}", index.chunks.size() - 1,
-                             ending.done.chunks));
-  }
-  return {};
-}
-
 /// Checks what the index says of the slabs against itself and DONE. Whether it is true is checked
 /// when they are read.
 Result<void> checkRecords(const ChunkFile& file, const Ending& ending, std::size_t bodyCount) {
@@ -153,41 +70,6 @@ Result<void> checkRecords(const ChunkFile& file, const Ending& ending, std::size
     return file.damaged(ending.doneHeader.offset, "DONE: " + checked.error().message);
   }
   return {};
-}
-
-/// The slabs, after checking that the end mark is followed by an index that agrees with `scan` and
-/// a footer, or by nothing.
-Result<std::vector<IndexRecord>> readTail(ChunkFile& file, const ChunkFile::Header& header,
-                                          const Head& head, const FileScan& scan) {
-  if (!header.indexed) {
-    if (scan.end == file.size()) return scan.slabs;
-    return file.damaged(scan.end,
-                        fmt::format("{} bytes follow the end mark of a file without index",
-                                    file.size() - scan.end));
-  }
-  auto ending = readEnding(file, head.features);
-  if (!ending) return pass(ending.error());
-  if (ending->doneHeader.offset != scan.doneOffset) {
-    return file.damaged(ending->doneHeader.offset, "DONE: an end mark has been before, at byte " +
-                                                       std::to_string(scan.doneOffset));
-  }
-  if (auto checked = checkEnding(file, *ending, header, head); !checked)
-    return pass(checked.error());
-  const auto wrong = [&](const std::string& message) {
-    return file.damaged(ending->offset, "INDX: " + message);
-  };
-  if (!std::ranges::equal(std::span(ending->index.chunks).subspan(1, ending->done.chunks - 1),
-                          scan.chunks)) {
-    return wrong("its headers of chunks are not those of the file");
-  }
-  const auto& said = ending->index.slabs;
-  const auto [record, slab] =
-      std::mismatch(said.begin(), said.end(), scan.slabs.begin(), scan.slabs.end());
-  if (record != said.end()) {
-    return wrong(fmt::format("record {} is not what the slab at byte {} says",
-                             record - said.begin(), slab->slab));
-  }
-  return said;
 }
 
 }  // namespace
@@ -216,8 +98,9 @@ class T4dReader::File {
       if (!ending) return cutOff(ending.error(), head->header.end());
       if (auto checked = checkEnding(file_, *ending, *header, *head); !checked) return checked;
       if (auto checked = checkRecords(file_, *ending, bodyCount); !checked) return checked;
-      for (const ChunkHeader& chunk : ending->index.chunks) count(chunk.type, chunk.bytes());
-      count(kIndex, file_.size() - kFooterBytes - ending->offset);
+      for (const ChunkHeader& chunk : ending->index.chunks)
+        addChunk(chunks_, chunk.type, chunk.bytes());
+      addChunk(chunks_, kIndex, file_.size() - kFooterBytes - ending->offset);
       records = std::move(ending->index.slabs);
       done = std::move(ending->done);
       doneOffset_ = ending->doneHeader.offset;
@@ -233,10 +116,10 @@ class T4dReader::File {
           scan.slabs = std::move(*tail);  // the same, with what the index says of their contents
         }
       }
-      count(kHead, head->header.bytes());
-      for (const ChunkHeader& chunk : scan.chunks) count(chunk.type, chunk.bytes());
-      if (scan.done) count(kDone, scan.end - scan.doneOffset);
-      if (indexed_ && !damage_) count(kIndex, file_.size() - kFooterBytes - scan.end);
+      addChunk(chunks_, kHead, head->header.bytes());
+      for (const ChunkHeader& chunk : scan.chunks) addChunk(chunks_, chunk.type, chunk.bytes());
+      if (scan.done) addChunk(chunks_, kDone, scan.end - scan.doneOffset);
+      if (indexed_ && !damage_) addChunk(chunks_, kIndex, file_.size() - kFooterBytes - scan.end);
       file_.expectChunks(std::move(scan.chunks));
       records = std::move(scan.slabs);
       if (damage_ && how != T4dOpen::FromFront) return pass(*damage_);
@@ -265,29 +148,12 @@ class T4dReader::File {
   std::vector<T4dChunks> chunks_;
 
  private:
-  void count(ChunkType type, std::uint64_t bytes) {
-    const std::string name(type.begin(), type.end());
-    auto found = std::ranges::find(chunks_, name, &T4dChunks::type);
-    if (found == chunks_.end()) found = chunks_.insert(found, {name, 0, 0});
-    ++found->count;
-    found->bytes += bytes;
-  }
-
   Result<void> checkWork(std::optional<std::uint64_t> maxCells) const {
-    const std::uint64_t most = maxCells.value_or(usualCellLimit(file_.size()));
     std::uint64_t cells = 0;
     for (const BodySummary& body : summaries_) {
       cells = body.tetrahedra > kAnyCells - cells ? kAnyCells : cells + body.tetrahedra;
     }
-    if (cells <= most) return {};
-    Error error{
-        ErrorCode::InvalidInput,
-        fmt::format("has {} cells in all its slabs, more than the {} that are allowed for a "
-                    "file of {} bytes",
-                    cells, most, file_.size()),
-        file_.path()};
-    error.remedy = Remedy::MoreCells;
-    return pass(std::move(error));
+    return checkCellCount(file_, cells, maxCells);
   }
 
   /// For a file whose header promises an index that is missing: adds how far it can be read.
@@ -312,12 +178,6 @@ class T4dReader::File {
     return done;
   }
 };
-
-std::uint64_t usualCellLimit(std::uint64_t fileBytes) {
-  constexpr std::uint64_t kAlways = 100'000'000;
-  constexpr std::uint64_t kPerByte = 10'000;
-  return fileBytes > (kAnyCells - kAlways) / kPerByte ? kAnyCells : kAlways + kPerByte * fileBytes;
-}
 
 T4dReader::T4dReader(std::unique_ptr<File> file) : file_(std::move(file)) {}
 T4dReader::T4dReader(T4dReader&&) noexcept = default;
@@ -367,11 +227,7 @@ Result<void> T4dReader::readThrough(std::size_t index, model::Sink& sink,
   Tally found;
   model::Tee both({&found, &sink});
   if (auto pumped = pump(body(index), both, progress); !pumped) return pumped;
-  if (auto checked = checkSummary(summary(index), found.sum); !checked) {
-    return file_->file_.damaged(file_->doneOffset_,
-                                fmt::format("DONE: body {}: {}", index, checked.error().message));
-  }
-  return {};
+  return checkSummaryOf(file_->file_, file_->doneOffset_, index, summary(index), found.sum);
 }
 
 Result<void> checkT4dFile(const std::filesystem::path& path, const model::Progress& progress) {

@@ -268,7 +268,7 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
       connectivity,
       {std::move(lower->layer.attributes), vertexRows(decoded->attributes, 0, interiorCount),
        std::move(upper->layer.attributes)},
-      kMaxExpansion * file.size());
+      kMaxExpansion * file.knownBytes());
   if (!attributes) return wrong(attributes.error().message);
   slab->attributes = std::move(*attributes);
   std::ranges::copy_if(

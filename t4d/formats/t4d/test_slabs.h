@@ -16,6 +16,7 @@
 #include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/formats/test_files.h"
 #include "t4d/model/slab.h"
@@ -331,6 +332,18 @@ inline std::string faultOf(const std::filesystem::path& path, T4dOpen how = T4dO
     }
   }
   return {};
+}
+
+/// The first error in reading the file as a stream; empty if there is none.
+inline std::string streamFaultOf(const std::filesystem::path& path) {
+  auto stream = T4dStream::open(path, kAnyCells);
+  if (!stream) return stream.error().text();
+  while (true) {
+    const auto item = stream->next();
+    if (!item) return item.error().text();
+    if (!*item) return {};
+    EXPECT_TRUE(model::checkSlab(*(*item)->slab));
+  }
 }
 
 inline std::string faultOf(const FileBuilder& file) {

@@ -14,11 +14,9 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include "t4d/formats/output_file.h"
 #include "t4d/formats/rounding_loss.h"
+#include "t4d/formats/t4d/chunk_writer.h"
 #include "t4d/formats/t4d/chunks.h"
-#include "t4d/formats/t4d/crc32c.h"
-#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/layer_digest.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/part_window.h"
@@ -40,29 +38,15 @@ class T4dWriter::File {
   File(const std::filesystem::path& path, OutputFile file, const Metadata& metadata,
        const T4dWriteOptions& options)
       : path_(path),
-        out_(std::move(file)),
+        chunks_(std::move(file), options.index, options.compression),
         metadata_(metadata),
         arrays_{options.compression, options.float32, {}},
-        indexed_(options.index),
         step_(options.step),
         spareEvery_(options.spareEvery),
         window_(metadata.bodies.size()),
         rounding_(options.step) {
     bodies_.reserve(metadata.bodies.size());
     for (std::uint32_t i = 0; i < metadata.bodies.size(); ++i) bodies_.emplace_back(*this, i);
-  }
-
-  Result<void> begin() {
-    ByteWriter header;
-    header.putBytes(kSignature.data(), kSignature.size());
-    header.put(kMajorVersion);
-    header.put(kMinorVersion);
-    header.put(indexed_ ? kFlagIndexed : std::uint32_t{0});
-    header.put(std::uint32_t{0});
-    header.put(crc32c(header.data(), header.size()));
-    if (auto done = out_.write(header.data(), header.size()); !done) return done;
-    std::copy_n(header.data(), index_.fileHeader.size(), index_.fileHeader.begin());
-    return {};
   }
 
   model::Sink& body(std::size_t index) { return bodies_[index]; }
@@ -79,18 +63,9 @@ class T4dWriter::File {
         return invalid(fmt::format("the body '{}' has no slab", metadata_.bodies[body.index].name));
       }
     }
-    Done summary;
-    summary.chunks = index_.chunks.size();
-    for (const Body& body : bodies_) summary.bodies.push_back(body.summary);
-    const PayloadWriter done = encodeDone(summary);
-    const auto doneOffset = putChunk(kDone, done);
-    if (!doneOffset) return pass(doneOffset.error());
-    if (indexed_) {
-      if (auto put = putIndexAndFooter(*doneOffset); !put) return pass(put.error());
-    }
-    const std::uint64_t size = out_.size();
-    if (auto committed = out_.commit(); !committed) return pass(committed.error());
-    return size;
+    std::vector<BodySummary> summaries;
+    for (const Body& body : bodies_) summaries.push_back(body.summary);
+    return chunks_.finish(summaries);
   }
 
  private:
@@ -126,7 +101,7 @@ class T4dWriter::File {
 
   /// Writes HEAD, unless that has been done: its features and its grid depend on the first slab.
   Result<void> putHead(const Point4& firstVertex, bool posed) {
-    if (!index_.chunks.empty()) return {};
+    if (chunks_.begun()) return {};
     std::vector<std::string> features = {std::string(kFeatureMeans)};
     if (arrays_.level > 0) features.emplace_back(kFeatureZstd);
     const auto& before = metadata_.features;
@@ -136,13 +111,9 @@ class T4dWriter::File {
       arrays_.grid = Grid::about(firstVertex.head<3>(), *step_);
       features.emplace_back(kFeatureGrid);
     }
-    PayloadWriter head;
     const auto text = headText(metadata_, features, arrays_.grid);
     if (!text) return pass(text.error());
-    head.putBytes(text->data(), text->size());
-    index_.head = *text;
-    const auto offset = putChunk(kHead, head);
-    return offset ? Result<void>() : pass(offset.error());
+    return chunks_.begin(*text);
   }
 
   struct StoredConnectivity {
@@ -168,20 +139,8 @@ class T4dWriter::File {
 
   /// Returns the offset of the chunk.
   Result<std::uint64_t> putChunk(ChunkType type, const PayloadWriter& payload) {
-    const std::uint64_t offset = out_.size();
-    const auto [header, front] = frontOf(type, payload, offset);
-    const auto write = [&](std::span<const std::byte> bytes) -> Result<void> {
-      constexpr std::array<std::byte, kAlignment> kZeros{};
-      if (auto done = out_.write(bytes.data(), bytes.size()); !done) return done;
-      return out_.write(kZeros.data(), padded(bytes.size()) - bytes.size());
-    };
-    if (auto done = write(encodeChunkHeader(header)); !done) return pass(done.error());
-    if (auto done = write(front.bytes()); !done) return pass(done.error());
-    for (const auto& block : payload.blocks()) {
-      if (auto done = write(block); !done) return pass(done.error());
-    }
-    index_.chunks.push_back(header);
-    window_.add(type, offset);
+    auto offset = chunks_.put(type, payload);
+    if (offset) window_.add(type, *offset);
     return offset;
   }
 
@@ -235,7 +194,7 @@ class T4dWriter::File {
       }
     }
     ++uses_[body.referenceOffset];
-    return putChunk(kPose, encodePose({time, out_.size() - body.referenceOffset, pose.pose}));
+    return putChunk(kPose, encodePose({time, chunks_.size() - body.referenceOffset, pose.pose}));
   }
 
   /// The slab as a reader will have it.
@@ -462,7 +421,7 @@ class T4dWriter::File {
       if (!offset) return pass(offset.error());
       body.upperOffset = *offset;
     }
-    const auto distance = [slab = out_.size()](std::uint64_t offset) {
+    const auto distance = [slab = chunks_.size()](std::uint64_t offset) {
       return offset == 0 ? 0 : slab - offset;
     };
     return SlabParts{distance(body.connectivityOffset), distance(lowerOffset),
@@ -475,7 +434,7 @@ class T4dWriter::File {
                          std::vector<model::Attribute> upperAttributes) {
     const auto offset = putChunk(kSlab, payload);
     if (!offset) return pass(offset.error());
-    if (indexed_) index_.slabs.push_back({*offset, out_.size() - *offset, parts, time, extent});
+    chunks_.addSlab({*offset, chunks_.size() - *offset, parts, time, extent});
     ++uses_[body.connectivityOffset];
     addSlab(body.summary, time, counts, extent.cells, extent.bounds);
     body.upperLayer = std::move(upperLayer);
@@ -483,32 +442,16 @@ class T4dWriter::File {
     return {};
   }
 
-  Result<void> putIndexAndFooter(std::uint64_t doneOffset) {
-    const PayloadWriter payload = encodeIndex(index_, arrays_.level);
-    const auto indexOffset = putChunk(kIndex, payload);
-    if (!indexOffset) return pass(indexOffset.error());
-    ByteWriter footer;
-    footer.put(*indexOffset);
-    footer.put(doneOffset);
-    footer.put(std::uint64_t{out_.size() + kFooterBytes});
-    footer.put(checksumOf(index_.chunks.back()));
-    footer.put(crc32c(footer.data(), footer.size()));
-    footer.putBytes(kEndSignature.data(), kEndSignature.size());
-    return out_.write(footer.data(), footer.size());
-  }
-
   std::filesystem::path path_;
-  OutputFile out_;
+  ChunkWriter chunks_;
   Metadata metadata_;
   ArrayOptions arrays_;
-  bool indexed_;
   std::optional<double> step_;  // of the grid
   std::uint64_t spareEvery_;
   std::map<std::uint64_t, std::uint64_t> uses_;  // slabs that need the part at an offset
   bool poses_ = false;
   PartWindow window_;
   std::vector<Body> bodies_;
-  Index index_;  // without an index: only its chunks are counted
   std::vector<Point4> scratch_;
   std::deque<StoredConnectivity> stored_;  // the last ones
   std::size_t storedBytes_ = 0;
@@ -538,9 +481,7 @@ Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Met
   if (!parsed) return invalid(parsed.error().message, path.string());
   auto out = OutputFile::create(path);
   if (!out) return pass(out.error());
-  auto file = std::make_unique<File>(path, std::move(*out), metadata, options);
-  if (auto begun = file->begin(); !begun) return pass(begun.error());
-  return T4dWriter(std::move(file));
+  return T4dWriter(std::make_unique<File>(path, std::move(*out), metadata, options));
 }
 
 model::Sink& T4dWriter::body(std::size_t index) { return file_->body(index); }

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/t4d/index_chunk.h"
+
+namespace t4d::formats {
+
+/// Writes the chunks of a .t4d file one after another, and what is around them: the file header
+/// before, DONE, index and footer after them.
+class ChunkWriter {
+ public:
+  /// `level` is that of zstd for the index.
+  ChunkWriter(OutputFile out, bool indexed, int level)
+      : out_(std::move(out)), indexed_(indexed), level_(level) {}
+
+  /// Writes the file header and HEAD.
+  Result<void> begin(const std::string& head);
+  bool begun() const { return !index_.chunks.empty(); }
+
+  /// These return the offset of the chunk.
+  Result<std::uint64_t> put(t4d_layout::ChunkType type, const t4d_layout::PayloadWriter& payload);
+  /// A chunk of another file; its payload with the padding.
+  Result<std::uint64_t> putCopy(ChunkHeader header, std::span<const std::byte> payload);
+
+  /// What the index says of a slab, in the order of the file.
+  void addSlab(const IndexRecord& record) {
+    if (indexed_) index_.slabs.push_back(record);
+  }
+  /// Bytes so far, the offset of the next chunk.
+  std::uint64_t size() const { return out_.size(); }
+
+  /// Writes DONE, and index and footer if the file has them; then moves it to its path. Returns its
+  /// size in bytes.
+  Result<std::uint64_t> finish(const std::vector<BodySummary>& bodies);
+
+ private:
+  Result<void> writePadded(std::span<const std::byte> bytes);
+  Result<void> putIndexAndFooter(std::uint64_t doneOffset);
+
+  OutputFile out_;
+  bool indexed_;
+  int level_;
+  Index index_;  // without an index: only its chunks are counted
+};
+
+}  // namespace t4d::formats

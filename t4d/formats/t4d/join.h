@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "t4d/formats/t4d/summary.h"
+#include "t4d/model/slab.h"
+
+namespace t4d::formats {
+
+struct JoinReport {
+  std::vector<BodySummary> bodies;
+  std::uint64_t bytes = 0;  ///< of the file
+};
+
+/// Joins files whose times follow one another, as several processes have made them, into one
+/// without decoding their slabs: the chunks are copied as they are, between one HEAD, that of the
+/// first file with the features of all, and one DONE and index (SPEC.md, section "Streams and
+/// parts"). Keeps one chunk in memory. `into` stays untouched until everything is written.
+///
+/// Every chunk is checked as T4dReader does with T4dOpen::Checked; whether the slabs are sound is
+/// left to checkT4dFile. Fails if a file is damaged, if two differ in their bodies, units, axis or
+/// grid, and if a body of one does not begin as the one before it ends: with an equal LAYR, or with
+/// no layer.
+Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
+                           const std::filesystem::path& into, const model::Progress& progress = {});
+
+}  // namespace t4d::formats
