@@ -228,8 +228,10 @@ void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) co
 
 void FrameLayer::placeCrossings(const CrossingBlock& block, model::Point4* into) const {
   const BlockView from = view(block.coord);
+  const CrossingGrid grid(lattice_.voxelSize);
   for (int axis = 0; axis < 3; ++axis) {
     const BlockView beyond = hasValues() ? view(neighbour(block.coord, 1U << axis)) : BlockView();
+    const bool round = hasValues() && !from.hasDoubles() && !beyond.hasDoubles();
     for (unsigned x = 0; x < 8; ++x) {
       for (std::uint64_t bits = block.edges[axis][x]; bits != 0; bits &= bits - 1) {
         const auto bit = static_cast<unsigned>(std::countr_zero(bits));
@@ -247,7 +249,9 @@ void FrameLayer::placeCrossings(const CrossingBlock& block, model::Point4* into)
           fraction = crossing(a, b);
         }
         point[axis] += fraction;
-        *into++ << lattice_(point), frame_.time;
+        model::Point3 place = lattice_(point);
+        if (round) place[axis] = grid.nearest(place[axis]);
+        *into++ << place, frame_.time;
       }
     }
   }

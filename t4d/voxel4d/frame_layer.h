@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -21,6 +22,8 @@ struct BlockView {
   std::uint64_t word(unsigned x) const {
     return block != nullptr ? block->inside[x] : inside ? kAllBits : 0;
   }
+  /// Whether its values have more digits than float32.
+  bool hasDoubles() const { return block != nullptr && block->values.doubles != nullptr; }
   /// The field at a point of the block.
   double at(unsigned index) const {
     return block != nullptr && !block->values.empty() ? block->values.at(index) : value;
@@ -129,6 +132,24 @@ inline constexpr double kOffLattice = 1e-3;
 inline double crossing(double a, double b) {
   return std::clamp(a / (a - b), kOffLattice, 1 - kOffLattice);
 }
+
+/// Where values are float32, a crossing is placed to a millionth of the edge, about what they tell:
+/// numbers with fewer digits take less space in a file.
+class CrossingGrid {
+ public:
+  /// For edges of this length, which is not negative.
+  explicit CrossingGrid(double length)
+      : step_(length > 0 ? std::ldexp(1, std::ilogb(length) - kBits) : 0) {}
+
+  /// Exact but for the rounding to a multiple of the step, a power of two.
+  double nearest(double coordinate) const {
+    return step_ > 0 ? std::nearbyint(coordinate / step_) * step_ : coordinate;
+  }
+
+ private:
+  static constexpr int kBits = 20;
+  double step_;
+};
 
 /// The 8 blocks at coordinate offsets 0 or +1: number d has x = d & 1, y = d >> 1, z = d >> 2.
 inline Coord neighbour(const Coord& coord, unsigned d, std::int32_t by = 1) {

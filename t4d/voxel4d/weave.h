@@ -35,7 +35,8 @@ struct WeaveReport {
 ///
 /// The vertices of a layer are the crossings of the frame's lattice edges, in an order that depends
 /// on the frame alone; the interior vertices of a slab are those of edges in time. A crossing lies
-/// where the field, linear along the edge, is zero, or at the midpoint if a frame has no values.
+/// where the field, linear along the edge, is zero, or at the midpoint if a frame has no values; of
+/// float32 values it is rounded to a millionth (2^-20) of the edge, about what they tell.
 /// Blocks are distributed over threads (oneTBB); the result is the same for any number of them.
 ///
 /// Fails for fewer than two frames, a frame that checkFrame refuses, times that do not increase,

@@ -161,6 +161,8 @@ void WovenSlab::placeInTime(const WovenBlock& block, Point4* into) const {
   const bool values = before_.hasValues() && after_.hasValues();
   const BlockView a = before_.view(block.coord);
   const BlockView b = after_.view(block.coord);
+  const double duration = crossings_.end - crossings_.begin;
+  const CrossingGrid grid(values && !a.hasDoubles() && !b.hasDoubles() ? duration : 0);
   for (unsigned x = 0; x < 8; ++x) {
     for (std::uint64_t bits = block.timeEdges[x]; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<unsigned>(std::countr_zero(bits));
@@ -169,7 +171,7 @@ void WovenSlab::placeInTime(const WovenBlock& block, Point4* into) const {
       const Eigen::Vector3d point(kBlockSize * static_cast<double>(block.coord.x) + x,
                                   kBlockSize * static_cast<double>(block.coord.y) + (bit >> 3U),
                                   kBlockSize * static_cast<double>(block.coord.z) + (bit & 7U));
-      *into++ << lattice_(point), crossings_.begin + fraction * (crossings_.end - crossings_.begin);
+      *into++ << lattice_(point), grid.nearest(crossings_.begin + fraction * duration);
     }
   }
 }

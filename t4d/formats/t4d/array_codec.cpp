@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <zstd.h>
+
+#include "t4d/formats/t4d/first_error.h"
 
 namespace t4d::formats {
 namespace {
@@ -349,17 +350,12 @@ Result<std::vector<std::byte>> unpack(const PackedArray& array) {
 
 Result<void> unpack(const PackedArray& array, std::span<std::byte> into) {
   const std::size_t blockBytes = kBlockRows * array.rowBytes();
-  std::mutex mutex;
-  std::optional<Error> error;
+  FirstError error;
   tbb::parallel_for(std::size_t{0}, array.blocks.size(), [&](std::size_t i) {
     const auto rest = into.subspan(i * blockBytes);
-    auto unpacked = unpackBlock(array, i, rest.first(std::min(rest.size(), blockBytes)));
-    if (unpacked) return;
-    const std::scoped_lock lock(mutex);
-    if (!error) error = unpacked.error();
+    error.add(i, unpackBlock(array, i, rest.first(std::min(rest.size(), blockBytes))));
   });
-  if (error) return pass(*error);
-  return {};
+  return error.result();
 }
 
 Result<void> checkArray(const PackedArray& array, model::ScalarType type, std::uint8_t components) {

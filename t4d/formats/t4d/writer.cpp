@@ -17,6 +17,7 @@
 #include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/t4d/chunk_writer.h"
 #include "t4d/formats/t4d/chunks.h"
+#include "t4d/formats/t4d/first_error.h"
 #include "t4d/formats/t4d/layer_digest.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/part_window.h"
@@ -349,7 +350,7 @@ class T4dWriter::File {
     Scanned scanned;
     scanned.digest = LayerDigest(end - begin);
     std::mutex mutex;
-    std::optional<Error> error;
+    FirstError error;
     tbb::parallel_for(std::size_t{0}, scanned.digest.blockCount(), [&](std::size_t block) {
       const auto first = begin + static_cast<std::uint32_t>(block * kBlockRows);
       std::vector<Point4> vertices(std::min<std::uint64_t>(kBlockRows, end - first));
@@ -357,12 +358,11 @@ class T4dWriter::File {
       scanned.digest.setBlock(block, vertices);
       model::Bounds3 bounds;
       for (const Point4& vertex : vertices) bounds.add(vertex.head<3>());
-      auto checked = checkVertices(vertices, slab, slab.time, first);
+      error.add(block, checkVertices(vertices, slab, slab.time, first));
       const std::scoped_lock lock(mutex);
       scanned.bounds.add(bounds);
-      if (!checked && !error) error = checked.error();
     });
-    if (error) return pass(*error);
+    if (auto checked = error.result(); !checked) return pass(checked.error());
     return scanned;
   }
 
