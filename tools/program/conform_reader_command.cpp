@@ -102,9 +102,9 @@ void addConformReader(CLI::App& conform, int& exitCode) {
   command
       ->add_option("--without", options->cases.without,
                    "A feature that the reader does not support, and must refuse files for (zstd, "
-                   "means), or 'hyperplanes' if it slices at times only")
+                   "means, pose, grid), or 'hyperplanes' if it slices at times only")
       ->delimiter(',')
-      ->check(CLI::IsMember({"zstd", "means", conformance::kHyperplanes}))
+      ->check(CLI::IsMember(whatAReaderMayLack()))
       ->type_name("FEATURE");
   command
       ->add_option("--parallel", options->parallel,

@@ -100,6 +100,19 @@ TEST_F(ConformReader, AReaderWithoutAFeatureRefusesItsFiles) {
   EXPECT_EQ(conform("reader --without means " + filter).code, 1);
 }
 
+/// The corpus has files of every feature, and a reader that knows none of them is no wrong one.
+TEST_F(ConformReader, AReaderMayLackEveryFeature) {
+  const std::string lacking =
+      reader("grep -aqE '\"(zstd|means|pose|grid)\"' \"$1\" && exit 1; exec " T4D_READER
+             " \"$@\"") +
+      "--only 'valid/grid*' 'valid/poses*' 'valid/means*' --json";
+  EXPECT_EQ(conform("reader --without zstd,means,pose,grid " + lacking).code, 0);
+  for (const char* without : {"zstd,means,pose", "zstd,means,grid"}) {
+    EXPECT_EQ(conform(std::string("reader --without ") + without + " " + lacking).code, 1)
+        << without;
+  }
+}
+
 TEST_F(ConformReader, CrashesAndSleepAreToldApart) {
   const system::ProgramRun run = conform(
       "reader --json --timeout 0.5 --only 'valid/one-simplex' 'invalid/H*' " +

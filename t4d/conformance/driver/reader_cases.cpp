@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/conformance/driver/damage.h"
+#include "t4d/formats/t4d/layout.h"
 
 namespace t4d::conformance {
 namespace {
@@ -235,6 +236,13 @@ std::vector<ReaderCase> quickOf(std::vector<ReaderCase> cases) {
 }
 
 }  // namespace
+
+std::vector<std::string> whatAReaderMayLack() {
+  std::vector<std::string> names(formats::t4d_layout::kFeatures.begin(),
+                                 formats::t4d_layout::kFeatures.end());
+  names.emplace_back(kHyperplanes);
+  return names;
+}
 
 std::vector<ReaderCase> readerCases(const std::vector<CorpusFile>& files,
                                     const CaseOptions& options) {

@@ -35,6 +35,9 @@ struct ReaderCase {
 /// What a reader may lack that is not a feature of files: slices by x, y, z and other hyperplanes.
 inline constexpr const char* kHyperplanes = "hyperplanes";
 
+/// All that a reader may lack: kHyperplanes, and the features of files.
+std::vector<std::string> whatAReaderMayLack();
+
 struct CaseOptions {
   /// Features of HEAD that the reader does not support: it must refuse files that name one. And
   /// kHyperplanes, if it slices at times only.

@@ -72,6 +72,7 @@ inline constexpr std::string_view kFeatureZstd = "zstd";
 inline constexpr std::string_view kFeatureMeans = "means";
 inline constexpr std::string_view kFeaturePose = "pose";
 inline constexpr std::string_view kFeatureGrid = "grid";
+inline constexpr std::array kFeatures = {kFeatureZstd, kFeatureMeans, kFeaturePose, kFeatureGrid};
 
 /// The features that a file names in HEAD. It may use no others.
 struct Features {

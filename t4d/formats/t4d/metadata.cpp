@@ -232,9 +232,7 @@ Result<Metadata> parseHead(const std::string& text) {
   auto features = namesOf(head, "features");
   if (!features) return pass(features.error());
   for (const std::string& feature : *features) {
-    constexpr std::array kKnown = {t4d_layout::kFeatureZstd, t4d_layout::kFeatureMeans,
-                                   t4d_layout::kFeaturePose, t4d_layout::kFeatureGrid};
-    if (std::ranges::find(kKnown, feature) == kKnown.end()) {
+    if (std::ranges::find(t4d_layout::kFeatures, feature) == t4d_layout::kFeatures.end()) {
       return fail(
           ErrorCode::Unsupported,
           fmt::format("it needs the feature '{}', which this version does not know; a newer "
