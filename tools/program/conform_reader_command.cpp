@@ -1,8 +1,4 @@
-#include <algorithm>
-#include <thread>
-
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "t4d/conformance/driver/reader_report.h"
 #include "tools/program/commands.h"
@@ -16,17 +12,9 @@ using namespace conformance;
 
 struct ConformReaderArguments {
   std::string reader;
-  std::vector<std::string> only;
-  std::vector<std::string> skip;
   CaseOptions cases;
   bool serve = false;
-  unsigned parallel = std::max(1U, std::thread::hardware_concurrency());
-  double timeoutSeconds = 10;
-  std::string junit;
-  std::string keep;
-  bool first = false;
-  bool json = false;
-  bool verbose = false;
+  ConformArguments run = {.timeoutSeconds = 10};
 };
 
 /// The command that reruns the same cases.
@@ -39,11 +27,12 @@ std::string commandOf(const ConformReaderArguments& options) {
 }
 
 int run(const ConformReaderArguments& options) {
+  const ConformArguments& run = options.run;
   const auto command = system::splitCommand(options.reader);
   if (!command) return wrongUsage(command.error().text());
   const std::vector<CorpusFile> files = makeCorpus();
   std::vector<ReaderCase> cases = readerCases(files, options.cases);
-  if (auto done = selectCases(cases, options.only, options.skip); !done) {
+  if (auto done = selectCases(cases, run.only, run.skip); !done) {
     return wrongUsage(done.error().text() + "; `t4d conform list` lists them");
   }
   disableCoreDumps();
@@ -51,33 +40,20 @@ int run(const ConformReaderArguments& options) {
   {
     const Interruptible interruptible;
     ProgressBar bar("testing the reader");
-    const SuiteOptions suite = {*command,         options.serve, options.timeoutSeconds,
-                                options.parallel, options.first, &Interruptible::interrupted()};
+    const SuiteOptions suite = {*command,     options.serve, run.timeoutSeconds,
+                                run.parallel, run.first,     &Interruptible::interrupted()};
     results = runReaderCases(cases, suite, bar.callback());
   }
-  if (!results) {
-    return results.error().code == ErrorCode::InvalidInput ? wrongUsage(results.error().text())
-                                                           : report(results.error());
-  }
+  if (!results) return reportNoRun(results.error());
   Interruptible::endIfInterrupted();
-  const std::vector<CaseReport> reports = reportsOf(cases, *results);
-  if (!options.junit.empty()) {
-    const auto written = writeReport(options.junit, reportJunit("reader", options.reader, reports));
-    if (!written) return report(written.error());
-  }
-  if (!options.keep.empty()) {
-    const auto kept = keepWrongFiles(cases, *results, options.keep);
+  if (!run.keep.empty()) {
+    const auto kept = keepWrongFiles(cases, *results, run.keep);
     if (!kept) return report(kept.error());
-    if (*kept > 0) say(fmt::format("{} in {}", counted(*kept, "file"), options.keep));
+    if (*kept > 0) say(fmt::format("{} in {}", counted(*kept, "file"), run.keep));
   }
-  if (options.json) {
-    print("{}", reportJson("reader", options.reader, reports));
-  } else {
-    constexpr std::size_t kShown = 20;
-    print("{}", reportText(options.reader, commandOf(options), options.serve, cases, *results,
-                           options.verbose ? cases.size() : kShown));
-  }
-  return std::ranges::any_of(reports, &CaseReport::isWrong) ? kFailed : kDone;
+  return reportRun("reader", options.reader, run, reportsOf(cases, *results), [&](auto most) {
+    return reportText(options.reader, commandOf(options), options.serve, cases, *results, most);
+  });
 }
 
 }  // namespace
@@ -96,30 +72,13 @@ void addConformReader(CLI::App& conform, int& exitCode) {
   command->add_flag("--serve", options->serve,
                     "Run READER --serve once, and send it one request a line: much faster if it "
                     "is slow to start");
-  command->add_option("--only", options->only, "Run only these cases: globs or folders ('cut')")
-      ->type_name("GLOB");
-  command->add_option("--skip", options->skip, "Skip these cases")->type_name("GLOB");
   command
       ->add_option("--without", options->cases.without,
-                   "A feature that the reader does not support, and must refuse files for (zstd, "
-                   "means, pose, grid), or 'hyperplanes' if it slices at times only")
+                   "A feature that the reader does not support, and must refuse files for, or "
+                   "'hyperplanes' if it slices at times only")
       ->delimiter(',')
       ->check(CLI::IsMember(whatAReaderMayLack()))
       ->type_name("FEATURE");
-  command
-      ->add_option("--parallel", options->parallel,
-                   "Concurrent reader processes (default: the number of processors)")
-      ->check(CLI::Range(1U, 1024U))
-      ->type_name("N");
-  command
-      ->add_option("--timeout", options->timeoutSeconds,
-                   "Timeout per request, in seconds (default: 10)")
-      ->check(CLI::Range(0.01, 86400.0))
-      ->type_name("SECONDS");
-  command->add_option("--junit", options->junit, "Write the results as JUnit XML")
-      ->type_name("FILE");
-  command->add_option("--keep", options->keep, "Keep up to four files of each failed case in DIR")
-      ->type_name("DIR");
   auto* thorough = command->add_flag(
       "--thorough", options->cases.thorough,
       "Ten times as many damaged files, for a reader that is fast to start or serves");
@@ -127,9 +86,11 @@ void addConformReader(CLI::App& conform, int& exitCode) {
       ->add_flag("--quick", options->cases.quick,
                  "A selection of some 170 requests, with a file for every rule")
       ->excludes(thorough);
-  command->add_flag("--first", options->first, "Stop at the first failure");
-  command->add_flag("--verbose", options->verbose, "List all failed cases");
-  command->add_flag("--json", options->json, "Print JSON");
+  addConformOptions(*command, options->run,
+                    {.tested = "reader",
+                     .only = "globs or folders ('cut')",
+                     .timeout = "request",
+                     .keep = "Keep up to four files of each failed case in DIR"});
   command->footer(
       "Exits with 0 if every case passed, 1 if any failed.\n"
       "Examples:\n"

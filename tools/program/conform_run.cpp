@@ -1,8 +1,13 @@
 #include "tools/program/conform_run.h"
 
+#include <algorithm>
+#include <thread>
+
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include "t4d/formats/output_file.h"
+#include "tools/program/console.h"
 
 namespace t4d::tools {
 namespace {
@@ -15,7 +20,38 @@ extern "C" void keepSignal(int signal) {
   signalArrived = true;
 }
 
+Result<void> writeReport(const std::string& path, const std::string& text) {
+  auto file = formats::OutputFile::create(path);
+  if (!file) return pass(file.error());
+  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+}
+
 }  // namespace
+
+void addConformOptions(CLI::App& command, ConformArguments& arguments, const ConformHelp& help) {
+  arguments.parallel = std::max(1U, std::thread::hardware_concurrency());
+  command.add_option("--only", arguments.only, "Run only these cases: " + help.only)
+      ->type_name("GLOB");
+  command.add_option("--skip", arguments.skip, "Skip these cases")->type_name("GLOB");
+  command
+      .add_option(
+          "--parallel", arguments.parallel,
+          fmt::format("Concurrent {} processes (default: the number of processors)", help.tested))
+      ->check(CLI::Range(1U, 1024U))
+      ->type_name("N");
+  command
+      .add_option("--timeout", arguments.timeoutSeconds,
+                  fmt::format("Timeout per {}, in seconds (default: {})", help.timeout,
+                              arguments.timeoutSeconds))
+      ->check(CLI::Range(0.01, 86400.0))
+      ->type_name("SECONDS");
+  command.add_option("--junit", arguments.junit, "Write the results as JUnit XML")
+      ->type_name("FILE");
+  command.add_option("--keep", arguments.keep, help.keep)->type_name("DIR");
+  command.add_flag("--first", arguments.first, "Stop at the first failure");
+  command.add_flag("--verbose", arguments.verbose, "List all failed cases");
+  command.add_flag("--json", arguments.json, "Print JSON");
+}
 
 Interruptible::Interruptible() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
@@ -42,10 +78,23 @@ void disableCoreDumps() {
   setrlimit(RLIMIT_CORE, &none);
 }
 
-Result<void> writeReport(const std::string& path, const std::string& text) {
-  auto file = formats::OutputFile::create(path);
-  if (!file) return pass(file.error());
-  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+int reportNoRun(const Error& error) {
+  return error.code == ErrorCode::InvalidInput ? wrongUsage(error.text()) : report(error);
+}
+
+int reportRun(const std::string& tested, const std::string& program,
+              const ConformArguments& arguments,
+              const std::vector<conformance::CaseReport>& reports,
+              const std::function<std::string(std::size_t most)>& text) {
+  if (!arguments.junit.empty()) {
+    const auto written =
+        writeReport(arguments.junit, conformance::reportJunit(tested, program, reports));
+    if (!written) return report(written.error());
+  }
+  constexpr std::size_t kShown = 20;
+  print("{}", arguments.json ? conformance::reportJson(tested, program, reports)
+                             : text(arguments.verbose ? reports.size() : kShown));
+  return std::ranges::any_of(reports, &conformance::CaseReport::isWrong) ? kFailed : kDone;
 }
 
 }  // namespace t4d::tools
