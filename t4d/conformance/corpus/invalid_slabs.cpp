@@ -667,6 +667,14 @@ void addSlabFaults(InvalidCases& cases) {
         for (int i = 1; i <= 16; ++i) image.move(fmt::format("LAYR {}", i), "SLAB 0");
       },
       "SLAB 0/upper");
+  Base copied = rising;
+  Image::Chunk copy = copied.image.chunk("LAYR 16");
+  copy.name = "copy";
+  copied.image.add(copy, "SLAB 17");
+  copied.image.chunk("SLAB 17").offsets["lower"] = "copy";
+  cases.add(
+      "S12-copy", "lower names a copy of the layer, the last LAYR but 16.", copied,
+      [](Image& image) { image.move("copy", "LAYR 1"); }, "SLAB 17/lower");
   cases.add(
       "S9-bytes-after", "Eight bytes follow the last part of the payload.", base,
       [](Image& image) { image.chunk("SLAB 0").payload.putBytes("extra", zeros(8)); },

@@ -367,6 +367,16 @@ void addChunkFaults(InvalidCases& cases) {
         fmt::format("The critical bit of a {} is clear.", type), base,
         [&](Image& image) { image.set(chunk + "/header/flags", 0U); }, chunk + "/header/flags");
   }
+  Image::Chunk room;
+  room.name = "PADD";
+  room.type = "PADD";
+  room.flags = 0;
+  room.payload.putBytes("zeros", std::string(8, '\0'));
+  Base roomy = base;
+  roomy.image.add(room, "DONE");
+  cases.add(
+      "C7-critical-PADD", "The critical bit of a PADD is set.", roomy,
+      [](Image& image) { image.set("PADD/header/flags", 1U); }, "PADD/header/flags");
   cases.addFlip("C4-length-damaged", "One bit of the length of a SLAB is another.", base,
                 "SLAB 0/header/length", 1);
   cases.addFlip("C4-type-damaged", "One bit of the type of a chunk is another.", base,

@@ -117,7 +117,7 @@ const std::map<std::string, std::string>& messages() {
       {"C4", "checksum of a chunk's header"},
       {"C5", "checksum of the chunk"},
       {"C6", "padding (of block [0-9] )?is not zero"},
-      {"C7", "lacks its critical flag"},
+      {"C7", "lacks its critical flag|PADD: a chunk of this type must be understood"},
       {"C8", "(note|slab): a chunk of this type must be understood"},
       {"C9", "has a front of|table says that its blocks"},
       {"C10", "checksum of block [0-9]"},
