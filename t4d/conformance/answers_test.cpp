@@ -1,11 +1,14 @@
 #include "t4d/conformance/answers.h"
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/conformance/corpus/shapes.h"
+#include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/writer.h"
 #include "tests/paths.h"
 
@@ -18,7 +21,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 /// The body of the specification's example.
-model::Mesh unitSimplex() {
+model::Slab unitSimplexSlab() {
   model::Slab slab;
   slab.timeEnd = 1;
   slab.vertices = {{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
@@ -26,10 +29,16 @@ model::Mesh unitSimplex() {
   connectivity->vertexCount = 5;
   connectivity->cells = {{1, 2, 3, 4}, {2, 0, 3, 4}, {0, 1, 3, 4}, {1, 0, 2, 4}, {0, 1, 2, 3}};
   slab.connectivity = connectivity;
+  return slab;
+}
+
+model::Mesh meshOf(const std::vector<model::Slab>& slabs) {
   model::Mesh mesh;
-  EXPECT_TRUE(mesh.put(slab));
+  for (const model::Slab& slab : slabs) EXPECT_TRUE(mesh.put(slab));
   return mesh;
 }
+
+model::Mesh unitSimplex() { return meshOf({unitSimplexSlab()}); }
 
 /// The n-th block of JSON in the specification.
 json jsonInSpec(int n) {
@@ -90,6 +99,46 @@ TEST(Answers, DifferWhereTheyAreWrongAndNotWhereTheyAreRounded) {
   actual["bodies"][0]["slabs"][0]["max"][3] = "0x1.0000000000001p+0";
   EXPECT_THAT(differences(*description, actual.dump()),
               ElementsAre(HasSubstr("bodies[0].slabs[0].max[3] is")));
+}
+
+/// Bounds, counts and hypervolume do not tell these meshes apart.
+TEST(Answers, DifferInChecksumsWhereNothingElseDoes) {
+  const auto answerOf = [](const model::Slab& slab) {
+    model::Mesh mesh = meshOf({slab});
+    return describe({{"simplex", &mesh}}, {1, 0}, {}).value();
+  };
+  const Answer right = answerOf(unitSimplexSlab());
+
+  model::Slab turned = unitSimplexSlab();
+  auto connectivity = std::make_shared<model::Connectivity>(*turned.connectivity);
+  model::Cell& cell = connectivity->cells[0];
+  std::rotate(cell.begin(), cell.begin() + 1, cell.begin() + 3);  // an even permutation
+  turned.connectivity = connectivity;
+  EXPECT_THAT(differences(right, answerOf(turned).json),
+              ElementsAre(HasSubstr("bodies[0].cells_checksum is")));
+
+  model::Slab negative = unitSimplexSlab();
+  negative.vertices[0][1] = -0.0;
+  EXPECT_THAT(differences(right, answerOf(negative).json),
+              ElementsAre(HasSubstr("bodies[0].vertices_checksum is")));
+}
+
+TEST(Answers, HaveChecksumsOfAllSlabsOneAfterAnother) {
+  const std::vector<model::Slab> slabs = crossPolytope();
+  model::Mesh mesh = meshOf(slabs);
+  const json body = json::parse(describe({{"cross", &mesh}}, {1, 0}, {})->json)["bodies"][0];
+  std::vector<model::Point4> vertices;  // those of the layer twice
+  std::vector<model::Cell> cells;
+  for (const model::Slab& slab : slabs) {
+    vertices.insert(vertices.end(), slab.vertices.begin(), slab.vertices.end());
+    const std::vector<model::Cell>& more = slab.connectivity->cells;
+    cells.insert(cells.end(), more.begin(), more.end());
+  }
+  const auto checksum = [&](const char* member) {
+    return std::stoul(body[member].get<std::string>(), nullptr, 16);
+  };
+  EXPECT_EQ(checksum("vertices_checksum"), formats::crc32c(vertices.data(), vertices.size() * 32));
+  EXPECT_EQ(checksum("cells_checksum"), formats::crc32c(cells.data(), cells.size() * 16));
 }
 
 }  // namespace

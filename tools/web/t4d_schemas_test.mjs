@@ -120,7 +120,7 @@ const slab = { begin: '0x0p+0', end: '1', vertices: '5', lower: '0', upper: '0',
   cells: '5', min: ['0', '0', '0', '0'], max: ['1', '0x1p0', '1e0', '1.0'], attributes: [] };
 const body = { name: 'simplex', vertices: '5', cells: '5', begin: '0', end: '1',
   min: ['0', '-0x0p+0', '0.0'], max: ['1', '1', '0x1.8p-1'], hypervolume: '0x1.5555555555555p-5',
-  slabs: [slab] };
+  vertices_checksum: 'd9ee7a69', cells_checksum: '807c9fb7', slabs: [slab] };
 const attribute = { domain: 'cell', name: 'kind', type: '1', components: '1', checksum: '00c0ffee' };
 const answer = (inBody = {}, inSlab = {}) =>
   ({ version: '1.0', features: [], bodies: [{ ...body, slabs: [{ ...slab, ...inSlab }], ...inBody }] });
@@ -152,6 +152,8 @@ test('answers of readers that are not', () => {
   }
   assert.ok(!describe.accepts(answer({ begin: 'inf' })));
   assert.ok(!describe.accepts(answer({ min: ['0', '0'] })));
+  assert.ok(!describe.accepts(answer({ vertices_checksum: 'c0ffee' })));
+  assert.ok(!describe.accepts(answer({ cells_checksum: '0x807c9fb7' })));
   assert.ok(!describe.accepts(answer({}, { min: ['0', '0', '0'] })));
   assert.ok(!describe.accepts(answer({}, { attributes: [{ ...attribute, checksum: 'c0ffee' }] })));
   assert.ok(!describe.accepts(answer({}, { attributes: [{ ...attribute, checksum: '00C0FFEE' }] })));

@@ -282,11 +282,12 @@ void addNumbers(AcceptedCases& cases) {
       .slicedAt({1, next, 0.5, 1.5})
       .encloses((next - 1) / 24, [=](double t) { return t == 1 ? 1.0 / 6 : 0.0; });
 
-  // -0 in every possible place, and 0 where the same number is repeated.
+  // -0 in every possible place, and 0 where the same number is repeated. The t of a vertex is the
+  // time of its layer, which is 0.
   std::vector<Slab> zero = crossPolytope();
   for (Slab& slab : zero) {
     for (Point4& vertex : slab.vertices) {
-      for (double& number : vertex) {
+      for (double& number : vertex.head<3>()) {
         if (number == 0) number = -0.0;
       }
     }

@@ -6,7 +6,8 @@
 namespace t4d::formats {
 
 /// CRC-32C (Castagnoli), as in iSCSI: reflected polynomial 0x82F63B78, initial value and final XOR
-/// all ones. The check value for "123456789" is 0xE3069283.
-std::uint32_t crc32c(const void* data, std::size_t size);
+/// all ones. The check value for "123456789" is 0xE3069283. `before` is the checksum of the bytes
+/// before these, if there are any.
+std::uint32_t crc32c(const void* data, std::size_t size, std::uint32_t before = 0);
 
 }  // namespace t4d::formats

@@ -1,6 +1,7 @@
 package main
 
 import (
+	"fmt"
 	"math"
 	"strconv"
 	"strings"
@@ -11,6 +12,13 @@ type double float64
 
 func (d double) MarshalText() ([]byte, error) {
 	return []byte(strings.TrimPrefix(strconv.FormatFloat(float64(d), 'g', 17, 64), "+")), nil
+}
+
+// A checksum is printed as 8 hexadecimal digits.
+type checksumText uint32
+
+func (c checksumText) MarshalText() ([]byte, error) {
+	return []byte(fmt.Sprintf("%08x", uint32(c))), nil
 }
 
 func doubles(numbers []float64) (printed []double) {

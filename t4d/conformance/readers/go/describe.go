@@ -1,6 +1,9 @@
 package main
 
-import "fmt"
+import (
+	"fmt"
+	"math"
+)
 
 type description struct {
 	Version  string            `json:"version"`
@@ -9,15 +12,17 @@ type description struct {
 }
 
 type bodyDescription struct {
-	Name        string            `json:"name"`
-	Vertices    uint64            `json:"vertices,string"`
-	Cells       uint64            `json:"cells,string"`
-	Begin       double            `json:"begin"`
-	End         double            `json:"end"`
-	Min         []double          `json:"min"`
-	Max         []double          `json:"max"`
-	Hypervolume double            `json:"hypervolume"`
-	Slabs       []slabDescription `json:"slabs"`
+	Name             string            `json:"name"`
+	Vertices         uint64            `json:"vertices,string"`
+	Cells            uint64            `json:"cells,string"`
+	Begin            double            `json:"begin"`
+	End              double            `json:"end"`
+	Min              []double          `json:"min"`
+	Max              []double          `json:"max"`
+	Hypervolume      double            `json:"hypervolume"`
+	VerticesChecksum checksumText      `json:"vertices_checksum"`
+	CellsChecksum    checksumText      `json:"cells_checksum"`
+	Slabs            []slabDescription `json:"slabs"`
 }
 
 type slabDescription struct {
@@ -34,29 +39,30 @@ type slabDescription struct {
 }
 
 type attributeDescription struct {
-	Domain     string `json:"domain"`
-	Name       string `json:"name"`
-	Type       uint8  `json:"type,string"`
-	Components uint8  `json:"components,string"`
-	Checksum   string `json:"checksum"`
+	Domain     string       `json:"domain"`
+	Name       string       `json:"name"`
+	Type       uint8        `json:"type,string"`
+	Components uint8        `json:"components,string"`
+	Checksum   checksumText `json:"checksum"`
 }
 
 // describe reads everything.
 func describe(f *file) description {
-	slabs := map[uint32][]slabDescription{}
-	hypervolumes := map[uint32]float64{}
+	found := map[uint32]bodyDescription{}
 	c := scan(f, func(s *slab) {
-		slabs[s.body] = append(slabs[s.body], s.describe())
-		hypervolumes[s.body] += s.hypervolume()
+		b := found[s.body]
+		b.Hypervolume += double(s.hypervolume())
+		b.VerticesChecksum = checksumText(s.verticesAfter(uint32(b.VerticesChecksum)))
+		b.CellsChecksum = checksumText(s.cellsAfter(uint32(b.CellsChecksum)))
+		b.Slabs = append(b.Slabs, s.describe())
+		found[s.body] = b
 	})
 	version := fmt.Sprintf("%d.%d", le.Uint16(f.header[8:]), le.Uint16(f.header[10:]))
 	d := description{Version: version, Features: c.head.features}
 	for i, said := range c.bodies {
-		b := bodyDescription{
-			Name: c.head.bodies[i], Vertices: said.vertices, Cells: said.cells,
-			Begin: double(said.begin), End: double(said.end),
-			Hypervolume: double(hypervolumes[uint32(i)]), Slabs: slabs[uint32(i)],
-		}
+		b := found[uint32(i)]
+		b.Name, b.Vertices, b.Cells = c.head.bodies[i], said.vertices, said.cells
+		b.Begin, b.End = double(said.begin), double(said.end)
 		b.Min, b.Max = said.bounds.limits(3)
 		d.Bodies = append(d.Bodies, b)
 	}
@@ -72,7 +78,7 @@ func (s *slab) describe() slabDescription {
 	d.Min, d.Max = s.box.limits(4)
 	for _, a := range s.attributes {
 		d.Attributes = append(d.Attributes, attributeDescription{
-			domainNames[a.domain], a.name, a.kind, a.components, fmt.Sprintf("%08x", checksum(a.data)),
+			domainNames[a.domain], a.name, a.kind, a.components, checksumText(checksum(a.data)),
 		})
 	}
 	return d
@@ -84,4 +90,24 @@ func (s *slab) hypervolume() (sum float64) {
 		sum += det4(s.points[v[0]], s.points[v[1]], s.points[v[2]], s.points[v[3]]) / 24
 	}
 	return sum
+}
+
+// verticesAfter is the checksum of the vertices after bytes that have the checksum before.
+func (s *slab) verticesAfter(before uint32) uint32 {
+	var row [32]byte
+	for _, p := range s.points {
+		for i, x := range p {
+			le.PutUint64(row[8*i:], math.Float64bits(x))
+		}
+		before = checksumAfter(before, row[:])
+	}
+	return before
+}
+
+func (s *slab) cellsAfter(before uint32) uint32 {
+	data := make([]byte, 4*len(s.indices))
+	for i, v := range s.indices {
+		le.PutUint32(data[4*i:], v)
+	}
+	return checksumAfter(before, data)
 }

@@ -25,8 +25,11 @@ const (
 	footerSize = 40
 )
 
-func checksum(data []byte) uint32 {
-	return crc32.Checksum(data, crc32.MakeTable(crc32.Castagnoli))
+func checksum(data []byte) uint32 { return checksumAfter(0, data) }
+
+// checksumAfter is the checksum of data after bytes that have the checksum before.
+func checksumAfter(before uint32, data []byte) uint32 {
+	return crc32.Update(before, crc32.MakeTable(crc32.Castagnoli), data)
 }
 
 func padded(size uint64) uint64 { return (size + 7) &^ 7 }

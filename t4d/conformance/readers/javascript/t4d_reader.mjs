@@ -44,8 +44,9 @@ const crcTable = Uint32Array.from({ length: 256 }, (_, value) => {
   return value;
 });
 
-function crc32c(bytes) {
-  let crc = 0xffffffff;
+/** The checksum of the bytes, after others that have the checksum `before`. */
+function crc32c(bytes, before = 0) {
+  let crc = before ^ 0xffffffff;
   for (const byte of bytes) crc = (crc >>> 8) ^ crcTable[(crc ^ byte) & 0xff];
   return (crc ^ 0xffffffff) >>> 0;
 }
@@ -846,8 +847,27 @@ const real = (value) => (Number.isFinite(value) ? value.toExponential(16) : Stri
 const boundsText = ([low, high]) =>
   (low[0] <= high[0] ? { min: low.map(real), max: high.map(real) } : { min: null, max: null });
 
+const hex = (checksum) => checksum.toString(16).padStart(8, '0');
+
+/** The bytes of rows of four numbers, each of `size` bytes and stored by a method of DataView. */
+function bytesOfRows(rows, size, method) {
+  const view = new DataView(new ArrayBuffer(rows.length * 4 * size));
+  rows.forEach((row, i) =>
+    row.forEach((number, k) => view[method]((4 * i + k) * size, number, true)));
+  return new Uint8Array(view.buffer);
+}
+
 async function describe(file) {
-  const { header, head, bodies } = await readAll(file, describeSlab);
+  const checksums = []; // of vertices and of cells so far, by body
+  const { header, head, bodies } = await readAll(file, (slab) => {
+    const { body } = slab.record;
+    const [vertices, cells] = checksums[body] ?? [0, 0];
+    checksums[body] = [
+      crc32c(bytesOfRows(slab.vertices, 8, 'setFloat64'), vertices),
+      crc32c(bytesOfRows(slab.conn.cells, 4, 'setUint32'), cells),
+    ];
+    return describeSlab(slab);
+  });
   return {
     version: `${header.versionMajor}.${header.versionMinor}`,
     features: head.features,
@@ -859,6 +879,8 @@ async function describe(file) {
       end: real(body.slabs.at(-1).timeEnd),
       ...boundsText(body.bounds),
       hypervolume: real(body.results.reduce((sum, { hypervolume }) => sum + hypervolume, 0)),
+      vertices_checksum: hex(checksums[i][0]),
+      cells_checksum: hex(checksums[i][1]),
       slabs: body.results.map(({ description }) => description),
     })),
   };
@@ -881,7 +903,7 @@ function describeSlab({ record, conn, vertices, attributes }) {
       name,
       type: String(type),
       components: String(components),
-      checksum: crc32c(bytes).toString(16).padStart(8, '0'),
+      checksum: hex(crc32c(bytes)),
     })),
   };
   return { hypervolume, description };

@@ -45,8 +45,9 @@ def crc_table():
 CRC_TABLE = crc_table()
 
 
-def crc32c(data):
-    crc = 0xFFFFFFFF
+def crc32c(data, before=0):
+    """The checksum of the data, after bytes that have the checksum `before`."""
+    crc = before ^ 0xFFFFFFFF
     for byte in data:
         crc = crc >> 8 ^ CRC_TABLE[(crc ^ byte) & 0xFF]
     return crc ^ 0xFFFFFFFF
@@ -570,7 +571,6 @@ class Slab:
         upper, of_upper = self.layer(part, chunk, to_upper, conn.upper, self.end, at + 32)
         known = lower + interior + [None] * conn.means + upper
         means = [mean([known[i] for i in sources]) for sources in conn.sources]
-        self.stored = lower + interior + upper
         self.vertices = lower + interior + means + upper
         for point in self.vertices:
             check(all(map(isfinite, point)), at, "P2", f"vertex {point}")
@@ -846,12 +846,26 @@ def answering(slabs, time):
 # Answers ------------------------------------------------------------------------------------------
 
 def describe(file):
-    version, head, bodies = read_all(file, describe_slab)
+    checksums = {}                                   # of vertices and of cells so far, by body
+
+    def use(slab):
+        before = checksums.get(slab.body, (0, 0))
+        checksums[slab.body] = tuple(map(crc32c, contents(slab), before))
+        return describe_slab(slab)
+
+    version, head, bodies = read_all(file, use)
     return {"version": version, "features": head.features,
-            "bodies": [describe_body(*each) for each in zip(head.bodies, bodies)]}
+            "bodies": [describe_body(name, body, *checksums[i])
+                       for i, (name, body) in enumerate(zip(head.bodies, bodies))]}
 
 
-def describe_body(name, body):
+def contents(slab):
+    """(bytes of all vertices, bytes of all cells)"""
+    return (b"".join(struct.pack("<4d", *vertex) for vertex in slab.vertices),
+            b"".join(struct.pack("<4I", *cell) for cell in slab.conn.cells))
+
+
+def describe_body(name, body, vertices, cells):
     hypervolume = 0.0
     for each, _ in body.results:
         hypervolume += each
@@ -860,6 +874,7 @@ def describe_body(name, body):
             "cells": str(sum(each.cells for each in body.records)),
             "begin": body.records[0].begin.hex(), "end": body.records[-1].end.hex(),
             **bounds(corners, 3), "hypervolume": hypervolume.hex(),
+            "vertices_checksum": f"{vertices:08x}", "cells_checksum": f"{cells:08x}",
             "slabs": [slab for _, slab in body.results]}
 
 
