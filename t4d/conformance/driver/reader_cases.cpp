@@ -228,6 +228,7 @@ std::vector<ReaderCase> quickOf(std::vector<ReaderCase> cases) {
     const std::size_t most = file.validity == Validity::Invalid ? 1 : 3;
     const std::vector<std::size_t> some = someOf(test.trials.size(), most, 0);
     std::vector<Trial> trials;
+    trials.reserve(some.size());
     for (const std::size_t i : some) trials.push_back(std::move(test.trials[i]));
     test.trials = std::move(trials);
     kept.push_back(std::move(test));
