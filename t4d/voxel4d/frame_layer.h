@@ -138,17 +138,25 @@ inline double crossing(double a, double b) {
 class CrossingGrid {
  public:
   /// For edges of this length, which is not negative.
-  explicit CrossingGrid(double length)
-      : step_(length > 0 ? std::ldexp(1, std::ilogb(length) - kBits) : 0) {}
+  explicit CrossingGrid(double length) {
+    if (!(length > 0)) return;
+    step_ = std::ldexp(1, std::ilogb(length) - kBits);
+    inverse_ = 1 / step_;
+  }
 
   /// Exact but for the rounding to a multiple of the step, a power of two.
   double nearest(double coordinate) const {
-    return step_ > 0 ? std::nearbyint(coordinate / step_) * step_ : coordinate;
+    // From here on, doubles are whole numbers; adding it rounds what is smaller.
+    constexpr double kWhole = 6755399441055744;  // 1.5 x 2^52
+    const double steps = coordinate * inverse_;
+    if (!(step_ > 0 && std::abs(steps) < kWhole / 3)) return coordinate;
+    return ((steps + kWhole) - kWhole) * step_;
   }
 
  private:
   static constexpr int kBits = 20;
-  double step_;
+  double step_ = 0;
+  double inverse_ = 0;
 };
 
 /// The 8 blocks at coordinate offsets 0 or +1: number d has x = d & 1, y = d >> 1, z = d >> 2.
