@@ -98,6 +98,8 @@ struct Lattice {
   model::Point3 operator()(const Eigen::Vector3d& point) const {
     return origin + voxelSize * point;
   }
+  /// One coordinate of it.
+  double along(int axis, double index) const { return origin[axis] + voxelSize * index; }
   friend bool operator==(const Lattice&, const Lattice&) = default;
 };
 

@@ -186,8 +186,8 @@ Result<void> FrameLayer::findSurfaceBlocks() {
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (mixed[i] != 0) surfaceBlocks_.push_back(candidates[i]);
   }
-  tbb::parallel_sort(surfaceBlocks_.begin(), surfaceBlocks_.end(),
-                     WeavingOrder(surfaceBlocks_.size()));
+  const WeavingOrder order(surfaceBlocks_.size());
+  if (!order.isPlain()) tbb::parallel_sort(surfaceBlocks_.begin(), surfaceBlocks_.end(), order);
   return {};
 }
 
@@ -228,33 +228,40 @@ void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) co
 
 void FrameLayer::placeCrossings(const CrossingBlock& block, model::Point4* into) const {
   const BlockView from = view(block.coord);
-  const CrossingGrid grid(lattice_.voxelSize);
-  for (int axis = 0; axis < 3; ++axis) {
-    const BlockView beyond = hasValues() ? view(neighbour(block.coord, 1U << axis)) : BlockView();
-    const bool round = hasValues() && !from.hasDoubles() && !beyond.hasDoubles();
-    for (unsigned x = 0; x < 8; ++x) {
-      for (std::uint64_t bits = block.edges[axis][x]; bits != 0; bits &= bits - 1) {
-        const auto bit = static_cast<unsigned>(std::countr_zero(bits));
-        std::array<unsigned, 3> local = {x, bit >> 3U, bit & 7U};
-        Eigen::Vector3d point(kBlockSize * static_cast<double>(block.coord.x) + local[0],
-                              kBlockSize * static_cast<double>(block.coord.y) + local[1],
-                              kBlockSize * static_cast<double>(block.coord.z) + local[2]);
-        double fraction = 0.5;
-        if (hasValues()) {
-          const double a = from.at(x << 6U | bit);
-          const bool leaves = local[axis] == 7;
-          local[axis] = (local[axis] + 1) & 7U;
-          const unsigned index = local[0] << 6U | local[1] << 3U | local[2];
-          const double b = leaves ? beyond.at(index) : from.at(index);
-          fraction = crossing(a, b);
-        }
-        point[axis] += fraction;
-        model::Point3 place = lattice_(point);
-        if (round) place[axis] = grid.nearest(place[axis]);
-        *into++ << place, frame_.time;
+  into = placeAlong<0>(block, from, into);
+  into = placeAlong<1>(block, from, into);
+  placeAlong<2>(block, from, into);
+}
+
+/// The crossings of the edges along an axis; returns the end.
+template <int Axis>
+model::Point4* FrameLayer::placeAlong(const CrossingBlock& block, const BlockView& from,
+                                      model::Point4* into) const {
+  constexpr unsigned kStep = Axis == 0 ? 64 : Axis == 1 ? 8 : 1;  // to the next point
+  const BlockView beyond = hasValues() ? view(neighbour(block.coord, 1U << Axis)) : BlockView();
+  const bool round = hasValues() && !from.hasDoubles() && !beyond.hasDoubles();
+  const CrossingGrid grid(round ? lattice_.voxelSize : 0);
+  for (unsigned x = 0; x < 8; ++x) {
+    for (std::uint64_t bits = block.edges[Axis][x]; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<unsigned>(std::countr_zero(bits));
+      const unsigned index = x << 6U | bit;
+      const std::array<unsigned, 3> local = {x, bit >> 3U, bit & 7U};
+      double fraction = 0.5;
+      if (hasValues()) {
+        const bool leaves = local[Axis] == 7;
+        const double next = leaves ? beyond.at(index - 7 * kStep) : from.at(index + kStep);
+        fraction = crossing(from.at(index), next);
       }
+      const auto place = [&](int axis, std::int32_t ofBlock) {
+        const double point = kBlockSize * static_cast<double>(ofBlock) + local[axis];
+        return axis == Axis ? grid.nearest(lattice_.along(axis, point + fraction))
+                            : lattice_.along(axis, point);
+      };
+      *into++ << place(0, block.coord.x), place(1, block.coord.y), place(2, block.coord.z),
+          frame_.time;
     }
   }
+  return into;
 }
 
 }  // namespace t4d::voxel4d

@@ -42,6 +42,9 @@ class WeavingOrder {
  public:
   explicit WeavingOrder(std::size_t blocks) : shift_(blocks > kFew ? 2 : 0) {}
 
+  /// Whether it is that of the coordinates themselves.
+  bool isPlain() const { return shift_ == 0; }
+
   bool operator()(const Coord& a, const Coord& b) const {
     const auto cube = [&](const Coord& c) {
       return Coord{c.x >> shift_, c.y >> shift_, c.z >> shift_};
@@ -107,6 +110,9 @@ class FrameLayer {
   Result<void> findSurfaceBlocks();
   Result<void> numberCrossings();
   void placeCrossings(const CrossingBlock& block, model::Point4* into) const;
+  template <int Axis>
+  model::Point4* placeAlong(const CrossingBlock& block, const BlockView& from,
+                            model::Point4* into) const;
   const InsideTile* tileAt(const Coord& coord) const;
 
   Frame frame_;

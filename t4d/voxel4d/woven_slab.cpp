@@ -168,10 +168,11 @@ void WovenSlab::placeInTime(const WovenBlock& block, Point4* into) const {
       const auto bit = static_cast<unsigned>(std::countr_zero(bits));
       const unsigned index = x << 6U | bit;
       const double fraction = values ? crossing(a.at(index), b.at(index)) : 0.5;
-      const Eigen::Vector3d point(kBlockSize * static_cast<double>(block.coord.x) + x,
-                                  kBlockSize * static_cast<double>(block.coord.y) + (bit >> 3U),
-                                  kBlockSize * static_cast<double>(block.coord.z) + (bit & 7U));
-      *into++ << lattice_(point), grid.nearest(crossings_.begin + fraction * duration);
+      const auto place = [&](int axis, std::int32_t ofBlock, unsigned local) {
+        return lattice_.along(axis, kBlockSize * static_cast<double>(ofBlock) + local);
+      };
+      *into++ << place(0, block.coord.x, x), place(1, block.coord.y, bit >> 3U),
+          place(2, block.coord.z, bit & 7U), grid.nearest(crossings_.begin + fraction * duration);
     }
   }
 }
@@ -185,7 +186,8 @@ Result<void> WovenSlab::findBlocks() {
   if (auto added = addAppearing(after_, before_, coords); !added) return added;
   tbb::parallel_sort(coords.begin(), coords.end());
   coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
-  tbb::parallel_sort(coords.begin(), coords.end(), WeavingOrder(coords.size()));
+  const WeavingOrder order(coords.size());
+  if (!order.isPlain()) tbb::parallel_sort(coords.begin(), coords.end(), order);
   blocks_.resize(coords.size());
   index_.reserve(coords.size());
   for (std::uint32_t i = 0; i < coords.size(); ++i) {
@@ -274,15 +276,11 @@ void WovenSlab::emitCells(const WovenBlock& block, Cell* into) const {
       numbers.add(d, CrossingNumbers::kInTime, between.timeEdges, between.firstTime, 0);
     }
   }
-  std::array<std::uint32_t, kEdges> vertex;
   for (const auto& [index, pattern] : block.cubes) {
     const std::uint32_t* const ofCube = numbers.at(index);
-    for (std::uint32_t edges = table.edges(pattern); edges != 0; edges &= edges - 1) {
-      const int edge = std::countr_zero(edges);
-      vertex[edge] = ofCube[CrossingNumbers::kOffsets[edge]];
-    }
+    const auto vertex = [&](std::uint8_t edge) { return ofCube[CrossingNumbers::kOffsets[edge]]; };
     for (const auto& [a, b, c, d] : table.tetrahedra(pattern)) {
-      *into++ = {vertex[a], vertex[b], vertex[c], vertex[d]};
+      *into++ = {vertex(a), vertex(b), vertex(c), vertex(d)};
     }
   }
 }

@@ -163,10 +163,15 @@ class T4dWriter::File {
            mayBeNamed(kLayer, body.referenceOffset);
   }
 
+  /// Counts a slab that needs the part; only spare copies ask for it.
+  void countUse(std::uint64_t offset) {
+    if (spareEvery_ > 0) ++uses_[offset];
+  }
+
   /// Whether the part is near enough, and not needed by as many slabs as spare copies allow.
   bool mayBeNamed(ChunkType type, std::uint64_t offset) const {
     const auto uses = uses_.find(offset);
-    const bool worn = spareEvery_ > 0 && uses != uses_.end() && uses->second >= spareEvery_;
+    const bool worn = uses != uses_.end() && uses->second >= spareEvery_;
     return window_.has(type, offset) && !worn;
   }
 
@@ -185,16 +190,16 @@ class T4dWriter::File {
       auto offset = putChunk(kLayer, encodeLayer(time, vertices, attributes, arrays));
       if (!offset) return offset;
       body.referenceOffset = *offset;
-      uses_[*offset] = 1;  // the slab after the last one that names it
+      countUse(*offset);  // the slab after the last one that names it
       // The layer itself, unless a pose made -0 to 0.
       for (Point4& vertex : vertices) vertex = roundedPoint(vertex, arrays);
       const bool same = std::memcmp(vertices.data(), layer.data(), layer.size_bytes()) == 0;
       if (same) {
-        ++uses_[*offset];
+        countUse(*offset);
         return offset;
       }
     }
-    ++uses_[body.referenceOffset];
+    countUse(body.referenceOffset);
     return putChunk(kPose, encodePose({time, chunks_.size() - body.referenceOffset, pose.pose}));
   }
 
@@ -435,7 +440,7 @@ class T4dWriter::File {
     const auto offset = putChunk(kSlab, payload);
     if (!offset) return pass(offset.error());
     chunks_.addSlab({*offset, chunks_.size() - *offset, parts, time, extent});
-    ++uses_[body.connectivityOffset];
+    countUse(body.connectivityOffset);
     addSlab(body.summary, time, counts, extent.cells, extent.bounds);
     body.upperLayer = std::move(upperLayer);
     body.upperAttributes = std::move(upperAttributes);
