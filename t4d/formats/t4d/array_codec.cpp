@@ -302,7 +302,7 @@ void putArray(PayloadWriter& into, const MadeArray& array, int level) {
   putRows(into, {array.type, array.components, array.rows, block}, level);
 }
 
-Result<PackedArray> takePacked(PayloadReader& from, Features features) {
+Result<PackedArray> takePacked(PayloadReader& from, const Features& features) {
   PackedArray array;
   const auto type = from.take<std::uint8_t>();
   array.type = static_cast<model::ScalarType>(type);
@@ -366,7 +366,7 @@ Result<void> checkArray(const PackedArray& array, model::ScalarType type, std::u
       array.components, static_cast<int>(array.type), components, static_cast<int>(type)));
 }
 
-Result<Array> takeArray(PayloadReader& from, Features features) {
+Result<Array> takeArray(PayloadReader& from, const Features& features) {
   auto packed = takePacked(from, features);
   if (!packed) return pass(packed.error());
   auto bytes = unpack(*packed);
@@ -375,7 +375,7 @@ Result<Array> takeArray(PayloadReader& from, Features features) {
 }
 
 Result<Array> takeArrayOf(PayloadReader& from, model::ScalarType type, std::uint8_t components,
-                          Features features) {
+                          const Features& features) {
   auto packed = takePacked(from, features);
   if (!packed) return pass(packed.error());
   if (auto fits = checkArray(*packed, type, components); !fits) return pass(fits.error());

@@ -71,7 +71,8 @@ struct PackedArray {
 
 /// Reads an array record. All its fields are checked against the blocks; errors describe the fault
 /// and have no `where`. `features` are those named in the file.
-Result<PackedArray> takePacked(t4d_layout::PayloadReader& from, t4d_layout::Features features = {});
+Result<PackedArray> takePacked(t4d_layout::PayloadReader& from,
+                               const t4d_layout::Features& features = {});
 
 /// One block of the array; `into` has the size of its rows.
 Result<void> unpackBlock(const PackedArray& array, std::size_t block, std::span<std::byte> into);
@@ -92,10 +93,10 @@ struct Array {
 };
 
 /// takePacked and unpack.
-Result<Array> takeArray(t4d_layout::PayloadReader& from, t4d_layout::Features features = {});
+Result<Array> takeArray(t4d_layout::PayloadReader& from, const t4d_layout::Features& features = {});
 
 /// takeArray, and checkArray.
 Result<Array> takeArrayOf(t4d_layout::PayloadReader& from, model::ScalarType type,
-                          std::uint8_t components, t4d_layout::Features features = {});
+                          std::uint8_t components, const t4d_layout::Features& features = {});
 
 }  // namespace t4d::formats

@@ -49,7 +49,7 @@ void setPositions(const std::vector<std::byte>& bytes, std::span<Point4> into,
   }
 }
 
-Result<Attribute> takeAttribute(PayloadReader& from, Features features) {
+Result<Attribute> takeAttribute(PayloadReader& from, const Features& features) {
   const auto domain = from.take<std::uint8_t>();
   const auto reserved = from.takeBytes(3);
   const auto nameBytes = from.take<std::uint32_t>();
@@ -132,7 +132,7 @@ void putTimes(PayloadWriter& into, std::uint64_t count, const VertexMaker& verti
   putArray(into, MadeArray{ScalarType::Float64, 1, count, make}, level);
 }
 
-Result<PackedArray> takePositions(PayloadReader& from, Features features) {
+Result<PackedArray> takePositions(PayloadReader& from, const Features& features) {
   auto array = takePacked(from, features);
   if (!array) return array;
   const bool onGrid = array->type == ScalarType::Int32;
@@ -147,7 +147,7 @@ Result<PackedArray> takePositions(PayloadReader& from, Features features) {
 }
 
 Result<void> unpackPositions(const PackedArray& array, std::size_t block, std::span<Point4> into,
-                             Features features) {
+                             const Features& features) {
   std::vector<std::byte> bytes(into.size() * array.rowBytes());
   if (auto unpacked = unpackBlock(array, block, bytes); !unpacked) return unpacked;
   const auto same = [](int, double x) { return x; };
@@ -163,7 +163,8 @@ Result<void> unpackPositions(const PackedArray& array, std::size_t block, std::s
   return {};
 }
 
-Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into, Features features) {
+Result<void> unpackPositions(const PackedArray& array, std::span<Point4> into,
+                             const Features& features) {
   for (std::size_t i = 0; i < array.blocks.size(); ++i) {
     const auto rest = into.subspan(i * t4d_layout::kBlockRows);
     const auto rows = rest.first(std::min<std::size_t>(rest.size(), t4d_layout::kBlockRows));
@@ -184,7 +185,7 @@ void putAttribute(PayloadWriter& into, const Attribute& attribute, int level) {
 }
 
 Result<std::vector<Attribute>> takeAttributes(PayloadReader& from, std::uint32_t count,
-                                              Features features) {
+                                              const Features& features) {
   std::vector<Attribute> attributes;
   for (std::uint32_t i = 0; i < count; ++i) {
     auto attribute = takeAttribute(from, features);

@@ -30,17 +30,18 @@ void putPositions(t4d_layout::PayloadWriter& into, std::uint64_t count, const Ve
 /// The fourth coordinate of each vertex.
 void putTimes(t4d_layout::PayloadWriter& into, std::uint64_t count, const VertexMaker& vertices,
               int level);
-Result<PackedArray> takePositions(t4d_layout::PayloadReader& from, t4d_layout::Features features);
+Result<PackedArray> takePositions(t4d_layout::PayloadReader& from,
+                                  const t4d_layout::Features& features);
 /// `into` has a vertex for each row; its times are unchanged.
 Result<void> unpackPositions(const PackedArray& array, std::span<model::Point4> into,
-                             t4d_layout::Features features);
+                             const t4d_layout::Features& features);
 /// The same for one block of the array.
 Result<void> unpackPositions(const PackedArray& array, std::size_t block,
-                             std::span<model::Point4> into, t4d_layout::Features features);
+                             std::span<model::Point4> into, const t4d_layout::Features& features);
 
 void putAttribute(t4d_layout::PayloadWriter& into, const model::Attribute& attribute, int level);
 Result<std::vector<model::Attribute>> takeAttributes(t4d_layout::PayloadReader& from,
                                                      std::uint32_t count,
-                                                     t4d_layout::Features features);
+                                                     const t4d_layout::Features& features);
 
 }  // namespace t4d::formats

@@ -53,7 +53,7 @@ Result<std::uint64_t> ChunkWriter::putCopy(ChunkHeader header, std::span<const s
 }
 
 Result<std::uint64_t> ChunkWriter::finish(const std::vector<BodySummary>& bodies) {
-  const auto doneOffset = put(kDone, encodeDone({index_.chunks.size(), bodies}));
+  auto doneOffset = put(kDone, encodeDone({index_.chunks.size(), bodies}));
   if (!doneOffset) return doneOffset;
   if (indexed_) {
     if (auto put = putIndexAndFooter(*doneOffset); !put) return pass(put.error());

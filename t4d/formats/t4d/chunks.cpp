@@ -252,7 +252,7 @@ PayloadWriter encodeConnectivity(const Connectivity& connectivity, const ArrayOp
   return payload;
 }
 
-Result<ConnectivityFront> takeConnectivityFront(PayloadReader& from, Features features) {
+Result<ConnectivityFront> takeConnectivityFront(PayloadReader& from, const Features& features) {
   ConnectivityFront front;
   front.counts.vertexCount = from.take<std::uint32_t>();
   front.counts.lowerCount = from.take<std::uint32_t>();
@@ -272,7 +272,7 @@ Result<ConnectivityFront> takeConnectivityFront(PayloadReader& from, Features fe
 }
 
 Result<std::shared_ptr<const Connectivity>> decodeConnectivity(const PayloadView& payload,
-                                                               Features features) {
+                                                               const Features& features) {
   PayloadReader from(payload);
   const auto front = takeConnectivityFront(from, features);
   if (!front) return pass(front.error());
@@ -348,7 +348,7 @@ PayloadWriter encodeLayer(double time, std::uint64_t count, const VertexMaker& v
   return encodeLayer(time, count, vertices, {}, options);
 }
 
-Result<LayerFront> takeLayerFront(PayloadReader& from, Features features) {
+Result<LayerFront> takeLayerFront(PayloadReader& from, const Features& features) {
   LayerFront front;
   front.time = from.take<double>();
   front.attributes = from.take<std::uint32_t>();
@@ -363,7 +363,7 @@ Result<LayerFront> takeLayerFront(PayloadReader& from, Features features) {
   return front;
 }
 
-Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
+Result<Layer> decodeLayer(const PayloadView& payload, const Features& features) {
   PayloadReader from(payload);
   const auto front = takeLayerFront(from, features);
   if (!front) return pass(front.error());
@@ -386,7 +386,7 @@ Result<Layer> decodeLayer(const PayloadView& payload, Features features) {
   return layer;
 }
 
-Result<void> unpackLayer(const Layer& layer, std::span<Point4> into, Features features) {
+Result<void> unpackLayer(const Layer& layer, std::span<Point4> into, const Features& features) {
   if (auto unpacked = unpackPositions(layer.positions, into, features); !unpacked) return unpacked;
   for (Point4& vertex : into) vertex[3] = layer.time;
   return {};
@@ -402,7 +402,7 @@ PayloadWriter encodePose(const PosedLayer& posed) {
   return payload;
 }
 
-Result<PosedLayer> decodePose(const PayloadView& payload, Features features) {
+Result<PosedLayer> decodePose(const PayloadView& payload, const Features& features) {
   PayloadReader from(payload);
   PosedLayer posed;
   posed.time = from.take<double>();
@@ -478,7 +478,7 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
   return payload;
 }
 
-Result<SlabFront> takeSlabFront(PayloadReader& from, Features features) {
+Result<SlabFront> takeSlabFront(PayloadReader& from, const Features& features) {
   SlabFront front;
   front.time = takeTime(from);
   front.parts = takeParts(from);
@@ -509,7 +509,7 @@ Result<SlabFront> takeSlabFront(PayloadReader& from, Features features) {
   return front;
 }
 
-Result<SlabChunk> decodeSlab(const PayloadView& payload, Features features) {
+Result<SlabChunk> decodeSlab(const PayloadView& payload, const Features& features) {
   PayloadReader from(payload);
   auto front = takeSlabFront(from, features);
   if (!front) return pass(front.error());

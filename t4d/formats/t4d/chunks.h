@@ -32,7 +32,7 @@ struct StreamedConnectivity {
 /// Makes each block of cells once. Fails if checkCells does.
 Result<StreamedConnectivity> encodeConnectivity(const model::StreamedSlab& slab, int level);
 Result<std::shared_ptr<const model::Connectivity>> decodeConnectivity(
-    const t4d_layout::PayloadView& payload, t4d_layout::Features features = {});
+    const t4d_layout::PayloadView& payload, const t4d_layout::Features& features = {});
 
 /// `attributes` have a row for each of the vertices.
 t4d_layout::PayloadWriter encodeLayer(double time, std::span<const model::Point4> vertices,
@@ -50,11 +50,11 @@ struct Layer {
   std::uint64_t size() const { return positions.rows; }
 };
 Result<Layer> decodeLayer(const t4d_layout::PayloadView& payload,
-                          t4d_layout::Features features = {});
+                          const t4d_layout::Features& features = {});
 
 /// Writes the vertices of a layer to `into`, which must have the layer's size.
 Result<void> unpackLayer(const Layer& layer, std::span<model::Point4> into,
-                         t4d_layout::Features features = {});
+                         const t4d_layout::Features& features = {});
 
 /// A layer that is another one, moved.
 struct PosedLayer {
@@ -64,7 +64,7 @@ struct PosedLayer {
 };
 t4d_layout::PayloadWriter encodePose(const PosedLayer& posed);
 Result<PosedLayer> decodePose(const t4d_layout::PayloadView& payload,
-                              t4d_layout::Features features = {});
+                              const t4d_layout::Features& features = {});
 
 /// How many bytes before the slab its parts begin; 0 for a layer without vertices.
 struct SlabParts {
@@ -106,13 +106,14 @@ struct ConnectivityFront {
   PackedArray cells;
 };
 Result<ConnectivityFront> takeConnectivityFront(t4d_layout::PayloadReader& from,
-                                                t4d_layout::Features features);
+                                                const t4d_layout::Features& features);
 struct LayerFront {
   double time = 0;
   std::uint32_t attributes = 0;
   PackedArray positions;
 };
-Result<LayerFront> takeLayerFront(t4d_layout::PayloadReader& from, t4d_layout::Features features);
+Result<LayerFront> takeLayerFront(t4d_layout::PayloadReader& from,
+                                  const t4d_layout::Features& features);
 struct SlabFront {
   model::TimeSpan time;
   SlabParts parts;
@@ -121,7 +122,8 @@ struct SlabFront {
   PackedArray positions;
   PackedArray times;
 };
-Result<SlabFront> takeSlabFront(t4d_layout::PayloadReader& from, t4d_layout::Features features);
+Result<SlabFront> takeSlabFront(t4d_layout::PayloadReader& from,
+                                const t4d_layout::Features& features);
 
 /// A slab without the parts it shares with others.
 struct SlabChunk {
@@ -145,7 +147,7 @@ t4d_layout::PayloadWriter encodeSlab(const model::StreamedSlab& slab, const Slab
                                      std::span<const model::Bounds4> bounds,
                                      const ArrayOptions& options);
 Result<SlabChunk> decodeSlab(const t4d_layout::PayloadView& payload,
-                             t4d_layout::Features features = {});
+                             const t4d_layout::Features& features = {});
 
 /// Adds a slab, as it is stored, to the summary of its body.
 void addSlab(BodySummary& body, const model::Slab& slab);

@@ -22,7 +22,7 @@ Result<ChunkFile::Chunk> readNamed(const ChunkFile& file, std::uint64_t offset, 
 
 }  // namespace
 
-Result<Ending> readEnding(const ChunkFile& file, Features features) {
+Result<Ending> readEnding(const ChunkFile& file, const Features& features) {
   auto footer = file.readFooter();
   if (!footer) return pass(footer.error());
   auto done = readNamed(file, footer->done, kDone);

@@ -18,7 +18,7 @@ struct Ending {
   std::uint64_t offset = 0;  // of the index
 };
 
-Result<Ending> readEnding(const ChunkFile& file, t4d_layout::Features features);
+Result<Ending> readEnding(const ChunkFile& file, const t4d_layout::Features& features);
 
 /// Checks the index against file header, HEAD and DONE.
 Result<void> checkEnding(const ChunkFile& file, const Ending& ending,

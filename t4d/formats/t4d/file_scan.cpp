@@ -11,7 +11,7 @@ namespace t4d::formats {
 using namespace t4d_layout;
 
 FileScanner::FileScanner(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
-                         Features features)
+                         const Features& features)
     : file_(file),
       bodyCount_(bodyCount),
       features_(features),
@@ -127,7 +127,7 @@ Result<void> FileScanner::checkAllNamed() const {
 }
 
 FileScan scanFile(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
-                  Features features, const model::Progress& progress) {
+                  const Features& features, const model::Progress& progress) {
   FileScanner scanner(file, firstChunk, bodyCount, features);
   std::optional<Error> damage;
   while (!scanner.done() && !damage) {

@@ -57,7 +57,7 @@ struct FileScan {
 class FileScanner {
  public:
   FileScanner(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
-              t4d_layout::Features features);
+              const t4d_layout::Features& features);
   FileScanner(const FileScanner&) = delete;
   FileScanner& operator=(const FileScanner&) = delete;
 
@@ -99,6 +99,6 @@ class FileScanner {
 
 /// Reads all of them, or up to the first damage.
 FileScan scanFile(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
-                  t4d_layout::Features features, const model::Progress& progress = {});
+                  const t4d_layout::Features& features, const model::Progress& progress = {});
 
 }  // namespace t4d::formats

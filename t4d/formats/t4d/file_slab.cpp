@@ -26,14 +26,14 @@ struct FileSlab::Cache {
   std::list<Entry> entries;  // the last used first
 };
 
-FileSlab::FileSlab(const ChunkFile& file, const IndexRecord& record, Features features)
+FileSlab::FileSlab(const ChunkFile& file, const IndexRecord& record, const Features& features)
     : file_(&file), record_(record), features_(features) {}
 
 FileSlab::~FileSlab() = default;
 
 Result<std::shared_ptr<const FileSlab>> FileSlab::open(const ChunkFile& file,
                                                        const IndexRecord& record,
-                                                       Features features) {
+                                                       const Features& features) {
   std::shared_ptr<FileSlab> slab(new FileSlab(file, record, features));
   if (!record.extent || record.extent->cells <= kBlockRows) {
     return std::shared_ptr<const FileSlab>();

@@ -24,7 +24,7 @@ class FileSlab : public model::SlabBlocks {
   /// layer that is a pose, or with attributes. The file must outlive the slab.
   static Result<std::shared_ptr<const FileSlab>> open(const ChunkFile& file,
                                                       const IndexRecord& record,
-                                                      t4d_layout::Features features);
+                                                      const t4d_layout::Features& features);
 
   ~FileSlab() override;
 
@@ -45,7 +45,7 @@ class FileSlab : public model::SlabBlocks {
   /// Blocks of vertices that were unpacked last.
   struct Cache;
 
-  FileSlab(const ChunkFile& file, const IndexRecord& record, t4d_layout::Features features);
+  FileSlab(const ChunkFile& file, const IndexRecord& record, const t4d_layout::Features& features);
 
   Result<bool> openParts();
   Result<void> checkParts() const;

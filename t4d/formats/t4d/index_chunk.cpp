@@ -43,8 +43,8 @@ void putColumn(PayloadWriter& into, std::span<const IndexRecord> records, int le
 
 /// The rows of such an array, which must be as many as there are records; `set` takes each of them.
 template <class Number, std::size_t kComponents, class Set>
-Result<void> takeColumn(PayloadReader& from, std::span<IndexRecord> records, Features features,
-                        Set set) {
+Result<void> takeColumn(PayloadReader& from, std::span<IndexRecord> records,
+                        const Features& features, Set set) {
   const auto array = takeArrayOf(from, model::scalarTypeOf<Number>(), kComponents, features);
   if (!array) return pass(array.error());
   if (array->rows != records.size()) {
@@ -60,7 +60,7 @@ Result<void> takeColumn(PayloadReader& from, std::span<IndexRecord> records, Fea
 }
 
 /// Reads the directory of chunks.
-Result<std::vector<ChunkHeader>> takeHeaders(PayloadReader& from, Features features) {
+Result<std::vector<ChunkHeader>> takeHeaders(PayloadReader& from, const Features& features) {
   const auto array =
       takeArrayOf(from, ScalarType::UInt8, t4d_layout::kDirectoryEntryBytes, features);
   if (!array) return pass(array.error());
@@ -145,7 +145,7 @@ PayloadWriter encodeIndex(const Index& index, int level) {
   return payload;
 }
 
-Result<Index> decodeIndex(const PayloadView& payload, Features features) {
+Result<Index> decodeIndex(const PayloadView& payload, const Features& features) {
   PayloadReader from(payload);
   Index index;
   const auto fileHeader = from.takeBytes(index.fileHeader.size());

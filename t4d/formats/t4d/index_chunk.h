@@ -58,6 +58,6 @@ t4d_layout::PayloadWriter encodeIndex(const Index& index, int level);
 /// Fails if the chunks cannot be one after another from the file header on, if there are more or
 /// fewer slabs among them than records, and if a part of a slab is none of them.
 Result<Index> decodeIndex(const t4d_layout::PayloadView& payload,
-                          t4d_layout::Features features = {});
+                          const t4d_layout::Features& features = {});
 
 }  // namespace t4d::formats

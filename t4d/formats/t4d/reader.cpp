@@ -21,7 +21,6 @@
 namespace t4d::formats {
 
 using namespace t4d_layout;
-using model::Slab;
 
 static_assert(T4dReader::kMemoryPerFileByte == 12 * kMaxExpansion);
 

@@ -26,7 +26,7 @@ class SlabSource : public model::Source {
  public:
   /// `file` must outlive this object. In a file that has lost bytes, records have the parts where
   /// they are now, and `layerOf` finds the layers of poses.
-  SlabSource(const ChunkFile& file, t4d_layout::Features features, LayerOfPose layerOf = {})
+  SlabSource(const ChunkFile& file, const t4d_layout::Features& features, LayerOfPose layerOf = {})
       : file_(&file),
         features_(features),
         layerOf_(std::move(layerOf)),

@@ -227,7 +227,7 @@ class T4dWriter::File {
     };
     const auto found = std::ranges::find_if(stored_, same);
     if (found != stored_.end()) return found->offset;
-    const auto offset = putChunk(kConnectivity, payload);
+    auto offset = putChunk(kConnectivity, payload);
     if (!offset) return offset;
     std::size_t bytes = payload.size();
     for (const auto& block : payload.blocks()) bytes += block.size();
