@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 
@@ -43,7 +44,7 @@ class Slicer::Impl {
   const SlabCutter cutter;
 
   /// Takes slabs in the order of time.
-  void add(const CutSlab& made) {
+  void add(CutSlab made) {
     const model::VertexCounts& counts = made.counts;
     const Cut& cut = *made.cut;
     ++slice_.slabsRead;
@@ -52,17 +53,31 @@ class Slicer::Impl {
 
     std::vector<std::uint32_t> number(cut.points.size());  // in the slice
     std::vector<std::uint32_t> added;                      // points
-    for (std::uint32_t i = 0; i < cut.points.size(); ++i) {
-      const auto [below, above] = cut.points[i];
-      const bool onSeam = std::max(below, above) < counts.lowerCount;
-      const auto found = onSeam ? seam_.find(keyOf(below, above)) : seam_.end();
-      if (found != seam_.end()) {
-        number[i] = found->second;
-        continue;
+    std::vector<model::Point3>& vertices = slice_.mesh.vertices;
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    if (seam_.empty()) {
+      // All points are new.
+      std::iota(number.begin(), number.end(), first);
+      added.resize(cut.points.size());
+      std::iota(added.begin(), added.end(), 0U);
+      if (first == 0) {
+        vertices = std::move(made.positions);
+      } else {
+        vertices.insert(vertices.end(), made.positions.begin(), made.positions.end());
       }
-      number[i] = static_cast<std::uint32_t>(slice_.mesh.vertices.size());
-      slice_.mesh.vertices.push_back(made.positions[i]);
-      added.push_back(i);
+    } else {
+      for (std::uint32_t i = 0; i < cut.points.size(); ++i) {
+        const auto [below, above] = cut.points[i];
+        const bool onSeam = std::max(below, above) < counts.lowerCount;
+        const auto found = onSeam ? seam_.find(keyOf(below, above)) : seam_.end();
+        if (found != seam_.end()) {
+          number[i] = found->second;
+          continue;
+        }
+        number[i] = static_cast<std::uint32_t>(vertices.size());
+        vertices.push_back(made.positions[i]);
+        added.push_back(i);
+      }
     }
     seam_.clear();
     lastUpperCount_ = counts.upperCount;
@@ -72,12 +87,13 @@ class Slicer::Impl {
       if (std::min(below, above) < firstUpper) continue;
       seam_.emplace(keyOf(below - firstUpper, above - firstUpper), number[i]);
     }
-    for (const Triangle& triangle : cut.triangles) {
-      slice_.mesh.triangles.push_back(
-          {number[triangle[0]], number[triangle[1]], number[triangle[2]]});
-      if (!cutter.basis().rightHanded) {
-        std::swap(slice_.mesh.triangles.back()[1], slice_.mesh.triangles.back()[2]);
-      }
+    std::vector<Triangle>& triangles = slice_.mesh.triangles;
+    const std::size_t before = triangles.size();
+    triangles.insert(triangles.end(), cut.triangles.begin(), cut.triangles.end());
+    const bool rightHanded = cutter.basis().rightHanded;
+    for (std::size_t i = before; i < triangles.size() && !(first == 0 && rightHanded); ++i) {
+      for (std::uint32_t& corner : triangles[i]) corner = number[corner];
+      if (!rightHanded) std::swap(triangles[i][1], triangles[i][2]);
     }
     if (!cut.triangles.empty()) carryAttributes(made, added);
   }
@@ -175,9 +191,9 @@ Slicer::Slicer(const Hyperplane& hyperplane, OnHyperplane rule)
 Slicer::~Slicer() = default;
 
 Result<void> Slicer::put(const Slab& slab) {
-  const auto cut = impl_->cutter.cut(slab);
+  auto cut = impl_->cutter.cut(slab);
   if (!cut) return pass(cut.error());
-  impl_->add(*cut);
+  impl_->add(std::move(*cut));
   return {};
 }
 
@@ -228,9 +244,9 @@ Result<Slice> TimeSlicer::Impl::at(double given) const {
   if (low < source_.slabCount() && source_.timeSpan(low).begin <= time) {
     const auto open = openSlab(source_, low);
     if (!open) return pass(open.error());
-    const auto cut = slicer.cutter.cut(*open);
+    auto cut = slicer.cutter.cut(*open);
     if (!cut) return pass(cut.error());
-    slicer.add(*cut);
+    slicer.add(std::move(*cut));
   }
   return slicer.finish(source_);
 }
@@ -281,7 +297,7 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
     } else if (!item->cut) {
       error = item->cut.error();
     } else {
-      slicer.add(*item->cut);
+      slicer.add(std::move(*item->cut));
     }
     ++done;
     if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
