@@ -49,7 +49,8 @@ void add(T4dValidation& validation, MeshReport report, const formats::Metadata& 
 
 /// The result for a file that cannot be read to its end, after `validation` so far.
 Result<T4dValidation> broken(const Error& error, T4dValidation validation = {}) {
-  if (error.code == ErrorCode::Io || error.remedy == Remedy::MoreCells) return pass(error);
+  const bool nobodysFault = error.code == ErrorCode::Io || error.code == ErrorCode::Failed;
+  if (nobodysFault || error.remedy == Remedy::MoreCells) return pass(error);
   validation.mesh.reset();
   validation.issues.add(issueOf(error));
   return validation;

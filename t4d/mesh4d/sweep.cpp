@@ -120,9 +120,9 @@ class Sweeper {
     }
     const SweepPart& part = options_.part;
     if (report_.steps < part.count) {
-      return invalid(
-          fmt::format("the motion has {} steps, too few for {} parts", report_.steps, part.count),
-          {}, Remedy::StepRule);
+      return invalid(fmt::format("the motion has {} step{}, too few for {} parts", report_.steps,
+                                 report_.steps == 1 ? "" : "s", part.count),
+                     {}, Remedy::StepRule);
     }
     const StepRange range = {stepsBefore(part.number - 1), stepsBefore(part.number)};
     const bool first = part.number == 1;

@@ -64,6 +64,10 @@ CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most) {
                  });
 }
 
+CLI::Validator noLoneCopy() {
+  return checked("0 or at least 2", [](const std::string& text) { return text != "1"; });
+}
+
 CLI::Validator partOf() {
   return checked("K/N with whole numbers, K from 1 to N", [](const std::string& text) {
     const auto numbers = numbersBetween(text, '/');

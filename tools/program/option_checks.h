@@ -23,6 +23,9 @@ CLI::Validator fractionBelowOne();
 /// A whole number from `least` to `most` inclusive.
 CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most);
 
+/// Not 1.
+CLI::Validator noLoneCopy();
+
 /// K/N, part K of N: whole numbers, K from 1 to N.
 CLI::Validator partOf();
 

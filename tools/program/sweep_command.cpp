@@ -107,7 +107,6 @@ std::string detailsOf(const SweepArguments& options) {
     }
     parameters["caps"] = options.caps == "cone" ? "cone" : "tetgen";
     parameters["prism"] = options.prism.value_or(14);
-    if (!options.part.empty()) parameters["part"] = options.part;
   }
   parameters["precision"] = options.output.precision;
   if (options.output.grid) parameters["grid"] = *options.output.grid;

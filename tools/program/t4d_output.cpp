@@ -31,7 +31,7 @@ void T4dOutput::addTo(CLI::App& command) {
           "Round positions to multiples of STEP, which takes less space; at most half a step "
           "off along each axis")
       ->type_name("STEP")
-      ->check(CLI::PositiveNumber)
+      ->check(numberAboveZero())
       ->excludes(precisionOption);
   command
       .add_option("--compression", compression, "zstd level from 1 to 19; 0 turns compression off")
@@ -39,10 +39,11 @@ void T4dOutput::addTo(CLI::App& command) {
       ->capture_default_str();
   command
       .add_option("--spare-copies", spareEvery,
-                  "Store what many slabs share again after N slabs, so that damage to one copy "
-                  "costs no more; 0: once")
+                  "Store what many slabs share again after N slabs, at least 2, so that damage to "
+                  "one copy costs no more; 0: once")
       ->type_name("N")
       ->check(wholeNumber(0, 1'000'000))
+      ->check(noLoneCopy())
       ->capture_default_str();
   command.add_option("--up", up, "Axis that points up in glTF: y or z")
       ->check(CLI::IsMember({"y", "z"}))
@@ -53,7 +54,8 @@ void T4dOutput::addTo(CLI::App& command) {
 
 std::optional<std::string> T4dOutput::rounding() const {
   if (!grid) return std::nullopt;
-  return fmt::format("positions on a grid of {}: at most {} off along each axis", *grid, *grid / 2);
+  return fmt::format("positions on a grid of {}: at most {} off along each axis; poses are exact",
+                     *grid, *grid / 2);
 }
 
 Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {

@@ -208,6 +208,10 @@ Result<ChunkHeader> ChunkFile::chunkHeader(std::uint64_t offset,
   const std::uint64_t left = size() - offset - kChunkHeaderBytes;
   // Rounding up to the padding cannot overflow once the length is within the file.
   if (header.payloadBytes > left || padded(header.payloadBytes) > left) {
+    if (size() == ByteSource::kUnknownSize) {
+      return damaged(offset, fmt::format("the chunk {} claims {} bytes, more than any file has",
+                                         header.name(), header.payloadBytes));
+    }
     return damaged(offset,
                    fmt::format("the chunk {} claims {} bytes where {} are left: the file is "
                                "truncated",

@@ -76,6 +76,7 @@ class Joiner {
       }
       ends_[body] = {record.time.end, headerAt(*part, record.upper())};
     }
+    if (auto sums = checkSums(*part); !sums) return sums;
     for (std::size_t i = 0; i < summaries_.size(); ++i) addSummary(i, part->bodies[i]);
     parts_.push_back(std::move(*part));
     return {};
@@ -154,23 +155,41 @@ class Joiner {
     };
     const auto lower = headerAt(part, record.lower());
     if (lower ? record.time.begin != end.time : record.time.begin < end.time) {
-      return wrong(fmt::format("begins at time {} in one, and ends at {} in the other",
-                               record.time.begin, end.time));
+      return wrong(
+          fmt::format("begins at time {}, and ends there at {}", record.time.begin, end.time));
     }
     if (lower.has_value() != end.layer.has_value()) {
-      return wrong(lower ? "begins with a layer in one, and ends without in the other"
-                         : "begins without a layer in one, and ends with one in the other");
+      return wrong(lower ? "begins with a layer, and ends there without one"
+                         : "begins without a layer, and ends there with one");
     }
     if (lower && (lower->type != kLayer || *lower != *end.layer)) {
       return wrong(
-          "does not begin with the layer, stored in the same way, with which it ends in "
-          "the other");
+          "does not begin with the layer, stored in the same way, with which it ends there");
     }
     if (lower) {
       // These are in the summary of the part before.
       const auto vertices = layerSize(part, record.lower());
       if (!vertices) return pass(vertices.error());
       summaries_[record.parts.body].vertices -= *vertices;
+    }
+    return {};
+  }
+
+  /// Checks DONE against what the index, or the slabs without one, say of the slabs.
+  static Result<void> checkSums(const Part& part) {
+    std::vector<SlabExtent> sums(part.bodies.size());
+    for (const IndexRecord& record : part.slabs) {
+      SlabExtent& sum = sums[record.parts.body];
+      sum.cells += record.extent->cells;
+      sum.bounds.add(record.extent->bounds);
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const BodySummary& said = part.bodies[i];
+      if (sums[i] == SlabExtent{said.tetrahedra, said.bounds}) continue;
+      return invalid(fmt::format("DONE: body {} has {} cells in its slabs, or other bounds than it "
+                                 "says; it says {} cells",
+                                 i, sums[i].cells, said.tetrahedra),
+                     part.path.string());
     }
     return {};
   }

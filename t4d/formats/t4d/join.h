@@ -18,10 +18,10 @@ struct JoinReport {
 /// first file with the features of all, and one DONE and index (SPEC.md, section "Streams and
 /// parts"). Keeps one chunk in memory. `into` stays untouched until everything is written.
 ///
-/// Every chunk is checked as T4dReader does with T4dOpen::Checked; whether the slabs are sound is
-/// left to checkT4dFile. Fails if a file is damaged, if two differ in their bodies, units, axis or
-/// grid, and if a body of one does not begin as the one before it ends: with an equal LAYR, or with
-/// no layer.
+/// Every chunk is checked as T4dReader does with T4dOpen::Checked, and DONE against the index;
+/// whether the slabs are sound is left to checkT4dFile. Fails if a file is damaged, if two differ
+/// in their bodies, units, axis or grid, and if a body of one does not begin as the one before it
+/// ends: with an equal LAYR, or with no layer.
 Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
                            const std::filesystem::path& into, const model::Progress& progress = {});
 

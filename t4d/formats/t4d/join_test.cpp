@@ -122,6 +122,13 @@ TEST(Join, RefusesPartsThatDoNotMeet) {
   damaged[damaged.size() / 2] ^= 1;
   EXPECT_THAT(errorOf({first, writeFile("damaged.t4d", damaged)}), HasSubstr("damaged.t4d: byte"));
   EXPECT_THAT(errorOf({}), HasSubstr("no file"));
+  std::string more = fileContents(sweptPart("plain.t4d", {1, 3}, {.index = false}));
+  const auto chunks = listChunks(more);
+  const auto done = std::ranges::find(chunks, "DONE", &ChunkHeader::name);
+  constexpr std::size_t kCellsOfTheFirstBody = 32;
+  more[done->payload() + kCellsOfTheFirstBody] ^= 1;
+  repairChecksums(more);
+  EXPECT_THAT(errorOf({writeFile("more.t4d", more)}), HasSubstr("DONE: body 0 has"));
 }
 
 TEST(Join, SeveralBodiesAndBodiesWithoutLayers) {

@@ -98,9 +98,7 @@ Result<void> PipeSource::read(std::uint64_t offset, std::span<std::byte> into) {
     if (kept_->atEnd) {
       const std::uint64_t end = kept_->end + have;
       return pass(Error{ErrorCode::InvalidInput,
-                        fmt::format("the file ends here, {} bytes before the end of what it says "
-                                    "comes: it is truncated",
-                                    bytes.size() - have),
+                        "the file ends here, before the end of what it says comes: it is truncated",
                         fmt::format("{}: byte {}", name_, end), end});
     }
     const std::size_t some = std::min(bytes.size() - have, kept_->ahead.size() - kept_->aheadBegin);

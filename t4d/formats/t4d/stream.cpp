@@ -17,7 +17,8 @@ using namespace t4d_layout;
 
 bool isPipe(const std::filesystem::path& path) {
   std::error_code ignored;
-  return path == "-" || std::filesystem::is_fifo(path, ignored);
+  const auto status = std::filesystem::status(path, ignored);
+  return path == "-" || is_fifo(status) || is_character_file(status);
 }
 
 class T4dStream::File {
@@ -43,6 +44,7 @@ class T4dStream::File {
       auto chunk = scanner_->next();
       if (!chunk) return pass(chunk.error());
       addChunk(chunks, chunk->type, chunk->bytes());
+      if (!chunk->critical()) forget();
       if (chunk->type != kSlab) continue;
       auto slab = readSlab();
       if (!slab) return pass(slab.error());

@@ -10,13 +10,14 @@
 
 namespace t4d::formats {
 
-/// Whether the path is `-`, the standard input, or a pipe: whether T4dStream can read it, and
-/// T4dReader cannot.
+/// Whether the path is `-`, the standard input, or a pipe or terminal: whether T4dStream can read
+/// it, and T4dReader cannot.
 bool isPipe(const std::filesystem::path& path);
 
 /// Reads a .t4d file once, from the front, as it comes through a pipe. Keeps a slab or two in
-/// memory, what is stored of the parts that slabs to come may name, and some 200 bytes for each
-/// slab. Checks all that checkT4dFile does.
+/// memory, what is stored of the parts that slabs to come may name, and some 300 bytes for each
+/// chunk. While a chunk is read it is in memory up to three times as it is stored. Checks
+/// all that checkT4dFile does.
 class T4dStream {
  public:
   /// Opens a pipe, or any other file; `-` is the standard input. Cells are counted as they come: at
