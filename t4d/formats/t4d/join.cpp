@@ -40,9 +40,11 @@ Result<Part> readPart(const std::filesystem::path& path, const model::Progress& 
   if (scan.damage) return pass(*scan.damage);
   auto slabs = readTail(*file, beginning->header, head, scan);
   if (!slabs) return pass(slabs.error());
+  // One source for all, which keeps the parts that slabs share.
+  const SlabSource source(*file, head.features);
   for (IndexRecord& record : *slabs) {
     if (record.extent) continue;
-    const auto slab = SlabSource(*file, head.features).read(record);
+    const auto slab = source.read(record);
     if (!slab) return pass(slab.error());
     record.extent = extentOf(**slab);
   }
