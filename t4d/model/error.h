@@ -30,6 +30,7 @@ enum class Remedy : std::uint8_t {
   Motion,       ///< change the motion: it is at fault, not the solid
   VoxelSize,    ///< choose voxels of another size
   MoreCells,    ///< allow more work than the size of the file suggests
+  OpenMesh,     ///< merge vertices, or accept a mesh that is not closed
 };
 
 /// Every public function that can fail returns one of these instead of throwing.

@@ -38,45 +38,4 @@ class Tee : public Sink {
   std::vector<Sink*> sinks_;
 };
 
-/// Moves the vertices of all slabs by the same vector in space.
-class Translated : public Sink {
- public:
-  /// `into` must outlive this sink.
-  Translated(Sink& into, const Eigen::Vector3d& by) : into_(into), by_(by) {}
-
-  Result<void> put(const Slab& slab) override {
-    Slab moved = slab;
-    for (Point4& vertex : moved.vertices) vertex.head<3>() += by_;
-    if (moved.connectivity) setMeans(*moved.connectivity, moved.vertices);
-    return into_.put(moved);
-  }
-  Result<void> putStreamed(const StreamedSlab& slab) override {
-    return into_.putStreamed(Moved(slab, by_));
-  }
-
- private:
-  class Moved : public StreamedSlab {
-   public:
-    Moved(const StreamedSlab& slab, const Eigen::Vector3d& by) : slab_(slab), by_(by) {
-      static_cast<VertexCounts&>(*this) = slab;
-      time = slab.time;
-      cellCount = slab.cellCount;
-    }
-    void vertices(std::uint32_t first, std::span<Point4> into) const override {
-      slab_.vertices(first, into);
-      for (Point4& vertex : into) vertex.head<3>() += by_;
-    }
-    void cells(std::uint64_t first, std::span<Cell> into) const override {
-      slab_.cells(first, into);
-    }
-
-   private:
-    const StreamedSlab& slab_;
-    const Eigen::Vector3d& by_;
-  };
-
-  Sink& into_;
-  Eigen::Vector3d by_;
-};
-
 }  // namespace t4d::model

@@ -1,0 +1,129 @@
+#include "t4d/model/transformed.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+namespace t4d::model {
+namespace {
+
+void transform(const Transform& by, std::span<Point4> vertices) {
+  for (Point4& vertex : vertices) vertex = by(vertex);
+}
+
+/// The map that first applies `first`.
+Affine3x4 product(const Affine3x4& then, const Affine3x4& first) {
+  Affine3x4 both = then.leftCols<3>() * first;
+  both.col(3) += then.col(3);
+  return both;
+}
+
+void mirror(std::span<Cell> cells) {
+  for (Cell& cell : cells) std::swap(cell[2], cell[3]);
+}
+
+class TransformedSlab : public StreamedSlab {
+ public:
+  TransformedSlab(const StreamedSlab& slab, const Transform& by, bool mirrors)
+      : slab_(slab), by_(by), mirrors_(mirrors) {
+    static_cast<VertexCounts&>(*this) = slab;
+    time = {by.time(slab.time.begin), by.time(slab.time.end)};
+    cellCount = slab.cellCount;
+  }
+  void vertices(std::uint32_t first, std::span<Point4> into) const override {
+    slab_.vertices(first, into);
+    transform(by_, into);
+  }
+  void cells(std::uint64_t first, std::span<Cell> into) const override {
+    slab_.cells(first, into);
+    if (mirrors_) mirror(into);
+  }
+
+ private:
+  const StreamedSlab& slab_;
+  const Transform& by_;
+  bool mirrors_;
+};
+
+}  // namespace
+
+Point4 Transform::operator()(const Point4& point) const {
+  const Point3 moved = posed(space, point.head<3>());
+  return {moved[0], moved[1], moved[2], time(point[3])};
+}
+
+bool Transform::mirrors() const { return space.leftCols<3>().determinant() < 0; }
+
+Result<void> Transformed::put(const Slab& slab) {
+  Slab moved = slab;
+  moved.timeBegin = by_.time(slab.timeBegin);
+  moved.timeEnd = by_.time(slab.timeEnd);
+  if (slab.timeEnd > slab.timeBegin && !(moved.timeEnd > moved.timeBegin)) {
+    return invalid(
+        fmt::format("the times {} and {} both become {}: doubles are too coarse there; scale or "
+                    "shift times less",
+                    slab.timeBegin, slab.timeEnd, moved.timeEnd));
+  }
+  transform(by_, moved.vertices);
+  if (slab.connectivity) {
+    moveLayers(slab, moved);
+    setMeans(*slab.connectivity, moved.vertices);
+  }
+  if (slab.connectivity && mirrors_) {
+    if (slab.connectivity != given_) {
+      auto mirrored = std::make_shared<Connectivity>(*slab.connectivity);
+      mirror(mirrored->cells);
+      given_ = slab.connectivity;
+      mirrored_ = std::move(mirrored);
+    }
+    moved.connectivity = mirrored_;
+  }
+  return into_.put(moved);
+}
+
+/// Where all is moved by a vector, so is the reference: far from the origin float32 could not hold
+/// it. Otherwise it stays, for the inverse of the map would round.
+LayerPose Transformed::poseOf(const LayerPose& given) {
+  LayerPose moved = given;
+  moved.pose = product(by_.space, given.pose);
+  if (by_.space.leftCols<3>() != Eigen::Matrix3d::Identity()) return moved;
+  if (given.reference != givenReference_) {
+    auto reference = std::make_shared<std::vector<Point3>>(*given.reference);
+    for (Point3& point : *reference) point += by_.space.col(3);
+    givenReference_ = given.reference;
+    movedReference_ = std::move(reference);
+  }
+  moved.reference = movedReference_;
+  moved.pose.col(3) -= given.pose.leftCols<3>() * by_.space.col(3);
+  return moved;
+}
+
+/// A posed layer is computed from its reference, which rounds otherwise than moving its points.
+void Transformed::moveLayers(const Slab& slab, Slab& moved) {
+  const std::span<Point4> vertices(moved.vertices);
+  if (!givenUpper_.empty() && std::ranges::equal(slab.lowerLayer(), givenUpper_)) {
+    std::ranges::copy(movedUpper_, vertices.begin());
+  }
+  givenUpper_.clear();
+  // One rounded to float32 would be rounded again.
+  const bool posed = slab.upperPose && !slab.upperPose->float32;
+  if (!posed || !slab.upperPose->gives(slab.upperLayer())) {
+    moved.upperPose = nullptr;
+    return;
+  }
+  auto pose = std::make_shared<LayerPose>(poseOf(*slab.upperPose));
+  const auto upper = vertices.last(slab.connectivity->upperCount);
+  for (std::size_t i = 0; i < upper.size(); ++i) upper[i].head<3>() = pose->at(i);
+  givenUpper_.assign(slab.upperLayer().begin(), slab.upperLayer().end());
+  movedUpper_.assign(upper.begin(), upper.end());
+  moved.upperPose = std::move(pose);
+}
+
+Result<void> Transformed::putStreamed(const StreamedSlab& slab) {
+  return into_.putStreamed(TransformedSlab(slab, by_, mirrors_));
+}
+
+}  // namespace t4d::model

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "t4d/model/layer_pose.h"
+#include "t4d/model/streamed_slab.h"
+
+namespace t4d::model {
+
+/// A map of space and time: x becomes A x + b for `space` = (A | b), and t becomes
+/// timeScale * t + timeShift.
+struct Transform {
+  Affine3x4 space = Affine3x4::Identity();
+  double timeScale = 1;  ///< positive
+  double timeShift = 0;
+
+  Point4 operator()(const Point4& point) const;
+  double time(double t) const { return timeScale * t + timeShift; }
+  bool mirrors() const;
+};
+
+/// Maps all vertices. Where space is mirrored, the last two vertices of each cell are exchanged, so
+/// that the mesh stays outward. Layers that are a reference moved (Slab::upperPose) stay that.
+/// Attributes are passed on as they are.
+///
+/// `put` fails if two times become one.
+class Transformed : public Sink {
+ public:
+  /// `into` must outlive this sink. The determinant of A is not zero.
+  Transformed(Sink& into, const Transform& by) : into_(into), by_(by), mirrors_(by.mirrors()) {}
+
+  Result<void> put(const Slab& slab) override;
+  Result<void> putStreamed(const StreamedSlab& slab) override;
+
+ private:
+  void moveLayers(const Slab& slab, Slab& moved);
+  LayerPose poseOf(const LayerPose& given);
+
+  Sink& into_;
+  Transform by_;
+  bool mirrors_;
+  // The last connectivity and its mirror image, which slabs share as they shared the first.
+  std::shared_ptr<const Connectivity> given_;
+  std::shared_ptr<const Connectivity> mirrored_;
+  // The same of the reference of posed layers.
+  std::shared_ptr<const std::vector<Point3>> givenReference_;
+  std::shared_ptr<const std::vector<Point3>> movedReference_;
+  // The upper layer of the last slab, if it was posed: as given, and as it was put.
+  std::vector<Point4> givenUpper_;
+  std::vector<Point4> movedUpper_;
+};
+
+}  // namespace t4d::model

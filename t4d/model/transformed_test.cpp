@@ -1,0 +1,61 @@
+#include "t4d/model/transformed.h"
+
+#include <random>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "t4d/fixtures/solids.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/model/motion.h"
+
+namespace t4d::model {
+namespace {
+
+/// A ball that turns while it moves.
+Mesh turningBall() {
+  const std::vector<ScrewRun> runs = {
+      {2, {Point3(1, 2, 3), Eigen::Vector3d(0, 1, 1), 140, Eigen::Vector3d(3, 0, 1)}, 1}};
+  const auto motion = chainScrews(0, runs);
+  Mesh mesh;
+  EXPECT_TRUE(motion && mesh4d::sweep(fixtures::icosphere(2, 1), *motion, {}, mesh));
+  return mesh;
+}
+
+/// Hypervolume is multiplied by |det A| and the scale of time, whether A mirrors or not; layers
+/// stay posed, and seams exact.
+TEST(Transformed, KeepsMeshesOutwardAndPosed) {
+  const Mesh given = turningBall();
+  const double hypervolume = measure::checkMesh(given)->hypervolume;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 10; ++trial) {
+    SCOPED_TRACE(trial);
+    Transform by;
+    for (double& entry : by.space.reshaped()) entry = normal(random);
+    if (trial == 0) by.space.leftCols<3>().setIdentity();
+    by.timeScale = 1 + 0.3 * trial;
+    by.timeShift = normal(random);
+    Mesh mesh;
+    Transformed sink(mesh, by);
+    for (const Slab& slab : given.slabs()) ASSERT_TRUE(sink.put(slab));
+    const auto report = measure::checkMesh(mesh);
+    ASSERT_TRUE(report && report->valid()) << report->issues.issues.front().message;
+    const double expected =
+        hypervolume * by.timeScale * std::abs(by.space.leftCols<3>().determinant());
+    EXPECT_NEAR(report->hypervolume, expected, 1e-11 * expected);
+    std::size_t posedLayers = 0;
+    for (std::size_t i = 0; i < mesh.slabCount(); ++i) {
+      const Slab& slab = mesh.slabs()[i];
+      if (slab.upperPose) posedLayers += slab.upperPose->gives(slab.upperLayer()) ? 1 : 0;
+      for (std::size_t v = 0; v < slab.vertices.size(); ++v) {
+        EXPECT_TRUE(slab.vertices[v].isApprox(by(given.slabs()[i].vertices[v]), 1e-12));
+      }
+    }
+    EXPECT_EQ(posedLayers, mesh.slabCount() - 1);
+  }
+}
+
+}  // namespace
+}  // namespace t4d::model

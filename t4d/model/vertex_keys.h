@@ -1,0 +1,54 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/model/geometry.h"
+#include "t4d/model/layer_pose.h"
+
+namespace t4d::model {
+
+/// Where the vertices of a triangle mesh are at a sequence of times, the keys. Between two keys
+/// every vertex moves straight and at a constant speed.
+class VertexKeys {
+ public:
+  virtual ~VertexKeys() = default;
+
+  /// At least two.
+  virtual std::uint64_t count() const = 0;
+  /// Increases from key to key.
+  virtual double time(std::uint64_t key) const = 0;
+  /// The affine map that takes the vertices of the mesh to their places at this key; nothing if
+  /// they are deformed in another way. A 4D mesh is stored in less space where there is one.
+  virtual std::optional<Affine3x4> pose(std::uint64_t /*key*/) const { return std::nullopt; }
+  /// The places of all vertices at this key, in the order of the mesh; where there is a pose,
+  /// those that `posed` gives. Keys may be asked for in any order; ascending is the fastest.
+  virtual Result<void> positions(std::uint64_t key, std::span<Point3> into) const = 0;
+};
+
+/// Keys in memory.
+class StoredKeys : public VertexKeys {
+ public:
+  struct Key {
+    double time = 0;
+    std::vector<Point3> positions;
+  };
+  explicit StoredKeys(std::vector<Key> keys) : keys_(std::move(keys)) {}
+
+  std::uint64_t count() const override { return keys_.size(); }
+  double time(std::uint64_t key) const override { return keys_[key].time; }
+  Result<void> positions(std::uint64_t key, std::span<Point3> into) const override {
+    std::copy(keys_[key].positions.begin(), keys_[key].positions.end(), into.begin());
+    return {};
+  }
+
+ private:
+  std::vector<Key> keys_;
+};
+
+}  // namespace t4d::model
