@@ -87,6 +87,9 @@ struct Frame {
 /// it; values that are missing, or that contradict the bits or the tiles about what is inside.
 Result<void> checkFrame(const Frame& frame);
 
+/// The bytes of a value, if all blocks have values of one type; else 0.
+std::size_t valueSizeOf(const Frame& frame);
+
 /// The number of lattice points inside.
 std::uint64_t countInside(const Frame& frame);
 

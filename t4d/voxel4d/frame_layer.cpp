@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include "t4d/system/freed_memory.h"
 #include "t4d/voxel4d/block_ranges.h"
 
 namespace t4d::voxel4d {
@@ -32,6 +33,16 @@ Coord scaledDown(const Coord& coord, std::int32_t size) {
 void sortUnique(std::vector<Coord>& coords) {
   tbb::parallel_sort(coords.begin(), coords.end());
   coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+}
+
+/// The crossings along an axis: passes the index of the point before each in the block to `take`.
+template <class Take>
+void eachCrossing(const BlockMask& along, Take take) {
+  for (unsigned x = 0; x < 8; ++x) {
+    for (std::uint64_t bits = along[x]; bits != 0; bits &= bits - 1) {
+      take(x << 6U | static_cast<unsigned>(std::countr_zero(bits)));
+    }
+  }
 }
 
 }  // namespace
@@ -58,13 +69,8 @@ BlockMask shiftedSigns(const std::array<BlockView, 8>& views, unsigned d) {
 }
 
 Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block) {
-  std::uint64_t next = first;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (unsigned x = 0; x < 8; ++x) {
-      block.first[axis][x] = static_cast<std::uint32_t>(next);
-      next += static_cast<unsigned>(std::popcount(block.edges[axis][x]));
-    }
-  }
+  block.first = first;
+  const std::uint64_t next = std::uint64_t{first} + block.count();
   constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
   if (next > kMost) {
     return invalid(
@@ -75,13 +81,15 @@ Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block) {
   return static_cast<std::uint32_t>(next);
 }
 
-Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice) {
+Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice, std::size_t largeFrame) {
   FrameLayer layer;
   layer.frame_ = std::move(frame);
   layer.lattice_ = lattice;
+  layer.hasFloats_ = valueSizeOf(layer.frame_) == sizeof(float);
   layer.index();
   if (auto found = layer.findSurfaceBlocks(); !found) return pass(found.error());
   if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
+  if (auto moved = layer.moveNumbersToFile(largeFrame); !moved) return pass(moved.error());
   return layer;
 }
 
@@ -119,11 +127,22 @@ bool FrameLayer::coversInside(const InsideTile& tile) const {
 }
 
 BlockView FrameLayer::view(const Coord& coord) const {
+  if (const auto found = blocks_.find(coord)) return {&frame_.blocks[*found], false};
+  return {nullptr, tileAt(coord) != nullptr};
+}
+
+BlockField FrameLayer::field(const Coord& coord, FrameFile::Buffer& buffer) const {
   if (const auto found = blocks_.find(coord)) {
-    return {&frame_.blocks[*found], false, frame_.outsideValue};
+    const BlockValues& values = frame_.blocks[*found].values;
+    return {file_ ? file_->values(*found, values, buffer) : values, frame_.outsideValue};
   }
-  if (const InsideTile* tile = tileAt(coord)) return {nullptr, true, tile->value};
-  return {nullptr, false, frame_.outsideValue};
+  const InsideTile* tile = tileAt(coord);
+  return {{}, tile != nullptr ? tile->value : frame_.outsideValue};
+}
+
+Result<void> FrameLayer::checkRead() const {
+  if (!file_ || file_->isWhole()) return {};
+  return fail(ErrorCode::Failed, "a temporary file cannot be read back (TMPDIR says where it is)");
 }
 
 const CrossingBlock* FrameLayer::crossings(const Coord& coord) const {
@@ -137,6 +156,7 @@ Result<void> FrameLayer::findSurfaceBlocks() {
   std::vector<Coord> candidates;
   const std::uint64_t most = mostBareFaces(storedBlocks());
   std::uint64_t bare = 0;  // faces of tiles next to which nothing is stored
+  candidates.reserve(8 * frame_.blocks.size());
   const auto addBefore = [&](const Coord& coord) {
     for (unsigned d = 0; d < 8; ++d) candidates.push_back(neighbour(coord, d, -1));
   };
@@ -191,77 +211,128 @@ Result<void> FrameLayer::findSurfaceBlocks() {
   return {};
 }
 
-Result<void> FrameLayer::numberCrossings() {
-  // Edges begin in a block that also contains the start of a mixed cube.
-  std::vector<CrossingBlock> all(surfaceBlocks_.size());
-  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
-    std::array<BlockView, 8> views;
-    for (unsigned d = 0; d < 8; ++d) views[d] = view(neighbour(surfaceBlocks_[i], d));
-    all[i].coord = surfaceBlocks_[i];
-    const BlockMask here = shiftedSigns(views, 0);
-    for (int axis = 0; axis < 3; ++axis) {
-      const BlockMask next = shiftedSigns(views, 1U << axis);
-      for (unsigned x = 0; x < 8; ++x) all[i].edges[axis][x] = here[x] ^ next[x];
-    }
-  });
-  crossingIndex_.reserve(all.size());
-  std::uint32_t count = 0;
-  for (CrossingBlock& block : all) {
-    const auto next = numberFrom(count, block);
-    if (!next) return pass(next.error());
-    if (*next == count) continue;
-    count = *next;
-    crossingIndex_.add(block.coord, static_cast<std::uint32_t>(crossings_.size()));
-    crossings_.push_back(block);
+/// The crossed edges that begin in a block.
+CrossingBlock FrameLayer::crossingsIn(const Coord& coord) const {
+  std::array<BlockView, 8> views;
+  for (unsigned d = 0; d < 8; ++d) views[d] = view(neighbour(coord, d));
+  CrossingBlock block;
+  block.coord = coord;
+  const BlockMask here = shiftedSigns(views, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const BlockMask next = shiftedSigns(views, 1U << axis);
+    for (unsigned x = 0; x < 8; ++x) block.edges[axis][x] = here[x] ^ next[x];
   }
-  vertexCount_ = count;
+  return block;
+}
+
+Result<void> FrameLayer::numberCrossings() {
+  // Edges begin in a block that also contains the start of a mixed cube. In a third of those none
+  // does; room for them would be a tenth of the memory of a large frame.
+  std::vector<std::uint8_t> any(surfaceBlocks_.size());
+  tbb::parallel_for(std::size_t{0}, any.size(), [&](std::size_t i) {
+    any[i] = crossingsIn(surfaceBlocks_[i]).count() > 0 ? 1 : 0;
+  });
+  std::vector<Coord> coords;
+  coords.reserve(static_cast<std::size_t>(std::ranges::count(any, 1)));
+  for (std::size_t i = 0; i < any.size(); ++i) {
+    if (any[i] != 0) coords.push_back(surfaceBlocks_[i]);
+  }
+  crossings_.resize(coords.size());
+  tbb::parallel_for(std::size_t{0}, coords.size(),
+                    [&](std::size_t i) { crossings_[i] = crossingsIn(coords[i]); });
+  crossingIndex_.reserve(crossings_.size());
+  for (std::uint32_t i = 0; i < crossings_.size(); ++i) {
+    const auto next = numberFrom(vertexCount_, crossings_[i]);
+    if (!next) return pass(next.error());
+    vertexCount_ = *next;
+    crossingIndex_.add(crossings_[i].coord, i);
+  }
+  return {};
+}
+
+/// Where along their edges the crossings of a block are, of the frame with its values in memory.
+void FrameLayer::findFractions(const CrossingBlock& block, double* into) const {
+  FrameFile::Buffer unused;
+  const BlockField from = field(block.coord, unused);
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const BlockField beyond = field(neighbour(block.coord, 1U << axis), unused);
+    const unsigned shift = 6 - 3 * axis;  // of the axis in an index
+    eachCrossing(block.edges[axis], [&](unsigned index) {
+      const bool leaves = (index >> shift & 7U) == 7;
+      const double next =
+          leaves ? beyond.at(index & ~(7U << shift)) : from.at(index + (1U << shift));
+      *into++ = crossing(from.at(index), next);
+    });
+  }
+}
+
+/// Moves what is made of the values, and the values, to a file if the frame is large.
+Result<void> FrameLayer::moveNumbersToFile(std::size_t largeFrame) {
+  auto file = FrameFile::create(frame_, largeFrame);
+  if (!file) return pass(file.error());
+  if (*file == nullptr) return {};
+  constexpr std::size_t kMost = std::size_t{1} << 16U;
+  std::vector<double> fractions;
+  for (std::size_t begin = 0, end = 0; begin < crossings_.size(); begin = end) {
+    const std::uint32_t first = firstOf(begin);
+    while (end < crossings_.size() && firstOf(end) < std::uint64_t{first} + kMost) ++end;
+    fractions.resize(firstOf(end) - first);
+    tbb::parallel_for(begin, end, [&](std::size_t i) {
+      findFractions(crossings_[i], fractions.data() + (firstOf(i) - first));
+    });
+    if (auto added = (*file)->addFractions(fractions); !added) return added;
+  }
+  if (auto taken = (*file)->takeValues(frame_); !taken) return taken;
+  system::giveBackFreedMemory();
+  file_ = std::move(*file);
   return {};
 }
 
 void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) const {
-  const auto beginOf = [&](std::size_t i) {
-    return i < crossings_.size() ? crossings_[i].first[0][0] : vertexCount_;
-  };
-  makeRange(first, into, crossings_.size(), beginOf,
-            [&](std::size_t i, model::Point4* at) { placeCrossings(crossings_[i], at); });
-}
-
-void FrameLayer::placeCrossings(const CrossingBlock& block, model::Point4* into) const {
-  const BlockView from = view(block.coord);
-  into = placeAlong<0>(block, from, into);
-  into = placeAlong<1>(block, from, into);
-  placeAlong<2>(block, from, into);
-}
-
-/// The crossings of the edges along an axis; returns the end.
-template <int Axis>
-model::Point4* FrameLayer::placeAlong(const CrossingBlock& block, const BlockView& from,
-                                      model::Point4* into) const {
-  constexpr unsigned kStep = Axis == 0 ? 64 : Axis == 1 ? 8 : 1;  // to the next point
-  const BlockView beyond = hasValues() ? view(neighbour(block.coord, 1U << Axis)) : BlockView();
-  const bool round = hasValues() && !from.hasDoubles() && !beyond.hasDoubles();
-  const CrossingGrid grid(round ? lattice_.voxelSize : 0);
-  for (unsigned x = 0; x < 8; ++x) {
-    for (std::uint64_t bits = block.edges[Axis][x]; bits != 0; bits &= bits - 1) {
-      const auto bit = static_cast<unsigned>(std::countr_zero(bits));
-      const unsigned index = x << 6U | bit;
-      const std::array<unsigned, 3> local = {x, bit >> 3U, bit & 7U};
-      double fraction = 0.5;
-      if (hasValues()) {
-        const bool leaves = local[Axis] == 7;
-        const double next = leaves ? beyond.at(index - 7 * kStep) : from.at(index + kStep);
-        fraction = crossing(from.at(index), next);
-      }
-      const auto place = [&](int axis, std::int32_t ofBlock) {
-        const double point = kBlockSize * static_cast<double>(ofBlock) + local[axis];
-        return axis == Axis ? grid.nearest(lattice_.along(axis, point + fraction))
-                            : lattice_.along(axis, point);
-      };
-      *into++ << place(0, block.coord.x), place(1, block.coord.y), place(2, block.coord.z),
-          frame_.time;
-    }
+  if (into.empty()) return;
+  // Of a large frame, the fractions of all blocks that have some of these vertices.
+  std::vector<double> read;
+  const std::uint32_t firstRead = first - std::min(first, kMostInBlock);
+  if (file_) {
+    const std::uint64_t last = std::uint64_t{first} + into.size() + kMostInBlock;
+    read.resize(std::min<std::uint64_t>(last, vertexCount_) - firstRead);
+    file_->fractions(firstRead, read);
   }
-  return into;
+  makeRange(
+      first, into, crossings_.size(), [&](std::size_t i) { return firstOf(i); },
+      [&](std::size_t i, model::Point4* at) {
+        const CrossingBlock& block = crossings_[i];
+        std::array<double, kMostInBlock> found;
+        const double* fractions = nullptr;
+        if (file_) {
+          fractions = read.data() + (firstOf(i) - firstRead);
+        } else if (hasValues()) {
+          findFractions(block, found.data());
+          fractions = found.data();
+        }
+        place(block, fractions, at);
+      });
+}
+
+/// The crossings of a block; at the midpoints without fractions.
+void FrameLayer::place(const CrossingBlock& block, const double* fractions,
+                       model::Point4* into) const {
+  const CrossingGrid grid(hasFloats() ? lattice_.voxelSize : 0);
+  const std::array<std::int32_t, 3> corner = {block.coord.x, block.coord.y, block.coord.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    eachCrossing(block.edges[axis], [&](unsigned index) {
+      const std::array<unsigned, 3> local = {index >> 6U, index >> 3U & 7U, index & 7U};
+      model::Point4& vertex = *into++;
+      for (int i = 0; i < 3; ++i) {
+        const double point = kBlockSize * static_cast<double>(corner[i]) + local[i];
+        vertex[i] = lattice_.along(i, point);
+        if (i != axis) continue;
+        const double fraction = fractions != nullptr ? *fractions++ : 0.5;
+        vertex[i] = grid.nearest(lattice_.along(i, point + fraction));
+      }
+      vertex[3] = frame_.time;
+    });
+  }
 }
 
 }  // namespace t4d::voxel4d

@@ -4,30 +4,33 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "t4d/voxel4d/coord_index.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/frame_file.h"
 
 namespace t4d::voxel4d {
 
-/// One block of a frame: its signs and values, or one sign for all of its points.
+/// The signs of one block of a frame, or one sign for all of its points.
 struct BlockView {
   const Block* block = nullptr;
   bool inside = false;  ///< for all points, if `block` is null
-  double value = 0;     ///< likewise; 0 where the frame has no values
 
   std::uint64_t word(unsigned x) const {
     return block != nullptr ? block->inside[x] : inside ? kAllBits : 0;
   }
-  /// Whether its values have more digits than float32.
-  bool hasDoubles() const { return block != nullptr && block->values.doubles != nullptr; }
-  /// The field at a point of the block.
-  double at(unsigned index) const {
-    return block != nullptr && !block->values.empty() ? block->values.at(index) : value;
-  }
+};
+
+/// The field in one block of a frame.
+struct BlockField {
+  BlockValues values;  ///< may be empty
+  double value = 0;    ///< of all points then
+
+  double at(unsigned index) const { return values.empty() ? value : values.at(index); }
 };
 
 /// The number of set bits of a word below `bit`.
@@ -57,18 +60,32 @@ class WeavingOrder {
   int shift_;
 };
 
-/// The crossings of the lattice edges that begin in one block: one bit each, and the index of the
-/// first crossing of every word.
+inline std::uint32_t countOf(const BlockMask& mask) {
+  std::uint32_t count = 0;
+  for (const std::uint64_t word : mask) count += static_cast<std::uint32_t>(std::popcount(word));
+  return count;
+}
+
+/// The crossings of the lattice edges that begin in one block: one bit each. They are numbered from
+/// `first` on in the order of the bits.
 struct CrossingBlock {
   Coord coord;
+  std::uint32_t first = 0;
   std::array<BlockMask, 3> edges{};  ///< along x, y, z, from each point to the next
-  std::array<std::array<std::uint32_t, 8>, 3> first{};
 
-  bool has(int axis, unsigned x, unsigned bit) const { return (edges[axis][x] >> bit & 1U) != 0; }
+  std::uint32_t count() const { return countOf(edges[0]) + countOf(edges[1]) + countOf(edges[2]); }
   std::uint32_t number(int axis, unsigned x, unsigned bit) const {
-    return first[axis][x] + countBefore(edges[axis][x], bit);
+    std::uint32_t number = first;
+    for (int i = 0; i < axis; ++i) number += countOf(edges[i]);
+    for (unsigned i = 0; i < x; ++i) {
+      number += static_cast<std::uint32_t>(std::popcount(edges[axis][i]));
+    }
+    return number + countBefore(edges[axis][x], bit);
   }
 };
+
+/// Crossings of the edges that begin in a block, at most.
+inline constexpr std::uint32_t kMostInBlock = 3 * 512;
 
 /// Numbers the crossings of a block from `first` on and returns the number after the last. Fails if
 /// that exceeds 32 bits.
@@ -79,17 +96,24 @@ class FrameLayer {
  public:
   /// All points are outside: the frame before the first and after the last.
   FrameLayer() = default;
-  /// Fails if numberFrom does.
-  static Result<FrameLayer> of(Frame frame, const Lattice& lattice);
+  /// Frames with `largeFrame` bytes of values or more keep them in a file. Fails if numberFrom or
+  /// FrameFile does.
+  static Result<FrameLayer> of(Frame frame, const Lattice& lattice, std::size_t largeFrame);
 
   double time() const { return frame_.time; }
   bool hasValues() const { return frame_.hasValues(); }
+  /// Whether its values are float32, so that crossings are rounded (CrossingGrid).
+  bool hasFloats() const { return hasFloats_; }
   /// The number of crossings, which are the vertices of the layer.
   std::uint32_t vertexCount() const { return vertexCount_; }
   /// Sets `into` to the crossings from number `first` on.
   void vertices(std::uint32_t first, std::span<model::Point4> into) const;
 
   BlockView view(const Coord& coord) const;
+  /// The field in a block, as long as `buffer` is left alone. The frame has values.
+  BlockField field(const Coord& coord, FrameFile::Buffer& buffer) const;
+  /// Fails if values could not be read back: what was made of them is wrong.
+  Result<void> checkRead() const;
   /// The crossings of the edges that begin in a block; null if there are none.
   const CrossingBlock* crossings(const Coord& coord) const;
 
@@ -106,16 +130,21 @@ class FrameLayer {
   bool isStored(const Coord& coord) const { return blocks_.find(coord).has_value(); }
 
  private:
+  /// The number of the first crossing of a block, or one more than the last.
+  std::uint32_t firstOf(std::size_t block) const {
+    return block < crossings_.size() ? crossings_[block].first : vertexCount_;
+  }
   void index();
   Result<void> findSurfaceBlocks();
+  CrossingBlock crossingsIn(const Coord& coord) const;
   Result<void> numberCrossings();
-  void placeCrossings(const CrossingBlock& block, model::Point4* into) const;
-  template <int Axis>
-  model::Point4* placeAlong(const CrossingBlock& block, const BlockView& from,
-                            model::Point4* into) const;
+  Result<void> moveNumbersToFile(std::size_t largeFrame);
+  void findFractions(const CrossingBlock& block, double* into) const;
+  void place(const CrossingBlock& block, const double* fractions, model::Point4* into) const;
   const InsideTile* tileAt(const Coord& coord) const;
 
   Frame frame_;
+  std::unique_ptr<FrameFile> file_;  // if it is large
   Lattice lattice_;
   CoordIndex blocks_;
   struct TileLevel {
@@ -128,6 +157,7 @@ class FrameLayer {
   std::vector<CrossingBlock> crossings_;  // in the order of their numbers
   CoordIndex crossingIndex_;
   std::uint32_t vertexCount_ = 0;
+  bool hasFloats_ = false;
 };
 
 /// Crossings keep at least this distance from both ends of an edge, as a fraction of the edge, so

@@ -37,34 +37,55 @@ tl::unexpected<Error> damaged(const std::string& where, const std::exception& er
                  where);
 }
 
-/// Part of a file in memory; positions are relative to the file.
-class PartInMemory : public std::streambuf {
+/// Part of a file, of which some at a time is in memory; positions are relative to the file. Trees
+/// are read in steps of a few bytes with a look back now and then, for which std::filebuf drops
+/// what it has read.
+class PartOfFile : public std::streambuf {
  public:
-  PartInMemory(std::istream& file, std::int64_t begin, std::int64_t end)
-      : bytes_(static_cast<std::size_t>(end - begin)), begin_(begin) {
-    file.clear();
-    file.seekg(begin);
-    file.read(bytes_.data(), end - begin);
-    setg(bytes_.data(), bytes_.data(), bytes_.data() + bytes_.size());
-  }
+  PartOfFile(std::istream& file, std::int64_t begin, std::int64_t end)
+      : file_(file), begin_(begin), end_(end), windowBegin_(begin) {}
 
  protected:
+  int_type underflow() override {
+    return moveTo(position()) ? traits_type::to_int_type(*gptr()) : traits_type::eof();
+  }
   pos_type seekoff(off_type offset, std::ios::seekdir from, std::ios::openmode which) override {
-    off_type base = begin_;
-    if (from == std::ios::cur) base += gptr() - eback();
-    if (from == std::ios::end) base += static_cast<off_type>(bytes_.size());
+    const off_type base = from == std::ios::cur ? position() : from == std::ios::end ? end_ : 0;
     return seekpos(base + offset, which);
   }
-  pos_type seekpos(pos_type position, std::ios::openmode /*which*/) override {
-    const off_type at = position - pos_type(begin_);
-    if (at < 0 || at > static_cast<off_type>(bytes_.size())) return pos_type(off_type(-1));
-    setg(eback(), eback() + at, egptr());
-    return position;
+  pos_type seekpos(pos_type target, std::ios::openmode /*which*/) override {
+    const off_type to = target;
+    if (to < begin_ || to > end_) return pos_type(off_type(-1));
+    if (to >= windowBegin_ && to <= windowBegin_ + (egptr() - eback())) {
+      setg(eback(), eback() + (to - windowBegin_), egptr());
+    } else {
+      setg(nullptr, nullptr, nullptr);
+      windowBegin_ = to;
+    }
+    return target;
   }
 
  private:
-  std::vector<char> bytes_;
-  std::int64_t begin_;
+  off_type position() const { return windowBegin_ + (gptr() - eback()); }
+
+  /// Reads the window that begins there; false at the end.
+  bool moveTo(off_type to) {
+    window_.resize(static_cast<std::size_t>(std::min<off_type>(kWindow, end_ - to)));
+    windowBegin_ = to;
+    setg(window_.data(), window_.data(), window_.data() + window_.size());
+    if (window_.empty()) return false;
+    file_.clear();
+    file_.seekg(to);
+    file_.read(window_.data(), static_cast<std::streamsize>(window_.size()));
+    return true;
+  }
+
+  static constexpr off_type kWindow = off_type{1} << 20U;
+  std::istream& file_;  // throws
+  off_type begin_;
+  off_type end_;
+  off_type windowBegin_;
+  std::vector<char> window_;
 };
 
 constexpr auto kThrowing = std::ios::failbit | std::ios::badbit | std::ios::eofbit;
@@ -244,7 +265,7 @@ openvdb::GridBase::Ptr VdbFile::readWhole(std::size_t index) {
   const Place& place = places_[index];
   require(canReadVdbTree(place.gridType),
           "is of type {}; float, double, bool and mask grids can be used", place.gridType);
-  PartInMemory part(stream_, place.begin, place.end);
+  PartOfFile part(stream_, place.begin, place.end);
   std::istream file(&part);
   file.exceptions(kThrowing);
   VdbStream stream(file, place.end);

@@ -40,7 +40,4 @@ struct VdbFramesOptions {
 Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const std::filesystem::path> inputs,
                                                    const VdbFramesOptions& options = {});
 
-/// Whether `a` comes before `b` if runs of digits are compared as numbers.
-bool naturallyLess(std::string_view a, std::string_view b);
-
 }  // namespace t4d::voxel4d

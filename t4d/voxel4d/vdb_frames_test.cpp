@@ -9,6 +9,7 @@
 #include <openvdb/tools/LevelSetSphere.h>
 #include <tbb/global_control.h>
 
+#include "t4d/voxel4d/natural_order.h"
 #include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/test_files.h"
 

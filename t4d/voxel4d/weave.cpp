@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/system/freed_memory.h"
 #include "t4d/voxel4d/frame_layer.h"
 #include "t4d/voxel4d/graded_cap.h"
 #include "t4d/voxel4d/woven_slab.h"
@@ -19,12 +20,18 @@ class SlabWriter {
     auto slab = WovenSlab::between(before, after, time, crossings, lattice_);
     if (!slab) return pass(slab.error());
     count((*slab)->vertexCount - (*slab)->lowerCount, (*slab)->cellCount);
-    return sink_.putStreamed(**slab);
+    if (auto put = sink_.putStreamed(**slab); !put) return put;
+    slab->reset();
+    constexpr std::uint64_t kManyCells = std::uint64_t{1} << 22U;
+    if (lastTetrahedra > kManyCells) system::giveBackFreedMemory();
+    if (auto read = before.checkRead(); !read) return read;
+    return after.checkRead();
   }
 
   Result<void> putGraded(const FrameLayer& layer, CapEnd end) {
     const auto slab = gradedCap(layer, lattice_, end);
     if (!slab) return pass(slab.error());
+    if (auto read = layer.checkRead(); !read) return read;
     const model::Connectivity& connectivity = *slab->connectivity;
     count(connectivity.vertexCount - connectivity.lowerCount, connectivity.cells.size());
     return sink_.put(*slab);
@@ -55,7 +62,14 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   const Lattice lattice = frames.lattice();
   SlabWriter slabs(lattice, sink);
   const bool graded = options.caps == CapStyle::Graded;
+  const bool half = options.caps == CapStyle::HalfStep;
   const FrameLayer nothing;
+  const auto putFirstCap = [&](const FrameLayer& first, double time) -> Result<void> {
+    auto put = graded ? slabs.putGraded(first, CapEnd::First)
+                      : slabs.put(nothing, first, {time, first.time()}, {time, time});
+    slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
+    return put;
+  };
   FrameLayer before;
   double halfStepAfter = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -64,7 +78,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     if (auto checked = checkFrame(*frame); !checked) {
       return invalid(checked.error().message, fmt::format("frame {}", i));
     }
-    auto layer = FrameLayer::of(std::move(*frame), lattice);
+    auto layer = FrameLayer::of(std::move(*frame), lattice, options.largeFrame);
     if (!layer) {
       layer.error().where = fmt::format("frame {}", i);
       return pass(layer.error());
@@ -76,16 +90,12 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
       return invalid(
           fmt::format("frame {} is at time {}, not after frame {}, at {}", i, end, i - 1, begin));
     }
-    const bool half = options.caps == CapStyle::HalfStep;
-    if (i == 1) {
-      // The first cap waits for the second frame, which determines the length of a step.
-      const double first = half ? model::dividedTime({end, begin}, 3, 2) : begin;
-      if (auto put = graded ? slabs.putGraded(before, CapEnd::First)
-                            : slabs.put(nothing, before, {first, begin}, {first, first});
-          !put) {
-        return pass(put.error());
-      }
-      slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
+    // A cap of half a step waits for the second frame, which says how long a step is.
+    if (half && i == 1) {
+      const double first = model::dividedTime({end, begin}, 3, 2);
+      if (auto put = putFirstCap(before, first); !put) return pass(put.error());
+    } else if (!half && i == 0) {
+      if (auto put = putFirstCap(after, end); !put) return pass(put.error());
     }
     if (i > 0) {
       halfStepAfter = model::dividedTime({begin, end}, 3, 2);
@@ -98,7 +108,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
   }
   const double end = before.time();
-  const double last = options.caps == CapStyle::HalfStep ? halfStepAfter : end;
+  const double last = half ? halfStepAfter : end;
   if (auto put = graded ? slabs.putGraded(before, CapEnd::Last)
                         : slabs.put(before, nothing, {end, last}, {last, last});
       !put) {

@@ -20,6 +20,9 @@ enum class CapStyle : std::uint8_t {
 
 struct WeaveOptions {
   CapStyle caps = CapStyle::Flat;
+  /// Frames with as many bytes of values or more keep them in a temporary file (TMPDIR says where)
+  /// instead of in memory.
+  std::size_t largeFrame = std::size_t{64} << 20U;
 };
 
 struct WeaveReport {
@@ -31,7 +34,8 @@ struct WeaveReport {
 
 /// Weaves frames into a 4D mesh by 4D marching cubes (paper, section 3.2; see pattern_table.h) and
 /// puts it into `sink`: a cap, a slab between every two frames, a cap. Two frames are in memory at
-/// a time. Only blocks that the surface meets are processed.
+/// a time, of large ones only the signs and the values of the last one read. Only blocks that the
+/// surface meets are processed.
 ///
 /// The vertices of a layer are the crossings of the frame's lattice edges, in an order that depends
 /// on the frame alone; the interior vertices of a slab are those of edges in time. A crossing lies
@@ -40,8 +44,8 @@ struct WeaveReport {
 /// Blocks are distributed over threads (oneTBB); the result is the same for any number of them.
 ///
 /// Fails for fewer than two frames, a frame that checkFrame refuses, times that do not increase,
-/// more than 2^32 - 1 vertices or cells in a slab, and no frame with anything inside; and if the
-/// source or the sink does.
+/// more than 2^32 - 1 vertices or cells in a slab, no frame with anything inside, and a temporary
+/// file that cannot be written; and if the source or the sink does.
 Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink,
                           const model::Progress& progress = {});
 

@@ -11,9 +11,12 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/model/sinks.h"
 #include "t4d/voxel4d/frame_layer.h"
+#include "t4d/voxel4d/sampled_frames.h"
 
 namespace t4d::voxel4d {
 namespace {
+
+using model::Point3;
 
 using Field = std::function<double(int x, int y, int z, int frame)>;
 
@@ -115,7 +118,7 @@ TEST(Weave, RandomLatticesAreClosedOrientedManifolds) {
         for (const CapStyle caps : {CapStyle::Flat, CapStyle::HalfStep}) {
           BoxFrames frames(size, 4, toss, values);
           Woven result;
-          const auto report = weave(frames, {caps}, result.mesh);
+          const auto report = weave(frames, {.caps = caps}, result.mesh);
           if (!report) continue;  // all outside by chance
           result.report = *report;
           result.judged = *measure::checkMesh(result.mesh, {.vertexLinks = true});
@@ -173,6 +176,32 @@ TEST(Weave, SameBytesForAnyNumberOfThreads) {
       EXPECT_EQ(other.mesh.slabs()[i].vertices, all[0].mesh.slabs()[i].vertices);
       EXPECT_EQ(other.mesh.slabs()[i].connectivity->cells,
                 all[0].mesh.slabs()[i].connectivity->cells);
+    }
+  }
+}
+
+/// Large frames keep their values in a temporary file.
+TEST(Weave, SameBytesWithValuesInAFile) {
+  const auto ball = [](const Point3& p, double t) {
+    return (p - Point3(20.3 + 0.7 * t, 19.1, 12)).norm() - 9 - t;
+  };
+  model::Bounds3 box;
+  box.add({0, 0, 0});
+  box.add({50, 40, 40});
+  for (const bool asFloat : {false, true}) {
+    for (const CapStyle caps : {CapStyle::Flat, CapStyle::HalfStep, CapStyle::Graded}) {
+      std::vector<Woven> both;
+      for (const std::size_t largeFrame :
+           {std::numeric_limits<std::size_t>::max(), std::size_t{0}}) {
+        const auto frames = sampledFrames(ball, {}, box, {0, 1, 2, 3}, {.asFloat = asFloat});
+        both.push_back(woven(*frames, {.caps = caps, .largeFrame = largeFrame}, false));
+      }
+      ASSERT_EQ(both[0].mesh.slabCount(), both[1].mesh.slabCount());
+      for (std::size_t i = 0; i < both[0].mesh.slabCount(); ++i) {
+        EXPECT_EQ(both[0].mesh.slabs()[i].vertices, both[1].mesh.slabs()[i].vertices);
+        EXPECT_EQ(both[0].mesh.slabs()[i].connectivity->cells,
+                  both[1].mesh.slabs()[i].connectivity->cells);
+      }
     }
   }
 }

@@ -38,10 +38,8 @@ class CrossingNumbers {
   static constexpr unsigned kKinds = 7;
   static constexpr unsigned kInTime = 6;
 
-  /// Takes the crossings in one of the 8 blocks (neighbour d), of which `first` are the numbers of
-  /// the first in each word, plus `offset`.
-  void add(unsigned d, unsigned kind, const BlockMask& crossed,
-           const std::array<std::uint32_t, 8>& first, std::uint32_t offset) {
+  /// Takes the crossings in one of the 8 blocks (neighbour d), numbered from `first` on.
+  void add(unsigned d, unsigned kind, const BlockMask& crossed, std::uint32_t first) {
     const std::uint64_t wanted =
         ((d & 2U) != 0 ? 0xFFU : kAllBits) & ((d & 4U) != 0 ? 0x0101010101010101U : kAllBits);
     std::uint32_t* const numbers = numbers_.data() + kind * kPoints +
@@ -52,8 +50,9 @@ class CrossingNumbers {
       for (std::uint64_t left = crossed[x] & wanted; left != 0; left &= left - 1) {
         const auto bit = static_cast<unsigned>(std::countr_zero(left));
         numbers[x * kStrideX + (bit >> 3U) * kStrideY + (bit & 7U)] =
-            offset + first[x] + countBefore(crossed[x], bit);
+            first + countBefore(crossed[x], bit);
       }
+      first += static_cast<std::uint32_t>(std::popcount(crossed[x]));
     }
   }
 
@@ -140,7 +139,7 @@ void WovenSlab::vertices(std::uint32_t first, std::span<Point4> into) const {
   const auto interior = until(firstUpper());
   makeRange(
       first, interior, blocks_.size(),
-      [&](std::size_t i) { return i < blocks_.size() ? blocks_[i].firstTime[0] : firstUpper(); },
+      [&](std::size_t i) { return i < blocks_.size() ? blocks_[i].firstTime : firstUpper(); },
       [&](std::size_t i, Point4* at) { placeInTime(blocks_[i], at); });
   first += static_cast<std::uint32_t>(interior.size());
   const std::uint32_t firstOfUpper = first - std::min(first, firstUpper());
@@ -158,11 +157,13 @@ void WovenSlab::cells(std::uint64_t first, std::span<Cell> into) const {
 
 /// The crossings along t that begin in a block.
 void WovenSlab::placeInTime(const WovenBlock& block, Point4* into) const {
+  if (countOf(block.timeEdges) == 0) return;
   const bool values = before_.hasValues() && after_.hasValues();
-  const BlockView a = before_.view(block.coord);
-  const BlockView b = after_.view(block.coord);
+  std::array<FrameFile::Buffer, 2> buffers;
+  const BlockField a = values ? before_.field(block.coord, buffers[0]) : BlockField();
+  const BlockField b = values ? after_.field(block.coord, buffers[1]) : BlockField();
   const double duration = crossings_.end - crossings_.begin;
-  const CrossingGrid grid(values && !a.hasDoubles() && !b.hasDoubles() ? duration : 0);
+  const CrossingGrid grid(before_.hasFloats() && after_.hasFloats() ? duration : 0);
   for (unsigned x = 0; x < 8; ++x) {
     for (std::uint64_t bits = block.timeEdges[x]; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<unsigned>(std::countr_zero(bits));
@@ -239,10 +240,8 @@ Result<void> WovenSlab::number() {
   upperCount = after_.vertexCount();
   std::uint64_t vertices = lowerCount;
   for (WovenBlock& block : blocks_) {
-    for (unsigned x = 0; x < 8; ++x) {
-      block.firstTime[x] = static_cast<std::uint32_t>(vertices);
-      vertices += static_cast<unsigned>(std::popcount(block.timeEdges[x]));
-    }
+    block.firstTime = static_cast<std::uint32_t>(vertices);
+    vertices += countOf(block.timeEdges);
     block.firstCell = static_cast<std::uint32_t>(cellCount);
     for (const auto& [index, pattern] : block.cubes) cellCount += table.count(pattern);
   }
@@ -266,14 +265,16 @@ void WovenSlab::emitCells(const WovenBlock& block, Cell* into) const {
     for (unsigned time = 0; time < 2; ++time) {
       const CrossingBlock* crossings = (time == 0 ? before_ : after_).crossings(at);
       if (crossings == nullptr) continue;
-      const std::uint32_t offset = time == 0 ? 0 : firstUpper();
+      std::uint32_t first = crossings->first + (time == 0 ? 0 : firstUpper());
       for (unsigned axis = 0; axis < 3; ++axis) {
-        numbers.add(d, 3 * time + axis, crossings->edges[axis], crossings->first[axis], offset);
+        const BlockMask& crossed = crossings->edges[axis];
+        numbers.add(d, 3 * time + axis, crossed, first);
+        first += countOf(crossed);
       }
     }
     if (const auto found = index_.find(at)) {
       const WovenBlock& between = blocks_[*found];
-      numbers.add(d, CrossingNumbers::kInTime, between.timeEdges, between.firstTime, 0);
+      numbers.add(d, CrossingNumbers::kInTime, between.timeEdges, between.firstTime);
     }
   }
   for (const auto& [index, pattern] : block.cubes) {

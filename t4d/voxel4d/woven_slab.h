@@ -33,8 +33,8 @@ class WovenSlab : public model::StreamedSlab {
   /// The cubes that begin in one block.
   struct WovenBlock {
     Coord coord;
-    BlockMask timeEdges{};                     // points whose sign differs between the frames
-    std::array<std::uint32_t, 8> firstTime{};  // number of the first crossing in each word
+    BlockMask timeEdges{};        // points whose sign differs between the frames
+    std::uint32_t firstTime = 0;  // number of the first crossing there
     std::uint32_t firstCell = 0;
     /// Cubes that have cells: the index of their lowest point in the block, and their pattern.
     std::vector<std::pair<std::uint16_t, std::uint16_t>> cubes;

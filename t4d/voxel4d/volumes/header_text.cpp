@@ -1,0 +1,44 @@
+#include "t4d/voxel4d/volumes/header_text.h"
+
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace t4d::voxel4d {
+
+std::optional<SampleType> sampleTypeNamed(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, SampleType>, 11> kNames = {{
+      {"bool", SampleType::Bool},
+      {"int8", SampleType::Int8},
+      {"uint8", SampleType::UInt8},
+      {"int16", SampleType::Int16},
+      {"uint16", SampleType::UInt16},
+      {"int32", SampleType::Int32},
+      {"uint32", SampleType::UInt32},
+      {"int64", SampleType::Int64},
+      {"uint64", SampleType::UInt64},
+      {"float32", SampleType::Float32},
+      {"float64", SampleType::Float64},
+  }};
+  for (const auto& [known, type] : kNames) {
+    if (known == name) return type;
+  }
+  return std::nullopt;
+}
+
+Result<std::uint64_t> bytesOfSamples(const Volume& volume) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;
+  std::uint64_t bytes = sizeOf(volume.type);
+  for (const std::uint64_t size : volume.sizes) {
+    if (size == 0 || size > std::numeric_limits<std::int32_t>::max() || bytes > kMost / size) {
+      return invalid(fmt::format("announces {} samples", fmt::join(volume.sizes, " x ")),
+                     volume.where);
+    }
+    bytes *= size;
+  }
+  return bytes;
+}
+
+}  // namespace t4d::voxel4d

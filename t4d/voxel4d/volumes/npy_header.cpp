@@ -1,0 +1,114 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "t4d/voxel4d/volumes/header_text.h"
+#include "t4d/voxel4d/volumes/headers.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+/// What stands after 'KEY': in the dictionary, up to the end of its value.
+std::string valueOf(const std::string& dictionary, const std::string& key) {
+  auto at = dictionary.find('\'' + key + '\'');
+  if (at == std::string::npos) return {};
+  at = dictionary.find(':', at);
+  if (at == std::string::npos) return {};
+  const auto begin = dictionary.find_first_not_of(' ', at + 1);
+  if (begin == std::string::npos) return {};
+  const char first = dictionary[begin];
+  const auto end = first == '('    ? dictionary.find(')', begin)
+                   : first == '\'' ? dictionary.find('\'', begin + 1)
+                                   : dictionary.find_first_of(",}", begin);
+  return end == std::string::npos ? std::string() : dictionary.substr(begin, end - begin);
+}
+
+std::optional<SampleType> typeOf(std::string_view descr) {
+  if (descr == "b1") return SampleType::Bool;
+  if (descr.size() != 2) return std::nullopt;
+  const std::string bits = std::to_string(8 * (descr[1] - '0'));
+  if (descr[0] == 'f') return sampleTypeNamed("float" + bits);
+  if (descr[0] == 'i') return sampleTypeNamed("int" + bits);
+  if (descr[0] == 'u') return sampleTypeNamed("uint" + bits);
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view axes) {
+  Volume volume;
+  volume.where = path.string();
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return fail(ErrorCode::Io, "cannot be opened", volume.where);
+  std::array<unsigned char, 12> front{};
+  file.read(reinterpret_cast<char*>(front.data()), front.size());
+  constexpr std::string_view kMagic = "\x93NUMPY";
+  if (!file ||
+      !std::equal(kMagic.begin(), kMagic.end(), front.begin(),
+                  [](char a, unsigned char b) { return static_cast<unsigned char>(a) == b; })) {
+    return invalid("is not a .npy file: it does not begin with \\x93NUMPY", volume.where);
+  }
+  const unsigned major = front[6];
+  if (major < 1 || major > 3) {
+    return invalid(fmt::format("is of version {}.{}; versions 1 to 3 can be read", major, front[7]),
+                   volume.where);
+  }
+  std::uint64_t length = front[8] | front[9] << 8U;
+  if (major > 1) length |= std::uint64_t{front[10]} << 16U | std::uint64_t{front[11]} << 24U;
+  const std::uint64_t begin = major > 1 ? 12 : 10;
+  constexpr std::uint64_t kLongest = 1U << 16U;
+  if (length > kLongest) {
+    return invalid(fmt::format("announces a header of {} bytes", length), volume.where);
+  }
+  std::string dictionary(length, '\0');
+  file.seekg(static_cast<std::streamoff>(begin));
+  file.read(dictionary.data(), static_cast<std::streamsize>(length));
+  if (!file) return invalid("is cut off within its header", volume.where);
+
+  std::string descr = valueOf(dictionary, "descr");
+  const std::string fortran = valueOf(dictionary, "fortran_order");
+  const std::string shape = valueOf(dictionary, "shape");
+  if (descr.size() < 3 || shape.empty() || (fortran != "True" && fortran != "False")) {
+    return invalid(fmt::format("its header lacks 'descr', 'fortran_order' or 'shape': '{}'",
+                               shown(dictionary)),
+                   volume.where);
+  }
+  descr.erase(0, 1);  // the quote
+  const char order = descr.front();
+  const auto type = typeOf(std::string_view(descr).substr(1));
+  if (!type || (order != '<' && order != '>' && order != '|')) {
+    return invalid(fmt::format("has samples of type '{}'; bools, integers, and floats of 32 and 64 "
+                               "bits can be used",
+                               shown(descr)),
+                   volume.where);
+  }
+  volume.type = *type;
+  volume.order = order == '>' ? std::endian::big : std::endian::little;
+  std::string text = shape.substr(1);
+  std::ranges::replace(text, ',', ' ');
+  for (const std::string& word : wordsOf(text)) {
+    const auto size = numberIn<std::uint64_t>(word);
+    if (!size) return invalid(fmt::format("has the shape '{}'", shown(shape)), volume.where);
+    volume.sizes.push_back(*size);
+  }
+  if (volume.sizes.size() != 3 && volume.sizes.size() != 4) {
+    return invalid(fmt::format("is an array of {} axes; expected are four, or three for a frame in "
+                               "each file",
+                               volume.sizes.size()),
+                   volume.where);
+  }
+  volume.axes = !axes.empty() ? axes : volume.sizes.size() == 4 ? "txyz" : "xyz";
+  if (volume.axes.size() == 4 && volume.sizes.size() == 3) std::erase(volume.axes, 't');
+  if (volume.axes.size() != volume.sizes.size()) {
+    return invalid(fmt::format("has {} axes, not those of '{}'", volume.sizes.size(), axes),
+                   volume.where);
+  }
+  if (fortran == "False") {
+    std::ranges::reverse(volume.sizes);
+    std::ranges::reverse(volume.axes);
+  }
+  volume.data = {{path, begin + length}};
+  return volume;
+}
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,282 @@
+#include "t4d/voxel4d/volumes/sample_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+#include <zlib.h>
+
+namespace t4d::voxel4d {
+namespace {
+
+/// A file that is open for reading, closed with the object.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) close(number_);
+  }
+  int number() const { return number_; }
+  int release() { return std::exchange(number_, -1); }
+
+ private:
+  int number_;
+};
+
+tl::unexpected<Error> cannotRead(const std::string& where) {
+  return fail(ErrorCode::Io, std::string("cannot be read: ") + std::strerror(errno), where);
+}
+
+class RawReader : public SampleReader {
+ public:
+  RawReader(Descriptor file, std::string where, std::uint64_t begin, std::uint64_t end)
+      : file_(std::move(file)), where_(std::move(where)), at_(begin), end_(end) {}
+
+  Result<void> read(std::span<std::byte> into) override {
+    constexpr std::size_t kWindow = std::size_t{1} << 18U;
+    while (!into.empty()) {
+      if (at_ < windowBegin_ || at_ >= windowBegin_ + window_.size()) {
+        if (at_ >= end_) return invalid("is cut off: it ends before its samples do", where_);
+        window_.resize(std::min<std::uint64_t>(kWindow, end_ - at_));
+        windowBegin_ = at_;
+        if (auto filled = fill(window_); !filled) return filled;
+      }
+      const auto here = std::span(window_).subspan(at_ - windowBegin_);
+      const std::size_t part = std::min(here.size(), into.size());
+      std::ranges::copy(here.first(part), into.begin());
+      at_ += part;
+      into = into.subspan(part);
+    }
+    return {};
+  }
+  Result<void> skip(std::uint64_t bytes) override {
+    at_ += bytes;
+    return {};
+  }
+  Result<void> finish(bool mayHaveMore) override {
+    if (at_ == end_ || mayHaveMore) return {};
+    return invalid(fmt::format("has {} bytes more than its header says", end_ - at_), where_);
+  }
+
+ private:
+  Result<void> fill(std::span<std::byte> into) {
+    for (std::uint64_t at = at_; !into.empty();) {
+      const ssize_t got = pread(file_.number(), into.data(), into.size(), static_cast<off_t>(at));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) return cannotRead(where_);
+      if (got == 0) return invalid("has become shorter while it was read", where_);
+      at += static_cast<std::uint64_t>(got);
+      into = into.subspan(static_cast<std::size_t>(got));
+    }
+    return {};
+  }
+
+  Descriptor file_;
+  std::string where_;
+  std::uint64_t at_;
+  std::uint64_t end_;
+  std::vector<std::byte> window_;
+  std::uint64_t windowBegin_ = 0;
+};
+
+class GzipReader : public SampleReader {
+ public:
+  GzipReader(gzFile file, std::string where) : file_(file), where_(std::move(where)) {}
+  GzipReader(const GzipReader&) = delete;
+  GzipReader& operator=(const GzipReader&) = delete;
+  ~GzipReader() override { gzclose(file_); }
+
+  Result<void> read(std::span<std::byte> into) override {
+    while (!into.empty()) {
+      constexpr std::size_t kMost = std::size_t{1} << 20U;
+      const auto part = static_cast<unsigned>(std::min(into.size(), kMost));
+      const int got = gzread(file_, into.data(), part);
+      if (got <= 0) return damaged();
+      into = into.subspan(static_cast<std::size_t>(got));
+    }
+    return {};
+  }
+  Result<void> skip(std::uint64_t bytes) override {
+    std::array<std::byte, 65536> passed;
+    while (bytes > 0) {
+      const auto part = std::min<std::uint64_t>(bytes, passed.size());
+      if (auto done = read(std::span(passed).first(part)); !done) return done;
+      bytes -= part;
+    }
+    return {};
+  }
+  Result<void> finish(bool mayHaveMore) override {
+    // The checksum is at the end.
+    std::array<std::byte, 65536> more;
+    int got = 0;
+    do got = gzread(file_, more.data(), more.size());
+    while (got > 0 && mayHaveMore);
+    if (got == 0 && isWhole()) return {};
+    return got > 0 ? invalid("has more samples than its header says", where_) : damaged();
+  }
+
+ private:
+  bool isWhole() const {
+    int code = Z_OK;
+    gzerror(file_, &code);
+    return code == Z_OK;
+  }
+  tl::unexpected<Error> damaged() const {
+    int code = Z_OK;
+    const char* text = gzerror(file_, &code);
+    if (code == Z_OK || code == Z_BUF_ERROR) {
+      return invalid("is cut off: its compressed data end before the samples do", where_);
+    }
+    if (code == Z_ERRNO) return cannotRead(where_);
+    return invalid(fmt::format("its compressed data are damaged: {}", text), where_);
+  }
+
+  gzFile file_;
+  std::string where_;
+};
+
+/// Numbers written in decimals.
+class TextReader : public SampleReader {
+ public:
+  TextReader(std::ifstream file, std::string where, SampleType type)
+      : file_(std::move(file)), where_(std::move(where)), type_(type) {}
+
+  Result<void> read(std::span<std::byte> into) override {
+    for (std::size_t at = 0; at < into.size(); at += sizeOf(type_)) {
+      if (auto one = readOne(into.data() + at); !one) return one;
+    }
+    return {};
+  }
+  Result<void> skip(std::uint64_t bytes) override {
+    std::array<std::byte, 8> passed;
+    for (std::uint64_t at = 0; at < bytes; at += sizeOf(type_)) {
+      if (auto one = readOne(passed.data()); !one) return one;
+    }
+    return {};
+  }
+  Result<void> finish(bool mayHaveMore) override {
+    std::string more;
+    if (mayHaveMore || !(file_ >> more)) return {};
+    return invalid("has more samples than its header says", where_);
+  }
+
+ private:
+  Result<void> readOne(std::byte* into) {
+    std::string word;
+    constexpr int kLongest = 400;
+    file_.width(kLongest);
+    if (!(file_ >> word))
+      return invalid("is cut off: it has fewer samples than its header says", where_);
+    switch (type_) {
+      case SampleType::Float32:
+        return parse<float>(word, into);
+      case SampleType::Float64:
+        return parse<double>(word, into);
+      case SampleType::Int8:
+        return parse<std::int8_t>(word, into);
+      case SampleType::Int16:
+        return parse<std::int16_t>(word, into);
+      case SampleType::Int32:
+        return parse<std::int32_t>(word, into);
+      case SampleType::Int64:
+        return parse<std::int64_t>(word, into);
+      case SampleType::Bool:
+      case SampleType::UInt8:
+        return parse<std::uint8_t>(word, into);
+      case SampleType::UInt16:
+        return parse<std::uint16_t>(word, into);
+      case SampleType::UInt32:
+        return parse<std::uint32_t>(word, into);
+      case SampleType::UInt64:
+        return parse<std::uint64_t>(word, into);
+    }
+    return {};
+  }
+
+  template <class T>
+  Result<void> parse(const std::string& word, std::byte* into) const {
+    T value{};
+    const char* const end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, value);
+    if (error != std::errc{} || stop != end) {
+      return invalid(
+          fmt::format("has a sample that is no number of its type: '{}'", word.substr(0, 40)),
+          where_);
+    }
+    std::memcpy(into, &value, sizeof value);
+    return {};
+  }
+
+  std::ifstream file_;
+  std::string where_;
+  SampleType type_;
+};
+
+/// The most that a byte of a file can stand for: gzip's best is 1,032; a number in decimals takes
+/// two characters.
+std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
+  switch (encoding) {
+    case SampleEncoding::Raw:
+      return 1;
+    case SampleEncoding::Gzip:
+      return 1032;
+    case SampleEncoding::Text:
+      return sizeOf(type);
+  }
+  return 1;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, SampleType type,
+                                                  std::uint64_t bytes) {
+  const std::string where = data.path.string();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(data.path, error)) {
+    return fail(ErrorCode::Io, error ? "cannot be read: " + error.message() : "is not a file",
+                where);
+  }
+  const std::uint64_t size = std::filesystem::file_size(data.path, error);
+  if (error) return fail(ErrorCode::Io, "cannot be read: " + error.message(), where);
+  const std::uint64_t stored = size - std::min(size, data.offset);
+  if (bytes / mostBytes(data.encoding, type) > stored) {
+    return invalid(
+        fmt::format("is cut off or damaged: its header announces {} bytes of samples, which {} "
+                    "bytes cannot hold",
+                    bytes, stored),
+        where);
+  }
+  if (data.encoding == SampleEncoding::Text) {
+    std::ifstream file(data.path, std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(data.offset));
+    return std::make_unique<TextReader>(std::move(file), where, type);
+  }
+  Descriptor file(open(data.path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0) return cannotRead(where);
+  if (data.encoding == SampleEncoding::Raw) {
+    return std::make_unique<RawReader>(std::move(file), where, data.offset, size);
+  }
+  std::array<unsigned char, 2> magic{};  // stays zero where the file ends
+  const auto offset = static_cast<off_t>(data.offset);
+  if (pread(file.number(), magic.data(), magic.size(), offset) < 0) return cannotRead(where);
+  if (magic != std::array<unsigned char, 2>{0x1F, 0x8B}) {
+    return invalid("its samples are not compressed by gzip, as they should be", where);
+  }
+  lseek(file.number(), offset, SEEK_SET);
+  gzFile unpacked = gzdopen(file.number(), "rb");
+  if (unpacked == nullptr) return fail(ErrorCode::Failed, "cannot be unpacked: no memory", where);
+  file.release();
+  gzbuffer(unpacked, 1U << 18U);
+  return std::make_unique<GzipReader>(unpacked, where);
+}
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "t4d/model/error.h"
+#include "t4d/voxel4d/volumes/volume.h"
+
+namespace t4d::voxel4d {
+
+/// Reads the bytes of samples one after another, unpacked.
+class SampleReader {
+ public:
+  virtual ~SampleReader() = default;
+
+  /// Fills `into`; fails where the data end.
+  virtual Result<void> read(std::span<std::byte> into) = 0;
+  /// Passes over so many bytes.
+  virtual Result<void> skip(std::uint64_t bytes) = 0;
+  /// Fails if there is more, unless there may be, and if the end is damaged.
+  virtual Result<void> finish(bool mayHaveMore) = 0;
+};
+
+/// `bytes` is what is wanted in all, of samples of `type`: it is judged by the size of the file
+/// before anything is read. Texts are converted to samples in the order of this machine.
+Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, SampleType type,
+                                                  std::uint64_t bytes);
+
+}  // namespace t4d::voxel4d

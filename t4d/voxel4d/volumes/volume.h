@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/model/layer_pose.h"
+
+namespace t4d::voxel4d {
+
+/// The type of a sample in a file.
+enum class SampleType : std::uint8_t {
+  Bool,
+  Int8,
+  UInt8,
+  Int16,
+  UInt16,
+  Int32,
+  UInt32,
+  Int64,
+  UInt64,
+  Float32,
+  Float64
+};
+
+constexpr std::size_t sizeOf(SampleType type) {
+  switch (type) {
+    case SampleType::Bool:
+    case SampleType::Int8:
+    case SampleType::UInt8:
+      return 1;
+    case SampleType::Int16:
+    case SampleType::UInt16:
+      return 2;
+    case SampleType::Int32:
+    case SampleType::UInt32:
+    case SampleType::Float32:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
+constexpr bool isInteger(SampleType type) {
+  return type != SampleType::Bool && type != SampleType::Float32 && type != SampleType::Float64;
+}
+
+enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text };
+
+/// Where samples are.
+struct SampleData {
+  std::filesystem::path path;
+  std::uint64_t offset = 0;  ///< of the data in the file, as they are stored
+  std::uint64_t begin = 0;   ///< of the samples in the data, unpacked
+  SampleEncoding encoding = SampleEncoding::Raw;
+  bool mayHaveMore = false;  ///< bytes may follow the samples
+};
+
+/// What the header of a file of samples says: one frame or several, on one lattice.
+struct Volume {
+  std::string where;  ///< for errors: the file with the header
+
+  SampleType type = SampleType::Float32;
+  std::endian order = std::endian::little;
+  double slope = 1;  ///< the value of a sample is slope * sample + intercept
+  double intercept = 0;
+
+  /// Samples along each axis of the data, the one that varies fastest first, and what each is: x,
+  /// y, z or t.
+  std::vector<std::uint64_t> sizes;
+  std::string axes;
+
+  /// From (i, j, k), numbers of a sample along x, y and z, to a position.
+  model::Affine3x4 place = model::Affine3x4::Identity();
+  bool isPlaced = false;  ///< whether the file says so
+
+  std::optional<double> frameTime;
+  double startTime = 0;
+  std::string lengthUnit;
+  std::string timeUnit;
+
+  /// One for all, or one for each frame.
+  std::vector<SampleData> data;
+
+  /// Samples along 'x', 'y', 'z' or 't'; 1 along an axis that is not there.
+  std::uint64_t size(char axis) const {
+    const auto at = axes.find(axis);
+    return at == std::string::npos ? 1 : sizes[at];
+  }
+  std::uint64_t frames() const { return size('t'); }
+};
+
+}  // namespace t4d::voxel4d

@@ -1,0 +1,435 @@
+#include "t4d/voxel4d/volumes/volume_frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "t4d/model/limits.h"
+#include "t4d/model/times.h"
+#include "t4d/voxel4d/array_frame.h"
+#include "t4d/voxel4d/natural_order.h"
+#include "t4d/voxel4d/volumes/header_text.h"
+#include "t4d/voxel4d/volumes/headers.h"
+#include "t4d/voxel4d/volumes/sample_reader.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Row {
+  VolumeFormat format;
+  Result<Volume> (*read)(const fs::path& path, const VolumeOptions& options);
+};
+
+Result<Volume> readNrrd(const fs::path& path, const VolumeOptions&) { return readNrrdHeader(path); }
+Result<Volume> readNifti(const fs::path& path, const VolumeOptions&) {
+  return readNiftiHeader(path);
+}
+
+constexpr std::array kRows = {
+    Row{{".nrrd", "NRRD"}, readNrrd},
+    Row{{".nhdr", "NRRD, detached header"}, readNrrd},
+    Row{{".nii", "NIfTI"}, readNifti},
+    Row{{".nii.gz", "NIfTI, compressed"}, readNifti},
+    Row{{".hdr", "NIfTI, header and .img"}, readNifti},
+    Row{{".npy", "NumPy array"},
+        [](const fs::path& path, const VolumeOptions& options) {
+          return readNpyHeader(path, options.axes);
+        }},
+    Row{{".raw", "bare samples"},
+        [](const fs::path& path, const VolumeOptions& options) {
+          return readRawHeader(path, options.raw);
+        }},
+};
+
+const Row* rowOf(const fs::path& path) {
+  std::string name = path.filename().string();
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto found = std::ranges::find_if(
+      kRows, [&](const Row& row) { return name.ends_with(row.format.extension); });
+  return found == kRows.end() ? nullptr : &*found;
+}
+
+/// What the values of samples are in memory.
+enum class Values : std::uint8_t { Mask, Floats, Doubles };
+
+/// One frame after another of one or several volumes.
+class Frames : public FrameSource {
+ public:
+  Frames(std::vector<Volume> volumes, std::vector<double> times, const Lattice& lattice,
+         const VolumeOptions& options, Values values)
+      : volumes_(std::move(volumes)),
+        times_(std::move(times)),
+        lattice_(lattice),
+        options_(options),
+        values_(values),
+        shape_{{volumes_[0].size('x'), volumes_[0].size('y'), volumes_[0].size('z')}} {}
+
+  const Lattice& lattice() const override { return lattice_; }
+  std::size_t frameCount() const override { return times_.size(); }
+
+  Result<Frame> frame(std::size_t index) override {
+    auto frame = values_ == Values::Mask     ? frameOf<bool>(index)
+                 : values_ == Values::Floats ? frameOf<float>(index)
+                                             : frameOf<double>(index);
+    if (!frame) return frame;
+    solid_ = solid_ || countInside(*frame) > 0;
+    if (index + 1 == times_.size() && !solid_) {
+      return invalid(
+          options_.label ? fmt::format("no sample of any frame is {}", *options_.label)
+          : options_.iso
+              ? fmt::format("no sample of any frame is above the iso value {}", *options_.iso)
+              : std::string("no sample of any frame is inside"),
+          volumes_.front().where);
+    }
+    return frame;
+  }
+
+ private:
+  template <class T>
+  Result<Frame> frameOf(std::size_t index) {
+    std::vector<unsigned char> mask;  // vector<bool> has no array
+    std::vector<T> numbers;
+    std::span<T> values;
+    if constexpr (std::is_same_v<T, bool>) {
+      mask.resize(shape_.count());
+      values = {reinterpret_cast<bool*>(mask.data()), mask.size()};
+    } else {
+      numbers.resize(shape_.count());
+      values = numbers;
+    }
+    if (auto read = readFrame(index, values); !read) return pass(read.error());
+    ArrayField field;
+    if (options_.iso) field = {-1, *options_.iso};
+    if constexpr (!std::is_same_v<T, bool>) {
+      double most = 0;
+      for (const T value : values) most = std::max(most, std::abs(field(value)));
+      if (auto set = field.template setOutside<T>(most); !set) return pass(set.error());
+    }
+    return frameOfArray<T>(values, shape_, field, times_[index]);
+  }
+
+  /// Sets `values`, with x slowest and z fastest, to those of a frame.
+  template <class T>
+  Result<void> readFrame(std::size_t index, std::span<T> values) {
+    const bool series = volumes_.size() > 1;
+    const Volume& volume = volumes_[series ? index : 0];
+    const std::uint64_t frameInFile = series ? 0 : index;
+    const std::size_t size = sizeOf(volume.type);
+    // Of the samples in a file: `inner` follow one another in one frame.
+    std::uint64_t inner = 1;
+    std::uint64_t outer = 1;
+    const std::size_t time = std::min(volume.axes.find('t'), volume.axes.size());
+    for (std::size_t i = 0; i < volume.sizes.size(); ++i) {
+      if (i != time) (i < time ? inner : outer) *= volume.sizes[i];
+    }
+    const bool alone = volume.data.size() > 1;  // a file for each frame
+    const std::uint64_t framesInFile = alone ? 1 : volume.frames();
+    const std::uint64_t first = alone ? 0 : frameInFile;
+    const SampleData& data = volume.data[alone ? frameInFile : 0];
+
+    // Frames that follow one another are read in one go.
+    const bool goesOn = reader_ && outer == 1 && !series && !alone && next_ == frameInFile;
+    if (!goesOn) {
+      auto reader =
+          openSamples(data, volume.type, data.begin + inner * outer * framesInFile * size);
+      if (!reader) return pass(reader.error());
+      reader_ = std::move(*reader);
+      if (auto done = reader_->skip(data.begin + first * inner * size); !done) return done;
+    }
+    next_ = frameInFile + 1;
+    for (std::uint64_t o = 0; o < outer; ++o) {
+      if (auto done = place(volume, o * inner, inner, values); !done) return done;
+      const bool last = o + 1 == outer;
+      if (!last) {
+        if (auto done = reader_->skip((framesInFile - 1) * inner * size); !done) return done;
+      }
+    }
+    if (first + 1 == framesInFile) return reader_->finish(data.mayHaveMore);
+    return {};
+  }
+
+  /// Reads the next `count` samples of a frame, from number `from` on in the order of the file.
+  template <class T>
+  Result<void> place(const Volume& volume, std::uint64_t from, std::uint64_t count,
+                     std::span<T> values) {
+    constexpr std::uint64_t kSamplesAtOnce = 1U << 16U;
+    const std::size_t size = sizeOf(volume.type);
+    // Each axis of space in the file: samples along it, and the way to the next in `values`.
+    std::array<std::uint64_t, 3> sizes{};
+    std::array<std::uint64_t, 3> strides{};
+    int axes = 0;
+    for (std::size_t i = 0; i < volume.axes.size(); ++i) {
+      if (volume.axes[i] == 't') continue;
+      sizes[axes] = volume.sizes[i];
+      strides[axes++] = shape_.stride(volume.axes[i] - 'x');
+    }
+    std::array<std::uint64_t, 3> at = {from % sizes[0], from / sizes[0] % sizes[1],
+                                       from / sizes[0] / sizes[1]};
+    std::vector<std::byte> bytes(std::min(count, kSamplesAtOnce) * size);
+    for (std::uint64_t done = 0; done < count;) {
+      const auto part = std::min<std::uint64_t>(count - done, kSamplesAtOnce);
+      if (auto read = reader_->read(std::span(bytes).first(part * size)); !read) return read;
+      for (std::uint64_t i = 0; i < part; ++i) {
+        const std::optional<T> value = valueOf<T>(volume, bytes.data() + i * size);
+        if (!value) {
+          return invalid(
+              fmt::format("has a value that is not finite, or too large, at sample {} of a frame",
+                          from + done + i),
+              volume.where);
+        }
+        values[at[0] * strides[0] + at[1] * strides[1] + at[2] * strides[2]] = *value;
+        if (++at[0] < sizes[0]) continue;
+        at[0] = 0;
+        if (++at[1] < sizes[1]) continue;
+        at[1] = 0;
+        ++at[2];
+      }
+      done += part;
+    }
+    return {};
+  }
+
+  /// Nothing if it is not finite, or too large.
+  template <class T>
+  std::optional<T> valueOf(const Volume& volume, const std::byte* bytes) const {
+    switch (volume.type) {
+      case SampleType::Bool:
+      case SampleType::UInt8:
+        return convert<T>(volume, load<std::uint8_t>(volume, bytes));
+      case SampleType::Int8:
+        return convert<T>(volume, load<std::int8_t>(volume, bytes));
+      case SampleType::Int16:
+        return convert<T>(volume, load<std::int16_t>(volume, bytes));
+      case SampleType::UInt16:
+        return convert<T>(volume, load<std::uint16_t>(volume, bytes));
+      case SampleType::Int32:
+        return convert<T>(volume, load<std::int32_t>(volume, bytes));
+      case SampleType::UInt32:
+        return convert<T>(volume, load<std::uint32_t>(volume, bytes));
+      case SampleType::Int64:
+        return convert<T>(volume, load<std::int64_t>(volume, bytes));
+      case SampleType::UInt64:
+        return convert<T>(volume, load<std::uint64_t>(volume, bytes));
+      case SampleType::Float32:
+        return convert<T>(volume, load<float>(volume, bytes));
+      case SampleType::Float64:
+        return convert<T>(volume, load<double>(volume, bytes));
+    }
+    return std::nullopt;
+  }
+
+  template <class Sample>
+  static Sample load(const Volume& volume, const std::byte* bytes) {
+    std::array<std::byte, sizeof(Sample)> raw;
+    std::memcpy(raw.data(), bytes, sizeof(Sample));
+    if (volume.order != std::endian::native) std::ranges::reverse(raw);
+    return std::bit_cast<Sample>(raw);
+  }
+
+  template <class T, class Sample>
+  std::optional<T> convert(const Volume& volume, Sample sample) const {
+    if constexpr (std::is_same_v<T, bool>) {
+      if (!options_.label) return sample != 0;
+      if constexpr (std::is_integral_v<Sample>) return std::cmp_equal(sample, *options_.label);
+      return static_cast<double>(sample) == static_cast<double>(*options_.label);
+    } else {
+      const bool scaled = volume.slope != 1 || volume.intercept != 0;
+      const auto value =
+          scaled ? static_cast<T>(volume.slope * static_cast<double>(sample) + volume.intercept)
+                 : static_cast<T>(sample);
+      // Differences of values must be finite, too.
+      constexpr T kLargest = std::numeric_limits<T>::max() / 8;
+      return std::abs(value) <= kLargest ? std::optional(value) : std::nullopt;
+    }
+  }
+
+  std::vector<Volume> volumes_;  // one, or one for each frame
+  std::vector<double> times_;
+  Lattice lattice_;
+  VolumeOptions options_;
+  Values values_;
+  ArrayShape shape_;
+  std::unique_ptr<SampleReader> reader_;
+  std::uint64_t next_ = 0;  // the frame that `reader_` has come to
+  bool solid_ = false;      // whether any frame so far had a sample inside
+};
+
+Result<Values> valuesOf(const Volume& volume, const VolumeOptions& options) {
+  if (options.label) {
+    if (options.iso) return invalid("an iso value and a label are given; they exclude each other");
+    if (volume.slope != 1 || volume.intercept != 0) {
+      return invalid(fmt::format("scales its samples by {} and adds {}, so they are no labels",
+                                 volume.slope, volume.intercept),
+                     volume.where);
+    }
+    return Values::Mask;
+  }
+  if (volume.type == SampleType::Bool) {
+    if (!options.iso) return Values::Mask;
+    return invalid("an iso value is given, but its samples are bools", volume.where);
+  }
+  if (options.iso && !std::isfinite(*options.iso)) {
+    return invalid(fmt::format("the iso value is {}", *options.iso));
+  }
+  if (!options.iso && isInteger(volume.type)) {
+    return invalid("has whole numbers, so it needs an iso value, or a label", volume.where,
+                   Remedy::IsoValue);
+  }
+  const bool fits =
+      isInteger(volume.type) ? sizeOf(volume.type) <= 2 : volume.type == SampleType::Float32;
+  return fits && volume.slope == 1 && volume.intercept == 0 ? Values::Floats : Values::Doubles;
+}
+
+Result<void> checkAlike(const Volume& first, const Volume& other) {
+  if (other.frames() > 1) {
+    return invalid(fmt::format("holds {} frames; where there are several files, each must hold one",
+                               other.frames()),
+                   other.where);
+  }
+  for (const char axis : {'x', 'y', 'z'}) {
+    if (other.size(axis) == first.size(axis)) continue;
+    return invalid(fmt::format("has {} samples along {}, the first frame {}", other.size(axis),
+                               axis, first.size(axis)),
+                   other.where);
+  }
+  if (other.type != first.type || other.slope != first.slope ||
+      other.intercept != first.intercept) {
+    return invalid("has samples of another type or scale than the first frame", other.where);
+  }
+  if (other.lengthUnit != first.lengthUnit || other.timeUnit != first.timeUnit) {
+    return invalid(fmt::format("has the units '{}' and '{}', the first frame '{}' and '{}'",
+                               other.lengthUnit, other.timeUnit, first.lengthUnit, first.timeUnit),
+                   other.where);
+  }
+  if (other.place != first.place) {
+    return invalid("is placed elsewhere in space than the first frame", other.where);
+  }
+  return {};
+}
+
+/// The samples of all dimensions are there, as far as sizes of files tell.
+Result<void> checkSizes(const Volume& volume) {
+  const auto bytes = bytesOfSamples(volume);
+  if (!bytes) return pass(bytes.error());
+  for (const SampleData& data : volume.data) {
+    const auto opened = openSamples(data, volume.type, data.begin + *bytes / volume.data.size());
+    if (!opened) return pass(opened.error());
+  }
+  return {};
+}
+
+Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& options) {
+  model::Affine3x4 place = volume.place;
+  for (int axis = 0; options.spacing && axis < 3; ++axis) {
+    // Of the file's axes the directions stay.
+    const double length = place.col(axis).norm();
+    place.col(axis) *= length > 0 ? (*options.spacing)[axis] / length : 1;
+  }
+  if (options.origin) place.col(3) = Eigen::Vector3d(options.origin->data());
+  const double longest = place.leftCols<3>().colwise().norm().maxCoeff();
+  const double volumeOfVoxel = std::abs(place.leftCols<3>().determinant());
+  constexpr double kFlat = 1e-9;  // of a cube with the longest edge: such voxels are damage
+  if (!place.allFinite() || !(volumeOfVoxel > kFlat * longest * longest * longest)) {
+    return invalid("has voxels without volume, or without a place in space", volume.where);
+  }
+  if (place.cwiseAbs().maxCoeff() > model::kLargestCoordinate) {
+    return invalid(
+        fmt::format("places samples beyond {}, the largest coordinate", model::kLargestCoordinate),
+        volume.where);
+  }
+  return place;
+}
+
+Result<std::vector<double>> timesOf(const Volume& first, std::size_t count,
+                                    const VolumeOptions& options) {
+  const auto step = options.frameTime ? options.frameTime : first.frameTime;
+  if (!step) {
+    return invalid("does not say how long it is from frame to frame", first.where,
+                   Remedy::FrameTime);
+  }
+  const double start = options.startTime.value_or(first.startTime);
+  if (!(*step > 0 && std::isfinite(*step) && std::isfinite(start))) {
+    return invalid(fmt::format("frames are {} apart from time {} on; expected is a positive number",
+                               *step, start),
+                   first.where, Remedy::FrameTime);
+  }
+  std::vector<double> times;
+  for (std::size_t i = 0; i < count; ++i) {
+    times.push_back(model::steppedTime(start, *step, i));
+    if (std::abs(times.back()) > model::kLargestCoordinate ||
+        (i > 0 && !(times[i] > times[i - 1]))) {
+      return invalid(fmt::format("frame {} is at time {}: too large, or not after the one before",
+                                 i, times[i]),
+                     first.where, Remedy::FrameTime);
+    }
+  }
+  return times;
+}
+
+}  // namespace
+
+std::span<const VolumeFormat> volumeFormats() {
+  static const auto formats = [] {
+    std::array<VolumeFormat, kRows.size()> all;
+    std::ranges::transform(kRows, all.begin(), &Row::format);
+    return all;
+  }();
+  return formats;
+}
+
+bool isVolumeFile(const fs::path& path) { return rowOf(path) != nullptr; }
+
+Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
+                                      const VolumeOptions& options) {
+  std::vector<fs::path> files(inputs.begin(), inputs.end());
+  std::ranges::stable_sort(files, [](const fs::path& a, const fs::path& b) {
+    return naturallyLess(a.string(), b.string());
+  });
+  if (files.empty()) return invalid("no frames: no file is given");
+  std::vector<Volume> volumes;
+  for (const fs::path& file : files) {
+    const Row* row = rowOf(file);
+    if (row == nullptr) return invalid("is not a volume, by its extension", file.string());
+    auto volume = row->read(file, options);
+    if (!volume) return pass(volume.error());
+    if (auto checked = checkSizes(*volume); !checked) return pass(checked.error());
+    if (files.size() > 1) {
+      const Volume& first = volumes.empty() ? *volume : volumes.front();
+      if (auto alike = checkAlike(first, *volume); !alike) return pass(alike.error());
+    }
+    volumes.push_back(std::move(*volume));
+  }
+  const Volume& first = volumes.front();
+  const std::size_t count = files.size() > 1 ? files.size() : first.frames();
+  if (count < 2) {
+    return invalid("has one frame only; a 4D mesh needs two or more", first.where);
+  }
+  const auto values = valuesOf(first, options);
+  if (!values) return pass(values.error());
+  const auto place = placeOf(first, options);
+  if (!place) return pass(place.error());
+  auto times = timesOf(first, count, options);
+  if (!times) return pass(times.error());
+
+  VolumeFrames opened;
+  opened.lengthUnit = first.lengthUnit;
+  opened.timeUnit = first.timeUnit;
+  Lattice lattice;
+  const double edge = (*place)(0, 0);
+  if (edge > 0 && place->leftCols<3>() == edge * Eigen::Matrix3d::Identity()) {
+    lattice = {edge, place->col(3)};
+  } else {
+    opened.toSpace = *place;
+  }
+  opened.frames =
+      std::make_unique<Frames>(std::move(volumes), std::move(*times), lattice, options, *values);
+  return opened;
+}
+
+}  // namespace t4d::voxel4d

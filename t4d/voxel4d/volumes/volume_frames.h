@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "t4d/model/layer_pose.h"
+#include "t4d/voxel4d/frame.h"
+
+namespace t4d::voxel4d {
+
+/// A format of volumes: arrays of samples, as scanners and simulations write them.
+struct VolumeFormat {
+  std::string_view extension;  ///< with its dot, in lower case
+  std::string_view name;
+};
+
+/// Those that openVolumeFrames reads.
+std::span<const VolumeFormat> volumeFormats();
+
+/// Whether a file is one of these, by its extension.
+bool isVolumeFile(const std::filesystem::path& path);
+
+struct VolumeOptions {
+  /// Samples above this are inside. Without it, and without `label`, floats below zero are inside
+  /// (level sets), and bools that are true.
+  std::optional<double> iso = {};
+  /// Samples of exactly this value are inside; their surface lies at the midpoints.
+  std::optional<std::int64_t> label = {};
+  /// Time between two frames; overrides what the file says.
+  std::optional<double> frameTime = {};
+  std::optional<double> startTime = {};  ///< of the first frame, likewise
+  /// Edge lengths of a voxel, along the axes of the file, and position of the first sample;
+  /// likewise.
+  std::optional<std::array<double, 3>> spacing = {};
+  std::optional<std::array<double, 3>> origin = {};
+  std::string axes = {};  ///< what the axes of a .npy array are, as "txyz"; "" is that
+  std::string raw = {};   ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
+};
+
+/// Frames of samples and where they are. Where the voxels are cubes along the axes, the lattice of
+/// `frames` says so. Otherwise it has voxels of 1 at the origin, and `toSpace` maps its points to
+/// space, which may turn the mesh inside out: see model::Transformed.
+struct VolumeFrames {
+  std::unique_ptr<FrameSource> frames;
+  std::optional<model::Affine3x4> toSpace;
+  std::string lengthUnit;  ///< "" if the file does not say
+  std::string timeUnit;
+};
+
+/// Frames from volumes: one file with an axis of time, or several of a frame each, in natural order
+/// of their names. Everything beyond the samples is outside. A frame is read when it is requested,
+/// and then is in memory as float, or as double if its samples are wider than that or scaled. Of a
+/// file in which time is not the slowest axis everything is read for each frame.
+///
+/// These are errors that name the file: what its header says is damaged, contradicts the size of
+/// the file, or is beyond what is read (volumes/headers.h); integers with neither `iso` nor
+/// `label`; samples that are not finite; no time between frames; voxels without volume; files of
+/// one series that differ; fewer than two frames. If no frame has a sample inside, requesting the
+/// last frame is an error.
+Result<VolumeFrames> openVolumeFrames(std::span<const std::filesystem::path> inputs,
+                                      const VolumeOptions& options = {});
+
+}  // namespace t4d::voxel4d
