@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "t4d/mesh4d/motion_keys.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/surface_check.h"
 
@@ -18,17 +18,12 @@ namespace {
 
 using model::Point3;
 using model::Point4;
-using model::Pose;
 using model::Slab;
 using model::TriangleMesh;
+using model::VertexKeys;
 
 /// With more triangles, the indices of a step's cells and means would exceed 32 bits.
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
-
-void place(const std::vector<Point3>& points, const Pose& pose, double time, Point4* into) {
-  const model::Affine3x4 matrix = pose.matrix();
-  for (const Point3& point : points) *into++ << model::posed(matrix, point), time;
-}
 
 /// The flipped mesh if the given one is inside out, nothing if it faces outward.
 Result<std::optional<TriangleMesh>> flippedIfInsideOut(const TriangleMesh& mesh) {
@@ -102,22 +97,18 @@ std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
 
 class Sweeper {
  public:
-  Sweeper(const TriangleMesh& mesh, const model::Motion& motion, const SweepOptions& options,
+  Sweeper(const TriangleMesh& mesh, const VertexKeys& keys, const SweepOptions& options,
           model::Sink& sink, const model::Progress& progress)
       : mesh_(mesh),
-        motion_(motion),
+        keys_(keys),
         options_(options),
         sink_(sink),
         progress_(progress),
-        reference_(std::make_shared<const std::vector<Point3>>(mesh.vertices)) {}
+        reference_(std::make_shared<const std::vector<Point3>>(mesh.vertices)),
+        positions_(mesh.vertices.size()) {}
 
-  Result<SweepReport> run() {
-    auto counts = stepsOf(motion_, options_.steps, mesh_.vertices);
-    if (!counts) return pass(counts.error());
-    report_.steps = std::accumulate(counts->begin(), counts->end(), std::uint64_t{0});
-    if (auto notice = noticeOfLargeTurn(motion_, *counts)) {
-      report_.notices.push_back(std::move(*notice));
-    }
+  Result<SweepReport> run(bool lookForFolds) {
+    report_.steps = keys_.count() - 1;
     const SweepPart& part = options_.part;
     if (report_.steps < part.count) {
       return invalid(fmt::format("the motion has {} step{}, too few for {} parts", report_.steps,
@@ -125,28 +116,34 @@ class Sweeper {
                      {}, Remedy::StepRule);
     }
     const StepRange range = {stepsBefore(part.number - 1), stepsBefore(part.number)};
-    const bool first = part.number == 1;
-    const bool last = part.number == part.count;
-    Cap cap;
-    if (first || last) {
-      auto filled = fillSolid(mesh_, options_.caps);
+    // Both ends are filled first, so that an end that cannot be filled is found at once.
+    std::optional<Cap> startCap;
+    std::optional<Cap> endCap;
+    if (part.number == 1) {
+      auto filled = fill(0, nullptr);
       if (!filled) return pass(filled.error());
-      cap = std::move(*filled);
+      startCap = std::move(*filled);
     }
-    if (first) {
-      if (auto done = putStartCap(cap); !done) return pass(done.error());
+    if (part.number == part.count) {
+      auto filled = fill(keys_.count() - 1, startCap ? &*startCap : nullptr);
+      if (!filled) return pass(filled.error());
+      endCap = std::move(*filled);
     }
-    if (auto done = putSteps(*counts, range); !done) return pass(done.error());
-    if (last) {
-      if (auto done = putEndCap(cap); !done) return pass(done.error());
+    if (startCap) {
+      if (auto done = putStartCap(*startCap); !done) return pass(done.error());
+    }
+    if (auto done = putSteps(range, lookForFolds); !done) return pass(done.error());
+    if (endCap) {
+      if (auto done = putEndCap(*endCap); !done) return pass(done.error());
     }
     report_.steps = range.end - range.begin;
-    report_.capTetrahedra = {first ? cap.cells.size() : 0, last ? cap.cells.size() : 0};
+    report_.capTetrahedra = {startCap ? startCap->cells.size() : 0,
+                             endCap ? endCap->cells.size() : 0};
     return report_;
   }
 
  private:
-  /// Consecutive steps, counted through all segments.
+  /// Step i leads from key i to key i + 1.
   struct StepRange {
     std::uint64_t begin = 0;
     std::uint64_t end = 0;
@@ -160,9 +157,51 @@ class Sweeper {
 
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(mesh_.vertices.size()); }
 
-  std::shared_ptr<const model::LayerPose> poseOf(const Pose& pose) const {
-    return std::make_shared<const model::LayerPose>(
-        model::LayerPose{reference_, pose.matrix(), false});
+  /// Reads the positions of a key and checks them.
+  Result<void> load(std::uint64_t key) {
+    if (auto read = keys_.positions(key, positions_); !read) return read;
+    for (const Point3& position : positions_) {
+      if ((position.array().abs() <= model::kLargestCoordinate).all()) continue;
+      return invalid(fmt::format("vertex {} is at ({}, {}, {}) at time {}; the largest coordinate "
+                                 "that can be swept is {}",
+                                 &position - positions_.data(), position.x(), position.y(),
+                                 position.z(), keys_.time(key), model::kLargestCoordinate),
+                     {}, Remedy::Motion);
+    }
+    return {};
+  }
+
+  /// Puts the layer of a key at `into`.
+  Result<void> place(std::uint64_t key, Point4* into) {
+    if (auto loaded = load(key); !loaded) return loaded;
+    for (const Point3& position : positions_) *into++ << position, keys_.time(key);
+    return {};
+  }
+
+  std::shared_ptr<const model::LayerPose> poseOf(std::uint64_t key) const {
+    const auto pose = keys_.pose(key);
+    if (!pose) return nullptr;
+    return std::make_shared<const model::LayerPose>(model::LayerPose{reference_, *pose, false});
+  }
+
+  /// The cap at a key. Where that has a pose, the mesh itself is filled and the result moved; a cap
+  /// `known` of another key with a pose has the same cells.
+  Result<Cap> fill(std::uint64_t key, const Cap* known) {
+    const auto pose = keys_.pose(key);
+    if (!pose) {
+      if (auto loaded = load(key); !loaded) return pass(loaded.error());
+      return fillSolid({positions_, mesh_.triangles, {}}, options_.caps);
+    }
+    if (known != nullptr && keys_.pose(0)) return *known;
+    return fillSolid(mesh_, options_.caps);
+  }
+
+  /// Puts the inner points of a cap at `into`.
+  void placeInner(const Cap& cap, std::uint64_t key, Point4* into) const {
+    const auto pose = keys_.pose(key);
+    for (const Point3& point : cap.inner) {
+      *into++ << (pose ? model::posed(*pose, point) : point), keys_.time(key);
+    }
   }
 
   Result<void> put(const Slab& slab) {
@@ -174,99 +213,142 @@ class Sweeper {
 
   Result<void> putStartCap(const Cap& cap) {
     Slab slab;
-    slab.timeBegin = slab.timeEnd = motion_.timeBegin();
+    slab.timeBegin = slab.timeEnd = keys_.time(0);
     slab.connectivity = startCapConnectivity(cap, vertexCount());
     slab.vertices.resize(slab.connectivity->vertexCount);
-    const Pose& pose = motion_.segments.front().start;
-    place(cap.inner, pose, slab.timeEnd, slab.vertices.data());
-    place(mesh_.vertices, pose, slab.timeEnd, slab.vertices.data() + cap.inner.size());
-    slab.upperPose = poseOf(pose);
+    placeInner(cap, 0, slab.vertices.data());
+    if (auto placed = place(0, slab.vertices.data() + cap.inner.size()); !placed) return placed;
+    slab.upperPose = poseOf(0);
     return put(slab);
   }
 
-  Result<void> putSteps(const std::vector<std::uint64_t>& counts, const StepRange& range) {
+  Result<void> putSteps(const StepRange& range, bool lookForFolds) {
     Slab slab;
     slab.connectivity = stepConnectivity(mesh_, options_.prism);
     slab.vertices.resize(slab.connectivity->vertexCount);
     Point4* const lower = slab.vertices.data();
     Point4* const upper = lower + slab.connectivity->firstUpper();
-    slab.timeEnd = motion_.timeBegin();
-    place(mesh_.vertices, motion_.segments.front().start, slab.timeEnd, upper);
-    std::uint64_t index = 0;
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-      const model::Segment& segment = motion_.segments[i];
-      const model::TimeSpan span{segment.timeBegin, segment.timeEnd};
-      for (std::uint64_t step = 1; step <= counts[i] && index < range.end; ++step, ++index) {
-        const double fraction = static_cast<double>(step) / static_cast<double>(counts[i]);
-        slab.timeBegin = slab.timeEnd;
-        slab.timeEnd = dividedTime(span, step, counts[i]);
-        if (!(slab.timeEnd > slab.timeBegin)) {
-          return invalid(fmt::format("segment {} lasts {} from time {} on: doubles are too coarse "
-                                     "there for {} steps; start at a smaller time, or allow "
-                                     "larger steps",
-                                     i, span.end - span.begin, span.begin, counts[i]),
-                         {}, Remedy::Motion);
-        }
-        if (index + 1 < range.begin) continue;
-        std::copy(upper, upper + vertexCount(), lower);
-        const Pose pose = segment.at(fraction);
-        place(mesh_.vertices, pose, slab.timeEnd, upper);
-        if (index < range.begin) continue;
-        const bool joined = index + 1 == range.end && index + 1 < report_.steps;
-        slab.upperPose = joined ? nullptr : poseOf(pose);
-        setMeans(*slab.connectivity, slab.vertices);
-        if (auto put = this->put(slab); !put) return put;
-        if (progress_) {
-          progress_(static_cast<double>(index + 1 - range.begin) /
-                    static_cast<double>(range.end - range.begin));
-        }
+    slab.timeEnd = keys_.time(range.begin);
+    if (auto placed = place(range.begin, upper); !placed) return placed;
+    for (std::uint64_t step = range.begin; step < range.end; ++step) {
+      const std::uint64_t key = step + 1;
+      std::copy(upper, upper + vertexCount(), lower);
+      if (auto placed = place(key, upper); !placed) return placed;
+      slab.timeBegin = slab.timeEnd;
+      slab.timeEnd = keys_.time(key);
+      if (!(slab.timeEnd > slab.timeBegin)) {
+        return invalid(fmt::format("key {} is at time {}, not after the key before it, at {}: a 4D "
+                                   "mesh cannot go backward through time",
+                                   key, slab.timeEnd, slab.timeBegin),
+                       {}, Remedy::Motion);
+      }
+      const bool joined = key == range.end && key + 1 < keys_.count();
+      slab.upperPose = joined ? nullptr : poseOf(key);
+      setMeans(*slab.connectivity, slab.vertices);
+      if (lookForFolds) noteFold(slab);
+      if (auto put = this->put(slab); !put) return put;
+      if (progress_) {
+        progress_(static_cast<double>(key - range.begin) /
+                  static_cast<double>(range.end - range.begin));
       }
     }
     return {};
   }
 
+  void noteFold(const Slab& slab) {
+    const auto fold = foldOf(mesh_, slab);
+    if (!fold) return;
+    report_.foldedPrisms += fold->prisms;
+    ++report_.foldedSteps;
+    if (report_.folds.size() < kMostFolds) report_.folds.push_back(*fold);
+  }
+
   Result<void> putEndCap(const Cap& cap) {
+    const std::uint64_t key = keys_.count() - 1;
     Slab slab;
-    slab.timeBegin = slab.timeEnd = motion_.timeEnd();
+    slab.timeBegin = slab.timeEnd = keys_.time(key);
     slab.connectivity = endCapConnectivity(cap, vertexCount());
     slab.vertices.resize(slab.connectivity->vertexCount);
-    const Pose& pose = motion_.segments.back().end;
-    place(mesh_.vertices, pose, slab.timeEnd, slab.vertices.data());
-    place(cap.inner, pose, slab.timeEnd, slab.vertices.data() + vertexCount());
+    if (auto placed = place(key, slab.vertices.data()); !placed) return placed;
+    placeInner(cap, key, slab.vertices.data() + vertexCount());
     return put(slab);
   }
 
   const TriangleMesh& mesh_;
-  const model::Motion& motion_;
+  const VertexKeys& keys_;
   const SweepOptions& options_;
   model::Sink& sink_;
   const model::Progress& progress_;
   std::shared_ptr<const std::vector<Point3>> reference_;
+  std::vector<Point3> positions_;
   SweepReport report_;
 };
+
+Result<void> checkSolid(const TriangleMesh& mesh) {
+  if (auto checked = model::checkClosedSurface(mesh); !checked) return checked;
+  if (mesh.triangles.size() <= kMaxTriangles) return {};
+  return invalid(fmt::format("the mesh has {} triangles; at most {} can be swept",
+                             mesh.triangles.size(), kMaxTriangles));
+}
+
+void addNotices(const SweepOptions& options, bool flipped, SweepReport& report) {
+  if (flipped) report.notices.emplace_back("the mesh was inside out and was flipped");
+  if (options.caps == CapMethod::Cone) {
+    report.notices.emplace_back(
+        "both ends are closed by cones: hypervolume and slices are exact, but cells may overlap "
+        "inside the two caps, and the apex's link need not be a sphere");
+  }
+  if (report.foldedPrisms == 0) return;
+  const Fold& first = report.folds.front();
+  report.notices.push_back(fmt::format(
+      "{} prism{} in {} of {} steps fold{}: the surface turns over or collapses there, so slices "
+      "cross themselves. The first is that of triangle {} between the times {} and {}, about ({}, "
+      "{}, {}); keys closer together may help",
+      report.foldedPrisms, report.foldedPrisms == 1 ? "" : "s", report.foldedSteps, report.steps,
+      report.foldedPrisms == 1 ? "s" : "", first.triangle, first.time.begin, first.time.end,
+      first.place.x(), first.place.y(), first.place.z()));
+}
 
 }  // namespace
 
 Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
                           const SweepOptions& options, model::Sink& sink,
                           const model::Progress& progress) {
-  if (auto checked = model::checkClosedSurface(mesh); !checked) return pass(checked.error());
-  if (mesh.triangles.size() > kMaxTriangles) {
-    return invalid(fmt::format("the mesh has {} triangles; at most {} can be swept",
-                               mesh.triangles.size(), kMaxTriangles));
-  }
+  if (auto checked = checkSolid(mesh); !checked) return pass(checked.error());
   if (motion.segments.empty()) return invalid("the motion has no segment");
   if (auto checked = checkReach(mesh, motion); !checked) return pass(checked.error());
-  auto flipped = flippedIfInsideOut(mesh);
+  const auto flipped = flippedIfInsideOut(mesh);
   if (!flipped) return pass(flipped.error());
-  auto report = Sweeper(*flipped ? **flipped : mesh, motion, options, sink, progress).run();
+  const TriangleMesh& solid = *flipped ? **flipped : mesh;
+  const auto steps = stepsOf(motion, options.steps, solid.vertices);
+  if (!steps) return pass(steps.error());
+  auto report =
+      Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress).run(false);
   if (!report) return report;
-  if (*flipped) report->notices.emplace_back("the mesh was inside out and was flipped");
-  if (options.caps == CapMethod::Cone) {
-    report->notices.emplace_back(
-        "both ends are closed by cones: hypervolume and slices are exact, but cells may overlap "
-        "inside the two caps, and the apex's link need not be a sphere");
+  if (auto notice = noticeOfLargeTurn(motion, *steps)) {
+    report->notices.push_back(std::move(*notice));
   }
+  addNotices(options, flipped->has_value(), *report);
+  return report;
+}
+
+Result<SweepReport> sweep(const TriangleMesh& mesh, const VertexKeys& keys,
+                          const SweepOptions& options, model::Sink& sink,
+                          const model::Progress& progress) {
+  if (auto checked = checkSolid(mesh); !checked) return pass(checked.error());
+  if (keys.count() < 2) {
+    return invalid(fmt::format("there are {} keys; at least two are needed", keys.count()), {},
+                   Remedy::Motion);
+  }
+  TriangleMesh first{std::vector<Point3>(mesh.vertices.size()), mesh.triangles, {}};
+  if (auto read = keys.positions(0, first.vertices); !read) return pass(read.error());
+  const auto flipped = flippedIfInsideOut(first);
+  if (!flipped) return pass(flipped.error());
+  TriangleMesh solid = mesh;
+  if (*flipped) solid.triangles = (*flipped)->triangles;
+  auto report = Sweeper(solid, keys, options, sink, progress).run(true);
+  if (!report) return report;
+  addNotices(options, flipped->has_value(), *report);
   return report;
 }
 

@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "t4d/mesh4d/cap.h"
+#include "t4d/mesh4d/folds.h"
 #include "t4d/mesh4d/prism.h"
 #include "t4d/mesh4d/steps.h"
 #include "t4d/model/motion.h"
 #include "t4d/model/slab.h"
 #include "t4d/model/triangle_mesh.h"
+#include "t4d/model/vertex_keys.h"
 
 namespace t4d::mesh4d {
 
@@ -22,7 +24,7 @@ struct SweepPart {
 };
 
 struct SweepOptions {
-  StepRule steps = MinVolumeRatio{};
+  StepRule steps = MinVolumeRatio{};  ///< of a motion; keys are steps already
   CapMethod caps = CapMethod::TetGen;
   PrismSplit prism = PrismSplit::Fourteen;
   SweepPart part = {};
@@ -33,8 +35,14 @@ struct SweepReport {
   std::uint64_t tetrahedra = 0;  ///< 14 F steps (or 3 F steps), plus the caps
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< at start and end
-  std::vector<std::string> notices;                     ///< notes for the user, one sentence each
+  /// Prisms that fold, and the steps that have such; only looked for when keys are swept.
+  std::uint64_t foldedPrisms = 0;
+  std::uint64_t foldedSteps = 0;
+  std::vector<Fold> folds;           ///< of the first kMostFolds of these steps, one each
+  std::vector<std::string> notices;  ///< notes for the user, one sentence each
 };
+
+inline constexpr std::size_t kMostFolds = 100;
 
 /// Sweeps a solid through space-time and puts the boundary of the region it covers, a 4D mesh, into
 /// `sink`, slab by slab: the start cap, one slab per step, the end cap (paper, section 4.1). Keeps
@@ -53,6 +61,25 @@ struct SweepReport {
 /// Fails if checkClosedSurface, stepsOf, fillSolid or the sink does, and if there are fewer steps
 /// than parts.
 Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& motion,
+                          const SweepOptions& options, model::Sink& sink,
+                          const model::Progress& progress = {});
+
+/// Sweeps a solid that is deformed: its vertices go from key to key, and its triangles stay. Each
+/// step from one key to the next is a slab; two keys are in memory at a time.
+///
+/// The mesh is closed and oriented, and exactly the given solid at every key. With
+/// PrismSplit::Fourteen, the slice at fraction s of a step from the positions P to Q has exactly
+/// the volume of the interpolated solid (1 - s) P + s Q. That is a cubic in s, so a step of
+/// duration dt encloses exactly the hypervolume dt (V(P) + 4 V((P + Q) / 2) + V(Q)) / 6. What does
+/// not follow is that slices do not cross themselves: each step is searched for folded prisms
+/// (folds.h), which are reported.
+///
+/// The requirements of `mesh` are those above; `options.steps` is not used. A mesh that is inside
+/// out at the first key is flipped, with a notice. At keys without a pose the ends are filled as
+/// the solid is there; with one, as `mesh` is. Fails for fewer than two keys, times that do not
+/// increase, coordinates that are not finite, and if checkClosedSurface, fillSolid, the keys or the
+/// sink do.
+Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::VertexKeys& keys,
                           const SweepOptions& options, model::Sink& sink,
                           const model::Progress& progress = {});
 

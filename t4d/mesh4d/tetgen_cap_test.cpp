@@ -177,5 +177,22 @@ TEST(TetGenCap, OneComponentForEachOfTheInputs) {
   EXPECT_EQ(measure::checkMesh(swept)->components, 2U);
 }
 
+TEST(TetGenCap, FillsTheEndsOfADeformationAsTheSolidIsThere) {
+  // A bar bent to a hook: the cells that fill the bar would leave it.
+  model::TriangleMesh bar = fixtures::icosphere(1, 3);
+  for (model::Point3& p : bar.vertices) p.x() *= 4;
+  std::vector<model::StoredKeys::Key> keys{{0, bar.vertices}, {1, bar.vertices}};
+  for (model::Point3& p : keys[1].positions) {
+    const double angle = 0.2 * p.x();
+    p = {(5 - p.y()) * std::sin(angle), 5 - (5 - p.y()) * std::cos(angle), p.z()};
+  }
+  model::Mesh swept;
+  const auto report = sweep(bar, model::StoredKeys(keys), {}, swept);
+  ASSERT_TRUE(report) << report.error().text();
+  const auto judged = *measure::checkMesh(swept, {.vertexLinks = true});
+  EXPECT_TRUE(judged.closed && judged.oriented && judged.valid());
+  EXPECT_TRUE(*judged.vertexLinksOk);
+}
+
 }  // namespace
 }  // namespace t4d::mesh4d

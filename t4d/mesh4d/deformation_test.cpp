@@ -1,0 +1,234 @@
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "t4d/convert/slice.h"
+#include "t4d/fixtures/solids.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/mesh4d/sweep.h"
+
+namespace t4d::mesh4d {
+namespace {
+
+using model::Point3;
+using model::StoredKeys;
+using model::TriangleMesh;
+
+constexpr SweepOptions kCones{{}, CapMethod::Cone, PrismSplit::Fourteen, {}};
+
+TriangleMesh withVertices(TriangleMesh mesh, const std::vector<Point3>& vertices) {
+  mesh.vertices = vertices;
+  return mesh;
+}
+
+/// A solid bent about z and swollen, more from key to key, at uneven times.
+std::vector<StoredKeys::Key> bend(const TriangleMesh& mesh, std::size_t count) {
+  std::vector<StoredKeys::Key> keys;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto amount = static_cast<double>(k);
+    StoredKeys::Key key{amount + 0.1 * amount * amount, {}};
+    for (const Point3& p : mesh.vertices) {
+      const double angle = 0.05 * amount * p.x();
+      key.positions.emplace_back(p.x() * std::cos(angle) - p.y() * std::sin(angle),
+                                 p.x() * std::sin(angle) + p.y() * std::cos(angle),
+                                 p.z() * (1 + 0.1 * amount));
+    }
+    keys.push_back(std::move(key));
+  }
+  return keys;
+}
+
+double volumeBetween(const TriangleMesh& mesh, const StoredKeys::Key& from,
+                     const StoredKeys::Key& to, double s) {
+  TriangleMesh between = mesh;
+  for (std::size_t i = 0; i < between.vertices.size(); ++i) {
+    between.vertices[i] = (1 - s) * from.positions[i] + s * to.positions[i];
+  }
+  return signedVolume(between);
+}
+
+/// The oracle for any corresponding vertices (Simpson's rule is exact for a cubic).
+double hypervolumeOf(const TriangleMesh& mesh, const std::vector<StoredKeys::Key>& keys) {
+  double sum = 0;
+  for (std::size_t k = 0; k + 1 < keys.size(); ++k) {
+    const auto volume = [&](double s) { return volumeBetween(mesh, keys[k], keys[k + 1], s); };
+    sum += (keys[k + 1].time - keys[k].time) * (volume(0) + 4 * volume(0.5) + volume(1)) / 6;
+  }
+  return sum;
+}
+
+TEST(Deformation, EnclosesTheHypervolumeOfTheInterpolatedSolids) {
+  for (const TriangleMesh& solid :
+       {fixtures::paperCube(2), fixtures::torus(2, 1, 12, 8), fixtures::hollowCube(4, 2)}) {
+    const auto keys = bend(solid, 6);
+    model::Mesh swept;
+    const auto report = sweep(solid, StoredKeys(keys), kCones, swept);
+    ASSERT_TRUE(report) << report.error().text();
+    EXPECT_EQ(report->steps, 5U);
+    EXPECT_EQ(report->foldedPrisms, 0U);
+    const auto judged = *measure::checkMesh(swept);
+    EXPECT_TRUE(judged.closed && judged.oriented && judged.valid());
+    EXPECT_NEAR(judged.hypervolume / hypervolumeOf(solid, keys), 1, 1e-13);
+    const std::size_t v = solid.vertices.size();
+    const std::size_t f = solid.triangles.size();
+    EXPECT_EQ(report->vertices, 6 * v + 5 * (3 * f / 2 + f) + 2);
+    EXPECT_EQ(report->tetrahedra, 14 * f * 5 + 2 * f);
+  }
+}
+
+TEST(Deformation, HoldsForPositionsAtRandom) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const TriangleMesh solid = fixtures::icosphere(2, 1);
+  std::vector<StoredKeys::Key> keys;
+  for (int k = 0; k < 5; ++k) {
+    StoredKeys::Key key{std::sqrt(k), solid.vertices};
+    for (Point3& p : key.positions) p += 2 * Point3(number(random), number(random), number(random));
+    keys.push_back(std::move(key));
+  }
+  if (signedVolume(withVertices(solid, keys[0].positions)) < 0) {
+    for (auto& key : keys) {
+      for (Point3& p : key.positions) p = -p;
+    }
+  }
+  model::Mesh swept;
+  const auto report = sweep(solid, StoredKeys(keys), kCones, swept);
+  ASSERT_TRUE(report) << report.error().text();
+  const auto judged = *measure::checkMesh(swept);
+  EXPECT_TRUE(judged.closed && judged.oriented);
+  EXPECT_NEAR(judged.hypervolume, hypervolumeOf(solid, keys), 1e-12);
+  EXPECT_GT(report->foldedPrisms, 0U);
+}
+
+TEST(Deformation, SlicesAtKeysAreTheSolidsAndBetweenHaveTheirVolume) {
+  const TriangleMesh solid = fixtures::torus(2, 1, 12, 8);
+  const auto keys = bend(solid, 4);
+  model::Mesh swept;
+  ASSERT_TRUE(sweep(solid, StoredKeys(keys), kCones, swept));
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const auto slice = convert::sliceAtTime(swept, keys[k].time);
+    ASSERT_TRUE(slice);
+    ASSERT_EQ(slice->mesh.triangles.size(), solid.triangles.size());
+    const auto less = [](const Point3& a, const Point3& b) {
+      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    };
+    auto found = slice->mesh.vertices;
+    auto expected = keys[k].positions;
+    std::sort(found.begin(), found.end(), less);
+    std::sort(expected.begin(), expected.end(), less);
+    EXPECT_EQ(found, expected);
+    if (k + 1 == keys.size()) continue;
+    for (const double s : {0.125, 0.5, 0.8}) {
+      const double time = keys[k].time + s * (keys[k + 1].time - keys[k].time);
+      const auto between = convert::sliceAtTime(swept, time);
+      EXPECT_TRUE(isClosed(between->mesh));
+      EXPECT_NEAR(signedVolume(between->mesh), volumeBetween(solid, keys[k], keys[k + 1], s),
+                  1e-12);
+    }
+  }
+}
+
+TEST(Deformation, PartsAreTheWhole) {
+  const TriangleMesh solid = fixtures::cube(2);
+  const auto keys = bend(solid, 6);
+  model::Mesh whole;
+  ASSERT_TRUE(sweep(solid, StoredKeys(keys), kCones, whole));
+  model::Mesh parts;
+  for (std::uint64_t part = 1; part <= 3; ++part) {
+    SweepOptions options = kCones;
+    options.part = {part, 3};
+    ASSERT_TRUE(sweep(solid, StoredKeys(keys), options, parts));
+  }
+  ASSERT_EQ(parts.slabCount(), whole.slabCount());
+  for (std::size_t i = 0; i < parts.slabCount(); ++i) {
+    EXPECT_EQ(parts.slabs()[i].vertices, whole.slabs()[i].vertices);
+  }
+}
+
+/// The two keys of a solid and an image of it, swept.
+template <class Map>
+Result<SweepReport> sweptTo(const TriangleMesh& solid, const Map& map) {
+  std::vector<StoredKeys::Key> keys{{0, solid.vertices}, {1, solid.vertices}};
+  for (Point3& p : keys[1].positions) p = map(p);
+  model::Mesh swept;
+  return sweep(solid, StoredKeys(keys), kCones, swept);
+}
+
+/// The prisms that fold when a solid turns in one step.
+std::uint64_t foldsOfTurn(const TriangleMesh& solid, double degrees) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(degrees * M_PI / 180, Eigen::Vector3d(1, -2, 0.5).normalized())
+          .toRotationMatrix();
+  return sweptTo(solid, [&](const Point3& p) { return turn * p; })->foldedPrisms;
+}
+
+TEST(Folds, SmallTurnsAndShrinkingHaveNone) {
+  for (const fixtures::NamedSolid& solid : fixtures::allSolids({})) {
+    SCOPED_TRACE(solid.name);
+    EXPECT_EQ(foldsOfTurn(solid.mesh, 0), 0U);
+    EXPECT_EQ(foldsOfTurn(solid.mesh, 5), 0U);
+    EXPECT_EQ(sweptTo(solid.mesh, [](const Point3& p) { return 0.1 * p; })->foldedPrisms, 0U);
+  }
+}
+
+TEST(Folds, LargeTurnsFoldSliversOnly) {
+  for (const double degrees : {30.0, 60.0, 85.0}) {
+    EXPECT_EQ(foldsOfTurn(fixtures::icosphere(2, 1), degrees), 0U);
+    EXPECT_EQ(foldsOfTurn(fixtures::torus(2, 1, 12, 8), degrees), 0U);
+    EXPECT_GT(foldsOfTurn(fixtures::boltWithThread(), degrees), 0U);
+  }
+}
+
+TEST(Folds, SolidTurnedInsideOutFoldsEverywhere) {
+  const TriangleMesh solid = fixtures::icosphere(2, 1);
+  const auto report = sweptTo(solid, [](const Point3& p) { return -0.5 * p; });
+  EXPECT_EQ(report->foldedPrisms, solid.triangles.size());
+  EXPECT_EQ(report->foldedSteps, 1U);
+  ASSERT_EQ(report->notices.size(), 2U);
+  EXPECT_NE(report->notices[1].find("80 prisms in 1 of 1 steps"), std::string::npos)
+      << report->notices[1];
+}
+
+TEST(Folds, ArePlacedWhereOneVertexPassesThroughItsTriangle) {
+  // One corner of a subdivided cube's face goes across its neighbours in the face's plane.
+  const TriangleMesh solid = fixtures::paperCube(2);
+  const std::uint32_t moved = solid.triangles[0][0];
+  const Point3 start = solid.vertices[moved];
+  const Point3 end = 3 * solid.vertices[solid.triangles[0][1]] - 2 * start;
+  std::vector<StoredKeys::Key> keys{{0, solid.vertices}, {1, solid.vertices}, {3, solid.vertices}};
+  keys[2].positions[moved] = end;
+  model::Mesh swept;
+  const auto report = sweep(solid, StoredKeys(keys), kCones, swept);
+  ASSERT_TRUE(report);
+  ASSERT_EQ(report->folds.size(), 1U);
+  EXPECT_EQ(report->folds[0].time.begin, 1);
+  EXPECT_EQ(report->folds[0].time.end, 3);
+  const auto& corners = solid.triangles[report->folds[0].triangle];
+  EXPECT_NE(std::find(corners.begin(), corners.end(), moved), corners.end());
+  EXPECT_LT((report->folds[0].place - start).norm(), 4);
+}
+
+TEST(Deformation, RefusesWhatIsNoDeformation) {
+  const TriangleMesh solid = fixtures::cube(2);
+  const auto errorOf = [&](std::vector<StoredKeys::Key> keys) {
+    model::Mesh swept;
+    const auto report = sweep(solid, StoredKeys(std::move(keys)), kCones, swept);
+    return report ? "none" : report.error().message;
+  };
+  const auto flat = [&] {
+    auto positions = solid.vertices;
+    for (Point3& p : positions) p.z() = 0;
+    return positions;
+  }();
+  auto far = solid.vertices;
+  far[3].y() = std::nan("");
+  EXPECT_EQ(errorOf({{0, solid.vertices}}), "there are 1 keys; at least two are needed");
+  EXPECT_NE(errorOf({{0, solid.vertices}, {0, solid.vertices}}).find("not after the key before"),
+            std::string::npos);
+  EXPECT_EQ(errorOf({{0, flat}, {1, solid.vertices}}), "the mesh encloses no volume");
+  EXPECT_NE(errorOf({{0, solid.vertices}, {1, far}}).find("vertex 3 is at"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace t4d::mesh4d

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "t4d/model/slab.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::mesh4d {
+
+/// Prisms of one step that turn over within the step.
+struct Fold {
+  model::TimeSpan time;
+  std::uint64_t prisms = 0;    ///< how many
+  std::uint32_t triangle = 0;  ///< of the first one
+  model::Point3 place;         ///< the middle of the first one
+};
+
+/// Looks for folded prisms in a step that has been made with stepConnectivity(mesh); nothing if
+/// there are none.
+///
+/// A prism is folded if one of its cells faces away from the mean direction n of its triangle
+/// during the step: det[n, b-a, c-a, d-a] <= 0, where n is the integral over the step of the
+/// interpolated triangle's area vector. If no prism is folded, then in every slice all pieces of
+/// every triangle face the same side as the triangle does on average: none is inside out and none
+/// has collapsed. That different prisms do not cross each other is not checked.
+std::optional<Fold> foldOf(const model::TriangleMesh& mesh, const model::Slab& step);
+
+}  // namespace t4d::mesh4d
