@@ -21,5 +21,24 @@ TEST(Base64, EncodesTheTestVectorsOfRfc4648) {
   EXPECT_EQ(encoded("\xff\xfe\xfb"), "//77");
 }
 
+TEST(Base64, DecodesWhatItEncodesAndTextsInARow) {
+  std::string bytes;
+  for (int i = 0; i < 300; ++i) {
+    bytes += static_cast<char>(i * 7);
+    const std::string text =
+        base64({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    EXPECT_EQ(fromBase64(text), bytes);
+    EXPECT_EQ(fromBase64(" " + text.substr(0, 5) + "\n" +
+                         text.substr(std::min<std::size_t>(5, text.size()))),
+              bytes);
+    EXPECT_EQ(fromBase64(text + "Zm8="), bytes + "fo");
+    EXPECT_EQ(fromBase64(text.substr(1)), std::nullopt);
+    EXPECT_EQ(fromBase64(text + "Zm8=", bytes.size()), bytes);
+  }
+  EXPECT_EQ(fromBase64("Zm9*"), std::nullopt);
+  EXPECT_EQ(fromBase64("Z==="), std::nullopt);
+  EXPECT_EQ(fromBase64("Zg=v"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace t4d::formats

@@ -54,6 +54,11 @@ class Losses {
   }
 
   void animation() {
+    if (used_.animation) {
+      const std::size_t others = model_.animations.size() - 1;
+      if (others > 0) add("{} besides the one that is read", counted(others, "animation"));
+      return;
+    }
     std::set<int> moved;
     for (const auto& animation : model_.animations) {
       for (const auto& channel : animation.channels) {
@@ -71,7 +76,7 @@ class Losses {
     for (const int index : used_.nodes) {
       const auto* node = elementAt(model_.nodes, index);
       if (node == nullptr) continue;
-      skinned += node->mesh >= 0 && node->skin >= 0;
+      skinned += !used_.animation && node->mesh >= 0 && node->skin >= 0;
       instanced += node->extensions.contains("EXT_mesh_gpu_instancing");
     }
     if (skinned > 0) {
@@ -99,7 +104,7 @@ class Losses {
         if (material != nullptr) materials_.insert(primitive.material);
       }
     }
-    if (morphed > 0) {
+    if (morphed > 0 && !used_.animation) {
       add("the morph targets of {}: its base shape is used", counted(morphed, "mesh", "meshes"));
     }
     if (pointsOrLines > 0) add("{} of points or lines", counted(pointsOrLines, "set"));
@@ -113,7 +118,8 @@ class Losses {
   void leftOut() {
     const std::size_t unused = model_.meshes.size() - used_.meshes.size();
     if (model_.scenes.size() > 1) {
-      add("{} besides the default one", counted(model_.scenes.size() - 1, "scene"));
+      add("{} besides {}", counted(model_.scenes.size() - 1, "scene"),
+          used_.scene ? "the one that is read" : "the default one");
     }
     if (unused > 0) add("{} outside the scene", counted(unused, "mesh", "meshes"));
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -12,6 +13,9 @@ namespace t4d::formats {
 struct GltfUse {
   std::set<int> nodes;   ///< of the scene, with a mesh at or below them; hidden ones, too
   std::set<int> meshes;  ///< of these nodes; without nodes, all of them
+  /// The animation that is read, with skins and morph targets; nothing for the mesh at rest.
+  std::optional<int> animation = {};
+  std::optional<int> scene = {};  ///< nothing for the default one
 };
 
 /// A sentence for each thing that a glTF document holds and a triangle mesh does not: geometry

@@ -14,17 +14,20 @@ namespace {
 
 using model::Point3;
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNone = FilePoints::kUnused;
+
+/// The hash of what has `hash` so far, and `next` behind it: the finaliser of splitmix64, which
+/// scatters neighbouring numbers.
+std::uint64_t hashWith(std::uint64_t hash, std::uint64_t next) {
+  hash += next + 0x9e3779b97f4a7c15;
+  hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;
+  hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
+  return hash ^ (hash >> 31);
+}
 
 std::uint64_t hashOf(const Point3& point) {
   std::uint64_t hash = 0;
-  for (int i = 0; i < 3; ++i) {
-    // The finaliser of splitmix64, which scatters neighbouring coordinates.
-    hash += std::bit_cast<std::uint64_t>(point[i]) + 0x9e3779b97f4a7c15;
-    hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;
-    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
-    hash ^= hash >> 31;
-  }
+  for (int i = 0; i < 3; ++i) hash = hashWith(hash, std::bit_cast<std::uint64_t>(point[i]));
   return hash;
 }
 
@@ -43,9 +46,10 @@ std::string droppedNotice(std::size_t count, const char* one, const char* many, 
   return fmt::format("dropped {} {} {}", count, count == 1 ? one : many, why);
 }
 
-/// Keeps the vertices that triangles use, in their order; returns how many went.
+/// Keeps the vertices that triangles use, in their order; returns how many went. Replaces the first
+/// equal point of each point by its vertex.
 std::size_t dropUnused(std::vector<Point3>& points, std::vector<model::Triangle>& triangles,
-                       std::span<const std::uint32_t> firstEqual) {
+                       std::vector<std::uint32_t>& firstEqual) {
   std::vector<std::uint32_t> newNumber(points.size(), kNone);
   for (const auto& triangle : triangles) {
     for (const std::uint32_t corner : triangle) newNumber[corner] = 0;
@@ -64,6 +68,7 @@ std::size_t dropUnused(std::vector<Point3>& points, std::vector<model::Triangle>
   for (auto& triangle : triangles) {
     for (std::uint32_t& corner : triangle) corner = newNumber[corner];
   }
+  for (std::uint32_t& point : firstEqual) point = newNumber[point];
   return dropped;
 }
 
@@ -165,7 +170,7 @@ std::vector<std::uint32_t> MeshBuilder::firstEquals() const {
 Result<LoadedMesh> MeshBuilder::finish() && {
   if (auto checked = checkCorners(); !checked) return pass(checked.error());
 
-  const auto first = firstEquals();
+  auto first = firstEquals();
   LoadedMesh loaded;
   auto& triangles = loaded.mesh.triangles;
   triangles.reserve(corners_.size() - 2 * polygons_.size());
@@ -173,9 +178,14 @@ Result<LoadedMesh> MeshBuilder::finish() && {
   std::vector<std::uint32_t> corners;
   std::size_t degenerate = 0;
   std::size_t begin = 0;
+  std::uint64_t hash = 0;
   for (const auto& [end, place] : polygons_) {
     corners.clear();
-    for (; begin < end; ++begin) corners.push_back(first[corners_[begin]]);
+    hash = hashWith(hash, end);
+    for (; begin < end; ++begin) {
+      hash = hashWith(hash, corners_[begin]);
+      corners.push_back(first[corners_[begin]]);
+    }
     dropRepeats(corners);
     if (corners.size() < 3) {
       ++degenerate;
@@ -199,6 +209,7 @@ Result<LoadedMesh> MeshBuilder::finish() && {
     loaded.notices.push_back(droppedNotice(unused, "vertex", "vertices", "that no triangle uses"));
   }
   loaded.mesh.vertices = std::move(points_);
+  loaded.points = {std::move(first), polygons_.size(), hash};
   return loaded;
 }
 

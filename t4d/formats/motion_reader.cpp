@@ -9,8 +9,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/file_extension.h"
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/json_check.h"
+#include "t4d/formats/motion_csv.h"
 
 namespace t4d::formats {
 namespace {
@@ -194,6 +196,7 @@ Result<model::Motion> parseMotion(const std::string& text, const std::string& na
 Result<model::Motion> readMotion(const std::filesystem::path& path) {
   auto file = readInputFile(path);
   if (!file) return pass(file.error());
+  if (lowerCaseExtension(path) == ".csv") return readMotionCsv(*file);
   return parseMotion(file->bytes, path.string());
 }
 

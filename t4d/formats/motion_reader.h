@@ -10,10 +10,10 @@ namespace t4d::formats {
 /// Reads a motion file (docs/motion.md; JSON Schema in t4d/formats/motion.schema.json): `segments`,
 /// each a screw, or `poses`, joined by screws. Refuses, with the file and the place in it, text
 /// that is not JSON, unknown keys, missing keys, values of the wrong kind, and what chainScrews or
-/// joinPoses refuse.
+/// joinPoses refuse. A file with the extension .csv is a table of poses (readMotionCsv).
 Result<model::Motion> readMotion(const std::filesystem::path& path);
 
-/// The same from text; `name` stands for the file in errors.
+/// The same from the text of a JSON file; `name` stands for the file in errors.
 Result<model::Motion> parseMotion(const std::string& text, const std::string& name);
 
 }  // namespace t4d::formats

@@ -116,6 +116,22 @@ Result<void> OutputFile::write(const void* data, std::size_t size) {
   return {};
 }
 
+Result<void> OutputFile::rewrite(std::uint64_t offset, const void* data, std::size_t size) {
+  if (auto done = flush(); !done) return done;
+  const auto* from = static_cast<const std::byte*>(data);
+  while (size > 0) {
+    const ssize_t written = ::pwrite(descriptor_, from, size, static_cast<off_t>(offset));
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      return ioError(target_, "write");
+    }
+    from += written;
+    offset += static_cast<std::uint64_t>(written);
+    size -= static_cast<std::size_t>(written);
+  }
+  return {};
+}
+
 Result<void> OutputFile::commit() {
   if (auto done = flush(); !done) return done;
   if (::close(std::exchange(descriptor_, -1)) != 0) return ioError(target_, "write");

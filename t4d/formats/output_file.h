@@ -26,6 +26,9 @@ class OutputFile {
   /// Appends; errors name the target and the system's reason (a full disk, say).
   Result<void> write(const void* data, std::size_t size);
 
+  /// Replaces bytes that were written before. Fails if the target is a pipe.
+  Result<void> rewrite(std::uint64_t offset, const void* data, std::size_t size);
+
   /// Bytes written so far.
   std::uint64_t size() const { return size_; }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <random>
 
+#include "t4d/formats/mesh4d/test_mesh4d.h"
 #include "t4d/formats/test_files.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 
@@ -25,7 +26,36 @@ NamedMesh cube() {
 struct Sample {
   std::string file;
   std::string bytes;
+  std::string format4d = {};  // the id of a format of 4D meshes
 };
+
+/// A file of each format of 4D meshes.
+void addSamples4d(std::vector<Sample>& all) {
+  const std::vector<Mesh4d> bodies = smallBodies();
+  for (const Mesh4dFormat& format : mesh4dFormats()) {
+    if (!format.keeps.tetrahedra) continue;
+    const auto path = written4d(format, bodies);
+    for (const std::string_view extension : format.extensions) {
+      auto named = path;
+      named.replace_extension(extension);
+      if (!std::filesystem::exists(named)) continue;
+      const std::string file = std::string(format.id) + std::string(extension);
+      all.push_back({file, fileContents(named), std::string(format.id)});
+      // The other file of a pair is whole.
+      writeFile("damaged_" + file, fileContents(named));
+    }
+  }
+  all.push_back({"octahedra.off",
+                 "4OFF\n# c\n6 8 12 2\n1 0 0 0\n-1 0 0 0\n0 1 0 0\n0 -1 0 0\n0 0 1 0\n0 0 -1 0\n"
+                 "3 0 2 4\n3 2 1 4\n3 1 3 4\n3 3 0 4\n3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n"
+                 "8 0 1 2 3 4 5 6 7\n8 7 6 5 4 3 2 1 0\n",
+                 "off-stella"});
+  all.push_back({"simplex.4do",
+                 "4DO 1\norient -Y W X -Z\nv 0 0 0 0\nv 1 0 0 0\nv 0 1 0 0\nv 0 0 1 0\nv 0 0 0 1\n"
+                 "vn 0 0 0 1\nco 1 2 3\ntformat co v/vn\nt 0 1/0 2/0 3/0 4/0\nt 0 2/0 0/0 3/0 4/0\n"
+                 "t 0 0/0 1/0 3/0 4/0\nt 0 1/0 0/0 2/0 4/0\nt 0 0/0 1/0 2/0 3/0\np 0 1\n",
+                 "4do"});
+}
 
 std::vector<Sample> samples() {
   std::vector<Sample> all;
@@ -52,15 +82,38 @@ std::vector<Sample> samples() {
                  "2 1.0 0 0\n"});
   all.push_back(
       {"text.obj", "v 0 0 0\nv 1 0 0\nv 0.2 0.2 0 1\nv 0 1 0\nf 1/1 2//2 \\\n -2/1/1 4\n"});
+  addSamples4d(all);
   return all;
 }
 
-/// What is read from a damaged file must still be a mesh. True when the file was not refused.
-bool readAndJudge(const std::string& file, const std::string& bytes) {
-  const auto loaded = readTriangleMesh(writeFile("damaged_" + file, bytes));
+void judgeRefusal(const Error& error) {
+  EXPECT_FALSE(error.message.empty());
+  EXPECT_TRUE(error.where.starts_with(temporaryPath("damaged_").string())) << error.text();
+}
+
+bool readAndJudge4d(const Sample& sample, const std::string& bytes) {
+  const auto loaded = read4d(writeFile("damaged_" + sample.file, bytes), sample.format4d);
   if (!loaded) {
-    EXPECT_FALSE(loaded.error().message.empty());
-    EXPECT_TRUE(loaded.error().where.starts_with(temporaryPath("damaged_").string()));
+    judgeRefusal(loaded.error());
+    return false;
+  }
+  EXPECT_FALSE(loaded->bodies.empty());
+  for (const Mesh4d& body : loaded->bodies) {
+    EXPECT_FALSE(body.cells.empty());
+    for (const auto& vertex : body.vertices) EXPECT_TRUE(vertex.allFinite());
+    for (const auto& cell : body.cells) {
+      EXPECT_LT(*std::ranges::max_element(cell), body.vertices.size());
+    }
+  }
+  return true;
+}
+
+/// What is read from a damaged file must still be a mesh. True when the file was not refused.
+bool readAndJudge(const Sample& sample, const std::string& bytes) {
+  if (!sample.format4d.empty()) return readAndJudge4d(sample, bytes);
+  const auto loaded = readTriangleMesh(writeFile("damaged_" + sample.file, bytes));
+  if (!loaded) {
+    judgeRefusal(loaded.error());
     return false;
   }
   EXPECT_FALSE(loaded->mesh.triangles.empty());
@@ -72,11 +125,14 @@ bool readAndJudge(const std::string& file, const std::string& bytes) {
 }
 
 TEST(DamagedFiles, CutAtEveryByteAreReadOrRefused) {
-  for (const auto& [file, bytes] : samples()) {
-    const bool isBinary = file == "cube.stl" || file == "cube.ply" || file == "cube.glb";
+  for (const Sample& sample : samples()) {
+    const auto& [file, bytes, format] = sample;
+    const bool isBinary = file == "cube.stl" || file == "cube.ply" || file == "cube.glb" ||
+                          format == "vtu" || format == "g4b";
     for (std::size_t size = 0; size < bytes.size(); ++size) {
-      EXPECT_FALSE(readAndJudge(file, bytes.substr(0, size)) && isBinary) << file << " " << size;
+      EXPECT_FALSE(readAndJudge(sample, bytes.substr(0, size)) && isBinary) << file << " " << size;
     }
+    writeFile("damaged_" + file, bytes);
   }
 }
 
@@ -85,7 +141,8 @@ TEST(DamagedFiles, WithOtherBytesAreReadOrRefused) {
   std::mt19937 random(7);
   const auto below = [&](std::size_t count) { return random() % count; };
   const std::string telling = "0123456789+-.eE/\\#\n\r {}[]\",:\xff" + std::string(1, '\0');
-  for (const auto& [file, bytes] : samples()) {
+  for (const Sample& sample : samples()) {
+    const std::string& bytes = sample.bytes;
     for (int round = 0; round < kRounds; ++round) {
       std::string damaged = bytes;
       for (std::size_t i = 1 + below(4); i > 0; --i) {
@@ -105,8 +162,9 @@ TEST(DamagedFiles, WithOtherBytesAreReadOrRefused) {
         }
         if (damaged.empty()) damaged = " ";
       }
-      readAndJudge(file, damaged);
+      readAndJudge(sample, damaged);
     }
+    writeFile("damaged_" + sample.file, bytes);
   }
 }
 

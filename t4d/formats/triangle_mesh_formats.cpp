@@ -6,6 +6,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf_reader.h"
 #include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/listed.h"
 #include "t4d/formats/obj_reader.h"
 #include "t4d/formats/obj_writer.h"
 #include "t4d/formats/off_reader.h"
@@ -17,24 +18,20 @@
 namespace t4d::formats {
 namespace {
 
+constexpr std::array<std::string_view, 2> kObjKeeps = {"double precision", "bodies"};
+constexpr std::array<std::string_view, 2> kPlyKeeps = {"double precision", "attributes"};
+constexpr std::array<std::string_view, 1> kOffKeeps = {"double precision"};
+constexpr std::array<std::string_view, 4> kGltfKeeps = {"bodies", "names of bodies",
+                                                        "vertex attributes", "units"};
+
 constexpr std::array kFormats{
     TriangleMeshFormat{".stl", "STL", readStl, writeStl},
-    TriangleMeshFormat{".obj", "Wavefront OBJ", readObj, writeObj},
-    TriangleMeshFormat{".ply", "PLY", readPly, writePly},
-    TriangleMeshFormat{".off", "OFF", readOff},
-    TriangleMeshFormat{".gltf", "glTF", readGltf, writeGltfText, true},
-    TriangleMeshFormat{".glb", "binary glTF", readGltf, writeGltfBinary, true},
+    TriangleMeshFormat{".obj", "Wavefront OBJ", readObj, writeObj, false, kObjKeeps},
+    TriangleMeshFormat{".ply", "PLY", readPly, writePly, false, kPlyKeeps},
+    TriangleMeshFormat{".off", "OFF", readOff, nullptr, false, kOffKeeps},
+    TriangleMeshFormat{".gltf", "glTF", readGltf, writeGltfText, true, kGltfKeeps},
+    TriangleMeshFormat{".glb", "binary glTF", readGltf, writeGltfBinary, true, kGltfKeeps},
 };
-
-/// "a, b or c".
-std::string listed(const std::vector<std::string_view>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
-    text += names[i];
-  }
-  return text;
-}
 
 }  // namespace
 

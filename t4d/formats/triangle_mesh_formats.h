@@ -30,6 +30,9 @@ struct TriangleMeshFormat {
 
   /// The format has units and axes of its own: `write` uses `MeshWriteOptions::placement`.
   bool placed = false;
+
+  /// What it holds besides triangles, for users.
+  std::span<const std::string_view> keeps = {};
 };
 
 /// All formats, in the order in which they are listed for users.

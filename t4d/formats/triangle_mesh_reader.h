@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,6 +9,18 @@
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::formats {
+
+/// How the points and faces of a file became a mesh: other places of the same points can take their
+/// part.
+struct FilePoints {
+  static constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+  /// For each point of the file, in its order, the vertex that it became; kUnused if no triangle
+  /// uses it.
+  std::vector<std::uint32_t> vertexOf = {};
+  std::uint64_t faceCount = 0;
+  /// Of the corners of all faces, in their order, by the numbers of points.
+  std::uint64_t faceHash = 0;
+};
 
 struct LoadedMesh {
   model::TriangleMesh mesh;
@@ -19,6 +32,7 @@ struct LoadedMesh {
   std::vector<std::string> losses = {};
   /// Files that were read besides the one named: the buffers of a .gltf.
   std::vector<std::filesystem::path> otherFiles = {};
+  FilePoints points = {};
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .gltf

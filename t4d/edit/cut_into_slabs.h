@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "t4d/formats/mesh4d/mesh4d.h"
+#include "t4d/model/slab.h"
+
+namespace t4d::edit {
+
+struct SlabCuts {
+  /// The number of slabs. Tetrahedra that reach over a cut are split there. Fewer if the vertices
+  /// have not so many times. Without it, the mesh is cut only where no tetrahedron is split, into
+  /// slabs of some hundred tetrahedra at least: so a swept mesh gets its layers back.
+  std::optional<std::uint64_t> slabs = {};
+};
+
+struct CutMesh {
+  model::Mesh mesh;
+  std::uint64_t splitTetrahedra = 0;  ///< that reached over a cut
+  std::uint64_t newVertices = 0;
+};
+
+/// Cuts a closed mesh into slabs at times of its own vertices. Where an edge crosses a cut it gets
+/// a new vertex, which all its tetrahedra share, at exactly that time; the two parts of a
+/// tetrahedron are split by pulling from their first vertex, so that neighbours agree
+/// (formats/mesh4d /polyhedron.h). The solid stays the same: hypervolume and slices change by no
+/// more than the rounding of the new vertices.
+///
+/// Fails if two tetrahedra that would be split have the same corners.
+Result<CutMesh> cutIntoSlabs(formats::Mesh4d mesh, const SlabCuts& cuts = {});
+
+}  // namespace t4d::edit

@@ -1,0 +1,203 @@
+#include "t4d/formats/deformation_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/mdd_reader.h"
+#include "t4d/formats/numbered_files.h"
+#include "t4d/formats/pc2_reader.h"
+
+namespace t4d::formats {
+namespace {
+
+using model::Point3;
+
+/// The times of `count` keys; `own` are those of the file, if it has any.
+Result<std::vector<double>> timesOf(const KeyTimes& times, std::uint64_t count,
+                                    const std::vector<double>& own, const std::string& where) {
+  std::vector<double> all = times.between ? model::evenTimes(*times.between, count)
+                            : times.step  ? model::steppedTimes(0, *times.step, count)
+                                          : own;
+  if (all.empty()) {
+    return invalid("meshes have no times: give the time between two of them", where,
+                   Remedy::FrameTime);
+  }
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    if (all[i] > all[i - 1]) continue;
+    return invalid(fmt::format("key {} (counted from 0) is at time {}, not after the key before "
+                               "it, at {}: a 4D mesh cannot go backward through time",
+                               i, all[i], all[i - 1]),
+                   where);
+  }
+  return all;
+}
+
+/// Points of a file that have become one vertex must stay together, up to this fraction of the
+/// extent of them all: float32 coordinates and the arithmetic of other programs round by less.
+constexpr double kTogether = 1e-5;
+
+/// Puts the vertices of a mesh where the points of its file are. Fails if points that are one
+/// vertex have come apart.
+Result<void> placeVertices(const FilePoints& file, std::span<const Point3> points,
+                           std::span<Point3> vertices, const std::string& where) {
+  model::Bounds3 bounds;
+  std::vector<std::uint32_t> pointOf(vertices.size(), FilePoints::kUnused);
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const std::uint32_t vertex = file.vertexOf[i];
+    if (vertex == FilePoints::kUnused) continue;
+    bounds.add(points[i]);
+    if (pointOf[vertex] != FilePoints::kUnused) continue;
+    pointOf[vertex] = i;
+    vertices[vertex] = points[i];
+  }
+  const double together = kTogether * (bounds.max - bounds.min).maxCoeff();
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const std::uint32_t vertex = file.vertexOf[i];
+    if (vertex == FilePoints::kUnused) continue;
+    const double apart = (points[i] - vertices[vertex]).norm();
+    if (apart <= together) continue;
+    return invalid(fmt::format("points {} and {} (counted from 0) are one vertex of the mesh, but "
+                               "{:.3g} apart here: the surface would tear",
+                               pointOf[vertex], i, apart),
+                   where);
+  }
+  return {};
+}
+
+class SeriesKeys : public model::VertexKeys {
+ public:
+  SeriesKeys(std::vector<std::filesystem::path> files, std::vector<double> times,
+             const LoadedMesh& first)
+      : files_(std::move(files)),
+        times_(std::move(times)),
+        filePoints_(first.points),
+        first_(first.mesh.vertices) {}
+
+  std::uint64_t count() const override { return files_.size(); }
+  double time(std::uint64_t key) const override { return times_[key]; }
+
+  Result<void> positions(std::uint64_t key, std::span<Point3> into) const override {
+    if (key == 0) {
+      std::ranges::copy(first_, into.begin());
+      return {};
+    }
+    const auto loaded = readTriangleMesh(files_[key]);
+    if (!loaded) return pass(loaded.error());
+    const std::string where = files_[key].string();
+    if (auto same = checkSame(loaded->points, where); !same) return same;
+    std::vector<Point3> points(filePoints_.vertexOf.size(), Point3::Zero());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (filePoints_.vertexOf[i] == FilePoints::kUnused) continue;
+      const std::uint32_t vertex = loaded->points.vertexOf[i];
+      if (vertex == FilePoints::kUnused) {
+        return invalid(fmt::format("all triangles about point {} (counted from 0) have two equal "
+                                   "corners: the surface has collapsed there",
+                                   i),
+                       where);
+      }
+      points[i] = loaded->mesh.vertices[vertex];
+    }
+    return placeVertices(filePoints_, points, into, where);
+  }
+
+ private:
+  Result<void> checkSame(const FilePoints& found, const std::string& where) const {
+    const std::string first = files_.front().filename().string();
+    if (found.vertexOf.size() != filePoints_.vertexOf.size() ||
+        found.faceCount != filePoints_.faceCount) {
+      return invalid(
+          fmt::format("has {} points and {} faces, {} has {} and {}; every mesh of a series must "
+                      "have the same points and faces in the same order",
+                      found.vertexOf.size(), found.faceCount, first, filePoints_.vertexOf.size(),
+                      filePoints_.faceCount),
+          where);
+    }
+    if (found.faceHash == filePoints_.faceHash) return {};
+    return invalid(fmt::format("its faces join other points than those of {}; every mesh of a "
+                               "series must have the same points and faces in the same order",
+                               first),
+                   where);
+  }
+
+  std::vector<std::filesystem::path> files_;
+  std::vector<double> times_;
+  FilePoints filePoints_;
+  std::vector<Point3> first_;
+};
+
+class CacheKeys : public model::VertexKeys {
+ public:
+  CacheKeys(PointCache cache, std::vector<double> times, FilePoints filePoints)
+      : cache_(std::move(cache)), times_(std::move(times)), filePoints_(std::move(filePoints)) {}
+
+  std::uint64_t count() const override { return cache_.sampleCount(); }
+  double time(std::uint64_t key) const override { return times_[key]; }
+
+  Result<void> positions(std::uint64_t key, std::span<Point3> into) const override {
+    std::vector<Point3> points(cache_.pointCount());
+    if (auto read = cache_.read(key, points); !read) return read;
+    auto placed = placeVertices(filePoints_, points, into, cache_.name());
+    if (!placed)
+      return invalid(fmt::format("sample {}: {}", key, placed.error().message),
+                     placed.error().where);
+    return placed;
+  }
+
+ private:
+  PointCache cache_;
+  std::vector<double> times_;
+  FilePoints filePoints_;
+};
+
+}  // namespace
+
+bool isPointCache(const std::filesystem::path& path) {
+  const std::string extension = lowerCaseExtension(path);
+  return extension == ".pc2" || extension == ".mdd";
+}
+
+Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> files,
+                                         const KeyTimes& times) {
+  if (files.size() < 2) return invalid("a series has at least two meshes");
+  auto ordered = inNumberOrder(files);
+  if (!ordered) return pass(ordered.error());
+  auto keyTimes = timesOf(times, files.size(), {}, ordered->front().string());
+  if (!keyTimes) return pass(keyTimes.error());
+  auto first = readTriangleMesh(ordered->front());
+  if (!first) return pass(first.error());
+  LoadedDeformation loaded{std::move(*first), nullptr};
+  loaded.keys =
+      std::make_unique<SeriesKeys>(std::move(*ordered), std::move(*keyTimes), loaded.solid);
+  return loaded;
+}
+
+Result<LoadedDeformation> readCachedMesh(const std::filesystem::path& mesh,
+                                         const std::filesystem::path& cache,
+                                         const KeyTimes& times) {
+  auto solid = readTriangleMesh(mesh);
+  if (!solid) return pass(solid.error());
+  auto source = openFileSource(cache);
+  if (!source) return pass(source.error());
+  auto opened = lowerCaseExtension(cache) == ".mdd" ? openMdd(std::move(*source))
+                                                    : openPc2(std::move(*source));
+  if (!opened) return pass(opened.error());
+  const std::size_t points = solid->points.vertexOf.size();
+  if (opened->pointCount() != points) {
+    return invalid(fmt::format("has {} points, {} has {}; a cache belongs to the mesh file that it "
+                               "was made with",
+                               opened->pointCount(), mesh.filename().string(), points),
+                   cache.string());
+  }
+  auto keyTimes = timesOf(times, opened->sampleCount(), opened->times(), cache.string());
+  if (!keyTimes) return pass(keyTimes.error());
+  LoadedDeformation loaded{std::move(*solid), nullptr};
+  loaded.keys =
+      std::make_unique<CacheKeys>(std::move(*opened), std::move(*keyTimes), loaded.solid.points);
+  return loaded;
+}
+
+}  // namespace t4d::formats

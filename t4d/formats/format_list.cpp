@@ -1,0 +1,133 @@
+#include "t4d/formats/format_list.h"
+
+#include <algorithm>
+
+#include "t4d/formats/mesh4d/mesh4d_formats.h"
+#include "t4d/formats/triangle_mesh_formats.h"
+
+namespace t4d::formats {
+namespace {
+
+constexpr const char* kByExtension = "the extension";
+
+std::vector<std::string> keptBy(const Mesh4dKeeps& keeps) {
+  std::vector<std::string> names = {"4D coordinates"};
+  const auto add = [&](bool kept, const char* name) {
+    if (kept) names.emplace_back(name);
+  };
+  add(keeps.tetrahedra, "tetrahedra");
+  add(keeps.tetrahedra, "orientation");
+  add(keeps.doubles, "double precision");
+  add(keeps.bodies, "bodies");
+  add(keeps.names, "names of bodies");
+  add(keeps.attributes, "attributes");
+  add(keeps.metadata, "metadata");
+  return names;
+}
+
+void addMeshes4d(std::vector<ListedFormat>& list) {
+  list.push_back({"t4d",
+                  "t4d",
+                  {".t4d"},
+                  "4D mesh",
+                  true,
+                  true,
+                  "the signature",
+                  keptBy({.attributes = true, .metadata = true})});
+  list.back().keeps.emplace_back("slabs");
+  for (const Mesh4dFormat& format : mesh4dFormats()) {
+    list.push_back({std::string(format.name),
+                    std::string(format.id),
+                    {format.extensions.begin(), format.extensions.end()},
+                    "4D mesh",
+                    format.keeps.tetrahedra && format.read != nullptr,
+                    format.write != nullptr,
+                    std::string(format.recognisedBy),
+                    keptBy(format.keeps)});
+  }
+}
+
+void addTriangleMeshes(std::vector<ListedFormat>& list) {
+  for (const TriangleMeshFormat& format : triangleMeshFormats()) {
+    ListedFormat row{std::string(format.name),
+                     {},
+                     {std::string(format.extension)},
+                     "triangle mesh",
+                     format.read != nullptr,
+                     format.write != nullptr,
+                     kByExtension,
+                     {"triangles"}};
+    for (const std::string_view kept : format.keeps) row.keeps.emplace_back(kept);
+    list.push_back(std::move(row));
+  }
+}
+
+}  // namespace
+
+std::vector<ListedFormat> formatList() {
+  std::vector<ListedFormat> list;
+  addMeshes4d(list);
+  addTriangleMeshes(list);
+  list.push_back({"t4d motion",
+                  {},
+                  {".json"},
+                  "motion",
+                  true,
+                  false,
+                  kByExtension,
+                  {"screw motions", "units"}});
+  list.push_back(
+      {"table of poses", {}, {".csv"}, "motion", true, false, kByExtension, {"screw motions"}});
+  for (const auto& [name, extension] : {std::pair{"PC2", ".pc2"}, std::pair{"MDD", ".mdd"}}) {
+    list.push_back({name,
+                    {},
+                    {extension},
+                    "point cache",
+                    true,
+                    false,
+                    kByExtension,
+                    {"vertices of a triangle mesh", "times"}});
+  }
+  list.push_back({"OpenVDB",
+                  {},
+                  {".vdb"},
+                  "volumes over time",
+                  true,
+                  true,
+                  kByExtension,
+                  {"level sets", "densities", "masks"}});
+  struct Volume {
+    const char* name;
+    std::vector<std::string> extensions;
+    std::vector<std::string> keeps;
+  };
+  const Volume volumes[] = {
+      {"NRRD", {".nrrd", ".nhdr"}, {"densities", "labels", "place", "times", "units"}},
+      {"NIfTI-1 and -2",
+       {".nii", ".nii.gz", ".hdr"},
+       {"densities", "labels", "place", "times", "units"}},
+      {"NumPy array", {".npy"}, {"densities", "labels", "masks"}},
+      {"bare samples", {".raw"}, {"densities", "labels", "masks"}},
+  };
+  for (const Volume& volume : volumes) {
+    list.push_back({volume.name,
+                    {},
+                    volume.extensions,
+                    "volumes over time",
+                    true,
+                    false,
+                    kByExtension,
+                    volume.keeps});
+  }
+  list.push_back({"animated binary glTF",
+                  {},
+                  {".glb"},
+                  "solid over time",
+                  true,
+                  true,
+                  kByExtension,
+                  {"triangles", "bodies", "names of bodies", "units"}});
+  return list;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,286 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <zstd.h>
+
+#include "t4d/formats/base64.h"
+#include "t4d/formats/mesh4d/test_mesh4d.h"
+#include "t4d/formats/zlib_block.h"
+
+/// VTU and G4MF as other programs write them.
+namespace t4d::formats {
+namespace {
+
+constexpr double kSimplexHypervolume = 1.0 / 24;
+
+std::string vtuText(const std::string& more, const std::string& piece) {
+  return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" " + more +
+         ">\n<UnstructuredGrid>\n" + piece + "</UnstructuredGrid>\n";
+}
+
+/// An array of numbers as text.
+std::string asciiArray(const std::string& attributes, const std::string& numbers) {
+  return "<DataArray " + attributes + " format=\"ascii\">\n" + numbers + "\n</DataArray>\n";
+}
+
+std::string simplexPiece(const std::string& times = "0 0 0 0 1") {
+  return "<Piece NumberOfPoints=\"5\" NumberOfCells=\"5\">\n<PointData>\n" +
+         asciiArray("type=\"Float32\" Name=\"t\"", times) + "</PointData>\n<Points>\n" +
+         asciiArray("type=\"Float32\" NumberOfComponents=\"3\"",
+                    "0 0 0  1 0 0  0 1 0\n0 0 1 0 0 0") +
+         "</Points>\n<Cells>\n" +
+         asciiArray("type=\"Int64\" Name=\"connectivity\"",
+                    "1 2 3 4 2 0 3 4 0 1 3 4 1 0 2 4 0 1 2 3") +
+         asciiArray("type=\"Int64\" Name=\"offsets\"", "4 8 12 16 20") +
+         asciiArray("type=\"UInt8\" Name=\"types\"", "10 10 10 10 10") + "</Cells>\n</Piece>\n";
+}
+
+TEST(Vtu, IsReadAsTextInSeveralPieces) {
+  const LoadedMesh4d loaded = read4dBytes(
+      "a.vtu", vtuText("byte_order=\"LittleEndian\"", simplexPiece() + simplexPiece("5 5 5 5 7")) +
+                   "</VTKFile>\n");
+  ASSERT_EQ(loaded.bodies.size(), 1U);
+  EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), 3 * kSimplexHypervolume);
+  EXPECT_EQ(loaded.dialect, "ASCII");
+  EXPECT_TRUE(loaded.losses.empty());
+}
+
+TEST(Vtu, CellsOfOtherShapesAreSplit) {
+  // The cubes of a tesseract, in the order of VTK's hexahedra and voxels.
+  const fixtures::Polytope polytope = fixtures::tesseract();
+  for (const bool voxels : {false, true}) {
+    std::string points;
+    std::string times;
+    for (const model::Point4& v : polytope.vertices) {
+      points += fmt::format("{} {} {} ", v[0], v[1], v[2]);
+      times += fmt::format("{} ", v[3]);
+    }
+    std::string corners;
+    for (int axis = 0; axis < 4; ++axis) {
+      for (const double side : {-1.0, 1.0}) {
+        std::vector<int> others;
+        for (int i = 0; i < 4; ++i) {
+          if (i != axis) others.push_back(i);
+        }
+        for (int k = 0; k < 8; ++k) {
+          // Voxels count in binary, hexahedra go around each square.
+          const int code = voxels ? k : k ^ (k >> 1 & 1);
+          model::Point4 corner = side * model::Point4::Unit(axis);
+          for (int i = 0; i < 3; ++i) corner[others[i]] = (code >> i & 1) != 0 ? 1 : -1;
+          const auto at = std::ranges::find(polytope.vertices, corner);
+          corners += fmt::format("{} ", at - polytope.vertices.begin());
+        }
+      }
+    }
+    const std::string type = voxels ? "11" : "12";
+    LoadedMesh4d loaded = read4dBytes(
+        "cubes.vtu",
+        vtuText("", "<Piece NumberOfPoints=\"16\" NumberOfCells=\"9\">\n<PointData>\n" +
+                        asciiArray("type=\"Float64\" Name=\"time\"", times) +
+                        asciiArray("type=\"Float64\" Name=\"heat\"", times) +
+                        "</PointData>\n<Points>\n" +
+                        asciiArray("type=\"Float64\" NumberOfComponents=\"3\"", points) +
+                        "</Points>\n<Cells>\n" +
+                        asciiArray("type=\"Int32\" Name=\"connectivity\"", corners + "0 1 2") +
+                        asciiArray("type=\"Int32\" Name=\"offsets\"", "8 16 24 32 40 48 56 64 67") +
+                        asciiArray("type=\"UInt8\" Name=\"types\"",
+                                   fmt::format("{}", fmt::join(std::vector(8, type), " ")) + " 5") +
+                        "</Cells>\n</Piece>\n") +
+            "</VTKFile>\n");
+    ASSERT_EQ(loaded.bodies.size(), 1U);
+    turnOutward(loaded.bodies[0]);
+    EXPECT_NEAR(hypervolumeOf(loaded.bodies), 16, 1e-12);
+    EXPECT_EQ(loaded.notices.size(), 1U);
+    EXPECT_EQ(loaded.losses.size(), 2U);  // the triangle, and the heat
+  }
+}
+
+TEST(Vtu, SaysWhatIsWrong) {
+  const auto errorOfPiece = [](const std::string& piece, const std::string& more = "") {
+    return error4dOf("a.vtu", vtuText(more, piece) + "</VTKFile>\n");
+  };
+  EXPECT_EQ(error4dOf("a.vtu", "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\">\n</VTKFile>"),
+            "a.vtu: is not a VTKFile of type UnstructuredGrid");
+  EXPECT_EQ(error4dOf("a.vtu", "<VTKFile type=\"UnstructuredGrid\">\n<Piece\n</VTKFile>"),
+            "a.vtu:3: is not XML: not well-formed (invalid token)");
+  EXPECT_EQ(errorOfPiece(simplexPiece(), "byte_order=\"BigEndian\""),
+            "a.vtu:2: has big-endian numbers, which are not supported");
+  EXPECT_EQ(errorOfPiece(simplexPiece(), "compressor=\"vtkLZMADataCompressor\""),
+            "a.vtu:2: is compressed by 'vtkLZMADataCompressor'; only vtkZLibDataCompressor is "
+            "supported");
+  EXPECT_EQ(errorOfPiece(simplexPiece("0 0 0 0")),
+            "a.vtu: the array 't' is wrong: the file ends, expected a number");
+  EXPECT_EQ(errorOfPiece(simplexPiece("0 0 0 0 1 2")),
+            "a.vtu: the array 't' has more than 5 values");
+  EXPECT_EQ(errorOfPiece(simplexPiece("0 0 0 0 nan")),
+            "a.vtu: element 4: a coordinate is not finite");
+  std::string untimed = simplexPiece();
+  untimed.replace(untimed.find("\"t\""), 3, "\"u\"");
+  EXPECT_EQ(errorOfPiece(untimed),
+            "a.vtu: has no point data 't', which would be the fourth coordinate");
+  std::string beyond = simplexPiece();
+  beyond.replace(beyond.find("1 2 3 4"), 7, "1 2 3 5");
+  EXPECT_EQ(errorOfPiece(beyond),
+            "a.vtu: the array 'connectivity' has the number 5, expected 0 to 4");
+  std::string curved = simplexPiece();
+  curved.replace(curved.find("10 10"), 5, "24 10");
+  EXPECT_EQ(errorOfPiece(curved),
+            "a.vtu: cell 0 has the type 24, which is not supported; tetrahedra (10) are");
+  EXPECT_EQ(errorOfPiece("<Piece NumberOfPoints=\"4000000000\" NumberOfCells=\"1\"><PointData>" +
+                         asciiArray("type=\"Float32\" Name=\"t\"", "1") + "</PointData><Points>" +
+                         asciiArray("type=\"Float32\" NumberOfComponents=\"3\"", "1") +
+                         "</Points></Piece>"),
+            "a.vtu: the array '' has fewer than 12000000000 values");
+}
+
+TEST(Vtu, ABlockThatUnpacksToMoreThanItCanIsRefused) {
+  // 2^40 bytes in one block of 20.
+  const std::string head = bytesOf(std::uint64_t{1}) + bytesOf(std::uint64_t{1} << 31) +
+                           bytesOf(std::uint64_t{0}) + bytesOf(std::uint64_t{20});
+  const std::string text =
+      vtuText(
+          "header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\"",
+          "<Piece NumberOfPoints=\"268435456\" NumberOfCells=\"0\"><PointData>"
+          "<DataArray type=\"Float64\" Name=\"t\" format=\"appended\" offset=\"0\"/></PointData>"
+          "<Points><DataArray type=\"UInt8\" Name=\"p\" NumberOfComponents=\"3\" "
+          "format=\"appended\" offset=\"0\"/></Points></Piece>") +
+      "<AppendedData encoding=\"raw\">_" + head + std::string(20, 'x') +
+      "</AppendedData></VTKFile>";
+  EXPECT_EQ(error4dOf("bomb.vtu", text),
+            "bomb.vtu: the array 'p' has 1 blocks of 2147483648 bytes, the last of 2147483648, "
+            "expected 805306368 bytes");
+}
+
+TEST(ZlibBlock, GivesItsBytesBackAndRefusesOthers) {
+  std::string bytes;
+  for (int i = 0; i < 100000; ++i) bytes += static_cast<char>(i * i >> 3);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{1000}, bytes.size()}) {
+    const std::string packed = zlibCompressed(bytes.substr(0, size));
+    std::string back(size, '?');
+    ASSERT_TRUE(zlibUnpack(packed, back)) << size;
+    EXPECT_EQ(back, bytes.substr(0, size));
+    std::string longer(size + 1, '?');
+    EXPECT_FALSE(zlibUnpack(packed, longer));
+    if (size == 0) continue;
+    std::string shorter(size - 1, '?');
+    EXPECT_FALSE(zlibUnpack(packed, shorter));
+    EXPECT_FALSE(zlibUnpack(packed.substr(0, packed.size() - 1), back));
+    std::string wrong = packed;
+    wrong.back() = static_cast<char>(wrong.back() ^ 1);  // the checksum
+    EXPECT_FALSE(zlibUnpack(wrong, back));
+  }
+}
+
+std::string dataUri(const std::string& bytes) {
+  return "\"data:application/octet-stream;base64," +
+         base64({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}) + "\"";
+}
+
+/// Vertices of a simplex as float32, and its tetrahedra as uint8.
+std::string simplexData() {
+  std::string data;
+  for (int vertex = 0; vertex < 5; ++vertex) {
+    for (int i = 0; i < 4; ++i) data += bytesOf(vertex == i + 1 ? 1.0F : 0.0F);
+  }
+  for (const int corner : {1, 2, 3, 4, 2, 0, 3, 4, 0, 1, 3, 4, 1, 0, 2, 4, 0, 1, 2, 3}) {
+    data += static_cast<char>(corner);
+  }
+  return data;
+}
+
+/// A document with this buffer, these meshes and nodes.
+std::string g4mfText(const std::string& buffer, const std::string& meshes,
+                     const std::string& nodes = "") {
+  return R"({"asset":{"dimension":4},"buffers":[)" + buffer +
+         R"(],"bufferViews":[{"buffer":0,"byteLength":80},{"byteLength":20,"byteOffset":80}],)"
+         R"("accessors":[{"bufferView":0,"primitiveType":"float32","vectorSize":4},)"
+         R"({"bufferView":1,"componentType":"uint8","vectorSize":4}],"meshes":)" +
+         meshes + nodes + "}";
+}
+
+const std::string kMeshes = R"([{"vertices":0,"surfaces":[{"simplexes":1}]}])";
+const std::string kOlderMeshes =
+    R"([{"surfaces":[{"vertices":0,"cells":1,"polytopeCells":false}]}])";
+
+TEST(G4mf, IsReadWithOlderKeysAndAnyPlacement) {
+  const std::string buffer = R"({"byteLength":100,"uri":)" + dataUri(simplexData()) + "}";
+  for (const std::string& meshes : {kMeshes, kOlderMeshes}) {
+    const LoadedMesh4d plain = read4dBytes("a.g4tf", g4mfText(buffer, meshes));
+    EXPECT_DOUBLE_EQ(hypervolumeOf(plain.bodies), kSimplexHypervolume);
+    // Two instances: one scaled and moved below a node that is, too; one mirrored.
+    const LoadedMesh4d placed = read4dBytes(
+        "a.g4tf",
+        g4mfText(
+            buffer, meshes,
+            R"(,"materials":[{}],"nodes":[{"children":[1,3]},{"position":[1,2,3,4],"scale":[2],)"
+            R"("children":[2]},{"name":"small","meshInstance":{"mesh":0},"position":[0,0,0,1],)"
+            R"("scale":[1,1,1,3]},{"mesh":0,"basis":[-1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}])"));
+    ASSERT_EQ(placed.bodies.size(), 2U);
+    EXPECT_EQ(placed.bodies[0].name, "small");
+    EXPECT_EQ(placed.bodies[0].vertices[0], model::Point4(1, 2, 3, 6));
+    EXPECT_EQ(placed.bodies[0].vertices[4], model::Point4(1, 2, 3, 12));
+    EXPECT_DOUBLE_EQ(hypervolumeOf({placed.bodies[0]}), 48 * kSimplexHypervolume);
+    EXPECT_DOUBLE_EQ(hypervolumeOf({placed.bodies[1]}), kSimplexHypervolume);
+    EXPECT_EQ(placed.losses.size(), 1U);
+  }
+}
+
+TEST(G4mf, IsReadFromFilesBesideItAndFromZstd) {
+  writeFile("data.bin", simplexData() + "more");
+  EXPECT_DOUBLE_EQ(
+      hypervolumeOf(
+          read4dBytes("a.g4tf", g4mfText(R"({"byteLength":100,"uri":"data.bin"})", kMeshes))
+              .bodies),
+      kSimplexHypervolume);
+  const std::string raw = simplexData();
+  std::string packed(ZSTD_compressBound(raw.size()), '\0');
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), 3));
+  std::string json = g4mfText(R"({"byteLength":100,"compression":"Zstd"})", kMeshes);
+  json.resize((json.size() + 15) / 16 * 16, ' ');
+  const std::uint64_t size = 48 + json.size() + packed.size();
+  const LoadedMesh4d loaded =
+      read4dBytes("a.g4b", "G4MF" + std::string(4, '\0') + bytesOf(size) + "JSON" +
+                               std::string(4, '\0') + bytesOf(std::uint64_t{json.size()}) + json +
+                               "BLOBZstd" + bytesOf(std::uint64_t{packed.size()}) + packed);
+  EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), kSimplexHypervolume);
+  EXPECT_EQ(loaded.dialect, "binary, draft");
+}
+
+TEST(G4mf, SaysWhatIsWrong) {
+  const std::string buffer = R"({"byteLength":100,"uri":)" + dataUri(simplexData()) + "}";
+  EXPECT_EQ(error4dOf("a.g4tf", R"({"asset":{"dimension":3}})"),
+            "a.g4tf: is a model of dimension 3, expected 4");
+  EXPECT_EQ(error4dOf("a.g4tf", R"({"asset":{"dimension":4}})"), "a.g4tf: holds no tetrahedra");
+  for (const std::string outside : {"../data.bin", "/etc/passwd", "https://example.com/data.bin"}) {
+    EXPECT_EQ(
+        error4dOf("a.g4tf", g4mfText(R"({"byteLength":100,"uri":")" + outside + "\"}", kMeshes)),
+        "a.g4tf: a buffer is in '" + outside + "', which is not a file in this folder");
+  }
+  EXPECT_EQ(
+      error4dOf("a.g4tf",
+                g4mfText(R"({"byteLength":101,"uri":)" + dataUri(simplexData()) + "}", kMeshes)),
+      "a.g4tf: buffer 0 has 100 bytes of 101");
+  EXPECT_EQ(
+      error4dOf("a.g4tf", g4mfText(buffer, R"([{"vertices":0,"surfaces":[{"simplexes":7}]}])")),
+      "a.g4tf: 'simplexes' is '7', which is no index into the 2 accessors");
+  EXPECT_EQ(error4dOf("a.g4tf",
+                      g4mfText(buffer, kMeshes, R"(,"nodes":[{"children":[1]},{"children":[1]}])")),
+            "a.g4tf: node 1 is below itself, has two parents or is too deep");
+  EXPECT_EQ(error4dOf("a.g4tf", g4mfText(buffer, kMeshes,
+                                         R"(,"nodes":[{"mesh":0,"rotor":[1,0,0,0,0,0,0]}])")),
+            "a.g4tf: a node is rotated by a 'rotor', which is not supported; 'basis' is");
+  EXPECT_EQ(error4dOf("a.g4b", "G4MF" + bytesOf(std::uint32_t{1}) + std::string(40, '\0')),
+            "a.g4b: byte 4: is version 1 of binary G4MF, expected 0, the draft");
+  // A mesh of 10,000 vertices that a thousand nodes place.
+  const std::string many(160000, '\0');
+  std::string nodes = R"(,"nodes":[{"children":[1)";
+  for (int i = 2; i <= 1000; ++i) nodes += fmt::format(",{}", i);
+  nodes += "]}";
+  for (int i = 1; i <= 1000; ++i) nodes += R"(,{"mesh":0})";
+  std::string document =
+      g4mfText(R"({"byteLength":160000,"uri":)" + dataUri(many) + "}", kMeshes, nodes + "]");
+  document.replace(document.find(R"("byteLength":80})"), 16, R"("byteLength":160000})");
+  EXPECT_EQ(error4dOf("bomb.g4tf", document), "bomb.g4tf: mesh 0: holds no tetrahedra");
+}
+
+}  // namespace
+}  // namespace t4d::formats

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/model/body.h"
+#include "t4d/model/slab.h"
+
+namespace t4d::formats {
+
+/// A body with its counts, as formats::BodySummary and measure::MeshReport have them.
+struct CountedBody : model::Body {
+  std::uint64_t vertices = 0;  ///< those on a seam counted once
+  std::uint64_t tetrahedra = 0;
+};
+
+/// The bodies of a 4D mesh as formats without slabs have them: one list of all vertices, one of all
+/// tetrahedra. Each list is one pass over the slabs, with two slabs in memory.
+class FlatBodies {
+ public:
+  /// Fails if there are more vertices than 32-bit indices can number. `bodies` must outlive this.
+  static Result<FlatBodies> of(std::span<const CountedBody> bodies);
+
+  std::span<const CountedBody> bodies() const { return bodies_; }
+  std::uint64_t vertexCount() const { return vertexCount_; }
+  std::uint64_t cellCount() const { return cellCount_; }
+
+  /// Calls back with all vertices in order, at most kMostAtOnce at a time.
+  Result<void> forVertices(
+      const std::function<Result<void>(std::span<const model::Point4>)>& take) const;
+
+  /// The same with the tetrahedra, which refer to the list of all vertices, and their body.
+  Result<void> forCells(
+      const std::function<Result<void>(std::size_t body, std::span<const model::Cell>)>& take)
+      const;
+
+  static constexpr std::size_t kMostAtOnce = std::size_t{1} << 16;
+
+ private:
+  std::span<const CountedBody> bodies_;
+  std::uint64_t vertexCount_ = 0;
+  std::uint64_t cellCount_ = 0;
+};
+
+}  // namespace t4d::formats

@@ -1,0 +1,243 @@
+#include "t4d/formats/mesh4d/g4mf_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "t4d/formats/mesh4d/g4mf_file.h"
+#include "t4d/formats/mesh4d/mesh4d_builder.h"
+
+namespace t4d::formats {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kDeepestNodes = 200;
+
+/// Nodes may place a mesh many times, so that a small file could ask for any amount of memory. A
+/// vertex or a tetrahedron takes at least 4 bytes where it is not repeated.
+constexpr std::uint64_t kMostElementsPerByte = 16;
+
+struct Placement {
+  Eigen::Matrix4d basis = Eigen::Matrix4d::Identity();
+  Eigen::Vector4d position = Eigen::Vector4d::Zero();
+};
+
+class G4mfReader {
+ public:
+  explicit G4mfReader(G4mfFile& file) : file_(file) {}
+
+  Result<LoadedMesh4d> read() {
+    const json& document = file_.document();
+    const std::size_t nodes = document.contains("nodes") ? document["nodes"].size() : 0;
+    if (nodes > 0) {
+      seen_.resize(nodes);
+      if (auto done = readNode(0, {}, 0); !done) return pass(done.error());
+    } else if (document.contains("meshes")) {
+      for (std::size_t i = 0; i < document["meshes"].size(); ++i) {
+        if (auto done = readMesh(i, {}, textOf(document["meshes"][i], "name")); !done) {
+          return pass(done.error());
+        }
+      }
+    }
+    if (loaded_.bodies.empty()) return file_.wrong("holds no tetrahedra");
+    std::vector<std::string> skipped;
+    for (const char* member : {"materials", "textures", "lights", "shapes", "skins"}) {
+      if (document.contains(member) && !document[member].empty()) skipped.emplace_back(member);
+    }
+    if (cameras_) skipped.emplace_back("cameras");
+    if (!skipped.empty()) {
+      loaded_.losses.push_back(fmt::format("{}: {} are not read", file_.wrong("").value().where,
+                                           fmt::join(skipped, ", ")));
+    }
+    loaded_.otherFiles = file_.otherFiles();
+    return std::move(loaded_);
+  }
+
+ private:
+  static std::string textOf(const json& object, const char* member) {
+    const auto found = object.find(member);
+    return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+  }
+
+  /// An array of so many numbers; empty if the member is missing.
+  Result<std::vector<double>> numbers(const json& object, const char* member,
+                                      std::initializer_list<std::size_t> sizes) const {
+    const auto found = object.find(member);
+    std::vector<double> values;
+    if (found == object.end()) return values;
+    const bool good =
+        found->is_array() && std::ranges::find(sizes, found->size()) != sizes.end() &&
+        std::ranges::all_of(*found, [](const json& value) { return value.is_number(); });
+    if (!good) {
+      return file_.wrong(
+          fmt::format("the '{}' of a node is not {} numbers", member, fmt::join(sizes, " or ")));
+    }
+    for (const json& value : *found) values.push_back(value.get<double>());
+    return values;
+  }
+
+  Result<Placement> placementOf(const json& node, const Placement& above) const {
+    if (node.contains("rotor")) {
+      return fail(ErrorCode::Unsupported,
+                  "a node is rotated by a 'rotor', which is not supported; 'basis' is",
+                  file_.wrong("").value().where);
+    }
+    const auto position = numbers(node, "position", {4});
+    if (!position) return pass(position.error());
+    const auto basis = numbers(node, "basis", {16});
+    if (!basis) return pass(basis.error());
+    const auto scale = numbers(node, "scale", {1, 4});
+    if (!scale) return pass(scale.error());
+    Placement own;
+    if (!basis->empty()) {
+      own.basis = Eigen::Map<const Eigen::Matrix4d>(basis->data());  // column by column
+    } else if (!scale->empty()) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        own.basis(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) =
+            (*scale)[scale->size() == 1 ? 0 : i];
+      }
+    }
+    if (!position->empty()) own.position = Eigen::Map<const Eigen::Vector4d>(position->data());
+    return Placement{above.basis * own.basis, above.basis * own.position + above.position};
+  }
+
+  Result<void> readNode(std::uint64_t number, const Placement& above, int depth) {
+    if (depth > kDeepestNodes || seen_[number]) {
+      return file_.wrong(
+          fmt::format("node {} is below itself, has two parents or is too deep", number));
+    }
+    seen_[number] = true;
+    const json& node = file_.document()["nodes"][number];
+    const auto placement = placementOf(node, above);
+    if (!placement) return pass(placement.error());
+    cameras_ = cameras_ || node.contains("camera");
+    const auto instance = node.find("meshInstance");
+    const bool isInstance = instance != node.end() && instance->is_object();
+    const auto mesh = file_.index(isInstance ? *instance : node, "mesh", "meshes");
+    if (!mesh) return pass(mesh.error());
+    if (*mesh) {
+      if (auto done = readMesh(**mesh, *placement, textOf(node, "name")); !done) return done;
+    }
+    const auto children = node.find("children");
+    if (children == node.end()) return {};
+    if (!children->is_array()) return file_.wrong("the 'children' of a node are not an array");
+    for (const json& child : *children) {
+      const auto index = file_.index({{"child", child}}, "child", "nodes");
+      if (!index) return pass(index.error());
+      if (!*index) continue;
+      if (auto done = readNode(**index, *placement, depth + 1); !done) return done;
+    }
+    return {};
+  }
+
+  Result<void> addVertices(std::uint64_t accessor, const Placement& placement,
+                           Mesh4dBuilder& builder) {
+    const auto numbers = file_.accessor(accessor);
+    if (!numbers) return pass(numbers.error());
+    const bool moved = !placement.basis.isIdentity(0) || !placement.position.isZero(0);
+    builder.reserve(builder.vertexCount() + numbers->size() / 4, 0);
+    for (std::size_t i = 0; i < numbers->size(); i += 4) {
+      model::Point4 vertex = Eigen::Map<const model::Point4>(numbers->data() + i);
+      if (moved) vertex = placement.basis * vertex + placement.position;
+      if (auto added = builder.addVertex(vertex, i / 4); !added) return added;
+    }
+    return {};
+  }
+
+  Result<void> readMesh(std::uint64_t number, const Placement& placement, const std::string& name) {
+    const json& mesh = file_.document()["meshes"][number];
+    const std::string where = fmt::format("{}: mesh {}", file_.wrong("").value().where, number);
+    Mesh4dBuilder builder(where, [&](auto i) { return fmt::format("{}, element {}", where, i); });
+    const auto shared = file_.index(mesh, "vertices", "accessors");
+    if (!shared) return pass(shared.error());
+    if (*shared) {
+      if (auto added = addVertices(**shared, placement, builder); !added) return added;
+    }
+    const auto surfaces = mesh.find("surfaces");
+    if (surfaces == mesh.end() || !surfaces->is_array()) {
+      return file_.wrong(fmt::format("mesh {} has no 'surfaces'", number));
+    }
+    // A mirror turns the tetrahedra.
+    const bool mirrored = placement.basis.determinant() < 0;
+    bool any = false;
+    for (const json& surface : *surfaces) {
+      if (!surface.is_object()) return file_.wrong("a surface is not an object");
+      auto cells = file_.index(surface, "simplexes", "accessors");
+      if (cells && !*cells) cells = file_.index(surface, "cells", "accessors");
+      if (!cells) return pass(cells.error());
+      if (!*cells) continue;
+      any = true;
+      std::size_t first = 0;
+      if (!*shared) {
+        const auto own = file_.index(surface, "vertices", "accessors");
+        if (!own) return pass(own.error());
+        if (!*own) return file_.wrong(fmt::format("mesh {} has no vertices", number));
+        first = builder.vertexCount();
+        if (auto added = addVertices(**own, placement, builder); !added) return added;
+      }
+      const std::size_t end = builder.vertexCount();
+      const auto corners = file_.accessor(**cells);
+      if (!corners) return pass(corners.error());
+      for (std::size_t i = 0; i < corners->size(); i += 4) {
+        std::array<std::uint64_t, 4> cell{};
+        for (std::size_t k = 0; k < 4; ++k) {
+          const double corner = (*corners)[i + k];
+          if (!(corner >= 0 && corner < static_cast<double>(end - first)) ||
+              corner != std::floor(corner)) {
+            return file_.wrong(fmt::format("tetrahedron {} of mesh {} refers to vertex {} of {}",
+                                           i / 4, number, corner, end - first));
+          }
+          cell[k] = first + static_cast<std::uint64_t>(corner);
+        }
+        if (mirrored) std::swap(cell[2], cell[3]);
+        if (auto added = builder.addCell(cell, 0, i / 4); !added) return added;
+      }
+    }
+    if (!any) return {};
+    auto body = std::move(builder).finish();
+    if (!body) return pass(body.error());
+    elements_ += body->bodies[0].vertices.size() + body->bodies[0].cells.size();
+    if (elements_ > kMostElementsPerByte * file_.bytes()) {
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("its nodes repeat meshes too often: {} vertices and tetrahedra from {} "
+                      "bytes",
+                      elements_, file_.bytes()),
+          file_.wrong("").value().where);
+    }
+    body->bodies[0].name = name;
+    loaded_.bodies.push_back(std::move(body->bodies[0]));
+    for (std::string& notice : body->notices) loaded_.notices.push_back(std::move(notice));
+    return {};
+  }
+
+  G4mfFile& file_;
+  LoadedMesh4d loaded_;
+  std::vector<bool> seen_;  // nodes
+  bool cameras_ = false;
+  std::uint64_t elements_ = 0;  // vertices and tetrahedra so far
+};
+
+}  // namespace
+
+bool isG4mfBinary(std::string_view begin) { return begin.starts_with("G4MF"); }
+
+bool isG4mfText(std::string_view begin) {
+  const auto first = begin.find_first_not_of(" \t\r\n");
+  return first != begin.npos && begin[first] == '{' && begin.find("\"dimension\"") != begin.npos;
+}
+
+Result<LoadedMesh4d> readG4mf(const InputFile& file) {
+  auto g4mf = G4mfFile::open(file);
+  if (!g4mf) return pass(g4mf.error());
+  auto loaded = G4mfReader(*g4mf).read();
+  if (loaded) loaded->dialect = isG4mfBinary(file.bytes) ? "binary, draft" : "text, draft";
+  return loaded;
+}
+
+}  // namespace t4d::formats

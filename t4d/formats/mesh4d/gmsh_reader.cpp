@@ -1,0 +1,312 @@
+#include "t4d/formats/mesh4d/gmsh_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <unordered_map>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/mesh4d/mesh4d_builder.h"
+#include "t4d/formats/text_scanner.h"
+
+namespace t4d::formats {
+namespace {
+
+constexpr std::int64_t kTetrahedron4 = 4;  // the type of elements with four nodes
+
+class GmshReader {
+ public:
+  explicit GmshReader(const InputFile& file)
+      : file_(file),
+        text_(file),
+        mesh_(file.path.string(), [&file](auto line) { return file.atLine(line); }) {}
+
+  Result<LoadedMesh4d> read() {
+    while (text_.nextLine()) {
+      const std::string_view section = text_.word();
+      if (!section.starts_with('$')) return text_.unexpectedWord(section, "a section, as '$Nodes'");
+      Result<void> done;
+      if (section == "$MeshFormat") {
+        done = readFormat();
+      } else if (section == "$PhysicalNames") {
+        done = readPhysicalNames();
+      } else if (section == "$Entities") {
+        done = readEntities();
+      } else if (section == "$Nodes") {
+        done = readNodes();
+      } else if (section == "$Elements") {
+        done = readElements();
+      } else if (section == "$NodeData") {
+        done = readNodeData();
+      }
+      if (done) done = skipTo("$End" + std::string(section.substr(1)));
+      if (!done) return pass(done.error());
+    }
+    return finish();
+  }
+
+ private:
+  Result<LoadedMesh4d> finish() {
+    if (!timed_) {
+      return invalid("has no $NodeData \"time\", which would be the fourth coordinate",
+                     file_.path.string());
+    }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (!hasTime_[i]) {
+        return invalid(fmt::format("node {} has no time", tags_[i]), file_.atLine(lines_[i]));
+      }
+      if (auto added = mesh_.addVertex(points_[i], lines_[i]); !added) return pass(added.error());
+    }
+    for (const auto& [corners, entity, line] : cells_) {
+      if (auto added = mesh_.addCell(corners, entity, line); !added) return pass(added.error());
+    }
+    std::map<std::int64_t, std::string> names;
+    for (const auto& [entity, group] : groupOf_) {
+      if (const auto name = groupNames_.find(group); name != groupNames_.end()) {
+        names[entity] = name->second;
+      }
+    }
+    auto loaded = std::move(mesh_).finish(names);
+    if (!loaded) return loaded;
+    loaded->dialect = "MSH 4.1, text";
+    loaded->losses = std::move(losses_);
+    return loaded;
+  }
+
+  Result<void> skipTo(const std::string& end) {
+    while (text_.nextLine()) {
+      if (text_.word() == end) return {};
+    }
+    return text_.invalidHere(fmt::format("the file ends before {}", end));
+  }
+
+  Result<void> nextLine(const char* what) {
+    if (text_.nextLine()) return {};
+    return text_.invalidHere(fmt::format("the file ends, expected {}", what));
+  }
+
+  template <std::size_t N>
+  Result<std::array<std::int64_t, N>> numbers(const char* what) {
+    if (auto found = nextLine(what); !found) return pass(found.error());
+    std::array<std::int64_t, N> values{};
+    for (std::int64_t& value : values) {
+      if (!text_.integer(value, what)) return pass(text_.error());
+    }
+    return values;
+  }
+
+  /// A count of lines of at least `shortest` bytes each.
+  Result<void> checkCount(std::int64_t count, std::size_t shortest, const char* what) {
+    if (count >= 0 && static_cast<std::uint64_t>(count) <= text_.bytesLeft() / shortest + 1) {
+      return {};
+    }
+    return text_.invalidHere(
+        fmt::format("declares {} {}, which the {} bytes that follow cannot hold", count, what,
+                    text_.bytesLeft()));
+  }
+
+  Result<void> readFormat() {
+    if (auto found = nextLine("the version"); !found) return found;
+    const std::string_view version = text_.word();
+    if (version != "4.1") {
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("is MSH version {}, expected 4.1; Gmsh writes it with `-format msh41`",
+                      inQuotes(version)),
+          text_.where());
+    }
+    std::int64_t binary = 0;
+    if (!text_.integer(binary, "0 for text")) return pass(text_.error());
+    if (binary == 0) return {};
+    return fail(ErrorCode::Unsupported,
+                "is a binary MSH file, which is not supported; save it as text (ASCII)",
+                text_.where());
+  }
+
+  Result<void> readPhysicalNames() {
+    const auto count = numbers<1>("the number of physical names");
+    if (!count) return pass(count.error());
+    if (auto good = checkCount((*count)[0], 6, "physical names"); !good) return good;
+    for (std::int64_t i = 0; i < (*count)[0]; ++i) {
+      const auto group = numbers<2>("a dimension and a tag");
+      if (!group) return pass(group.error());
+      std::string_view name = text_.rest();
+      if (name.size() >= 2 && name.starts_with('"') && name.ends_with('"')) {
+        name = name.substr(1, name.size() - 2);
+      }
+      if ((*group)[0] == 3) groupNames_[(*group)[1]] = std::string(name);
+    }
+    return {};
+  }
+
+  /// Only volumes matter; they come after points, curves and surfaces.
+  Result<void> readEntities() {
+    const auto counts = numbers<4>("the numbers of points, curves, surfaces and volumes");
+    if (!counts) return pass(counts.error());
+    for (int dimension = 0; dimension < 4; ++dimension) {
+      const std::int64_t count = (*counts)[dimension];
+      if (auto good = checkCount(count, 8, "entities"); !good) return good;
+      for (std::int64_t i = 0; i < count; ++i) {
+        if (auto found = nextLine("an entity"); !found) return found;
+        if (dimension < 3) continue;
+        std::int64_t tag = 0;
+        std::int64_t groups = 0;
+        if (!text_.integer(tag, "a tag")) return pass(text_.error());
+        for (int k = 0; k < 6; ++k) {
+          double bound = 0;
+          if (!text_.number(bound, "a bound")) return pass(text_.error());
+        }
+        if (!text_.integer(groups, "the number of physical tags")) return pass(text_.error());
+        std::int64_t group = 0;
+        if (groups > 0 && !text_.integer(group, "a physical tag")) return pass(text_.error());
+        if (groups > 0) groupOf_[tag] = group;
+      }
+    }
+    return {};
+  }
+
+  Result<void> readNodes() {
+    const auto head = numbers<4>("the numbers of blocks and nodes");
+    if (!head) return pass(head.error());
+    if (auto good = checkCount((*head)[0], 8, "blocks"); !good) return good;
+    for (std::int64_t block = 0; block < (*head)[0]; ++block) {
+      const auto about = numbers<4>("a block of nodes");
+      if (!about) return pass(about.error());
+      const std::int64_t count = (*about)[3];
+      if (auto good = checkCount(count, 8, "nodes"); !good) return good;
+      const std::size_t first = tags_.size();
+      for (std::int64_t i = 0; i < count; ++i) {
+        const auto tag = numbers<1>("the tag of a node");
+        if (!tag) return pass(tag.error());
+        if (!numberOf_.try_emplace((*tag)[0], tags_.size()).second) {
+          return text_.invalidHere(fmt::format("a second node has the tag {}", (*tag)[0]));
+        }
+        tags_.push_back((*tag)[0]);
+      }
+      for (std::int64_t i = 0; i < count; ++i) {
+        if (auto found = nextLine("the coordinates of a node"); !found) return found;
+        model::Point4 point = model::Point4::Zero();
+        for (int axis = 0; axis < 3; ++axis) {
+          if (!text_.number(point[axis], "a coordinate")) return pass(text_.error());
+        }
+        points_.push_back(point);
+        lines_.push_back(text_.line());
+      }
+      if (points_.size() != first + static_cast<std::size_t>(count)) {
+        return text_.invalidHere("a block of nodes is incomplete");
+      }
+    }
+    hasTime_.resize(points_.size());
+    return {};
+  }
+
+  Result<std::size_t> nodeOf(std::int64_t tag) {
+    const auto found = numberOf_.find(tag);
+    if (found != numberOf_.end()) return found->second;
+    return text_.invalidHere(fmt::format("refers to node {}, which does not exist", tag));
+  }
+
+  Result<void> readElements() {
+    const auto head = numbers<4>("the numbers of blocks and elements");
+    if (!head) return pass(head.error());
+    if (auto good = checkCount((*head)[0], 8, "blocks"); !good) return good;
+    for (std::int64_t block = 0; block < (*head)[0]; ++block) {
+      const auto about = numbers<4>("a block of elements");
+      if (!about) return pass(about.error());
+      const auto& [dimension, entity, type, count] = *about;
+      if (auto good = checkCount(count, 4, "elements"); !good) return good;
+      if (dimension == 3 && type != kTetrahedron4 && count > 0) {
+        return fail(ErrorCode::Unsupported,
+                    fmt::format("has {} elements of type {}, expected tetrahedra of four nodes (4)",
+                                count, type),
+                    text_.where());
+      }
+      for (std::int64_t i = 0; i < count; ++i) {
+        if (auto found = nextLine("an element"); !found) return found;
+        if (dimension != 3) continue;
+        std::int64_t tag = 0;
+        if (!text_.integer(tag, "the tag of an element")) return pass(text_.error());
+        std::array<std::uint64_t, 4> corners{};
+        for (std::uint64_t& corner : corners) {
+          if (!text_.integer(tag, "the tag of a node")) return pass(text_.error());
+          const auto node = nodeOf(tag);
+          if (!node) return pass(node.error());
+          corner = *node;
+        }
+        cells_.push_back({corners, entity, text_.line()});
+      }
+    }
+    return {};
+  }
+
+  Result<void> readNodeData() {
+    const auto strings = numbers<1>("the number of string tags");
+    if (!strings) return pass(strings.error());
+    std::string name;
+    for (std::int64_t i = 0; i < (*strings)[0]; ++i) {
+      if (auto found = nextLine("a string tag"); !found) return found;
+      if (i == 0) name = std::string(text_.rest());
+    }
+    if (name != "\"time\"") {
+      losses_.push_back(
+          fmt::format("{}: node data {} is not read", file_.path.string(), inQuotes(name)));
+      return {};
+    }
+    const auto reals = numbers<1>("the number of real tags");
+    if (!reals) return pass(reals.error());
+    for (std::int64_t i = 0; i < (*reals)[0]; ++i) {
+      if (auto found = nextLine("a real tag"); !found) return found;
+    }
+    const auto integers = numbers<1>("the number of integer tags");
+    if (!integers) return pass(integers.error());
+    std::array<std::int64_t, 3> about{};  // step, components, nodes
+    for (std::int64_t i = 0; i < (*integers)[0]; ++i) {
+      const auto value = numbers<1>("an integer tag");
+      if (!value) return pass(value.error());
+      if (i < 3) about[static_cast<std::size_t>(i)] = (*value)[0];
+    }
+    if (about[1] != 1) {
+      return text_.invalidHere(fmt::format("the time has {} components, expected 1", about[1]));
+    }
+    if (timed_) return text_.invalidHere("has the time a second time");
+    timed_ = true;
+    for (std::int64_t i = 0; i < about[2]; ++i) {
+      const auto tag = numbers<1>("the tag of a node and its time");
+      if (!tag) return pass(tag.error());
+      const auto node = nodeOf((*tag)[0]);
+      if (!node) return pass(node.error());
+      if (!text_.number(points_[*node][3], "a time")) return pass(text_.error());
+      hasTime_[*node] = true;
+    }
+    return {};
+  }
+
+  struct GmshCell {
+    std::array<std::uint64_t, 4> corners;
+    std::int64_t entity;
+    std::uint64_t line;
+  };
+
+  const InputFile& file_;
+  TextScanner text_;
+  Mesh4dBuilder mesh_;
+  std::vector<model::Point4> points_;
+  std::vector<bool> hasTime_;
+  std::vector<std::int64_t> tags_;
+  std::vector<std::uint64_t> lines_;
+  std::unordered_map<std::int64_t, std::size_t> numberOf_;  // by tag
+  std::vector<GmshCell> cells_;
+  std::map<std::int64_t, std::int64_t> groupOf_;  // physical group of a volume
+  std::map<std::int64_t, std::string> groupNames_;
+  bool timed_ = false;
+  std::vector<std::string> losses_;
+};
+
+}  // namespace
+
+bool isGmsh(std::string_view begin) { return begin.starts_with("$MeshFormat"); }
+
+Result<LoadedMesh4d> readGmsh(const InputFile& file) { return GmshReader(file).read(); }
+
+}  // namespace t4d::formats

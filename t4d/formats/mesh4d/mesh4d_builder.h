@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/formats/mesh4d/mesh4d.h"
+
+namespace t4d::formats {
+
+/// Checks the vertices and tetrahedra of a file and makes bodies of them.
+class Mesh4dBuilder {
+ public:
+  /// A place in the file; `PlaceText` turns it into the `where` of an error.
+  using Place = std::uint64_t;
+  using PlaceText = std::function<std::string(Place)>;
+
+  /// `firstIndex` is how the format counts vertices, for messages: from 0 or from 1.
+  Mesh4dBuilder(std::string file, PlaceText placeText, unsigned firstIndex = 0)
+      : file_(std::move(file)), placeText_(std::move(placeText)), firstIndex_(firstIndex) {}
+
+  /// Reserves memory; the caller has checked the counts against the size of the file.
+  void reserve(std::size_t vertices, std::size_t cells);
+
+  /// Coordinates that are not finite, or beyond model::kLargestCoordinate, are an error.
+  Result<void> addVertex(const model::Point4& vertex, Place place);
+
+  /// `corners` are the numbers of vertices, from 0, which may follow later. `part` is what the
+  /// format groups cells by: a reference, a region, a physical group.
+  Result<void> addCell(const std::array<std::uint64_t, 4>& corners, std::int64_t part, Place place);
+
+  std::size_t vertexCount() const { return vertices_.size(); }
+  std::span<model::Point4> vertices() { return vertices_; }
+
+  /// Drops cells with equal corners and vertices without cells, with a notice. Parts become bodies
+  /// with these names if each is closed by itself; otherwise they are parts of the boundary of one
+  /// solid, and become one body, with a notice.
+  ///
+  /// Fails on an index out of range, and when no cell is left.
+  Result<LoadedMesh4d> finish(const std::map<std::int64_t, std::string>& names = {}) &&;
+
+ private:
+  Result<void> checkCorners() const;
+  std::vector<Mesh4d> split(const std::vector<std::int64_t>& parts,
+                            const std::map<std::int64_t, std::string>& names);
+
+  std::string file_;
+  PlaceText placeText_;
+  unsigned firstIndex_;
+  std::vector<model::Point4> vertices_;
+  std::vector<model::Cell> cells_;
+  std::vector<std::int64_t> parts_;  // of each cell; empty while all are of part firstPart_
+  std::int64_t firstPart_ = 0;
+  std::uint64_t droppedCells_ = 0;
+  std::uint32_t largestCorner_ = 0;
+  Place placeOfLargest_ = 0;
+};
+
+}  // namespace t4d::formats

@@ -1,0 +1,441 @@
+#include "t4d/formats/mesh4d/vtu_file.h"
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <type_traits>
+
+#include <expat.h>
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "t4d/formats/base64.h"
+#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/zlib_block.h"
+
+namespace t4d::formats {
+namespace {
+
+using Attributes = std::map<std::string, std::string>;
+
+std::optional<std::uint64_t> wholeNumberOf(const std::string& text) {
+  const auto begin = text.find_first_not_of(' ');
+  if (begin == text.npos) return std::nullopt;
+  std::uint64_t value = 0;
+  const auto [stop, problem] =
+      std::from_chars(text.data() + begin, text.data() + text.size(), value);
+  if (problem != std::errc() ||
+      std::string_view(stop).find_first_not_of(' ') != std::string::npos) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+/// Bytes of a value of this type; 0 for an unknown one.
+std::size_t sizeOf(std::string_view type) {
+  if (type == "Float64" || type == "Int64" || type == "UInt64") return 8;
+  if (type == "Float32" || type == "Int32" || type == "UInt32") return 4;
+  if (type == "Int16" || type == "UInt16") return 2;
+  if (type == "Int8" || type == "UInt8") return 1;
+  return 0;
+}
+
+template <class Stored, class Number, class Make>
+void convert(std::string_view bytes, std::vector<Number>& into, Make make) {
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    into[i] = make(loadNumber<Stored>(bytes.data() + i * sizeof(Stored)));
+  }
+}
+
+}  // namespace
+
+/// Follows the elements of the XML.
+class VtuParser {
+ public:
+  explicit VtuParser(const InputFile& file) : file_(file) { result_.file_ = &file; }
+
+  Result<VtuFile> parse() {
+    const std::unique_ptr<XML_ParserStruct, void (*)(XML_Parser)> parser(XML_ParserCreate(nullptr),
+                                                                         XML_ParserFree);
+    parser_ = parser.get();
+    XML_SetUserData(parser_, this);
+    XML_SetElementHandler(parser_, onStart, onEnd);
+    XML_SetCharacterDataHandler(parser_, onText);
+    constexpr std::size_t kChunk = std::size_t{1} << 24;
+    std::string_view left = file_.bytes;
+    XML_Status status = XML_STATUS_OK;
+    while (status == XML_STATUS_OK && !left.empty()) {
+      const std::string_view chunk = left.substr(0, kChunk);
+      left.remove_prefix(chunk.size());
+      status = XML_Parse(parser_, chunk.data(), static_cast<int>(chunk.size()), left.empty());
+    }
+    if (problem_) return pass(*problem_);
+    if (status != XML_STATUS_OK && !atAppended_) {
+      return invalid(fmt::format("is not XML: {}", XML_ErrorString(XML_GetErrorCode(parser_))),
+                     file_.atLine(XML_GetCurrentLineNumber(parser_)));
+    }
+    if (!isGrid_) return invalid("is not a VTKFile of type UnstructuredGrid", file_.path.string());
+    if (atAppended_) {
+      if (auto found = findAppended(); !found) return pass(found.error());
+    }
+    return std::move(result_);
+  }
+
+ private:
+  static void onStart(void* self, const char* name, const char** attributes) {
+    Attributes given;
+    for (; *attributes != nullptr; attributes += 2) given[attributes[0]] = attributes[1];
+    static_cast<VtuParser*>(self)->start(name, given);
+  }
+  static void onEnd(void* self, const char* name) { static_cast<VtuParser*>(self)->end(name); }
+  static void onText(void* self, const char* text, int size) {
+    auto* parser = static_cast<VtuParser*>(self);
+    if (parser->array_ != nullptr && parser->nested_ == 0) {
+      parser->array_->text.append(text, static_cast<std::size_t>(size));
+    }
+  }
+
+  void stop(Error error) {
+    problem_ = std::move(error);
+    XML_StopParser(parser_, XML_FALSE);
+  }
+  std::string here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
+
+  void start(const std::string& name, Attributes& attributes) {
+    if (problem_ || atAppended_) return;
+    if (array_ != nullptr) {
+      ++nested_;  // what VTK notes about an array
+    } else if (name == "VTKFile") {
+      startFile(attributes);
+    } else if (name == "Piece") {
+      startPiece(attributes);
+    } else if (name == "FieldData") {
+      section_ = &result_.fieldData_;
+    } else if (name == "PointData" || name == "CellData" || name == "Points" || name == "Cells") {
+      if (result_.pieces_.empty())
+        return stop(invalid(name + " is not in a Piece", here()).value());
+      VtuPiece& piece = result_.pieces_.back();
+      section_ = name == "PointData"  ? &piece.pointData
+                 : name == "CellData" ? &piece.cellData
+                 : name == "Points"   ? &piece.coordinates
+                                      : &piece.connectivity;
+    } else if (name == "DataArray" || name == "Array") {
+      startArray(attributes);
+    } else if (name == "AppendedData") {
+      const std::string encoding = attributes["encoding"];
+      result_.rawAppended_ = encoding == "raw";
+      if (encoding != "raw" && encoding != "base64") {
+        return stop(invalid(fmt::format("found encoding {}, expected 'raw' or 'base64'",
+                                        inQuotes(encoding)),
+                            here())
+                        .value());
+      }
+      atAppended_ = true;
+      appendedAt_ = static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_));
+      XML_StopParser(parser_, XML_FALSE);
+    }
+  }
+
+  void startFile(Attributes& attributes) {
+    isGrid_ = attributes["type"] == "UnstructuredGrid";
+    if (const auto& order = attributes["byte_order"]; order == "BigEndian") {
+      return stop(
+          fail(ErrorCode::Unsupported, "has big-endian numbers, which are not supported", here())
+              .value());
+    }
+    const std::string& compressor = attributes["compressor"];
+    if (!compressor.empty() && compressor != "vtkZLibDataCompressor") {
+      return stop(fail(ErrorCode::Unsupported,
+                       fmt::format("is compressed by {}; only vtkZLibDataCompressor is supported",
+                                   inQuotes(compressor)),
+                       here())
+                      .value());
+    }
+    result_.compressed_ = !compressor.empty();
+    result_.wideHeader_ = attributes["header_type"] == "UInt64";
+  }
+
+  void startPiece(Attributes& attributes) {
+    VtuPiece piece;
+    for (const auto& [name, count] :
+         {std::pair{"NumberOfPoints", &piece.points}, std::pair{"NumberOfCells", &piece.cells}}) {
+      const auto number = wholeNumberOf(attributes[name]);
+      if (!number || *number > std::numeric_limits<std::uint32_t>::max()) {
+        return stop(invalid(fmt::format("{} is {}, expected a whole number below 2^32", name,
+                                        inQuotes(attributes[name])),
+                            here())
+                        .value());
+      }
+      *count = *number;
+    }
+    result_.pieces_.push_back(std::move(piece));
+  }
+
+  void startArray(Attributes& attributes) {
+    if (section_ == nullptr) return;
+    VtuArray array;
+    array.name = attributes["Name"];
+    array.type = attributes["type"];
+    array.format = attributes["format"].empty() ? "ascii" : attributes["format"];
+    const auto read = [&](const char* name, std::uint64_t& into) {
+      const std::string& text = attributes[name];
+      if (text.empty()) return true;
+      const auto number = wholeNumberOf(text);
+      if (number) into = *number;
+      return number.has_value();
+    };
+    if (!read("NumberOfComponents", array.components) || !read("offset", array.offset)) {
+      return stop(invalid(fmt::format("the array {} has attributes that are not whole numbers",
+                                      inQuotes(array.name)),
+                          here())
+                      .value());
+    }
+    section_->push_back(std::move(array));
+    array_ = &section_->back();
+  }
+
+  void end(std::string_view name) {
+    if (nested_ > 0) {
+      --nested_;
+    } else if (name == "DataArray" || name == "Array") {
+      array_ = nullptr;
+    } else if (name == "PointData" || name == "CellData" || name == "Points" || name == "Cells" ||
+               name == "FieldData") {
+      section_ = nullptr;
+    }
+  }
+
+  /// The data begin behind an underscore.
+  Result<void> findAppended() {
+    const std::string_view bytes = file_.bytes;
+    const std::size_t tagEnd = bytes.find('>', appendedAt_);
+    const std::size_t begin =
+        tagEnd == bytes.npos ? bytes.npos : bytes.find_first_not_of(" \t\r\n", tagEnd + 1);
+    if (begin == bytes.npos || bytes[begin] != '_') {
+      return invalid("the appended data do not begin with '_'", file_.atByte(appendedAt_));
+    }
+    // What is cut off would otherwise show only where an array ends beyond it.
+    const std::size_t last = bytes.find_last_not_of(" \t\r\n");
+    if (!bytes.substr(0, last + 1).ends_with("</VTKFile>")) {
+      return invalid("the file ends before '</VTKFile>'", file_.atByte(bytes.size()));
+    }
+    result_.appended_ = bytes.substr(begin + 1);
+    if (!result_.rawAppended_) {
+      result_.appended_ = result_.appended_.substr(0, result_.appended_.find('<'));
+    }
+    return {};
+  }
+
+  const InputFile& file_;
+  VtuFile result_;
+  XML_Parser parser_ = nullptr;
+  std::vector<VtuArray>* section_ = nullptr;
+  VtuArray* array_ = nullptr;
+  int nested_ = 0;  // elements inside the array
+  bool isGrid_ = false;
+  bool atAppended_ = false;
+  std::size_t appendedAt_ = 0;
+  std::optional<Error> problem_;
+};
+
+Result<VtuFile> VtuFile::open(const InputFile& file) { return VtuParser(file).parse(); }
+
+std::string VtuFile::dialect() const {
+  std::string text = "ASCII";
+  for (const VtuPiece& piece : pieces_) {
+    for (const VtuArray& array : piece.coordinates) {
+      if (array.format == "binary") text = "base64";
+      if (array.format == "appended") text = rawAppended_ ? "appended" : "appended base64";
+    }
+  }
+  return text + (compressed_ && text != "ASCII" ? ", compressed" : "");
+}
+
+tl::unexpected<Error> VtuFile::wrong(const VtuArray& array, const std::string& message) const {
+  return invalid(fmt::format("the array {} {}", inQuotes(array.name), message),
+                 file_->path.string());
+}
+
+/// The bytes of an array that is not ASCII, which must be `size`. They follow a header: the number
+/// of bytes; or if compressed the number of blocks, the size of a block, that of the last block
+/// unless it is as large, and the compressed size of each.
+Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) const {
+  const bool isAppended = array.format == "appended";
+  const bool isRaw = isAppended && rawAppended_;
+  std::string_view stored = array.text;
+  if (isAppended) {
+    if (array.offset > appended_.size()) {
+      return wrong(array, fmt::format("begins at byte {} of {} appended bytes", array.offset,
+                                      appended_.size()));
+    }
+    stored = appended_.substr(array.offset);
+  }
+  // The first bytes, unpacked from Base64 where they are so; fewer if there are no more.
+  std::string decoded;
+  const auto first = [&](std::uint64_t count) -> Result<std::string_view> {
+    if (isRaw) return stored.substr(0, count);
+    auto bytes = fromBase64(stored, count);
+    if (!bytes) return wrong(array, "is not Base64");
+    decoded = std::move(*bytes);
+    return std::string_view(decoded).substr(0, count);
+  };
+  const std::size_t word = wideHeader_ ? 8 : 4;
+  const auto wordAt = [&](std::string_view bytes, std::size_t index) -> std::uint64_t {
+    const char* at = bytes.data() + index * word;
+    return wideHeader_ ? loadNumber<std::uint64_t>(at) : loadNumber<std::uint32_t>(at);
+  };
+  const std::string tooShort = "ends before its data";
+  if (!compressed_) {
+    // One more byte would show that there are too many.
+    const auto bytes = first(word + size);
+    if (!bytes) return pass(bytes.error());
+    if (bytes->size() < word) return wrong(array, tooShort);
+    if (wordAt(*bytes, 0) != size) {
+      return wrong(array, fmt::format("has {} bytes, expected {}", wordAt(*bytes, 0), size));
+    }
+    if (bytes->size() < word + size) return wrong(array, tooShort);
+    return std::string(bytes->substr(word));
+  }
+  auto head = first(3 * word);
+  if (!head) return pass(head.error());
+  if (head->size() < 3 * word) {
+    // An array without blocks may have a shorter header.
+    if (size == 0) return std::string();
+    return wrong(array, tooShort);
+  }
+  const std::uint64_t blocks = wordAt(*head, 0);
+  const std::uint64_t blockSize = wordAt(*head, 1);
+  const std::uint64_t partial = wordAt(*head, 2);
+  if (blocks == 0 && size == 0) return std::string();
+  if (blocks > stored.size() / word) return wrong(array, tooShort);
+  const std::uint64_t last = partial > 0 ? partial : blockSize;
+  const bool fits = blocks == 1 || (blockSize > 0 && blocks - 1 <= size / blockSize);
+  if (blocks == 0 || last > blockSize || !fits || (blocks - 1) * blockSize + last != size) {
+    return wrong(array, fmt::format("has {} blocks of {} bytes, the last of {}, expected {} bytes",
+                                    blocks, blockSize, last, size));
+  }
+  head = first((3 + blocks) * word);
+  if (!head) return pass(head.error());
+  if (head->size() < (3 + blocks) * word) return wrong(array, tooShort);
+  std::vector<std::uint64_t> sizes;
+  std::uint64_t all = 0;
+  for (std::uint64_t i = 0; i < blocks; ++i) {
+    const std::uint64_t packed = wordAt(*head, 3 + i);
+    if (packed > stored.size()) return wrong(array, tooShort);
+    sizes.push_back(packed);
+    all += packed;
+  }
+  if (all > stored.size()) return wrong(array, tooShort);
+  if (size / kMostZlibRatio > all) {
+    return wrong(array, fmt::format("cannot unpack {} bytes to {}", all, size));
+  }
+  const auto bytes = first((3 + blocks) * word + all);
+  if (!bytes) return pass(bytes.error());
+  if (bytes->size() < (3 + blocks) * word + all) return wrong(array, tooShort);
+  std::vector<std::uint64_t> begin = {(3 + blocks) * word};
+  for (const std::uint64_t packed : sizes) begin.push_back(begin.back() + packed);
+  std::string unpacked(size, '\0');
+  std::atomic<bool> damaged = false;
+  tbb::parallel_for(std::uint64_t{0}, blocks, [&](std::uint64_t i) {
+    const std::span<char> into(unpacked.data() + i * blockSize, i + 1 < blocks ? blockSize : last);
+    if (!zlibUnpack(bytes->substr(begin[i], sizes[i]), into)) damaged = true;
+  });
+  if (damaged) return wrong(array, "is damaged: a block does not unpack to its size");
+  return unpacked;
+}
+
+template <class Number, class Make>
+Result<std::vector<Number>> VtuFile::values(const VtuArray& array, std::uint64_t count,
+                                            Make make) const {
+  if (array.format == "ascii") {
+    // Each value takes a digit and a blank.
+    if (count > array.text.size() / 2 + 1) {
+      return wrong(array, fmt::format("has fewer than {} values", count));
+    }
+    const InputFile text{file_->path, array.text};
+    TextScanner scanner(text);
+    std::vector<Number> values(count);
+    // As text there are doubles or integers.
+    std::conditional_t<std::is_same_v<Number, double>, double, std::int64_t> number{};
+    for (Number& value : values) {
+      if (!scanner.parse(scanner.wordAcrossLines(), number, "a number")) {
+        return wrong(array, "is wrong: " + scanner.error().message);
+      }
+      value = make(number);
+    }
+    if (!scanner.wordAcrossLines().empty()) {
+      return wrong(array, fmt::format("has more than {} values", count));
+    }
+    return values;
+  }
+  const std::size_t width = sizeOf(array.type);
+  if (width == 0) return wrong(array, fmt::format("has the type {}", inQuotes(array.type)));
+  if (array.format != "binary" && array.format != "appended") {
+    return wrong(array, fmt::format("has the format {}", inQuotes(array.format)));
+  }
+  auto bytes = bytesOf(array, count * width);
+  if (!bytes) return pass(bytes.error());
+  std::vector<Number> values(count);
+  const std::string& type = array.type;
+  if (type == "Float64") {
+    convert<double>(*bytes, values, make);
+  } else if (type == "Float32") {
+    convert<float>(*bytes, values, make);
+  } else if (type == "Int64") {
+    convert<std::int64_t>(*bytes, values, make);
+  } else if (type == "UInt64") {
+    convert<std::uint64_t>(*bytes, values, make);
+  } else if (type == "Int32") {
+    convert<std::int32_t>(*bytes, values, make);
+  } else if (type == "UInt32") {
+    convert<std::uint32_t>(*bytes, values, make);
+  } else if (type == "Int16") {
+    convert<std::int16_t>(*bytes, values, make);
+  } else if (type == "UInt16") {
+    convert<std::uint16_t>(*bytes, values, make);
+  } else if (type == "Int8") {
+    convert<std::int8_t>(*bytes, values, make);
+  } else {
+    convert<std::uint8_t>(*bytes, values, make);
+  }
+  return values;
+}
+
+Result<std::vector<double>> VtuFile::numbers(const VtuArray& array, std::uint64_t count) const {
+  return values<double>(array, count, [](auto number) { return static_cast<double>(number); });
+}
+
+Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array,
+                                                    std::uint64_t count) const {
+  if (array.type.starts_with("Float") && array.format != "ascii") {
+    return wrong(array, "has numbers that are not whole");
+  }
+  return values<std::int64_t>(array, count,
+                              [](auto number) { return static_cast<std::int64_t>(number); });
+}
+
+Result<std::vector<std::uint32_t>> VtuFile::indices(const VtuArray& array, std::uint64_t count,
+                                                    std::uint32_t limit) const {
+  if (array.type.starts_with("Float") && array.format != "ascii") {
+    return wrong(array, "has numbers that are not whole");
+  }
+  std::optional<std::int64_t> beyond;
+  auto found = values<std::uint32_t>(array, count, [&](auto number) {
+    const auto integer = static_cast<std::int64_t>(number);
+    if (integer < 0 || integer >= limit) beyond = integer;
+    return static_cast<std::uint32_t>(integer);
+  });
+  if (found && beyond) {
+    return wrong(array, fmt::format("has the number {}, expected 0 to {}", *beyond,
+                                    std::int64_t{limit} - 1));
+  }
+  return found;
+}
+
+}  // namespace t4d::formats

@@ -1,0 +1,280 @@
+#include "t4d/formats/mesh4d/vtu_writer.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/zlib_block.h"
+
+namespace t4d::formats {
+namespace {
+
+constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
+/// Blocks compressed at once.
+constexpr std::size_t kBatch = 64;
+constexpr std::uint8_t kVtkTetrahedron = 10;
+
+// Numbers are written as they are in memory.
+static_assert(std::endian::native == std::endian::little);
+
+/// An array of appended data: a table of the sizes of its blocks, then the blocks.
+class ArrayOutput {
+ public:
+  ArrayOutput(OutputFile& file, std::uint64_t bytes) : file_(file), offset_(file.size()) {
+    const std::uint64_t blocks = (bytes + kBlockBytes - 1) / kBlockBytes;
+    table_ = {blocks, kBlockBytes, bytes % kBlockBytes};
+    left_ = bytes;
+    raw_.reserve(std::min<std::uint64_t>(bytes, kBlockBytes * kBatch));
+  }
+
+  /// Reserves the place of the table.
+  Result<void> begin() {
+    const std::vector<std::uint64_t> empty(table_.size() + table_[0]);
+    return file_.write(empty.data(), empty.size() * sizeof(std::uint64_t));
+  }
+
+  template <class T>
+  Result<void> put(const T* values, std::size_t count) {
+    const auto* from = reinterpret_cast<const char*>(values);
+    std::size_t size = count * sizeof(T);
+    while (size > 0) {
+      const std::size_t now = std::min(size, kBlockBytes * kBatch - raw_.size());
+      raw_.append(from, now);
+      from += now;
+      size -= now;
+      if (raw_.size() == kBlockBytes * kBatch) {
+        if (auto done = flush(); !done) return done;
+      }
+    }
+    return {};
+  }
+
+  Result<void> finish() {
+    if (auto done = flush(); !done) return done;
+    if (left_ != 0) return invalid("the mesh has not as many elements as stated");
+    return file_.rewrite(offset_, table_.data(), table_.size() * sizeof(std::uint64_t));
+  }
+
+ private:
+  Result<void> flush() {
+    if (raw_.size() > left_) return invalid("the mesh has more elements than stated");
+    left_ -= raw_.size();
+    packed_.resize((raw_.size() + kBlockBytes - 1) / kBlockBytes);
+    tbb::parallel_for(std::size_t{0}, packed_.size(), [&](std::size_t i) {
+      packed_[i] = zlibCompressed(std::string_view(raw_).substr(i * kBlockBytes, kBlockBytes));
+    });
+    raw_.clear();
+    for (const std::string& block : packed_) {
+      table_.push_back(block.size());
+      if (auto done = file_.write(block.data(), block.size()); !done) return done;
+    }
+    return {};
+  }
+
+  OutputFile& file_;
+  std::uint64_t offset_;
+  std::vector<std::uint64_t> table_;
+  std::uint64_t left_;
+  std::string raw_;
+  std::vector<std::string> packed_;
+};
+
+/// The XML before the data, with places for the offsets of the arrays.
+class VtuHead {
+ public:
+  void add(std::string_view text) { text_ += text; }
+
+  void addArray(std::string_view type, std::string_view name, std::string_view more = {}) {
+    text_ += fmt::format(R"(<DataArray type="{}" Name="{}"{} format="appended" offset=")", type,
+                         name, more);
+    places_.push_back(text_.size());
+    text_.append(kDigits + 1, ' ');
+    text_ += "/>\n";
+  }
+
+  const std::string& text() const { return text_; }
+
+  /// Sets the offset of the array with this number.
+  Result<void> place(OutputFile& file, std::size_t array, std::uint64_t offset) const {
+    // Blanks follow the quote: not every reader takes them before it.
+    const std::string text = fmt::format("{:<{}}", fmt::format("{}\"", offset), kDigits + 1);
+    return file.rewrite(places_[array], text.data(), text.size());
+  }
+
+ private:
+  static constexpr std::size_t kDigits = 20;
+  std::string text_;
+  std::vector<std::size_t> places_;
+};
+
+/// Text as the numbers of its bytes, as VTK has strings.
+std::string asciiCodes(std::string_view text) {
+  std::string codes;
+  for (const char c : text) codes += fmt::format("{} ", static_cast<unsigned char>(c));
+  return codes + "0 ";
+}
+
+class VtuWriter {
+ public:
+  VtuWriter(OutputFile& file, const FlatBodies& mesh)
+      : file_(file),
+        mesh_(mesh),
+        wide_(4 * mesh.cellCount() > std::numeric_limits<std::int32_t>::max()) {}
+
+  Result<void> write() {
+    writeHead();
+    if (auto done = file_.write(head_.text().data(), head_.text().size()); !done) return done;
+    begin_ = file_.size();
+    if (auto done = writeVertices(); !done) return done;
+    if (mesh_.bodies().size() > 1) {
+      if (auto done = writeBodies(); !done) return done;
+    }
+    if (auto done = wide_ ? writeCells<std::int64_t>() : writeCells<std::int32_t>(); !done) {
+      return done;
+    }
+    const std::string_view end = "\n</AppendedData>\n</VTKFile>";
+    return file_.write(end.data(), end.size());
+  }
+
+ private:
+  // Arrays in the order of the head.
+  enum Array : std::uint8_t { kTimes, kPoints, kConnectivity, kOffsets, kTypes, kBodies };
+
+  void writeHead() {
+    const auto bodies = mesh_.bodies();
+    head_.add(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+        "byte_order=\"LittleEndian\" header_type=\"UInt64\" "
+        "compressor=\"vtkZLibDataCompressor\">\n<!-- written by t4d: the point data t are the "
+        "fourth coordinate, time -->\n<UnstructuredGrid>\n");
+    if (bodies.size() > 1) {
+      head_.add(
+          fmt::format("<FieldData>\n<Array type=\"String\" Name=\"body_names\" "
+                      "NumberOfTuples=\"{}\" format=\"ascii\">\n",
+                      bodies.size()));
+      for (const CountedBody& body : bodies) head_.add(asciiCodes(body.name));
+      head_.add("\n</Array>\n</FieldData>\n");
+    }
+    head_.add(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
+                          mesh_.vertexCount(), mesh_.cellCount()));
+    head_.add("<PointData Scalars=\"t\">\n");
+    head_.addArray("Float64", "t");
+    head_.add("</PointData>\n<Points>\n");
+    head_.addArray("Float64", "Points", " NumberOfComponents=\"3\"");
+    head_.add("</Points>\n<Cells>\n");
+    head_.addArray(wide_ ? "Int64" : "Int32", "connectivity");
+    head_.addArray(wide_ ? "Int64" : "Int32", "offsets");
+    head_.addArray("UInt8", "types");
+    head_.add("</Cells>\n");
+    if (bodies.size() > 1) {
+      head_.add("<CellData>\n");
+      head_.addArray("Int32", "body");
+      head_.add("</CellData>\n");
+    }
+    head_.add("</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_");
+  }
+
+  /// An array that starts here.
+  Result<ArrayOutput> array(Array which, std::uint64_t bytes) {
+    if (auto placed = head_.place(file_, which, file_.size() - begin_); !placed) {
+      return pass(placed.error());
+    }
+    ArrayOutput output(file_, bytes);
+    if (auto begun = output.begin(); !begun) return pass(begun.error());
+    return output;
+  }
+
+  Result<void> writeVertices() {
+    std::vector<double> times;
+    times.reserve(mesh_.vertexCount());
+    auto points = array(kPoints, 24 * mesh_.vertexCount());
+    if (!points) return pass(points.error());
+    std::vector<double> some;
+    auto done = mesh_.forVertices([&](std::span<const model::Point4> vertices) {
+      some.clear();
+      for (const model::Point4& v : vertices) {
+        some.insert(some.end(), v.data(), v.data() + 3);
+        times.push_back(v[3]);
+      }
+      return points->put(some.data(), some.size());
+    });
+    if (done) done = points->finish();
+    if (!done) return done;
+    auto output = array(kTimes, 8 * mesh_.vertexCount());
+    if (!output) return pass(output.error());
+    if (done = output->put(times.data(), times.size()); !done) return done;
+    return output->finish();
+  }
+
+  Result<void> writeBodies() {
+    auto output = array(kBodies, 4 * mesh_.cellCount());
+    if (!output) return pass(output.error());
+    std::int32_t number = 0;
+    for (const CountedBody& body : mesh_.bodies()) {
+      for (std::uint64_t i = 0; i < body.tetrahedra; ++i) {
+        if (auto done = output->put(&number, 1); !done) return done;
+      }
+      ++number;
+    }
+    return output->finish();
+  }
+
+  template <class Index>
+  Result<void> writeCells() {
+    const std::uint64_t count = mesh_.cellCount();
+    auto connectivity = array(kConnectivity, 4 * sizeof(Index) * count);
+    if (!connectivity) return pass(connectivity.error());
+    std::vector<Index> some;
+    auto done = mesh_.forCells([&](std::size_t, std::span<const model::Cell> cells) {
+      some.clear();
+      for (const model::Cell& cell : cells) {
+        for (const std::uint32_t corner : cell) some.push_back(static_cast<Index>(corner));
+      }
+      return connectivity->put(some.data(), some.size());
+    });
+    if (done) done = connectivity->finish();
+    if (!done) return done;
+
+    auto offsets = array(kOffsets, sizeof(Index) * count);
+    if (!offsets) return pass(offsets.error());
+    Index end = 0;
+    for (std::uint64_t i = 0; i < count; i += FlatBodies::kMostAtOnce) {
+      some.resize(std::min<std::uint64_t>(FlatBodies::kMostAtOnce, count - i));
+      for (Index& offset : some) offset = end += 4;
+      if (done = offsets->put(some.data(), some.size()); !done) return done;
+    }
+    if (done = offsets->finish(); !done) return done;
+
+    auto types = array(kTypes, count);
+    if (!types) return pass(types.error());
+    const std::vector<std::uint8_t> same(FlatBodies::kMostAtOnce, kVtkTetrahedron);
+    for (std::uint64_t i = 0; i < count; i += same.size()) {
+      done = types->put(same.data(), std::min<std::uint64_t>(same.size(), count - i));
+      if (!done) return done;
+    }
+    return types->finish();
+  }
+
+  OutputFile& file_;
+  const FlatBodies& mesh_;
+  bool wide_;  // indices of 64 bits
+  VtuHead head_;
+  std::uint64_t begin_ = 0;  // of the appended data
+};
+
+}  // namespace
+
+Result<void> writeVtu(const std::filesystem::path& path, const FlatBodies& mesh) {
+  auto file = OutputFile::create(path);
+  if (!file) return pass(file.error());
+  if (auto done = VtuWriter(*file, mesh).write(); !done) return done;
+  return file->commit();
+}
+
+}  // namespace t4d::formats

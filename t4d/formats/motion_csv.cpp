@@ -1,0 +1,205 @@
+#include "t4d/formats/motion_csv.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "t4d/formats/text_scanner.h"
+
+namespace t4d::formats {
+namespace {
+
+/// What a column holds: one of the numbers of a pose.
+enum Part : int { kTime, kPosition = 1, kQuaternion = 4, kMatrix = 8, kParts = 24 };
+
+constexpr const char* kKnownColumns =
+    "time, x y z, qx qy qz qw (in any order), or the matrix m00 to m23 or m33 (row, column; also "
+    "m11 to m34 or m44)";
+
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto isBlank = [](char c) { return c == ' ' || c == '\t'; };
+  while (!text.empty() && isBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && isBlank(text.back())) text.remove_suffix(1);
+  const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+std::vector<std::string_view> fieldsOf(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  while (true) {
+    const auto end = line.find(separator);
+    fields.push_back(trimmed(line.substr(0, end)));
+    if (end == line.npos) return fields;
+    line.remove_prefix(end + 1);
+  }
+}
+
+/// The place of `letter` in `letters` behind one of the prefixes; nothing if it is none of them.
+std::optional<int> lettered(const std::string& name, std::initializer_list<std::string_view> before,
+                            std::string_view letters) {
+  for (const std::string_view prefix : before) {
+    if (name.size() != prefix.size() + 1 || !name.starts_with(prefix)) continue;
+    const auto at = letters.find(name.back());
+    if (at != letters.npos) return static_cast<int>(at);
+  }
+  return std::nullopt;
+}
+
+/// `firstIndex` is how the columns of a matrix are counted: from 0 or from 1.
+std::optional<int> partOf(const std::string& name, int firstIndex) {
+  if (name == "time" || name == "t" || name == "timestamp") return kTime;
+  if (const auto axis =
+          lettered(name, {"", "p", "t", "pos_", "position_", "translation_"}, "xyz")) {
+    return kPosition + *axis;
+  }
+  if (const auto axis = lettered(name, {"q", "quat_", "quaternion_"}, "xyzw")) {
+    return kQuaternion + *axis;
+  }
+  if (name.size() != 3 || name[0] != 'm') return std::nullopt;
+  const int row = name[1] - '0' - firstIndex;
+  const int column = name[2] - '0' - firstIndex;
+  if (row < 0 || row > 3 || column < 0 || column > 3) return std::nullopt;
+  return kMatrix + 4 * row + column;
+}
+
+class TableReader {
+ public:
+  explicit TableReader(const InputFile& file) : file_(file), scanner_(file, {.comment = '#'}) {}
+
+  Result<model::Motion> read() {
+    if (auto done = readHeader(); !done) return pass(done.error());
+    std::vector<model::KeyPose> poses;
+    while (scanner_.nextLine()) {
+      auto pose = readPose();
+      if (!pose) return pass(pose.error());
+      poses.push_back(*pose);
+    }
+    auto motion = joinPoses(poses);
+    if (!motion) return invalid(motion.error().text(), file_.path.string());
+    return motion;
+  }
+
+ private:
+  using Numbers = std::array<double, kParts>;
+
+  Result<void> readHeader() {
+    scanner_.nextLine();
+    const std::string_view line = scanner_.rest();
+    for (const char separator : {';', '\t', ','}) {
+      if (line.find(separator) != line.npos) separator_ = separator;
+    }
+    const auto names = fieldsOf(line, separator_);
+    const bool fromZero =
+        std::ranges::any_of(names, [](std::string_view name) { return lowerCase(name) == "m00"; });
+    std::array<bool, kParts> has{};
+    for (const std::string_view name : names) {
+      const auto part = partOf(lowerCase(name), fromZero ? 0 : 1);
+      if (!part) {
+        return scanner_.invalidHere(
+            fmt::format("the column {} is unknown; known are {}", inQuotes(name), kKnownColumns));
+      }
+      if (has[static_cast<std::size_t>(*part)]) {
+        return scanner_.invalidHere(
+            fmt::format("the column {} says what another one does", inQuotes(name)));
+      }
+      has[static_cast<std::size_t>(*part)] = true;
+      parts_.push_back(static_cast<std::size_t>(*part));
+      names_.emplace_back(name);
+    }
+    const auto count = [&](int from, int to) { return std::count(&has[from], &has[0] + to, true); };
+    const auto matrix = count(kMatrix, kParts);
+    const auto fourthRow = count(kMatrix + 12, kParts);
+    const auto positions = count(kPosition, kQuaternion);
+    const auto quaternions = count(kQuaternion, kMatrix);
+    hasMatrix_ = matrix > 0;
+    const bool whole =
+        hasMatrix_ ? matrix - fourthRow == 12 && fourthRow % 4 == 0 && positions + quaternions == 0
+                   : (positions == 3 || positions == 0) && (quaternions == 4 || quaternions == 0) &&
+                         positions + quaternions > 0;
+    if (has[kTime] && whole) return {};
+    return scanner_.invalidHere(
+        fmt::format("the columns are {}; expected the time with a position, a quaternion or both, "
+                    "or with a whole matrix: {}",
+                    fmt::join(names_, ", "), kKnownColumns));
+  }
+
+  Result<model::KeyPose> readPose() {
+    const auto fields = fieldsOf(scanner_.rest(), separator_);
+    if (fields.size() != parts_.size()) {
+      return scanner_.invalidHere(
+          fmt::format("has {} fields, the header has {}", fields.size(), parts_.size()));
+    }
+    Numbers numbers{};
+    numbers[kQuaternion + 3] = 1;
+    numbers[kMatrix + 15] = 1;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (!scanner_.parse(fields[i], numbers[parts_[i]], "a number")) {
+        return scanner_.invalidHere(
+            fmt::format("column {}: found {}, expected a number", names_[i], inQuotes(fields[i])));
+      }
+    }
+    model::KeyPose pose;
+    pose.time = numbers[kTime];
+    return hasMatrix_ ? withMatrix(pose, numbers) : withQuaternion(pose, numbers);
+  }
+
+  Result<model::KeyPose> withQuaternion(model::KeyPose pose, const Numbers& numbers) {
+    pose.position = model::Point3(&numbers[kPosition]);
+    const double* q = &numbers[kQuaternion];
+    pose.quaternion = Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
+    const double length = pose.quaternion.norm();
+    if (!(std::abs(length - 1) <= kRounded)) {
+      return scanner_.invalidHere(fmt::format("a quaternion of length {}, expected 1", length));
+    }
+    pose.quaternion.normalize();
+    return pose;
+  }
+
+  Result<model::KeyPose> withMatrix(model::KeyPose pose, const Numbers& numbers) {
+    const Eigen::Matrix4d matrix =
+        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(&numbers[kMatrix]);
+    if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+      return scanner_.invalidHere("the last row of the matrix is not 0 0 0 1");
+    }
+    const Eigen::Matrix3d turn = matrix.topLeftCorner<3, 3>();
+    if (!(turn * turn.transpose()).isIdentity(kRounded) || !(turn.determinant() > 0)) {
+      return scanner_.invalidHere(
+          "the matrix scales, shears or mirrors: a rigid motion only turns "
+          "and moves");
+    }
+    pose.quaternion = Eigen::Quaterniond(turn).normalized();
+    pose.position = matrix.topRightCorner<3, 1>();
+    return pose;
+  }
+
+  /// Tables often have few digits; an error in the order of columns is far larger.
+  static constexpr double kRounded = 1e-2;
+
+  const InputFile& file_;
+  TextScanner scanner_;
+  char separator_ = ',';
+  std::vector<std::size_t> parts_;  // of each column
+  std::vector<std::string> names_;
+  bool hasMatrix_ = false;
+};
+
+}  // namespace
+
+Result<model::Motion> readMotionCsv(const InputFile& file) { return TableReader(file).read(); }
+
+}  // namespace t4d::formats

@@ -1,0 +1,134 @@
+#include "t4d/formats/motion_csv.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "t4d/formats/motion_reader.h"
+
+namespace t4d::formats {
+namespace {
+
+Result<model::Motion> read(const std::string& text) { return readMotionCsv({"p.csv", text}); }
+
+std::string errorOfTable(const std::string& text) {
+  const auto motion = read(text);
+  return motion ? "(was accepted)" : motion.error().text();
+}
+
+/// The motion of the poses in docs/motion.md, whose quaternions are exact here.
+model::Motion expected() {
+  return *parseMotion(R"({"poses": [{"time": 0}, {"time": 1, "position": [10, 0, 0],
+      "quaternion": [0, 0, 0.6, 0.8]}, {"time": 3, "position": [10, 20, 5],
+      "quaternion": [0.5, 0.5, 0.5, 0.5]}]})",
+                      "expected");
+}
+
+void expectSame(const Result<model::Motion>& found, double tolerance) {
+  ASSERT_TRUE(found) << found.error().text();
+  const model::Motion wanted = expected();
+  ASSERT_EQ(found->segments.size(), wanted.segments.size());
+  for (std::size_t i = 0; i < wanted.segments.size(); ++i) {
+    EXPECT_EQ(found->segments[i].timeEnd, wanted.segments[i].timeEnd);
+    for (const double fraction : {0.0, 0.4, 1.0}) {
+      EXPECT_LE(
+          (found->segments[i].at(fraction).matrix() - wanted.segments[i].at(fraction).matrix())
+              .cwiseAbs()
+              .maxCoeff(),
+          tolerance);
+    }
+  }
+}
+
+TEST(MotionCsv, ColumnsAreFoundByTheirNames) {
+  expectSame(read("time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,10,0,0,0,0,0.6,0.8\n"
+                  "3,10,20,5,0.5,0.5,0.5,0.5\n"),
+             0);
+  expectSame(read("# poses\nQW; QX; QY; QZ; px; py; pz; t\r\n1;0;0;0;0;0;0;0\r\n"
+                  "0.8;0;0;0.6;10;0;0;1\r\n-.5;-.5;-.5;-.5;10;20;5;3\r\n\r\n"),
+             1e-15);
+  expectSame(read("\"Time\"\tquat_w\tquat_x\tquat_y\tquat_z\tpos_x\tpos_y\tpos_z\n"
+                  "0\t1\t0\t0\t0\t0\t0\t0\n1\t0.8\t0\t0\t0.6\t10\t0\t0\n"
+                  "3\t0.5\t0.5\t0.5\t0.5\t10\t20\t5\n"),
+             0);
+}
+
+TEST(MotionCsv, MatricesArePoses) {
+  const std::string rows[] = {"1,0,0,0,0,1,0,0,0,0,1,0", "0.28,-0.96,0,10,0.96,0.28,0,0,0,0,1,0",
+                              "0,0,1,10,1,0,0,20,0,1,0,5"};
+  const std::string times[] = {"0", "1", "3"};
+  for (const int first : {0, 1}) {
+    for (const int height : {3, 4}) {
+      std::string table = "time";
+      for (int i = 0; i < 4 * height; ++i) {
+        table += ",m" + std::to_string(i / 4 + first) + std::to_string(i % 4 + first);
+      }
+      for (int i = 0; i < 3; ++i) {
+        table += "\n" + times[i] + "," + rows[i] + (height == 4 ? ",0,0,0,1" : "");
+      }
+      expectSame(read(table), 1e-14);
+    }
+  }
+}
+
+TEST(MotionCsv, PositionsOrRotationsAloneAreEnough) {
+  const auto moved = read("t,x,y,z\n0,0,0,0\n2,1,2,3\n");
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->segments[0].screw.angleDegrees, 0);
+  EXPECT_EQ(moved->segments[0].screw.translation, Eigen::Vector3d(1, 2, 3));
+  const auto turned = read("t,qw,qx,qy,qz\n0,1,0,0,0\n2,0.7071,0,0,0.7071\n");
+  ASSERT_TRUE(turned);
+  EXPECT_NEAR(turned->segments[0].screw.angleDegrees, 90, 1e-12);
+}
+
+TEST(MotionCsv, WhatIsNoTableOfPosesIsRefused) {
+  const std::string header = "time,x,y,z\n";
+  EXPECT_EQ(errorOfTable("time,x,y,z,speed\n0,0,0,0,0\n").substr(0, 41),
+            "p.csv:1: the column 'speed' is unknown; k");
+  EXPECT_EQ(errorOfTable("time,x,tx,y,z\n"), "p.csv:1: the column 'tx' says what another one does");
+  for (const char* columns : {"x,y,z\n", "time,x,y\n", "time,qx,qy,qz\n", "time\n",
+                              "time,m00,m01\n", "time,qw,qx,qy,qz,m00\n"}) {
+    EXPECT_TRUE(errorOfTable(columns).starts_with("p.csv:1: the columns are ")) << columns;
+  }
+  EXPECT_EQ(errorOfTable(header + "0,0,0\n"), "p.csv:2: has 3 fields, the header has 4");
+  EXPECT_EQ(errorOfTable(header + "\n0,0,zero,0\n"),
+            "p.csv:3: column y: found 'zero', expected a number");
+  EXPECT_EQ(errorOfTable(header + "0,,0,0\n"), "p.csv:2: column x: found '', expected a number");
+  EXPECT_EQ(errorOfTable(header + "0,0,0,0\n"),
+            "p.csv: the motion has 1 poses; at least two are needed");
+  EXPECT_NE(errorOfTable(header + "1,0,0,0\n1,0,0,0\n").find("not after the pose before it"),
+            std::string::npos);
+  EXPECT_NE(errorOfTable(header + "0,0,0,0\n1,nan,0,0\n").find("not finite"), std::string::npos);
+  EXPECT_EQ(errorOfTable("t,qw,qx,qy,qz\n0,1,0,0,0\n1,0,0,0,2\n"),
+            "p.csv:3: a quaternion of length 2, expected 1");
+  const std::string matrix = "t,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n";
+  EXPECT_NE(errorOfTable(matrix + "0,-1,0,0,0,0,1,0,0,0,0,1,0\n").find("mirrors"),
+            std::string::npos);
+  EXPECT_NE(errorOfTable(matrix + "0,2,0,0,0,0,2,0,0,0,0,2,0\n").find("scales"), std::string::npos);
+}
+
+TEST(MotionCsv, DamagedTablesAreReadOrRefused) {
+  const std::string table =
+      "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,10,0,0,0,0,0.6,0.8\n3,1,2,5,0.5,0.5,0.5,0.5\n";
+  const auto judge = [](const std::string& text) {
+    const auto motion = read(text);
+    if (motion) {
+      EXPECT_FALSE(motion->segments.empty());
+    } else {
+      EXPECT_TRUE(motion.error().where.starts_with("p.csv"));
+    }
+  };
+  for (std::size_t size = 0; size < table.size(); ++size) judge(table.substr(0, size));
+  std::mt19937 random(1);
+  const std::string telling = "0123456789+-.eE,;\t\n\r\"#xyzqm \xff" + std::string(1, '\0');
+  for (std::size_t at = 0; at < table.size(); ++at) {
+    for (int round = 0; round < 8; ++round) {
+      std::string damaged = table;
+      damaged[at] = telling[random() % telling.size()];
+      judge(damaged);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace t4d::formats
