@@ -1,10 +1,12 @@
 #include <cctype>
 #include <string>
 
+#include "t4d/formats/motion_csv.h"
 #include "t4d/formats/motion_reader.h"
 #include "tools/fuzz/fuzz.h"
 
-/// Motion files: an accepted motion has no gaps and only finite numbers.
+/// Motion files, JSON if the first byte is that of an object and tables otherwise: an accepted
+/// motion has no gaps and only finite numbers.
 namespace t4d::fuzz {
 namespace {
 
@@ -31,9 +33,10 @@ bool same(const model::Pose& a, const model::Pose& b) {
 int test(std::span<const std::uint8_t> bytes) {
   const std::string text(bytes.begin(), bytes.end());
   if (asksForManySegments(text)) return -1;
-  const auto motion = formats::parseMotion(text, "motion.json");
+  const auto motion = text.starts_with('{') ? formats::parseMotion(text, "motion")
+                                            : formats::readMotionCsv({"motion", text});
   if (!motion) {
-    must(!motion.error().message.empty() && motion.error().where.starts_with("motion.json"),
+    must(!motion.error().message.empty() && motion.error().where.starts_with("motion"),
          "a refusal says what and where");
     return 0;
   }

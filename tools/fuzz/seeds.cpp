@@ -3,15 +3,19 @@
 #include <functional>
 #include <iostream>
 
+#include "t4d/fixtures/deformations.h"
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/mesh4d/mesh4d_formats.h"
 #include "t4d/formats/motion_reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/vdb_samples.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
+#include "t4d/voxel4d/volumes/volume_samples.h"
 #include "t4d/voxel4d/weave.h"
 
 /// Writes the seeds of the fuzzers, one folder each: `fuzz_seeds FOLDER`. Together they use every
@@ -126,11 +130,23 @@ void writeMotionSeeds(const fs::path& folder) {
   for (const auto& motion : fixtures::allMotions()) {
     write(folder / (motion.name + ".json"), motion.json);
   }
+  write(folder / "poses.csv",
+        "# c\ntime,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,1,0,0,0,0,0.6,0.8\n");
+  write(folder / "matrix.csv",
+        "t;m00;m01;m02;m03;m10;m11;m12;m13;m20;m21;m22;m23\n"
+        "0;1;0;0;0;0;1;0;0;0;0;1;0\n1;0;-1;0;2;1;0;0;0;0;0;1;0\n");
 }
 
 std::string contents(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void writeCacheSeeds(const fs::path& folder) {
+  const std::vector<fixtures::NamedSolid> solids(2, {"a", "", tetrahedron()});
+  write(folder / "pc2", "p" + fixtures::pointCacheText(solids));
+  write(folder / "mdd",
+        "m" + std::string("\0\0\0\2\0\0\0\1\0\0\0\0\x3f\x80\0\0", 16) + std::string(24, '\0'));
 }
 
 void writeMeshSeeds(const fs::path& folder) {
@@ -164,6 +180,29 @@ void writeMeshSeeds(const fs::path& folder) {
   write(folder / "colour_off", "fSTCNOFF 3 1\n0 0 0 1 2\n1 0 0 1 2\n0 1 0 1 2\n3 0 1 2\n");
 }
 
+/// Two 4-simplices in each format of 4D meshes.
+void writeMesh4dSeeds(const fs::path& folder) {
+  model::Mesh simplex;
+  putSimplex(simplex);
+  const std::vector<formats::CountedBody> bodies = {{{"a", &simplex}, 5, 5},
+                                                    {{"b", &simplex}, 5, 5}};
+  const auto mesh = expect(formats::FlatBodies::of(bodies));
+  char number = 0;
+  for (const formats::Mesh4dFormat& format : formats::mesh4dFormats()) {
+    const fs::path path = folder / format.id;
+    std::string bytes;
+    for (const std::string_view extension : format.extensions) {
+      fs::path named = path;
+      named += extension;
+      if (bytes.empty()) expect(format.write(named, mesh));
+      bytes += (bytes.empty() ? std::string(1, number) : std::string(1, '\0')) + contents(named);
+      fs::remove(named);
+    }
+    write(path, bytes);
+    ++number;
+  }
+}
+
 void writeGltfSeeds(const fs::path& folder) {
   const std::vector meshes = {formats::NamedMesh{"a", tetrahedron()}};
   expect(formats::writeTriangleMeshes(folder / "a.glb", meshes,
@@ -173,6 +212,24 @@ void writeGltfSeeds(const fs::path& folder) {
   expect(flipbook.add(0, meshes));
   expect(flipbook.add(1, meshes));
   expect(flipbook.finish());
+  // A skin, a morph target and curves of every kind; the numbers are zero.
+  write(folder / "animated.gltf",
+        R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0,"skin":0,"children":[1]},{"mesh":0}],)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":1,"JOINTS_0":2,"WEIGHTS_0":3},)"
+        R"("targets":[{"POSITION":1}]}]}],"skins":[{"joints":[0,1],"inverseBindMatrices":4}],)"
+        R"("animations":[{"samplers":[{"input":0,"output":1},{"input":0,"output":5,)"
+        R"("interpolation":"STEP"},{"input":0,"output":6,"interpolation":"CUBICSPLINE"}],)"
+        R"("channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},{"sampler":1,)"
+        R"("target":{"node":0,"path":"rotation"}},{"sampler":2,"target":{"node":1,)"
+        R"("path":"weights"}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":2,)"
+        R"("type":"SCALAR"},{"bufferView":0,"componentType":5126,"count":2,"type":"VEC3"},)"
+        R"({"bufferView":0,"byteOffset":8,"componentType":5121,"count":3,"type":"VEC4"},)"
+        R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC4"},{"bufferView":0,)"
+        R"("componentType":5126,"count":2,"type":"MAT4"},{"bufferView":0,"componentType":5126,)"
+        R"("count":2,"type":"VEC4"},{"bufferView":0,"componentType":5126,"count":6,)"
+        R"("type":"SCALAR"}],"bufferViews":[{"buffer":0,"byteLength":24}],)"
+        R"("buffers":[{"byteLength":24,"uri":"data:application/octet-stream;base64,)"
+        R"(AAAAAAAAgD8AAIA/AAAAAAAAAAAAAAAA"}]})");
   // Integers, a strip and a fan, sparse values, matrices, a node of two parents, an extension.
   write(folder / "parts.gltf",
         R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_mesh_quantization"],)"
@@ -196,6 +253,17 @@ void writeVdbSeeds(const fs::path& folder) {
   for (const auto& [name, bytes] : voxel4d::vdbSamples()) write(folder / (name + ".vdb"), bytes);
 }
 
+/// The first byte is that of the format.
+void writeVolumeSeeds(const fs::path& folder) {
+  const auto formats = voxel4d::volumeFormats();
+  for (const auto& [name, bytes] : voxel4d::volumeSamples()) {
+    for (std::size_t i = 0; i < formats.size(); ++i) {
+      if (!name.ends_with(formats[i].extension)) continue;
+      write(folder / name, static_cast<char>(i) + bytes);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace t4d::fuzz
 
@@ -212,7 +280,10 @@ int main(int count, char** arguments) {
   };
   fill("t4d", t4d::fuzz::writeT4dSeeds);
   fill("motion", t4d::fuzz::writeMotionSeeds);
+  fill("cache", t4d::fuzz::writeCacheSeeds);
   fill("mesh", t4d::fuzz::writeMeshSeeds);
+  fill("mesh4d", t4d::fuzz::writeMesh4dSeeds);
   fill("gltf", t4d::fuzz::writeGltfSeeds);
   fill("vdb", t4d::fuzz::writeVdbSeeds);
+  fill("volume", t4d::fuzz::writeVolumeSeeds);
 }

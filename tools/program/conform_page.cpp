@@ -18,7 +18,7 @@ using conformance::CaseResult;
 using conformance::Check;
 using conformance::Level;
 
-constexpr std::string_view kStyle = R"(
+constexpr std::string_view kConformStyle = R"(
 td:nth-child(2), th:nth-child(2) { text-align: left; }
 .failed { color: #c4314b; font-weight: 600; }
 .order { stroke: var(--soft); stroke-dasharray: 5 4; stroke-width: 1.5; }
@@ -32,7 +32,7 @@ summary { cursor: pointer; }
   text-align: right; }
 )";
 
-std::string orderText(const std::optional<double>& order) {
+std::string orderCell(const std::optional<double>& order) {
   return order ? fmt::format("{:.2f}", *order) : "";
 }
 
@@ -115,8 +115,8 @@ std::vector<std::string> conformRow(const CaseResult& result) {
           built ? fmt::format("{:.8g}", result.levels.back().mesh.hypervolume) : "",
           result.hypervolumeExpected ? fmt::format("{:.8g}", *result.hypervolumeExpected) : "",
           errorText(result.worstError),
-          orderText(result.orders.hypervolume),
-          orderText(result.orders.slices),
+          orderCell(result.orders.hypervolume),
+          orderCell(result.orders.slices),
           fmt::format("{:.1f} s", result.seconds)};
 }
 
@@ -159,7 +159,7 @@ std::string conformPage(std::span<const CaseResult> results) {
         plots + "</div>\n";
   }
   html += "<h2>Every check</h2>\n" + details;
-  return htmlPage("t4d conform backends", kStyle, html);
+  return htmlPage("t4d conform backends", kConformStyle, html);
 }
 
 }  // namespace t4d::tools

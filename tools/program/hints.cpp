@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/mesh4d/mesh4d_formats.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/salvage.h"
 #include "t4d/formats/t4d/stream.h"
@@ -55,6 +56,10 @@ std::string recoveryHint(const std::string& path) {
 
 /// How to convert a file of one kind to the required kind.
 std::string conversionHint(const std::string& path) {
+  if (formats::mesh4dFormatOfFile(path) != nullptr) {
+    return fmt::format("it is a 4D mesh in another format; convert it first: t4d convert {} {}",
+                       quoted(path), freeName(path, "", ".t4d"));
+  }
   const auto* format = formats::triangleMeshFormat(path);
   if (format != nullptr && format->read != nullptr) {
     return fmt::format(
@@ -109,6 +114,8 @@ std::string hintFor(const Error& error) {
       return "try: another --voxel-size";
     case Remedy::MoreCells:
       return "try: --max-cells N, if the file is worth the work";
+    case Remedy::OpenMesh:
+      return "try: --weld DISTANCE, if vertices are doubled, or --allow-open";
     case Remedy::Motion:
     case Remedy::None:
       break;

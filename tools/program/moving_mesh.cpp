@@ -8,7 +8,10 @@ namespace t4d::tools {
 void MovingMeshInput::addTo(CLI::App& command) {
   command.add_option("MODEL", model, "The solid: " + formats::readableTriangleMeshExtensions())
       ->required();
-  command.add_option("-m,--motion", motion, "The motion: a JSON file (docs/motion.md)")->required();
+  command
+      .add_option("-m,--motion", motion,
+                  "The motion: a .json file, or poses as .csv (docs/motion.md)")
+      ->required();
 }
 
 Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {

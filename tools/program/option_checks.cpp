@@ -86,6 +86,16 @@ CLI::Validator evenTimesUpTo(std::uint64_t most) {
       "A:B:N");
 }
 
+CLI::Validator timeSpan() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const auto times = numbersBetween(text, ':');
+        if (times && times->size() == 2 && (*times)[0] < (*times)[1]) return std::string();
+        return fmt::format("'{}' is not A:B with A below B", text);
+      },
+      "A:B");
+}
+
 CLI::Validator noOtherFormat() {
   return CLI::Validator(
       [](std::string& text) {

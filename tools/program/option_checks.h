@@ -32,6 +32,9 @@ CLI::Validator partOf();
 /// A:B:N, see timesOf in numbers.h.
 CLI::Validator evenTimesUpTo(std::uint64_t most);
 
+/// A:B, two times, the first before the second.
+CLI::Validator timeSpan();
+
 /// A name that is not empty.
 CLI::Validator someName();
 

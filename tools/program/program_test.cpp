@@ -142,6 +142,59 @@ TEST_F(Program, PaperCubeEndToEnd) {
   EXPECT_NEAR(layer["area"].get<double>(), 2400, 1e-9);
 }
 
+TEST_F(Program, DeformationsAreSwept) {
+  const json series = run("sweep fx/bending_*.obj --frame-time 0.25 -o series.t4d --json").value();
+  // 288 vertices, 864 edges, 576 triangles, 8 steps.
+  EXPECT_EQ(series["steps"], 8);
+  EXPECT_EQ(series["tetrahedra"],
+            14 * 576 * 8 + int(series["cap_tetrahedra"][0]) + int(series["cap_tetrahedra"][1]));
+  EXPECT_EQ(series["folds"], json({{"prisms", 0}, {"steps", 0}, {"first", json::array()}}));
+  ASSERT_EQ(run("sweep fx/bending_0.obj fx/bending.pc2 --times 0:2 -o cached.t4d").exitCode, 0);
+  for (const char* file : {"series.t4d", "cached.t4d"}) {
+    const json judged = run(std::string("validate --deep --json ") + file).value();
+    EXPECT_EQ(judged["valid"], true) << file;
+    // The bending does not change the volume, nor does the interpolation.
+    EXPECT_NEAR(double(judged["hypervolume"]),
+                2 * double(run("slice series.t4d --time 0 --json").value()["volume"]), 1e-2);
+    const json slice = run("slice " + std::string(file) + " --time 0.5 --json").value();
+    EXPECT_EQ(slice["triangles"], 576);
+    EXPECT_EQ(slice["closed"], true);
+  }
+  refuses("sweep fx/bending_[025].obj --frame-time 1 -o out.t4d", "number 1 is missing");
+  refuses("sweep fx/bending_0.obj fx/torus.obj --frame-time 1 -o out.t4d", "torus.obj: has ");
+  refuses("sweep fx/bending_*.obj -o out.t4d", "--frame-time TIME");
+  refuses("sweep fx/cube.obj fx/bending.pc2 -o out.t4d", "bending.pc2: has 288 points");
+  misused("sweep fx/bending_0.obj -o out.t4d", "--motion is required");
+  misused("sweep fx/bending.pc2 fx/bending_0.obj -o out.t4d", "a point cache");
+  misused("sweep fx/bending_0.obj fx/bending.pc2 --times 2:1 -o out.t4d", "'2:1' is not A:B");
+  misused("sweep fx/bending_0.obj fx/bending.pc2 --steps 3 -o out.t4d", "--rv-min, --steps");
+  misused("sweep fx/bending_[01].obj -m fx/rest.json -o out.t4d", "--motion is for one solid");
+  misused("sweep fx/bending_[01].obj --backend voxel4d --voxel-size 1 -o out.t4d",
+          "needs --motion");
+}
+
+TEST_F(Program, MotionsAreTablesToo) {
+  write("poses.csv", "time,x,y,z\n0,0,0,0\n2,0,0,5\n");
+  ASSERT_EQ(run("sweep fx/cube.obj -m poses.csv -o moved.t4d").exitCode, 0);
+  const json info = run("info moved.t4d --json").value();
+  EXPECT_EQ(info["bodies"][0]["time_end"], 2);
+  write("poses.csv", "time,x,y,z\n0,0,0,0\n2,0,0\n");
+  refuses("sweep fx/cube.obj -m poses.csv -o out.t4d", "poses.csv:3: has 3 fields");
+}
+
+TEST_F(Program, FoldsOfADeformationAreReported) {
+  // The solid turns inside out.
+  write("in.obj", "v -1 -1 -1\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  write("out.obj", "v 1 1 1\nv -2 0 0\nv 0 -2 0\nv 0 0 -2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const Finished done = run("sweep in.obj out.obj --times 1:3 --caps cone -o turned.t4d --json");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_NE(done.err.find("4 prisms in 1 of 1 steps fold"), std::string::npos) << done.err;
+  const json folds = done.value()["folds"];
+  EXPECT_EQ(folds["prisms"], 4);
+  EXPECT_EQ(folds["first"][0]["time"], json::array({1, 3}));
+  EXPECT_EQ(folds["first"][0]["triangle"], 0);
+}
+
 TEST_F(Program, WritesEveryFormatAndPlaysTwo) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   for (const char* name : {"a.glb", "a.gltf", "a.stl", "a.ply", "a.obj"}) {
@@ -214,6 +267,67 @@ TEST_F(Program, RecoversWhatIsWhole) {
   write("begin.t4d", whole.substr(0, 500));
   refuses("recover begin.t4d -o out.t4d", "no closed solid could be recovered");
   refuses("recover fx/cube.obj -o out.t4d", "is not a .t4d file");
+}
+
+TEST_F(Program, ConvertGivesTheSameSolidBackFromEachFormat) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const json whole = run("validate cube.t4d --json").value();
+  ASSERT_EQ(run("slice cube.t4d --time 20.3 -o before.ply").exitCode, 0);
+  const json formats = run("formats --json").value()["formats"];
+  int converted = 0;
+  for (const json& format : formats) {
+    if (format["kind"] != "4D mesh" || !format["reads"] || format["id"] == "t4d") continue;
+    ++converted;
+    const std::string there = "there" + format["extensions"][0].get<std::string>();
+    const std::string to = " --to " + format["id"].get<std::string>();
+    const Finished lossy = run("convert cube.t4d " + there + to + " --json");
+    EXPECT_EQ(lossy.exitCode, 3) << there;
+    EXPECT_GE(lossy.value()["losses"].size(), 1U);
+    EXPECT_EQ(lossy.value()["out"]["format"], format["id"]);
+    EXPECT_EQ(run("convert cube.t4d " + there + to + " --accept-loss").exitCode, 0);
+    const Finished back = run("convert " + there + " back.t4d --json");
+    ASSERT_EQ(back.exitCode, 0) << back.err;
+    EXPECT_EQ(back.value()["in"]["format"], format["id"]);
+    EXPECT_EQ(back.value()["vertices"], 4750);
+    EXPECT_EQ(back.value()["tetrahedra"], 21552);
+    const json again = run("validate back.t4d --json").value();
+    for (const char* same : {"valid", "closed", "oriented", "components", "degenerate_cells"}) {
+      EXPECT_EQ(again[same], whole[same]) << there << " " << same;
+    }
+    EXPECT_NEAR(again["hypervolume"].get<double>(), whole["hypervolume"].get<double>(), 1e-6);
+    const json slice = run("slice back.t4d --time 20.3 --json").value();
+    EXPECT_TRUE(slice["closed"]);
+    EXPECT_NEAR(slice["volume"].get<double>(), 8000, 1e-6);
+  }
+  EXPECT_GE(converted, 7);
+}
+
+TEST_F(Program, ConvertMendsCutsAndRefuses) {
+  const auto hypervolume = [&](const std::string& file) {
+    return run("validate " + file + " --json").value()["hypervolume"].get<double>();
+  };
+  ASSERT_EQ(run("convert fx/24-cell.off whole.t4d").exitCode, 0);
+  EXPECT_NEAR(hypervolume("whole.t4d"), 8, 1e-12);
+  ASSERT_EQ(run("convert fx/600-cell.off cut.t4d --slabs 5").exitCode, 0);
+  EXPECT_EQ(run("info cut.t4d --json").value()["slabs"], 5);
+  const double golden = (1 + std::sqrt(5)) / 2;
+  EXPECT_NEAR(hypervolume("cut.t4d"),
+              150 * std::sqrt((4 + 6 * golden) / 16) / (6 * std::sqrt(2) * std::pow(golden, 3)),
+              1e-12);
+  // Without its last tetrahedron.
+  ASSERT_EQ(run("convert fx/16-cell.off whole.off --to off-ijk").exitCode, 0);
+  ASSERT_EQ(shell("sed -e 's/^8 16 0/8 15 0/' -e '$d' whole.off > open.off"), 0);
+  refuses("convert open.off no.t4d", "is not closed: of its triangles, 4 have not two tetrahedra");
+  refuses("convert open.off no.t4d", "--allow-open");
+  const Finished open = run("convert open.off open.t4d --allow-open --json");
+  EXPECT_EQ(open.exitCode, 0);
+  EXPECT_FALSE(open.value()["closed"]);
+  refuses("convert open.t4d no.off", "--allow-open");
+  refuses("convert whole.off whole.off", "is the input itself", 2);
+  refuses("convert whole.off out.xyz", "unsupported output extension", 2);
+  refuses("convert whole.off out.t4d --from medit", "whole.off");
+  refuses("convert fx/cube.obj out.t4d", "is no 4D mesh in a known format");
+  refuses("slice whole.off --time 0", "t4d convert whole.off whole");
 }
 
 TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
@@ -1016,6 +1130,81 @@ TEST_F(Program, AFolderOfFramesHasItsNameHoweverItIsWritten) {
     EXPECT_EQ(info["bodies"][0]["name"], "frames") << folder;
     EXPECT_EQ(info["details"]["source"]["frames"], "frames") << folder;
   }
+}
+
+/// Also of several bodies, and what a transformed mesh encloses.
+TEST_F(Program, TransformsKeepWhatAMeshIs) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const double hypervolume = run("validate cube.t4d --json").value()["hypervolume"];
+  const auto moved = [&](const std::string& options) {
+    const json done = run("transform cube.t4d -o moved.t4d --json " + options).value();
+    const json report = run("validate moved.t4d --json").value();
+    EXPECT_TRUE(report["valid"]) << options;
+    EXPECT_LT(fs::file_size(folder_ / "moved.t4d"), 2 * fs::file_size(folder_ / "cube.t4d"));
+    return std::pair(done, report["hypervolume"].get<double>() / hypervolume);
+  };
+  EXPECT_NEAR(moved("--rotate 1 2 3 40 --move 1 2 3").second, 1, 1e-12);
+  EXPECT_NEAR(moved("--scale 2 3 -0.5 --time-scale 4").second, 12, 1e-11);
+  const auto [done, ratio] =
+      moved("--axes y-xz --matrix 1 1 0 5 0 1 0 0 0 0 2 0 --time-shift 7.25");
+  EXPECT_NEAR(ratio, 2, 1e-12);
+  EXPECT_EQ(done["matrix"], json::array({-1., 1., 0., 5., -1., 0., 0., 0., 0., 0., 2., 0.}));
+  EXPECT_EQ(run("info moved.t4d --json").value()["time_begin"], 7.25);
+  EXPECT_NEAR(moved("--rotate 1e200 0 0 90").second, 1, 1e-12);
+  refuses("transform cube.t4d --move 1e17 0 0 -o out.t4d", "too far for doubles");
+  refuses("transform cube.t4d --time-shift 1e17 -o out.t4d", "both become");
+  placeFixture(folder_, "cube", 1, 1000);
+  ASSERT_EQ(run("sweep cube-placed.obj -m fx/rest.json --center -o c.t4d").exitCode, 0);
+  const json origin = run("info c.t4d --json").value()["details"]["origin"];
+  ASSERT_EQ(run("transform c.t4d --scale 2 -o c2.t4d").exitCode, 0);
+  const json doubled = run("info c2.t4d --json").value()["details"]["origin"];
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(doubled[axis].get<double>(), 2 * origin[axis].get<double>());
+  }
+  misused("transform cube.t4d --axes xxz -o out.t4d", "--axes");
+  misused("transform cube.t4d --scale 0 -o out.t4d", "leaves no solid");
+  misused("transform cube.t4d --rotate 0 0 0 5 -o out.t4d", "the axis is 0 0 0");
+  misused("transform cube.t4d --time-scale -1 -o out.t4d", "--time-scale");
+  misused("transform cube.t4d -o cube.t4d", "cube.t4d");
+}
+
+/// labels.nrrd: two balls with labels 1 and 2, and voxels that are no cubes.
+TEST_F(Program, VolumesAreWoven) {
+  double parts = 0;
+  for (const char* label : {"1", "2"}) {
+    const std::string output = std::string("ball") + label + ".t4d";
+    ASSERT_EQ(run("weave fx/labels.nrrd --label " + std::string(label) + " -o " + output).exitCode,
+              0);
+    const json report = run("validate " + output + " --json").value();
+    EXPECT_TRUE(report["closed"] && report["oriented"]);
+    parts += report["hypervolume"].get<double>();
+  }
+  ASSERT_EQ(run("weave fx/labels.nrrd --label 1 2 -o two.t4d").exitCode, 0);
+  const json bodies = run("validate two.t4d --json").value();
+  EXPECT_TRUE(bodies["valid"]);
+  EXPECT_NEAR(bodies["hypervolume"], parts, 1e-12 * parts);
+  EXPECT_EQ(run("info two.t4d --json").value()["bodies"][1]["name"], "label 2");
+  // Anything above 0 is both of them.
+  ASSERT_EQ(run("weave fx/labels.nrrd --iso 0.5 -o both.t4d").exitCode, 0);
+  const json info = run("info both.t4d --json").value();
+  EXPECT_EQ(info["time_end"], 0.5);
+  EXPECT_EQ(info["length_unit"], "mm");
+  EXPECT_EQ(info["time_unit"], "s");
+  ASSERT_EQ(
+      run("weave fx/labels.nrrd --iso 0.5 --frame-time 1 --spacing 1 --origin 0 0 0 -o unit.t4d")
+          .exitCode,
+      0);
+  refuses("weave fx/labels.nrrd -o out.t4d", "needs an iso value, or a label");
+  refuses("weave fx/labels.nrrd --label 7 -o out.t4d", "no sample of any frame is 7");
+  write("bare.raw", std::string(16, '\1'));
+  refuses("weave bare.raw --frame-time 1 -o out.t4d", "does not begin with a line");
+  ASSERT_EQ(run("weave bare.raw --raw 'bool 2 2 2 2' --frame-time 1 -o bare.t4d").exitCode, 0);
+  misused("weave fx/labels.nrrd one.vdb --iso 1 -o out.t4d", "are not of one kind");
+  misused("weave frames --label 1 -o out.t4d", "--label");
+  misused("weave fx/labels.nrrd --label 99999999999999999999 -o out.t4d", "--label");
+  misused("weave fx/labels.nrrd --label 3 3 -o out.t4d", "--label: a label is given twice");
+  misused("weave fx/labels.nrrd --axes xxyz -o out.t4d", "is not an order of x, y, z and t");
+  misused("weave fx/labels.nrrd --spacing 1 2 -o out.t4d", "--spacing is one length, or three");
 }
 
 TEST_F(Program, BadFramesAreRefused) {

@@ -7,6 +7,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/deformation_reader.h"
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/gltf_animation.h"
+#include "t4d/formats/input_file.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
@@ -25,7 +29,10 @@ namespace {
 using nlohmann::ordered_json;
 
 struct SweepArguments {
-  MovingMeshInput input;
+  std::vector<std::string> models;
+  std::string motion;  // "" for solids that are deformed
+  std::string keyTimes;
+  formats::GltfAnimationOptions animation;
   std::string backend = "mesh4d";
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
@@ -41,6 +48,12 @@ struct SweepArguments {
   bool json = false;
 
   bool voxels() const { return backend == "voxel4d"; }
+  /// Without a motion: keys of a deformation, or of an animation.
+  bool hasKeys() const { return motion.empty(); }
+  bool animates() const {
+    const std::string extension = formats::lowerCaseExtension(models.front());
+    return motion.empty() && models.size() == 1 && (extension == ".gltf" || extension == ".glb");
+  }
 };
 
 /// The result of either backend.
@@ -50,16 +63,59 @@ struct Made {
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};
   std::vector<std::string> notices;
+  std::optional<ordered_json> folds = {};   // where keys were swept
+  std::optional<ordered_json> bodies = {};  // of an animation
 };
+
+/// The same for what says how a solid moves.
+std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
+  const bool namesPart = !options.animation.animation.empty() || !options.animation.scene.empty();
+  if (namesPart && !options.animates()) return "--animation and --scene are for an animated glTF";
+  if (!options.hasKeys()) {
+    if (options.models.size() > 1) {
+      return "--motion is for one solid; several meshes, or a point cache, move by themselves";
+    }
+    if (!options.keyTimes.empty()) return "--times is for a solid that is deformed";
+    return std::nullopt;
+  }
+  if (options.voxels()) return "--backend voxel4d needs --motion";
+  if (options.animates()) {
+    if (options.rvMin || options.steps || !options.keyTimes.empty() || options.times.step) {
+      return "--rv-min, --steps, --times and --frame-time are not for an animated glTF; "
+             "--tolerance sets its steps";
+    }
+    if (!options.part.empty()) return "--part is not for an animated glTF";
+    return std::nullopt;
+  }
+  if (options.models.size() < 2) {
+    return "--motion is required, but for an animated glTF and for a solid that is deformed: name "
+           "meshes of the same triangles, or a mesh and its point cache (.pc2 or .mdd)";
+  }
+  const auto caches = std::ranges::count_if(
+      options.models, [](const std::string& model) { return formats::isPointCache(model); });
+  if (caches > 0 && (options.models.size() != 2 || !formats::isPointCache(options.models[1]))) {
+    return "a point cache (.pc2 or .mdd) follows the one mesh that it belongs to";
+  }
+  if (options.rvMin || options.steps || options.maxDeviation) {
+    return "--rv-min, --steps and --max-deviation are for --motion: a solid that is deformed goes "
+           "straight from key to key";
+  }
+  if (!options.keyTimes.empty() && options.times.step) {
+    return "--times and --frame-time exclude each other";
+  }
+  return std::nullopt;
+}
 
 /// The error message if the options cannot be combined; nothing if they can.
 std::optional<std::string> misuseOf(const SweepArguments& options) {
+  if (const auto misuse = misuseOfMotion(options)) return misuse;
   if (options.voxels()) {
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
     if (!options.part.empty()) return "--part is for --backend mesh4d";
     return std::nullopt;
   }
-  if (options.voxelSize || options.times.count || options.times.step || options.mask) {
+  const bool frameTime = options.times.step && !options.hasKeys();
+  if (options.voxelSize || options.times.count || frameTime || options.mask) {
     return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
   }
   if (!options.part.empty() && options.output.center) {
@@ -98,7 +154,16 @@ std::string detailsOf(const SweepArguments& options) {
     parameters["mask"] = options.mask;
     parameters["caps"] = isVoxelCaps(options.caps) ? options.caps : voxelCaps().front();
   } else {
-    if (options.steps) {
+    if (options.animates()) {
+      if (options.maxDeviation) parameters["tolerance"] = *options.maxDeviation;
+      if (!options.animation.animation.empty()) {
+        parameters["animation"] = options.animation.animation;
+      }
+      if (!options.animation.scene.empty()) parameters["scene"] = options.animation.scene;
+    } else if (options.hasKeys()) {
+      if (!options.keyTimes.empty()) parameters["times"] = options.keyTimes;
+      if (options.times.step) parameters["frame_time"] = *options.times.step;
+    } else if (options.steps) {
       parameters["steps"] = *options.steps;
     } else if (options.maxDeviation) {
       parameters["max_deviation"] = *options.maxDeviation;
@@ -113,15 +178,20 @@ std::string detailsOf(const SweepArguments& options) {
   const auto nameOf = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  return ordered_json{
-      {"source", {{"mesh", nameOf(options.input.model)}, {"motion", nameOf(options.input.motion)}}},
-      {"parameters", parameters}}
-      .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  ordered_json source{{"mesh", nameOf(options.models.front())}};
+  if (!options.hasKeys()) {
+    source["motion"] = nameOf(options.motion);
+  } else if (formats::isPointCache(options.models.back())) {
+    source["cache"] = nameOf(options.models.back());
+  } else if (!options.animates()) {
+    source["last_mesh"] = nameOf(options.models.back());
+    source["meshes"] = options.models.size();
+  }
+  return ordered_json{{"source", source}, {"parameters", parameters}}.dump(
+      -1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh& mesh,
-                       const model::Motion& motion, model::Sink& sink) {
-  ProgressBar bar("sweeping");
+mesh4d::SweepOptions meshOptions(const SweepArguments& options) {
   mesh4d::SweepOptions how;
   how.steps = ruleOf(options);
   how.caps = options.caps == "cone" ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen;
@@ -129,17 +199,95 @@ Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh&
   if (const auto part = numbersBetween(options.part, '/')) {
     how.part = {static_cast<std::uint64_t>((*part)[0]), static_cast<std::uint64_t>((*part)[1])};
   }
-  auto report = mesh4d::sweep(mesh, motion, how, sink, bar.callback());
+  return how;
+}
+
+Made madeOf(const mesh4d::SweepReport& report) {
+  return {report.vertices, report.tetrahedra, report.steps, report.capTetrahedra, report.notices};
+}
+
+Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh& mesh,
+                       const model::Motion& motion, model::Sink& sink) {
+  ProgressBar bar("sweeping");
+  const auto report = mesh4d::sweep(mesh, motion, meshOptions(options), sink, bar.callback());
   if (!report) return pass(report.error());
-  return Made{report->vertices, report->tetrahedra, report->steps, report->capTetrahedra,
-              report->notices};
+  return madeOf(*report);
+}
+
+/// Sweeps bodies through their keys; the file has as many bodies.
+Result<Made> sweepKeys(const SweepArguments& options,
+                       const std::vector<formats::AnimatedBody>& bodies, T4dFile& file) {
+  ProgressBar bar("sweeping");
+  const auto shown = bar.callback();
+  double whole = 0;
+  for (const auto& body : bodies) {
+    for (const auto& run : body.runs) whole += static_cast<double>(run->count());
+  }
+  double before = 0;
+  Made made;
+  std::uint64_t foldedPrisms = 0;
+  std::uint64_t foldedSteps = 0;
+  ordered_json places = ordered_json::array();
+  ordered_json parts = ordered_json::array();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const formats::AnimatedBody& body = bodies[i];
+    file.setBody(i);
+    Made ofBody;
+    for (const auto& run : body.runs) {
+      const auto keys = static_cast<double>(run->count());
+      const auto report =
+          mesh4d::sweep(body.mesh, *run, meshOptions(options), file,
+                        [&](double done) { shown((before + done * keys) / whole); });
+      if (!report) {
+        Error error = report.error();
+        if (options.animates() && error.where.empty()) {
+          error.where = fmt::format("{}: body '{}'", options.models.front(), body.name);
+        }
+        return pass(error);
+      }
+      before += keys;
+      ofBody.vertices += report->vertices;
+      ofBody.tetrahedra += report->tetrahedra;
+      ofBody.steps += report->steps;
+      for (const int end : {0, 1}) made.capTetrahedra[end] += report->capTetrahedra[end];
+      for (const std::string& notice : report->notices) {
+        const std::string named =
+            options.animates() ? fmt::format("body '{}': {}", body.name, notice) : notice;
+        if (std::ranges::find(made.notices, named) == made.notices.end()) {
+          made.notices.push_back(named);
+        }
+      }
+      foldedPrisms += report->foldedPrisms;
+      foldedSteps += report->foldedSteps;
+      for (const mesh4d::Fold& fold : report->folds) {
+        if (places.size() == mesh4d::kMostFolds) break;
+        ordered_json place{{"time", {fold.time.begin, fold.time.end}},
+                           {"prisms", fold.prisms},
+                           {"triangle", fold.triangle},
+                           {"place", {fold.place.x(), fold.place.y(), fold.place.z()}}};
+        if (options.animates()) place["body"] = body.name;
+        places.push_back(place);
+      }
+    }
+    made.vertices += ofBody.vertices;
+    made.tetrahedra += ofBody.tetrahedra;
+    made.steps += ofBody.steps;
+    parts.push_back({{"name", body.name},
+                     {"vertices", ofBody.vertices},
+                     {"tetrahedra", ofBody.tetrahedra},
+                     {"steps", ofBody.steps},
+                     {"runs", body.runs.size()}});
+  }
+  made.folds = {{"prisms", foldedPrisms}, {"steps", foldedSteps}, {"first", places}};
+  if (options.animates()) made.bodies = parts;
+  return made;
 }
 
 Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMesh& mesh,
                          const model::Motion& motion, model::Sink& sink) {
   Made made;
-  auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion,
-                                options.input.motion, made.notices);
+  auto times = motionFrameTimes(options.times, *options.voxelSize, mesh, motion, options.motion,
+                                made.notices);
   if (!times) return pass(times.error());
   if (const auto ignored = ignoredBy(options); !ignored.empty()) {
     made.notices.push_back(fmt::format("voxel4d ignores {}", fmt::join(ignored, ", ")));
@@ -159,33 +307,111 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
   return made;
 }
 
+/// What moves and how: a solid and its motion, or bodies with keys.
+struct Loaded {
+  model::TriangleMesh mesh;
+  model::Motion motion;
+  std::vector<formats::AnimatedBody> bodies;
+  std::optional<double> tolerance;  // of an animation
+  std::string lengthUnit;
+  std::string timeUnit;
+  std::vector<std::string> losses;
+  std::vector<std::string> files;  // all that were read
+
+  void addFiles(const std::vector<std::filesystem::path>& more) {
+    for (const auto& file : more) files.push_back(file.string());
+  }
+};
+
+Result<formats::LoadedDeformation> readDeformation(const SweepArguments& options) {
+  formats::KeyTimes times{{}, options.times.step};
+  if (const auto between = numbersBetween(options.keyTimes, ':')) {
+    times.between = model::TimeSpan{(*between)[0], (*between)[1]};
+  }
+  if (formats::isPointCache(options.models.back())) {
+    return formats::readCachedMesh(options.models[0], options.models[1], times);
+  }
+  const std::vector<std::filesystem::path> paths(options.models.begin(), options.models.end());
+  return formats::readMeshSeries(paths, times);
+}
+
+/// Reads everything, and prints the notices of meshes.
+Result<Loaded> readInput(const SweepArguments& options) {
+  Loaded loaded;
+  loaded.files = options.models;
+  if (options.animates()) {
+    formats::GltfAnimationOptions how = options.animation;
+    how.tolerance = options.maxDeviation;
+    const auto file = formats::readInputFile(options.models.front());
+    if (!file) return pass(file.error());
+    auto read = formats::readGltfAnimation(*file, how);
+    if (!read) return pass(read.error());
+    printNotices(read->notices);
+    loaded.bodies = std::move(read->bodies);
+    loaded.tolerance = read->tolerance;
+    loaded.losses = std::move(read->losses);
+    loaded.addFiles(read->otherFiles);
+    loaded.lengthUnit = "m";
+    loaded.timeUnit = "s";
+    return loaded;
+  }
+  if (options.hasKeys()) {
+    auto read = readDeformation(options);
+    if (!read) return pass(read.error());
+    printNotices(read->solid.notices);
+    loaded.losses = std::move(read->solid.losses);
+    loaded.addFiles(read->solid.otherFiles);
+    formats::AnimatedBody body{"", std::move(read->solid.mesh), {}};
+    body.runs.push_back(std::move(read->keys));
+    loaded.bodies.push_back(std::move(body));
+    return loaded;
+  }
+  auto read = MovingMeshInput{options.models.front(), options.motion}.read();
+  if (!read) return pass(read.error());
+  loaded.mesh = std::move(read->mesh);
+  loaded.motion = std::move(read->motion);
+  loaded.lengthUnit = loaded.motion.lengthUnit;
+  loaded.timeUnit = loaded.motion.timeUnit;
+  loaded.losses = std::move(read->losses);
+  loaded.files = std::move(read->files);
+  return loaded;
+}
+
 int run(const SweepArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  if (const auto misuse = misuseOfOutput(options.output.path,
-                                         std::array{options.input.model, options.input.motion})) {
-    return wrongUsage(*misuse);
-  }
+  std::vector<std::string> inputs = options.models;
+  if (!options.motion.empty()) inputs.push_back(options.motion);
+  if (const auto misuse = misuseOfOutput(options.output.path, inputs)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
   const ThreadLimit limit(options.threads);
-  auto loaded = options.input.read();
+  auto loaded = readInput(options);
   if (!loaded) return report(loaded.error());
   if (const auto misuse = misuseOfOutput(options.output.path, loaded->files)) {
     return wrongUsage(*misuse);
   }
-  const model::Motion& motion = loaded->motion;
+  std::vector<std::string> names;
+  if (options.animates()) {
+    for (const auto& body : loaded->bodies) names.push_back(body.name);
+    if (!options.output.body.empty()) {
+      if (names.size() > 1) return wrongUsage("--body names one body; the bodies are the nodes");
+      names.front() = options.output.body;
+    }
+  }
   auto file =
-      T4dFile::create(options.output, {options.backend, options.input.model, motion.lengthUnit,
-                                       motion.timeUnit, detailsOf(options)});
+      T4dFile::create(options.output, {options.backend, options.models.front(), loaded->lengthUnit,
+                                       loaded->timeUnit, detailsOf(options), names});
   if (!file) return report(file.error());
 
-  auto made = options.voxels() ? sweepVoxels(options, loaded->mesh, motion, *file)
-                               : sweepMesh(options, loaded->mesh, motion, *file);
+  auto made = options.hasKeys()  ? sweepKeys(options, loaded->bodies, *file)
+              : options.voxels() ? sweepVoxels(options, loaded->mesh, loaded->motion, *file)
+                                 : sweepMesh(options, loaded->mesh, loaded->motion, *file);
   if (!made) {
     Error error = made.error();
     // Errors about the mesh or the motion do not name its file.
     const bool motionsFault = error.remedy == Remedy::Motion || error.remedy == Remedy::StepRule;
     if (error.where.empty()) {
-      error.where = motionsFault ? options.input.motion : options.input.model;
+      const std::string& moving = options.hasKeys() ? options.models.back() : options.motion;
+      error.where = motionsFault ? moving : options.models.front();
     }
     return report(error);
   }
@@ -196,16 +422,26 @@ int run(const SweepArguments& options) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    printJson({{"vertices", made->vertices},
-               {"tetrahedra", made->tetrahedra},
-               {"steps", made->steps},
-               {"cap_tetrahedra", made->capTetrahedra},
-               {"seconds", seconds},
-               {"peak_bytes", peakBytes()},
-               {"bytes", *bytes}});
+    ordered_json result{{"vertices", made->vertices},
+                        {"tetrahedra", made->tetrahedra},
+                        {"steps", made->steps},
+                        {"cap_tetrahedra", made->capTetrahedra}};
+    if (made->bodies) {
+      result["tolerance"] = *loaded->tolerance;
+      result["bodies"] = *made->bodies;
+    }
+    if (made->folds) result["folds"] = *made->folds;
+    result["seconds"] = seconds;
+    result["peak_bytes"] = peakBytes();
+    result["bytes"] = *bytes;
+    printJson(result);
   } else {
     print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(made->vertices),
           grouped(made->tetrahedra));
+    if (made->bodies) {
+      print("  {}, no vertex farther than {:.3g} from its place\n",
+            counted(made->bodies->size(), "body", "bodies"), *loaded->tolerance);
+    }
     print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
           grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
@@ -220,9 +456,28 @@ int run(const SweepArguments& options) {
 
 void addSweep(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "sweep", "Sweep a closed triangle mesh along a rigid motion into a 4D mesh");
+      "sweep",
+      "Sweep a closed triangle mesh along a rigid motion, or a deformation, into a 4D mesh");
   auto options = std::make_shared<SweepArguments>();
-  options->input.addTo(*command);
+  command
+      ->add_option("MODEL", options->models,
+                   "The solid: " + formats::readableTriangleMeshExtensions() +
+                       ". One that is deformed: meshes of the same triangles, in the order of "
+                       "their numbers; or a mesh and its point cache, .pc2 or .mdd; or an animated "
+                       "glTF, whose nodes with a mesh are bodies")
+      ->required();
+  command->add_option("-m,--motion", options->motion,
+                      "The motion: a .json file, or poses as .csv (docs/motion.md); not with a "
+                      "deformation or an animation");
+  command->add_option("--animation", options->animation.animation,
+                      "Name, or number from 0, of the glTF's animation (default: the first)");
+  command->add_option("--scene", options->animation.scene,
+                      "Name, or number from 0, of the glTF's scene (default: the file's)");
+  command
+      ->add_option("--times", options->keyTimes,
+                   "First and last time of a deformation, with its keys evenly spaced (default for "
+                   "a point cache: its own times)")
+      ->check(timeSpan());
   command
       ->add_option("--backend", options->backend,
                    "mesh4d (sweep the triangles) or voxel4d (weave a time series of voxel grids)")
@@ -236,8 +491,9 @@ void addSweep(CLI::App& app, int& exitCode) {
   auto* steps = command->add_option("--steps", options->steps, "Number of steps of each segment")
                     ->check(wholeNumber(1, mesh4d::kMaxSteps));
   auto* deviation = command
-                        ->add_option("--max-deviation", options->maxDeviation,
-                                     "Largest distance of a point from its true path")
+                        ->add_option("--max-deviation,--tolerance", options->maxDeviation,
+                                     "Largest distance of a point from its true path (default for "
+                                     "an animated glTF: a thousandth of its size)")
                         ->check(numberAboveZero());
   rvMin->excludes(steps)->excludes(deviation);
   steps->excludes(deviation);
@@ -262,6 +518,10 @@ void addSweep(CLI::App& app, int& exitCode) {
                    "voxel4d: Edge length of a voxel, in length units")
       ->check(numberAboveZero());
   addFrameTimes(*command, options->times, "voxel4d: ", kFramesByMotion);
+  command->get_option("--frame-time")
+      ->description(
+          "Time between frames: of a deformation, from 0 on; or of voxel4d, from the "
+          "motion's first time on, where --frames limits their number");
   command->add_flag("--mask", options->mask,
                     "voxel4d: Use masks of the lattice points inside, instead of level sets");
   addThreadsOption(*command, options->threads);
@@ -270,7 +530,10 @@ void addSweep(CLI::App& app, int& exitCode) {
   command->footer(
       "Example:\n  t4d sweep bolt.obj --motion screw-in.json --up z -o bolt.t4d\n"
       "  t4d sweep bolt.obj --motion screw-in.json --backend voxel4d --voxel-size 0.5 "
-      "-o bolt-voxels.t4d");
+      "-o bolt-voxels.t4d\n"
+      "  t4d sweep frames/cloth_*.obj --frame-time 0.04 -o cloth.t4d\n"
+      "  t4d sweep cloth.obj cloth.pc2 --times 0:2 -o cloth.t4d\n"
+      "  t4d sweep machine.glb --tolerance 0.001 -o machine.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/t4d/names.h"
-#include "t4d/model/sinks.h"
 #include "tools/program/centering.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/version.h"
@@ -69,6 +68,10 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
   metadata.up = output.up;
   metadata.bodies = {
       {output.body.empty() ? formats::asName(nameIn(about.model).stem().string()) : output.body}};
+  if (!about.bodies.empty()) {
+    metadata.bodies.clear();
+    for (const std::string& name : about.bodies) metadata.bodies.push_back({name});
+  }
   metadata.detailsJson = about.detailsJson;
   if (!output.center) {
     if (auto begun = file.begin(nullptr); !begun) return pass(begun.error());
@@ -77,11 +80,12 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
 }
 
 Result<void> T4dFile::begin(const model::Slab* first) {
+  std::optional<model::Transform> centring;
   if (first != nullptr) {
     model::Bounds3 bounds;
     for (const model::Point4& vertex : first->vertices) bounds.add(vertex.head<3>());
     const model::Point3 center = roundCenterOf(bounds);
-    shift_ = -center;
+    centring.emplace().space.col(3) = -center;
     metadata_.detailsJson = withOrigin(metadata_.detailsJson, center);
   }
   auto writer = formats::T4dWriter::create(output_.path, metadata_,
@@ -91,21 +95,23 @@ Result<void> T4dFile::begin(const model::Slab* first) {
                                             .spareEvery = output_.spareEvery});
   if (!writer) return pass(writer.error());
   writer_ = std::move(*writer);
+  for (std::size_t i = 0; centring && i < metadata_.bodies.size(); ++i) {
+    centred_.emplace_back(writer_->body(i), *centring);
+  }
   return {};
 }
+
+model::Sink& T4dFile::sink() { return centred_.empty() ? writer_->body(body_) : centred_[body_]; }
 
 Result<void> T4dFile::put(const model::Slab& slab) {
   if (!writer_) {
     if (auto begun = begin(&slab); !begun) return begun;
   }
-  if (shift_.isZero(0)) return writer_->body(0).put(slab);
-  return model::Translated(writer_->body(0), shift_).put(slab);
+  return sink().put(slab);
 }
 
 Result<void> T4dFile::putStreamed(const model::StreamedSlab& slab) {
-  if (!writer_) return put(assembled(slab));
-  if (shift_.isZero(0)) return writer_->body(0).putStreamed(slab);
-  return model::Translated(writer_->body(0), shift_).putStreamed(slab);
+  return writer_ ? sink().putStreamed(slab) : put(assembled(slab));
 }
 
 Result<std::uint64_t> T4dFile::finish() {

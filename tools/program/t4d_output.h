@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/model/transformed.h"
 
 namespace t4d::tools {
 
@@ -30,8 +31,8 @@ struct T4dOutput {
   std::optional<std::string> rounding() const;
 };
 
-/// A .t4d file in the making, with one body. With `--center` its slabs are moved, such that the
-/// origin is in the middle of the first one; the file says where it was.
+/// A .t4d file in the making, with one body or several. With `--center` its slabs are moved, such
+/// that the origin is in the middle of the first one; the file says where it was.
 class T4dFile : public model::Sink {
  public:
   /// Metadata of the file; the body is named by `--body` or after `model`. `detailsJson` describes
@@ -42,10 +43,13 @@ class T4dFile : public model::Sink {
     std::string lengthUnit;
     std::string timeUnit;
     std::string detailsJson;
+    std::vector<std::string> bodies = {};  ///< names of several bodies
   };
 
   static Result<T4dFile> create(const T4dOutput& output, const About& about);
 
+  /// Slabs go to this body from now on; at first, to body 0.
+  void setBody(std::size_t index) { body_ = index; }
   Result<void> put(const model::Slab& slab) override;
   Result<void> putStreamed(const model::StreamedSlab& slab) override;
   /// The size of the file in bytes.
@@ -55,11 +59,13 @@ class T4dFile : public model::Sink {
 
  private:
   Result<void> begin(const model::Slab* first);
+  model::Sink& sink();
 
   T4dOutput output_;
   formats::Metadata metadata_;
   std::optional<formats::T4dWriter> writer_;
-  Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();
+  std::size_t body_ = 0;
+  std::vector<model::Transformed> centred_;  // before each body of the writer, with `--center`
 };
 
 }  // namespace t4d::tools

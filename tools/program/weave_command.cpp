@@ -1,11 +1,18 @@
+#include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/file_extension.h"
+#include "t4d/model/transformed.h"
 #include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -21,7 +28,11 @@ using nlohmann::ordered_json;
 
 struct WeaveArguments {
   std::vector<std::string> frames;
-  voxel4d::VdbFramesOptions input;
+  voxel4d::VolumeOptions input;
+  std::vector<std::int64_t> labels;
+  std::string grid;
+  std::vector<double> spacing;
+  std::vector<double> origin;
   std::string caps = "flat";
   std::string lengthUnit;
   std::string timeUnit;
@@ -30,9 +41,41 @@ struct WeaveArguments {
   bool json = false;
 };
 
+/// ".nrrd, .nhdr, ...".
+std::string volumeExtensions() {
+  std::vector<std::string_view> extensions;
+  for (const auto& format : voxel4d::volumeFormats()) extensions.push_back(format.extension);
+  return fmt::format("{}", fmt::join(extensions, ", "));
+}
+
+/// CLI11 takes the nearest for numbers that are too large.
+CLI::Validator wholeNumberOf64Bits() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        std::int64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error == std::errc{} && end == text.data() + text.size()) return {};
+        return fmt::format("'{}' is not a whole number of 64 bits", text);
+      },
+      "INT");
+}
+
+/// x, y and z in some order, and t among them or not.
+CLI::Validator axesOfArray() {
+  return CLI::Validator(
+      [](std::string& axes) -> std::string {
+        std::string sorted = axes;
+        std::ranges::sort(sorted);
+        if (sorted == "txyz" || sorted == "xyz") return {};
+        return fmt::format("'{}' is not an order of x, y, z and t, as tzyx", axes);
+      },
+      "AXES");
+}
+
 std::string detailsOf(const WeaveArguments& options) {
   ordered_json parameters;
   if (options.input.iso) parameters["iso"] = *options.input.iso;
+  if (!options.labels.empty()) parameters["labels"] = options.labels;
   parameters["caps"] = options.caps;
   parameters["precision"] = options.output.precision;
   if (options.output.grid) parameters["grid"] = *options.output.grid;
@@ -41,47 +84,126 @@ std::string detailsOf(const WeaveArguments& options) {
       -1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
+/// Frames of OpenVDB, or of volumes: what has the label, or is inside without one.
+Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
+                                         const std::optional<std::int64_t>& label) {
+  const std::vector<std::filesystem::path> inputs(options.frames.begin(), options.frames.end());
+  if (voxel4d::isVolumeFile(inputs.front())) {
+    voxel4d::VolumeOptions input = options.input;
+    input.label = label;
+    return voxel4d::openVolumeFrames(inputs, input);
+  }
+  voxel4d::VdbFramesOptions input{options.input.iso, options.input.frameTime,
+                                  options.input.startTime.value_or(0), options.grid};
+  auto frames = voxel4d::openVdbFrames(inputs, input);
+  if (!frames) return pass(frames.error());
+  voxel4d::VolumeFrames opened;
+  opened.frames = std::move(*frames);
+  return opened;
+}
+
+/// What is wrong with the choice of options; nothing if it fits the files.
+std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
+  const bool volumes = voxel4d::isVolumeFile(options.frames.front());
+  for (const std::string& file : options.frames) {
+    if (voxel4d::isVolumeFile(file) != volumes) {
+      return fmt::format("{} and {} are not of one kind; give .vdb files, or volumes",
+                         options.frames.front(), file);
+    }
+  }
+  if (volumes && !options.grid.empty()) return "--grid is for .vdb files";
+  const auto isOf = [&](std::string_view extension) {
+    return std::ranges::all_of(options.frames, [&](const std::string& file) {
+      return formats::lowerCaseExtension(file) == extension;
+    });
+  };
+  if (volumes && !options.input.raw.empty() && !isOf(".raw")) return "--raw is for .raw files";
+  if (volumes && !options.input.axes.empty() && !isOf(".npy")) return "--axes is for .npy files";
+  if (!options.labels.empty() && options.input.iso) return "--label and --iso exclude each other";
+  if (std::set(options.labels.begin(), options.labels.end()).size() < options.labels.size()) {
+    return "--label: a label is given twice";
+  }
+  if (volumes) return std::nullopt;
+  const voxel4d::VolumeOptions& input = options.input;
+  if (!options.labels.empty() || !input.raw.empty() || !input.axes.empty() ||
+      !options.spacing.empty() || !options.origin.empty()) {
+    return "--label, --spacing, --origin, --axes and --raw are for volumes; .vdb files say what "
+           "they hold";
+  }
+  if (input.startTime && !input.frameTime) return "--start-time requires --frame-time";
+  return std::nullopt;
+}
+
+Result<voxel4d::WeaveReport> weaveInto(T4dFile& file, voxel4d::VolumeFrames& input,
+                                       voxel4d::CapStyle caps, ProgressBar& bar) {
+  if (!input.toSpace) return voxel4d::weave(*input.frames, {caps}, file, bar.callback());
+  model::Transformed placed(file, {*input.toSpace});
+  return voxel4d::weave(*input.frames, {caps}, placed, bar.callback());
+}
+
 int run(const WeaveArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output.path, options.frames)) {
     return wrongUsage(*misuse);
   }
+  if (const auto misuse = misuseOfInput(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
   const ThreadLimit limit(options.threads);
-  const std::vector<std::filesystem::path> inputs(options.frames.begin(), options.frames.end());
-  auto frames = voxel4d::openVdbFrames(inputs, options.input);
-  if (!frames) return report(frames.error());
-  auto file =
-      T4dFile::create(options.output, {"voxel4d", options.frames.front(), options.lengthUnit,
-                                       options.timeUnit, detailsOf(options)});
+  // Each label is a body.
+  std::vector<std::optional<std::int64_t>> labels(options.labels.begin(), options.labels.end());
+  if (labels.empty()) labels.emplace_back();
+  auto input = openFrames(options, labels.front());
+  if (!input) return report(input.error());
+  const auto unit = [](const std::string& given, const std::string& ofFile) {
+    return given.empty() ? ofFile : given;
+  };
+  T4dFile::About about = {"voxel4d", options.frames.front(),
+                          unit(options.lengthUnit, input->lengthUnit),
+                          unit(options.timeUnit, input->timeUnit), detailsOf(options)};
+  if (labels.size() > 1) {
+    const std::string& name = options.output.body;
+    for (const auto& label : labels) {
+      about.bodies.push_back(fmt::format("{} {}", name.empty() ? "label" : name, *label));
+    }
+  }
+  auto file = T4dFile::create(options.output, about);
   if (!file) return report(file.error());
   const voxel4d::CapStyle caps = voxelCapStyle(options.caps);
-  Result<voxel4d::WeaveReport> woven;
-  {
+  voxel4d::WeaveReport woven;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
     ProgressBar bar("weaving");
-    woven = voxel4d::weave(**frames, {caps}, *file, bar.callback());
+    if (i > 0) {
+      input = openFrames(options, labels[i]);
+      if (!input) return report(input.error());
+    }
+    file->setBody(i);
+    const auto body = weaveInto(*file, *input, caps, bar);
+    if (!body) return report(body.error());
+    woven.vertices += body->vertices;
+    woven.tetrahedra += body->tetrahedra;
+    woven.frames = body->frames;
+    for (int end = 0; end < 2; ++end) woven.capTetrahedra[end] += body->capTetrahedra[end];
   }
-  if (!woven) return report(woven.error());
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   std::vector<std::string> notices;
-  noticeCaps(caps, *woven, notices);
+  noticeCaps(caps, woven, notices);
   printNotices(notices);
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    printJson({{"vertices", woven->vertices},
-               {"tetrahedra", woven->tetrahedra},
-               {"frames", woven->frames},
+    printJson({{"vertices", woven.vertices},
+               {"tetrahedra", woven.tetrahedra},
+               {"frames", woven.frames},
                {"seconds", seconds},
                {"peak_bytes", peakBytes()},
-               {"cap_tetrahedra", woven->capTetrahedra},
+               {"cap_tetrahedra", woven.capTetrahedra},
                {"bytes", *bytes}});
   } else {
-    print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven->vertices),
-          grouped(woven->tetrahedra), counted(woven->frames, "frame"));
-    print("  caps of {} and {} tetrahedra\n", grouped(woven->capTetrahedra[0]),
-          grouped(woven->capTetrahedra[1]));
+    print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven.vertices),
+          grouped(woven.tetrahedra), counted(woven.frames, "frame"));
+    print("  caps of {} and {} tetrahedra\n", grouped(woven.capTetrahedra[0]),
+          grouped(woven.capTetrahedra[1]));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
     if (const auto rounding = options.output.rounding()) print("  {}\n", *rounding);
   }
@@ -91,13 +213,13 @@ int run(const WeaveArguments& options) {
 }  // namespace
 
 void addWeave(CLI::App& app, int& exitCode) {
-  auto* command =
-      app.add_subcommand("weave", "Weave a time series of OpenVDB grids into a 4D mesh");
+  auto* command = app.add_subcommand("weave", "Weave a time series of voxel grids into a 4D mesh");
   auto options = std::make_shared<WeaveArguments>();
   command
       ->add_option("FRAMES", options->frames,
                    "The grids: .vdb files with one frame each, a folder of them, or one file with "
-                   "several grids")
+                   "several grids; or volumes, one with an axis of time or several of one frame: " +
+                       volumeExtensions())
       ->required();
   command
       ->add_option(
@@ -105,17 +227,43 @@ void addWeave(CLI::App& app, int& exitCode) {
           "Grids are densities; inside is where they are above this value (default: level sets, "
           "inside is where they are below 0)")
       ->check(finiteNumber());
-  auto* frameTime =
-      command
-          ->add_option("--frame-time", options->input.frameTime,
-                       "Time between frames (default: the times in the grids' metadata "
-                       "t4d_time)")
-          ->check(numberAboveZero());
   command
-      ->add_option("--start-time", options->input.startTime, "Time of the first frame (default: 0)")
-      ->check(finiteNumber())
-      ->needs(frameTime);
-  command->add_option("--grid", options->input.grid, "Only grids with this name (default: all)");
+      ->add_option("--label", options->labels,
+                   "Volumes: inside is where samples are exactly this whole number; of several "
+                   "each is a body")
+      ->check(wholeNumberOf64Bits());
+  command
+      ->add_option(
+          "--frame-time", options->input.frameTime,
+          "Time between frames (default: what the files say; of .vdb the metadata t4d_time)")
+      ->check(numberAboveZero());
+  command
+      ->add_option("--start-time", options->input.startTime,
+                   "Time of the first frame (default: what the file says, or 0)")
+      ->check(finiteNumber());
+  command->add_option("--grid", options->grid, "Only grids with this name (default: all)");
+  command
+      ->add_option(
+          "--spacing", options->spacing,
+          "Volumes: edge lengths of a voxel along x, y and z (default: what the file says, "
+          "or 1)")
+      ->expected(1, 3)
+      ->type_name("DX [DY DZ]")
+      ->check(numberAboveZero());
+  command
+      ->add_option("--origin", options->origin,
+                   "Volumes: position of the first sample (default: what the file says, or 0 0 0)")
+      ->expected(3)
+      ->type_name("X Y Z")
+      ->check(finiteNumber());
+  command
+      ->add_option("--axes", options->input.axes,
+                   "What the axes of a .npy array are (default: txyz, or xyz in several files)")
+      ->check(axesOfArray());
+  command->add_option(
+      "--raw", options->input.raw,
+      "What .raw files hold that do not begin with such a line: 'TYPE NX NY NZ [NT] "
+      "[little|big]', as 'uint8 64 64 64 10'");
   command
       ->add_option("--caps", options->caps,
                    "How to close the ends: flat; graded (flat, with cells that grow inwards); or "
@@ -128,7 +276,20 @@ void addWeave(CLI::App& app, int& exitCode) {
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer("Example:\n  t4d weave frames/*.vdb -o moving.t4d");
-  command->callback([=, &exitCode] { exitCode = run(*options); });
+  command->callback([=, &exitCode] {
+    const auto& spacing = options->spacing;
+    if (spacing.size() == 2) {
+      exitCode = wrongUsage("--spacing is one length, or three");
+      return;
+    }
+    if (!spacing.empty()) {
+      options->input.spacing = {spacing.front(), spacing[spacing.size() / 2], spacing.back()};
+    }
+    if (const auto& origin = options->origin; !origin.empty()) {
+      options->input.origin = {origin[0], origin[1], origin[2]};
+    }
+    exitCode = run(*options);
+  });
 }
 
 }  // namespace t4d::tools

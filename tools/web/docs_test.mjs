@@ -112,7 +112,7 @@ for (const page of new Set(rows.map((row) => row.page).filter(Boolean))) {
     const site = await serve(t, path.join(folder, 'fixtures'));
     for (const { command, output } of examples) {
       // Meshes that the project does not have.
-      const missing = command.split(' ').find((word) => word.endsWith('.obj') &&
+      const missing = command.split(' ').find((word) => word.endsWith('.obj') && !word.includes('*') &&
         !existsSync(path.join(folder, 'fixtures', word)));
       await t.test(command, { skip: missing && `no ${missing}` }, () => {
         const done = shell(command.replace('https://example.com/', site),
@@ -122,3 +122,18 @@ for (const page of new Set(rows.map((row) => row.page).filter(Boolean))) {
     }
   });
 }
+
+test('docs/formats.md has a row for each format of the program, and no other', () => {
+  const code = (words) => words.map((word) => `\`${word}\``).join(' ');
+  const { formats } = JSON.parse(t4dRaw('formats', '--json').stdout);
+  const expected = formats.map((format) => [
+    format.name,
+    format.id && code([format.id]),
+    code(format.extensions),
+    [format.reads && 'read', format.writes && 'written'].filter(Boolean).join(', '),
+    format.recognised_by,
+    format.keeps.join(', '),
+  ]).map((cells) => `| ${cells.join(' | ')} |`);
+  const table = read('docs/formats.md').match(/^\| format \|.*\n\|[-|]*\n((?:\|.*\n)*)/m)[1];
+  assert.deepEqual(table.trimEnd().split('\n'), expected);
+});

@@ -22,12 +22,14 @@ const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
 
 // Members that are present in some cases only, and those with arbitrary content.
 const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error', 'convergence',
-  'slab_list'];
+  'slab_list', 'folds'];
 // Likewise, but only in compared meshes.
 const optionalOfMeshes = ['voxel_size', 'frames', 'symmetric_difference', 'hausdorff'];
 const isComparedMesh = (verb, where) =>
   verb === 'compare' && /^(#\/\$defs\/mesh|\/[ab]|\/convergence\/levels\/\d+)$/.test(where);
 const isOptional = (verb, where, key) => optional.includes(key) ||
+  // Of an animated glTF.
+  (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
 const free = ['details'];
 
@@ -56,6 +58,26 @@ function writeAltered(name, alter) {
 
 const turned = ([a, b, c, d]) => [b, a, c, d];
 
+/** A glTF of a tetrahedron whose scale goes from 1 to -1, so that its prisms fold. */
+function turningBox() {
+  const numbers = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 1, 1, -1, -1, -1];
+  const bytes = Buffer.concat([Buffer.from(Float32Array.from(numbers).buffer),
+    Buffer.from(Uint16Array.from([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]).buffer)]);
+  const accessor = (byteOffset, componentType, count, type) =>
+    ({ bufferView: 0, byteOffset, componentType, count, type });
+  return JSON.stringify({
+    asset: { version: '2.0' }, nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],
+    animations: [{ samplers: [{ input: 2, output: 3 }],
+      channels: [{ sampler: 0, target: { node: 0, path: 'scale' } }] }],
+    accessors: [accessor(0, 5126, 4, 'VEC3'), accessor(80, 5123, 12, 'SCALAR'),
+      accessor(48, 5126, 2, 'SCALAR'), accessor(56, 5126, 2, 'VEC3')],
+    bufferViews: [{ buffer: 0, byteLength: bytes.length }],
+    buffers: [{ byteLength: bytes.length,
+      uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }],
+  });
+}
+
 function writeInputs() {
   writeAltered('simplex.t4d', (cells) => cells);
   writeAltered('open.t4d', (cells) => [[0, 1, 2, 4], ...cells.slice(1)]);
@@ -66,6 +88,11 @@ function writeInputs() {
   writeFileSync(at('flipped.t4d'), simplex.map((byte, i) => (i === 0x100 ? byte ^ 1 : byte)));
   writeFileSync(at('empty.t4d'), '');
   writeFileSync(at('not.t4d'), '{"bodies": []}');
+  for (const [name, x] of [['right', 1], ['mirrored', -1]]) {
+    writeFileSync(at(`${name}.obj`),
+      `v 0 0 0\nv ${x} 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n`);
+  }
+  writeFileSync(at('turning.gltf'), turningBox());
   // The volume of this mesh overflows a double: its coordinates of 10 become 1e151.
   writeFileSync(at('three.json'), '{"segments": [{"duration": 3}]}');
   t4dRaw('sweep', fixture('cube.obj'), '--motion', at('three.json'), '--caps', 'cone', '--compression', 0,
@@ -100,8 +127,18 @@ const runs = [
   sweep('cube', 'paper-screw', '--part', '2/2', '-o', at('second.t4d')),
   ['join', [at('first.t4d'), at('second.t4d'), '-o', at('joined.t4d')], 0],
   ['join', [at('second.t4d'), at('first.t4d'), '-o', at('joined.t4d')], 4],
+  ['transform', [at('first.t4d'), '--axes', 'y-xz', '--scale', '2', '--time-shift', '1', '-o', at('moved.t4d')], 0],
+  ['transform', [at('no such file'), '-o', at('moved.t4d')], 4],
+  ['convert', [fixture('24-cell.off'), at('24-cell.t4d')], 0],
+  ['convert', [at('24-cell.t4d'), at('24-cell.mesh')], 3],
+  ['convert', [at('24-cell.t4d'), at('24-cell.4do'), '--accept-loss'], 0],
+  ['convert', [fixture('16-cell.off'), at('16-cell.nothing')], 2],
+  ['formats', [], 0],
   sweep('paper-cube', 'paper-screw', '--steps', 3, '--prism', 3, '-o', at('screw.t4d')),
   sweep('paper-cube', 'paper-voxel', '--backend', 'voxel4d', ...voxels, '-o', at('voxels.t4d')),
+  ['sweep', [fixture('bending_0.obj'), fixture('bending.pc2'), '-o', at('bending.t4d')], 0],
+  ['sweep', [at('turning.gltf'), '-o', at('turning.t4d')], 0],
+  ['sweep', [at('right.obj'), at('mirrored.obj'), '--frame-time', 1, '--caps', 'cone', '-o', at('folds.t4d')], 0],
   ['sweep', [at('none.obj'), '--motion', fixture('rest.json'), '-o', at('none.t4d')], 4],
   ['sweep', [fixture('cube.obj')], 2],
   ['voxelize', [fixture('torus.obj'), '--motion', fixture('rest.json'), '--voxel-size', 1,
@@ -113,6 +150,7 @@ const runs = [
     '--frames', 2, '--mask', '-o', at('none')], 0],
   ['weave', [at('level-sets'), '-o', at('woven.t4d')], 0],
   ['weave', [at('masks'), '--caps', 'half-step', '--precision', 'float32', '-o', at('masks.t4d')], 0],
+  ['weave', [fixture('labels.nrrd'), '--label', '1', '-o', at('labels.t4d')], 0],
   ['weave', [at('no such folder'), '-o', at('none.t4d')], 4],
   ['rasterize', [at('screw.t4d'), ...voxels, '-o', at('rasterized')], 0],
   ['rasterize', [at('voxels.t4d'), '--voxel-size', 2, '--frame-time', 1, '--mask', '-o', at('rasterized')], 0],

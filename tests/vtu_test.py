@@ -1,0 +1,125 @@
+#!/usr/bin/python3
+"""VTK opens the .vtu files of t4d, and t4d those of VTK.
+
+Usage: vtu_test.py T4D T4D_FIXTURES
+
+Contouring the array `t` in VTK gives the volume of `t4d slice`. What VTK writes of the same grid, in
+each of its encodings, converts to the same .t4d as the file of t4d. meshio opens the file, too.
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+import meshio
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkFiltersCore import vtkContourFilter
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
+
+RELATIVE = 1e-9
+
+
+def run(*words):
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == 0, f"{' '.join(words)}: exit {done.returncode}\n{done.stderr}"
+    return done.stdout
+
+
+def grid_of(path):
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    return reader.GetOutput()
+
+
+def contour_volume(grid, time):
+    """The volume that the contour of `t` encloses, whichever way its triangles turn."""
+    contour = vtkContourFilter()
+    contour.SetInputData(grid)
+    contour.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, "t")
+    contour.SetValue(0, time)
+    contour.ComputeNormalsOff()
+    contour.Update()
+    surface = contour.GetOutput()
+    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+    corners = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    # VTK turns triangles towards the larger values of t, which says nothing about the inside: they
+    # are turned here until neighbours agree.
+    neighbours = {}
+    for i, (a, b, c) in enumerate(corners):
+        for edge in ((a, b), (b, c), (c, a)):
+            neighbours.setdefault(frozenset(edge), []).append((i, edge))
+    turned = {}
+    volume = 0.0
+    for seed in range(len(corners)):
+        if seed in turned:
+            continue
+        turned[seed] = False
+        part, waiting = 0.0, [seed]
+        while waiting:
+            i = waiting.pop()
+            a, b, c = points[corners[i]]
+            product = a @ [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2],
+                           b[0] * c[1] - b[1] * c[0]]
+            part += -product / 6 if turned[i] else product / 6
+            a, b, c = corners[i]
+            for edge in ((a, b), (b, c), (c, a)):
+                pair = neighbours[frozenset(edge)]
+                assert len(pair) == 2, "the contour is not closed"
+                for j, other in pair:
+                    if j != i and j not in turned:
+                        turned[j] = turned[i] != (other == edge)
+                        waiting.append(j)
+        volume += abs(part)
+    return volume
+
+
+def main(t4d, fixtures):
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        run(fixtures, ".")
+        for solid, motion in (("paper-cube", "paper-translation"), ("torus", "several-segments")):
+            run(t4d, "sweep", solid + ".obj", "--motion", motion + ".json", "--caps", "cone",
+                "-o", "a.t4d")
+            run(t4d, "convert", "a.t4d", "a.vtu", "--accept-loss")
+            grid = grid_of("a.vtu")
+            info = json.loads(run(t4d, "info", "a.t4d", "--json"))
+            assert grid.GetNumberOfCells() == info["tetrahedra"], "VTK has not all tetrahedra"
+            assert grid.GetNumberOfPoints() == info["vertices"], "VTK has not all vertices"
+            begin, end = grid.GetPointData().GetArray("t").GetRange()
+            for fraction in (0.0137, 0.31, 0.7, 0.93):
+                time = begin + fraction * (end - begin)
+                expected = json.loads(run(t4d, "slice", "a.t4d", "--time", repr(time), "--json"))
+                found = contour_volume(grid, time)
+                assert abs(found - expected["volume"]) <= RELATIVE * expected["volume"], (
+                    f"{solid} at {time}: VTK {found}, t4d {expected['volume']}")
+
+            mesh = meshio.read("a.vtu")
+            assert len(mesh.cells_dict["tetra"]) == info["tetrahedra"]
+            assert "t" in mesh.point_data
+
+            run(t4d, "convert", "a.vtu", "same.t4d")
+            with open("same.t4d", "rb") as file:
+                same = file.read()
+            encodings = 0
+            for mode in ("Ascii", "Binary", "Appended"):
+                for compressor in ("None", "ZLib"):
+                    for encoded in (False, True):
+                        writer = vtkXMLUnstructuredGridWriter()
+                        writer.SetInputData(grid)
+                        writer.SetFileName("a.vtu")
+                        getattr(writer, f"SetDataModeTo{mode}")()
+                        getattr(writer, f"SetCompressorTypeTo{compressor}")()
+                        writer.SetEncodeAppendedData(encoded)
+                        (writer.SetHeaderTypeToUInt64 if encoded else writer.SetHeaderTypeToUInt32)()
+                        writer.Write()
+                        run(t4d, "convert", "a.vtu", "b.t4d")
+                        with open("b.t4d", "rb") as file:
+                            assert file.read() == same, f"{mode}, {compressor}, {encoded}"
+                        encodings += 1
+            print(f"{solid}: 4 contours, {encodings} encodings")
+
+
+main(os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]))

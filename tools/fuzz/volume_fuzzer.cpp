@@ -1,0 +1,79 @@
+#include <array>
+#include <string>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
+#include "tools/fuzz/fuzz.h"
+
+/// A volume file: the first byte says of which format.
+namespace t4d::fuzz {
+namespace {
+
+// A byte of gzip is 1,032 at most, and a block has up to 512 values of 8 bytes for one in the file.
+constexpr std::size_t kMemoryPerFileByte = std::size_t{1032} * 8 * 4;
+constexpr std::size_t kMemoryAlways = std::size_t{8} << 20;
+
+/// The file under a name of each format.
+class Names {
+ public:
+  explicit Names(const std::filesystem::path& file) {
+    std::string name = (std::filesystem::temp_directory_path() / "fuzz-volume-XXXXXX").string();
+    must(mkdtemp(name.data()) != nullptr, "there is a folder for temporary files");
+    folder_ = name;
+    for (const auto& format : voxel4d::volumeFormats()) {
+      std::filesystem::create_symlink(file, pathOf(format));
+    }
+  }
+  ~Names() { std::filesystem::remove_all(folder_); }
+  std::filesystem::path pathOf(const voxel4d::VolumeFormat& format) const {
+    return folder_ / ("f" + std::string(format.extension));
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+int test(std::span<const std::uint8_t> bytes) {
+  static MemoryFile file;
+  static const Names names(file.path());
+  if (bytes.empty()) return 0;
+  const auto formats = voxel4d::volumeFormats();
+  const std::vector<std::filesystem::path> files = {
+      names.pathOf(formats[bytes[0] % formats.size()])};
+  file.set(bytes.subspan(1));
+  const HeapMeter heap;
+  voxel4d::VolumeOptions options;
+  options.frameTime = 1;
+  const int choice = bytes[0] / 16 % 3;
+  if (choice == 1) options.iso = 0.5;
+  if (choice == 2) options.label = 1;
+  auto opened = voxel4d::openVolumeFrames(files, options);
+  if (!opened) {
+    must(!opened.error().message.empty(), "a refusal says what");
+    return 0;
+  }
+  must(opened->frames->frameCount() >= 2, "there are two frames or more");
+  constexpr std::size_t kMostFrames = 4;
+  for (std::size_t i = 0; i < std::min(kMostFrames, opened->frames->frameCount()); ++i) {
+    const auto frame = opened->frames->frame(i);
+    if (!frame) {
+      must(!frame.error().message.empty(), "a refusal says what");
+      return 0;
+    }
+    const auto checked = voxel4d::checkFrame(*frame);
+    must(checked.has_value(), checked ? "" : checked.error().message.c_str());
+  }
+  must(heap.peak() <= kMemoryPerFileByte * bytes.size() + kMemoryAlways,
+       fmt::format("reading {} bytes takes {} of memory", bytes.size(), heap.peak()));
+  return 0;
+}
+
+}  // namespace
+}  // namespace t4d::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return t4d::fuzz::test({data, size});
+}

@@ -1,0 +1,353 @@
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/edit/cut_into_slabs.h"
+#include "t4d/edit/mend_mesh4d.h"
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/mesh4d/mesh4d_formats.h"
+#include "t4d/formats/t4d/names.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/url.h"
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/measure/mesh_check.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/version.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kT4d = "t4d";
+
+struct ConvertArguments {
+  std::string input;
+  std::string output;
+  std::string from;  // "" for what the content tells
+  std::string to;    // "" for what the extension tells
+  std::optional<std::uint64_t> slabs;
+  std::optional<double> weld;
+  bool allowOpen = false;
+  bool acceptLoss = false;
+  std::optional<std::uint64_t> maxCells;
+  bool json = false;
+};
+
+/// A 4D mesh to be written, and what is to be said about where it comes from.
+struct ConvertInput {
+  std::string format;
+  std::string dialect;
+  std::optional<formats::T4dReader> reader;  // of a .t4d
+  std::deque<model::Mesh> meshes;            // of others
+  std::vector<formats::CountedBody> bodies;
+  formats::Metadata metadata;
+  std::vector<std::string> attributes;
+  bool closed = true;
+  bool oriented = true;
+  std::vector<std::string> notices;
+  std::vector<std::string> losses;
+  std::vector<std::string> files;
+};
+
+bool isT4d(const ConvertArguments& options) {
+  if (!options.from.empty()) return options.from == kT4d;
+  return formats::lowerCaseExtension(options.input) == ".t4d" ||
+         !formats::schemeOf(options.input).empty();
+}
+
+/// Checks a .t4d through and notes the names of its attributes.
+class AttributeNames : public model::Sink {
+ public:
+  AttributeNames(model::Sink& next, std::vector<std::string>& names) : next_(next), names_(names) {}
+
+  Result<void> put(const model::Slab& slab) override {
+    if (slab.connectivity) {
+      for (const model::Attribute& attribute : slab.connectivity->cellAttributes) note(attribute);
+    }
+    for (const model::Attribute& attribute : slab.attributes) note(attribute);
+    return next_.put(slab);
+  }
+
+ private:
+  void note(const model::Attribute& attribute) {
+    if (std::ranges::find(names_, attribute.name) == names_.end()) names_.push_back(attribute.name);
+  }
+
+  model::Sink& next_;
+  std::vector<std::string>& names_;
+};
+
+Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
+  auto reader =
+      formats::T4dReader::open(options.input, formats::T4dOpen::Whole, {}, options.maxCells);
+  if (!reader) return pass(reader.error());
+  input.format = kT4d;
+  input.metadata = reader->metadata();
+  ProgressBar bar("checking");
+  for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
+    measure::MeshChecker checker;
+    AttributeNames names(checker, input.attributes);
+    if (auto read = reader->readThrough(i, names, bar.callback()); !read) {
+      return pass(read.error());
+    }
+    const measure::MeshReport report = checker.finish();
+    const std::string& name = input.metadata.bodies[i].name;
+    if (!report.valid() && !options.allowOpen) {
+      return invalid(fmt::format("body '{}': {}", name, report.issues.issues.front().message),
+                     options.input, Remedy::OpenMesh);
+    }
+    input.closed = input.closed && report.closed;
+    input.oriented = input.oriented && report.oriented;
+    input.bodies.push_back({{name, &reader->body(i)}, report.vertices, report.tetrahedra});
+  }
+  input.reader = std::move(*reader);
+  return {};
+}
+
+/// A name that no other body has.
+std::string freeBodyName(const formats::Mesh4d& body, std::size_t index, std::size_t count,
+                         const std::string& path, std::set<std::string>& taken) {
+  std::string name = body.name;
+  if (name.empty()) {
+    name = std::filesystem::path(path).stem().string();
+    if (count > 1) name += fmt::format(" {}", index + 1);
+  }
+  const std::string base = formats::asName(name);
+  std::string free = base;
+  for (int i = 2; !taken.insert(free).second; ++i) free = fmt::format("{} ({})", base, i);
+  return free;
+}
+
+Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& input) {
+  const formats::Mesh4dFormat* format = nullptr;
+  auto loaded = formats::readMesh4d(options.input, formats::mesh4dFormat(options.from), format);
+  if (!loaded) return pass(loaded.error());
+  input.format = format->id;
+  input.dialect = loaded->dialect;
+  input.notices = std::move(loaded->notices);
+  input.losses = std::move(loaded->losses);
+  for (const auto& file : loaded->otherFiles) input.files.push_back(file.string());
+  std::set<std::string> taken;
+  const std::size_t count = loaded->bodies.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    formats::Mesh4d& body = loaded->bodies[i];
+    const std::string name = freeBodyName(body, i, count, options.input, taken);
+    const std::string where =
+        count > 1 ? fmt::format("{}: body '{}'", options.input, name) : options.input;
+    auto mended = edit::mendMesh4d(body, {options.weld, options.allowOpen});
+    if (!mended) {
+      Error error = mended.error();
+      error.where = where;
+      return pass(error);
+    }
+    for (const std::string& change : mended->changes) {
+      input.notices.push_back(where + ": " + change);
+    }
+    input.closed = input.closed && mended->closed;
+    input.oriented = input.oriented && mended->oriented;
+    // Only .t4d has slabs, but cuts that were asked for are made for any format.
+    const edit::SlabCuts cuts{options.slabs || cut ? options.slabs
+                                                   : std::optional(std::uint64_t{1})};
+    auto slabs = edit::cutIntoSlabs(std::move(body), cuts);
+    if (!slabs) {
+      Error error = slabs.error();
+      error.where = where;
+      return pass(error);
+    }
+    if (slabs->splitTetrahedra > 0) {
+      input.notices.push_back(fmt::format("{}: split {} tetrahedra at cuts, with {} new vertices",
+                                          where, slabs->splitTetrahedra, slabs->newVertices));
+    }
+    input.meshes.push_back(std::move(slabs->mesh));
+    formats::CountedBody counted{{name, &input.meshes.back()}, 0, 0};
+    for (const model::Slab& slab : input.meshes.back().slabs()) {
+      counted.vertices += slab.vertices.size() - slab.connectivity->lowerCount;
+      counted.tetrahedra += slab.connectivity->cells.size();
+    }
+    input.bodies.push_back(counted);
+    input.metadata.bodies.push_back({name});
+  }
+  input.metadata.generator = std::string(versionText());
+  input.metadata.backend = "convert";
+  input.metadata.detailsJson = ordered_json{
+      {"source",
+       {{"mesh", std::filesystem::path(options.input).filename().string()},
+        {"format", input.format}}}}.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  return {};
+}
+
+Result<void> writeT4d(const ConvertArguments& options, ConvertInput& input) {
+  auto writer = formats::T4dWriter::create(options.output, input.metadata);
+  if (!writer) return pass(writer.error());
+  ProgressBar bar("writing");
+  for (std::size_t i = 0; i < input.bodies.size(); ++i) {
+    auto done = model::pump(*input.bodies[i].source, writer->body(i), bar.callback());
+    if (!done) return done;
+  }
+  auto finished = writer->finish();
+  if (!finished) return pass(finished.error());
+  for (std::string& loss : writer->losses()) input.losses.push_back(std::move(loss));
+  return {};
+}
+
+Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFormat& format,
+                        ConvertInput& input) {
+  const auto mesh = formats::FlatBodies::of(input.bodies);
+  if (!mesh) return pass(mesh.error());
+  for (std::string& loss : formats::mesh4dLosses(format, *mesh)) {
+    input.losses.push_back(std::move(loss));
+  }
+  if (!format.keeps.attributes && !input.attributes.empty()) {
+    input.losses.push_back(fmt::format("{} has no attributes: {} {} not written", format.name,
+                                       fmt::join(input.attributes, ", "),
+                                       input.attributes.size() == 1 ? "is" : "are"));
+  }
+  if (!format.keeps.metadata && input.format == kT4d) {
+    input.losses.push_back(fmt::format(
+        "{} has no metadata: units, the upward axis and how the mesh was made are not written",
+        format.name));
+  }
+  return format.write(options.output, *mesh);
+}
+
+std::string titleOf(const ConvertInput& input) {
+  if (input.format == kT4d) return ".t4d";
+  std::string title(formats::mesh4dFormat(input.format)->name);
+  // The name of an OFF file says its dialect.
+  if (!input.dialect.empty() && title.find(input.dialect) == title.npos) {
+    title += " (" + input.dialect + ")";
+  }
+  return title;
+}
+
+int run(const ConvertArguments& options) {
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return wrongUsage(*misuse);
+  }
+  const bool toT4d = options.to.empty() ? formats::lowerCaseExtension(options.output) == ".t4d"
+                                        : options.to == kT4d;
+  const formats::Mesh4dFormat* to = nullptr;
+  if (!toT4d) {
+    to = options.to.empty() ? formats::writtenMesh4dFormat(options.output)
+                            : formats::mesh4dFormat(options.to);
+    if (to == nullptr || to->write == nullptr) {
+      return wrongUsage(
+          fmt::format("unsupported output extension: '{}' is not .t4d, {}; --to names the format",
+                      options.output, formats::writableMesh4dExtensions()));
+    }
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  ConvertInput input;
+  const bool fromT4d = isT4d(options);
+  if (fromT4d && (options.slabs || options.weld)) {
+    return wrongUsage("--slabs and --weld are for meshes without slabs; a .t4d has them");
+  }
+  auto opened = fromT4d ? openT4d(options, input) : openOther(options, toT4d, input);
+  if (!opened) return report(opened.error());
+  if (const auto misuse = misuseOfOutput(options.output, input.files)) return wrongUsage(*misuse);
+  auto written = toT4d ? writeT4d(options, input) : writeOther(options, *to, input);
+  if (!written) {
+    Error error = written.error();
+    if (error.where.empty()) error.where = options.output;
+    return report(error);
+  }
+  printNotices(input.notices);
+  if (!input.closed || !input.oriented) {
+    printNotices({fmt::format("{}: the mesh is {}: slices and volumes of it mean nothing",
+                              options.output, input.closed ? "not oriented" : "not closed")});
+  }
+
+  std::uint64_t vertices = 0;
+  std::uint64_t tetrahedra = 0;
+  for (const formats::CountedBody& body : input.bodies) {
+    vertices += body.vertices;
+    tetrahedra += body.tetrahedra;
+  }
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.json) {
+    printJson({{"in", {{"format", input.format}, {"dialect", input.dialect}}},
+               {"out", {{"format", toT4d ? std::string(kT4d) : std::string(to->id)}}},
+               {"bodies", input.bodies.size()},
+               {"vertices", vertices},
+               {"tetrahedra", tetrahedra},
+               {"closed", input.closed},
+               {"oriented", input.oriented},
+               {"losses", input.losses},
+               {"seconds", seconds},
+               {"peak_bytes", peakBytes()}});
+  } else {
+    print("{}: {}, {}, {}; {}, {}\n", options.output,
+          counted(input.bodies.size(), "body", "bodies"), counted(vertices, "vertex", "vertices"),
+          counted(tetrahedra, "tetrahedron", "tetrahedra"), input.closed ? "closed" : "NOT CLOSED",
+          input.oriented ? "oriented" : "NOT ORIENTED");
+    print("  {} to {}, {:.2f} s, peak memory {}\n", titleOf(input),
+          toT4d ? std::string(".t4d") : std::string(to->name), seconds, sizeText(peakBytes()));
+  }
+  const int code = reportLosses(input.losses);
+  return options.acceptLoss ? kDone : code;
+}
+
+/// The id of a format of 4D meshes.
+CLI::Validator formatId(bool written) {
+  std::vector<std::string> ids = {kT4d};
+  for (const formats::Mesh4dFormat& format : formats::mesh4dFormats()) {
+    if (written ? format.write != nullptr : format.read != nullptr) ids.emplace_back(format.id);
+  }
+  return CLI::IsMember(ids);
+}
+
+}  // namespace
+
+void addConvert(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand("convert", "Convert a 4D mesh between file formats");
+  auto options = std::make_shared<ConvertArguments>();
+  command
+      ->add_option("IN", options->input,
+                   "The 4D mesh, in a format that `t4d formats` lists; a .t4d also by its URL")
+      ->required();
+  command
+      ->add_option("OUT", options->output,
+                   fmt::format("The file to write: .t4d, {}", formats::writableMesh4dExtensions()))
+      ->required()
+      ->check(someName());
+  command->add_option("--from", options->from, "Format of IN (default: what its content tells)")
+      ->check(formatId(false))
+      ->type_name("FORMAT");
+  command->add_option("--to", options->to, "Format of OUT (default: that of its extension)")
+      ->check(formatId(true))
+      ->type_name("FORMAT");
+  command
+      ->add_option("--slabs", options->slabs,
+                   "Cut the mesh into N slabs at times of its vertices, splitting tetrahedra "
+                   "(default: cut where none is split)")
+      ->check(wholeNumber(1, 1'000'000))
+      ->type_name("N");
+  command
+      ->add_option("--weld", options->weld,
+                   "Merge vertices no farther apart along each axis, time included (default: equal "
+                   "ones, if the mesh is open)")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("DISTANCE");
+  command->add_flag("--allow-open", options->allowOpen,
+                    "Convert a mesh that is not closed or cannot be oriented, too");
+  command->add_flag("--accept-loss", options->acceptLoss,
+                    "Exit with 0 even if something was lost; it is listed all the same");
+  addMaxCellsOption(*command, options->maxCells);
+  command->add_flag("--json", options->json, "Print the result as JSON");
+  command->footer(
+      "Example:\n  t4d convert bolt.t4d bolt.vtu --accept-loss\n"
+      "  t4d convert polytope.off polytope.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

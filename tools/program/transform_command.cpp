@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/model/limits.h"
+#include "t4d/model/transformed.h"
+#include "tools/program/centering.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/version.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct TransformArguments {
+  std::string input;
+  InputOptions bodies;
+  std::string output;
+  std::string axes;
+  std::vector<double> scale;
+  std::vector<double> rotate;
+  std::vector<double> matrix;
+  std::vector<double> move;
+  double timeScale = 1;
+  double timeShift = 0;
+  int compression = 3;
+  bool json = false;
+};
+
+/// "yzx" or "-yxz": which axis of the input becomes x, y and z.
+std::optional<Eigen::Matrix3d> axesOf(const std::string& text) {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
+  int row = 0;
+  double sign = 1;
+  for (const char c : text) {
+    if (c == '-' && sign > 0) {
+      sign = -1;
+      continue;
+    }
+    if (c < 'x' || c > 'z' || row == 3) return std::nullopt;
+    axes(row++, c - 'x') = sign;
+    sign = 1;
+  }
+  if (row != 3 || sign < 0 || std::abs(axes.determinant()) != 1) return std::nullopt;
+  return axes;
+}
+
+CLI::Validator axesInSomeOrder() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        if (axesOf(text)) return {};
+        return fmt::format("'{}' is not x, y and z in some order, with signs or without, as y-xz",
+                           text);
+      },
+      "AXES");
+}
+
+/// The options in the order of their help.
+model::Transform transformOf(const TransformArguments& options) {
+  model::Transform transform;
+  auto linear = transform.space.leftCols<3>();
+  auto shift = transform.space.col(3);
+  if (!options.axes.empty()) linear = *axesOf(options.axes);
+  if (!options.scale.empty()) {
+    const auto& s = options.scale;
+    const Eigen::Vector3d factors(s.front(), s[s.size() / 2], s.back());
+    linear = (factors.asDiagonal() * linear).eval();
+  }
+  if (!options.rotate.empty()) {
+    const auto& r = options.rotate;
+    const Eigen::AngleAxisd turn(r[3] * std::numbers::pi / 180,
+                                 Eigen::Vector3d(r[0], r[1], r[2]).stableNormalized());
+    linear = (turn.toRotationMatrix() * linear).eval();
+  }
+  if (!options.matrix.empty()) {
+    const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(
+        options.matrix.data());
+    linear = (matrix.leftCols<3>() * linear).eval();
+    shift = matrix.col(3);
+  }
+  if (!options.move.empty()) {
+    shift += Eigen::Vector3d(options.move[0], options.move[1], options.move[2]);
+  }
+  transform.timeScale = options.timeScale;
+  transform.timeShift = options.timeShift;
+  return transform;
+}
+
+std::optional<std::string> misuseOf(const TransformArguments& options) {
+  if (options.scale.size() == 2) return "--scale is one factor, or three";
+  const auto isZero = [](double number) { return number == 0; };
+  if (std::ranges::any_of(options.scale, isZero)) return "--scale: 0 leaves no solid";
+  const auto& r = options.rotate;
+  if (!r.empty() && r[0] == 0 && r[1] == 0 && r[2] == 0) return "--rotate: the axis is 0 0 0";
+  if (options.matrix.empty()) return misuseOfOutput(options.output, {&options.input, 1});
+  const Eigen::Matrix3d linear =
+      Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(options.matrix.data())
+          .leftCols<3>();
+  const double longest = linear.colwise().norm().maxCoeff();
+  constexpr double kFlat = 1e-12;
+  if (!(std::abs(linear.determinant()) > kFlat * longest * longest * longest)) {
+    return "--matrix leaves no solid: its determinant is 0";
+  }
+  return misuseOfOutput(options.output, {&options.input, 1});
+}
+
+/// Fails if the solid would be so far from the origin, for its width, that doubles flatten it.
+Result<void> checkBounds(const model::Bounds3& bounds, const model::Transform& transform,
+                         const std::string& where) {
+  model::Bounds3 moved;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    model::Point3 point;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      point[axis] = (corner >> axis & 1U) != 0 ? bounds.max[axis] : bounds.min[axis];
+    }
+    moved.add(model::posed(transform.space, point));
+  }
+  const double farthest =
+      std::max(moved.max.cwiseAbs().maxCoeff(), moved.min.cwiseAbs().maxCoeff());
+  const double narrowest = (moved.max - moved.min).minCoeff();
+  constexpr double kMostWidths = 4e12;  // doubles are finer there than a thousandth of the width
+  if (farthest <= std::min(model::kLargestCoordinate, kMostWidths * narrowest)) return {};
+  return invalid(fmt::format("would reach {:.3g} from the origin, and is {:.3g} wide where it is "
+                             "narrowest: too far for doubles; move or scale it less",
+                             farthest, narrowest),
+                 where);
+}
+
+int run(const TransformArguments& options) {
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  const auto begin = std::chrono::steady_clock::now();
+  const model::Transform transform = transformOf(options);
+  auto input = openBodies(options.input, options.bodies);
+  if (!input) return report(input.error());
+
+  if (auto fits = checkBounds(boundsOf(*input), transform, options.input); !fits) {
+    return report(fits.error());
+  }
+
+  formats::Metadata metadata = input->reader.metadata();
+  // Of a mesh that was centred, the place of the origin moves with it.
+  metadata.detailsJson =
+      withOrigin(metadata.detailsJson, transform.space.leftCols<3>() * originOf(metadata));
+  metadata.generator = std::string(versionText());
+  std::vector<formats::BodyInfo> chosen;
+  for (const formats::BodyInfo& info : metadata.bodies) {
+    const auto isThis = [&](const model::Body& body) { return body.name == info.name; };
+    if (std::ranges::any_of(input->bodies, isThis)) chosen.push_back(info);
+  }
+  const bool all = chosen.size() == metadata.bodies.size();
+  for (formats::BodyInfo& info : chosen) {
+    if (!all) info.parent.clear();
+  }
+  metadata.bodies = std::move(chosen);
+  auto writer =
+      formats::T4dWriter::create(options.output, metadata, {.compression = options.compression});
+  if (!writer) return report(writer.error());
+  {
+    ProgressBar bar("transforming");
+    for (std::size_t i = 0; i < input->bodies.size(); ++i) {
+      model::Transformed sink(writer->body(i), transform);
+      if (auto done = model::pump(*input->bodies[i].source, sink, bar.callback()); !done) {
+        return report(done.error());
+      }
+    }
+  }
+  const auto bytes = writer->finish();
+  if (!bytes) return report(bytes.error());
+
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::vector<double> matrix;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) matrix.push_back(transform.space(row, column));
+  }
+  if (options.json) {
+    printJson({{"bodies", input->bodies.size()},
+               {"matrix", matrix},
+               {"time_scale", transform.timeScale},
+               {"time_shift", transform.timeShift},
+               {"mirrored", transform.mirrors()},
+               {"bytes", *bytes},
+               {"seconds", seconds},
+               {"peak_bytes", peakBytes()}});
+  } else {
+    print("{}: {}{}\n", options.output, counted(input->bodies.size(), "body", "bodies"),
+          transform.mirrors() ? ", mirrored" : "");
+    print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
+  }
+  return reportLosses(writer->losses());
+}
+
+}  // namespace
+
+void addTransform(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand("transform",
+                                     "Move, turn, scale or mirror a 4D mesh, and change its times");
+  auto options = std::make_shared<TransformArguments>();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
+  options->bodies.addTo(*command);
+  command->add_option("-o,--output", options->output, "The .t4d file to write")
+      ->required()
+      ->check(someName())
+      ->check(noOtherFormat());
+  command
+      ->add_option("--axes", options->axes, "First: which axes become x, y and z, as y-xz or xzy")
+      ->check(axesInSomeOrder());
+  command->add_option("--scale", options->scale, "Then: one factor, or one for each axis")
+      ->expected(1, 3)
+      ->type_name("S | SX SY SZ")
+      ->check(finiteNumber());
+  command
+      ->add_option("--rotate", options->rotate,
+                   "Then: turn about an axis through the origin, by degrees")
+      ->expected(4)
+      ->type_name("AX AY AZ DEGREES")
+      ->check(finiteNumber());
+  command
+      ->add_option("--matrix", options->matrix,
+                   "Then: a matrix of 3 rows and 4 columns, row by row")
+      ->expected(12)
+      ->type_name("M00 M01 ... M23")
+      ->check(finiteNumber());
+  command->add_option("--move", options->move, "Then: add to all positions")
+      ->expected(3)
+      ->type_name("DX DY DZ")
+      ->check(finiteNumber());
+  command->add_option("--time-scale", options->timeScale, "Multiply all times, by a number above 0")
+      ->check(numberAboveZero())
+      ->capture_default_str();
+  command->add_option("--time-shift", options->timeShift, "Then: add to all times")
+      ->check(finiteNumber())
+      ->capture_default_str();
+  command
+      ->add_option("--compression", options->compression,
+                   "zstd level from 1 to 19; 0 turns compression off")
+      ->check(wholeNumber(0, 19))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Print the result as JSON");
+  command->footer(
+      "Example:\n  t4d transform bolt.t4d --rotate 1 0 0 90 --move 0 0 5 -o upright.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools
