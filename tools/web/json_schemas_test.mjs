@@ -58,20 +58,21 @@ function writeAltered(name, alter) {
 
 const turned = ([a, b, c, d]) => [b, a, c, d];
 
-/** A glTF of a tetrahedron whose scale goes from 1 to -1, so that its prisms fold. */
-function turningBox() {
-  const numbers = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 1, 1, -1, -1, -1];
+/** A glTF of a tetrahedron whose morph target pulls a corner through the triangle of the others, so that prisms fold. */
+function foldingTetrahedron() {
+  const numbers = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2];
   const bytes = Buffer.concat([Buffer.from(Float32Array.from(numbers).buffer),
     Buffer.from(Uint16Array.from([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]).buffer)]);
   const accessor = (byteOffset, componentType, count, type) =>
     ({ bufferView: 0, byteOffset, componentType, count, type });
   return JSON.stringify({
     asset: { version: '2.0' }, nodes: [{ mesh: 0 }],
-    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],
-    animations: [{ samplers: [{ input: 2, output: 3 }],
-      channels: [{ sampler: 0, target: { node: 0, path: 'scale' } }] }],
-    accessors: [accessor(0, 5126, 4, 'VEC3'), accessor(80, 5123, 12, 'SCALAR'),
-      accessor(48, 5126, 2, 'SCALAR'), accessor(56, 5126, 2, 'VEC3')],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, targets: [{ POSITION: 3 }] }] }],
+    // The weights are 0 and 1, as the times.
+    animations: [{ samplers: [{ input: 2, output: 2 }],
+      channels: [{ sampler: 0, target: { node: 0, path: 'weights' } }] }],
+    accessors: [accessor(0, 5126, 4, 'VEC3'), accessor(104, 5123, 12, 'SCALAR'),
+      accessor(48, 5126, 2, 'SCALAR'), accessor(56, 5126, 4, 'VEC3')],
     bufferViews: [{ buffer: 0, byteLength: bytes.length }],
     buffers: [{ byteLength: bytes.length,
       uri: `data:application/octet-stream;base64,${bytes.toString('base64')}` }],
@@ -92,7 +93,7 @@ function writeInputs() {
     writeFileSync(at(`${name}.obj`),
       `v 0 0 0\nv ${x} 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n`);
   }
-  writeFileSync(at('turning.gltf'), turningBox());
+  writeFileSync(at('folding.gltf'), foldingTetrahedron());
   // The volume of this mesh overflows a double: its coordinates of 10 become 1e151.
   writeFileSync(at('three.json'), '{"segments": [{"duration": 3}]}');
   t4dRaw('sweep', fixture('cube.obj'), '--motion', at('three.json'), '--caps', 'cone', '--compression', 0,
@@ -137,7 +138,7 @@ const runs = [
   sweep('paper-cube', 'paper-screw', '--steps', 3, '--prism', 3, '-o', at('screw.t4d')),
   sweep('paper-cube', 'paper-voxel', '--backend', 'voxel4d', ...voxels, '-o', at('voxels.t4d')),
   ['sweep', [fixture('bending_0.obj'), fixture('bending.pc2'), '-o', at('bending.t4d')], 0],
-  ['sweep', [at('turning.gltf'), '-o', at('turning.t4d')], 0],
+  ['sweep', [at('folding.gltf'), '-o', at('folding.t4d')], 0],
   ['sweep', [at('right.obj'), at('mirrored.obj'), '--frame-time', 1, '--caps', 'cone', '-o', at('folds.t4d')], 0],
   ['sweep', [at('none.obj'), '--motion', fixture('rest.json'), '-o', at('none.t4d')], 4],
   ['sweep', [fixture('cube.obj')], 2],

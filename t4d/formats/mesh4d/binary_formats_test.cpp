@@ -152,7 +152,7 @@ TEST(Vtu, ABlockThatUnpacksToMoreThanItCanIsRefused) {
 
 TEST(ZlibBlock, GivesItsBytesBackAndRefusesOthers) {
   std::string bytes;
-  for (int i = 0; i < 100000; ++i) bytes += static_cast<char>(i * i >> 3);
+  for (unsigned i = 0; i < 100000; ++i) bytes += static_cast<char>(i * i >> 3);
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{1000}, bytes.size()}) {
     const std::string packed = zlibCompressed(bytes.substr(0, size));
     std::string back(size, '?');
