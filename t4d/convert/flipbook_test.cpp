@@ -22,9 +22,12 @@ model::Mesh cubeFrom(double begin) {
 
 class Flipbook : public testing::Test {
  protected:
-  Result<FlipbookReport> write(std::span<const model::Body> bodies,
-                               const std::vector<double>& times) {
-    return writeFlipbook(bodies, times, folder_.path() / "out.glb", 24);
+  Result<FrameSlicesReport> write(std::span<const model::Body> bodies,
+                                  const std::vector<double>& times,
+                                  SliceDetail detail = SliceDetail::Light) {
+    FlipbookOptions options;
+    options.detail = detail;
+    return writeFlipbook(bodies, times, folder_.path() / "out.glb", options);
   }
   bool written() const { return std::filesystem::exists(folder_.path() / "out.glb"); }
 
@@ -38,9 +41,16 @@ TEST_F(Flipbook, ShowsTheBodiesThatExist) {
   model::Mesh nothing;
   const std::vector<model::Body> bodies = {
       {"first", &first}, {"nothing", &nothing}, {"second", &second}};
-  const auto report = write(bodies, {0, 0.5, 1.5});
+  const auto light = write(bodies, {0, 0.5, 1.5});
+  ASSERT_TRUE(light) << light.error().text();
+  EXPECT_EQ(light->frames, 3U);
+  EXPECT_EQ(light->triangles, 4 * 12U);
+  EXPECT_TRUE(light->light);
+  EXPECT_TRUE(light->notices.empty());
+  const auto report = write(bodies, {0, 0.5, 1.5}, SliceDetail::Exact);
   ASSERT_TRUE(report) << report.error().text();
   EXPECT_EQ(report->frames, 3U);
+  EXPECT_FALSE(report->light);
   // 12 at a layer; between layers every triangle's prism gives 6.
   EXPECT_EQ(report->triangles, 3 * 12U + 6 * 12U);
   EXPECT_TRUE(written());

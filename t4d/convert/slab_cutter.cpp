@@ -13,8 +13,6 @@ using model::Point4;
 using model::Slab;
 using model::Triangle;
 
-constexpr std::uint64_t kBlockCells = 65536;
-
 /// A slab that is cut block by block.
 class BlockCuts {
  public:

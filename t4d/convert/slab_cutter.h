@@ -13,6 +13,9 @@
 
 namespace t4d::convert {
 
+/// A slab is counted in blocks of this size.
+inline constexpr std::uint64_t kBlockCells = 65536;
+
 /// What is cut of a slab.
 struct CutSlab {
   model::VertexCounts counts;

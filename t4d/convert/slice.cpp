@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "t4d/convert/in_order.h"
+#include "t4d/convert/interpolated_row.h"
+#include "t4d/convert/slab_at_time.h"
 #include "t4d/convert/slab_cutter.h"
 
 namespace t4d::convert {
@@ -17,22 +19,8 @@ namespace {
 using model::Attribute;
 using model::Domain;
 using model::Point4;
-using model::ScalarType;
 using model::Slab;
 using model::Triangle;
-
-template <class Scalar>
-void interpolate(const std::byte* below, const std::byte* above, double fraction,
-                 std::size_t components, std::byte* into) {
-  for (std::size_t i = 0; i < components; ++i) {
-    Scalar a;
-    Scalar b;
-    std::memcpy(&a, below + i * sizeof(Scalar), sizeof(Scalar));
-    std::memcpy(&b, above + i * sizeof(Scalar), sizeof(Scalar));
-    const auto value = static_cast<Scalar>(a + fraction * (static_cast<double>(b) - a));
-    std::memcpy(into + i * sizeof(Scalar), &value, sizeof(Scalar));
-  }
-}
 
 }  // namespace
 
@@ -172,14 +160,7 @@ void Slicer::Impl::carryAttributes(const CutSlab& made, const std::vector<std::u
     std::byte* row = attribute.values.data() + before;
     for (const std::uint32_t i : added) {
       const Cut::Point& point = made.cut->points[i];
-      std::memcpy(row, from.row(point.below), bytes);
-      if (from.type == ScalarType::Float64) {
-        interpolate<double>(from.row(point.below), from.row(point.above), made.fractions[i],
-                            from.components, row);
-      } else if (from.type == ScalarType::Float32) {
-        interpolate<float>(from.row(point.below), from.row(point.above), made.fractions[i],
-                           from.components, row);
-      }
+      interpolateRow(from, point.below, point.above, made.fractions[i], row);
       row += bytes;
     }
   }
@@ -216,33 +197,12 @@ TimeSlicer::~TimeSlicer() = default;
 Result<Slice> TimeSlicer::at(double time) const { return impl_->at(time); }
 
 Result<Slice> TimeSlicer::Impl::at(double given) const {
-  const model::TimeSpan span = timeSpanOf(source_);
-  const auto meant = model::timeWithin(source_, given);
-  if (!meant) {
-    if (source_.slabCount() == 0) return invalid("the mesh has no slabs");
-    return invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}", given,
-                               span.begin, span.end));
-  }
-  const double time = *meant;
-  // The first slab that ends later or, at the very end, the first that ends there.
-  const bool atEnd = time == span.end;
-  std::size_t low = 0;
-  std::size_t high = source_.slabCount();
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    const bool reaches =
-        atEnd ? source_.timeSpan(middle).end >= time : source_.timeSpan(middle).end > time;
-    if (reaches) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
-  }
-  Slicer::Impl slicer(Hyperplane::atTime(time), atEnd ? OnHyperplane::Above : OnHyperplane::Below,
-                      memory_);
-  // Between runs of slabs the solid is empty, and there is nothing to read.
-  if (low < source_.slabCount() && source_.timeSpan(low).begin <= time) {
-    const auto open = openSlab(source_, low);
+  const auto at = slabAtTime(source_, given);
+  if (!at) return pass(at.error());
+  Slicer::Impl slicer(Hyperplane::atTime(at->time),
+                      at->atEnd ? OnHyperplane::Above : OnHyperplane::Below, memory_);
+  if (at->slab) {
+    const auto open = openSlab(source_, *at->slab);
     if (!open) return pass(open.error());
     auto cut = slicer.cutter.cut(*open);
     if (!cut) return pass(cut.error());

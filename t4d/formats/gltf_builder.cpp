@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <sstream>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -100,6 +102,10 @@ Result<int> GltfBuilder::addAccessor(std::span<const unsigned char> bytes, int c
   constexpr std::uint64_t kAlignment = 4;
   const std::uint64_t padded = (bytes.size() + kAlignment - 1) / kAlignment * kAlignment;
   const std::uint64_t most = isText_ ? limits_.textBufferBytes : limits_.binaryBytes;
+  const std::size_t hash =
+      std::hash<std::string_view>()({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const int same = sameAccessor(bytes, hash, componentType, type, target);
+  if (same >= 0) return same;
   if (padded > most - bufferBytes_) return tooLarge();
 
   tinygltf::BufferView view;
@@ -120,7 +126,25 @@ Result<int> GltfBuilder::addAccessor(std::span<const unsigned char> bytes, int c
   piece.assign(bytes.begin(), bytes.end());
   piece.resize(padded);
   bufferBytes_ += padded;
-  return static_cast<int>(model_.accessors.size() - 1);
+  const int index = static_cast<int>(model_.accessors.size() - 1);
+  accessors_.emplace(hash, index);
+  return index;
+}
+
+int GltfBuilder::sameAccessor(std::span<const unsigned char> bytes, std::size_t hash,
+                              int componentType, int type, int target) const {
+  const auto [begin, end] = accessors_.equal_range(hash);
+  for (auto at = begin; at != end; ++at) {
+    const auto index = static_cast<std::size_t>(at->second);
+    const tinygltf::Accessor& accessor = model_.accessors[index];
+    const tinygltf::BufferView& view = model_.bufferViews[index];
+    if (accessor.componentType == componentType && accessor.type == type && view.target == target &&
+        view.byteLength == bytes.size() &&
+        std::equal(bytes.begin(), bytes.end(), pieces_[index].begin())) {
+      return at->second;
+    }
+  }
+  return -1;
 }
 
 Result<int> GltfBuilder::addFloats(std::span<const float> numbers, int components, bool bounds,
@@ -131,7 +155,7 @@ Result<int> GltfBuilder::addFloats(std::span<const float> numbers, int component
       addAccessor({reinterpret_cast<const unsigned char*>(numbers.data()), numbers.size_bytes()},
                   TINYGLTF_COMPONENT_TYPE_FLOAT, type, numbers.size() / width, target);
   if (!index || !bounds) return index;
-  auto& accessor = model_.accessors.back();
+  auto& accessor = model_.accessors[static_cast<std::size_t>(*index)];
   accessor.minValues.assign(numbers.begin(), numbers.begin() + components);
   accessor.maxValues = accessor.minValues;
   for (std::size_t i = width; i < numbers.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include <tiny_gltf.h>
@@ -41,7 +42,8 @@ class GltfBuilder {
   int addNode(tinygltf::Node node, int parent = 0);
 
   /// Adds an accessor of float32 numbers, `components` (1 to 4) an element, with their bounds if
-  /// asked for, and returns its number. `target` is that of the buffer view, or 0.
+  /// asked for, and returns its number. `target` is that of the buffer view, or 0. Numbers that are
+  /// there already are not added again: frames often share triangles.
   Result<int> addFloats(std::span<const float> numbers, int components, bool bounds, int target);
 
   /// Writes all to the file, which the caller commits, and returns what was lost.
@@ -56,6 +58,9 @@ class GltfBuilder {
 
   Result<int> addAccessor(std::span<const unsigned char> bytes, int componentType, int type,
                           std::size_t count, int target);
+  /// One with just these bytes and that use, or -1.
+  int sameAccessor(std::span<const unsigned char> bytes, std::size_t hash, int componentType,
+                   int type, int target) const;
   Result<int> addIndices(const NamedMesh& named);
   Result<void> addAttributes(const NamedMesh& named, tinygltf::Primitive& primitive);
   Result<std::string> documentJson();
@@ -71,6 +76,8 @@ class GltfBuilder {
   /// The buffer in pieces: growing a single one would need twice its memory.
   std::vector<std::vector<unsigned char>> pieces_;
   std::uint64_t bufferBytes_ = 0;
+  /// Accessors by the hash of their bytes. Each has a piece of its own.
+  std::unordered_multimap<std::size_t, int> accessors_;
   std::vector<std::string> lost_;
   RoundingLoss rounding_;
 };

@@ -8,6 +8,7 @@
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/detail_text.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
@@ -25,6 +26,7 @@ struct FlipbookArguments {
   std::string times;
   double framesPerSecond = 24;
   InputOptions only;
+  bool exact = false;
   bool attributes = false;
   bool center = false;
   bool json = false;
@@ -42,14 +44,16 @@ int run(const FlipbookArguments& options) {
   std::vector<std::string> notices;
   const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
   printNotices(notices);
-  formats::MeshWriteOptions how{.attributes = options.attributes, .placement = placement};
-  how.origin = originOf(input->reader.metadata());
-  if (options.center) how.center = roundCenterOf(boundsOf(*input));
-  Result<convert::FlipbookReport> written;
+  convert::FlipbookOptions how;
+  how.framesPerSecond = options.framesPerSecond;
+  how.detail = options.exact ? convert::SliceDetail::Exact : convert::SliceDetail::Light;
+  how.write = {.attributes = options.attributes, .placement = placement};
+  how.write.origin = originOf(input->reader.metadata());
+  if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
+  Result<convert::FrameSlicesReport> written;
   {
     ProgressBar bar("slicing");
-    written = convert::writeFlipbook(input->bodies, times, options.output, options.framesPerSecond,
-                                     how, bar.callback());
+    written = convert::writeFlipbook(input->bodies, times, options.output, how, bar.callback());
   }
   if (!written) {
     Error error = written.error();
@@ -58,6 +62,7 @@ int run(const FlipbookArguments& options) {
   }
   std::error_code ignored;
   const std::uintmax_t bytes = std::filesystem::file_size(options.output, ignored);
+  printNotices(written->notices);
   const double seconds = static_cast<double>(times.size()) / options.framesPerSecond;
   if (options.json) {
     printJson({{"frames", written->frames},
@@ -65,11 +70,14 @@ int run(const FlipbookArguments& options) {
                {"time_begin", times.front()},
                {"time_end", times.back()},
                {"seconds", seconds},
-               {"bytes", bytes}});
+               {"bytes", bytes},
+               {"light", written->light},
+               {"distance", written->distance}});
   } else {
-    print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n", options.output,
+    print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n", options.output,
           counted(written->frames, "frame"), times.front(), times.back(), seconds,
-          counted(written->triangles, "triangle"), sizeText(bytes));
+          counted(written->triangles, "triangle"), sizeText(bytes),
+          detailText(written->light, written->distance));
   }
   if (written->triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});
@@ -104,6 +112,9 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_option("--fps", options->framesPerSecond, "Frames per second")
       ->check(numberAboveZero())
       ->capture_default_str();
+  command->add_flag("--exact", options->exact,
+                    "Exact slices, with 13 times as many triangles between layers, instead of "
+                    "those of the solid between its positions at the layers");
   options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
                     "Write attributes as well; those that glTF cannot hold are listed (exit 3)");

@@ -211,6 +211,49 @@ TEST_F(Program, WritesEveryFormatAndPlaysTwo) {
   EXPECT_EQ(run("flipbook cube.t4d --times 1:2:3 -o f.gltf --json").value()["frames"], 3);
 }
 
+TEST_F(Program, LightSlicesAreTheSolidAndAsLargeAsExactOnes) {
+  ASSERT_EQ(run("sweep fx/torus.obj -m fx/skew-axis.json --rv-min 0.9 -o torus.t4d").exitCode, 0);
+  const auto exact = run("slice torus.t4d --time 0.31 --json").value();
+  const auto light = run("slice torus.t4d --time 0.31 --light --json").value();
+  EXPECT_EQ(exact["light"], false);
+  EXPECT_EQ(exact["distance"], 0);
+  EXPECT_EQ(light["light"], true);
+  EXPECT_GT(light["distance"], 0);
+  EXPECT_EQ(exact["triangles"].get<int>(), 13 * light["triangles"].get<int>());
+  EXPECT_NEAR(light["volume"].get<double>() / exact["volume"].get<double>(), 1, 1e-12);
+  EXPECT_THAT(run("slice torus.t4d --time 0.31 --light").out,
+              testing::HasSubstr("light: the layers' triangles, within "));
+  // The triangles of the input, in its order.
+  ASSERT_EQ(run("slice torus.t4d --time 0.31 --light -o light.obj").exitCode, 0);
+  const auto faces = [&](const char* name) {
+    std::string all;
+    std::ifstream file(folder_ / name);
+    for (std::string line; std::getline(file, line);) {
+      if (line.starts_with("f ")) all += line + "\n";
+    }
+    return all;
+  };
+  EXPECT_EQ(faces("light.obj"), faces("fx/torus.obj"));
+
+  const auto few = run("flipbook torus.t4d --frames 7 -o light.glb --json").value();
+  const auto many = run("flipbook torus.t4d --frames 7 -o exact.glb --exact --json").value();
+  EXPECT_EQ(few["triangles"].get<int>(), 7 * light["triangles"].get<int>());
+  EXPECT_EQ(few["light"], true);
+  EXPECT_EQ(many["light"], false);
+  EXPECT_LT(6 * few["bytes"].get<int>(), many["bytes"].get<int>());
+  EXPECT_EQ(run("slice torus.t4d --x 0 --light").exitCode, 2);
+
+  // Slabs that are no prisms.
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json --prism 3 -o three.t4d").exitCode, 0);
+  const Finished done = run("slice three.t4d --time 0.5 --light --json");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_EQ(done.value()["light"], false);
+  EXPECT_THAT(done.err,
+              testing::HasSubstr("is exact, because its slab does not consist of prisms"));
+  EXPECT_THAT(run("flipbook three.t4d -n 3 -o three.glb").err,
+              testing::HasSubstr("has exact slices, because a slab does not consist of prisms"));
+}
+
 TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);

@@ -5,11 +5,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/convert/light_slice.h"
 #include "t4d/convert/slice.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/detail_text.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
@@ -26,6 +28,7 @@ struct SliceArguments {
   std::optional<double> z;
   std::string hyperplane;
   InputOptions only;
+  bool light = false;
   bool attributes = false;
   bool center = false;
   bool json = false;
@@ -62,15 +65,35 @@ struct Sections {
   std::uint64_t slabsRead = 0;
   std::uint64_t slabsSkipped = 0;
   std::uint64_t blocksRead = 0;
+  bool light = false;
+  double distance = 0;
 };
 
-Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperplane) {
+/// The slice of one body; notes in `sections` whether it is light.
+Result<convert::Slice> sliceOf(const model::Body& body, const convert::Hyperplane& hyperplane,
+                               bool light, Sections& sections, const model::Progress& progress) {
+  if (!light) return convert::slice(*body.source, hyperplane, progress);
+  auto made = convert::LightSlicer(*body.source).at(hyperplane.offset);
+  if (!made) return pass(made.error());
+  sections.distance = std::max(sections.distance, made->distance);
+  if (!made->light) {
+    sections.light = false;
+    printNotices(
+        {fmt::format("the slice of body '{}' is exact, because its slab does not consist "
+                     "of prisms: {}",
+                     body.name, made->whyExact)});
+  }
+  return std::move(made->slice);
+}
+
+Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperplane, bool light) {
   auto bodies = bodiesAt(input.bodies, hyperplane);
   if (!bodies) return pass(bodies.error());
   Sections sections;
+  sections.light = light;
   ProgressBar bar("slicing");
   for (const model::Body& body : *bodies) {
-    auto slice = convert::slice(*body.source, hyperplane, bar.callback());
+    auto slice = sliceOf(body, hyperplane, light, sections, bar.callback());
     if (!slice) return pass(slice.error());
     for (const model::Point3& vertex : slice->mesh.vertices) {
       if (vertex.allFinite()) continue;
@@ -117,7 +140,7 @@ int run(const SliceArguments& options) {
   }
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
-  auto sections = cut(*input, hyperplane);
+  auto sections = cut(*input, hyperplane, options.light);
   if (!sections) {
     Error error = sections.error();
     if (error.where.empty()) error.where = input->reader.name();
@@ -156,7 +179,9 @@ int run(const SliceArguments& options) {
                {"slabs_skipped", sections->slabsSkipped},
                {"blocks_read", sections->blocksRead},
                {"bytes_read", input->reader.bytesRead()},
-               {"requests", input->reader.requests()}});
+               {"requests", input->reader.requests()},
+               {"light", sections->light},
+               {"distance", sections->distance}});
   } else {
     print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
           options.output.empty() ? "" : options.output + ": ",
@@ -166,6 +191,7 @@ int run(const SliceArguments& options) {
     print("  read {} of {}, {}{}\n", sizeText(input->reader.bytesRead()),
           sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"),
           requests > 0 ? ", in " + counted(requests, "request") : "");
+    if (options.light) print("  {}\n", detailText(sections->light, sections->distance));
   }
   if (triangles == 0)
     printNotices({"the slice is empty: the solid does not reach this hyperplane"});
@@ -215,6 +241,11 @@ void addSlice(CLI::App& app, int& exitCode) {
           },
           ""));
   options->only.addTo(*command);
+  command
+      ->add_flag("--light", options->light,
+                 "The triangles of the layers instead of exact ones, of which there are 13 times "
+                 "as many between layers; as large a volume")
+      ->needs("--time");
   command->add_flag(
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");

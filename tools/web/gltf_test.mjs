@@ -100,9 +100,21 @@ async function checkSlice(input, option, value, name, up, metres) {
 /** The frames' nodes: children of the root. */
 const framesOf = (gltf) => gltf.scene.children[0].children;
 
-async function checkFlipbook(input, frames, fps, name) {
+/** The volume that meshes enclose in the mesh's own units. */
+function volumeOf(meshes) {
+  const corner = [0, 1, 2].map(() => new THREE.Vector3());
+  return meshes.reduce((sum, { geometry: { index, attributes: { position } } }) => {
+    for (let i = 0; i < index.count; i += 3) {
+      corner.forEach((point, k) => point.fromBufferAttribute(position, index.getX(i + k)));
+      sum += corner[0].dot(corner[1].clone().cross(corner[2])) / 6;
+    }
+    return sum;
+  }, 0);
+}
+
+async function checkFlipbook(input, frames, fps, name, ...options) {
   const file = at(name);
-  const said = t4d('flipbook', input, '--frames', frames, '--fps', fps, '-o', file);
+  const said = t4d('flipbook', input, '--frames', frames, '--fps', fps, '-o', file, ...options);
   const info = await validate(file);
   assert.equal(info.totalTriangleCount, said.triangles);
   const gltf = await load(file);
@@ -131,6 +143,13 @@ async function checkFlipbook(input, frames, fps, name) {
   assert.equal(times[0], said.time_begin);
   assert.equal(times[frames - 1], frames > 1 ? said.time_end : said.time_begin);
   assert.ok(times.every((time, i) => i === 0 || time > times[i - 1]));
+
+  // Each frame is the solid at its time: it has the volume of the exact slice.
+  assert.equal(said.light, !options.includes('--exact'));
+  for (const node of nodes.filter((_, i) => i % 7 === 0)) {
+    const { volume, area } = t4d('slice', input, '--time', node.userData.time);
+    assert.ok(Math.abs(volumeOf(meshesOf(node)) - volume) < 1e-5 * area ** 1.5, `volume at ${node.userData.time}`);
+  }
 }
 
 for (const { model, motion, up, metres } of sweeps) {
@@ -163,6 +182,8 @@ for (const { model, motion, up, metres } of sweeps) {
       [1, 24, `${name}-1.glb`], [2, 1, `${name}-2.gltf`], [25, 24, `${name}-25.glb`],
     ]) {
       await t.test(`flipbook of ${frames}`, () => checkFlipbook(input, frames, fps, file));
+      await t.test(`exact flipbook of ${frames}`, () =>
+        checkFlipbook(input, frames, fps, `exact-${file}`, '--exact'));
     }
   });
 }

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/convert/light_slice.h"
+#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/model/body.h"
+
+namespace t4d::convert {
+
+struct FrameSlicesReport {
+  std::uint64_t frames = 0;
+  std::uint64_t triangles = 0;  ///< in all frames together
+  /// All slices consist of the layers' triangles (SliceDetail::Light).
+  bool light = false;
+  /// The largest distance of a light slice from the exact one; 0 if all are exact.
+  double distance = 0;
+  std::vector<std::string> notices;  ///< which bodies have exact slices, although light was asked
+  std::vector<std::string> losses;   ///< of attributes
+};
+
+/// The solids at `times`, a mesh for each body. A body that does not exist at a time is left out of
+/// that frame. Slices on all threads, and calls `take` frame by frame with the frame's number and
+/// meshes; stops when that fails. Times are interpreted as in sliceAtTime. Fails if no body has a
+/// slab, if there are no times, and for a time before or after all bodies.
+Result<FrameSlicesReport> forEachFrame(
+    std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
+    const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
+    const model::Progress& progress = {});
+
+}  // namespace t4d::convert
