@@ -1,22 +1,25 @@
 #!/usr/bin/python3
-"""VTK opens the .vtu files of t4d, and t4d those of VTK.
+"""VTK opens the .vtu and .vtp files of t4d, and t4d the .vtu of VTK.
 
 Usage: vtu_test.py T4D T4D_FIXTURES
 
 Contouring the array `t` in VTK gives the volume of `t4d slice`. What VTK writes of the same grid, in
-each of its encodings, converts to the same .t4d as the file of t4d. meshio opens the file, too.
+each of its encodings, converts to the same .t4d as the file of t4d. meshio opens the file, too. The
+frames that a .pvd lists have its times, and the triangles and volumes of the manifest.
 """
 import json
 import os
 import subprocess
 import sys
 import tempfile
+import xml.etree.ElementTree as ElementTree
 
 import meshio
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
-from vtkmodules.vtkFiltersCore import vtkContourFilter
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
+from vtkmodules.vtkFiltersCore import vtkContourFilter, vtkMassProperties
+from vtkmodules.vtkIOXML import (vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader,
+                                 vtkXMLUnstructuredGridWriter)
 
 RELATIVE = 1e-9
 
@@ -76,6 +79,29 @@ def contour_volume(grid, time):
     return volume
 
 
+def check_frames(t4d, detail):
+    """Frames of a.t4d; those of light slices have the triangles of the solid."""
+    run(t4d, "frames", "a.t4d", "--count", "7", "--format", "vtp", "--attributes", "-o", "frames", *detail)
+    with open("frames/manifest.json") as file:
+        manifest = json.load(file)["frames"]
+    sets = ElementTree.parse("frames/frames.pvd").getroot().findall("Collection/DataSet")
+    assert len(sets) == len(manifest) == 7
+    for listed, expected in zip(sets, manifest):
+        assert listed.get("file") == expected["file"]
+        assert float(listed.get("timestep")) == expected["time"]
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName("frames/" + expected["file"])
+        reader.Update()
+        solid = reader.GetOutput()
+        assert solid.GetFieldData().GetArray("TimeValue").GetValue(0) == expected["time"]
+        assert solid.GetNumberOfPoints() == expected["vertices"]
+        assert solid.GetNumberOfPolys() == expected["triangles"]
+        assert solid.GetCellData().GetArray("triangle").GetNumberOfTuples() == expected["triangles"]
+        mass = vtkMassProperties()
+        mass.SetInputData(solid)
+        assert abs(mass.GetVolume() - expected["volume"]) <= RELATIVE * expected["volume"]
+
+
 def main(t4d, fixtures):
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -95,6 +121,9 @@ def main(t4d, fixtures):
                 found = contour_volume(grid, time)
                 assert abs(found - expected["volume"]) <= RELATIVE * expected["volume"], (
                     f"{solid} at {time}: VTK {found}, t4d {expected['volume']}")
+
+            check_frames(t4d, [])
+            check_frames(t4d, ["--light"])
 
             mesh = meshio.read("a.vtu")
             assert len(mesh.cells_dict["tetra"]) == info["tetrahedra"]
@@ -119,7 +148,7 @@ def main(t4d, fixtures):
                         with open("b.t4d", "rb") as file:
                             assert file.read() == same, f"{mode}, {compressor}, {encoded}"
                         encodings += 1
-            print(f"{solid}: 4 contours, {encodings} encodings")
+            print(f"{solid}: 4 contours, {encodings} encodings, 14 frames")
 
 
 main(os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]))

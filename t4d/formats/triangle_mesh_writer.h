@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ struct MeshWriteOptions {
   model::Point3 center = model::Point3::Zero();
   /// Where the origin of the given coordinates lies, if they were moved before.
   model::Point3 origin = model::Point3::Zero();
+  /// The time of the solid, for formats that have a place for it: .vtp.
+  std::optional<double> time = {};
 };
 
 /// Writes a file by its extension, replacing one that exists:
@@ -41,6 +44,9 @@ struct MeshWriteOptions {
 ///   each mesh;
 /// * .ply: binary little-endian, float64; several meshes become one; attributes, if asked for, as
 ///   properties of the vertices and faces;
+/// * .vtp: VTK polygonal data, float64; several meshes become one, with the cell data `body` and
+///   their names as field data `body_names`; attributes, if asked for, as point and cell data; the
+///   time as field data `TimeValue`;
 /// * .glb (binary), .gltf (text, the geometry in it as a data URI): float32, a node and a mesh for
 ///   each mesh that has triangles. No normals, so viewers shade flat. Attributes, if asked for, of
 ///   vertices with one to four components, as float32 attributes `_NAME`.

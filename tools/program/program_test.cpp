@@ -254,6 +254,36 @@ TEST_F(Program, LightSlicesAreTheSolidAndAsLargeAsExactOnes) {
               testing::HasSubstr("has exact slices, because a slab does not consist of prisms"));
 }
 
+TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const auto said = run("frames cube.t4d --count 5 --format ply --light -o out --json").value();
+  EXPECT_EQ(said["frames"], 5);
+  EXPECT_EQ(said["triangles"], 5 * 24);
+  EXPECT_EQ(said["manifest"], "out/manifest.json");
+  EXPECT_TRUE(fs::exists(folder_ / "out/frame_0004.ply"));
+  EXPECT_TRUE(fs::exists(folder_ / "out/manifest.json"));
+  EXPECT_EQ(run("frames cube.t4d --times 1:2:3 -o out/a_%02d.vtp").exitCode, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "out/a_02.vtp"));
+  EXPECT_TRUE(fs::exists(folder_ / "out/a.pvd"));
+  EXPECT_TRUE(fs::exists(folder_ / "out/a.manifest.json"));
+  const Finished fewer = run("frames cube.t4d --count 4 --format ply -o out");
+  EXPECT_EQ(fewer.exitCode, 1);
+  EXPECT_THAT(fewer.err,
+              testing::HasSubstr("out: the folder has frame_0004.ply, which would pass"));
+  EXPECT_EQ(run("frames cube.t4d --count 2 --format stl --attributes -o lossy").exitCode, 3);
+  for (const char* wrong :
+       {"--count 2 --format off -o a", "--count 2 --format vdb -o a",
+        "--count 2 --format ply -o a%d.obj", "--count 0 -o a", "-o a", "--count 2 -o a_%d.xyz"}) {
+    EXPECT_EQ(run(std::string("frames cube.t4d ") + wrong).exitCode, 2) << wrong;
+  }
+  EXPECT_THAT(run("frames cube.t4d --count 2 --format vdb -o a").err,
+              testing::HasSubstr("t4d rasterize"));
+  EXPECT_EQ(run("frames cube.t4d --times 60:70:3 -o a").exitCode, 4);
+  EXPECT_FALSE(fs::exists(folder_ / "a"));
+  fs::rename(folder_ / "cube.t4d", folder_ / "c_1.obj");
+  EXPECT_EQ(run("frames c_1.obj --count 2 -o c_%d.obj").exitCode, 2);
+}
+
 TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);
@@ -504,9 +534,9 @@ TEST_F(Program, SaysWhatToDoWithAFileOfAnotherKind) {
 
 TEST_F(Program, HelpHasAnExampleForEachVerb) {
   for (const std::string verb :
-       {"sweep", "weave", "voxelize", "rasterize", "slice", "flipbook", "info", "validate",
-        "recover", "compare", "conform", "conform backends", "conform reader", "conform copy",
-        "conform list", "version"}) {
+       {"sweep", "weave", "voxelize", "rasterize", "slice", "flipbook", "frames", "info",
+        "validate", "recover", "compare", "conform", "conform backends", "conform reader",
+        "conform copy", "conform list", "version"}) {
     const Finished help = run(verb + " --help");
     EXPECT_EQ(help.exitCode, 0);
     EXPECT_THAT(help.out, testing::ContainsRegex("Examples?:\n  t4d " + verb));
@@ -640,7 +670,7 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   EXPECT_EQ(run("slice cube.t4d --hyperplane 1e-170,0,0,0,0").exitCode, 0);
   misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
   misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
-  misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .gltf or .glb");
+  misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .vtp, .gltf or .glb");
   misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
   misused("recover cube.t4d -o out.stl", "has the name of another format; a .t4d is written");
   misused("flipbook cube.t4d --frames 2.5 -o out.glb",

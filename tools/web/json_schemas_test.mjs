@@ -172,6 +172,10 @@ const runs = [
   ['flipbook', [at('torus.t4d'), '--frames', 3, '--exact', '-o', at('torus.glb')], 0],
   ['flipbook', [at('screw.t4d'), '--times', '1:2:1', '--fps', 0.5, '-o', at('screw.gltf')], 0],
   ['flipbook', [at('cut.t4d'), '--frames', 3, '-o', at('none.glb')], 4],
+  ['frames', [at('screw.t4d'), '--count', 3, '-o', at('frames')], 0],
+  ['frames', [at('torus.t4d'), '--times', '1:2:2', '--light', '-o', at('frames_%d.vtp')], 0],
+  ['frames', [at('torus.t4d'), '--count', 2, '--attributes', '--format', 'stl', '-o', at('lossy')], 3],
+  ['frames', [at('cut.t4d'), '--count', 3, '-o', at('none')], 4],
   ['info', [at('simplex.t4d')], 0],
   ['info', [at('torus.t4d')], 0],
   ['info', [at('torus.t4d'), '--slabs'], 0],
@@ -254,6 +258,17 @@ for (const [verb, args, status, codes] of runs) {
     check(said, 'unchanged again');
   });
 }
+
+test('the manifest of frames is as its schema says', () => {
+  const { check, schema } = schemaOf('t4d/convert/frames_manifest.schema.json');
+  for (const name of ['frames/manifest.json', 'frames.manifest.json', 'lossy/manifest.json']) {
+    check(JSON.parse(readFileSync(at(name), 'utf8')), name);
+  }
+  const page = readFileSync(path.join(docs, 'frames.md'), 'utf8');
+  check(JSON.parse(/^```\n(\{\n[^]*?)^```$/m.exec(page)[1]), 'frames.md');
+  walkSchema(schema, (part) => Object.values(part.properties ?? {}).forEach((member) =>
+    assert.ok(member.description)));
+});
 
 test('every verb with --json has a schema, runs here, and is linked in the pages', () => {
   const verbs = verbsWithJson();

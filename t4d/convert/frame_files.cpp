@@ -1,0 +1,274 @@
+#include "t4d/convert/frame_files.h"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/system/cleanup.h"
+
+namespace t4d::convert {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// The number in a pattern: %d or %0Nd.
+struct NumberPlace {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  std::size_t digits = 1;
+};
+
+std::optional<NumberPlace> numberPlace(std::string_view name) {
+  const std::size_t begin = name.find('%');
+  if (begin == std::string_view::npos) return std::nullopt;
+  NumberPlace place{begin, begin + 1, 1};
+  if (place.end + 1 < name.size() && name[place.end] == '0' && isDigit(name[place.end + 1])) {
+    place.digits = static_cast<std::size_t>(name[place.end + 1] - '0');
+    place.end += 2;
+  }
+  if (place.end >= name.size() || name[place.end] != 'd') return std::nullopt;
+  ++place.end;
+  return place;
+}
+
+Result<void> checkWritableExtension(const FrameNames& names) {
+  const auto* format = formats::triangleMeshFormat("frame" + names.extension);
+  if (format != nullptr && format->write != nullptr) return {};
+  return fail(ErrorCode::Unsupported,
+              fmt::format("unsupported extension '{}': frames are written as {}", names.extension,
+                          formats::writableTriangleMeshExtensions()));
+}
+
+/// Makes the folder, or checks that the one that exists has nothing that would pass for a frame.
+Result<std::optional<system::Cleanup>> prepareFolder(const FrameNames& names, std::uint64_t count) {
+  const fs::path folder = names.folder.empty() ? fs::path(".") : names.folder;
+  std::error_code error;
+  if (!fs::exists(folder, error)) {
+    fs::create_directories(folder, error);
+    if (error) {
+      return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(), folder.string());
+    }
+    return system::Cleanup::emptyFolder(folder);
+  }
+  if (!fs::is_directory(folder, error)) {
+    return fail(ErrorCode::Failed, "is not a folder", folder.string());
+  }
+  std::set<std::string> ours;
+  for (std::uint64_t i = 0; i < count; ++i) ours.insert(names.fileName(i, count));
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    const std::string_view view = name;
+    if (name.size() <= names.stem.size() + names.extension.size() ||
+        !view.starts_with(names.stem) || !view.ends_with(names.extension)) {
+      continue;
+    }
+    const auto number =
+        view.substr(names.stem.size(), view.size() - names.stem.size() - names.extension.size());
+    if (!std::ranges::all_of(number, isDigit) || ours.contains(name)) continue;
+    return fail(ErrorCode::Failed,
+                fmt::format("the folder has {}, which would pass for a frame of this series; "
+                            "remove it or name another folder",
+                            name),
+                folder.string());
+  }
+  if (error) {
+    return fail(ErrorCode::Failed, "cannot read the folder: " + error.message(), folder.string());
+  }
+  return std::nullopt;
+}
+
+Result<void> writeText(const fs::path& path, std::string_view text) {
+  auto file = formats::OutputFile::create(path);
+  if (!file) return pass(file.error());
+  if (auto done = file->write(text.data(), text.size()); !done) return done;
+  return file->commit();
+}
+
+std::string xmlEscaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += c;
+    }
+  }
+  return escaped;
+}
+
+/// Removes a file of a series before this one; that there is none is no error.
+Result<void> removeOld(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (!error) return {};
+  return fail(ErrorCode::Failed, "cannot remove: " + error.message(), path.string());
+}
+
+/// Losses of frames, each once, and no more than anyone reads.
+class FrameLosses {
+ public:
+  void add(const std::string& file, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) {
+      if (!seen_.insert(line).second) continue;
+      if (lines_.size() < kMost) {
+        lines_.push_back(fmt::format("{}: {}", file, line));
+      } else {
+        ++more_;
+      }
+    }
+  }
+
+  std::vector<std::string> lines() const {
+    std::vector<std::string> all = lines_;
+    if (more_ > 0) all.push_back(fmt::format("and {} more in other frames", more_));
+    return all;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 10;
+  std::set<std::string> seen_;
+  std::vector<std::string> lines_;
+  std::uint64_t more_ = 0;
+};
+
+}  // namespace
+
+std::string FrameNames::fileName(std::uint64_t number, std::uint64_t count) const {
+  const std::size_t needed = fmt::formatted_size("{}", count - 1);
+  return fmt::format("{}{:0{}}{}", stem, number, std::max(digits, needed), extension);
+}
+
+Result<FrameNames> frameNames(const std::string& output, std::string_view extension) {
+  FrameNames names;
+  const fs::path path(output);
+  const std::string last = path.filename().string();
+  const auto place = numberPlace(last);
+  if (!place) {
+    names.folder = path;
+    names.extension = extension;
+  } else {
+    names.folder = path.parent_path();
+    names.stem = last.substr(0, place->begin);
+    names.digits = place->digits;
+    names.extension = last.substr(place->end);
+    if (!extension.empty() && formats::lowerCaseExtension("frame" + names.extension) != extension) {
+      return invalid(fmt::format("'{}' is not the pattern of {} files", output, extension));
+    }
+    std::string series = names.stem;
+    while (!series.empty() && std::string_view("_-. ").find(series.back()) != std::string::npos) {
+      series.pop_back();
+    }
+    if (!series.empty()) {
+      names.manifest = series + ".manifest.json";
+      names.collection = series + ".pvd";
+    }
+  }
+  if (auto good = checkWritableExtension(names); !good) return pass(good.error());
+  return names;
+}
+
+Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
+                                         std::span<const double> times, const FrameNames& names,
+                                         const FrameFilesOptions& options,
+                                         const model::Progress& progress) {
+  if (auto good = checkWritableExtension(names); !good) return pass(good.error());
+  std::optional<system::Cleanup> madeFolder;
+  FrameFilesReport report;
+  FrameLosses losses;
+  ordered_json list = ordered_json::array();
+  std::string collection;
+  const auto take = [&](std::size_t frame,
+                        std::span<const formats::NamedMesh> meshes) -> Result<void> {
+    if (frame == 0) {
+      auto prepared = prepareFolder(names, times.size());
+      if (!prepared) return pass(prepared.error());
+      madeFolder = std::move(*prepared);
+      for (const std::string& old : {names.manifest, names.collection}) {
+        if (auto removed = removeOld(names.folder / old); !removed) return removed;
+      }
+    }
+    const std::string name = names.fileName(frame, times.size());
+    formats::MeshWriteOptions how = options.write;
+    how.time = times[frame];
+    auto lost = formats::writeTriangleMeshes(names.folder / name, meshes, how);
+    if (!lost) return pass(lost.error());
+    losses.add(name, *lost);
+    std::uint64_t vertices = 0;
+    std::uint64_t triangles = 0;
+    double volume = 0;
+    for (const formats::NamedMesh& named : meshes) {
+      vertices += named.mesh.vertices.size();
+      triangles += named.mesh.triangles.size();
+      volume += signedVolume(named.mesh);
+    }
+    std::error_code ignored;
+    const std::uint64_t bytes = fs::file_size(names.folder / name, ignored);
+    report.bytes += bytes;
+    list.push_back({{"file", name},
+                    {"time", times[frame]},
+                    {"vertices", vertices},
+                    {"triangles", triangles},
+                    {"volume", volume},
+                    {"bytes", bytes}});
+    collection += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", times[frame],
+                              xmlEscaped(name));
+    return {};
+  };
+  auto sliced = forEachFrame(bodies, times, options.detail, take, progress);
+  if (!sliced) {
+    std::error_code ignored;
+    if (madeFolder) fs::remove(names.folder, ignored);  // only if it is empty
+    return pass(sliced.error());
+  }
+  static_cast<FrameSlicesReport&>(report) = std::move(*sliced);
+  if (!options.write.attributes) report.losses.clear();
+  for (std::string& line : losses.lines()) report.losses.push_back(std::move(line));
+
+  if (formats::lowerCaseExtension("frame" + names.extension) == ".vtp") {
+    const std::string text =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" "
+        "byte_order=\"LittleEndian\">\n<!-- written by t4d -->\n<Collection>\n" +
+        collection + "</Collection>\n</VTKFile>\n";
+    if (auto done = writeText(names.folder / names.collection, text); !done) {
+      return pass(done.error());
+    }
+  }
+  const model::Point3 origin = options.write.origin + options.write.center;
+  const ordered_json manifest = {{"generator", "t4d"},
+                                 {"length_unit", options.lengthUnit},
+                                 {"time_unit", options.timeUnit},
+                                 {"up", options.up},
+                                 {"origin", {origin.x(), origin.y(), origin.z()}},
+                                 {"light", report.light},
+                                 {"distance", report.distance},
+                                 {"frames", std::move(list)}};
+  std::string text;
+  try {
+    text = manifest.dump(1) + "\n";
+  } catch (const nlohmann::json::exception&) {
+    return invalid("a unit or the name of a file is not UTF-8 text",
+                   (names.folder / names.manifest).string());
+  }
+  if (auto done = writeText(names.folder / names.manifest, text); !done) return pass(done.error());
+  if (madeFolder) madeFolder->release();
+  return report;
+}
+
+}  // namespace t4d::convert

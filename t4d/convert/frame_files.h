@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "t4d/convert/frame_slices.h"
+#include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/model/body.h"
+
+namespace t4d::convert {
+
+/// The names of numbered files.
+struct FrameNames {
+  std::filesystem::path folder;
+  std::string stem = "frame_";  ///< before the number
+  std::size_t digits = 4;       ///< at least; as many as the last number needs
+  std::string extension;        ///< that of a triangle mesh format that is written
+  std::string manifest = "manifest.json";
+  std::string collection = "frames.pvd";  ///< of .vtp files
+
+  /// "folder/frame_0042.ply"
+  std::string fileName(std::uint64_t number, std::uint64_t count) const;
+};
+
+/// `output` is a folder, for files frame_0000 and so on with `extension`, or the pattern of a file
+/// with %d or %04d for the number, such as "out/bolt_%04d.ply". A pattern's manifest and collection
+/// are named after it, here bolt.manifest.json and bolt.pvd, so that several series share a
+/// folder. Fails for a pattern with another extension than `extension`, unless that is empty, and
+/// for an extension of no triangle mesh that is written.
+Result<FrameNames> frameNames(const std::string& output, std::string_view extension);
+
+struct FrameFilesOptions {
+  SliceDetail detail = SliceDetail::Exact;
+  formats::MeshWriteOptions write = {};
+  std::string lengthUnit;  ///< for the manifest; "" if unknown
+  std::string timeUnit;
+  std::string up = "y";
+};
+
+struct FrameFilesReport : FrameSlicesReport {
+  std::uint64_t bytes = 0;  ///< of all frames
+};
+
+/// Writes the solid at each of `times` to a file of its own (formats::writeTriangleMeshes) and,
+/// when all are written, the manifest: a JSON object that says the time, triangles and volume of
+/// each (frames_manifest.schema.json). With .vtp there is also a ParaView collection (.pvd), which
+/// has the times. A manifest or collection that is there is removed first, so that a series with a
+/// manifest is complete. Makes the folder. Fails if it has other files that would pass for frames
+/// of this series, and if forEachFrame or writing does.
+Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
+                                         std::span<const double> times, const FrameNames& names,
+                                         const FrameFilesOptions& options = {},
+                                         const model::Progress& progress = {});
+
+}  // namespace t4d::convert

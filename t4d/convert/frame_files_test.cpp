@@ -1,0 +1,128 @@
+#include "t4d/convert/frame_files.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/fixtures/solids.h"
+#include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/system/temporary_folder.h"
+
+namespace t4d::convert {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(FrameNames, AreThoseOfAFolderOrAPattern) {
+  const auto folder = frameNames("out/", ".ply");
+  ASSERT_TRUE(folder);
+  EXPECT_EQ(folder->folder / folder->fileName(42, 100), "out/frame_0042.ply");
+  EXPECT_EQ(folder->fileName(42, 100'000), "frame_00042.ply");
+  EXPECT_EQ(folder->manifest, "manifest.json");
+  const auto pattern = frameNames("out/bolt_%03d.VTP", "");
+  ASSERT_TRUE(pattern);
+  EXPECT_EQ(pattern->folder / pattern->fileName(7, 8), "out/bolt_007.VTP");
+  EXPECT_EQ(pattern->fileName(7, 1001), "bolt_0007.VTP");
+  EXPECT_EQ(pattern->manifest, "bolt.manifest.json");
+  EXPECT_EQ(pattern->collection, "bolt.pvd");
+  EXPECT_EQ(frameNames("%d.obj", ".obj")->fileName(7, 100), "07.obj");
+  EXPECT_EQ(frameNames("%d.obj", "")->manifest, "manifest.json");
+  EXPECT_FALSE(frameNames("a%d.obj", ".ply"));
+  EXPECT_FALSE(frameNames("a%d.off", ""));
+  EXPECT_FALSE(frameNames("a%d", ""));
+  EXPECT_FALSE(frameNames("out", ".vdb"));
+}
+
+class FrameFiles : public testing::Test {
+ protected:
+  FrameFiles() {
+    mesh4d::SweepOptions options;
+    options.caps = mesh4d::CapMethod::Cone;
+    model::Screw turn;
+    turn.angleDegrees = 90;
+    const model::ScrewRun run{1, turn, 1};
+    EXPECT_TRUE(
+        mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}), options, mesh_));
+  }
+
+  Result<FrameFilesReport> write(const std::string& extension, SliceDetail detail) {
+    const model::Body body{"cube", &mesh_};
+    FrameFilesOptions options;
+    options.detail = detail;
+    return writeFrameFiles({&body, 1}, times_, *frameNames(folder_.string(), extension), options);
+  }
+
+  nlohmann::json manifest() const {
+    std::ifstream file(folder_ / "manifest.json");
+    return nlohmann::json::parse(file, nullptr, false);
+  }
+
+  system::TemporaryFolder place_ = *system::TemporaryFolder::create();
+  fs::path folder_ = place_.path() / "frames";
+  std::vector<double> times_ = {0, 0.3, 0.55, 1};
+  model::Mesh mesh_;
+};
+
+TEST_F(FrameFiles, AreTheSolidsThatTheManifestSays) {
+  for (const SliceDetail detail : {SliceDetail::Exact, SliceDetail::Light}) {
+    for (const char* extension : {".stl", ".obj", ".ply", ".glb"}) {
+      const auto report = write(extension, detail);
+      ASSERT_TRUE(report) << report.error().text();
+      EXPECT_EQ(report->light, detail == SliceDetail::Light);
+      const auto list = manifest();
+      ASSERT_EQ(list["frames"].size(), times_.size());
+      std::uint64_t bytes = 0;
+      for (std::size_t i = 0; i < times_.size(); ++i) {
+        const auto& frame = list["frames"][i];
+        EXPECT_EQ(frame["time"], times_[i]);
+        const auto solid = formats::readTriangleMesh(folder_ / std::string(frame["file"]));
+        ASSERT_TRUE(solid) << solid.error().text();
+        EXPECT_EQ(solid->mesh.triangles.size(), frame["triangles"]);
+        EXPECT_NEAR(signedVolume(solid->mesh), frame["volume"], 1e-5);
+        EXPECT_NEAR(signedVolume(sliceAtTime(mesh_, times_[i])->mesh), frame["volume"], 1e-12);
+        if (detail == SliceDetail::Light) {
+          EXPECT_EQ(frame["triangles"], 12);
+        }
+        bytes += frame["bytes"].get<std::uint64_t>();
+      }
+      EXPECT_EQ(bytes, report->bytes);
+      EXPECT_FALSE(fs::exists(folder_ / "frames.pvd"));
+      fs::remove_all(folder_);
+    }
+  }
+}
+
+TEST_F(FrameFiles, OfVtkHaveACollection) {
+  ASSERT_TRUE(write(".vtp", SliceDetail::Light));
+  std::ifstream file(folder_ / "frames.pvd");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(text.find("timestep=\"0.55\" part=\"0\" file=\"frame_0002.vtp\""), std::string::npos);
+}
+
+TEST_F(FrameFiles, OtherFramesInTheFolderAreRefused) {
+  ASSERT_TRUE(write(".obj", SliceDetail::Exact));
+  ASSERT_TRUE(write(".obj", SliceDetail::Light));  // over the same
+  times_.pop_back();
+  const auto fewer = write(".obj", SliceDetail::Light);
+  ASSERT_FALSE(fewer);
+  EXPECT_NE(fewer.error().message.find("frame_0003.obj, which would pass for a frame"),
+            std::string::npos);
+  EXPECT_EQ(manifest()["frames"].size(), 4U);
+}
+
+TEST_F(FrameFiles, ASeriesThatFailsHasNoManifest) {
+  ASSERT_TRUE(write(".obj", SliceDetail::Exact));
+  fs::remove(folder_ / "frame_0002.obj");
+  fs::create_directory(folder_ / "frame_0002.obj");
+  EXPECT_FALSE(write(".obj", SliceDetail::Light));
+  EXPECT_FALSE(fs::exists(folder_ / "manifest.json"));
+  fs::remove_all(folder_);
+  times_ = {0, 2};
+  EXPECT_FALSE(write(".obj", SliceDetail::Light));
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+}  // namespace
+}  // namespace t4d::convert

@@ -1,0 +1,156 @@
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/convert/frame_files.h"
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/triangle_mesh_formats.h"
+#include "tools/program/centering.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/detail_text.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/numbers.h"
+#include "tools/program/option_checks.h"
+
+namespace t4d::tools {
+namespace {
+
+constexpr std::uint64_t kMostFrameFiles = 1'000'000;
+
+struct FramesArguments {
+  std::string input;
+  std::string output;
+  std::string format;
+  std::optional<std::uint64_t> count;
+  std::string times;
+  InputOptions only;
+  bool light = false;
+  bool attributes = false;
+  bool center = false;
+  bool json = false;
+};
+
+/// Why no frame may be written: one of them is the input.
+std::optional<std::string> misuseOfFrames(const convert::FrameNames& names, std::uint64_t count,
+                                          const std::string& input) {
+  if (formats::lowerCaseExtension(input) != formats::lowerCaseExtension("a" + names.extension)) {
+    return std::nullopt;
+  }
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto path = names.folder / names.fileName(i, count);
+    if (auto misuse = misuseOfOutput(path.string(), {&input, 1})) return misuse;
+  }
+  return std::nullopt;
+}
+
+int run(const FramesArguments& options) {
+  // A pattern has an extension of its own.
+  const bool isPattern = options.output.find('%') != std::string::npos;
+  std::string extension = options.format.empty() ? "" : "." + options.format;
+  if (extension.empty() && !isPattern) extension = ".glb";
+  const auto names = convert::frameNames(options.output, extension);
+  if (!names) return wrongUsage(names.error().message);
+  auto input = openBodies(options.input, options.only);
+  if (!input) return report(input.error());
+  const formats::Metadata& metadata = input->reader.metadata();
+  const std::vector<double> times =
+      options.count ? model::evenTimes(model::timeSpanOf(input->bodies), *options.count)
+                    : *timesOf(options.times, kMostFrameFiles);
+  if (const auto misuse = misuseOfFrames(*names, times.size(), options.input)) {
+    return wrongUsage(*misuse);
+  }
+  convert::FrameFilesOptions how;
+  how.detail = options.light ? convert::SliceDetail::Light : convert::SliceDetail::Exact;
+  how.lengthUnit = metadata.lengthUnit;
+  how.timeUnit = metadata.timeUnit;
+  how.up = metadata.up;
+  how.write.attributes = options.attributes;
+  how.write.origin = originOf(metadata);
+  if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
+  if (formats::triangleMeshFormat("a" + names->extension)->placed) {
+    std::vector<std::string> notices;
+    how.write.placement = placementOf(metadata, notices);
+    printNotices(notices);
+  }
+  Result<convert::FrameFilesReport> written;
+  {
+    ProgressBar bar("slicing");
+    written = convert::writeFrameFiles(input->bodies, times, *names, how, bar.callback());
+  }
+  if (!written) {
+    Error error = written.error();
+    if (error.where.empty()) error.where = input->reader.name();
+    return report(error);
+  }
+  printNotices(written->notices);
+  const std::string manifest = (names->folder / names->manifest).string();
+  if (options.json) {
+    printJson({{"frames", written->frames},
+               {"triangles", written->triangles},
+               {"time_begin", times.front()},
+               {"time_end", times.back()},
+               {"bytes", written->bytes},
+               {"manifest", manifest},
+               {"light", written->light},
+               {"distance", written->distance}});
+  } else {
+    const auto first = names->folder / names->fileName(0, times.size());
+    print("{}: {} of time {} to {}\n  {} in all, {}; listed in {}\n  {}\n",
+          written->frames > 1 ? first.string() + ", ..." : first.string(),
+          counted(written->frames, "frame"), times.front(), times.back(),
+          counted(written->triangles, "triangle"), sizeText(written->bytes), manifest,
+          detailText(written->light, written->distance));
+  }
+  return reportLosses(written->losses);
+}
+
+}  // namespace
+
+void addFrames(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "frames", "Write a 4D mesh as numbered triangle meshes, one for each time");
+  auto options = std::make_shared<FramesArguments>();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
+  auto* which = command->add_option_group("frames", "Times of the frames (exactly one)");
+  which
+      ->add_option("-n,--count", options->count,
+                   "Number of frames, evenly spaced from the first to the last time")
+      ->check(wholeNumber(1, kMostFrameFiles));
+  which->add_option("--times", options->times, "N times, evenly spaced from A to B, both included")
+      ->check(evenTimesUpTo(kMostFrameFiles));
+  which->require_option(1);
+  command
+      ->add_option("-o,--output", options->output,
+                   "The folder to write frame_0000.glb, ... to; or the pattern of a file, such as "
+                   "out/bolt_%04d.ply")
+      ->required()
+      ->check(someName());
+  command->add_option("--format", options->format, "The files of a folder (default: glb)")
+      ->check(CLI::Validator(
+          [](std::string& name) {
+            if (name == "vdb") {
+              return std::string("OpenVDB grids are written by `t4d rasterize`");
+            }
+            const auto* format = formats::triangleMeshFormat("a." + name);
+            return format != nullptr && format->write != nullptr
+                       ? std::string()
+                       : fmt::format("'{}' is not the extension of a format that is written: {}",
+                                     name, formats::writableTriangleMeshExtensions());
+          },
+          "glb|gltf|ply|stl|obj|vtp"));
+  command->add_flag("--light", options->light,
+                    "The triangles of the layers instead of exact ones, of which there are 13 "
+                    "times as many between layers; the same in every frame");
+  options->only.addTo(*command);
+  command->add_flag(
+      "--attributes", options->attributes,
+      "Write attributes as well; those that the format cannot hold are listed (exit 3)");
+  addCenterOption(*command, options->center, "The files and the manifest say where it was");
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer("Example:\n  t4d frames bolt.t4d --count 60 --format vtp -o bolt-frames");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools
