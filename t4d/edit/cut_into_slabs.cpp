@@ -1,13 +1,8 @@
 #include "t4d/edit/cut_into_slabs.h"
 
 #include <algorithm>
-#include <array>
-#include <unordered_map>
 
-#include <Eigen/LU>
-#include <fmt/format.h>
-
-#include "t4d/formats/mesh4d/polyhedron.h"
+#include "t4d/edit/split_cells.h"
 
 namespace t4d::edit {
 namespace {
@@ -18,20 +13,6 @@ using model::Point4;
 
 /// A slab of fewer cells costs more than it saves.
 constexpr std::uint64_t kFewestCells = 256;
-
-struct TimeRange {
-  double begin;
-  double end;
-};
-
-TimeRange rangeOf(const std::vector<Point4>& vertices, const Cell& cell) {
-  TimeRange range{vertices[cell[0]][3], vertices[cell[0]][3]};
-  for (const std::uint32_t corner : cell) {
-    range.begin = std::min(range.begin, vertices[corner][3]);
-    range.end = std::max(range.end, vertices[corner][3]);
-  }
-  return range;
-}
 
 std::vector<double> distinctTimes(const std::vector<Point4>& vertices) {
   std::vector<double> times;
@@ -88,7 +69,7 @@ std::vector<double> evenCuts(const Mesh4d& mesh, const std::vector<double>& time
   std::vector<double> middles;
   middles.reserve(mesh.cells.size());
   for (const Cell& cell : mesh.cells) {
-    const auto [begin, end] = rangeOf(mesh.vertices, cell);
+    const auto [begin, end] = timesOf(mesh.vertices, cell);
     middles.push_back(begin + (end - begin) / 2);
   }
   std::ranges::sort(middles);
@@ -104,133 +85,6 @@ std::vector<double> evenCuts(const Mesh4d& mesh, const std::vector<double>& time
   }
   return cuts;
 }
-
-/// Two tetrahedra with the same corners are closed together, but where both are split their
-/// sections would coincide, with four tetrahedra at each triangle.
-Result<void> checkNoTwins(const Mesh4d& mesh, const std::vector<double>& cuts) {
-  std::vector<Cell> split;
-  for (Cell cell : mesh.cells) {
-    const auto [begin, end] = rangeOf(mesh.vertices, cell);
-    const auto next = std::ranges::upper_bound(cuts, begin);
-    if (next == cuts.end() || end <= *next) continue;
-    std::ranges::sort(cell);
-    split.push_back(cell);
-  }
-  std::ranges::sort(split);
-  const auto twin = std::ranges::adjacent_find(split);
-  if (twin == split.end()) return {};
-  return invalid(
-      fmt::format("two tetrahedra have the same corners, the vertices {} {} {} {}: they "
-                  "cannot be split at a time; remove them",
-                  (*twin)[0], (*twin)[1], (*twin)[2], (*twin)[3]));
-}
-
-/// Splits cells at times; the vertices of the mesh grow.
-class Splitter {
- public:
-  explicit Splitter(std::vector<Point4>& vertices) : vertices_(vertices) {}
-
-  /// The parts of a cell before and after a time that it reaches over.
-  void split(const Cell& cell, double time, std::vector<Cell>& before, std::vector<Cell>& after) {
-    std::array<int, 4> side{};
-    for (int i = 0; i < 4; ++i) {
-      const double t = vertices_[cell[i]][3];
-      side[i] = t < time ? -1 : t > time ? 1 : 0;
-    }
-    place_.clear();
-    for (int i = 0; i < 4; ++i) place_.push_back({cell[i], Point4::Unit(i)});
-    splitPart(cell, side, -1, time, before);
-    splitPart(cell, side, 1, time, after);
-  }
-
-  std::uint64_t newVertices() const { return cutVertices_.size(); }
-
- private:
-  /// A vertex of the parts, by its barycentric coordinates in the cell. Those of a new vertex are
-  /// taken as half and half: which way round a part's tetrahedra are does not depend on where on
-  /// its edge it lies.
-  struct Place {
-    std::uint32_t vertex;
-    Point4 weights;
-  };
-
-  void splitPart(const Cell& cell, const std::array<int, 4>& side, int which, double time,
-                 std::vector<Cell>& into) {
-    // The four triangles of the cell, clipped, and the section.
-    std::array<std::vector<std::uint32_t>, 5> faces;
-    for (int opposite = 0; opposite < 4; ++opposite) {
-      std::array<int, 3> corners{};
-      for (int i = 0, k = 0; i < 4; ++i) {
-        if (i != opposite) corners[k++] = i;
-      }
-      auto& face = faces[opposite];
-      for (int k = 0; k < 3; ++k) {
-        const int a = corners[k];
-        const int b = corners[(k + 1) % 3];
-        if (side[a] == which || side[a] == 0) face.push_back(cell[a]);
-        if (side[a] * side[b] < 0) face.push_back(cutVertex(cell, a, b, time));
-      }
-    }
-    faces[4] = section(cell, side, time);
-    std::vector<std::span<const std::uint32_t>> solid;
-    for (const auto& face : faces) {
-      if (face.size() >= 3) solid.emplace_back(face);
-    }
-    formats::pullPolyhedron(solid, [&](Cell part) {
-      Eigen::Matrix4d weights;
-      for (int i = 0; i < 4; ++i) {
-        weights.row(i) = std::ranges::find(place_, part[i], &Place::vertex)->weights;
-      }
-      if (weights.determinant() < 0) std::swap(part[2], part[3]);
-      into.push_back(part);
-    });
-  }
-
-  /// The corners of the section in order around it.
-  std::vector<std::uint32_t> section(const Cell& cell, const std::array<int, 4>& side,
-                                     double time) {
-    std::vector<int> below;
-    std::vector<int> above;
-    std::vector<std::uint32_t> corners;
-    for (int i = 0; i < 4; ++i) {
-      if (side[i] < 0) below.push_back(i);
-      if (side[i] > 0) above.push_back(i);
-      if (side[i] == 0) corners.push_back(cell[i]);
-    }
-    for (std::size_t i = 0; i < below.size(); ++i) {
-      for (std::size_t j = 0; j < above.size(); ++j) {
-        // With two on each side, the second row backwards.
-        const std::size_t k = i % 2 == 0 ? j : above.size() - 1 - j;
-        corners.push_back(cutVertex(cell, below[i], above[k], time));
-      }
-    }
-    return corners;
-  }
-
-  std::uint32_t cutVertex(const Cell& cell, int a, int b, double time) {
-    if (cell[a] > cell[b]) std::swap(a, b);
-    const std::uint64_t edge = std::uint64_t{cell[a]} << 32 | cell[b];
-    const auto [found, isNew] =
-        cutVertices_.try_emplace(edge, static_cast<std::uint32_t>(vertices_.size()));
-    if (isNew) {
-      const Point4& from = vertices_[cell[a]];
-      const Point4& to = vertices_[cell[b]];
-      const double fraction = (time - from[3]) / (to[3] - from[3]);
-      Point4 vertex = from + fraction * (to - from);
-      vertex[3] = time;
-      vertices_.push_back(vertex);
-    }
-    const std::uint32_t vertex = found->second;
-    if (std::ranges::find(place_, vertex, &Place::vertex) == place_.end()) {
-      place_.push_back({vertex, (Point4::Unit(a) + Point4::Unit(b)) / 2});
-    }
-    return vertex;
-  }
-
-  std::vector<Point4>& vertices_;
-  std::unordered_map<std::uint64_t, std::uint32_t> cutVertices_;  // by edge
-  std::vector<Place> place_;                                      // of the cell at hand
-};
 
 /// The slabs of a mesh whose cells no cut splits any more, sorted by slab.
 Result<model::Mesh> assembled(const std::vector<Point4>& vertices,
@@ -311,13 +165,18 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
     result.mesh = std::move(*whole);
     return result;
   }
-  if (auto good = checkNoTwins(mesh, at); !good) return pass(good.error());
+  const auto isSplit = [&](const Cell& cell) {
+    const auto [begin, end] = timesOf(mesh.vertices, cell);
+    const auto next = std::ranges::upper_bound(at, begin);
+    return next != at.end() && end > *next;
+  };
+  if (auto good = checkNoTwins(mesh.cells, isSplit); !good) return pass(good.error());
   std::vector<std::vector<Cell>> cells(at.size() + 1);
-  Splitter splitter(mesh.vertices);
+  CellSplitter splitter(mesh.vertices);
   std::vector<Cell> parts;
   std::vector<Cell> after;
   for (const Cell& cell : mesh.cells) {
-    const auto [begin, end] = rangeOf(mesh.vertices, cell);
+    const auto [begin, end] = timesOf(mesh.vertices, cell);
     // The slab in which the cell begins; a cell at one time belongs to the slab before.
     auto slab = static_cast<std::size_t>(
         (begin == end ? std::ranges::lower_bound(at, begin) : std::ranges::upper_bound(at, begin)) -
@@ -331,9 +190,9 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
     for (; slab < at.size() && !parts.empty(); ++slab) {
       after.clear();
       for (const Cell& part : parts) {
-        if (rangeOf(mesh.vertices, part).end <= at[slab]) {
+        if (timesOf(mesh.vertices, part).end <= at[slab]) {
           cells[slab].push_back(part);
-        } else if (rangeOf(mesh.vertices, part).begin >= at[slab]) {
+        } else if (timesOf(mesh.vertices, part).begin >= at[slab]) {
           after.push_back(part);
         } else {
           splitter.split(part, at[slab], cells[slab], after);
@@ -343,7 +202,7 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
     }
     cells[slab].insert(cells[slab].end(), parts.begin(), parts.end());
   }
-  result.newVertices = splitter.newVertices();
+  result.newVertices = splitter.cutEdges().size();
   std::vector<double> bounds = {times.front()};
   bounds.insert(bounds.end(), at.begin(), at.end());
   bounds.push_back(times.back());

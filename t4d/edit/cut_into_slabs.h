@@ -22,10 +22,8 @@ struct CutMesh {
 };
 
 /// Cuts a closed mesh into slabs at times of its own vertices. Where an edge crosses a cut it gets
-/// a new vertex, which all its tetrahedra share, at exactly that time; the two parts of a
-/// tetrahedron are split by pulling from their first vertex, so that neighbours agree
-/// (formats/mesh4d /polyhedron.h). The solid stays the same: hypervolume and slices change by no
-/// more than the rounding of the new vertices.
+/// a new vertex, which all its tetrahedra share, at exactly that time (CellSplitter). The solid
+/// stays the same: hypervolume and slices change by no more than the rounding of the new vertices.
 ///
 /// Fails if two tetrahedra that would be split have the same corners.
 Result<CutMesh> cutIntoSlabs(formats::Mesh4d mesh, const SlabCuts& cuts = {});

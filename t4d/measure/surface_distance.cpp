@@ -2,8 +2,12 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <queue>
+#include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "t4d/measure/triangle_tree.h"
 
@@ -38,11 +42,21 @@ double farthestFrom(std::uint32_t triangle, const std::array<Corner, 3>& corners
   return farthest;
 }
 
-/// The largest distance of a point of `mesh` from `other`, at most `tolerance` too small.
-double oneSided(const TriangleMesh& mesh, const TriangleTree& other, double tolerance) {
+/// What to search for: points farther than `above`, until one is found that is farther than
+/// `enough`; and how many triangles may be halved.
+struct Search {
+  double above = 0;
+  double enough = std::numeric_limits<double>::infinity();
+  std::uint64_t most = ~std::uint64_t{0};
+};
+
+/// The largest distance of a point of `mesh` from `other`, at most `tolerance` too small, or
+/// `search.above` if that is greater. Nothing if that takes more work than is allowed.
+std::optional<double> oneSided(const TriangleMesh& mesh, const TriangleTree& other,
+                               double tolerance, const Search& search = {}) {
   std::vector<TriangleTree::Nearest> nearest(mesh.vertices.size());
   std::vector<bool> known(mesh.vertices.size());
-  double farthest = 0;
+  double farthest = search.above;
   for (const model::Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t vertex : triangle) {
       if (known[vertex]) continue;
@@ -72,7 +86,10 @@ double oneSided(const TriangleMesh& mesh, const TriangleTree& other, double tole
                {mesh.vertices[b], nearest[b]},
                {mesh.vertices[c], nearest[c]}}});
   }
-  while (!pieces.empty() && pieces.top().atMost > farthest + tolerance) {
+  for (std::uint64_t halved = 0;
+       !pieces.empty() && pieces.top().atMost > farthest + tolerance && farthest <= search.enough;
+       ++halved) {
+    if (halved == search.most) return std::nullopt;
     const std::array<Corner, 3> corners = pieces.top().corners;
     pieces.pop();
     int longest = 0;
@@ -113,8 +130,27 @@ SurfaceDistance surfaceDistance(const TriangleMesh& a, const TriangleMesh& b,
   // Below this, distances are rounding errors, and halving would not end.
   constexpr double kLeast = 1e-12;
   const double tolerance = std::max(relativeTolerance, kLeast) * (bounds.max - bounds.min).norm();
-  return {oneSided(a, TriangleTree(b), tolerance), oneSided(b, TriangleTree(a), tolerance),
+  return {*oneSided(a, TriangleTree(b), tolerance), *oneSided(b, TriangleTree(a), tolerance),
           tolerance};
+}
+
+Result<std::optional<double>> fartherThan(double distance, const TriangleMesh& a,
+                                          const TriangleMesh& b) {
+  if (a.triangles.empty() && b.triangles.empty()) return std::nullopt;
+  if (a.triangles.empty() || b.triangles.empty()) return std::numeric_limits<double>::infinity();
+  constexpr double kFraction = 1e-3;
+  const Search search{distance, distance, 4'000'000};
+  for (const auto& [mesh, other] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
+    const auto found = oneSided(*mesh, TriangleTree(*other), kFraction * distance, search);
+    if (!found) {
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("whether the surfaces are within {} of each other takes too long to "
+                              "find out; allow a larger distance",
+                              distance));
+    }
+    if (*found > distance) return found;
+  }
+  return std::nullopt;
 }
 
 }  // namespace t4d::measure

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 
+#include "t4d/model/error.h"
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::measure {
@@ -27,5 +29,14 @@ struct SurfaceDistance {
 /// Infinite, with tolerance 0, if exactly one mesh is empty; 0 if both are.
 SurfaceDistance surfaceDistance(const model::TriangleMesh& a, const model::TriangleMesh& b,
                                 double relativeTolerance = 1e-3);
+
+/// The distance of some point of one surface from the other that is more than `distance`; nothing
+/// if there is none, but for points farther by less than a thousandth of it. Much faster than
+/// surfaceDistance where the answer is clear: infinite if exactly one mesh is empty.
+///
+/// Fails if it takes more than some million steps, as for surfaces that lie on one another, in
+/// other triangles, and a `distance` that is many times smaller than these.
+Result<std::optional<double>> fartherThan(double distance, const model::TriangleMesh& a,
+                                          const model::TriangleMesh& b);
 
 }  // namespace t4d::measure

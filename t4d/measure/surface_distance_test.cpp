@@ -124,6 +124,41 @@ TEST(SurfaceDistance, ASmallerToleranceOnlyRaisesIt) {
   }
 }
 
+TEST(FartherThan, DecidesAroundTheTrueDistance) {
+  const TriangleMesh torus = fixtures::torus(3, 1, 24, 12);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> number(-0.3, 0.3);
+  for (int i = 0; i < 12; ++i) {
+    TriangleMesh other = torus;
+    for (Point3& vertex : other.vertices) {
+      vertex += Point3(number(random), number(random), number(random));
+    }
+    const SurfaceDistance found = surfaceDistance(torus, other, 1e-4);
+    const double most = found.hausdorff() + found.tolerance;
+    const auto none = fartherThan(1.001 * most, torus, other);
+    ASSERT_TRUE(none);
+    EXPECT_FALSE(*none) << **none;
+    const auto some = fartherThan(0.99 * found.hausdorff(), torus, other);
+    ASSERT_TRUE(some && *some);
+    EXPECT_GT(**some, 0.99 * found.hausdorff());
+    EXPECT_LE(**some, most);
+  }
+  EXPECT_TRUE(std::isinf(**fartherThan(1, torus, {})));
+  EXPECT_FALSE(*fartherThan(1, {}, {}));
+  EXPECT_FALSE(*fartherThan(0, torus, torus));
+}
+
+TEST(FartherThan, FindsThatOtherTrianglesOfACubeAreTheSameSurface) {
+  TriangleMesh cube = fixtures::cube(2);
+  TriangleMesh finer = fixtures::paperCube(3);
+  const double scale = 2 / (model::boundsOf(finer).max - model::boundsOf(finer).min).x();
+  const Point3 offset = model::boundsOf(cube).min - scale * model::boundsOf(finer).min;
+  for (Point3& vertex : finer.vertices) vertex = scale * vertex + offset;
+  const auto near = fartherThan(0.001, cube, finer);
+  ASSERT_TRUE(near);
+  EXPECT_FALSE(*near);
+}
+
 TEST(SurfaceDistance, FromNothingIsInfinite) {
   const TriangleMesh cube = fixtures::cube(1);
   EXPECT_EQ(surfaceDistance(cube, {}).hausdorff(), std::numeric_limits<double>::infinity());

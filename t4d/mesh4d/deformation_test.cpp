@@ -223,11 +223,19 @@ TEST(Deformation, RefusesWhatIsNoDeformation) {
   }();
   auto far = solid.vertices;
   far[3].y() = std::nan("");
-  EXPECT_EQ(errorOf({{0, solid.vertices}}), "there are 1 keys; at least two are needed");
+  EXPECT_EQ(errorOf({{0, solid.vertices}}), "there is 1 key; at least two are needed");
   EXPECT_NE(errorOf({{0, solid.vertices}, {0, solid.vertices}}).find("not after the key before"),
             std::string::npos);
   EXPECT_EQ(errorOf({{0, flat}, {1, solid.vertices}}), "the mesh encloses no volume");
   EXPECT_NE(errorOf({{0, solid.vertices}, {1, far}}).find("vertex 3 is at"), std::string::npos);
+  for (const double distance : {1e14, 1e16, 1e30}) {
+    auto moved = solid.vertices;
+    for (Point3& p : moved) p.x() += distance;
+    EXPECT_NE(errorOf({{0, solid.vertices}, {1, moved}}).find("doubles"), std::string::npos);
+    EXPECT_NE(errorOf({{0, moved}, {1, moved}}).find("doubles"), std::string::npos);
+  }
+  // But it may shrink to a point.
+  EXPECT_EQ(errorOf({{0, solid.vertices}, {1, std::vector<Point3>(8, Point3(1e6, 0, 0))}}), "none");
 }
 
 }  // namespace

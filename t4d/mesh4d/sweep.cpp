@@ -41,6 +41,12 @@ Result<std::optional<TriangleMesh>> flippedIfInsideOut(const TriangleMesh& mesh)
 /// size times this, its shape is lost.
 constexpr double kFinestFraction = 1.0 / 1024;
 
+double spacing(double coordinate) { return coordinate * std::numeric_limits<double>::epsilon(); }
+
+double farthestOf(const model::Bounds3& bounds) {
+  return bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
+}
+
 /// Checks that the coordinates that the motion reaches are neither so large that the solid's shape
 /// is lost in their rounding, nor beyond what can be measured.
 Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
@@ -48,7 +54,7 @@ Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
   const model::Point3 extent = bounds.max - bounds.min;
   const double width = extent.minCoeff();
   const Point3 middle = bounds.min / 2 + bounds.max / 2;
-  const double farthest = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
+  const double farthest = farthestOf(bounds);
   if (!(farthest <= model::kLargestCoordinate)) {
     return invalid(fmt::format("has coordinates of {:.3g}; the largest that can be swept is {}",
                                farthest, model::kLargestCoordinate));
@@ -57,9 +63,6 @@ Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
     return invalid(fmt::format("is {:.3g} wide; the smallest solid that can be swept is {} wide",
                                width, model::kSmallestExtent));
   }
-  const auto spacing = [](double coordinate) {
-    return coordinate * std::numeric_limits<double>::epsilon();
-  };
   for (std::size_t i = 0; i < motion.segments.size(); ++i) {
     const model::Segment& segment = motion.segments[i];
     // Both ends, and eighths of the first turn.
@@ -76,6 +79,28 @@ Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
                    {}, Remedy::Motion);
   }
   return {};
+}
+
+/// The same for the vertices at one key. `width` is that of the solid along its longest axis at the
+/// keys before, and grows to that of this one: a solid may shrink to nothing, but not by rounding.
+Result<void> checkKey(double time, std::span<const Point3> positions, double& width) {
+  model::Bounds3 bounds;
+  for (const Point3& position : positions) {
+    bounds.add(position);
+    if ((position.array().abs() <= model::kLargestCoordinate).all()) continue;
+    return invalid(fmt::format("vertex {} is at ({}, {}, {}) at time {}; the largest coordinate "
+                               "that can be swept is {}",
+                               &position - positions.data(), position.x(), position.y(),
+                               position.z(), time, model::kLargestCoordinate),
+                   {}, Remedy::Motion);
+  }
+  width = std::max(width, (bounds.max - bounds.min).maxCoeff());
+  const double farthest = farthestOf(bounds);
+  if (spacing(farthest) <= kFinestFraction * width) return {};
+  return invalid(fmt::format("the solid has coordinates of {:.3g} at time {}, where doubles are "
+                             "{:.3g} apart, and is only {:.3g} wide. Move it nearer to the origin",
+                             farthest, time, spacing(farthest), width),
+                 {}, Remedy::Motion);
 }
 
 /// A notice about the first step with an angle so large that it hardly follows the motion.
@@ -160,15 +185,7 @@ class Sweeper {
   /// Reads the positions of a key and checks them.
   Result<void> load(std::uint64_t key) {
     if (auto read = keys_.positions(key, positions_); !read) return read;
-    for (const Point3& position : positions_) {
-      if ((position.array().abs() <= model::kLargestCoordinate).all()) continue;
-      return invalid(fmt::format("vertex {} is at ({}, {}, {}) at time {}; the largest coordinate "
-                                 "that can be swept is {}",
-                                 &position - positions_.data(), position.x(), position.y(),
-                                 position.z(), keys_.time(key), model::kLargestCoordinate),
-                     {}, Remedy::Motion);
-    }
-    return {};
+    return checkKey(keys_.time(key), positions_, width_);
   }
 
   /// Puts the layer of a key at `into`.
@@ -237,10 +254,11 @@ class Sweeper {
       slab.timeBegin = slab.timeEnd;
       slab.timeEnd = keys_.time(key);
       if (!(slab.timeEnd > slab.timeBegin)) {
-        return invalid(fmt::format("key {} is at time {}, not after the key before it, at {}: a 4D "
-                                   "mesh cannot go backward through time",
-                                   key, slab.timeEnd, slab.timeBegin),
-                       {}, Remedy::Motion);
+        return invalid(
+            fmt::format("key {} is at time {}, not after the key before it, at {}: times "
+                        "must increase",
+                        key, slab.timeEnd, slab.timeBegin),
+            {}, Remedy::Motion);
       }
       const bool joined = key == range.end && key + 1 < keys_.count();
       slab.upperPose = joined ? nullptr : poseOf(key);
@@ -281,6 +299,7 @@ class Sweeper {
   const model::Progress& progress_;
   std::shared_ptr<const std::vector<Point3>> reference_;
   std::vector<Point3> positions_;
+  double width_ = 0;  // of the solid, the greatest so far
   SweepReport report_;
 };
 
@@ -337,11 +356,15 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const VertexKeys& keys,
                           const model::Progress& progress) {
   if (auto checked = checkSolid(mesh); !checked) return pass(checked.error());
   if (keys.count() < 2) {
-    return invalid(fmt::format("there are {} keys; at least two are needed", keys.count()), {},
-                   Remedy::Motion);
+    return invalid(
+        fmt::format("there {} {} key{}; at least two are needed", keys.count() == 1 ? "is" : "are",
+                    keys.count(), keys.count() == 1 ? "" : "s"),
+        {}, Remedy::Motion);
   }
   TriangleMesh first{std::vector<Point3>(mesh.vertices.size()), mesh.triangles, {}};
   if (auto read = keys.positions(0, first.vertices); !read) return pass(read.error());
+  double width = 0;
+  if (auto good = checkKey(keys.time(0), first.vertices, width); !good) return pass(good.error());
   const auto flipped = flippedIfInsideOut(first);
   if (!flipped) return pass(flipped.error());
   TriangleMesh solid = mesh;

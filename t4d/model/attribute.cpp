@@ -1,6 +1,21 @@
 #include "t4d/model/attribute.h"
 
+#include <cstring>
+
 namespace t4d::model {
+namespace {
+
+template <class Scalar>
+void interpolate(const std::byte* from, const std::byte* to, double fraction, std::byte* into) {
+  Scalar a;
+  Scalar b;
+  std::memcpy(&a, from, sizeof(Scalar));
+  std::memcpy(&b, to, sizeof(Scalar));
+  const auto value = static_cast<Scalar>(a + fraction * (static_cast<double>(b) - a));
+  std::memcpy(into, &value, sizeof(Scalar));
+}
+
+}  // namespace
 
 std::size_t scalarSize(ScalarType type) {
   switch (type) {
@@ -20,6 +35,26 @@ std::size_t scalarSize(ScalarType type) {
       return 8;
   }
   return 0;
+}
+
+void interpolateRow(const Attribute& attribute, std::size_t from, std::size_t to, double fraction,
+                    std::byte* into) {
+  const std::byte* const a = attribute.row(from);
+  const std::byte* const b = attribute.row(to);
+  const std::size_t bytes = attribute.rowBytes();
+  const std::size_t step = scalarSize(attribute.type);
+  switch (attribute.type) {
+    case ScalarType::Float32:
+      for (std::size_t i = 0; i < bytes; i += step)
+        interpolate<float>(a + i, b + i, fraction, into + i);
+      break;
+    case ScalarType::Float64:
+      for (std::size_t i = 0; i < bytes; i += step)
+        interpolate<double>(a + i, b + i, fraction, into + i);
+      break;
+    default:
+      std::memcpy(into, a, bytes);
+  }
 }
 
 std::vector<Attribute> vertexRows(std::span<const Attribute> attributes, std::size_t first,

@@ -44,6 +44,11 @@ struct Attribute {
   friend bool operator==(const Attribute&, const Attribute&) = default;
 };
 
+/// Writes to `into` what a point on the edge between the vertices of two rows has, at `fraction` of
+/// the way: floating-point numbers are interpolated, integers are those of the first row.
+void interpolateRow(const Attribute& attribute, std::size_t from, std::size_t to, double fraction,
+                    std::byte* into);
+
 /// The attributes of domain Vertex, with `count` rows from row `first` on.
 std::vector<Attribute> vertexRows(std::span<const Attribute> attributes, std::size_t first,
                                   std::size_t count);

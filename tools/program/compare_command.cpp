@@ -342,12 +342,12 @@ Result<void> writeAll(std::optional<formats::OutputFile>& file, const std::strin
 int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFile& file,
                  const std::vector<MeshFile>& others, CompareReport report,
                  std::optional<double> volumeExpected) {
-  auto openedA = openBodies(file.path, {.body = {}, .maxCells = options.maxCells});
+  auto openedA = openBodies(file.path, {.bodies = {}, .maxCells = options.maxCells});
   if (!openedA) return tools::report(openedA.error());
   Side a(std::move(*openedA));
   if (auto measured = measure(a, file); !measured) return tools::report(measured.error());
   for (const MeshFile& other : others) {
-    auto openedB = openBodies(other.path, {.body = {}, .maxCells = options.maxCells});
+    auto openedB = openBodies(other.path, {.bodies = {}, .maxCells = options.maxCells});
     if (!openedB) return tools::report(openedB.error());
     Side b(std::move(*openedB));
     std::vector<std::string> notes;

@@ -51,6 +51,7 @@ struct ConvertInput {
   std::vector<formats::CountedBody> bodies;
   formats::Metadata metadata;
   std::vector<std::string> attributes;
+  bool named = true;  // the bodies have names of their own, not that of the file
   bool closed = true;
   bool oriented = true;
   std::vector<std::string> notices;
@@ -136,6 +137,7 @@ Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& 
   input.notices = std::move(loaded->notices);
   input.losses = std::move(loaded->losses);
   for (const auto& file : loaded->otherFiles) input.files.push_back(file.string());
+  input.named = !std::ranges::all_of(loaded->bodies, &std::string::empty, &formats::Mesh4d::name);
   std::set<std::string> taken;
   const std::size_t count = loaded->bodies.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -206,15 +208,18 @@ Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFo
   for (std::string& loss : formats::mesh4dLosses(format, *mesh)) {
     input.losses.push_back(std::move(loss));
   }
+  const std::string& name = input.bodies.front().name;
+  if (!format.keeps.names && input.bodies.size() == 1 && input.named &&
+      name != formats::asName(std::filesystem::path(options.output).stem().string())) {
+    input.losses.push_back(fmt::format("name of the body not kept by {}: '{}'", format.id, name));
+  }
   if (!format.keeps.attributes && !input.attributes.empty()) {
-    input.losses.push_back(fmt::format("{} has no attributes: {} {} not written", format.name,
-                                       fmt::join(input.attributes, ", "),
-                                       input.attributes.size() == 1 ? "is" : "are"));
+    input.losses.push_back(
+        fmt::format("attributes not kept by {}: {}", format.id, fmt::join(input.attributes, ", ")));
   }
   if (!format.keeps.metadata && input.format == kT4d) {
     input.losses.push_back(fmt::format(
-        "{} has no metadata: units, the upward axis and how the mesh was made are not written",
-        format.name));
+        "metadata not kept by {}: units, the upward axis, how the mesh was made", format.id));
   }
   return format.write(options.output, *mesh);
 }

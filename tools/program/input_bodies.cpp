@@ -7,11 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/model/units.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/similar_words.h"
+#include "tools/program/version.h"
 
 namespace t4d::tools {
 
 Result<InputBodies> openBodies(const std::string& path, const InputOptions& options) {
-  const std::string& bodyName = options.body;
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, options.maxCells);
   if (!reader) return pass(reader.error());
   InputBodies input{std::move(*reader), {}};
@@ -19,15 +21,32 @@ Result<InputBodies> openBodies(const std::string& path, const InputOptions& opti
   std::vector<std::string> names;
   for (std::size_t i = 0; i < infos.size(); ++i) {
     names.push_back(infos[i].name);
-    if (bodyName.empty() || names[i] == bodyName) {
+    if (options.bodies.empty() || std::ranges::count(options.bodies, names[i]) > 0) {
       input.bodies.push_back({names[i], &input.reader.body(i)});
     }
   }
-  if (input.bodies.empty()) {
-    return invalid(fmt::format("has no body '{}'; it has {}", bodyName, fmt::join(names, ", ")),
+  for (const std::string& wanted : options.bodies) {
+    if (std::ranges::count(names, wanted) > 0) continue;
+    return invalid(fmt::format("has no body '{}'{}; it has {}", wanted, didYouMean(wanted, names),
+                               fmt::join(names, ", ")),
                    input.reader.name());
   }
   return input;
+}
+
+formats::Metadata metadataOf(const InputBodies& input) {
+  formats::Metadata metadata = input.reader.metadata();
+  metadata.generator = std::string(versionText());
+  const auto isSelected = [&](const std::string& name) {
+    return std::ranges::any_of(input.bodies,
+                               [&](const model::Body& body) { return body.name == name; });
+  };
+  std::erase_if(metadata.bodies,
+                [&](const formats::BodyInfo& body) { return !isSelected(body.name); });
+  for (formats::BodyInfo& body : metadata.bodies) {
+    if (!isSelected(body.parent)) body.parent.clear();
+  }
+  return metadata;
 }
 
 model::Bounds3 boundsOf(const InputBodies& input) {
@@ -42,7 +61,12 @@ model::Bounds3 boundsOf(const InputBodies& input) {
 }
 
 void InputOptions::addTo(CLI::App& command) {
-  command.add_option("--body", body, "Use only the body with this name (default: all)");
+  command
+      .add_option("--body", bodies,
+                  "Use only the body with this name (default: all); may be given several times")
+      ->type_name("NAME")
+      ->allow_extra_args(false)
+      ->check(someName());
   addMaxCellsOption(command, maxCells);
 }
 

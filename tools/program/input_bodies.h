@@ -21,7 +21,7 @@ struct InputBodies {
 
 /// Which file to open, and what of it.
 struct InputOptions {
-  std::string body;                       ///< only the body of this name; "" for all
+  std::vector<std::string> bodies;        ///< only the bodies of these names; none for all
   std::optional<std::uint64_t> maxCells;  ///< as T4dReader::open takes it
 
   /// Adds `--body` and `--max-cells`.
@@ -36,9 +36,13 @@ inline constexpr const char* kT4dFileHelp =
 /// Added where it can be a pipe, too.
 inline constexpr const char* kOrPipeHelp = "; or - for the standard input";
 
-/// Opens a .t4d file. Selects all bodies, or the one named; an unknown name is an error that lists
+/// Opens a .t4d file. Selects all bodies, or those named; an unknown name is an error that lists
 /// the existing ones.
 Result<InputBodies> openBodies(const std::string& path, const InputOptions& options);
+
+/// The metadata of the file for another one that has only the selected bodies, made by this
+/// program. A body whose parent is not among them has none.
+formats::Metadata metadataOf(const InputBodies& input);
 
 /// Adds `--max-cells`.
 void addMaxCellsOption(CLI::App& command, std::optional<std::uint64_t>& maxCells);

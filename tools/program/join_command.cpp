@@ -52,6 +52,7 @@ int run(const JoinArguments& options) {
 void addJoin(CLI::App& app, int& exitCode) {
   auto* command =
       app.add_subcommand("join", "Join .t4d files that continue each other, without decoding them");
+  command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
   command->add_option("PART", options->parts, "The .t4d files, in the order of their times")
       ->required();

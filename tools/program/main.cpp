@@ -17,6 +17,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/signals.h"
+#include "tools/program/similar_words.h"
 #include "tools/program/version.h"
 
 namespace t4d::tools {
@@ -37,6 +38,16 @@ void keepStandardStreams() {
 const CLI::App& lastCommand(const CLI::App& app) {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
   return chosen.empty() ? app : lastCommand(*chosen.front());
+}
+
+/// Which option was meant by an unknown one; "" if none is similar.
+std::string guessOf(const std::string& word, const CLI::App& command) {
+  if (!word.starts_with("--")) return {};
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return didYouMean(std::string_view(word).substr(0, word.find('=')), names);
 }
 
 int run(int argc, char** argv) {
@@ -73,8 +84,10 @@ int run(int argc, char** argv) {
         return wrongUsage(wrongVerb(last, unknown.empty() ? std::string() : unknown.front()));
       }
       // If something else is missing, CLI11 reports only that.
-      if (error.get_name() != "ExtrasError") {
-        for (const std::string& word : unknown) say("not understood: " + word);
+      const bool told = error.get_name() == "ExtrasError";
+      for (const std::string& word : unknown) {
+        const std::string guess = guessOf(word, last);
+        if (!told || !guess.empty()) say("not understood: " + word + guess);
       }
     }
     std::ostringstream help;

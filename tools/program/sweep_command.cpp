@@ -173,8 +173,8 @@ std::string detailsOf(const SweepArguments& options) {
     parameters["caps"] = options.caps == "cone" ? "cone" : "tetgen";
     parameters["prism"] = options.prism.value_or(14);
   }
-  parameters["precision"] = options.output.precision;
-  if (options.output.grid) parameters["grid"] = *options.output.grid;
+  parameters["precision"] = options.output.coding.precision;
+  if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
   const auto nameOf = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
@@ -445,7 +445,7 @@ int run(const SweepArguments& options) {
     print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
           grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
-    if (const auto rounding = options.output.rounding()) print("  {}\n", *rounding);
+    if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
   }
   std::vector<std::string> losses = std::move(loaded->losses);
   for (std::string& loss : file->losses()) losses.push_back(std::move(loss));

@@ -15,11 +15,7 @@ std::filesystem::path nameIn(const std::string& path) {
   return whole.has_filename() ? whole.filename() : whole.parent_path().filename();
 }
 
-void T4dOutput::addTo(CLI::App& command) {
-  command.add_option("-o,--output", path, "The .t4d file to write")
-      ->required()
-      ->check(someName())
-      ->check(noOtherFormat());
+void T4dCoding::addTo(CLI::App& command) {
   auto* precisionOption =
       command.add_option("--precision", precision, "Type of the positions: float64 or float32")
           ->check(CLI::IsMember({"float64", "float32"}))
@@ -44,17 +40,33 @@ void T4dOutput::addTo(CLI::App& command) {
       ->check(wholeNumber(0, 1'000'000))
       ->check(noLoneCopy())
       ->capture_default_str();
+}
+
+formats::T4dWriteOptions T4dCoding::writeOptions() const {
+  return {.compression = compression,
+          .float32 = precision == "float32",
+          .step = grid,
+          .spareEvery = spareEvery};
+}
+
+std::optional<std::string> T4dCoding::rounding() const {
+  if (!grid) return std::nullopt;
+  return fmt::format("positions on a grid of {}: at most {} off along each axis; poses are exact",
+                     *grid, *grid / 2);
+}
+
+void T4dOutput::addTo(CLI::App& command) {
+  command.add_option("-o,--output", path, "The .t4d file to write")
+      ->required()
+      ->check(someName())
+      ->check(noOtherFormat());
+  coding.addTo(command);
   command.add_option("--up", up, "Axis that points up in glTF: y or z")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
   addCenterOption(command, center, "The file's metadata say where it was");
-  command.add_option("--body", body, "Name of the body (default: that of the input file)");
-}
-
-std::optional<std::string> T4dOutput::rounding() const {
-  if (!grid) return std::nullopt;
-  return fmt::format("positions on a grid of {}: at most {} off along each axis; poses are exact",
-                     *grid, *grid / 2);
+  command.add_option("--body", body, "Name of the body (default: that of the input file)")
+      ->check(someName());
 }
 
 Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
@@ -88,11 +100,7 @@ Result<void> T4dFile::begin(const model::Slab* first) {
     centring.emplace().space.col(3) = -center;
     metadata_.detailsJson = withOrigin(metadata_.detailsJson, center);
   }
-  auto writer = formats::T4dWriter::create(output_.path, metadata_,
-                                           {.compression = output_.compression,
-                                            .float32 = output_.precision == "float32",
-                                            .step = output_.grid,
-                                            .spareEvery = output_.spareEvery});
+  auto writer = formats::T4dWriter::create(output_.path, metadata_, output_.coding.writeOptions());
   if (!writer) return pass(writer.error());
   writer_ = std::move(*writer);
   for (std::size_t i = 0; centring && i < metadata_.bodies.size(); ++i) {

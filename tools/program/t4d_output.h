@@ -15,20 +15,28 @@ namespace t4d::tools {
 /// The last component of a path, also of "frames/" and ".".
 std::filesystem::path nameIn(const std::string& path);
 
-/// The options of every verb that writes a .t4d.
-struct T4dOutput {
-  std::string path;
+/// How a .t4d file is stored.
+struct T4dCoding {
   std::string precision = "float64";
   std::optional<double> grid;
   int compression = 3;
   std::uint64_t spareEvery = 0;
+
+  void addTo(CLI::App& command);
+  formats::T4dWriteOptions writeOptions() const;
+  /// A line about positions that are rounded, for the report of what was written; or nothing.
+  std::optional<std::string> rounding() const;
+};
+
+/// The options of every verb that makes a .t4d from something else.
+struct T4dOutput {
+  std::string path;
+  T4dCoding coding;
   std::string up = "y";
   std::string body;
   bool center = false;
 
   void addTo(CLI::App& command);
-  /// A line about positions that are rounded, for the report of what was written; or nothing.
-  std::optional<std::string> rounding() const;
 };
 
 /// A .t4d file in the making, with one body or several. With `--center` its slabs are moved, such

@@ -15,7 +15,6 @@
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/version.h"
 
 namespace t4d::tools {
 namespace {
@@ -147,21 +146,10 @@ int run(const TransformArguments& options) {
     return report(fits.error());
   }
 
-  formats::Metadata metadata = input->reader.metadata();
+  formats::Metadata metadata = metadataOf(*input);
   // Of a mesh that was centred, the place of the origin moves with it.
   metadata.detailsJson =
       withOrigin(metadata.detailsJson, transform.space.leftCols<3>() * originOf(metadata));
-  metadata.generator = std::string(versionText());
-  std::vector<formats::BodyInfo> chosen;
-  for (const formats::BodyInfo& info : metadata.bodies) {
-    const auto isThis = [&](const model::Body& body) { return body.name == info.name; };
-    if (std::ranges::any_of(input->bodies, isThis)) chosen.push_back(info);
-  }
-  const bool all = chosen.size() == metadata.bodies.size();
-  for (formats::BodyInfo& info : chosen) {
-    if (!all) info.parent.clear();
-  }
-  metadata.bodies = std::move(chosen);
   auto writer =
       formats::T4dWriter::create(options.output, metadata, {.compression = options.compression});
   if (!writer) return report(writer.error());

@@ -77,8 +77,8 @@ std::string detailsOf(const WeaveArguments& options) {
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   if (!options.labels.empty()) parameters["labels"] = options.labels;
   parameters["caps"] = options.caps;
-  parameters["precision"] = options.output.precision;
-  if (options.output.grid) parameters["grid"] = *options.output.grid;
+  parameters["precision"] = options.output.coding.precision;
+  if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
   const std::string first = nameIn(options.frames.front()).string();
   return ordered_json{{"source", {{"frames", first}}}, {"parameters", parameters}}.dump(
       -1, ' ', false, ordered_json::error_handler_t::replace);
@@ -205,7 +205,7 @@ int run(const WeaveArguments& options) {
     print("  caps of {} and {} tetrahedra\n", grouped(woven.capTetrahedra[0]),
           grouped(woven.capTetrahedra[1]));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
-    if (const auto rounding = options.output.rounding()) print("  {}\n", *rounding);
+    if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
   }
   return reportLosses(file->losses());
 }

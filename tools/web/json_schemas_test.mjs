@@ -130,6 +130,12 @@ const runs = [
   ['join', [at('second.t4d'), at('first.t4d'), '-o', at('joined.t4d')], 4],
   ['transform', [at('first.t4d'), '--axes', 'y-xz', '--scale', '2', '--time-shift', '1', '-o', at('moved.t4d')], 0],
   ['transform', [at('no such file'), '-o', at('moved.t4d')], 4],
+  ['filter', [at('joined.t4d'), '--from', '0.7', '-o', at('filtered.t4d')], 0],
+  ['filter', [at('joined.t4d'), '--from', '1000', '-o', at('none.t4d')], 4],
+  ['diff', [at('joined.t4d'), at('joined.t4d')], 0],
+  ['diff', [at('joined.t4d'), at('filtered.t4d')], 1],
+  ['compress', [at('filtered.t4d'), '--grid-step', '0.01', '-o', at('compressed.t4d')], 0],
+  ['du', [at('filtered.t4d')], 0],
   ['convert', [fixture('24-cell.off'), at('24-cell.t4d')], 0],
   ['convert', [at('24-cell.t4d'), at('24-cell.mesh')], 3],
   ['convert', [at('24-cell.t4d'), at('24-cell.4do'), '--accept-loss'], 0],
@@ -226,7 +232,7 @@ const runs = [
 const answersOfFailure = (verb, args, status) =>
   verb === 'validate' ? !args[0].includes('no such') :
   verb === 'recover' ? args[0].includes('open') || args[0].includes('cut') :
-  verb.startsWith('conform') && status === 1;
+  (verb === 'diff' || verb.startsWith('conform')) && status === 1;
 
 for (const [verb, args, status, codes] of runs) {
   const words = args.map((arg) => String(arg).replace(`${folder}/`, ''));

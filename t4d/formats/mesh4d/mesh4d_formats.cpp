@@ -220,12 +220,12 @@ std::vector<std::string> mesh4dLosses(const Mesh4dFormat& format, const FlatBodi
   const std::size_t bodies = mesh.bodies().size();
   if (!format.keeps.tetrahedra) {
     losses.push_back(
-        fmt::format("{} has no tetrahedra: only their triangles are written", format.name));
+        fmt::format("tetrahedra not kept by {}: only their triangles are written", format.id));
   }
   if (!format.keeps.bodies && bodies > 1) {
-    losses.push_back(fmt::format("{} has no bodies: {} become one", format.name, bodies));
+    losses.push_back(fmt::format("bodies not kept by {}: {} become one", format.id, bodies));
   } else if (!format.keeps.names && bodies > 1) {
-    losses.push_back(fmt::format("{} has no names of bodies: they become numbers", format.name));
+    losses.push_back(fmt::format("names of bodies not kept by {}: they become numbers", format.id));
   }
   return losses;
 }

@@ -1,0 +1,170 @@
+#include <chrono>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/edit/clip_time.h"
+#include "t4d/formats/t4d/writer.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct FilterArguments {
+  std::string input;
+  InputOptions only;
+  std::string output;
+  std::optional<double> from;
+  std::optional<double> to;
+  int compression = 3;
+  bool json = false;
+};
+
+/// The span that is asked for; its ends are the nearest layer or end of a body where that is meant.
+Result<model::TimeSpan> spanOf(const FilterArguments& options, const InputBodies& input) {
+  const model::TimeSpan whole = model::timeSpanOf(input.bodies);
+  model::TimeSpan span{options.from.value_or(whole.begin), options.to.value_or(whole.end)};
+  for (double* time : {&span.begin, &span.end}) {
+    for (const model::Body& body : input.bodies) {
+      const auto meant = model::timeWithin(*body.source, *time);
+      if (!meant || *meant == *time) continue;
+      *time = *meant;
+      break;
+    }
+  }
+  if (span.begin >= whole.end || span.end <= whole.begin) {
+    return invalid(
+        fmt::format("nothing is left: the mesh lasts from time {} to {}", whole.begin, whole.end),
+        input.reader.name());
+  }
+  return span;
+}
+
+/// Removes bodies that have no cell within the span, with a notice for each.
+void keepThoseWithin(const model::TimeSpan& span, InputBodies& input,
+                     std::vector<std::string>& notices) {
+  std::erase_if(input.bodies, [&](const model::Body& body) {
+    const model::TimeSpan times = model::timeSpanOf(*body.source);
+    if (times.begin < span.end && times.end > span.begin) return false;
+    notices.push_back(fmt::format("body '{}' exists only from {} to {}; it is left out", body.name,
+                                  times.begin, times.end));
+    return true;
+  });
+}
+
+int run(const FilterArguments& options) {
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return wrongUsage(*misuse);
+  }
+  if (options.from && options.to && !(*options.from < *options.to)) {
+    return wrongUsage(fmt::format("--from {} is not before --to {}", *options.from, *options.to));
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  auto input = openBodies(options.input, options.only);
+  if (!input) return report(input.error());
+  const auto span = spanOf(options, *input);
+  if (!span) return report(span.error());
+  std::vector<std::string> notices;
+  keepThoseWithin(*span, *input, notices);
+
+  auto writer = formats::T4dWriter::create(options.output, metadataOf(*input),
+                                           {.compression = options.compression});
+  if (!writer) return report(writer.error());
+  edit::TimeClip all;
+  std::uint64_t capCells = 0;
+  ordered_json caps = ordered_json::array();
+  {
+    ProgressBar bar("filtering");
+    for (std::size_t i = 0; i < input->bodies.size(); ++i) {
+      const auto& [name, source] = input->bodies[i];
+      const auto clip = edit::clipTime(*source, *span, writer->body(i), bar.callback());
+      if (!clip) {
+        Error error = clip.error();
+        if (error.where.empty()) {
+          error.where = fmt::format("{}: body '{}'", input->reader.name(), name);
+        }
+        return report(error);
+      }
+      if (clip->cells == 0) {
+        return report(Error{ErrorCode::InvalidInput,
+                            fmt::format("body '{}' is empty between the times {} and {}; choose "
+                                        "others, or other bodies by --body",
+                                        name, span->begin, span->end),
+                            input->reader.name(),
+                            {}});
+      }
+      all.slabs += clip->slabs;
+      all.cells += clip->cells;
+      all.cutSlabs += clip->cutSlabs;
+      for (const edit::RunEnd& end : clip->caps) {
+        capCells += end.triangles;
+        caps.push_back({{"body", name}, {"time", end.time}, {"triangles", end.triangles}});
+      }
+    }
+  }
+  const auto bytes = writer->finish();
+  if (!bytes) return report(bytes.error());
+  printNotices(notices);
+
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.json) {
+    printJson({{"bodies", input->bodies.size()},
+               {"time_begin", span->begin},
+               {"time_end", span->end},
+               {"slabs", all.slabs},
+               {"slabs_cut", all.cutSlabs},
+               {"tetrahedra", all.cells + capCells},
+               {"caps", caps},
+               {"bytes", *bytes},
+               {"seconds", seconds},
+               {"peak_bytes", peakBytes()}});
+  } else {
+    print("{}: {}, time {} to {}\n", options.output,
+          counted(input->bodies.size(), "body", "bodies"), span->begin, span->end);
+    print("  {} of {}, of which {} were cut; closed by {} of {}\n",
+          counted(all.cells + capCells, "tetrahedron", "tetrahedra"), counted(all.slabs, "slab"),
+          all.cutSlabs, counted(caps.size(), "cap"),
+          counted(capCells, "tetrahedron", "tetrahedra"));
+    print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
+  }
+  return reportLosses(writer->losses());
+}
+
+}  // namespace
+
+void addFilter(CLI::App& app, int& exitCode) {
+  auto* command =
+      app.add_subcommand("filter", "Keep some bodies of a 4D mesh, or a part of its time");
+  auto options = std::make_shared<FilterArguments>();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
+  options->only.addTo(*command);
+  command->add_option("--from", options->from, "Begin at this time (default: as the mesh does)")
+      ->type_name("TIME")
+      ->check(finiteNumber());
+  command->add_option("--to", options->to, "End at this time (default: as the mesh does)")
+      ->type_name("TIME")
+      ->check(finiteNumber());
+  command->add_option("-o,--output", options->output, "The .t4d file to write")
+      ->required()
+      ->check(someName())
+      ->check(noOtherFormat());
+  command
+      ->add_option("--compression", options->compression,
+                   "zstd level from 1 to 19; 0 turns compression off")
+      ->check(wholeNumber(0, 19))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Print the result as JSON");
+  command->footer(
+      "Example:\n"
+      "  t4d filter bolt.t4d --from 2 --to 3 -o middle.t4d\n"
+      "  t4d filter mechanism.t4d --body screw --body nut -o two.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools
