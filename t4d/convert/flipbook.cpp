@@ -16,7 +16,7 @@ Result<FrameSlicesReport> writeFlipbook(std::span<const model::Body> bodies,
       [&](std::size_t frame, std::span<const formats::NamedMesh> meshes) {
         return writer->add(times[frame], meshes);
       },
-      progress);
+      options.color, progress);
   if (!report) return report;
   if (!options.write.attributes) report->losses.clear();
   auto losses = writer->finish();

@@ -13,6 +13,7 @@ struct FlipbookOptions {
   double framesPerSecond = 24;
   SliceDetail detail = SliceDetail::Light;
   formats::MeshWriteOptions write = {};
+  BodyColor color = {};
 };
 
 /// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter). `losses` of the

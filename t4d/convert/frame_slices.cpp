@@ -69,7 +69,7 @@ void addNew(const std::vector<std::string>& lines, std::vector<std::string>& to)
 Result<FrameSlicesReport> forEachFrame(
     std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
     const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
-    const model::Progress& progress) {
+    const BodyColor& color, const model::Progress& progress) {
   if (std::ranges::all_of(bodies,
                           [](const model::Body& body) { return body.source->slabCount() == 0; })) {
     return invalid("there is nothing to show: no body has a slab");
@@ -104,7 +104,10 @@ Result<FrameSlicesReport> forEachFrame(
       done = pass(made->error());
       return false;
     }
-    const Frame& frame = **made;
+    Frame& frame = **made;
+    for (formats::NamedMesh& mesh : frame.meshes) {
+      if (color) mesh.color = color(mesh.name, times[report.frames]);
+    }
     done = take(report.frames, frame.meshes);
     if (!done) return false;
     for (const formats::NamedMesh& mesh : frame.meshes) {

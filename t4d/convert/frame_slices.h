@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,10 @@
 #include "t4d/model/body.h"
 
 namespace t4d::convert {
+
+/// The colour of a body at a time; nothing for none.
+using BodyColor =
+    std::function<std::optional<formats::Color>(const std::string& body, double time)>;
 
 struct FrameSlicesReport {
   std::uint64_t frames = 0;
@@ -30,6 +35,6 @@ struct FrameSlicesReport {
 Result<FrameSlicesReport> forEachFrame(
     std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
     const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
-    const model::Progress& progress = {});
+    const BodyColor& color = {}, const model::Progress& progress = {});
 
 }  // namespace t4d::convert

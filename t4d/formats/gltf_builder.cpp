@@ -167,16 +167,16 @@ Result<int> GltfBuilder::addFloats(std::span<const float> numbers, int component
   return index;
 }
 
-Result<int> GltfBuilder::addIndices(const NamedMesh& named) {
+Result<int> GltfBuilder::addIndices(const VerticesWithNormals& vertices) {
   // The largest number of each type would mean "restart", so it is not used as an index.
-  if (named.mesh.vertices.size() > std::numeric_limits<std::uint32_t>::max()) return tooLarge();
-  const bool isShort = named.mesh.vertices.size() <= std::numeric_limits<std::uint16_t>::max();
-  const std::size_t count = 3 * named.mesh.triangles.size();
+  if (vertices.sources.size() > std::numeric_limits<std::uint32_t>::max()) return tooLarge();
+  const bool isShort = vertices.sources.size() <= std::numeric_limits<std::uint16_t>::max();
+  const std::size_t count = 3 * vertices.triangles.size();
   std::vector<std::uint16_t> shorts;
   std::vector<std::uint32_t> longs;
   if (isShort) shorts.reserve(count);
   if (!isShort) longs.reserve(count);
-  for (const auto& triangle : named.mesh.triangles) {
+  for (const auto& triangle : vertices.triangles) {
     for (const std::uint32_t corner : triangle) {
       if (isShort) shorts.push_back(static_cast<std::uint16_t>(corner));
       if (!isShort) longs.push_back(corner);
@@ -188,7 +188,8 @@ Result<int> GltfBuilder::addIndices(const NamedMesh& named) {
       TINYGLTF_TYPE_SCALAR, count, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
 }
 
-Result<void> GltfBuilder::addAttributes(const NamedMesh& named, tinygltf::Primitive& primitive) {
+Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const VerticesWithNormals& vertices,
+                                        tinygltf::Primitive& primitive) {
   for (const model::Attribute& attribute : named.mesh.attributes) {
     const auto lose = [&](const char* why) { addOnce(lost_, lostLine(attribute, why)); };
     std::string name = "_" + plainName(attribute.name);
@@ -205,14 +206,14 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, tinygltf::Primit
       lose("it has no name, or that of another");
     } else {
       std::vector<float> numbers;
-      for (std::size_t row = 0; row < attribute.rows(); ++row) {
+      for (const std::uint32_t row : vertices.sources) {
         for (std::size_t i = 0; i < attribute.components; ++i) {
           const double number = attributeNumber(attribute, row, i);
           const bool isFloat = std::abs(number) <= std::numeric_limits<float>::max();
           if (isFloat) numbers.push_back(static_cast<float>(number));
         }
       }
-      if (numbers.size() != attribute.rows() * attribute.components) {
+      if (numbers.size() != vertices.sources.size() * attribute.components) {
         lose("some of its numbers are not finite in float32, the only type that fits all");
         continue;
       }
@@ -228,35 +229,54 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, tinygltf::Primit
 Result<int> GltfBuilder::addMesh(const NamedMesh& named) {
   if (auto good = checkWritable(named); !good) return pass(good.error());
   if (named.mesh.triangles.empty()) return -1;
-  const auto vertices = roundedVertices(named, center_, rounding_);
-  if (!vertices) return pass(vertices.error());
-  const std::span<const float> numbers(vertices->data()->data(), 3 * vertices->size());
-  const auto positions = addFloats(numbers, 3, true, TINYGLTF_TARGET_ARRAY_BUFFER);
+  const auto rounded = roundedVertices(named, center_, rounding_);
+  if (!rounded) return pass(rounded.error());
+  const VerticesWithNormals vertices =
+      normals_ ? withNormals(named.mesh, *normals_) : withoutNormals(named.mesh);
+  const auto floatsOf = [](const std::vector<Eigen::Vector3f>& from) {
+    return std::span<const float>(from.data()->data(), 3 * from.size());
+  };
+  std::vector<Eigen::Vector3f> places;
+  places.reserve(vertices.sources.size());
+  for (const std::uint32_t source : vertices.sources) places.push_back((*rounded)[source]);
+  const auto positions = addFloats(floatsOf(places), 3, true, TINYGLTF_TARGET_ARRAY_BUFFER);
   if (!positions) return pass(positions.error());
-  const auto indices = addIndices(named);
+  const auto indices = addIndices(vertices);
   if (!indices) return pass(indices.error());
 
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.attributes["POSITION"] = *positions;
   primitive.indices = *indices;
-  primitive.material = 0;
-  if (attributes_) {
-    if (auto done = addAttributes(named, primitive); !done) return pass(done.error());
+  primitive.material = materialOf(named.color);
+  if (normals_) {
+    const auto normals =
+        addFloats(floatsOf(vertices.normals), 3, false, TINYGLTF_TARGET_ARRAY_BUFFER);
+    if (!normals) return pass(normals.error());
+    primitive.attributes["NORMAL"] = *normals;
   }
-  if (model_.materials.empty()) {
-    tinygltf::Material material;
-    material.name = "plain";
-    material.pbrMetallicRoughness.baseColorFactor = {0.8, 0.8, 0.8, 1};
-    material.pbrMetallicRoughness.metallicFactor = 0;
-    material.pbrMetallicRoughness.roughnessFactor = 0.8;
-    model_.materials.push_back(std::move(material));
+  if (attributes_) {
+    if (auto done = addAttributes(named, vertices, primitive); !done) return pass(done.error());
   }
   tinygltf::Mesh mesh;
   mesh.name = named.name;
   mesh.primitives.push_back(std::move(primitive));
   model_.meshes.push_back(std::move(mesh));
   return static_cast<int>(model_.meshes.size() - 1);
+}
+
+int GltfBuilder::materialOf(const std::optional<Color>& color) {
+  const auto [found, added] = materials_.emplace(color, static_cast<int>(model_.materials.size()));
+  if (!added) return found->second;
+  tinygltf::Material material;
+  material.name = color ? fmt::format("color {}", found->second) : "plain";
+  material.pbrMetallicRoughness.baseColorFactor = {0.8, 0.8, 0.8, 1};
+  if (color) material.pbrMetallicRoughness.baseColorFactor.assign(color->begin(), color->end());
+  if (color && (*color)[3] < 1) material.alphaMode = "BLEND";
+  material.pbrMetallicRoughness.metallicFactor = 0;
+  material.pbrMetallicRoughness.roughnessFactor = 0.8;
+  model_.materials.push_back(std::move(material));
+  return found->second;
 }
 
 int GltfBuilder::addNode(tinygltf::Node node, int parent) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -53,6 +55,7 @@ class GltfBuilder {
   GltfBuilder(Form form, const MeshWriteOptions& options, const Limits& limits)
       : isText_(form == Form::Text),
         attributes_(options.attributes),
+        normals_(options.normals),
         center_(options.center),
         limits_(limits) {}
 
@@ -61,8 +64,10 @@ class GltfBuilder {
   /// One with just these bytes and that use, or -1.
   int sameAccessor(std::span<const unsigned char> bytes, std::size_t hash, int componentType,
                    int type, int target) const;
-  Result<int> addIndices(const NamedMesh& named);
-  Result<void> addAttributes(const NamedMesh& named, tinygltf::Primitive& primitive);
+  Result<int> addIndices(const VerticesWithNormals& vertices);
+  Result<void> addAttributes(const NamedMesh& named, const VerticesWithNormals& vertices,
+                             tinygltf::Primitive& primitive);
+  int materialOf(const std::optional<Color>& color);
   Result<std::string> documentJson();
   Result<void> writeText(OutputFile& file, std::string_view json) const;
   Result<void> writeBinary(OutputFile& file, std::string_view json) const;
@@ -70,6 +75,7 @@ class GltfBuilder {
 
   bool isText_;
   bool attributes_;
+  std::optional<NormalStyle> normals_;
   model::Point3 center_;
   Limits limits_;
   tinygltf::Model model_;
@@ -78,6 +84,7 @@ class GltfBuilder {
   std::uint64_t bufferBytes_ = 0;
   /// Accessors by the hash of their bytes. Each has a piece of its own.
   std::unordered_multimap<std::size_t, int> accessors_;
+  std::map<std::optional<Color>, int> materials_;
   std::vector<std::string> lost_;
   RoundingLoss rounding_;
 };

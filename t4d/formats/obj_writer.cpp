@@ -31,18 +31,39 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
     return done;
   };
   std::uint64_t first = 1;
+  std::uint64_t firstNormal = 1;
   for (const NamedMesh& named : meshes) {
     fmt::format_to(std::back_inserter(text), "o {}\n", onOneLine(named.name));
+    // Colours after the coordinates are no part of the format, but many programs read them.
+    std::string color;
+    if (named.color) {
+      for (int i = 0; i < 3; ++i) color += fmt::format(" {:.4g}", sRgbOf(*named.color)[i] / 255.0);
+    }
     for (const model::Point3& given : named.mesh.vertices) {
       const model::Point3 vertex = given - options.center;
       // "{}" is the shortest decimal that reads back as the same double.
-      fmt::format_to(std::back_inserter(text), "v {} {} {}\n", vertex.x(), vertex.y(), vertex.z());
+      fmt::format_to(std::back_inserter(text), "v {} {} {}{}\n", vertex.x(), vertex.y(), vertex.z(),
+                     color);
       if (auto done = flush(); !done) return pass(done.error());
     }
-    for (const auto& [a, b, c] : named.mesh.triangles) {
-      fmt::format_to(std::back_inserter(text), "f {} {} {}\n", first + a, first + b, first + c);
+    VerticesWithNormals normals;
+    if (options.normals) normals = withNormals(named.mesh, *options.normals);
+    for (const Eigen::Vector3f& normal : normals.normals) {
+      fmt::format_to(std::back_inserter(text), "vn {} {} {}\n", normal.x(), normal.y(), normal.z());
       if (auto done = flush(); !done) return pass(done.error());
     }
+    for (std::size_t i = 0; i < named.mesh.triangles.size(); ++i) {
+      text += "f";
+      for (int corner = 0; corner < 3; ++corner) {
+        fmt::format_to(std::back_inserter(text), " {}", first + named.mesh.triangles[i][corner]);
+        if (!options.normals) continue;
+        fmt::format_to(std::back_inserter(text), "//{}",
+                       firstNormal + normals.triangles[i][corner]);
+      }
+      text += "\n";
+      if (auto done = flush(); !done) return pass(done.error());
+    }
+    firstNormal += normals.normals.size();
     first += named.mesh.vertices.size();
   }
   if (auto done = flush(); !done) return pass(done.error());

@@ -16,6 +16,9 @@ using model::Attribute;
 using model::Domain;
 using model::ScalarType;
 
+/// Of meshes without a colour, beside others.
+constexpr Color kPlyGrey = {0.8, 0.8, 0.8, 1};
+
 /// An attribute that all meshes have, as declared in the header.
 struct Column {
   std::string attribute;  // its name in the meshes
@@ -106,7 +109,9 @@ class Writer {
     std::uint64_t vertices = 0;
     std::uint64_t faces = 0;
     for (const NamedMesh& named : meshes_) {
-      vertices += named.mesh.vertices.size();
+      written_.push_back(verticesToWrite(named, options_));
+      vertices += written_.back().sources.size();
+      colors_ = colors_ || named.color;
       faces += named.mesh.triangles.size();
     }
     if (vertices > std::numeric_limits<std::int32_t>::max()) {
@@ -119,7 +124,14 @@ class Writer {
         "ply\nformat binary_little_endian 1.0\ncomment written by t4d\n{}element vertex {}\n"
         "property double x\nproperty double y\nproperty double z\n",
         origin.empty() ? origin : "comment " + origin + "\n", vertices);
-    if (attributes) declare(Domain::Vertex, {"x", "y", "z"}, header);
+    std::vector<std::string> taken = {"x", "y", "z"};
+    const auto declareAll = [&](const char* type, const std::vector<std::string>& names) {
+      for (const std::string& name : names) header += fmt::format("property {} {}\n", type, name);
+      taken.insert(taken.end(), names.begin(), names.end());
+    };
+    if (options_.normals) declareAll("float", {"nx", "ny", "nz"});
+    if (colors_) declareAll("uchar", {"red", "green", "blue", "alpha"});
+    if (attributes) declare(Domain::Vertex, taken, header);
     header += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", faces);
     if (attributes) declare(Domain::Cell, {"vertex_indices", "vertex_index"}, header);
     header += "end_header\n";
@@ -191,12 +203,17 @@ class Writer {
   }
 
   Result<void> writeVertices() {
-    for (const NamedMesh& named : meshes_) {
+    for (std::size_t mesh = 0; mesh < meshes_.size(); ++mesh) {
+      const NamedMesh& named = meshes_[mesh];
       const auto columns = inMesh(columns_.vertex, named.mesh, Domain::Vertex);
-      for (std::size_t i = 0; i < named.mesh.vertices.size(); ++i) {
-        const model::Point3 vertex = named.mesh.vertices[i] - options_.center;
+      const auto color = sRgbOf(named.color.value_or(kPlyGrey));
+      for (std::size_t i = 0; i < written_[mesh].sources.size(); ++i) {
+        const std::uint32_t source = written_[mesh].sources[i];
+        const model::Point3 vertex = named.mesh.vertices[source] - options_.center;
         put(vertex.data(), 3);
-        putColumns(columns, i);
+        if (options_.normals) put(written_[mesh].normals[i].data(), 3);
+        if (colors_) put(color.data(), color.size());
+        putColumns(columns, source);
         if (auto done = endRow(); !done) return done;
       }
     }
@@ -205,17 +222,18 @@ class Writer {
 
   Result<void> writeFaces() {
     std::uint32_t first = 0;
-    for (const NamedMesh& named : meshes_) {
+    for (std::size_t mesh = 0; mesh < meshes_.size(); ++mesh) {
+      const NamedMesh& named = meshes_[mesh];
       const auto columns = inMesh(columns_.face, named.mesh, Domain::Cell);
       for (std::size_t i = 0; i < named.mesh.triangles.size(); ++i) {
-        auto corners = named.mesh.triangles[i];
+        auto corners = written_[mesh].triangles[i];
         for (auto& corner : corners) corner += first;
         row_.push_back(3);
         put(corners.data(), 3);
         putColumns(columns, i);
         if (auto done = endRow(); !done) return done;
       }
-      first += static_cast<std::uint32_t>(named.mesh.vertices.size());
+      first += static_cast<std::uint32_t>(written_[mesh].sources.size());
     }
     return {};
   }
@@ -224,6 +242,8 @@ class Writer {
   std::span<const NamedMesh> meshes_;
   const MeshWriteOptions& options_;
   Columns columns_;
+  std::vector<VerticesWithNormals> written_;  // of each mesh
+  bool colors_ = false;
   std::vector<std::string> lost_;
   std::vector<char> row_;
 };

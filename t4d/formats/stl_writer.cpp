@@ -1,5 +1,6 @@
 #include "t4d/formats/stl_writer.h"
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -52,6 +53,12 @@ Result<std::vector<std::string>> writeStl(OutputFile& file, std::span<const Name
   }
   std::vector<std::string> lost;
   if (options.attributes) lost = allAttributesLost(meshes, "STL has no room for attributes");
+  if (options.normals && !options.normals->flat) {
+    lost.emplace_back("normals of vertices: STL has one for each triangle");
+  }
+  if (std::ranges::any_of(meshes, [](const NamedMesh& named) { return named.color.has_value(); })) {
+    lost.emplace_back("colours: STL has none");
+  }
   if (auto line = rounding.line()) lost.push_back(std::move(*line));
   return lost;
 }

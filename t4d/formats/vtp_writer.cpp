@@ -1,6 +1,7 @@
 #include "t4d/formats/vtp_writer.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -61,7 +62,8 @@ class VtpWriter {
   VtpWriter(std::span<const NamedMesh> meshes, const MeshWriteOptions& options)
       : meshes_(meshes), options_(options) {
     for (const NamedMesh& named : meshes) {
-      vertices_ += named.mesh.vertices.size();
+      written_.push_back(verticesToWrite(named, options));
+      vertices_ += written_.back().sources.size();
       triangles_ += named.mesh.triangles.size();
     }
   }
@@ -75,10 +77,12 @@ class VtpWriter {
         (origin.empty() ? origin : "; " + origin) + " -->\n<PolyData>\n" + fieldData() +
         fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfPolys=\"{}\">\n", vertices_, triangles_);
     // Arrays are appended in this order.
-    head += "<PointData>\n";
+    head += options_.normals ? "<PointData Normals=\"Normals\">\n" : "<PointData>\n";
+    if (options_.normals) head += normals();
     if (options_.attributes) head += attributes(Domain::Vertex);
     head += "</PointData>\n<CellData>\n";
     if (meshes_.size() > 1) head += bodies();
+    if (hasColors()) head += colors();
     if (options_.attributes) head += attributes(Domain::Cell);
     head += "</CellData>\n<Points>\n";
     head += points();
@@ -146,9 +150,9 @@ class VtpWriter {
   std::string points() {
     std::vector<double> numbers;
     numbers.reserve(3 * vertices_);
-    for (const NamedMesh& named : meshes_) {
-      for (const model::Point3& given : named.mesh.vertices) {
-        const model::Point3 vertex = given - options_.center;
+    for (std::size_t i = 0; i < meshes_.size(); ++i) {
+      for (const std::uint32_t source : written_[i].sources) {
+        const model::Point3 vertex = meshes_[i].mesh.vertices[source] - options_.center;
         numbers.insert(numbers.end(), vertex.data(), vertex.data() + 3);
       }
     }
@@ -161,12 +165,12 @@ class VtpWriter {
     corners.reserve(3 * triangles_);
     ends.reserve(triangles_);
     std::int64_t first = 0;
-    for (const NamedMesh& named : meshes_) {
-      for (const model::Triangle& triangle : named.mesh.triangles) {
+    for (const VerticesWithNormals& written : written_) {
+      for (const model::Triangle& triangle : written.triangles) {
         for (const std::uint32_t corner : triangle) corners.push_back(first + corner);
         ends.push_back(static_cast<std::int64_t>(corners.size()));
       }
-      first += static_cast<std::int64_t>(named.mesh.vertices.size());
+      first += static_cast<std::int64_t>(written.sources.size());
     }
     std::string text = arrayOf("Int64", "connectivity", 1, corners);
     text += arrayOf("Int64", "offsets", 1, ends);
@@ -179,6 +183,28 @@ class VtpWriter {
       numbers.insert(numbers.end(), meshes_[i].mesh.triangles.size(), static_cast<std::int32_t>(i));
     }
     return arrayOf("Int32", "body", 1, numbers);
+  }
+
+  std::string normals() {
+    std::vector<Eigen::Vector3f> all;
+    for (const VerticesWithNormals& written : written_) {
+      all.insert(all.end(), written.normals.begin(), written.normals.end());
+    }
+    return arrayOf("Float32", "Normals", 3, all);
+  }
+
+  bool hasColors() const {
+    return std::ranges::any_of(meshes_,
+                               [](const NamedMesh& named) { return named.color.has_value(); });
+  }
+
+  std::string colors() {
+    std::vector<std::array<std::uint8_t, 4>> all;
+    for (const NamedMesh& named : meshes_) {
+      const auto color = sRgbOf(named.color.value_or(Color{0.8, 0.8, 0.8, 1}));
+      all.insert(all.end(), named.mesh.triangles.size(), color);
+    }
+    return arrayOf("UInt8", "color", 4, all);
   }
 
   /// Why the meshes do not have one array for this attribute; empty if they do.
@@ -199,6 +225,8 @@ class VtpWriter {
     std::vector<std::string> seen;
     std::vector<std::string> taken;
     if (domain == Domain::Cell && meshes_.size() > 1) taken.emplace_back("body");
+    if (domain == Domain::Cell && hasColors()) taken.emplace_back("color");
+    if (domain == Domain::Vertex && options_.normals) taken.emplace_back("Normals");
     std::string text;
     for (const NamedMesh& named : meshes_) {
       for (const Attribute& attribute : named.mesh.attributes) {
@@ -215,9 +243,15 @@ class VtpWriter {
         }
         taken.push_back(name);
         std::string bytes;
-        for (const NamedMesh& each : meshes_) {
-          const auto& values = attributeNamed(each, domain, attribute.name)->values;
-          bytes.append(reinterpret_cast<const char*>(values.data()), values.size());
+        for (std::size_t i = 0; i < meshes_.size(); ++i) {
+          const Attribute& each = *attributeNamed(meshes_[i], domain, attribute.name);
+          if (domain == Domain::Cell) {
+            bytes.append(reinterpret_cast<const char*>(each.values.data()), each.values.size());
+            continue;
+          }
+          for (const std::uint32_t source : written_[i].sources) {
+            bytes.append(reinterpret_cast<const char*>(each.row(source)), each.rowBytes());
+          }
         }
         text += array(vtkName(attribute.type), name, attribute.components, bytes);
       }
@@ -227,6 +261,7 @@ class VtpWriter {
 
   std::span<const NamedMesh> meshes_;
   const MeshWriteOptions& options_;
+  std::vector<VerticesWithNormals> written_;  // of each mesh
   std::size_t vertices_ = 0;
   std::size_t triangles_ = 0;
   std::string data_;

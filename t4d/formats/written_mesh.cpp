@@ -1,6 +1,7 @@
 #include "t4d/formats/written_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -119,6 +120,23 @@ std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes,
     for (const auto& attribute : named.mesh.attributes) addOnce(lost, lostLine(attribute, why));
   }
   return lost;
+}
+
+VerticesWithNormals verticesToWrite(const NamedMesh& named, const MeshWriteOptions& options) {
+  return options.normals ? withNormals(named.mesh, *options.normals) : withoutNormals(named.mesh);
+}
+
+std::array<std::uint8_t, 4> sRgbOf(const Color& color) {
+  std::array<std::uint8_t, 4> bytes{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    double value = std::clamp(color[i], 0.0, 1.0);
+    // IEC 61966-2-1; opacity is linear.
+    if (i < 3) {
+      value = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
+    }
+    bytes[i] = static_cast<std::uint8_t>(std::lround(255 * value));
+  }
+  return bytes;
 }
 
 void addOnce(std::vector<std::string>& lines, std::string line) {

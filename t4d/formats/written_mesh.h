@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -39,6 +41,12 @@ std::vector<std::string> allAttributesLost(std::span<const NamedMesh> meshes, st
 
 /// Puts the path before the place of a writer's error. Errors of the file itself have it already.
 tl::unexpected<Error> inFile(const std::filesystem::path& path, Error error);
+
+/// The vertices as they are written: with normals, if the options ask for them.
+VerticesWithNormals verticesToWrite(const NamedMesh& named, const MeshWriteOptions& options);
+
+/// The colour in 8-bit sRGB, with opacity.
+std::array<std::uint8_t, 4> sRgbOf(const Color& color);
 
 /// Adds the line unless it is there.
 void addOnce(std::vector<std::string>& lines, std::string line);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/convert/flipbook.h"
+#include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -26,6 +27,7 @@ struct FlipbookArguments {
   std::string times;
   double framesPerSecond = 24;
   InputOptions only;
+  Appearance appearance;
   bool exact = false;
   bool attributes = false;
   bool center = false;
@@ -48,6 +50,8 @@ int run(const FlipbookArguments& options) {
   how.framesPerSecond = options.framesPerSecond;
   how.detail = options.exact ? convert::SliceDetail::Exact : convert::SliceDetail::Light;
   how.write = {.attributes = options.attributes, .placement = placement};
+  how.write.normals = options.appearance.normalStyle();
+  how.color = options.appearance.bodyColor(input->reader.metadata(), span);
   how.write.origin = originOf(input->reader.metadata());
   if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
   Result<convert::FrameSlicesReport> written;
@@ -118,6 +122,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
                     "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
+  options->appearance.addTo(*command);
   addCenterOption(*command, options->center, "The translation of the root node takes it back");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");

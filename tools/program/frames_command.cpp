@@ -6,6 +6,7 @@
 #include "t4d/convert/frame_files.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -26,6 +27,7 @@ struct FramesArguments {
   std::optional<std::uint64_t> count;
   std::string times;
   InputOptions only;
+  Appearance appearance;
   bool light = false;
   bool attributes = false;
   bool center = false;
@@ -55,9 +57,9 @@ int run(const FramesArguments& options) {
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   const formats::Metadata& metadata = input->reader.metadata();
-  const std::vector<double> times =
-      options.count ? model::evenTimes(model::timeSpanOf(input->bodies), *options.count)
-                    : *timesOf(options.times, kMostFrameFiles);
+  const model::TimeSpan span = model::timeSpanOf(input->bodies);
+  const std::vector<double> times = options.count ? model::evenTimes(span, *options.count)
+                                                  : *timesOf(options.times, kMostFrameFiles);
   if (const auto misuse = misuseOfFrames(*names, times.size(), options.input)) {
     return wrongUsage(*misuse);
   }
@@ -67,6 +69,8 @@ int run(const FramesArguments& options) {
   how.timeUnit = metadata.timeUnit;
   how.up = metadata.up;
   how.write.attributes = options.attributes;
+  how.write.normals = options.appearance.normalStyle();
+  how.color = options.appearance.bodyColor(metadata, span);
   how.write.origin = originOf(metadata);
   if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
   if (formats::triangleMeshFormat("a" + names->extension)->placed) {
@@ -147,6 +151,7 @@ void addFrames(CLI::App& app, int& exitCode) {
   command->add_flag(
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");
+  options->appearance.addTo(*command);
   addCenterOption(*command, options->center, "The files and the manifest say where it was");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d frames bolt.t4d --count 60 --format vtp -o bolt-frames");

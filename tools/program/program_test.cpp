@@ -284,6 +284,30 @@ TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
   EXPECT_EQ(run("frames c_1.obj --count 2 -o c_%d.obj").exitCode, 2);
 }
 
+TEST_F(Program, NormalsAndColoursAreWrittenOnDemand) {
+  ASSERT_EQ(run("sweep fx/two-boxes.obj -m fx/rest.json -o boxes.t4d").exitCode, 0);
+  const auto contents = [&](const char* name) {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(file)), {});
+  };
+  const std::string look = " --normals crease:30 --color body ";
+  for (const char* name : {"b.glb", "b.ply", "b.obj", "b.vtp"}) {
+    ASSERT_EQ(run("slice boxes.t4d --time 0.5 --light -o " + std::string(name) + look).exitCode, 0);
+  }
+  EXPECT_THAT(contents("b.glb"), testing::HasSubstr("\"NORMAL\""));
+  EXPECT_THAT(contents("b.ply"), testing::HasSubstr("element vertex 48\n"));  // 3 at each corner
+  EXPECT_THAT(contents("b.ply"), testing::HasSubstr("property float nz\nproperty uchar red\n"));
+  EXPECT_THAT(contents("b.obj"), testing::HasSubstr("vn 0 0 1\n"));
+  EXPECT_THAT(contents("b.vtp"), testing::HasSubstr("<PointData Normals=\"Normals\">"));
+  // A reader merges the repeated vertices again.
+  EXPECT_EQ(run("sweep b.ply -m fx/rest.json -o again.t4d").exitCode, 0);
+  EXPECT_EQ(run("sweep b.obj -m fx/rest.json -o again.t4d").exitCode, 0);
+  EXPECT_EQ(run("slice boxes.t4d --time 0.5 -o b.stl" + look).exitCode, 3);
+  EXPECT_EQ(run("slice boxes.t4d --time 0.5 --normals flat -o b.stl").exitCode, 0);
+  EXPECT_EQ(run("slice boxes.t4d --x 0 --color time -o b.ply").exitCode, 2);
+  EXPECT_EQ(run("slice boxes.t4d --x 0 --normals crease:200 -o b.ply").exitCode, 2);
+}
+
 TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   ASSERT_EQ(run("slice cube.t4d --time 0 -o still.glb").exitCode, 0);

@@ -8,6 +8,7 @@
 #include "t4d/convert/light_slice.h"
 #include "t4d/convert/slice.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -28,6 +29,7 @@ struct SliceArguments {
   std::optional<double> z;
   std::string hyperplane;
   InputOptions only;
+  Appearance appearance;
   bool light = false;
   bool attributes = false;
   bool center = false;
@@ -115,6 +117,8 @@ Result<std::vector<std::string>> write(const SliceArguments& options, const Sect
   model::Point4 origin;
   origin << originOf(metadata), 0;
   how.origin = convert::basisOf(hyperplane).axes * origin;
+  how.normals = options.appearance.normalStyle();
+  how.time = options.time;
   if (options.center) {
     model::Bounds3 bounds;
     for (const formats::NamedMesh& section : sections.meshes) bounds.add(boundsOf(section.mesh));
@@ -134,6 +138,9 @@ int run(const SliceArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
+  if (options.appearance.color == "time" && !options.time) {
+    return wrongUsage("--color time: colours are those of a slice at a time (--time)");
+  }
   const convert::Hyperplane hyperplane = hyperplaneOf(options);
   if (const auto checked = convert::checkHyperplane(hyperplane); !checked) {
     return wrongUsage(checked.error().message);
@@ -145,6 +152,11 @@ int run(const SliceArguments& options) {
     Error error = sections.error();
     if (error.where.empty()) error.where = input->reader.name();
     return report(error);
+  }
+  const auto color =
+      options.appearance.bodyColor(input->reader.metadata(), model::timeSpanOf(input->bodies));
+  for (formats::NamedMesh& section : sections->meshes) {
+    if (color) section.color = color(section.name, options.time.value_or(0));
   }
   std::vector<std::string> losses;
   if (options.attributes) losses = sections->losses;
@@ -249,6 +261,7 @@ void addSlice(CLI::App& app, int& exitCode) {
   command->add_flag(
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");
+  options->appearance.addTo(*command);
   addCenterOption(*command, options->center,
                   "The file says where it was: in the translation of glTF's root node, else in a "
                   "comment");

@@ -144,6 +144,14 @@ async function checkFlipbook(input, frames, fps, name, ...options) {
   assert.equal(times[frames - 1], frames > 1 ? said.time_end : said.time_begin);
   assert.ok(times.every((time, i) => i === 0 || time > times[i - 1]));
 
+  if (options.includes('--normals')) {
+    const colors = nodes.map((node) => meshesOf(node)[0].material.color.getHex());
+    if (frames > 1) assert.equal(new Set(colors).size, frames, 'a colour for each time');
+    for (const { geometry: { attributes: { normal, position } } } of nodes.flatMap(meshesOf)) {
+      assert.equal(normal.count, position.count);
+    }
+  }
+
   // Each frame is the solid at its time: it has the volume of the exact slice.
   assert.equal(said.light, !options.includes('--exact'));
   for (const node of nodes.filter((_, i) => i % 7 === 0)) {
@@ -184,6 +192,8 @@ for (const { model, motion, up, metres } of sweeps) {
       await t.test(`flipbook of ${frames}`, () => checkFlipbook(input, frames, fps, file));
       await t.test(`exact flipbook of ${frames}`, () =>
         checkFlipbook(input, frames, fps, `exact-${file}`, '--exact'));
+      await t.test(`flipbook of ${frames} with normals and colours`, () =>
+        checkFlipbook(input, frames, fps, `normals-${file}`, '--normals', 'crease:40', '--color', 'time'));
     }
   });
 }
