@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "t4d/convert/interpolated_row.h"
 #include "t4d/convert/prisms.h"
 #include "t4d/convert/slab_at_time.h"
 #include "t4d/convert/slab_cutter.h"
@@ -49,27 +48,6 @@ LightSurface surfaceOf(Prisms prisms, std::uint32_t lowerCount) {
   }
   surface.prisms = std::move(prisms);
   return surface;
-}
-
-/// The bound of light_slice.h.
-double distanceFrom(const Slab& slab, std::span<const Triangle> triangles, double fraction) {
-  const auto lower = slab.lowerLayer();
-  const auto upper = slab.upperLayer();
-  double edge = 0;
-  double corner = 0;
-  for (const Triangle& triangle : triangles) {
-    std::array<Point3, 3> moved;
-    for (int i = 0; i < 3; ++i) {
-      moved[i] = (upper[triangle[i]] - lower[triangle[i]]).head<3>();
-    }
-    for (int i = 0; i < 3; ++i) {
-      const Point3 next = moved[(i + 1) % 3] - moved[i];
-      edge = std::max(edge, next.norm());
-      corner = std::max(corner, (next + moved[(i + 2) % 3] - moved[i]).norm());
-    }
-  }
-  const double nearest = std::min(fraction, 1 - fraction);
-  return nearest * (0.5 - nearest) * std::max(edge, corner * 2 / 3);
 }
 
 /// Both have one row for each triangle, or vertex, of the slice.
@@ -127,11 +105,32 @@ LightSlice lightSlice(const Slab& slab, const LightSurface& surface, double time
   };
   for (const Attribute& attribute : connectivity.cellAttributes) carry(attribute);
   for (const Attribute& attribute : slab.attributes) carry(attribute);
-  made.distance = distanceFrom(slab, surface.prisms.triangles, fraction);
+  made.distance = lightDistance(slab, surface.prisms.triangles, fraction);
   return made;
 }
 
 }  // namespace
+
+double lightDistance(const model::Slab& slab, std::span<const model::Triangle> triangles,
+                     double fraction) {
+  const auto lower = slab.lowerLayer();
+  const auto upper = slab.upperLayer();
+  double edge = 0;
+  double corner = 0;
+  for (const model::Triangle& triangle : triangles) {
+    std::array<model::Point3, 3> moved;
+    for (int i = 0; i < 3; ++i) {
+      moved[i] = (upper[triangle[i]] - lower[triangle[i]]).head<3>();
+    }
+    for (int i = 0; i < 3; ++i) {
+      const model::Point3 next = moved[(i + 1) % 3] - moved[i];
+      edge = std::max(edge, next.norm());
+      corner = std::max(corner, (next + moved[(i + 2) % 3] - moved[i]).norm());
+    }
+  }
+  const double nearest = std::min(fraction, 1 - fraction);
+  return nearest * (0.5 - nearest) * std::max(edge, corner * 2 / 3);
+}
 
 /// Remembers the surface of the last connectivity, or why it has none.
 class SurfaceMemory {

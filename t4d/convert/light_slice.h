@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "t4d/convert/slice.h"
@@ -21,6 +22,11 @@ struct LightSlice {
   double distance = 0;
   std::string whyExact;  ///< if it is: what the slab is, that has no prisms
 };
+
+/// The distance that LightSlice states, of a slab of prisms with these triangles, at a fraction of
+/// its time; largest at a quarter.
+double lightDistance(const model::Slab& slab, std::span<const model::Triangle> triangles,
+                     double fraction);
 
 /// The solid at any time as the triangles of the layers, with vertices between their two places:
 /// (1 - s) P + s Q at fraction s of a slab from the positions P to Q. It has

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "t4d/convert/in_order.h"
-#include "t4d/convert/interpolated_row.h"
 #include "t4d/convert/slab_at_time.h"
 #include "t4d/convert/slab_cutter.h"
 
