@@ -66,10 +66,7 @@ void addNew(const std::vector<std::string>& lines, std::vector<std::string>& to)
 
 }  // namespace
 
-Result<FrameSlicesReport> forEachFrame(
-    std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
-    const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
-    const BodyColor& color, const model::Progress& progress) {
+Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<const double> times) {
   if (std::ranges::all_of(bodies,
                           [](const model::Body& body) { return body.source->slabCount() == 0; })) {
     return invalid("there is nothing to show: no body has a slab");
@@ -82,6 +79,14 @@ Result<FrameSlicesReport> forEachFrame(
                                  span.begin, span.end));
     }
   }
+  return {};
+}
+
+Result<FrameSlicesReport> forEachFrame(
+    std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
+    const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
+    const BodyColor& color, const model::Progress& progress) {
+  if (auto checked = checkFrameTimes(bodies, times); !checked) return pass(checked.error());
   std::vector<std::unique_ptr<BodySlicer>> slicers;
   for (const model::Body& body : bodies) {
     slicers.push_back(std::make_unique<BodySlicer>(body, detail));

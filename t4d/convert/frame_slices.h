@@ -28,6 +28,10 @@ struct FrameSlicesReport {
   std::vector<std::string> losses;   ///< of attributes
 };
 
+/// What forEachFrame fails for before it reads anything: no body has a slab, there are no times, or
+/// one is before or after all bodies.
+Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<const double> times);
+
 /// The solids at `times`, a mesh for each body. A body that does not exist at a time is left out of
 /// that frame. Slices on all threads, and calls `take` frame by frame with the frame's number and
 /// meshes; stops when that fails. Times are interpreted as in sliceAtTime. Fails if no body has a

@@ -226,10 +226,10 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const VerticesWi
   return {};
 }
 
-Result<int> GltfBuilder::addMesh(const NamedMesh& named) {
+Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& center) {
   if (auto good = checkWritable(named); !good) return pass(good.error());
   if (named.mesh.triangles.empty()) return -1;
-  const auto rounded = roundedVertices(named, center_, rounding_);
+  const auto rounded = roundedVertices(named, center, rounding_);
   if (!rounded) return pass(rounded.error());
   const VerticesWithNormals vertices =
       normals_ ? withNormals(named.mesh, *normals_) : withoutNormals(named.mesh);

@@ -38,7 +38,9 @@ class GltfBuilder {
   tinygltf::Model& model() { return model_; }
 
   /// Adds a mesh and returns its number; -1 for one without triangles, which glTF does not allow.
-  Result<int> addMesh(const NamedMesh& named);
+  Result<int> addMesh(const NamedMesh& named) { return addMesh(named, center_); }
+  /// `center` is subtracted from the vertices.
+  Result<int> addMesh(const NamedMesh& named, const model::Point3& center);
 
   /// Adds a node below `parent`, where 0 is the root, and returns its number.
   int addNode(tinygltf::Node node, int parent = 0);

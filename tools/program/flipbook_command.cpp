@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/convert/flipbook.h"
+#include "t4d/convert/rigid_flipbook.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -29,6 +30,7 @@ struct FlipbookArguments {
   InputOptions only;
   Appearance appearance;
   bool exact = false;
+  bool rigid = false;
   bool attributes = false;
   bool center = false;
   bool json = false;
@@ -37,6 +39,9 @@ struct FlipbookArguments {
 int run(const FlipbookArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
+  }
+  if (options.rigid && options.appearance.color == "time") {
+    return wrongUsage("--color time: a body of --rigid has one colour");
   }
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
@@ -57,7 +62,8 @@ int run(const FlipbookArguments& options) {
   Result<convert::FrameSlicesReport> written;
   {
     ProgressBar bar("slicing");
-    written = convert::writeFlipbook(input->bodies, times, options.output, how, bar.callback());
+    const auto write = options.rigid ? convert::writeRigidFlipbook : convert::writeFlipbook;
+    written = write(input->bodies, times, options.output, how, bar.callback());
   }
   if (!written) {
     Error error = written.error();
@@ -75,13 +81,17 @@ int run(const FlipbookArguments& options) {
                {"time_end", times.back()},
                {"seconds", seconds},
                {"bytes", bytes},
+               {"rigid", options.rigid},
                {"light", written->light},
                {"distance", written->distance}});
   } else {
     print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n", options.output,
           counted(written->frames, "frame"), times.front(), times.back(), seconds,
           counted(written->triangles, "triangle"), sizeText(bytes),
-          detailText(written->light, written->distance));
+          options.rigid ? fmt::format("rigid: one mesh a body and its poses, within {:.3g} of the "
+                                      "exact slices",
+                                      written->distance)
+                        : detailText(written->light, written->distance));
   }
   if (written->triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});
@@ -119,10 +129,16 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_flag("--exact", options->exact,
                     "Exact slices, with 13 times as many triangles between layers, instead of "
                     "those of the solid between its positions at the layers");
+  auto* rigid = command->add_flag(
+      "--rigid", options->rigid,
+      "One mesh for each body, moved by its poses, instead of frames; for solids that keep their "
+      "shape, in files that know their poses");
+  rigid->excludes("--exact");
   options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
                     "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
   options->appearance.addTo(*command);
+  rigid->excludes("--attributes");
   addCenterOption(*command, options->center, "The translation of the root node takes it back");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");

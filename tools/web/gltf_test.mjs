@@ -160,6 +160,42 @@ async function checkFlipbook(input, frames, fps, name, ...options) {
   }
 }
 
+/** The vertices of an .obj file. */
+const verticesOf = (file) => readFileSync(file, 'utf8').split('\n')
+  .filter((line) => line.startsWith('v '))
+  .map((line) => new THREE.Vector3(...line.slice(2).split(' ').map(Number)));
+
+/** One mesh, moved: at each time every vertex is where the light slice has it, within the bound. */
+async function checkRigid(input, frames, fps, name) {
+  const file = at(name);
+  const said = t4d('flipbook', input, '--frames', frames, '--fps', fps, '--rigid', '-o', file);
+  await validate(file);
+  assert.equal(said.rigid, true);
+  const gltf = await load(file);
+  const [mesh, ...others] = meshesOf(gltf.scene);
+  assert.deepEqual(others, []);
+  const { position } = mesh.geometry.attributes;
+  const [clip] = gltf.animations;
+  assert.ok(Math.abs(clip.duration - frames / fps) < 1e-5 * clip.duration);
+  const mixer = new THREE.AnimationMixer(gltf.scene);
+  mixer.clipAction(clip).play();
+  for (let frame = 0; frame < frames; frame += 1 + Math.floor(frames / 7)) {
+    const time = said.time_begin + frame / Math.max(frames - 1, 1) * (said.time_end - said.time_begin);
+    mixer.setTime(frame / fps);
+    mesh.updateMatrix();
+    const obj = at(`${name}.obj`);
+    t4d('slice', input, '--time', time, '--light', '-o', obj);
+    const expected = verticesOf(obj);
+    assert.equal(position.count, expected.length);
+    const found = new THREE.Vector3();
+    for (let i = 0; i < position.count; ++i) {
+      found.fromBufferAttribute(position, i).applyMatrix4(mesh.matrix);
+      assert.ok(found.distanceTo(expected[i]) <= said.distance + 1e-5 * (1 + expected[i].length()),
+        `vertex ${i} at ${time}: ${found.toArray()}, expected ${expected[i].toArray()}`);
+    }
+  }
+}
+
 for (const { model, motion, up, metres } of sweeps) {
   const name = `${model}-${motion}`;
   const input = at(`${name}.t4d`);
@@ -190,6 +226,8 @@ for (const { model, motion, up, metres } of sweeps) {
       [1, 24, `${name}-1.glb`], [2, 1, `${name}-2.gltf`], [25, 24, `${name}-25.glb`],
     ]) {
       await t.test(`flipbook of ${frames}`, () => checkFlipbook(input, frames, fps, file));
+      await t.test(`rigid flipbook of ${frames}`, () =>
+        checkRigid(input, frames, fps, `rigid-${file}`));
       await t.test(`exact flipbook of ${frames}`, () =>
         checkFlipbook(input, frames, fps, `exact-${file}`, '--exact'));
       await t.test(`flipbook of ${frames} with normals and colours`, () =>

@@ -37,7 +37,7 @@ const free = ['details'];
 function verbsBelow(words) {
   const help = t4dRaw(...words, '--help').stdout;
   const list = /\nSubcommands:\n((?: .*\n)+)/.exec(help)?.[1] ?? '';
-  return [...list.matchAll(/^ {2}(\S+)/gm)].map(([, name]) => [...words, name]);
+  return [...list.matchAll(/^ {2}([^\s,]+)/gm)].map(([, name]) => [...words, name]);
 }
 
 /** All verbs with --json, including nested ones. */
@@ -175,6 +175,8 @@ const runs = [
   ['slice', [at('screw.t4d'), '--time', 1, '--attributes', '-o', at('lossy.stl')], 3],
   ['slice', [at('simplex.t4d'), '--time', 2], 4],
   ['flipbook', [at('screw.t4d'), '--frames', 3, '-o', at('screw.glb')], 0],
+  ['flipbook', [at('torus.t4d'), '--frames', 3, '--rigid', '-o', at('rigid.glb')], 0],
+  ['flipbook', [at('voxels.t4d'), '--frames', 3, '--rigid', '-o', at('rigid.glb')], 4],
   ['flipbook', [at('torus.t4d'), '--frames', 3, '--exact', '-o', at('torus.glb')], 0],
   ['flipbook', [at('screw.t4d'), '--times', '1:2:1', '--fps', 0.5, '-o', at('screw.gltf')], 0],
   ['flipbook', [at('cut.t4d'), '--frames', 3, '-o', at('none.glb')], 4],
