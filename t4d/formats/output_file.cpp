@@ -32,6 +32,17 @@ bool isStandardOutput(const struct stat& file) {
 
 Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   OutputFile file;
+  if (target == "-") {
+    file.target_ = "standard output";
+    if (::isatty(STDOUT_FILENO) == 1) {
+      return fail(ErrorCode::Failed, "is a terminal; send it to a file or a pipe",
+                  file.target_.string());
+    }
+    file.descriptor_ = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    if (file.descriptor_ < 0) return ioError(file.target_, "open for writing");
+    file.buffer_.reserve(kBufferBytes);
+    return file;
+  }
   file.target_ = target;
   struct stat there {};
   const bool exists = ::stat(target.c_str(), &there) == 0;

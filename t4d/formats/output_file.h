@@ -12,7 +12,8 @@ namespace t4d::formats {
 
 /// A file that appears whole or not at all: bytes go to a part file (system::PartFile), which
 /// `commit` renames. Without `commit` the part file is removed. A target that is a device or a pipe
-/// is written to directly; a symbolic link is followed.
+/// is written to directly, and so is the standard output, whose name is `-`; a symbolic link is
+/// followed.
 class OutputFile {
  public:
   static Result<OutputFile> create(const std::filesystem::path& target);

@@ -16,7 +16,6 @@
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/or_null.h"
-#include "tools/program/thread_limit.h"
 
 namespace t4d::tools {
 namespace {
@@ -37,7 +36,6 @@ struct ConformBackendsArguments {
   bool list = false;
   bool json = false;
   std::string html;
-  std::optional<int> threads;
 };
 
 std::vector<std::string> ownNames() {
@@ -150,7 +148,6 @@ int list(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Backe
 }
 
 int run(const ConformBackendsArguments& options) {
-  const ThreadLimit limit(options.threads);
   const std::vector<Case> cases = conformance::analyticCases();
   const auto backends = backendsOf(options);
   if (!backends) return wrongUsage(backends.error().text());
@@ -237,7 +234,6 @@ void addConformBackends(CLI::App& conform, int& exitCode) {
                    "Run only cases whose name matches this glob; repeatable")
       ->allow_extra_args(false);
   command->add_flag("--quick", options->quick, "Skip the smallest voxels and the large case");
-  addThreadsOption(*command, options->threads);
   auto* json = command->add_flag("--json", options->json, "Print every check as JSON");
   auto* html = command
                    ->add_option("--html", options->html,

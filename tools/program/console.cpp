@@ -15,6 +15,8 @@ namespace t4d::tools {
 namespace {
 
 int firstPrintError = 0;
+bool quiet = false;
+bool quietResults = false;
 
 /// fmt::print would throw if nothing can be written.
 void printOnStandardError(const std::string& text) {
@@ -55,6 +57,18 @@ std::size_t printable(std::string_view text) {
 }
 
 }  // namespace
+
+void beQuiet(bool results) {
+  quiet = true;
+  ProgressBar::silence();
+  if (results) hideResults();
+}
+
+void hideResults() { quietResults = true; }
+
+void printResult(const std::string& text) {
+  if (!quietResults) printText(shown(text));
+}
 
 void printText(std::string_view text) {
   errno = 0;
@@ -104,6 +118,7 @@ void sayHint(const std::string& hint) {
 }
 
 void printNotices(const std::vector<std::string>& notices) {
+  if (quiet) return;
   for (const std::string& notice : notices) say("note: " + notice);
 }
 

@@ -29,13 +29,20 @@ enum ExitCode : int {
 /// terminal.
 std::string shown(std::string_view text);
 
+/// From now on nothing is printed of progress and notices, nor, with `results`, of what `print` and
+/// `printTable` print. Errors, losses and JSON remain.
+void beQuiet(bool results);
+/// The same of results alone.
+void hideResults();
+
 /// Prints to standard output; a failure is kept for printError.
 void printText(std::string_view text);
 
-/// Prints to standard output, as `shown`.
+/// Prints a result to standard output, as `shown`.
+void printResult(const std::string& text);
 template <class... Values>
 void print(fmt::format_string<Values...> text, Values&&... values) {
-  printText(shown(fmt::format(text, std::forward<Values>(values)...)));
+  printResult(fmt::format(text, std::forward<Values>(values)...));
 }
 
 /// Why something could not be printed to standard output so far, as an errno; 0 if all was.

@@ -150,7 +150,9 @@ void addFilter(CLI::App& app, int& exitCode) {
   command->add_option("--to", options->to, "End at this time (default: as the mesh does)")
       ->type_name("TIME")
       ->check(finiteNumber());
-  command->add_option("-o,--output", options->output, "The .t4d file to write")
+  command
+      ->add_option("-o,--output", options->output,
+                   "The .t4d file to write; - for the standard output")
       ->required()
       ->check(someName())
       ->check(noOtherFormat());

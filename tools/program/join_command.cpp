@@ -56,7 +56,9 @@ void addJoin(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<JoinArguments>();
   command->add_option("PART", options->parts, "The .t4d files, in the order of their times")
       ->required();
-  command->add_option("-o,--output", options->output, "The .t4d file to write")
+  command
+      ->add_option("-o,--output", options->output,
+                   "The .t4d file to write; - for the standard output")
       ->required()
       ->check(someName())
       ->check(noOtherFormat());

@@ -1265,6 +1265,65 @@ TEST_F(Program, TransformsKeepWhatAMeshIs) {
   misused("transform cube.t4d -o cube.t4d", "cube.t4d");
 }
 
+TEST_F(Program, PartsOfTheTimeAddUp) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  // The paper's cube moves by one in each unit of time: 8000 is its volume.
+  double before = 0;
+  for (const double time : {0.7, 2.1, 20.0, 63.999, 64.0}) {
+    const json done = run("filter cube.t4d --from " + std::to_string(before) + " --to " +
+                          std::to_string(time) + " -o part.t4d --json")
+                          .value();
+    EXPECT_EQ(done["time_begin"], before);
+    EXPECT_EQ(done["time_end"], time);
+    const json report = run("validate part.t4d --json").value();
+    EXPECT_TRUE(report["valid"]);
+    EXPECT_TRUE(report["closed"]);
+    EXPECT_NEAR(report["hypervolume"], 8000 * (time - before), 1e-6);
+    before = time;
+  }
+  EXPECT_EQ(run("filter cube.t4d -o whole.t4d").exitCode, 0);
+  EXPECT_EQ(run("diff cube.t4d whole.t4d --json").value()["level"], "mesh");
+  refuses("filter cube.t4d --from 64 -o out.t4d", "the mesh lasts from time 0 to 64");
+  misused("filter cube.t4d --from 2 --to 2 -o out.t4d", "--from 2 is not before --to 2");
+  refuses("filter cube.t4d --body paper-cub -o out.t4d", "did you mean paper-cube?");
+}
+
+TEST_F(Program, DiffTellsBytesMeshAndSolidApart) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const auto level = [&](const std::string& other, int exitCode) {
+    const Finished done = run("diff cube.t4d " + other + " --json");
+    EXPECT_EQ(done.exitCode, exitCode) << done.err;
+    return json::parse(done.out)["level"].get<std::string>();
+  };
+  EXPECT_EQ(level("cube.t4d", 0), "bytes");
+  ASSERT_EQ(run("compress cube.t4d -o small.t4d").exitCode, 0);
+  EXPECT_LT(fs::file_size(folder_ / "small.t4d"), fs::file_size(folder_ / "cube.t4d"));
+  EXPECT_EQ(level("small.t4d", 0), "mesh");
+  ASSERT_EQ(run("compress cube.t4d --grid-step 0.01 -o rounded.t4d").exitCode, 0);
+  EXPECT_NE(level("rounded.t4d", 0), "different");
+  ASSERT_EQ(run("transform cube.t4d --move 1 0 0 -o moved.t4d").exitCode, 0);
+  EXPECT_EQ(level("moved.t4d", 1), "different");
+  EXPECT_EQ(level("moved.t4d --tolerance 1.01", 0), "solid");
+  refuses("diff cube.t4d fx/cube.obj", "not a .t4d file");
+}
+
+TEST_F(Program, TheStandardOutputTakesAMesh) {
+  EXPECT_EQ(shell(std::string("$t4d ") + kPaper +
+                  " && $t4d sweep fx/paper-cube.obj -m "
+                  "fx/paper-translation.json -o - > piped.t4d && cmp cube.t4d piped.t4d"),
+            0);
+  misused("sweep fx/cube.obj -m fx/rest.json -o - --json", "--json");
+  EXPECT_EQ(run(std::string(kPaper) + " --quiet").out, "");
+  EXPECT_NE(run("info cube.t4d --quiet").out, "");
+  EXPECT_EQ(shell("$t4d du cube.t4d > du.txt && $t4d cat cube.t4d --slab 0 > cat.txt"), 0);
+  EXPECT_NE(contents(folder_ / "du.txt").find("CONN"), std::string::npos);
+  const std::string text = contents(folder_ / "cat.txt");
+  EXPECT_EQ(
+      text.substr(0, text.find('\n')),
+      "slab 0 of 'paper-cube': time 0 to 0, 14 vertices (0 lower, 14 upper, 0 means), 24 cells");
+  misused("sweep fx/cube.obj --moton fx/rest.json -o out.t4d", "did you mean --motion?");
+}
+
 /// labels.nrrd: two balls with labels 1 and 2, and voxels that are no cubes.
 TEST_F(Program, VolumesAreWoven) {
   double parts = 0;

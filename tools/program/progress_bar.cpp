@@ -2,14 +2,25 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 namespace t4d::tools {
+namespace {
+
+bool silent = false;
+
+}  // namespace
+
+void ProgressBar::silence() { silent = true; }
 
 ProgressBar::Console ProgressBar::standardError() {
-  return {isatty(STDERR_FILENO) == 1,
+  const char* terminal = std::getenv("TERM");  // NOLINT(concurrency-mt-unsafe)
+  const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
+  return {isatty(STDERR_FILENO) == 1 && !dumb,
           [] {
             const auto now = std::chrono::steady_clock::now().time_since_epoch();
             return std::chrono::duration<double>(now).count();
@@ -32,10 +43,11 @@ model::Progress ProgressBar::callback() {
 }
 
 void ProgressBar::show(double fraction) {
-  const double silent = console_.terminal ? 0.5 : 10;
+  if (silent) return;
+  const double hidden = console_.terminal ? 0.5 : 10;
   const double between = console_.terminal ? 0.1 : 10;
   const double time = console_.now();
-  if (time - begun_ < silent || time - shown_ < between) return;
+  if (time - begun_ < hidden || time - shown_ < between) return;
   shown_ = time;
   const double left = fraction > 0 ? (time - begun_) * (1 - fraction) / fraction : 0;
   if (!console_.terminal) {

@@ -18,6 +18,8 @@ class ProgressBar {
     std::function<void(const std::string&)> print;
   };
   static Console standardError();
+  /// From now on no bar prints anything.
+  static void silence();
 
   explicit ProgressBar(std::string title, Console console = standardError());
   ~ProgressBar();

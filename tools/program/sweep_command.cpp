@@ -20,7 +20,6 @@
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
-#include "tools/program/thread_limit.h"
 #include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
@@ -43,7 +42,6 @@ struct SweepArguments {
   std::optional<double> voxelSize;
   voxel4d::FrameTimes times;
   bool mask = false;
-  std::optional<int> threads;
   T4dOutput output;
   bool json = false;
 
@@ -383,7 +381,6 @@ int run(const SweepArguments& options) {
   if (!options.motion.empty()) inputs.push_back(options.motion);
   if (const auto misuse = misuseOfOutput(options.output.path, inputs)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
-  const ThreadLimit limit(options.threads);
   auto loaded = readInput(options);
   if (!loaded) return report(loaded.error());
   if (const auto misuse = misuseOfOutput(options.output.path, loaded->files)) {
@@ -524,7 +521,6 @@ void addSweep(CLI::App& app, int& exitCode) {
           "motion's first time on, where --frames limits their number");
   command->add_flag("--mask", options->mask,
                     "voxel4d: Use masks of the lattice points inside, instead of level sets");
-  addThreadsOption(*command, options->threads);
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

@@ -56,7 +56,7 @@ std::optional<std::string> T4dCoding::rounding() const {
 }
 
 void T4dOutput::addTo(CLI::App& command) {
-  command.add_option("-o,--output", path, "The .t4d file to write")
+  command.add_option("-o,--output", path, "The .t4d file to write; - for the standard output")
       ->required()
       ->check(someName())
       ->check(noOtherFormat());

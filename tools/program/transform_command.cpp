@@ -196,7 +196,9 @@ void addTransform(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<TransformArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->bodies.addTo(*command);
-  command->add_option("-o,--output", options->output, "The .t4d file to write")
+  command
+      ->add_option("-o,--output", options->output,
+                   "The .t4d file to write; - for the standard output")
       ->required()
       ->check(someName())
       ->check(noOtherFormat());

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "tools/program/commands.h"
+#include "tools/program/common_options.h"
 #include "tools/program/similar_words.h"
 
 namespace t4d::tools {
@@ -11,6 +12,7 @@ void addVerbs(CLI::App& app, int& exitCode) {
 #define T4D_VERB(Name) add##Name(app, exitCode);
 #include "tools/program/verbs.inc"
 #undef T4D_VERB
+  for (CLI::App* verb : app.get_subcommands(nullptr)) addCommonOptions(*verb);
 }
 
 std::string wrongVerb(const CLI::App& command, const std::string& word) {

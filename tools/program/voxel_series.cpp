@@ -102,14 +102,12 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
       ->check(someName());
   command.add_flag("--mask", mask,
                    "Write masks of the lattice points strictly inside, instead of level sets");
-  addThreadsOption(command, threads);
   command.add_flag("--json", json, "Print the result as JSON");
 }
 
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where) {
   const auto begin = std::chrono::steady_clock::now();
-  const ThreadLimit limit(options.threads);
   Result<voxel4d::VoxelSeries> written;
   {
     ProgressBar bar("voxelising");

@@ -8,7 +8,6 @@
 
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
-#include "tools/program/thread_limit.h"
 
 namespace t4d::tools {
 
@@ -47,7 +46,6 @@ struct VoxelSeriesOptions {
   voxel4d::FrameTimes times;
   bool mask = false;
   std::string folder;
-  std::optional<int> threads;
   bool json = false;
 
   /// Adds all options except those of addFrameTimes.

@@ -18,7 +18,6 @@
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
-#include "tools/program/thread_limit.h"
 #include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
@@ -36,7 +35,6 @@ struct WeaveArguments {
   std::string caps = "flat";
   std::string lengthUnit;
   std::string timeUnit;
-  std::optional<int> threads;
   T4dOutput output;
   bool json = false;
 };
@@ -147,7 +145,6 @@ int run(const WeaveArguments& options) {
   }
   if (const auto misuse = misuseOfInput(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
-  const ThreadLimit limit(options.threads);
   // Each label is a body.
   std::vector<std::optional<std::int64_t>> labels(options.labels.begin(), options.labels.end());
   if (labels.empty()) labels.emplace_back();
@@ -272,7 +269,6 @@ void addWeave(CLI::App& app, int& exitCode) {
       ->capture_default_str();
   command->add_option("--length-unit", options->lengthUnit, "Length unit of the grids: mm, m, ...");
   command->add_option("--time-unit", options->timeUnit, "Unit of the times: s, min, ...");
-  addThreadsOption(*command, options->threads);
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer("Example:\n  t4d weave frames/*.vdb -o moving.t4d");
