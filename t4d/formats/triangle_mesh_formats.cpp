@@ -10,6 +10,7 @@
 #include "t4d/formats/obj_reader.h"
 #include "t4d/formats/obj_writer.h"
 #include "t4d/formats/off_reader.h"
+#include "t4d/formats/off_writer.h"
 #include "t4d/formats/ply_reader.h"
 #include "t4d/formats/ply_writer.h"
 #include "t4d/formats/stl_reader.h"
@@ -31,7 +32,7 @@ constexpr std::array kFormats{
     TriangleMeshFormat{".stl", "STL", readStl, writeStl},
     TriangleMeshFormat{".obj", "Wavefront OBJ", readObj, writeObj, false, kObjKeeps},
     TriangleMeshFormat{".ply", "PLY", readPly, writePly, false, kPlyKeeps},
-    TriangleMeshFormat{".off", "OFF", readOff, nullptr, false, kOffKeeps},
+    TriangleMeshFormat{".off", "OFF", readOff, writeOff, false, kOffKeeps},
     TriangleMeshFormat{".vtp", "VTK polygonal data", nullptr, writeVtp, false, kVtpKeeps},
     TriangleMeshFormat{".gltf", "glTF", readGltf, writeGltfText, true, kGltfKeeps},
     TriangleMeshFormat{".glb", "binary glTF", readGltf, writeGltfBinary, true, kGltfKeeps},

@@ -22,7 +22,7 @@ TEST(TriangleMeshFormats, AreFoundByExtensionWhateverItsCase) {
 
 TEST(TriangleMeshFormats, AreListedByWhatCanBeDoneWithThem) {
   EXPECT_EQ(readableTriangleMeshExtensions(), ".stl, .obj, .ply, .off, .gltf or .glb");
-  EXPECT_EQ(writableTriangleMeshExtensions(), ".stl, .obj, .ply, .vtp, .gltf or .glb");
+  EXPECT_EQ(writableTriangleMeshExtensions(), ".stl, .obj, .ply, .off, .vtp, .gltf or .glb");
 }
 
 TEST(TriangleMeshFormats, ReadBackTheSolidThatTheyWrite) {

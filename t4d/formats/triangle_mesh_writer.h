@@ -55,6 +55,7 @@ struct MeshWriteOptions {
 /// * .vtp: VTK polygonal data, float64; several meshes become one, with the cell data `body` and
 ///   their names as field data `body_names`; attributes, if asked for, as point and cell data; the
 ///   time as field data `TimeValue`;
+/// * .off: text with the same decimals; several meshes become one;
 /// * .glb (binary), .gltf (text, the geometry in it as a data URI): float32, a node and a mesh for
 ///   each mesh that has triangles. Attributes, if asked for, of
 ///   vertices with one to four components, as float32 attributes `_NAME`.

@@ -33,7 +33,7 @@ LoadedMesh writtenAndRead(const std::string& file, const std::vector<NamedMesh>&
 TEST(TriangleMeshWriter, ObjAndPlyKeepEveryBit) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     const auto named = tetrahedron(seed);
-    for (const char* file : {"a.obj", "a.ply"}) {
+    for (const char* file : {"a.obj", "a.ply", "a.off"}) {
       const auto loaded = writtenAndRead(file, {named});
       EXPECT_EQ(loaded.mesh.vertices, named.mesh.vertices) << file;
       EXPECT_EQ(loaded.mesh.triangles, named.mesh.triangles) << file;
@@ -57,7 +57,7 @@ TEST(TriangleMeshWriter, StlRoundsToFloat32AndKeepsTheSurface) {
 TEST(TriangleMeshWriter, JoinsSeveralMeshes) {
   const std::vector<NamedMesh> two{tetrahedron(1, "one"), tetrahedron(2, "two\nlines")};
   const double volume = model::signedVolume(two[0].mesh) + model::signedVolume(two[1].mesh);
-  for (const char* file : {"a.obj", "a.ply", "a.STL"}) {
+  for (const char* file : {"a.obj", "a.ply", "a.off", "a.STL"}) {
     const auto loaded = writtenAndRead(file, two);
     EXPECT_EQ(loaded.mesh.vertices.size(), 8u) << file;
     EXPECT_NEAR(model::signedVolume(loaded.mesh), volume, 1e-5 * std::abs(volume)) << file;
@@ -66,7 +66,7 @@ TEST(TriangleMeshWriter, JoinsSeveralMeshes) {
 }
 
 TEST(TriangleMeshWriter, WritesMeshesWithoutTriangles) {
-  for (const char* file : {"a.obj", "a.ply", "a.stl"}) {
+  for (const char* file : {"a.obj", "a.ply", "a.off", "a.stl"}) {
     const auto path = temporaryPath(file);
     ASSERT_TRUE(writeTriangleMeshes(path, std::vector<NamedMesh>{{"nothing", {}}})) << file;
     EXPECT_EQ(readTriangleMesh(path).error().message, "holds no triangles") << file;
@@ -116,8 +116,8 @@ TEST(TriangleMeshWriter, ListsTheAttributesThatAreLost) {
 
 TEST(TriangleMeshWriter, RefusesWhatCannotBeWritten) {
   auto named = tetrahedron(1);
-  EXPECT_EQ(writeTriangleMeshes("a.off", std::vector{named}).error().text(),
-            "a.off: unsupported output extension; a triangle mesh can be written as " +
+  EXPECT_EQ(writeTriangleMeshes("a.xyz", std::vector{named}).error().text(),
+            "a.xyz: unsupported output extension; a triangle mesh can be written as " +
                 writableTriangleMeshExtensions());
   const auto path = temporaryPath("refused.stl");
   named.mesh.vertices[2].x() = 1e39;
