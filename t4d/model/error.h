@@ -31,6 +31,11 @@ enum class Remedy : std::uint8_t {
   VoxelSize,    ///< choose voxels of another size
   MoreCells,    ///< allow more work than the size of the file suggests
   OpenMesh,     ///< merge vertices, or accept a mesh that is not closed
+  Mend,         ///< mend the triangle mesh
+  Remesh,       ///< mend it through voxels
+  RemeshSize,   ///< mend it through voxels of another size
+  MaxHole,      ///< allow wider holes to be filled
+  MaxMove,      ///< allow the surface to move farther
 };
 
 /// Every public function that can fail returns one of these instead of throwing.

@@ -94,26 +94,31 @@ Result<void> checkEdges(const TriangleMesh& mesh, const std::vector<HalfEdge>& e
     return invalid(
         fmt::format("the mesh is open: {} boundary edges, the first of triangle {}, {}; a "
                     "solid needs a closed surface",
-                    open, firstOpen->triangle, place(*firstOpen)));
+                    open, firstOpen->triangle, place(*firstOpen)),
+        {}, Remedy::Mend);
   }
   if (nonManifold > 0) {
-    return invalid(fmt::format(
-        "the mesh has {} non-manifold edge{}, with more than two triangles; the first is "
-        "{} (triangles {}, {}, {}{})",
-        nonManifold, nonManifold == 1 ? "" : "s", place(*firstNonManifold),
-        firstNonManifold[0].triangle, firstNonManifold[1].triangle, firstNonManifold[2].triangle,
-        firstNonManifold + 3 < edges.data() + edges.size() &&
-                firstNonManifold[3].low == firstNonManifold->low &&
-                firstNonManifold[3].high == firstNonManifold->high
-            ? ", ..."
-            : ""));
+    return invalid(
+        fmt::format(
+            "the mesh has {} non-manifold edge{}, with more than two triangles; the first is "
+            "{} (triangles {}, {}, {}{})",
+            nonManifold, nonManifold == 1 ? "" : "s", place(*firstNonManifold),
+            firstNonManifold[0].triangle, firstNonManifold[1].triangle,
+            firstNonManifold[2].triangle,
+            firstNonManifold + 3 < edges.data() + edges.size() &&
+                    firstNonManifold[3].low == firstNonManifold->low &&
+                    firstNonManifold[3].high == firstNonManifold->high
+                ? ", ..."
+                : ""),
+        {}, Remedy::Mend);
   }
   if (inconsistent > 0) {
     return invalid(
         fmt::format("the mesh has an inconsistent orientation: triangles {} and {} have their "
                     "common {} in the same direction ({} such edges in all)",
                     firstInconsistent[0].triangle, firstInconsistent[1].triangle,
-                    place(*firstInconsistent), inconsistent));
+                    place(*firstInconsistent), inconsistent),
+        {}, Remedy::Mend);
   }
   return {};
 }
@@ -143,7 +148,8 @@ Result<void> checkVertices(const TriangleMesh& mesh, const std::vector<HalfEdge>
       return invalid(
           fmt::format("vertex {}, {}, is non-manifold: several fans of triangles touch there "
                       "(triangles {} and {} are in two of them)",
-                      vertex, textOf(mesh.vertices[vertex]), fan[vertex] / 3, found / 3));
+                      vertex, textOf(mesh.vertices[vertex]), fan[vertex] / 3, found / 3),
+          {}, Remedy::Mend);
     }
   }
   return {};

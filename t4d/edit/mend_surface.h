@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/model/slab.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::edit {
+
+/// Limits of what mendSurface may do, in length units.
+struct MendSurfaceOptions {
+  /// Merge vertices no farther apart than this along each axis; 0: equal ones.
+  double weld = 0;
+  /// Fill no hole wider than this: the largest distance between two vertices of its boundary.
+  std::optional<double> maxHole = {};
+  /// Return no surface with a point farther than this from the input's.
+  std::optional<double> maxMove = {};
+  /// If nothing else helps, make a new surface from voxels of this size (remesh_surface.h).
+  std::optional<double> remesh = {};
+};
+
+enum class SurfaceFault : std::uint8_t {
+  Doubled,      ///< vertices near each other, merged
+  Duplicate,    ///< triangles with the corners of another one, or with a corner twice, dropped
+  Stray,        ///< triangles that hang at an edge of a surface, or divide its inside, dropped
+  Turned,       ///< triangles that disagreed with their neighbours, turned
+  Hole,         ///< holes, filled
+  InsideOut,    ///< components that faced inward, turned
+  Crossing,     ///< pairs of triangles that met, of which the outer surface was taken
+  NonManifold,  ///< vertices and edges where surfaces touched, taken apart
+  Remeshed,     ///< triangles of a new surface in place of the input's
+};
+
+struct SurfaceChange {
+  SurfaceFault kind = SurfaceFault::Doubled;
+  std::uint64_t count = 0;
+  std::string text;  ///< what was done, as a sentence without a full stop
+};
+
+/// The word for a kind in JSON.
+const char* nameOf(SurfaceFault kind);
+
+struct MendSurfaceReport {
+  std::vector<SurfaceChange> changes;
+  /// The Hausdorff distance between the surfaces before and after, in length units, at most a
+  /// ten-thousandth of their diagonal short.
+  double hausdorff = 0;
+  std::optional<double> volumeBefore;  ///< nothing if the input was open
+  double volumeAfter = 0;
+  // Of the result: it is as they should be, or there is none.
+  bool closed = false;
+  bool manifold = false;
+  std::uint64_t selfIntersections = 0;
+  std::uint64_t components = 0;
+};
+
+/// Makes of a surface one that bounds a solid: closed, manifold, facing outward, without
+/// self-intersections and flat triangles, also after its vertices have been merged where equal. In
+/// this order:
+/// 1. merges vertices; drops triangles that this collapses, and of equal ones all but one;
+/// 2. drops stray parts: where an odd number of triangles, three or more, meet at edges, the
+///    smallest part between such edges whose removal leaves no fewer than two at each;
+/// 3. turns triangles such that neighbours agree, the smaller part of each component by its area;
+/// 4. fills holes, without new vertices;
+/// 5. turns components outward: those that enclose a negative volume and are in no other;
+/// 6. takes the outer surface where triangles cross, overlap, touch or are flat, and where
+///    components are nested without being cavities;
+/// 7. takes apart what touches at vertices and edges: each copy of a vertex moves into its solid,
+/// by
+///    a hundred-thousandth of the diagonal or a tenth of its shortest edge if that is less.
+///
+/// A surface without such faults is not changed. Everything is decided by exact predicates but for
+/// winding numbers, which have to be near whole numbers. Fails, and then changes nothing, if the
+/// result would exceed the options or could not be made; the remedy of the error is the option that
+/// helps, Remesh, MaxHole or MaxMove. Attributes are dropped. Needs a build with CGAL.
+Result<MendSurfaceReport> mendSurface(model::TriangleMesh& mesh,
+                                      const MendSurfaceOptions& options = {},
+                                      const model::Progress& progress = {});
+
+}  // namespace t4d::edit

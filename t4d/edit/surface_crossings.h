@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::edit {
+
+struct SurfaceCrossings {
+  std::vector<std::uint32_t> flat;  ///< triangles without area
+  /// Pairs of others, the smaller number first, that have more in common than shared vertices and
+  /// edges: they cross, touch or overlap.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  bool complete = true;  ///< false if there are more than `most` pairs
+
+  bool none() const { return flat.empty() && pairs.empty(); }
+};
+
+/// Finds where a surface meets itself, by exact predicates. The surface may be open and need not be
+/// a manifold, but vertices with equal coordinates must be one.
+///
+/// Fails in a build without CGAL.
+Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::size_t most);
+
+}  // namespace t4d::edit

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "t4d/model/triangle_mesh.h"
+
+/// How the triangles of a surface meet at its edges, for surfaces of any kind: open, with three or
+/// more triangles at an edge, with orientations that disagree.
+namespace t4d::edit {
+
+/// The sides of triangles at one edge. A side is 3 * triangle + the corner that it starts from.
+struct EdgeSides {
+  std::uint32_t low;   ///< the smaller vertex
+  std::uint32_t high;  ///< the larger
+  std::uint32_t begin;
+  std::uint32_t end;  ///< its sides are sides[begin] .. sides[end - 1]
+};
+
+struct SurfaceEdges {
+  std::vector<std::uint32_t> sides;
+  std::vector<EdgeSides> edges;  ///< by their vertices
+};
+
+/// No triangle may have a corner twice.
+SurfaceEdges edgesOf(const model::TriangleMesh& mesh);
+
+inline std::uint32_t fromOf(const model::TriangleMesh& mesh, std::uint32_t side) {
+  return mesh.triangles[side / 3][side % 3];
+}
+inline std::uint32_t toOf(const model::TriangleMesh& mesh, std::uint32_t side) {
+  return mesh.triangles[side / 3][(side + 1) % 3];
+}
+inline std::uint32_t apexOf(const model::TriangleMesh& mesh, std::uint32_t side) {
+  return mesh.triangles[side / 3][(side + 2) % 3];
+}
+
+inline constexpr std::uint32_t kNoSide = ~std::uint32_t{0};
+
+/// For each side, the one on which its surface goes on; kNoSide at a boundary. Of more than two
+/// triangles at an edge, an even number, those with solid between them belong together if as many
+/// go one way as the other, otherwise neighbours around the edge do. Of an odd number above two
+/// none do.
+std::vector<std::uint32_t> matesOf(const model::TriangleMesh& mesh, const SurfaceEdges& edges);
+
+/// The closed paths along which the surface is open, each as its vertices in the direction of its
+/// triangles; no path meets a vertex twice. Sides that cancel each other at an edge are not open.
+std::vector<std::vector<std::uint32_t>> boundaryLoops(const model::TriangleMesh& mesh,
+                                                      const SurfaceEdges& edges);
+
+}  // namespace t4d::edit

@@ -1,0 +1,29 @@
+// What a build without CGAL has of the functions that need it.
+#include "t4d/edit/fill_hole.h"
+#include "t4d/edit/outer_surface.h"
+#include "t4d/edit/surface_crossings.h"
+
+namespace t4d::edit {
+namespace {
+
+tl::unexpected<Error> noCgal() {
+  return fail(ErrorCode::Unsupported, "this build has no CGAL, which mending a surface needs");
+}
+
+}  // namespace
+
+Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& /*mesh*/, std::size_t /*most*/) {
+  return noCgal();
+}
+
+Result<OuterSurface> outerSurface(const model::TriangleMesh& /*mesh*/,
+                                  const SurfaceCrossings& /*crossings*/) {
+  return noCgal();
+}
+
+Result<std::vector<model::Triangle>> fillHole(const model::TriangleMesh& /*mesh*/,
+                                              std::span<const std::uint32_t> /*loop*/) {
+  return noCgal();
+}
+
+}  // namespace t4d::edit
