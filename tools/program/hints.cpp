@@ -76,6 +76,12 @@ std::string conversionHint(const std::string& path) {
                      mesh->summary(0).time.begin, freeName(path, "-slice", ".ply"));
 }
 
+/// How to mend the triangle mesh of an error; empty if it does not name the file.
+std::string mendingHint(const std::string& path) {
+  if (formats::triangleMeshFormat(path) == nullptr) return {};
+  return fmt::format("t4d mend {} -o {}", quoted(path), freeName(path, "-mended", ".ply"));
+}
+
 /// The file that an error refers to, without the location in it.
 std::string fileOf(const Error& error) {
   if (!error.offset) return error.where;
@@ -106,8 +112,22 @@ std::string hintFor(const Error& error) {
       return "try: --frame-time TIME, the time between two frames";
     case Remedy::GridName:
       return "try: --grid NAME, to use only grids of that name";
-    case Remedy::ConeCaps:
-      return "try: --caps cone";
+    case Remedy::ConeCaps: {
+      const std::string hint = mendingHint(error.where);
+      return hint.empty() ? "try: --caps cone" : fmt::format("try: {}, or --caps cone", hint);
+    }
+    case Remedy::Mend: {
+      const std::string hint = mendingHint(error.where);
+      return hint.empty() ? hint : "try: " + hint;
+    }
+    case Remedy::Remesh:
+      return "try: --remesh SIZE, to make a new surface from voxels of that size";
+    case Remedy::RemeshSize:
+      return "try: another --remesh";
+    case Remedy::MaxHole:
+      return "try: a larger --max-hole";
+    case Remedy::MaxMove:
+      return "try: a larger --max-move";
     case Remedy::StepRule:
       return "try: --steps N, the number of steps of each segment";
     case Remedy::VoxelSize:

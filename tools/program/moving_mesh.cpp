@@ -12,18 +12,26 @@ void MovingMeshInput::addTo(CLI::App& command) {
       .add_option("-m,--motion", motion,
                   "The motion: a .json file, or poses as .csv (docs/motion.md)")
       ->required();
+  mending.addTo(command, mend);
 }
 
 Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
   auto loaded = formats::readTriangleMesh(model);
   if (!loaded) return pass(loaded.error());
   printNotices(loaded->notices);
+  std::optional<edit::MendSurfaceReport> mended;
+  if (mend) {
+    auto done = tools::mend(loaded->mesh, mending, model);
+    if (!done) return pass(done.error());
+    printNotices(noticesOf(*done));
+    mended = std::move(*done);
+  }
   auto poses = formats::readMotion(motion);
   if (!poses) return pass(poses.error());
   std::vector<std::string> files = {model, motion};
   for (const auto& file : loaded->otherFiles) files.push_back(file.string());
   return Loaded{std::move(loaded->mesh), std::move(*poses), std::move(loaded->losses),
-                std::move(files)};
+                std::move(files), std::move(mended)};
 }
 
 }  // namespace t4d::tools

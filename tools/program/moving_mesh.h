@@ -6,6 +6,7 @@
 
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/model/motion.h"
+#include "tools/program/mending.h"
 
 namespace t4d::tools {
 
@@ -13,8 +14,10 @@ namespace t4d::tools {
 struct MovingMeshInput {
   std::string model;
   std::string motion;
+  bool mend = false;
+  MendingOptions mending = {};
 
-  /// MODEL and `--motion`.
+  /// MODEL, `--motion` and `--mend` with its limits.
   void addTo(CLI::App& command);
 
   struct Loaded {
@@ -22,8 +25,9 @@ struct MovingMeshInput {
     model::Motion motion;
     std::vector<std::string> losses;  ///< as formats::LoadedMesh
     std::vector<std::string> files;   ///< all that were read
+    std::optional<edit::MendSurfaceReport> mended = {};
   };
-  /// Reads both, and prints the notices of the mesh.
+  /// Reads both, mends the mesh if asked to, and prints the notices of the mesh.
   Result<Loaded> read() const;
 };
 

@@ -108,6 +108,17 @@ CLI::Validator noOtherFormat() {
       "");
 }
 
+CLI::Validator writableTriangleMesh() {
+  return {[](std::string& path) {
+            const auto* format = formats::triangleMeshFormat(path);
+            return format != nullptr && format->write != nullptr
+                       ? std::string()
+                       : fmt::format("unsupported output extension: '{}' is not {}", path,
+                                     formats::writableTriangleMeshExtensions());
+          },
+          ""};
+}
+
 CLI::Validator someName() {
   return {[](std::string& text) { return text.empty() ? "the name is empty" : std::string(); }, ""};
 }

@@ -41,6 +41,9 @@ CLI::Validator someName();
 /// A name for a .t4d file: any but those with the extension of a triangle mesh, .vdb or .json.
 CLI::Validator noOtherFormat();
 
+/// A file name with the extension of a triangle mesh that can be written.
+CLI::Validator writableTriangleMesh();
+
 /// The error message if the file `output` must not be written: it is one of the inputs, under any
 /// name, or a frame in a folder that is one of them.
 std::optional<std::string> misuseOfOutput(const std::string& output,

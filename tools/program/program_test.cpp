@@ -694,7 +694,7 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   EXPECT_EQ(run("slice cube.t4d --hyperplane 1e-170,0,0,0,0").exitCode, 0);
   misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
   misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
-  misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .vtp, .gltf or .glb");
+  misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .off, .vtp, .gltf or .glb");
   misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
   misused("recover cube.t4d -o out.stl", "has the name of another format; a .t4d is written");
   misused("flipbook cube.t4d --frames 2.5 -o out.glb",
@@ -1396,6 +1396,29 @@ TEST_F(Program, MemoryDoesNotGrowWithTheFrames) {
   EXPECT_LT(peak("200"), 1.15 * peak("20"));
 }
 
+TEST_F(Program, MendsWhatSweepRefuses) {
+  refuses("sweep fx/crossing-balls.stl -m fx/rest.json -o out.t4d", "try: t4d mend");
+  refuses("sweep fx/open-pebble.stl -m fx/rest.json -o out.t4d", "try: t4d mend");
+  for (const std::string name : {"crossing-balls", "open-pebble", "touching-cubes"}) {
+    const std::string sweep = " -m fx/rest.json -o swept.t4d";
+    ASSERT_EQ(run("mend fx/" + name + ".stl -o mended.ply").exitCode, 0) << name;
+    EXPECT_EQ(run("sweep mended.ply" + sweep).exitCode, 0) << name;
+    EXPECT_EQ(run("sweep fx/" + name + ".stl --mend" + sweep).exitCode, 0) << name;
+    // What is mended needs no mending, in any format that keeps all digits.
+    for (const std::string format : {"ply", "obj", "off"}) {
+      ASSERT_EQ(run("mend mended.ply -o again." + format).exitCode, 0);
+      EXPECT_EQ(run("mend again." + format + " -o last.ply --json").value()["changes"].size(), 0U);
+    }
+  }
+  const json cubes = run("mend fx/touching-cubes.stl -o mended.stl --json").value();
+  EXPECT_NEAR(cubes["volume_after"].get<double>(), 3000, 0.2);
+  refuses("mend fx/open-pebble.stl --max-hole 1 -o no.ply", "try: a larger --max-hole");
+  refuses("mend fx/open-pebble.stl --max-move 0.01 -o no.ply", "try: a larger --max-move");
+  refuses("mend fx/open-pebble.stl -o no.xyz", "unsupported output extension", 2);
+  refuses("sweep fx/cube.obj --max-hole 1 -m fx/rest.json -o out.t4d", "--mend", 2);
+  EXPECT_FALSE(fs::exists(folder_ / "no.ply"));
+}
+
 TEST_F(Program, RealMeshesAreJudged) {
   const fs::path meshes = T4D_SHARED_MESHES;
   if (!fs::exists(meshes)) GTEST_SKIP() << "no folder " << meshes << " with real meshes";
@@ -1403,7 +1426,9 @@ TEST_F(Program, RealMeshesAreJudged) {
     return "sweep " + (meshes / mesh).string() + " -m fx/paper-screw.json --rv-min 0.9976 ";
   };
   refuses(sweep("cube_no_bottom.obj") + "-o out.t4d", "open: 8 boundary edges");
-  refuses(sweep("wingnut.obj") + "-o out.t4d", "t4d: try: --caps cone");
+  refuses(sweep("wingnut.obj") + "-o out.t4d", ", or --caps cone");
+  EXPECT_EQ(run(sweep("wingnut.obj") + "--mend -o nut.t4d").exitCode, 0);
+  EXPECT_EQ(run(sweep("cube_no_bottom.obj") + "--mend -o cube.t4d").exitCode, 0);
   refuses(
       sweep("wingnut.obj") + "-o out.t4d",
       "3 pairs of triangles do (counted from 0: 3106 with 4372, 3490 with 4372, 4306 with 4372)");

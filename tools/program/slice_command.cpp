@@ -243,15 +243,7 @@ void addSlice(CLI::App& app, int& exitCode) {
                    fmt::format("The file to write: {} (default: none, only measure)",
                                formats::writableTriangleMeshExtensions()))
       ->check(someName())
-      ->check(CLI::Validator(
-          [](std::string& path) {
-            const auto* format = formats::triangleMeshFormat(path);
-            return format != nullptr && format->write != nullptr
-                       ? std::string()
-                       : fmt::format("unsupported output extension: '{}' is not {}", path,
-                                     formats::writableTriangleMeshExtensions());
-          },
-          ""));
+      ->check(writableTriangleMesh());
   options->only.addTo(*command);
   command
       ->add_flag("--light", options->light,

@@ -16,6 +16,7 @@
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/mending.h"
 #include "tools/program/moving_mesh.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
@@ -30,6 +31,8 @@ using nlohmann::ordered_json;
 struct SweepArguments {
   std::vector<std::string> models;
   std::string motion;  // "" for solids that are deformed
+  bool mend = false;
+  MendingOptions mending;
   std::string keyTimes;
   formats::GltfAnimationOptions animation;
   std::string backend = "mesh4d";
@@ -76,6 +79,7 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
     if (!options.keyTimes.empty()) return "--times is for a solid that is deformed";
     return std::nullopt;
   }
+  if (options.mend) return "--mend is for --motion: a deformation has to keep its triangles";
   if (options.voxels()) return "--backend voxel4d needs --motion";
   if (options.animates()) {
     if (options.rvMin || options.steps || !options.keyTimes.empty() || options.times.step) {
@@ -315,6 +319,7 @@ struct Loaded {
   std::string timeUnit;
   std::vector<std::string> losses;
   std::vector<std::string> files;  // all that were read
+  std::optional<edit::MendSurfaceReport> mended;
 
   void addFiles(const std::vector<std::filesystem::path>& more) {
     for (const auto& file : more) files.push_back(file.string());
@@ -364,7 +369,8 @@ Result<Loaded> readInput(const SweepArguments& options) {
     loaded.bodies.push_back(std::move(body));
     return loaded;
   }
-  auto read = MovingMeshInput{options.models.front(), options.motion}.read();
+  auto read =
+      MovingMeshInput{options.models.front(), options.motion, options.mend, options.mending}.read();
   if (!read) return pass(read.error());
   loaded.mesh = std::move(read->mesh);
   loaded.motion = std::move(read->motion);
@@ -372,6 +378,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
   loaded.timeUnit = loaded.motion.timeUnit;
   loaded.losses = std::move(read->losses);
   loaded.files = std::move(read->files);
+  loaded.mended = std::move(read->mended);
   return loaded;
 }
 
@@ -428,6 +435,7 @@ int run(const SweepArguments& options) {
       result["bodies"] = *made->bodies;
     }
     if (made->folds) result["folds"] = *made->folds;
+    if (loaded->mended) result["mend"] = mendJson(*loaded->mended);
     result["seconds"] = seconds;
     result["peak_bytes"] = peakBytes();
     result["bytes"] = *bytes;
@@ -466,6 +474,7 @@ void addSweep(CLI::App& app, int& exitCode) {
   command->add_option("-m,--motion", options->motion,
                       "The motion: a .json file, or poses as .csv (docs/motion.md); not with a "
                       "deformation or an animation");
+  options->mending.addTo(*command, options->mend);
   command->add_option("--animation", options->animation.animation,
                       "Name, or number from 0, of the glTF's animation (default: the first)");
   command->add_option("--scene", options->animation.scene,

@@ -106,7 +106,8 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
 }
 
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
-                     const voxel4d::SolidAtTime& solid, const std::string& where) {
+                     const voxel4d::SolidAtTime& solid, const std::string& where,
+                     nlohmann::ordered_json first) {
   const auto begin = std::chrono::steady_clock::now();
   Result<voxel4d::VoxelSeries> written;
   {
@@ -124,15 +125,17 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    printJson({{"frames", written->frames},
-               {"time_begin", times.front()},
-               {"time_end", times.back()},
-               {"inside_points", written->insidePoints},
-               {"empty_frames", written->emptyFrames},
-               {"most_active_voxels", written->mostActiveVoxels},
-               {"seconds", seconds},
-               {"peak_bytes", peakBytes()},
-               {"bytes", written->bytes}});
+    auto& result = first;
+    result["frames"] = written->frames;
+    result["time_begin"] = times.front();
+    result["time_end"] = times.back();
+    result["inside_points"] = written->insidePoints;
+    result["empty_frames"] = written->emptyFrames;
+    result["most_active_voxels"] = written->mostActiveVoxels;
+    result["seconds"] = seconds;
+    result["peak_bytes"] = peakBytes();
+    result["bytes"] = written->bytes;
+    printJson(result);
   } else {
     print("{}: {} of {} from time {} to {}\n", options.folder, counted(written->frames, "frame"),
           options.mask ? "inside points" : "level sets", times.front(), times.back());

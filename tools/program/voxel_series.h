@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
@@ -53,8 +54,9 @@ struct VoxelSeriesOptions {
 };
 
 /// Writes `solid` at `times` and prints what was written; returns the exit code. `where` names the
-/// solid in errors.
+/// solid in errors. JSON begins with the members of `first`.
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
-                     const voxel4d::SolidAtTime& solid, const std::string& where);
+                     const voxel4d::SolidAtTime& solid, const std::string& where,
+                     nlohmann::ordered_json first = nlohmann::ordered_json::object());
 
 }  // namespace t4d::tools

@@ -19,10 +19,12 @@ int run(const VoxelizeArguments& options) {
                                       loaded->motion, options.input.motion, notices);
   if (!times) return report(times.error());
   printNotices(notices);
+  auto first = nlohmann::ordered_json::object();
+  if (loaded->mended) first["mend"] = mendJson(*loaded->mended);
   const int done =
       writeVoxelSeries(options.series, *times,
                        voxel4d::movingSolid(std::move(loaded->mesh), std::move(loaded->motion)),
-                       options.input.model);
+                       options.input.model, std::move(first));
   return done == kDone ? reportLosses(loaded->losses) : done;
 }
 

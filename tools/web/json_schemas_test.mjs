@@ -22,7 +22,7 @@ const pages = readdirSync(docs).filter((name) => name.endsWith('.md'));
 
 // Members that are present in some cases only, and those with arbitrary content.
 const optional = ['vertex_links_ok', 'hypervolume_expected', 'hypervolume_error', 'convergence',
-  'slab_list', 'folds'];
+  'slab_list', 'folds', 'mend'];
 // Likewise, but only in compared meshes.
 const optionalOfMeshes = ['voxel_size', 'frames', 'symmetric_difference', 'hausdorff'];
 const isComparedMesh = (verb, where) =>
@@ -128,6 +128,11 @@ const runs = [
   sweep('cube', 'paper-screw', '--part', '2/2', '-o', at('second.t4d')),
   ['join', [at('first.t4d'), at('second.t4d'), '-o', at('joined.t4d')], 0],
   ['join', [at('second.t4d'), at('first.t4d'), '-o', at('joined.t4d')], 4],
+  ['mend', [fixture('crossing-balls.stl'), '-o', at('balls.ply')], 0],
+  ['mend', [fixture('open-pebble.stl'), '-o', at('pebble.off')], 0],
+  ['mend', [fixture('open-pebble.stl'), '--max-hole', 1, '-o', at('none.ply')], 4],
+  ['mend', [fixture('cube.obj'), '-o', at('none.xyz')], 2],
+  ['sweep', [fixture('open-pebble.stl'), '--motion', fixture('rest.json'), '--mend', '-o', at('pebble.t4d')], 0],
   ['transform', [at('first.t4d'), '--axes', 'y-xz', '--scale', '2', '--time-shift', '1', '-o', at('moved.t4d')], 0],
   ['transform', [at('no such file'), '-o', at('moved.t4d')], 4],
   ['filter', [at('joined.t4d'), '--from', '0.7', '-o', at('filtered.t4d')], 0],
@@ -152,6 +157,8 @@ const runs = [
     '--frames', 2, '-o', at('level-sets')], 0],
   ['voxelize', [fixture('paper-cube.obj'), '--motion', fixture('paper-voxel.json'), ...voxels,
     '--mask', '-o', at('masks')], 0],
+  ['voxelize', [fixture('touching-cubes.stl'), '--motion', fixture('rest.json'), '--voxel-size', 2,
+    '--frames', 2, '--mend', '-o', at('mended')], 0],
   // No lattice point lies inside.
   ['voxelize', [fixture('cube.obj'), '--motion', fixture('rest.json'), '--voxel-size', 1000,
     '--frames', 2, '--mask', '-o', at('none')], 0],

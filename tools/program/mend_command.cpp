@@ -1,0 +1,90 @@
+#include <chrono>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/triangle_mesh_formats.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/mending.h"
+#include "tools/program/option_checks.h"
+
+namespace t4d::tools {
+namespace {
+
+struct MendArguments {
+  std::string input;
+  std::string output;
+  MendingOptions mending;
+  bool json = false;
+};
+
+int run(const MendArguments& options) {
+  if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+    return wrongUsage(*misuse);
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  auto loaded = formats::readTriangleMesh(options.input);
+  if (!loaded) return report(loaded.error());
+  std::vector<std::string> files;
+  for (const auto& file : loaded->otherFiles) files.push_back(file.string());
+  if (const auto misuse = misuseOfOutput(options.output, files)) return wrongUsage(*misuse);
+  printNotices(loaded->notices);
+  const auto mended = mend(loaded->mesh, options.mending, options.input);
+  if (!mended) return report(mended.error());
+
+  const std::uint64_t vertices = loaded->mesh.vertices.size();
+  const std::uint64_t triangles = loaded->mesh.triangles.size();
+  const formats::NamedMesh named{std::filesystem::path(options.input).stem().string(),
+                                 std::move(loaded->mesh)};
+  auto lost = formats::writeTriangleMeshes(options.output, {&named, 1});
+  if (!lost) return report(lost.error());
+
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.json) {
+    auto result = mendJson(*mended);
+    result["vertices"] = vertices;
+    result["triangles"] = triangles;
+    result["seconds"] = seconds;
+    result["peak_bytes"] = peakBytes();
+    printJson(result);
+  } else {
+    print("{}: {}, {}, {}\n", options.output, counted(vertices, "vertex", "vertices"),
+          counted(triangles, "triangle"), counted(mended->components, "component"));
+    for (const edit::SurfaceChange& change : mended->changes) print("  {}\n", change.text);
+    if (mended->changes.empty()) print("  nothing to mend\n");
+    print("  {}\n", measuresOf(*mended));
+    print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
+  }
+  std::vector<std::string> losses = std::move(loaded->losses);
+  losses.insert(losses.end(), lost->begin(), lost->end());
+  return reportLosses(losses);
+}
+
+}  // namespace
+
+void addMend(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand("mend",
+                                     "Make a triangle mesh closed, manifold and free of "
+                                     "self-intersections");
+  auto options = std::make_shared<MendArguments>();
+  command
+      ->add_option("MODEL", options->input,
+                   "The mesh: " + formats::readableTriangleMeshExtensions())
+      ->required();
+  command
+      ->add_option("-o,--output", options->output,
+                   "The file to write: " + formats::writableTriangleMeshExtensions())
+      ->required()
+      ->check(someName())
+      ->check(writableTriangleMesh());
+  options->mending.addTo(*command);
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer(
+      "Example:\n  t4d mend scanned.stl -o solid.ply\n"
+      "  t4d mend scanned.stl --max-hole 2 --remesh 0.1 -o solid.ply");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,86 @@
+#include "tools/program/mending.h"
+
+#include <fmt/format.h>
+
+#include "tools/program/option_checks.h"
+#include "tools/program/progress_bar.h"
+
+namespace t4d::tools {
+
+using nlohmann::ordered_json;
+
+void MendingOptions::addTo(CLI::App& command) {
+  command
+      .add_option("--weld", limits.weld,
+                  "Merge vertices no farther apart than this along each axis (default: equal ones)")
+      ->type_name("DISTANCE")
+      ->check(numberAboveZero());
+  command
+      .add_option("--max-hole", limits.maxHole,
+                  "Fill no hole wider than this, from one vertex of its rim to another (default: "
+                  "fill all)")
+      ->type_name("WIDTH")
+      ->check(numberAboveZero());
+  command
+      .add_option("--max-move", limits.maxMove,
+                  "Refuse a surface that is somewhere farther than this from the given one")
+      ->type_name("DISTANCE")
+      ->check(numberAboveZero());
+  command
+      .add_option("--remesh", limits.remesh,
+                  "If nothing else helps, make a new surface from voxels of this size")
+      ->type_name("SIZE")
+      ->check(numberAboveZero());
+}
+
+void MendingOptions::addTo(CLI::App& command, bool& mend) {
+  auto* flag = command.add_flag("--mend", mend, "Mend the solid first, as t4d mend does");
+  addTo(command);
+  for (const char* name : {"--weld", "--max-hole", "--max-move", "--remesh"}) {
+    command.get_option(name)->needs(flag);
+  }
+}
+
+Result<edit::MendSurfaceReport> mend(model::TriangleMesh& mesh, const MendingOptions& options,
+                                     const std::string& path) {
+  ProgressBar bar("mending");
+  auto report = edit::mendSurface(mesh, options.limits, bar.callback());
+  if (report || !report.error().where.empty()) return report;
+  Error error = report.error();
+  error.where = path;
+  return pass(error);
+}
+
+ordered_json mendJson(const edit::MendSurfaceReport& report) {
+  ordered_json changes = ordered_json::array();
+  for (const edit::SurfaceChange& change : report.changes) {
+    changes.push_back(
+        {{"kind", edit::nameOf(change.kind)}, {"count", change.count}, {"text", change.text}});
+  }
+  const ordered_json before = report.volumeBefore ? ordered_json(*report.volumeBefore) : nullptr;
+  return {{"changes", changes},
+          {"hausdorff", report.hausdorff},
+          {"volume_before", before},
+          {"volume_after", report.volumeAfter},
+          {"closed", report.closed},
+          {"manifold", report.manifold},
+          {"self_intersections", report.selfIntersections},
+          {"components", report.components}};
+}
+
+std::string measuresOf(const edit::MendSurfaceReport& report) {
+  if (report.changes.empty()) return fmt::format("volume {:.12g}", report.volumeAfter);
+  return fmt::format(
+      "volume {:.12g}, {}; Hausdorff distance {:.6g}", report.volumeAfter,
+      report.volumeBefore ? fmt::format("{:.12g} before", *report.volumeBefore) : "open before",
+      report.hausdorff);
+}
+
+std::vector<std::string> noticesOf(const edit::MendSurfaceReport& report) {
+  std::vector<std::string> notices;
+  for (const edit::SurfaceChange& change : report.changes) notices.push_back(change.text);
+  if (!notices.empty()) notices.push_back("mended: " + measuresOf(report));
+  return notices;
+}
+
+}  // namespace t4d::tools

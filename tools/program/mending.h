@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "t4d/edit/mend_surface.h"
+
+namespace t4d::tools {
+
+/// The limits of mending, as options of a verb.
+struct MendingOptions {
+  edit::MendSurfaceOptions limits;
+
+  /// Adds `--weld`, `--max-hole`, `--max-move` and `--remesh`.
+  void addTo(CLI::App& command);
+  /// Adds `--mend` as well, and lets the others need it.
+  void addTo(CLI::App& command, bool& mend);
+};
+
+/// Mends a mesh read from `path`, with progress.
+Result<edit::MendSurfaceReport> mend(model::TriangleMesh& mesh, const MendingOptions& options,
+                                     const std::string& path);
+
+/// The report as JSON (docs/mend.md).
+nlohmann::ordered_json mendJson(const edit::MendSurfaceReport& report);
+
+/// The volumes and how far the surface moved, on one line.
+std::string measuresOf(const edit::MendSurfaceReport& report);
+
+/// The report as sentences, for a verb that does something else after mending.
+std::vector<std::string> noticesOf(const edit::MendSurfaceReport& report);
+
+}  // namespace t4d::tools
