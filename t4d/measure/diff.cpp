@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_digest.h"
 #include "t4d/measure/surface_distance.h"
+#include "t4d/model/sinks.h"
 
 namespace t4d::measure {
 namespace {
@@ -35,43 +37,17 @@ bool haveTheSameBytes(const std::filesystem::path& a, const std::filesystem::pat
   }
 }
 
-/// Also notes which attributes there are.
-class AttributeNames : public model::Sink {
- public:
-  explicit AttributeNames(model::Sink& next) : next_(next) {}
-
-  Result<void> put(const model::Slab& slab) override {
-    for (const auto* attributes : {&slab.connectivity->cellAttributes, &slab.attributes}) {
-      for (const model::Attribute& attribute : *attributes) {
-        if (std::ranges::find(names_, attribute.name) == names_.end()) {
-          names_.push_back(attribute.name);
-        }
-      }
-    }
-    return next_.put(slab);
-  }
-
-  std::vector<std::string> sorted() {
-    std::ranges::sort(names_);
-    return names_;
-  }
-
- private:
-  model::Sink& next_;
-  std::vector<std::string> names_;
-};
-
 struct Contents {
   MeshDigest digest;
-  std::vector<std::string> attributes;
+  std::set<std::string> attributes;
 };
 
 Result<Contents> contentsOf(const T4dReader& reader, std::size_t body,
                             const model::Progress& progress) {
   MeshDigester digester;
-  AttributeNames names(digester);
+  model::AttributeNames names(digester);
   if (auto read = reader.readThrough(body, names, progress); !read) return pass(read.error());
-  return Contents{digester.digest(), names.sorted()};
+  return Contents{digester.digest(), names.names()};
 }
 
 /// Metadata that are not the same, and do not make a mesh another one.

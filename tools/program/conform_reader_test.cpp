@@ -38,7 +38,7 @@ class ConformReader : public testing::Test {
 
   system::ProgramRun shell(const std::string& script) {
     const std::string there = "cd '" + folder_.string() + "'; ";
-    const auto run = system::runProgram({"/bin/sh", "-c", there + script}, {.timeoutSeconds = 120});
+    const auto run = system::runProgram({"/bin/sh", "-c", there + script}, {.timeoutSeconds = 600});
     EXPECT_TRUE(run) << run.error().text();
     return run.value_or(system::ProgramRun{});
   }

@@ -16,6 +16,7 @@
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/model/sinks.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -50,7 +51,7 @@ struct ConvertInput {
   std::deque<model::Mesh> meshes;            // of others
   std::vector<formats::CountedBody> bodies;
   formats::Metadata metadata;
-  std::vector<std::string> attributes;
+  std::set<std::string> attributes;
   bool named = true;  // the bodies have names of their own, not that of the file
   bool closed = true;
   bool oriented = true;
@@ -65,28 +66,6 @@ bool isT4d(const ConvertArguments& options) {
          !formats::schemeOf(options.input).empty();
 }
 
-/// Checks a .t4d through and notes the names of its attributes.
-class AttributeNames : public model::Sink {
- public:
-  AttributeNames(model::Sink& next, std::vector<std::string>& names) : next_(next), names_(names) {}
-
-  Result<void> put(const model::Slab& slab) override {
-    if (slab.connectivity) {
-      for (const model::Attribute& attribute : slab.connectivity->cellAttributes) note(attribute);
-    }
-    for (const model::Attribute& attribute : slab.attributes) note(attribute);
-    return next_.put(slab);
-  }
-
- private:
-  void note(const model::Attribute& attribute) {
-    if (std::ranges::find(names_, attribute.name) == names_.end()) names_.push_back(attribute.name);
-  }
-
-  model::Sink& next_;
-  std::vector<std::string>& names_;
-};
-
 Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
   auto reader =
       formats::T4dReader::open(options.input, formats::T4dOpen::Whole, {}, options.maxCells);
@@ -96,10 +75,11 @@ Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
   ProgressBar bar("checking");
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     measure::MeshChecker checker;
-    AttributeNames names(checker, input.attributes);
+    model::AttributeNames names(checker);
     if (auto read = reader->readThrough(i, names, bar.callback()); !read) {
       return pass(read.error());
     }
+    input.attributes.insert(names.names().begin(), names.names().end());
     const measure::MeshReport report = checker.finish();
     const std::string& name = input.metadata.bodies[i].name;
     if (!report.valid() && !options.allowOpen) {

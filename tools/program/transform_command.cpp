@@ -1,12 +1,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <numbers>
+#include <set>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/edit/map_space_time.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/transformed.h"
@@ -36,9 +40,10 @@ struct TransformArguments {
   bool json = false;
 };
 
-/// "yzx" or "-yxz": which axis of the input becomes x, y and z.
-std::optional<Eigen::Matrix3d> axesOf(const std::string& text) {
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
+/// "yzx", "-yxz" or "tyzx": which axis of the input becomes x, y and z, and t if there are four.
+std::optional<Eigen::Matrix4d> axesOf(const std::string& text) {
+  const std::string letters = "xyzt";
+  Eigen::Matrix4d axes = Eigen::Matrix4d::Zero();
   int row = 0;
   double sign = 1;
   for (const char c : text) {
@@ -46,20 +51,29 @@ std::optional<Eigen::Matrix3d> axesOf(const std::string& text) {
       sign = -1;
       continue;
     }
-    if (c < 'x' || c > 'z' || row == 3) return std::nullopt;
-    axes(row++, c - 'x') = sign;
+    const auto column = letters.find(c);
+    if (column == std::string::npos || row == 4) return std::nullopt;
+    axes(row++, static_cast<Eigen::Index>(column)) = sign;
     sign = 1;
   }
-  if (row != 3 || sign < 0 || std::abs(axes.determinant()) != 1) return std::nullopt;
+  if (row == 3) axes(row++, 3) = 1;
+  if (row != 4 || sign < 0 || std::abs(axes.determinant()) != 1) return std::nullopt;
   return axes;
+}
+
+/// Whether time becomes something else, by exchange or reversal.
+bool mixesTime(const TransformArguments& options) {
+  return !options.axes.empty() && (*axesOf(options.axes))(3, 3) != 1;
 }
 
 CLI::Validator axesInSomeOrder() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
         if (axesOf(text)) return {};
-        return fmt::format("'{}' is not x, y and z in some order, with signs or without, as y-xz",
-                           text);
+        return fmt::format(
+            "'{}' is not x, y and z in some order, with signs or without, as y-xz, "
+            "nor x, y, z and t, as xtzy",
+            text);
       },
       "AXES");
 }
@@ -69,7 +83,9 @@ model::Transform transformOf(const TransformArguments& options) {
   model::Transform transform;
   auto linear = transform.space.leftCols<3>();
   auto shift = transform.space.col(3);
-  if (!options.axes.empty()) linear = *axesOf(options.axes);
+  if (!options.axes.empty() && !mixesTime(options)) {
+    linear = axesOf(options.axes)->topLeftCorner<3, 3>();
+  }
   if (!options.scale.empty()) {
     const auto& s = options.scale;
     const Eigen::Vector3d factors(s.front(), s[s.size() / 2], s.back());
@@ -135,6 +151,33 @@ Result<void> checkBounds(const model::Bounds3& bounds, const model::Transform& t
                  where);
 }
 
+/// Maps space and time of all bodies; `mapped` keeps what they are now. Returns their bounds.
+Result<model::Bounds3> mapBodies(const Eigen::Matrix4d& axes, InputBodies& input,
+                                 std::deque<edit::MappedMesh>& mapped) {
+  ProgressBar bar("mapping");
+  model::Bounds3 bounds;
+  for (model::Body& body : input.bodies) {
+    auto done = edit::mapSpaceTime(*body.source, axes, bar.callback());
+    if (!done) return pass(done.error());
+    mapped.push_back(std::move(*done));
+    const model::Mesh& mesh = mapped.back().cut.mesh;
+    for (const model::Slab& slab : mesh.slabs()) {
+      for (const model::Point4& vertex : slab.vertices) bounds.add(vertex.head<3>());
+    }
+    body.source = &mesh;
+  }
+  return bounds;
+}
+
+std::vector<std::string> lossesOf(const std::deque<edit::MappedMesh>& mapped) {
+  std::set<std::string> names;
+  for (const edit::MappedMesh& mesh : mapped) {
+    names.insert(mesh.droppedAttributes.begin(), mesh.droppedAttributes.end());
+  }
+  if (names.empty()) return {};
+  return {fmt::format("attributes not kept where time is exchanged: {}", fmt::join(names, ", "))};
+}
+
 int run(const TransformArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
@@ -142,14 +185,26 @@ int run(const TransformArguments& options) {
   auto input = openBodies(options.input, options.bodies);
   if (!input) return report(input.error());
 
-  if (auto fits = checkBounds(boundsOf(*input), transform, options.input); !fits) {
+  std::deque<edit::MappedMesh> mapped;
+  model::Bounds3 bounds = boundsOf(*input);
+  std::vector<std::string> losses;
+  if (mixesTime(options)) {
+    auto done = mapBodies(*axesOf(options.axes), *input, mapped);
+    if (!done) return report(done.error());
+    bounds = *done;
+    losses = lossesOf(mapped);
+  }
+  if (auto fits = checkBounds(bounds, transform, options.input); !fits) {
     return report(fits.error());
   }
 
   formats::Metadata metadata = metadataOf(*input);
   // Of a mesh that was centred, the place of the origin moves with it.
+  model::Point4 origin = model::Point4::Zero();
+  origin.head<3>() = originOf(metadata);
+  if (mixesTime(options)) origin = *axesOf(options.axes) * origin;
   metadata.detailsJson =
-      withOrigin(metadata.detailsJson, transform.space.leftCols<3>() * originOf(metadata));
+      withOrigin(metadata.detailsJson, transform.space.leftCols<3>() * origin.head<3>());
   auto writer =
       formats::T4dWriter::create(options.output, metadata, {.compression = options.compression});
   if (!writer) return report(writer.error());
@@ -173,6 +228,7 @@ int run(const TransformArguments& options) {
   }
   if (options.json) {
     printJson({{"bodies", input->bodies.size()},
+               {"axes", options.axes},
                {"matrix", matrix},
                {"time_scale", transform.timeScale},
                {"time_shift", transform.timeShift},
@@ -185,7 +241,8 @@ int run(const TransformArguments& options) {
           transform.mirrors() ? ", mirrored" : "");
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
   }
-  return reportLosses(writer->losses());
+  for (const std::string& loss : writer->losses()) losses.push_back(loss);
+  return reportLosses(losses);
 }
 
 }  // namespace
@@ -203,7 +260,9 @@ void addTransform(CLI::App& app, int& exitCode) {
       ->check(someName())
       ->check(noOtherFormat());
   command
-      ->add_option("--axes", options->axes, "First: which axes become x, y and z, as y-xz or xzy")
+      ->add_option(
+          "--axes", options->axes,
+          "First: which axes become x, y and z, as y-xz, or x, y, z and t, as xtzy or xyz-t")
       ->check(axesInSomeOrder());
   command->add_option("--scale", options->scale, "Then: one factor, or one for each axis")
       ->expected(1, 3)
