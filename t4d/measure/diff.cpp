@@ -141,15 +141,19 @@ Result<bool> compareSolids(const T4dReader& a, const T4dReader& b, const DiffOpt
   std::vector<model::Body> all = bodiesA;
   all.insert(all.end(), bodiesB.begin(), bodiesB.end());
   const model::TimeSpan span = model::timeSpanOf(all);
+  std::vector<double> times = {span.begin, span.end};
   for (std::uint64_t i = 0; i < options.times; ++i) {
-    const double time = model::dividedTime(span, 2 * i + 1, 2 * options.times);
+    times.push_back(model::dividedTime(span, 2 * i + 1, 2 * options.times));
+  }
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double time = times[i];
     const auto solidA = solidAt(bodiesA, time);
     if (!solidA) return pass(solidA.error());
     const auto solidB = solidAt(bodiesB, time);
     if (!solidB) return pass(solidB.error());
     const auto farther = fartherThan(tolerance, *solidA, *solidB);
     if (!farther) return pass(farther.error());
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(options.times));
+    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(times.size()));
     if (!*farther) continue;
     messages.push_back(
         std::isinf(**farther)
@@ -160,7 +164,7 @@ Result<bool> compareSolids(const T4dReader& a, const T4dReader& b, const DiffOpt
     return false;
   }
   messages.push_back(fmt::format("at {} times the surfaces are within {:.6g} of each other",
-                                 options.times, tolerance));
+                                 times.size(), tolerance));
   return true;
 }
 

@@ -23,8 +23,8 @@ struct DiffOptions {
   /// The distance, in length units, within which two surfaces are the same (Hausdorff); without it,
   /// a thousandth of the diagonal of the bounds of both meshes.
   std::optional<double> tolerance = {};
-  /// How many times are compared, in the middles of as many equal parts of the time in which either
-  /// mesh exists.
+  /// How many times are compared besides the first and the last: the middles of as many equal parts
+  /// of the time in which either mesh exists.
   std::uint64_t times = 16;
   std::optional<std::uint64_t> maxCells = {};  ///< as T4dReader::open takes it
 };
