@@ -1370,6 +1370,90 @@ TEST_F(Program, VolumesAreWoven) {
   misused("weave fx/labels.nrrd --spacing 1 2 -o out.t4d", "--spacing is one length, or three");
 }
 
+/// A sphere as .obj, of `around` by `across` quadrilaterals and triangles at the poles.
+std::string ballText(double radius, double x, int around, int across) {
+  std::string text;
+  const auto point = [&](double height, double angle) {
+    const double ring = radius * std::sin(height);
+    text += "v " + std::to_string(x + ring * std::cos(angle)) + " " +
+            std::to_string(ring * std::sin(angle)) + " " +
+            std::to_string(radius * std::cos(height)) + "\n";
+  };
+  const double pi = std::acos(-1.0);
+  point(0, 0);
+  for (int i = 1; i < across; ++i) {
+    for (int j = 0; j < around; ++j) point(pi * i / across, 2 * pi * j / around);
+  }
+  point(pi, 0);
+  const auto at = [&](int i, int j) { return 2 + (i - 1) * around + j % around; };
+  const int last = 2 + (across - 1) * around;
+  const auto face = [&](std::initializer_list<int> corners) {
+    text += "f";
+    for (const int corner : corners) text += " " + std::to_string(corner);
+    text += "\n";
+  };
+  for (int j = 0; j < around; ++j) {
+    face({1, at(1, j), at(1, j + 1)});
+    for (int i = 1; i + 1 < across; ++i) {
+      face({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+    face({at(across - 1, j), last, at(across - 1, j + 1)});
+  }
+  return text;
+}
+
+TEST_F(Program, MeshesOfAnyTrianglesAreWoven) {
+  // A ball of radius 4 that moves by less than a voxel between frames, with other triangles in
+  // each.
+  constexpr int kFrames = 11;
+  fs::create_directory(folder_ / "by-hand");
+  for (int i = 0; i < kFrames; ++i) {
+    const std::string name = "ball_" + std::to_string(i);
+    write(name + ".obj", ballText(4, 0.4 * i, 60 + 7 * i, 40 + 3 * (i % 4)));
+    ASSERT_EQ(
+        run("voxelize " + name + ".obj -m fx/rest.json --voxel-size 0.5 --frames 2 -o " + name)
+            .exitCode,
+        0);
+    fs::copy(folder_ / name / "frame_0000.vdb", folder_ / "by-hand" / (name + ".vdb"));
+  }
+  const Finished done =
+      run("weave ball_*.obj --voxel-size 0.5 --frame-time 0.25 -o balls.t4d --json");
+  EXPECT_EQ(done.value()["frames"], kFrames);
+  EXPECT_EQ(done.err, "");
+  const json report = run("validate balls.t4d --deep --json").value();
+  EXPECT_TRUE(report["valid"] && report["closed"] && report["oriented"]);
+  // The meshes have up to 0.4 % less than the ball, voxels change 1 %.
+  const double ball = 4 * std::acos(-1.0) / 3 * 64;
+  EXPECT_NEAR(report["hypervolume"], 2.5 * ball, 0.015 * 2.5 * ball);
+  const json info = run("info balls.t4d --json").value();
+  EXPECT_EQ(info["time_end"], 2.5);
+  EXPECT_EQ(info["details"]["parameters"]["voxel_size"], 0.5);
+  EXPECT_EQ(info["details"]["source"]["meshes"], kFrames);
+  // Grids made by hand give the same mesh.
+  ASSERT_EQ(run("weave by-hand --frame-time 0.25 --body ball_0 -o by-hand.t4d").exitCode, 0);
+  const json same = run("diff balls.t4d by-hand.t4d --json").value();
+  EXPECT_THAT(same["level"], testing::AnyOf("bytes", "mesh"));
+
+  const std::string first = "weave ball_0.obj ";
+  EXPECT_THAT(run(first + "ball_1.obj --voxel-size 1 -o unit.t4d").err,
+              testing::HasSubstr("frames are 1 apart"));
+  misused(first + "ball_1.obj -o out.t4d", "need --voxel-size");
+  misused(first + "by-hand/ball_1.vdb --voxel-size 1 -o out.t4d", "are not of one kind");
+  misused(first + "ball_1.obj --voxel-size 1 --iso 1 -o out.t4d", "not for triangle meshes");
+  misused("weave by-hand --voxel-size 1 -o out.t4d", "--voxel-size is for triangle meshes");
+  refuses(first + "--voxel-size 1 -o out.t4d", "ball_0.obj: one frame only");
+  refuses(first + "ball_2.obj --voxel-size 1 -o out.t4d", "number 1 is missing");
+  const std::string text = contents(folder_ / "ball_1.obj");
+  write("ball_1.obj", text.substr(0, text.rfind("f ")));
+  refuses(first + "ball_1.obj --voxel-size 1 -o out.t4d", "ball_1.obj: the mesh is open");
+  write("ball_1.obj", "v 0 0 nan\n" + text);
+  refuses(first + "ball_1.obj --voxel-size 1 -o out.t4d", "ball_1.obj:1: ");
+  write("ball_1.obj", text + "f 1 3 2\n");
+  refuses(first + "ball_1.obj --voxel-size 1 -o out.t4d", "ball_1.obj: ");
+  EXPECT_THAT(run("weave ball_2.obj ball_3.obj --voxel-size 20 --frame-time 1 -o wide.t4d").err,
+              testing::HasSubstr("larger than the solid of ball_2.obj"));
+}
+
 TEST_F(Program, BadFramesAreRefused) {
   ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 2 -o two").exitCode,
             0);
@@ -1381,7 +1465,7 @@ TEST_F(Program, BadFramesAreRefused) {
   const std::string first = "weave two/frame_0000.vdb ";
   refuses("weave none -o out.t4d", "none");
   refuses("weave one -o out.t4d", "one frame only");
-  refuses("weave fx/cube.obj fx/torus.obj -o out.t4d", "is not a VDB file");
+  misused("weave fx/cube.obj fx/torus.obj -o out.t4d", "need --voxel-size");
   refuses(first + "cut.vdb -o out.t4d", "cut.vdb");
   refuses(first + "two/frame_0000.vdb -o out.t4d", "times do not increase");
   refuses("weave two --iso 1000 -o out.t4d", "1000");

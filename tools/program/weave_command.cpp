@@ -10,12 +10,14 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/model/transformed.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/mesh_frames.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/voxel_series.h"
@@ -30,6 +32,7 @@ struct WeaveArguments {
   voxel4d::VolumeOptions input;
   std::vector<std::int64_t> labels;
   std::string grid;
+  std::optional<double> voxelSize;
   std::vector<double> spacing;
   std::vector<double> origin;
   std::string caps = "flat";
@@ -72,19 +75,32 @@ CLI::Validator axesOfArray() {
 
 std::string detailsOf(const WeaveArguments& options) {
   ordered_json parameters;
+  if (options.voxelSize) parameters["voxel_size"] = *options.voxelSize;
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   if (!options.labels.empty()) parameters["labels"] = options.labels;
   parameters["caps"] = options.caps;
   parameters["precision"] = options.output.coding.precision;
   if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
-  const std::string first = nameIn(options.frames.front()).string();
-  return ordered_json{{"source", {{"frames", first}}}, {"parameters", parameters}}.dump(
+  ordered_json source{{"frames", nameIn(options.frames.front()).string()}};
+  if (options.voxelSize) source["meshes"] = options.frames.size();
+  return ordered_json{{"source", source}, {"parameters", parameters}}.dump(
       -1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-/// Frames of OpenVDB, or of volumes: what has the label, or is inside without one.
+/// Frames of triangle meshes, of OpenVDB, or of volumes: what has the label, or is inside without
+/// one. `meshes` becomes what is found in meshes.
 Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
-                                         const std::optional<std::int64_t>& label) {
+                                         const std::optional<std::int64_t>& label,
+                                         std::shared_ptr<MeshFramesLog>& meshes) {
+  if (options.voxelSize) {
+    auto opened = openMeshFrames(options.frames, {*options.voxelSize, options.input.frameTime,
+                                                  options.input.startTime.value_or(0)});
+    if (!opened) return pass(opened.error());
+    meshes = std::move(opened->log);
+    voxel4d::VolumeFrames frames;
+    frames.frames = std::move(opened->frames);
+    return frames;
+  }
   const std::vector<std::filesystem::path> inputs(options.frames.begin(), options.frames.end());
   if (voxel4d::isVolumeFile(inputs.front())) {
     voxel4d::VolumeOptions input = options.input;
@@ -100,15 +116,34 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
   return opened;
 }
 
+/// The same for meshes.
+std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
+  if (!options.voxelSize) {
+    return "triangle meshes need --voxel-size, the edge length of a voxel; meshes that all have "
+           "the same triangles can be swept as they are: t4d sweep";
+  }
+  const voxel4d::VolumeOptions& input = options.input;
+  if (input.iso || !options.labels.empty() || !input.raw.empty() || !input.axes.empty() ||
+      !options.spacing.empty() || !options.origin.empty() || !options.grid.empty()) {
+    return "--iso, --label, --spacing, --origin, --axes, --raw and --grid are not for triangle "
+           "meshes";
+  }
+  return std::nullopt;
+}
+
 /// What is wrong with the choice of options; nothing if it fits the files.
 std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
   const bool volumes = voxel4d::isVolumeFile(options.frames.front());
+  const bool meshes = isTriangleMesh(options.frames.front());
   for (const std::string& file : options.frames) {
-    if (voxel4d::isVolumeFile(file) != volumes) {
-      return fmt::format("{} and {} are not of one kind; give .vdb files, or volumes",
-                         options.frames.front(), file);
+    if (voxel4d::isVolumeFile(file) != volumes || isTriangleMesh(file) != meshes) {
+      return fmt::format(
+          "{} and {} are not of one kind; give .vdb files, volumes, or triangle meshes",
+          options.frames.front(), file);
     }
   }
+  if (meshes) return misuseOfMeshes(options);
+  if (options.voxelSize) return "--voxel-size is for triangle meshes; grids have voxels already";
   if (volumes && !options.grid.empty()) return "--grid is for .vdb files";
   const auto isOf = [&](std::string_view extension) {
     return std::ranges::all_of(options.frames, [&](const std::string& file) {
@@ -148,7 +183,8 @@ int run(const WeaveArguments& options) {
   // Each label is a body.
   std::vector<std::optional<std::int64_t>> labels(options.labels.begin(), options.labels.end());
   if (labels.empty()) labels.emplace_back();
-  auto input = openFrames(options, labels.front());
+  std::shared_ptr<MeshFramesLog> meshes;
+  auto input = openFrames(options, labels.front(), meshes);
   if (!input) return report(input.error());
   const auto unit = [](const std::string& given, const std::string& ofFile) {
     return given.empty() ? ofFile : given;
@@ -169,20 +205,35 @@ int run(const WeaveArguments& options) {
   for (std::size_t i = 0; i < labels.size(); ++i) {
     ProgressBar bar("weaving");
     if (i > 0) {
-      input = openFrames(options, labels[i]);
+      input = openFrames(options, labels[i], meshes);
       if (!input) return report(input.error());
     }
     file->setBody(i);
     const auto body = weaveInto(*file, *input, caps, bar);
-    if (!body) return report(body.error());
+    if (!body) {
+      Error error = body.error();
+      if (meshes) {
+        printNotices(meshes->notices);
+        if (error.where.empty()) error.where = options.frames.front();
+      }
+      return report(error);
+    }
     woven.vertices += body->vertices;
     woven.tetrahedra += body->tetrahedra;
     woven.frames = body->frames;
     for (int end = 0; end < 2; ++end) woven.capTetrahedra[end] += body->capTetrahedra[end];
   }
+  std::vector<std::string> notices;
+  std::vector<std::string> losses;
+  if (meshes) {
+    if (const auto misuse = misuseOfOutput(options.output.path, meshes->files)) {
+      return wrongUsage(*misuse);
+    }
+    notices = meshes->notices;
+    losses = meshes->losses;
+  }
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
-  std::vector<std::string> notices;
   noticeCaps(caps, woven, notices);
   printNotices(notices);
 
@@ -204,20 +255,29 @@ int run(const WeaveArguments& options) {
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
     if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
   }
-  return reportLosses(file->losses());
+  for (std::string& loss : file->losses()) losses.push_back(std::move(loss));
+  return reportLosses(losses);
 }
 
 }  // namespace
 
 void addWeave(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand("weave", "Weave a time series of voxel grids into a 4D mesh");
+  auto* command = app.add_subcommand(
+      "weave", "Weave a time series of voxel grids, or of any triangle meshes, into a 4D mesh");
   auto options = std::make_shared<WeaveArguments>();
   command
       ->add_option("FRAMES", options->frames,
                    "The grids: .vdb files with one frame each, a folder of them, or one file with "
                    "several grids; or volumes, one with an axis of time or several of one frame: " +
-                       volumeExtensions())
+                       volumeExtensions() +
+                       "; or with --voxel-size triangle meshes, in the order of their numbers: " +
+                       formats::readableTriangleMeshExtensions())
       ->required();
+  command
+      ->add_option("--voxel-size", options->voxelSize,
+                   "Triangle meshes: edge length of a voxel, in length units; lattice points are "
+                   "its multiples")
+      ->check(numberAboveZero());
   command
       ->add_option(
           "--iso", options->input.iso,
@@ -232,7 +292,8 @@ void addWeave(CLI::App& app, int& exitCode) {
   command
       ->add_option(
           "--frame-time", options->input.frameTime,
-          "Time between frames (default: what the files say; of .vdb the metadata t4d_time)")
+          "Time between frames (default: what the files say; of .vdb the metadata t4d_time; of "
+          "triangle meshes 1)")
       ->check(numberAboveZero());
   command
       ->add_option("--start-time", options->input.startTime,
@@ -271,7 +332,9 @@ void addWeave(CLI::App& app, int& exitCode) {
   command->add_option("--time-unit", options->timeUnit, "Unit of the times: s, min, ...");
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
-  command->footer("Example:\n  t4d weave frames/*.vdb -o moving.t4d");
+  command->footer(
+      "Example:\n  t4d weave frames/*.vdb -o moving.t4d\n"
+      "  t4d weave frames/water_*.obj --voxel-size 0.01 --frame-time 0.04 -o water.t4d");
   command->callback([=, &exitCode] {
     const auto& spacing = options->spacing;
     if (spacing.size() == 2) {

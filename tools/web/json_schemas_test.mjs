@@ -166,6 +166,7 @@ const runs = [
   ['weave', [at('level-sets'), '-o', at('woven.t4d')], 0],
   ['weave', [at('masks'), '--caps', 'half-step', '--precision', 'float32', '-o', at('masks.t4d')], 0],
   ['weave', [fixture('labels.nrrd'), '--label', '1', '-o', at('labels.t4d')], 0],
+  ['weave', [fixture('bending_0.obj'), fixture('bending_1.obj'), '--voxel-size', 1, '-o', at('bent.t4d')], 0],
   ['weave', [at('no such folder'), '-o', at('none.t4d')], 4],
   ['rasterize', [at('screw.t4d'), ...voxels, '-o', at('rasterized')], 0],
   ['rasterize', [at('voxels.t4d'), '--voxel-size', 2, '--frame-time', 1, '--mask', '-o', at('rasterized')], 0],

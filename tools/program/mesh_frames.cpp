@@ -1,0 +1,104 @@
+#include "tools/program/mesh_frames.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/numbered_files.h"
+#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/model/times.h"
+#include "t4d/voxel4d/occupancy.h"
+
+namespace t4d::tools {
+namespace {
+
+/// Reads one mesh, and notes in the log what is said of it.
+class MeshSeries {
+ public:
+  MeshSeries(std::vector<std::filesystem::path> files, std::vector<double> times, double voxelSize,
+             std::shared_ptr<MeshFramesLog> log)
+      : files_(std::move(files)),
+        times_(std::move(times)),
+        lattice_{voxelSize, model::Point3::Zero()},
+        log_(std::move(log)) {}
+
+  Result<model::TriangleMesh> at(double time) {
+    const auto index = std::ranges::lower_bound(times_, time) - times_.begin();
+    const std::filesystem::path& file = files_[static_cast<std::size_t>(index)];
+    auto loaded = formats::readTriangleMesh(file);
+    if (!loaded) return pass(loaded.error());
+    if (auto good = voxel4d::checkVoxelizable(loaded->mesh, lattice_); !good) {
+      Error error = good.error();
+      if (error.where.empty()) error.where = file.string();
+      return pass(std::move(error));
+    }
+    note(*loaded, file.filename().string());
+    return std::move(loaded->mesh);
+  }
+
+ private:
+  void note(const formats::LoadedMesh& loaded, const std::string& name) {
+    for (const std::string& loss : loaded.losses) {
+      if (std::ranges::find(log_->losses, loss) == log_->losses.end()) log_->losses.push_back(loss);
+    }
+    for (const auto& file : loaded.otherFiles) log_->files.push_back(file.string());
+    // A note for each of a thousand meshes would hide all others.
+    if (!loaded.notices.empty() && !mended_) {
+      mended_ = true;
+      for (const std::string& notice : loaded.notices) {
+        log_->notices.push_back(fmt::format("{}: {}; others may have had the same", name, notice));
+      }
+    }
+    const model::Bounds3 bounds = boundsOf(loaded.mesh);
+    const double narrowest = (bounds.max - bounds.min).minCoeff();
+    if (lattice_.voxelSize > narrowest && !narrow_) {
+      narrow_ = true;
+      log_->notices.push_back(fmt::format(
+          "voxels of {} are larger than the solid of {}, which is {:.4g} wide: it may fall between "
+          "lattice points",
+          lattice_.voxelSize, name, narrowest));
+    }
+  }
+
+  std::vector<std::filesystem::path> files_;
+  std::vector<double> times_;
+  voxel4d::Lattice lattice_;
+  std::shared_ptr<MeshFramesLog> log_;
+  bool mended_ = false;
+  bool narrow_ = false;
+};
+
+}  // namespace
+
+bool isTriangleMesh(const std::string& path) {
+  const auto* format = formats::triangleMeshFormat(path);
+  return format != nullptr && format->read != nullptr;
+}
+
+Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
+                                  const MeshFramesOptions& options) {
+  const std::vector<std::filesystem::path> paths(files.begin(), files.end());
+  auto ordered = formats::inNumberOrder(paths);
+  if (!ordered) return pass(ordered.error());
+  const std::string first = ordered->front().string();
+  if (ordered->size() < 2) return invalid("one frame only; a 4D mesh needs two or more", first);
+  const double step = options.frameTime.value_or(1);
+  std::vector<double> times = model::steppedTimes(options.startTime, step, ordered->size());
+  if (!std::ranges::is_sorted(times, std::less_equal<>())) {
+    return invalid(fmt::format("frames {} apart from time {} on are too close to be told apart",
+                               step, options.startTime),
+                   first, Remedy::FrameTime);
+  }
+  MeshFrames opened{nullptr, std::make_shared<MeshFramesLog>()};
+  if (!options.frameTime) {
+    opened.log->notices.emplace_back(
+        "meshes have no times: frames are 1 apart; --frame-time sets another time");
+  }
+  auto series =
+      std::make_shared<MeshSeries>(std::move(*ordered), times, options.voxelSize, opened.log);
+  opened.frames = voxel4d::voxelFrames([series](double time) { return series->at(time); },
+                                       std::move(times), {options.voxelSize});
+  return opened;
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "t4d/voxel4d/voxelize.h"
+
+namespace t4d::tools {
+
+/// True for the name of a triangle mesh that is read.
+bool isTriangleMesh(const std::string& path);
+
+/// What was found in the meshes of a series while they were read.
+struct MeshFramesLog {
+  std::vector<std::string> notices;
+  std::vector<std::string> losses;  ///< each once, however many meshes have it
+  std::vector<std::string> files;   ///< that were read besides the meshes themselves
+};
+
+struct MeshFrames {
+  std::unique_ptr<voxel4d::FrameSource> frames;
+  std::shared_ptr<MeshFramesLog> log;
+};
+
+struct MeshFramesOptions {
+  double voxelSize = 1;
+  std::optional<double> frameTime = {};  ///< 1, with a notice, if there is none
+  double startTime = 0;
+};
+
+/// Level sets of triangle meshes, a frame each, in the order of their numbers
+/// (formats::inNumberOrder). A mesh is read and voxelized when its frame is requested; they need
+/// not have the same triangles. Errors of a mesh name its file.
+Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
+                                  const MeshFramesOptions& options);
+
+}  // namespace t4d::tools
