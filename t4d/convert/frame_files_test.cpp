@@ -30,7 +30,7 @@ TEST(FrameNames, AreThoseOfAFolderOrAPattern) {
   EXPECT_EQ(frameNames("%d.obj", ".obj")->fileName(7, 100), "07.obj");
   EXPECT_EQ(frameNames("%d.obj", "")->manifest, "manifest.json");
   EXPECT_FALSE(frameNames("a%d.obj", ".ply"));
-  EXPECT_FALSE(frameNames("a%d.off", ""));
+  EXPECT_FALSE(frameNames("a%d.txt", ""));
   EXPECT_FALSE(frameNames("a%d", ""));
   EXPECT_FALSE(frameNames("out", ".vdb"));
 }
