@@ -188,9 +188,33 @@ std::string describe(const Mesh4d& mesh, const Facet& facet) {
 tl::unexpected<Error> notClosed(const Mesh4d& mesh, const std::vector<Facet>& unmatched) {
   const auto first = std::ranges::find_if_not(unmatched, &Facet::isClosed);
   const auto count = std::ranges::count_if(unmatched, [](const Facet& f) { return !f.isClosed(); });
-  return invalid(fmt::format("is not closed: of its triangles, {} {}; the first, {}, has {}", count,
-                             count == 1 ? "has not two tetrahedra" : "have not two tetrahedra",
-                             describe(mesh, *first), first->even + first->odd),
+  return invalid(
+      fmt::format("is not closed: {} of its triangles {} not have two tetrahedra; the first, {}, "
+                  "has {}",
+                  count, count == 1 ? "does" : "do", describe(mesh, *first),
+                  first->even + first->odd),
+      {}, Remedy::OpenMesh);
+}
+
+/// A solid without content, which validation would call inside out.
+tl::unexpected<Error> notSolid(const Mesh4d& mesh) {
+  const auto flat = std::ranges::count_if(mesh.cells, [&](const Cell& cell) {
+    Eigen::Matrix<double, 4, 3> edges;
+    for (int i = 0; i < 3; ++i) edges.col(i) = mesh.vertices[cell[i + 1]] - mesh.vertices[cell[0]];
+    return edges.fullPivLu().rank() < 3;
+  });
+  std::vector<Point4> points = mesh.vertices;
+  const auto less = [](const Point4& a, const Point4& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 4, b.data(), b.data() + 4);
+  };
+  std::ranges::sort(points, less);
+  const auto same = points.end() - std::unique(points.begin(), points.end());
+  if (flat + same == 0) {
+    return invalid("encloses no hypervolume: its parts cancel each other", {}, Remedy::OpenMesh);
+  }
+  return invalid(fmt::format("encloses no hypervolume: {} of its {} tetrahedra are flat, and {} of "
+                             "its {} vertices lie exactly on others",
+                             flat, mesh.cells.size(), same, mesh.vertices.size()),
                  {}, Remedy::OpenMesh);
 }
 
@@ -237,6 +261,10 @@ Result<Mend4dReport> mendMesh4d(Mesh4d& mesh, const Mend4dOptions& options) {
   } else if (report.closed && signedHypervolume(mesh, mesh.cells) < 0) {
     for (Cell& cell : mesh.cells) turn(cell);
     report.changes.emplace_back("turned the mesh inside out: it enclosed a negative hypervolume");
+  }
+  if (report.closed && report.oriented && !(signedHypervolume(mesh, mesh.cells) > 0)) {
+    if (!options.allowOpen) return notSolid(mesh);
+    report.changes.emplace_back("encloses no hypervolume, so validation will call it invalid");
   }
   return report;
 }

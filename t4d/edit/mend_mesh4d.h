@@ -19,7 +19,7 @@ struct Mend4dOptions {
 struct Mend4dReport {
   bool closed = false;    ///< every triangle has exactly two tetrahedra
   bool oriented = false;  ///< on opposite sides
-  /// What was changed, a sentence each.
+  /// What was changed, or is wrong all the same, a sentence each.
   std::vector<std::string> changes;
 };
 
@@ -31,8 +31,8 @@ struct Mend4dReport {
 ///   orientation tells them apart;
 /// * a mesh that is oriented but encloses a negative hypervolume is turned inside out.
 ///
-/// Fails if the mesh is not closed or cannot be oriented, naming the first triangle at fault,
-/// unless the options allow it.
+/// Fails if the mesh is not closed or cannot be oriented, naming the first triangle at fault, or
+/// encloses no hypervolume, unless the options allow it.
 Result<Mend4dReport> mendMesh4d(formats::Mesh4d& mesh, const Mend4dOptions& options = {});
 
 }  // namespace t4d::edit

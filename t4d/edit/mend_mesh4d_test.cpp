@@ -58,6 +58,23 @@ TEST(MendMesh4d, OrientsEachPartOutward) {
   EXPECT_NEAR(hypervolume(mesh), 2 * polytope.hypervolume, 1e-9);
 }
 
+TEST(MendMesh4d, RefusesASolidThatEqualVerticesMakeFlat) {
+  // The boundary of a 4-simplex, with two of its vertices at one point.
+  const model::Point4 origin = model::Point4::Zero();
+  const std::vector<model::Point4> points = {origin, origin, model::Point4::Unit(1),
+                                             model::Point4::Unit(2), model::Point4::Unit(3)};
+  const std::vector<model::Cell> cells = {
+      {1, 2, 3, 4}, {0, 2, 4, 3}, {0, 1, 3, 4}, {0, 1, 4, 2}, {0, 1, 2, 3}};
+  Mesh4d flat{"", points, cells};
+  const auto refused = mendMesh4d(flat);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message,
+            "encloses no hypervolume: 3 of its 5 tetrahedra are flat, and 1 of its 5 vertices lie "
+            "exactly on others");
+  Mesh4d allowed{"", points, cells};
+  EXPECT_TRUE(mendMesh4d(allowed, {.allowOpen = true}));
+}
+
 TEST(MendMesh4d, TurnsAMeshThatIsInsideOut) {
   const fixtures::Polytope polytope = fixtures::cell16();
   Mesh4d mesh = bodyOf(polytope);
@@ -114,7 +131,7 @@ TEST(MendMesh4d, RefusesAnOpenMeshUnlessAllowed) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().remedy, Remedy::OpenMesh);
   EXPECT_THAT(refused.error().message,
-              testing::StartsWith("is not closed: of its triangles, 4 have not two tetrahedra"));
+              testing::StartsWith("is not closed: 4 of its triangles do not have two tetrahedra"));
   const auto allowed = mendMesh4d(same, {.allowOpen = true});
   ASSERT_TRUE(allowed);
   EXPECT_FALSE(allowed->closed);
