@@ -8,24 +8,36 @@
 
 namespace t4d::voxel4d {
 
+namespace {
+
+constexpr std::array<std::pair<std::string_view, SampleType>, 11> kTypeNames = {{
+    {"bool", SampleType::Bool},
+    {"int8", SampleType::Int8},
+    {"uint8", SampleType::UInt8},
+    {"int16", SampleType::Int16},
+    {"uint16", SampleType::UInt16},
+    {"int32", SampleType::Int32},
+    {"uint32", SampleType::UInt32},
+    {"int64", SampleType::Int64},
+    {"uint64", SampleType::UInt64},
+    {"float32", SampleType::Float32},
+    {"float64", SampleType::Float64},
+}};
+
+}  // namespace
+
 std::optional<SampleType> sampleTypeNamed(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, SampleType>, 11> kNames = {{
-      {"bool", SampleType::Bool},
-      {"int8", SampleType::Int8},
-      {"uint8", SampleType::UInt8},
-      {"int16", SampleType::Int16},
-      {"uint16", SampleType::UInt16},
-      {"int32", SampleType::Int32},
-      {"uint32", SampleType::UInt32},
-      {"int64", SampleType::Int64},
-      {"uint64", SampleType::UInt64},
-      {"float32", SampleType::Float32},
-      {"float64", SampleType::Float64},
-  }};
-  for (const auto& [known, type] : kNames) {
+  for (const auto& [known, type] : kTypeNames) {
     if (known == name) return type;
   }
   return std::nullopt;
+}
+
+std::string_view nameOf(SampleType type) {
+  for (const auto& [name, known] : kTypeNames) {
+    if (known == type) return name;
+  }
+  return "unknown";
 }
 
 Result<std::uint64_t> bytesOfSamples(const Volume& volume) {
@@ -33,7 +45,9 @@ Result<std::uint64_t> bytesOfSamples(const Volume& volume) {
   std::uint64_t bytes = sizeOf(volume.type);
   for (const std::uint64_t size : volume.sizes) {
     if (size == 0 || size > std::numeric_limits<std::int32_t>::max() || bytes > kMost / size) {
-      return invalid(fmt::format("announces {} samples", fmt::join(volume.sizes, " x ")),
+      return invalid(fmt::format("announces {} samples; expected are 1 to 2147483647 along each "
+                                 "axis, and at most 2^62 bytes in all",
+                                 fmt::join(volume.sizes, " x ")),
                      volume.where);
     }
     bytes *= size;

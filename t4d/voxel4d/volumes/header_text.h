@@ -49,6 +49,7 @@ inline std::string shown(std::string_view text) {
 
 /// By the names bool, int8, ..., uint64, float32, float64.
 std::optional<SampleType> sampleTypeNamed(std::string_view name);
+std::string_view nameOf(SampleType type);
 
 /// Bytes of all samples. Fails if an axis has none, or more than 2^31 - 1, or all together have
 /// more bytes than 2^62.

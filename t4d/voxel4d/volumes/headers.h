@@ -11,7 +11,7 @@ namespace t4d::voxel4d {
 /// NRRD (teem.sourceforge.net/nrrd/format.html): .nrrd, or .nhdr with its data in other files of
 /// the same folder or below: one, a list, or a numbered series of a frame each. Encodings raw, gzip
 /// and text. Axes are of space but for at most one, which is time: that of kind `time` or `list`,
-/// or with the direction `none`; of four axes without either the last.
+/// or with the direction `none`; of four axes without kinds and directions the last.
 Result<Volume> readNrrdHeader(const std::filesystem::path& path);
 
 /// NIfTI-1 and -2 (nifti.nimh.nih.gov): .nii, .nii.gz, or .hdr with .img or .img.gz. Positions are
@@ -22,9 +22,9 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path);
 /// axes, `xyz` of three.
 Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view axes);
 
-/// Bare samples after a line of text, `raw TYPE NX NY NZ [NT] [little|big]`, or all of a file whose
-/// line is given. TYPE is bool, int8 to int64, uint8 to uint64, float32 or float64. x varies
-/// fastest, and time slowest.
+/// Bare samples after a line of text, `raw TYPE NX NY NZ [NT] [little|big]`, or all of a file
+/// without one whose line is given; where both are there, they must agree. TYPE is bool, int8 to
+/// int64, uint8 to uint64, float32 or float64. x varies fastest, and time slowest.
 Result<Volume> readRawHeader(const std::filesystem::path& path, std::string_view line);
 
 }  // namespace t4d::voxel4d

@@ -124,6 +124,7 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
   const int got = gzread(file, bytes.data(), bytes.size());
   const bool packed = gzdirect(file) == 0;
   gzclose(file);
+  if (got == 0) return invalid("is empty", volume.where);
   if (got < static_cast<int>(kFirstBytes)) {
     return invalid("is not a NIfTI file: it is shorter than a header", volume.where);
   }
@@ -208,6 +209,16 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
     case 24:
       volume.timeUnit = "us";
       break;
+    case 32:
+    case 40:
+    case 48:
+      if (volume.frames() == 1) break;
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("its fourth axis is not the time: its unit is {}",
+                              (units & 56) == 32   ? "hertz"
+                              : (units & 56) == 40 ? "parts per million"
+                                                   : "radians per second"),
+                  volume.where);
     default:
       break;
   }
@@ -230,7 +241,16 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
     if (data.path.extension() == ".hdr") data.path.replace_extension();
     data.path += ".img";
     std::error_code ignored;
-    if (!std::filesystem::exists(data.path, ignored)) data.path += ".gz";
+    const std::filesystem::path plain = data.path;
+    if (!std::filesystem::exists(plain, ignored)) {
+      data.path += ".gz";
+      if (!std::filesystem::exists(data.path, ignored)) {
+        return fail(ErrorCode::Io,
+                    fmt::format("its samples are missing: there is neither {} nor {}",
+                                plain.string(), data.path.string()),
+                    volume.where);
+      }
+    }
     data.encoding = data.path.extension() == ".gz" ? SampleEncoding::Gzip : SampleEncoding::Raw;
   } else {
     data.encoding = packed ? SampleEncoding::Gzip : SampleEncoding::Raw;

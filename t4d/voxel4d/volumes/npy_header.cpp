@@ -43,6 +43,7 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
   std::array<unsigned char, 12> front{};
   file.read(reinterpret_cast<char*>(front.data()), front.size());
   constexpr std::string_view kMagic = "\x93NUMPY";
+  if (file.gcount() == 0) return invalid("is empty", volume.where);
   if (!file ||
       !std::equal(kMagic.begin(), kMagic.end(), front.begin(),
                   [](char a, unsigned char b) { return static_cast<unsigned char>(a) == b; })) {
@@ -58,7 +59,9 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
   const std::uint64_t begin = major > 1 ? 12 : 10;
   constexpr std::uint64_t kLongest = 1U << 16U;
   if (length > kLongest) {
-    return invalid(fmt::format("announces a header of {} bytes", length), volume.where);
+    return invalid(
+        fmt::format("announces a header of {} bytes; at most {} are read", length, kLongest),
+        volume.where);
   }
   std::string dictionary(length, '\0');
   file.seekg(static_cast<std::streamoff>(begin));

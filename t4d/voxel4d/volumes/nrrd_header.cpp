@@ -98,6 +98,7 @@ class Header {
         return header;
       }
     }
+    if (bytes == 0) return invalid("is empty", header.where);
     return header;  // a detached header ends with its file
   }
 
@@ -113,6 +114,9 @@ class Header {
   }
   std::vector<std::string> words(const std::string& field) const { return wordsOf((*this)(field)); }
   tl::unexpected<Error> wrong(const std::string& field, const std::string& message) const {
+    if ((*this)(field).empty()) {
+      return invalid(fmt::format("lacks the field '{}', which is required", field), where);
+    }
     return invalid(fmt::format("its field '{}: {}' {}", field, shown((*this)(field)), message),
                    where);
   }
@@ -184,8 +188,8 @@ Result<void> placeByMins(const Header& header, const std::optional<std::size_t>&
   const auto mins = header.words("axis mins");
   if (mins.empty()) return {};
   if (mins.size() != volume.sizes.size()) {
-    return header.wrong("axis mins",
-                        fmt::format("is not one of each of {} axes", volume.sizes.size()));
+    return header.wrong("axis mins", fmt::format("does not have a number for each of {} axes",
+                                                 volume.sizes.size()));
   }
   for (const char* field : {"centers", "centerings"}) {
     const auto centers = header.words(field);
@@ -207,7 +211,20 @@ Result<void> place(const Header& header, Volume& volume) {
   const auto kinds = header.words("kinds");
   const auto directions = vectorsIn(header("space directions"));
   if (!kinds.empty() && kinds.size() != count) {
-    return header.wrong("kinds", fmt::format("is not one of each of {} axes", count));
+    return header.wrong("kinds", fmt::format("does not have a word for each of {} axes", count));
+  }
+  std::string space = header("space");
+  std::ranges::transform(space, space.begin(), [](unsigned char c) { return std::tolower(c); });
+  const bool hasTime = space.ends_with("-time") || space == "rast" || space == "last" ||
+                       space == "lpst" || space == "3drht" || space == "3dlht";
+  if (hasTime) {
+    return header.wrong("space",
+                        "has four dimensions; expected is a space of three, with directions of "
+                        "three numbers, and 'none' for the axis of time");
+  }
+  if (const std::string dimension = header("space dimension");
+      !dimension.empty() && dimension != "3") {
+    return header.wrong("space dimension", "is not 3, with 'none' for the direction of time");
   }
   if (!directions || (!directions->empty() && directions->size() != count)) {
     return header.wrong(
@@ -226,8 +243,16 @@ Result<void> place(const Header& header, Volume& volume) {
                                                shown(kind)));
     }
     if (!ofTime && !bare) continue;
-    if (time) return header.wrong("kinds", "has more than one axis that is not of space");
+    if (time) {
+      return header.wrong(kinds.empty() ? "space directions" : "kinds",
+                          "has more than one axis that is not of space");
+    }
     time = i;
+  }
+  if (!time && count == 4 && !directions->empty()) {
+    return header.wrong("space directions",
+                        "gives all four axes a direction, so none is the time; expected is 'none' "
+                        "for the axis of time, or its kind, time");
   }
   if (!time && count == 4) time = 3;
   if (count != (time ? 4U : 3U)) {
@@ -238,7 +263,8 @@ Result<void> place(const Header& header, Volume& volume) {
 
   const auto spacings = header.words("spacings");
   if (!spacings.empty() && spacings.size() != count) {
-    return header.wrong("spacings", fmt::format("is not one of each of {} axes", count));
+    return header.wrong("spacings",
+                        fmt::format("does not have a number for each of {} axes", count));
   }
   const auto spacing = [&](std::size_t i) -> std::optional<double> {
     if (spacings.empty()) return std::nullopt;
@@ -295,7 +321,8 @@ Result<fs::path> dataFile(const Header& header, const fs::path& folder, const st
   const fs::path path(name);
   const auto climbs = [](const fs::path& part) { return part == ".."; };
   if (name.empty() || path.is_absolute() || std::ranges::any_of(path, climbs)) {
-    return invalid(fmt::format("names the data file '{}'; it must be in the same folder or below",
+    return invalid(fmt::format("names the data file '{}'; it must be in the same folder or below, "
+                               "so that a header from elsewhere cannot have other files read",
                                shown(name)),
                    header.where);
   }
@@ -309,8 +336,8 @@ Result<std::vector<std::string>> numbered(const Header& header,
   const auto percent = pattern.find('%');
   const auto letter = pattern.find('d', percent);
   const auto wrong = [&] {
-    return header.wrong("data file",
-                        "is not a name with %d, and first, last and step of its numbers");
+    return header.wrong(
+        "data file", "is not a name with %d followed by the first number, the last and the step");
   };
   if (letter == std::string::npos || (words.size() != 4 && words.size() != 5)) return wrong();
   std::string digits = pattern.substr(percent + 1, letter - percent - 1);
@@ -344,7 +371,7 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
   } else if (encoding == "text" || encoding == "txt" || encoding == "ascii") {
     data.encoding = SampleEncoding::Text;
   } else {
-    return header.wrong("encoding", "is none that can be read: raw, gzip and text");
+    return header.wrong("encoding", "is not supported; raw, gzip and text are");
   }
   if (!header("line skip").empty() && header("line skip") != "0") {
     return header.wrong("line skip", "is not supported; only 'byte skip' is");
@@ -384,8 +411,13 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
     volume.data.push_back(data);
   }
   if (volume.data.empty()) return header.wrong("data file", "names no file");
-  if (volume.data.size() > 1 &&
-      (volume.axes.back() != 't' || volume.data.size() != volume.frames())) {
+  if (volume.data.size() > 1 && volume.axes.back() != 't') {
+    return header.wrong("data file",
+                        fmt::format("names {} files, a frame each, but the last axis is not the "
+                                    "time",
+                                    volume.data.size()));
+  }
+  if (volume.data.size() > 1 && volume.data.size() != volume.frames()) {
     return header.wrong("data file", fmt::format("names {} files; expected is one for each of {} "
                                                  "frames",
                                                  volume.data.size(), volume.frames()));
@@ -418,7 +450,7 @@ Result<Volume> readNrrdHeader(const fs::path& path) {
   Volume volume;
   volume.where = header.where;
   const auto type = typeOf(header("type"));
-  if (!type) return header.wrong("type", "is none that can be read: integers, float and double");
+  if (!type) return header.wrong("type", "is not supported; integers, float and double are");
   volume.type = *type;
   if (sizeOf(*type) > 1 && header("encoding") != "text" && header("encoding") != "ascii" &&
       header("encoding") != "txt") {
@@ -430,16 +462,19 @@ Result<Volume> readNrrdHeader(const fs::path& path) {
   } else {
     volume.order = std::endian::native;
   }
+  for (const char* required : {"dimension", "sizes", "encoding"}) {
+    if (header(required).empty()) return header.wrong(required, "");
+  }
   const auto dimension = numberIn<std::uint32_t>(header("dimension"));
   const auto sizes = header.words("sizes");
   if (!dimension || sizes.size() != *dimension || *dimension < 3 || *dimension > 4) {
-    return header.wrong("sizes",
-                        fmt::format("is not that of three or four axes; the dimension is '{}'",
-                                    shown(header("dimension"))));
+    return header.wrong("sizes", fmt::format("has {} numbers, and the dimension is '{}'; expected "
+                                             "are three axes, or four with the time",
+                                             sizes.size(), shown(header("dimension"))));
   }
   for (const std::string& word : sizes) {
     const auto size = numberIn<std::uint64_t>(word);
-    if (!size) return header.wrong("sizes", "has a word that is no number");
+    if (!size) return header.wrong("sizes", "has a word that is not a number");
     volume.sizes.push_back(*size);
   }
   if (auto placed = place(header, volume); !placed) return pass(placed.error());

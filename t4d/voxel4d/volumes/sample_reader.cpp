@@ -64,7 +64,9 @@ class RawReader : public SampleReader {
   }
   Result<void> finish(bool mayHaveMore) override {
     if (at_ == end_ || mayHaveMore) return {};
-    return invalid(fmt::format("has {} bytes more than its header says", end_ - at_), where_);
+    return invalid(
+        fmt::format("has {} bytes more than the samples that its header announces", end_ - at_),
+        where_);
   }
 
  private:
@@ -209,7 +211,7 @@ class TextReader : public SampleReader {
     const auto [stop, error] = std::from_chars(word.data(), end, value);
     if (error != std::errc{} || stop != end) {
       return invalid(
-          fmt::format("has a sample that is no number of its type: '{}'", word.substr(0, 40)),
+          fmt::format("found the sample '{}', expected a number of its type", word.substr(0, 40)),
           where_);
     }
     std::memcpy(into, &value, sizeof value);
@@ -250,8 +252,8 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   const std::uint64_t stored = size - std::min(size, data.offset);
   if (bytes / mostBytes(data.encoding, type) > stored) {
     return invalid(
-        fmt::format("is cut off or damaged: its header announces {} bytes of samples, which {} "
-                    "bytes cannot hold",
+        fmt::format("is cut off or damaged: {} bytes of samples are announced, which {} bytes "
+                    "cannot hold",
                     bytes, stored),
         where);
   }
@@ -269,7 +271,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   const auto offset = static_cast<off_t>(data.offset);
   if (pread(file.number(), magic.data(), magic.size(), offset) < 0) return cannotRead(where);
   if (magic != std::array<unsigned char, 2>{0x1F, 0x8B}) {
-    return invalid("its samples are not compressed by gzip, as they should be", where);
+    return invalid("its samples are not compressed by gzip, although its header says so", where);
   }
   lseek(file.number(), offset, SEEK_SET);
   gzFile unpacked = gzdopen(file.number(), "rb");

@@ -55,6 +55,14 @@ const Row* rowOf(const fs::path& path) {
   return found == kRows.end() ? nullptr : &*found;
 }
 
+/// An error in the data of a volume says which header names them, if it is in another file.
+tl::unexpected<Error> ofData(Error error, const Volume& volume, const SampleData& data) {
+  if (data.path.string() != volume.where) {
+    error.message += fmt::format(" (the samples of {})", volume.where);
+  }
+  return pass(std::move(error));
+}
+
 /// What the values of samples are in memory.
 enum class Values : std::uint8_t { Mask, Floats, Doubles };
 
@@ -138,26 +146,31 @@ class Frames : public FrameSource {
     if (!goesOn) {
       auto reader =
           openSamples(data, volume.type, data.begin + inner * outer * framesInFile * size);
-      if (!reader) return pass(reader.error());
+      if (!reader) return ofData(reader.error(), volume, data);
       reader_ = std::move(*reader);
-      if (auto done = reader_->skip(data.begin + first * inner * size); !done) return done;
+      if (auto done = reader_->skip(data.begin + first * inner * size); !done) {
+        return ofData(done.error(), volume, data);
+      }
     }
     next_ = frameInFile + 1;
     for (std::uint64_t o = 0; o < outer; ++o) {
-      if (auto done = place(volume, o * inner, inner, values); !done) return done;
+      if (auto done = place(volume, data, o * inner, inner, values); !done) return done;
       const bool last = o + 1 == outer;
       if (!last) {
-        if (auto done = reader_->skip((framesInFile - 1) * inner * size); !done) return done;
+        if (auto done = reader_->skip((framesInFile - 1) * inner * size); !done) {
+          return ofData(done.error(), volume, data);
+        }
       }
     }
-    if (first + 1 == framesInFile) return reader_->finish(data.mayHaveMore);
-    return {};
+    if (first + 1 < framesInFile) return {};
+    auto done = reader_->finish(data.mayHaveMore);
+    return done ? done : ofData(done.error(), volume, data);
   }
 
   /// Reads the next `count` samples of a frame, from number `from` on in the order of the file.
   template <class T>
-  Result<void> place(const Volume& volume, std::uint64_t from, std::uint64_t count,
-                     std::span<T> values) {
+  Result<void> place(const Volume& volume, const SampleData& data, std::uint64_t from,
+                     std::uint64_t count, std::span<T> values) {
     constexpr std::uint64_t kSamplesAtOnce = 1U << 16U;
     const std::size_t size = sizeOf(volume.type);
     // Each axis of space in the file: samples along it, and the way to the next in `values`.
@@ -174,13 +187,16 @@ class Frames : public FrameSource {
     std::vector<std::byte> bytes(std::min(count, kSamplesAtOnce) * size);
     for (std::uint64_t done = 0; done < count;) {
       const auto part = std::min<std::uint64_t>(count - done, kSamplesAtOnce);
-      if (auto read = reader_->read(std::span(bytes).first(part * size)); !read) return read;
+      if (auto read = reader_->read(std::span(bytes).first(part * size)); !read) {
+        return ofData(read.error(), volume, data);
+      }
       for (std::uint64_t i = 0; i < part; ++i) {
         const std::optional<T> value = valueOf<T>(volume, bytes.data() + i * size);
         if (!value) {
           return invalid(
-              fmt::format("has a value that is not finite, or too large, at sample {} of a frame",
-                          from + done + i),
+              fmt::format(
+                  "the sample ({}) of frame {} (counted from 0) is not finite, or too large",
+                  indexText(volume, at), next_ - 1),
               volume.where);
         }
         values[at[0] * strides[0] + at[1] * strides[1] + at[2] * strides[2]] = *value;
@@ -193,6 +209,17 @@ class Frames : public FrameSource {
       done += part;
     }
     return {};
+  }
+
+  /// "x 3, y 0, z 7"; `at` is in the order of the file.
+  static std::string indexText(const Volume& volume, const std::array<std::uint64_t, 3>& at) {
+    std::string text;
+    int axis = 0;
+    for (const char name : volume.axes) {
+      if (name == 't') continue;
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, at[axis++]);
+    }
+    return text;
   }
 
   /// Nothing if it is not finite, or too large.
@@ -264,7 +291,7 @@ Result<Values> valuesOf(const Volume& volume, const VolumeOptions& options) {
   if (options.label) {
     if (options.iso) return invalid("an iso value and a label are given; they exclude each other");
     if (volume.slope != 1 || volume.intercept != 0) {
-      return invalid(fmt::format("scales its samples by {} and adds {}, so they are no labels",
+      return invalid(fmt::format("scales its samples by {} and adds {}, so they are not labels",
                                  volume.slope, volume.intercept),
                      volume.where);
     }
@@ -278,8 +305,10 @@ Result<Values> valuesOf(const Volume& volume, const VolumeOptions& options) {
     return invalid(fmt::format("the iso value is {}", *options.iso));
   }
   if (!options.iso && isInteger(volume.type)) {
-    return invalid("has whole numbers, so it needs an iso value, or a label", volume.where,
-                   Remedy::IsoValue);
+    return invalid(
+        "has whole numbers as samples, which do not say what is inside; an iso value or a label "
+        "must be given",
+        volume.where, Remedy::IsoValue);
   }
   const bool fits =
       isInteger(volume.type) ? sizeOf(volume.type) <= 2 : volume.type == SampleType::Float32;
@@ -298,9 +327,15 @@ Result<void> checkAlike(const Volume& first, const Volume& other) {
                                axis, first.size(axis)),
                    other.where);
   }
-  if (other.type != first.type || other.slope != first.slope ||
-      other.intercept != first.intercept) {
-    return invalid("has samples of another type or scale than the first frame", other.where);
+  if (other.type != first.type) {
+    return invalid(fmt::format("has samples of type {}, the first frame {}", nameOf(other.type),
+                               nameOf(first.type)),
+                   other.where);
+  }
+  if (other.slope != first.slope || other.intercept != first.intercept) {
+    return invalid(fmt::format("scales its samples by {} and adds {}, the first frame by {} and {}",
+                               other.slope, other.intercept, first.slope, first.intercept),
+                   other.where);
   }
   if (other.lengthUnit != first.lengthUnit || other.timeUnit != first.timeUnit) {
     return invalid(fmt::format("has the units '{}' and '{}', the first frame '{}' and '{}'",
@@ -319,7 +354,7 @@ Result<void> checkSizes(const Volume& volume) {
   if (!bytes) return pass(bytes.error());
   for (const SampleData& data : volume.data) {
     const auto opened = openSamples(data, volume.type, data.begin + *bytes / volume.data.size());
-    if (!opened) return pass(opened.error());
+    if (!opened) return ofData(opened.error(), volume, data);
   }
   return {};
 }
@@ -362,11 +397,17 @@ Result<std::vector<double>> timesOf(const Volume& first, std::size_t count,
   std::vector<double> times;
   for (std::size_t i = 0; i < count; ++i) {
     times.push_back(model::steppedTime(start, *step, i));
-    if (std::abs(times.back()) > model::kLargestCoordinate ||
-        (i > 0 && !(times[i] > times[i - 1]))) {
-      return invalid(fmt::format("frame {} is at time {}: too large, or not after the one before",
-                                 i, times[i]),
-                     first.where, Remedy::FrameTime);
+    if (!(std::abs(times.back()) <= model::kLargestCoordinate)) {
+      return invalid(fmt::format("frame {} is at time {}; the largest possible is {}", i, times[i],
+                                 model::kLargestCoordinate),
+                     first.where, i == 0 ? Remedy::None : Remedy::FrameTime);
+    }
+    if (i > 0 && !(times[i] > times[i - 1])) {
+      return invalid(
+          fmt::format("frames are {} apart from time {} on: doubles are too coarse there "
+                      "to tell frame {} from the one before",
+                      *step, start, i),
+          first.where, Remedy::FrameTime);
     }
   }
   return times;
@@ -395,7 +436,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   std::vector<Volume> volumes;
   for (const fs::path& file : files) {
     const Row* row = rowOf(file);
-    if (row == nullptr) return invalid("is not a volume, by its extension", file.string());
+    if (row == nullptr) return invalid("is not a volume by its extension", file.string());
     auto volume = row->read(file, options);
     if (!volume) return pass(volume.error());
     if (auto checked = checkSizes(*volume); !checked) return pass(checked.error());
@@ -418,6 +459,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   if (!times) return pass(times.error());
 
   VolumeFrames opened;
+  opened.takenAsDistances = *values != Values::Mask && !options.iso;
   opened.lengthUnit = first.lengthUnit;
   opened.timeUnit = first.timeUnit;
   Lattice lattice;

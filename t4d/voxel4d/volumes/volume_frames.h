@@ -48,7 +48,8 @@ struct VolumeOptions {
 struct VolumeFrames {
   std::unique_ptr<FrameSource> frames;
   std::optional<model::Affine3x4> toSpace;
-  std::string lengthUnit;  ///< "" if the file does not say
+  bool takenAsDistances = false;  ///< floats, of which those below 0 are inside
+  std::string lengthUnit;         ///< "" if the file does not say
   std::string timeUnit;
 };
 

@@ -192,7 +192,8 @@ TEST_F(VolumeFiles, IsoValuesScalesAndLabels) {
   header.replace(112, 8, scale);
   writeFile(folder_ / "scaled.nii", header + bytes);
 
-  EXPECT_THAT(faultOf({folder_ / "bytes.nii"}, {}), HasSubstr("needs an iso value, or a label"));
+  EXPECT_THAT(faultOf({folder_ / "bytes.nii"}, {}),
+              HasSubstr("an iso value or a label must be given"));
   const auto byIso = wovenOf({folder_ / "bytes.nii"}, {.iso = 150});
   const auto byScale = wovenOf({folder_ / "scaled.nii"}, {.iso = 1.5});
   const auto byLabel = wovenOf({folder_ / "labels.nii"}, {.label = 3});
@@ -209,7 +210,7 @@ TEST_F(VolumeFiles, IsoValuesScalesAndLabels) {
   EXPECT_TRUE(measure::checkMesh(*other)->closed);
   EXPECT_THAT(faultOf({folder_ / "labels.nii"}, {.label = 9}),
               HasSubstr("no sample of any frame is 9"));
-  EXPECT_THAT(faultOf({folder_ / "scaled.nii"}, {.label = 3}), HasSubstr("are no labels"));
+  EXPECT_THAT(faultOf({folder_ / "scaled.nii"}, {.label = 3}), HasSubstr("are not labels"));
 }
 
 TEST_F(VolumeFiles, SayWhatIsWrong) {
@@ -223,13 +224,20 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
     writeFile(folder_ / changedName, bytes);
     return folder_.without(faultOf({folder_ / changedName}, {}));
   };
-  EXPECT_EQ(
-      changed("raw.nrrd", "type: float", "type: block"),
-      "xraw.nrrd: its field 'type: block' is none that can be read: integers, float and double");
+  EXPECT_EQ(changed("raw.nrrd", "type: float", "type: block"),
+            "xraw.nrrd: its field 'type: block' is not supported; integers, float and double are");
+  for (const char* field : {"type", "dimension", "sizes", "encoding", "endian"}) {
+    EXPECT_EQ(changed("raw.nrrd", std::string(field) + ": ", "other: "),
+              "xraw.nrrd: lacks the field '" + std::string(field) + "', which is required");
+  }
+  writeFile(folder_ / "empty.nrrd", "");
+  EXPECT_THAT(faultOf({folder_ / "empty.nrrd"}, {}), HasSubstr("empty.nrrd: is empty"));
+  EXPECT_THAT(changed("raw.nrrd", "left-posterior-superior", "RAST"),
+              HasSubstr("its field 'space: RAST' has four dimensions"));
   EXPECT_THAT(changed("raw.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 6 3"),
               HasSubstr("is cut off or damaged"));
   EXPECT_THAT(changed("raw.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 3 2"),
-              HasSubstr("bytes more than its header says"));
+              HasSubstr("bytes more than the samples that its header announces"));
   EXPECT_THAT(changed("gzip.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 6 3"), HasSubstr("is cut off"));
   EXPECT_THAT(changed("gzip.nrrd", "sizes: 5 4 6 2", "sizes: 4000 4000 4000 2"),
               HasSubstr("cannot hold"));
@@ -246,10 +254,17 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
               HasSubstr("names 3 files"));
   EXPECT_THAT(changed("pattern.nhdr", "f%02d.raw 1 2 1", "f%02d.raw 1 999999999999 1"),
               HasSubstr("is not a name with %d"));
+  EXPECT_THAT(changed("pattern.nhdr", "sizes: 5 4 6 2", "sizes: 5 4 7 2"),
+              HasSubstr("f01.raw: is cut off or damaged: 560 bytes of samples are announced, which "
+                        "480 bytes cannot hold (the samples of xpattern.nhdr)"));
   EXPECT_THAT(changed("c.npy", "'<f4'", "'<c8'"), HasSubstr("has samples of type '<c8"));
   EXPECT_THAT(changed("c.npy", "(2, 5, 4, 6)", "(2, 5, 24  )"), HasSubstr("has one frame only"));
   EXPECT_THAT(changed("line.raw", "raw float32", "raw float16"),
               HasSubstr("has the type 'float16'"));
+  const fs::path line = folder_ / "line.raw";
+  EXPECT_EQ(faultOf({line}, {.frameTime = 1, .raw = "float32 5 4 6 2 big"}), "");
+  EXPECT_THAT(faultOf({line}, {.frameTime = 1, .raw = "float32 5 4 6 2"}),
+              HasSubstr("begins with the line 'raw float32 5 4 6 2 big', which contradicts"));
   EXPECT_THAT(changed("text.nrrd", "encoding: text", "encoding: text\nbyte skip: 4"),
               HasSubstr("is not a number of bytes to skip"));
   EXPECT_THAT(faultOf({folder_ / "f01.raw"}, {}),
@@ -261,7 +276,7 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
   notFinite.replace(352 + 4 * 7, 4, std::string("\0\0\xC0\x7F", 4));
   writeFile(folder_ / "nan.nii", notFinite);
   EXPECT_THAT(faultOf({folder_ / "nan.nii"}, {}),
-              HasSubstr("not finite, or too large, at sample 7 of a frame"));
+              HasSubstr("the sample (x 2, y 1, z 0) of frame 0 (counted from 0) is not finite"));
 }
 
 /// Every file cut at every byte, and with every byte changed, is refused or read; what is cut
