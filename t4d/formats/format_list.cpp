@@ -76,8 +76,14 @@ std::vector<ListedFormat> formatList() {
                   false,
                   kByExtension,
                   {"screw motions", "units"}});
-  list.push_back(
-      {"table of poses", {}, {".csv"}, "motion", true, false, kByExtension, {"screw motions"}});
+  list.push_back({"table of poses",
+                  {},
+                  {".csv", ".tsv", ".txt"},
+                  "motion",
+                  true,
+                  false,
+                  kByExtension,
+                  {"screw motions"}});
   for (const auto& [name, extension] : {std::pair{"PC2", ".pc2"}, std::pair{"MDD", ".mdd"}}) {
     list.push_back({name,
                     {},

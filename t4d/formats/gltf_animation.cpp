@@ -374,6 +374,11 @@ class AnimationReader {
       const bool known =
           path == "translation" || path == "rotation" || path == "scale" || path == "weights";
       if (!known) ++otherChannels_;
+      if (channel.target_node >= static_cast<int>(model_.nodes.size())) {
+        return invalid(fmt::format("moves node {}, which does not exist; there are {}",
+                                   channel.target_node, model_.nodes.size()),
+                       where);
+      }
       // What is not in the scene does not move anything.
       if (!known || node == nullptr) continue;
       const auto& target = model_.nodes[static_cast<std::size_t>(channel.target_node)];
@@ -409,7 +414,7 @@ class AnimationReader {
       slot = moving_->curves.back().get();
     }
     if (end_ > 0) return {};
-    return invalid("has no key behind time 0 that moves a node of the scene: it lasts no time",
+    return invalid("has no key after time 0 that moves a node of the scene, so nothing moves",
                    gltfElement(file_, "animations", animation_));
   }
 
@@ -692,7 +697,8 @@ class AnimationReader {
         if ((*weight)[i] == 0) continue;
         const double number = (*joint)[i];
         if (!(number >= 0 && number < static_cast<double>(joints))) {
-          return invalid(fmt::format("a vertex hangs on joint {} of {}", number, joints), where);
+          return invalid(
+              fmt::format("a vertex refers to joint {}, but there are {}", number, joints), where);
         }
         ofPoints[i / 4].push_back({static_cast<std::uint32_t>(number), (*weight)[i]});
       }

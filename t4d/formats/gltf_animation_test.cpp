@@ -257,8 +257,12 @@ TEST(GltfAnimation, WhatIsNoAnimationIsRefused) {
   gltf = {};
   gltf.animate(0, "translation", "LINEAR", {0}, {0, 0, 0});
   EXPECT_EQ(errorOf(gltf),
-            "a.gltf: animations[0]: has no key behind time 0 that moves a node of "
-            "the scene: it lasts no time");
+            "a.gltf: animations[0]: has no key after time 0 that moves a node of the scene, so "
+            "nothing moves");
+  gltf = {};
+  gltf.animate(7, "translation", "LINEAR", {0, 1}, {0, 0, 0, 1, 0, 0});
+  EXPECT_TRUE(errorOf(gltf).starts_with(
+      "a.gltf: animations[0].channels[0]: moves node 7, which does not exist; there are "));
   gltf = {};
   gltf.animate(0, "rotation", "LINEAR", {0, 1}, {0, 0, 0, 1, 0, 0, 0, 0});
   EXPECT_EQ(errorOf(gltf),

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "t4d/formats/json_check.h"
 
@@ -101,6 +103,22 @@ std::string oneLine(std::string text) {
   return text;
 }
 
+/// Where JSON cannot be parsed; nothing if it can.
+std::optional<Error> brokenJson(const InputFile& file, std::string_view text) {
+  try {
+    if (nlohmann::json::parse(text).is_object()) return std::nullopt;
+    return invalid("is not glTF 2.0: its JSON is not an object", file.path.string()).value();
+  } catch (const nlohmann::json::parse_error& error) {
+    // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
+    std::string_view what = error.what();
+    what.remove_prefix(std::min(what.size(), what.find("] ") + 2));
+    const auto begin = static_cast<std::size_t>(text.data() - file.bytes.data());
+    const std::size_t byte = begin + (error.byte > 0 ? error.byte - 1 : 0);
+    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.atByte(byte))
+        .value();
+  }
+}
+
 /// Prefixes of extensions that do not change positions and triangles.
 bool leavesGeometry(const std::string& extension) {
   constexpr std::string_view kHarmless[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_",
@@ -140,6 +158,7 @@ Result<GltfModel> loadGltfModel(const InputFile& file) {
     problem = exception.what();
   }
   if (!parsed) {
+    if (const auto broken = brokenJson(file, *json)) return pass(*broken);
     return invalid(fmt::format("is not glTF 2.0: {}", oneLine(problem)), file.path.string());
   }
   if (!model.asset.version.starts_with("2.")) {

@@ -19,9 +19,11 @@ namespace {
 /// What a column holds: one of the numbers of a pose.
 enum Part : int { kTime, kPosition = 1, kQuaternion = 4, kMatrix = 8, kParts = 24 };
 
+constexpr const char* kTimeColumns = "time, t or timestamp";
 constexpr const char* kKnownColumns =
-    "time, x y z, qx qy qz qw (in any order), or the matrix m00 to m23 or m33 (row, column; also "
-    "m11 to m34 or m44)";
+    "the time (time, t or timestamp); the position (x y z, also px, tx, pos_x, position_x, "
+    "translation_x and so on); the quaternion (qx qy qz qw, also quat_x, quaternion_x and so on); "
+    "or the matrix m00 to m23 or m33 (row, column; also m11 to m34 or m44)";
 
 std::string lowerCase(std::string_view text) {
   std::string lower(text);
@@ -109,13 +111,23 @@ class TableReader {
     std::array<bool, kParts> has{};
     for (const std::string_view name : names) {
       const auto part = partOf(lowerCase(name), fromZero ? 0 : 1);
+      double number = 0;
+      if (!part && scanner_.parse(name, number, "")) {
+        return scanner_.invalidHere(fmt::format(
+            "found the number {}, expected a first line with the names of the columns: {}",
+            inQuotes(name), kKnownColumns));
+      }
       if (!part) {
-        return scanner_.invalidHere(
-            fmt::format("the column {} is unknown; known are {}", inQuotes(name), kKnownColumns));
+        return scanner_.invalidHere(fmt::format(
+            "the column {} is unknown; {}known are {}", inQuotes(name),
+            names.size() == 1 ? "columns are separated by commas, semicolons or tabs; " : "",
+            kKnownColumns));
       }
       if (has[static_cast<std::size_t>(*part)]) {
-        return scanner_.invalidHere(
-            fmt::format("the column {} says what another one does", inQuotes(name)));
+        return scanner_.invalidHere(fmt::format(
+            "the column {} holds the same number of a pose as the column {}", inQuotes(name),
+            inQuotes(names_[static_cast<std::size_t>(
+                std::ranges::find(parts_, static_cast<std::size_t>(*part)) - parts_.begin())])));
       }
       has[static_cast<std::size_t>(*part)] = true;
       parts_.push_back(static_cast<std::size_t>(*part));
@@ -132,25 +144,65 @@ class TableReader {
                    : (positions == 3 || positions == 0) && (quaternions == 4 || quaternions == 0) &&
                          positions + quaternions > 0;
     if (has[kTime] && whole) return {};
+    if (!has[kTime] && whole) {
+      return scanner_.invalidHere(
+          fmt::format("the column of the time is missing ({}); the columns are {}", kTimeColumns,
+                      fmt::join(names_, ", ")));
+    }
+    if (const std::string missing = missingParts(has); !missing.empty()) {
+      return scanner_.invalidHere(
+          fmt::format("{} missing; the columns are {}", missing, fmt::join(names_, ", ")));
+    }
     return scanner_.invalidHere(
         fmt::format("the columns are {}; expected the time with a position, a quaternion or both, "
                     "or with a whole matrix: {}",
                     fmt::join(names_, ", "), kKnownColumns));
   }
 
+  /// Which columns a position, a quaternion or a matrix lacks that is there in part, if only one of
+  /// them is begun.
+  static std::string missingParts(const std::array<bool, kParts>& has) {
+    struct Group {
+      int begin;
+      int end;
+      std::vector<const char*> names;
+    };
+    static const std::array<Group, 2> kGroups = {
+        {{kPosition, kQuaternion, {"x", "y", "z"}},
+         {kQuaternion, kMatrix, {"qx", "qy", "qz", "qw"}}}};
+    if (std::count(&has[kMatrix], &has[0] + kParts, true) > 0) return {};
+    std::vector<const char*> missing;
+    for (const Group& group : kGroups) {
+      const auto there = std::count(&has[0] + group.begin, &has[0] + group.end, true);
+      for (int part = group.begin; there > 0 && part < group.end; ++part) {
+        if (!has[static_cast<std::size_t>(part)]) {
+          missing.push_back(group.names[static_cast<std::size_t>(part - group.begin)]);
+        }
+      }
+    }
+    if (missing.empty()) return {};
+    return fmt::format("{} {} {}", missing.size() == 1 ? "the column" : "the columns",
+                       fmt::join(missing, ", "), missing.size() == 1 ? "is" : "are");
+  }
+
   Result<model::KeyPose> readPose() {
     const auto fields = fieldsOf(scanner_.rest(), separator_);
     if (fields.size() != parts_.size()) {
       return scanner_.invalidHere(
-          fmt::format("has {} fields, the header has {}", fields.size(), parts_.size()));
+          fmt::format("has {} fields, but {} columns are named", fields.size(), parts_.size()));
     }
     Numbers numbers{};
     numbers[kQuaternion + 3] = 1;
     numbers[kMatrix + 15] = 1;
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (!scanner_.parse(fields[i], numbers[parts_[i]], "a number")) {
+        std::string pointed(fields[i]);
+        const bool comma = std::ranges::count(pointed, ',') == 1;
+        std::ranges::replace(pointed, ',', '.');
+        const bool decimal = comma && scanner_.parse(pointed, numbers[parts_[i]], "a number");
         return scanner_.invalidHere(
-            fmt::format("column {}: found {}, expected a number", names_[i], inQuotes(fields[i])));
+            fmt::format("column {}: found {}, expected a number{}", names_[i], inQuotes(fields[i]),
+                        decimal ? " with a decimal point, not a comma" : ""));
       }
     }
     model::KeyPose pose;

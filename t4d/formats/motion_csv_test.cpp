@@ -85,12 +85,24 @@ TEST(MotionCsv, WhatIsNoTableOfPosesIsRefused) {
   const std::string header = "time,x,y,z\n";
   EXPECT_EQ(errorOfTable("time,x,y,z,speed\n0,0,0,0,0\n").substr(0, 41),
             "p.csv:1: the column 'speed' is unknown; k");
-  EXPECT_EQ(errorOfTable("time,x,tx,y,z\n"), "p.csv:1: the column 'tx' says what another one does");
-  for (const char* columns : {"x,y,z\n", "time,x,y\n", "time,qx,qy,qz\n", "time\n",
-                              "time,m00,m01\n", "time,qw,qx,qy,qz,m00\n"}) {
+  EXPECT_EQ(errorOfTable("time,x,tx,y,z\n"),
+            "p.csv:1: the column 'tx' holds the same number of a pose as the column 'x'");
+  EXPECT_EQ(
+      errorOfTable("x,y,z\n"),
+      "p.csv:1: the column of the time is missing (time, t or timestamp); the columns are x, y, z");
+  EXPECT_EQ(errorOfTable("time,x,y\n"),
+            "p.csv:1: the column z is missing; the columns are time, x, y");
+  EXPECT_EQ(errorOfTable("time,qx,qz\n"),
+            "p.csv:1: the columns qy, qw are missing; the columns are time, qx, qz");
+  EXPECT_TRUE(errorOfTable("0,0,0,0\n").starts_with("p.csv:1: found the number '0', expected a "));
+  EXPECT_TRUE(errorOfTable("time x y z\n").find("separated by commas, semicolons or tabs") !=
+              std::string::npos);
+  EXPECT_EQ(errorOfTable("t;x;y;z\n0;0,5;0;0\n"),
+            "p.csv:2: column x: found '0,5', expected a number with a decimal point, not a comma");
+  for (const char* columns : {"time\n", "time,m00,m01\n", "time,qw,qx,qy,qz,m00\n"}) {
     EXPECT_TRUE(errorOfTable(columns).starts_with("p.csv:1: the columns are ")) << columns;
   }
-  EXPECT_EQ(errorOfTable(header + "0,0,0\n"), "p.csv:2: has 3 fields, the header has 4");
+  EXPECT_EQ(errorOfTable(header + "0,0,0\n"), "p.csv:2: has 3 fields, but 4 columns are named");
   EXPECT_EQ(errorOfTable(header + "\n0,0,zero,0\n"),
             "p.csv:3: column y: found 'zero', expected a number");
   EXPECT_EQ(errorOfTable(header + "0,,0,0\n"), "p.csv:2: column x: found '', expected a number");

@@ -196,7 +196,10 @@ Result<model::Motion> parseMotion(const std::string& text, const std::string& na
 Result<model::Motion> readMotion(const std::filesystem::path& path) {
   auto file = readInputFile(path);
   if (!file) return pass(file.error());
-  if (lowerCaseExtension(path) == ".csv") return readMotionCsv(*file);
+  const std::string extension = lowerCaseExtension(path);
+  if (extension == ".csv" || extension == ".tsv" || extension == ".txt") {
+    return readMotionCsv(*file);
+  }
   return parseMotion(file->bytes, path.string());
 }
 

@@ -10,7 +10,7 @@ namespace t4d::formats {
 /// Reads a motion file (docs/motion.md; JSON Schema in t4d/formats/motion.schema.json): `segments`,
 /// each a screw, or `poses`, joined by screws. Refuses, with the file and the place in it, text
 /// that is not JSON, unknown keys, missing keys, values of the wrong kind, and what chainScrews or
-/// joinPoses refuse. A file with the extension .csv is a table of poses (readMotionCsv).
+/// joinPoses refuse. A .csv, .tsv or .txt file is a table of poses (readMotionCsv).
 Result<model::Motion> readMotion(const std::filesystem::path& path);
 
 /// The same from the text of a JSON file; `name` stands for the file in errors.

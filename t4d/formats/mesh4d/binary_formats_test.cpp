@@ -261,7 +261,7 @@ TEST(G4mf, SaysWhatIsWrong) {
       "a.g4tf: buffer 0 has 100 bytes of 101");
   EXPECT_EQ(
       error4dOf("a.g4tf", g4mfText(buffer, R"([{"vertices":0,"surfaces":[{"simplexes":7}]}])")),
-      "a.g4tf: 'simplexes' is '7', which is no index into the 2 accessors");
+      "a.g4tf: 'simplexes' is '7', which is not an index into the 2 accessors");
   EXPECT_EQ(error4dOf("a.g4tf",
                       g4mfText(buffer, kMeshes, R"(,"nodes":[{"children":[1]},{"children":[1]}])")),
             "a.g4tf: node 1 is below itself, has two parents or is too deep");

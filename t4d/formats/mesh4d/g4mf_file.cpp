@@ -149,7 +149,7 @@ Result<std::optional<std::uint64_t>> G4mfFile::index(const json& object, const c
   if (found == object.end() || *found == json(-1)) return std::optional<std::uint64_t>();
   const std::size_t size = document_.contains(array) ? document_[array].size() : 0;
   if (!found->is_number_unsigned() || found->get<std::uint64_t>() >= size) {
-    return wrong(fmt::format("'{}' is {}, which is no index into the {} {}", member,
+    return wrong(fmt::format("'{}' is {}, which is not an index into the {} {}", member,
                              inQuotes(found->dump()), size, array));
   }
   return std::optional(found->get<std::uint64_t>());
@@ -195,7 +195,7 @@ Result<std::string> G4mfFile::loadBuffer(const json& about, std::uint64_t index,
     zstd = true;
   }
   if (const auto uri = about.find("uri"); uri != about.end()) {
-    if (!uri->is_string()) return wrong(fmt::format("the 'uri' of buffer {} is no text", index));
+    if (!uri->is_string()) return wrong(fmt::format("the 'uri' of buffer {} is not text", index));
     const auto& text = uri->get_ref<const std::string&>();
     if (text.starts_with("data:")) {
       auto bytes = text.starts_with(kDataUri)
@@ -273,7 +273,7 @@ Result<std::vector<double>> G4mfFile::accessor(std::uint64_t number) {
   const auto length = wholeNumber(view, "byteLength");
   const auto offset = wholeNumber(view, "byteOffset", 0);
   if (!length || !offset || *length % (4 * primitive->size) != 0) {
-    return wrong(fmt::format("the buffer view of {} is no whole number of vectors", which));
+    return wrong(fmt::format("the buffer view of {} is not a whole number of vectors", which));
   }
   auto bufferIndex = index(view, "buffer", "buffers");
   if (!bufferIndex) return pass(bufferIndex.error());

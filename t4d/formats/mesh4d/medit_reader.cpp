@@ -73,8 +73,9 @@ class MeditReader {
       return text_.unexpectedWord(keyword, "a keyword, as 'Vertices'");
     }
     const std::string_view count = text_.wordAcrossLines();
-    for (const std::string_view solid : {"Hexahedra", "Prisms", "Pyramids"}) {
-      if (keyword != solid || count == "0") continue;
+    for (const std::string_view cells :
+         {"Hexahedra", "Prisms", "Pyramids", "Triangles", "Quadrilaterals", "Edges"}) {
+      if (keyword != cells || count == "0") continue;
       losses_.push_back(fmt::format("{}: {} {} are not read", file_.path.string(), inQuotes(count),
                                     inQuotes(keyword)));
     }

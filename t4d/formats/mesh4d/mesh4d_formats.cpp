@@ -160,8 +160,10 @@ tl::unexpected<Error> unknownFormat(const InputFile& file) {
                             fmt::join(expected, ", or ")),
                 file.path.string(), Remedy::OtherFormat);
   }
-  return fail(ErrorCode::Unsupported, "is no 4D mesh in a known format", file.path.string(),
-              Remedy::OtherFormat);
+  return fail(
+      ErrorCode::Unsupported,
+      fmt::format("is not a 4D mesh in a known format: .t4d, {}", writableMesh4dExtensions()),
+      file.path.string(), Remedy::OtherFormat);
 }
 
 }  // namespace

@@ -131,7 +131,12 @@ Result<LoadedMesh4d> readTetGen(const InputFile& file) {
   std::filesystem::path otherPath = file.path;
   otherPath.replace_extension(isElements ? ".node" : ".ele");
   const auto other = readInputFile(otherPath);
-  if (!other) return pass(other.error());
+  if (!other) {
+    Error error = other.error();
+    error.message += fmt::format("; it has the {} of {}", isElements ? "points" : "tetrahedra",
+                                 file.path.string());
+    return pass(std::move(error));
+  }
   auto loaded = isElements ? readTetGen(*other, file) : readTetGen(file, *other);
   if (loaded) loaded->otherFiles.push_back(otherPath);
   return loaded;

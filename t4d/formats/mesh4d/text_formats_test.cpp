@@ -56,6 +56,8 @@ TEST(Medit, IsReadWithSectionsOfOtherElements) {
                                 "Edges 1\n1 2 3\nRidges\n1\n1\n" + kMeditTetrahedra + "\nEnd\n");
   EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), kSimplex);
   EXPECT_EQ(loaded.dialect, "text, version 1");
+  ASSERT_EQ(loaded.losses.size(), 1U);
+  EXPECT_TRUE(loaded.losses[0].ends_with("a.mesh: '1' 'Edges' are not read"));
 }
 
 TEST(Medit, SaysWhatIsWrong) {

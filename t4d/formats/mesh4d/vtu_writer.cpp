@@ -57,7 +57,7 @@ class ArrayOutput {
 
   Result<void> finish() {
     if (auto done = flush(); !done) return done;
-    if (left_ != 0) return invalid("the mesh has not as many elements as stated");
+    if (left_ != 0) return invalid("the mesh does not have as many elements as stated");
     return file_.rewrite(offset_, table_.data(), table_.size() * sizeof(std::uint64_t));
   }
 
