@@ -149,7 +149,7 @@ int run(const CatArguments& options) {
 
 void addCat(CLI::App& app, int& exitCode) {
   auto* command =
-      app.add_subcommand("cat", "Print the vertices and cells of a .t4d file as text, for eyes");
+      app.add_subcommand("cat", "Print the vertices and cells of a .t4d file as readable text");
   auto options = std::make_shared<CatArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);

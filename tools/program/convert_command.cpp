@@ -149,6 +149,12 @@ Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& 
       input.notices.push_back(fmt::format("{}: split {} tetrahedra at cuts, with {} new vertices",
                                           where, slabs->splitTetrahedra, slabs->newVertices));
     }
+    if (const std::size_t made = slabs->mesh.slabs().size();
+        options.slabs && made < *options.slabs) {
+      input.notices.push_back(
+          fmt::format("{}: cut into {}, not {}: its vertices have only {} different times", where,
+                      counted(made, "slab"), *options.slabs, made + 1));
+    }
     input.meshes.push_back(std::move(slabs->mesh));
     formats::CountedBody counted{{name, &input.meshes.back()}, 0, 0};
     for (const model::Slab& slab : input.meshes.back().slabs()) {
@@ -214,6 +220,28 @@ std::string titleOf(const ConvertInput& input) {
   return title;
 }
 
+/// Notes on a choice of options that is allowed, but may be a mistake.
+void noteChoices(const ConvertArguments& options, const formats::Mesh4dFormat* to,
+                 std::vector<std::string>& notices) {
+  if (options.slabs && to != nullptr) {
+    notices.push_back(fmt::format("{}: {} has no slabs; --slabs only splits tetrahedra at the cuts",
+                                  options.output, to->name));
+  }
+  const std::string extension = formats::lowerCaseExtension(options.output);
+  if (options.to.empty()) return;
+  const auto* named = formats::writtenMesh4dFormat(options.output);
+  const bool ofT4d = extension == ".t4d";
+  if (to == nullptr ? named == nullptr
+                    : std::ranges::find(to->extensions, extension) != to->extensions.end() ||
+                          (named == nullptr && !ofT4d)) {
+    return;
+  }
+  notices.push_back(fmt::format("{}: written as {}, as --to says; its extension is that of {}",
+                                options.output,
+                                to == nullptr ? std::string(".t4d") : std::string(to->name),
+                                ofT4d ? std::string(".t4d") : std::string(named->name)));
+}
+
 int run(const ConvertArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
@@ -245,6 +273,7 @@ int run(const ConvertArguments& options) {
     if (error.where.empty()) error.where = options.output;
     return report(error);
   }
+  noteChoices(options, to, input.notices);
   printNotices(input.notices);
   if (!input.closed || !input.oriented) {
     printNotices({fmt::format("{}: the mesh is {}: slices and volumes of it mean nothing",
@@ -321,7 +350,7 @@ void addConvert(CLI::App& app, int& exitCode) {
       ->add_option("--weld", options->weld,
                    "Merge vertices no farther apart along each axis, time included (default: equal "
                    "ones, if the mesh is open)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(numberFromZero())
       ->type_name("DISTANCE");
   command->add_flag("--allow-open", options->allowOpen,
                     "Convert a mesh that is not closed or cannot be oriented, too");

@@ -13,6 +13,7 @@
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
 
 namespace t4d::tools {
 namespace {
@@ -70,6 +71,10 @@ std::string conversionHint(const std::string& path) {
     return fmt::format("it is a VDB file; weave it first: t4d weave {} -o {}", quoted(path),
                        freeName(path, "", ".t4d"));
   }
+  if (voxel4d::isVolumeFile(path)) {
+    return fmt::format("it is a volume; weave it first: t4d weave {} -o {}", quoted(path),
+                       freeName(path, "", ".t4d"));
+  }
   const auto mesh = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
   if (!mesh) return {};
   return fmt::format("it is a 4D mesh; slice it first: t4d slice {} --time {} -o {}", quoted(path),
@@ -107,6 +112,10 @@ std::string hintFor(const Error& error) {
       return hint.empty() ? recoveryHint(file) : hint;
     }
     case Remedy::IsoValue:
+      if (voxel4d::isVolumeFile(fileOf(error))) {
+        return "try: --iso VALUE, if the samples are densities (inside is where they are above "
+               "it), or --label N, if they are labels (inside is where they are exactly N)";
+      }
       return "try: --iso VALUE, if the grids hold densities; inside is where they are above it";
     case Remedy::FrameTime:
       return "try: --frame-time TIME, the time between two frames";

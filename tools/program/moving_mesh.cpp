@@ -10,7 +10,7 @@ void MovingMeshInput::addTo(CLI::App& command) {
       ->required();
   command
       .add_option("-m,--motion", motion,
-                  "The motion: a .json file, or poses as .csv (docs/motion.md)")
+                  "The motion: a .json file, or poses as .csv, .tsv or .txt (docs/motion.md)")
       ->required();
   mending.addTo(command, mend);
 }

@@ -49,6 +49,10 @@ CLI::Validator numberAboveZero() {
   return checkedNumber("a number above 0", [](double number) { return number > 0; });
 }
 
+CLI::Validator numberFromZero() {
+  return checkedNumber("a number from 0 on", [](double number) { return number >= 0; });
+}
+
 CLI::Validator fractionBelowOne() {
   return checkedNumber("a number from 0 to less than 1",
                        [](double number) { return number >= 0 && number < 1; });

@@ -16,6 +16,7 @@ CLI::Validator finiteNumber();
 
 /// A finite number above 0.
 CLI::Validator numberAboveZero();
+CLI::Validator numberFromZero();
 
 /// A number from 0 to less than 1.
 CLI::Validator fractionBelowOne();

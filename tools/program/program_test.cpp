@@ -414,7 +414,8 @@ TEST_F(Program, ConvertMendsCutsAndRefuses) {
   // Without its last tetrahedron.
   ASSERT_EQ(run("convert fx/16-cell.off whole.off --to off-ijk").exitCode, 0);
   ASSERT_EQ(shell("sed -e 's/^8 16 0/8 15 0/' -e '$d' whole.off > open.off"), 0);
-  refuses("convert open.off no.t4d", "is not closed: of its triangles, 4 have not two tetrahedra");
+  refuses("convert open.off no.t4d",
+          "is not closed: 4 of its triangles do not have two tetrahedra");
   refuses("convert open.off no.t4d", "--allow-open");
   const Finished open = run("convert open.off open.t4d --allow-open --json");
   EXPECT_EQ(open.exitCode, 0);
@@ -423,8 +424,39 @@ TEST_F(Program, ConvertMendsCutsAndRefuses) {
   refuses("convert whole.off whole.off", "is the input itself", 2);
   refuses("convert whole.off out.xyz", "unsupported output extension", 2);
   refuses("convert whole.off out.t4d --from medit", "whole.off");
-  refuses("convert fx/cube.obj out.t4d", "is no 4D mesh in a known format");
+  refuses("convert fx/cube.obj out.t4d", "is not a 4D mesh in a known format");
+  refuses("convert fx/labels.nrrd out.t4d", "t4d weave fx/labels.nrrd");
+  refuses("convert whole.off out.t4d --weld -1", "--weld: '-1' is not a number from 0 on", 2);
   refuses("slice whole.off --time 0", "t4d convert whole.off whole");
+}
+
+TEST_F(Program, ConvertNotesChoicesThatMayBeMistakes) {
+  const auto notes = [&](const std::string& arguments) { return run("convert " + arguments).err; };
+  EXPECT_THAT(
+      notes("fx/16-cell.off a.t4d --slabs 9"),
+      testing::HasSubstr("cut into 2 slabs, not 9: its vertices have only 3 different times"));
+  EXPECT_THAT(notes("fx/600-cell.off a.vtu --slabs 2"), testing::HasSubstr("has no slabs"));
+  EXPECT_THAT(notes("fx/16-cell.off a.vtu --to gmsh"),
+              testing::HasSubstr("a.vtu: written as Gmsh MSH 4.1, the time as node data, as --to "
+                                 "says; its extension is that of VTK"));
+  EXPECT_THAT(notes("fx/16-cell.off b.off --to off-ijk"), testing::Not(testing::HasSubstr("--to")));
+}
+
+TEST_F(Program, WeaveSaysWhatItDoesNotRead) {
+  refuses("weave fx/labels.nrrd -o out.t4d", "--label N");
+  refuses("weave fx/labels.nrrd --label 2 --start-time 1e300 -o out.t4d",
+          "frame 0 is at time 1e+300; the largest possible is 1e+70");
+  write("grid.xyz", "no grid");
+  refuses("weave grid.xyz -o out.t4d", "not a volume by its extension; expected .vdb, .nrrd");
+  ASSERT_EQ(shell("mkdir volumes && cp fx/labels.nrrd volumes"), 0);
+  refuses("weave volumes -o out.t4d",
+          "is a folder of 1 volume, and none is a .vdb file; name the "
+          "volumes, as volumes/*.nrrd");
+  std::string minusOnes = "raw float32 2 2 2 2\n";
+  for (int i = 0; i < 16; ++i) minusOnes += std::string("\0\0\x80\xBF", 4);
+  write("minus.raw", minusOnes);
+  EXPECT_THAT(run("weave minus.raw --frame-time 1 -o minus.t4d").err,
+              testing::HasSubstr("taken as distances"));
 }
 
 TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
@@ -681,6 +713,7 @@ TEST_F(Program, RefusesBadMotionsAndRules) {
   misused(base + "--steps -1", "--steps: '-1'");
   misused(base + "--steps ''", "--steps: ''");
   misused(base + "--max-deviation 0", "--max-deviation: '0' is not a number above 0");
+  misused(base + "--tolerance 0", "--tolerance: '0' is not a number above 0");
   misused(base + "--threads 0", "--threads: '0' is not a whole number from 1 to 1024");
   refuses("sweep fx/cube.obj -m missing.json -o out.t4d", "missing.json");
 }
@@ -1255,7 +1288,7 @@ TEST_F(Program, TransformsKeepWhatAMeshIs) {
   EXPECT_EQ(run("transform cube.t4d --axes xytz -o turned.t4d").exitCode, 3);
   EXPECT_TRUE(run("validate turned.t4d --json").value()["valid"]);
   EXPECT_NEAR(run("slice turned.t4d --time 30.7 --json").value()["volume"], 8000, 1e-8);
-  refuses("transform cube.t4d --move 1e17 0 0 -o out.t4d", "too far for doubles");
+  refuses("transform cube.t4d --move 1e17 0 0 -o out.t4d", "doubles are too coarse there");
   refuses("transform cube.t4d --time-shift 1e17 -o out.t4d", "both become");
   placeFixture(folder_, "cube", 1, 1000);
   ASSERT_EQ(run("sweep cube-placed.obj -m fx/rest.json --center -o c.t4d").exitCode, 0);
@@ -1357,7 +1390,7 @@ TEST_F(Program, VolumesAreWoven) {
       run("weave fx/labels.nrrd --iso 0.5 --frame-time 1 --spacing 1 --origin 0 0 0 -o unit.t4d")
           .exitCode,
       0);
-  refuses("weave fx/labels.nrrd -o out.t4d", "needs an iso value, or a label");
+  refuses("weave fx/labels.nrrd -o out.t4d", "an iso value or a label must be given");
   refuses("weave fx/labels.nrrd --label 7 -o out.t4d", "no sample of any frame is 7");
   write("bare.raw", std::string(16, '\1'));
   refuses("weave bare.raw --frame-time 1 -o out.t4d", "does not begin with a line");

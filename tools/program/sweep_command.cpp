@@ -99,7 +99,8 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
     return "a point cache (.pc2 or .mdd) follows the one mesh that it belongs to";
   }
   if (options.rvMin || options.steps || options.maxDeviation) {
-    return "--rv-min, --steps and --max-deviation are for --motion: a solid that is deformed goes "
+    return "--rv-min, --steps, --max-deviation and --tolerance are for --motion: a solid that is "
+           "deformed goes "
            "straight from key to key";
   }
   if (!options.keyTimes.empty() && options.times.step) {
@@ -497,10 +498,17 @@ void addSweep(CLI::App& app, int& exitCode) {
   auto* steps = command->add_option("--steps", options->steps, "Number of steps of each segment")
                     ->check(wholeNumber(1, mesh4d::kMaxSteps));
   auto* deviation = command
-                        ->add_option("--max-deviation,--tolerance", options->maxDeviation,
-                                     "Largest distance of a point from its true path (default for "
-                                     "an animated glTF: a thousandth of its size)")
+                        ->add_option("--max-deviation", options->maxDeviation,
+                                     "Largest distance of a point from its true path")
                         ->check(numberAboveZero());
+  // Another name, which messages repeat.
+  command
+      ->add_option("--tolerance", options->maxDeviation,
+                   "The same; for an animated glTF a thousandth of its size by default")
+      ->check(numberAboveZero())
+      ->excludes(rvMin)
+      ->excludes(steps)
+      ->excludes(deviation);
   rvMin->excludes(steps)->excludes(deviation);
   steps->excludes(deviation);
   command

@@ -144,9 +144,17 @@ Result<void> checkBounds(const model::Bounds3& bounds, const model::Transform& t
       std::max(moved.max.cwiseAbs().maxCoeff(), moved.min.cwiseAbs().maxCoeff());
   const double narrowest = (moved.max - moved.min).minCoeff();
   constexpr double kMostWidths = 4e12;  // doubles are finer there than a thousandth of the width
-  if (farthest <= std::min(model::kLargestCoordinate, kMostWidths * narrowest)) return {};
-  return invalid(fmt::format("would reach {:.3g} from the origin, and is {:.3g} wide where it is "
-                             "narrowest: too far for doubles; move or scale it less",
+  if (!(farthest <= model::kLargestCoordinate)) {
+    return invalid(
+        fmt::format("would reach {:.3g} from the origin; the largest possible coordinate "
+                    "is {}. Scale or move it less",
+                    farthest, model::kLargestCoordinate),
+        where);
+  }
+  if (farthest <= kMostWidths * narrowest) return {};
+  return invalid(fmt::format("would reach {:.3g} from the origin, and be {:.3g} wide where it is "
+                             "narrowest: doubles are too coarse there to keep its shape. Move it "
+                             "less, or scale all axes alike",
                              farthest, narrowest),
                  where);
 }

@@ -87,6 +87,34 @@ std::string detailsOf(const WeaveArguments& options) {
       -1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
+/// Fails if a folder holds volumes, but no .vdb files: only the latter are taken by the folder.
+Result<void> checkFolder(const std::string& folder) {
+  std::error_code ignored;
+  std::set<std::string> volumes;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() == ".vdb") return {};
+    if (voxel4d::isVolumeFile(entry.path())) volumes.insert(entry.path().filename().string());
+  }
+  if (volumes.empty()) return {};
+  return invalid(fmt::format("is a folder of {}, and none is a .vdb file; name the volumes, as {}",
+                             counted(volumes.size(), "volume"),
+                             (std::filesystem::path(folder) /
+                              ("*" + std::filesystem::path(*volumes.begin()).extension().string()))
+                                 .string()),
+                 folder);
+}
+
+/// Of a file that is neither a volume by its extension nor a VDB file, both are said.
+Error unreadable(Error error) {
+  const std::string extension = formats::lowerCaseExtension(error.where);
+  if (error.message == "is not a VDB file" && extension != ".vdb") {
+    error.message +=
+        fmt::format(", and not a volume by its extension; expected .vdb, {}, or triangle meshes",
+                    volumeExtensions());
+  }
+  return error;
+}
+
 /// Frames of triangle meshes, of OpenVDB, or of volumes: what has the label, or is inside without
 /// one. `meshes` becomes what is found in meshes.
 Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
@@ -110,7 +138,7 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
   voxel4d::VdbFramesOptions input{options.input.iso, options.input.frameTime,
                                   options.input.startTime.value_or(0), options.grid};
   auto frames = voxel4d::openVdbFrames(inputs, input);
-  if (!frames) return pass(frames.error());
+  if (!frames) return pass(unreadable(frames.error()));
   voxel4d::VolumeFrames opened;
   opened.frames = std::move(*frames);
   return opened;
@@ -178,6 +206,9 @@ int run(const WeaveArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output.path, options.frames)) {
     return wrongUsage(*misuse);
   }
+  for (const std::string& input : options.frames) {
+    if (auto good = checkFolder(input); !good) return report(good.error());
+  }
   if (const auto misuse = misuseOfInput(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
   // Each label is a body.
@@ -235,6 +266,11 @@ int run(const WeaveArguments& options) {
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   noticeCaps(caps, woven, notices);
+  if (input->takenAsDistances) {
+    notices.push_back(
+        "the samples are taken as distances: inside is where they are below 0; --iso VALUE takes "
+        "them as densities, inside above VALUE");
+  }
   printNotices(notices);
 
   const double seconds =
@@ -281,8 +317,8 @@ void addWeave(CLI::App& app, int& exitCode) {
   command
       ->add_option(
           "--iso", options->input.iso,
-          "Grids are densities; inside is where they are above this value (default: level sets, "
-          "inside is where they are below 0)")
+          "Samples are densities; inside is where they are above this value (default: distances, "
+          "as in level sets; inside is where they are below 0)")
       ->check(finiteNumber());
   command
       ->add_option("--label", options->labels,
@@ -333,7 +369,9 @@ void addWeave(CLI::App& app, int& exitCode) {
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
-      "Example:\n  t4d weave frames/*.vdb -o moving.t4d\n"
+      "Examples:\n  t4d weave frames/*.vdb -o moving.t4d\n"
+      "  t4d weave heart.nrrd --label 2 -o heart.t4d\n"
+      "  t4d weave scan_*.nii.gz --iso 300 --frame-time 0.04 -o scan.t4d\n"
       "  t4d weave frames/water_*.obj --voxel-size 0.01 --frame-time 0.04 -o water.t4d");
   command->callback([=, &exitCode] {
     const auto& spacing = options->spacing;
