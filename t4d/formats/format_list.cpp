@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "t4d/formats/foreign_scene.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 
@@ -133,6 +134,18 @@ std::vector<ListedFormat> formatList() {
                   true,
                   kByExtension,
                   {"triangles", "bodies", "names of bodies", "units"}});
+  if (readsForeignScenes()) {
+    for (const auto& [name, extension] : {std::pair{"FBX", ".fbx"}, std::pair{"COLLADA", ".dae"}}) {
+      list.push_back({name,
+                      {},
+                      {extension},
+                      "solid over time",
+                      true,
+                      false,
+                      kByExtension,
+                      {"triangles", "bodies", "names of bodies", "units"}});
+    }
+  }
   return list;
 }
 

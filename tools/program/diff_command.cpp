@@ -77,7 +77,9 @@ void addDiff(CLI::App& app, int& exitCode) {
       ->type_name("LENGTH")
       ->check(CLI::NonNegativeNumber)
       ->check(finiteNumber());
-  command->add_option("--slices", options->how.times, "At how many times solids are compared, besides the first and the last")
+  command
+      ->add_option("--slices", options->how.times,
+                   "At how many times solids are compared, besides the first and the last")
       ->type_name("N")
       ->check(wholeNumber(1, 100'000))
       ->capture_default_str();

@@ -1487,6 +1487,67 @@ TEST_F(Program, MeshesOfAnyTrianglesAreWoven) {
               testing::HasSubstr("larger than the solid of ball_2.obj"));
 }
 
+/// A box of 2 x 3 x 4 cm that moves for a second, turns by 90 degrees in the next, and by as much
+/// in the two after it.
+constexpr const char* kMovingBox = R"(<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><created>2020-01-01T00:00:00</created><modified>2020-01-01T00:00:00</modified>
+<unit name="centimetre" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g" name="g"><mesh><source id="p">
+<float_array id="pa" count="24">0 0 0 2 0 0 0 3 0 2 3 0 0 0 4 2 0 4 0 3 4 2 3 4</float_array>
+<technique_common><accessor source="#pa" count="8" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<polylist count="6"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4 4 4 4 4 4</vcount>
+<p>0 2 3 1 4 5 7 6 0 1 5 4 2 6 7 3 0 4 6 2 1 3 7 5</p></polylist></mesh></geometry>
+</library_geometries><library_animations><animation id="r">
+<source id="rt"><float_array id="rta" count="4">0 1 2 4</float_array><technique_common>
+<accessor source="#rta" count="4" stride="1"><param name="TIME" type="float"/></accessor>
+</technique_common></source>
+<source id="rv"><float_array id="rva" count="4">0 0 90 180</float_array><technique_common>
+<accessor source="#rva" count="4" stride="1"><param name="ANGLE" type="float"/></accessor>
+</technique_common></source>
+<source id="xv"><float_array id="xva" count="4">0 3 3 3</float_array><technique_common>
+<accessor source="#xva" count="4" stride="1"><param name="X" type="float"/></accessor>
+</technique_common></source>
+<source id="i"><Name_array id="ia" count="4">LINEAR LINEAR LINEAR LINEAR</Name_array>
+<technique_common><accessor source="#ia" count="4" stride="1">
+<param name="INTERPOLATION" type="name"/></accessor></technique_common></source>
+<sampler id="rs"><input semantic="INPUT" source="#rt"/><input semantic="OUTPUT" source="#rv"/>
+<input semantic="INTERPOLATION" source="#i"/></sampler>
+<sampler id="xs"><input semantic="INPUT" source="#rt"/><input semantic="OUTPUT" source="#xv"/>
+<input semantic="INTERPOLATION" source="#i"/></sampler>
+<channel source="#rs" target="box/turn.ANGLE"/><channel source="#xs" target="box/at.X"/>
+</animation></library_animations>
+<library_visual_scenes><visual_scene id="s" name="s"><node id="box" name="box">
+<translate sid="at">0 5 7</translate><rotate sid="turn">0 0 1 0</rotate>
+<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>
+)";
+
+TEST_F(Program, ColladaIsSwept) {
+  if (run("formats").out.find("COLLADA") == std::string::npos) GTEST_SKIP() << "without Assimp";
+  write("box.dae", kMovingBox);
+  const Finished swept = run("sweep box.dae --tolerance 1e-5 -o box.t4d --json");
+  EXPECT_EQ(swept.err, "");
+  EXPECT_EQ(swept.value()["bodies"][0]["name"], "box");
+  const json report = run("validate box.t4d --deep --json").value();
+  EXPECT_TRUE(report["valid"] && report["closed"] && report["oriented"]);
+  // 24 cm^3 for 4 s. Steps that turn by a lose (1 - cos a) / 3 of it, and the tolerance keeps a
+  // below 0.048.
+  const double whole = 96e-6;
+  EXPECT_LE(report["hypervolume"].get<double>(), whole * (1 + 1e-6));
+  EXPECT_GE(report["hypervolume"].get<double>(), whole * (1 - 4e-4));
+  const json info = run("info box.t4d --json").value();
+  EXPECT_EQ(info["time_end"], 4);
+  EXPECT_EQ(info["length_unit"], "m");
+  EXPECT_EQ(info["time_unit"], "s");
+  // At a key it is the box, turned by 90 degrees.
+  EXPECT_NEAR(run("slice box.t4d --time 2 --json").value()["volume"], 24e-6, 1e-11);
+  write("box.dae", std::string(kMovingBox).substr(0, 1500));
+  refuses("sweep box.dae -o out.t4d", "box.dae: ");
+}
+
 TEST_F(Program, BadFramesAreRefused) {
   ASSERT_EQ(run("voxelize fx/cube.obj -m fx/rest.json --voxel-size 1 --frames 2 -o two").exitCode,
             0);

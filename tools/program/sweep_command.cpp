@@ -9,6 +9,7 @@
 
 #include "t4d/formats/deformation_reader.h"
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/foreign_scene.h"
 #include "t4d/formats/gltf_animation.h"
 #include "t4d/formats/input_file.h"
 #include "t4d/mesh4d/sweep.h"
@@ -53,7 +54,8 @@ struct SweepArguments {
   bool hasKeys() const { return motion.empty(); }
   bool animates() const {
     const std::string extension = formats::lowerCaseExtension(models.front());
-    return motion.empty() && models.size() == 1 && (extension == ".gltf" || extension == ".glb");
+    return motion.empty() && models.size() == 1 &&
+           (extension == ".gltf" || extension == ".glb" || formats::isForeignScene(models.front()));
   }
 };
 
@@ -90,7 +92,8 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
     return std::nullopt;
   }
   if (options.models.size() < 2) {
-    return "--motion is required, but for an animated glTF and for a solid that is deformed: name "
+    return "--motion is required, but for an animated .glb, .gltf, .fbx or .dae and for a solid "
+           "that is deformed: name "
            "meshes of the same triangles, or a mesh and its point cache (.pc2 or .mdd)";
   }
   const auto caches = std::ranges::count_if(
@@ -346,14 +349,23 @@ Result<Loaded> readInput(const SweepArguments& options) {
   if (options.animates()) {
     formats::GltfAnimationOptions how = options.animation;
     how.tolerance = options.maxDeviation;
-    const auto file = formats::readInputFile(options.models.front());
+    auto file = formats::readInputFile(options.models.front());
     if (!file) return pass(file.error());
+    std::vector<std::string> converted;
+    if (formats::isForeignScene(file->path)) {
+      auto scene = formats::readForeignScene(*file);
+      if (!scene) return pass(scene.error());
+      printNotices(scene->notices);
+      converted = std::move(scene->losses);
+      file = std::move(scene->glb);
+    }
     auto read = formats::readGltfAnimation(*file, how);
     if (!read) return pass(read.error());
     printNotices(read->notices);
     loaded.bodies = std::move(read->bodies);
     loaded.tolerance = read->tolerance;
     loaded.losses = std::move(read->losses);
+    loaded.losses.insert(loaded.losses.begin(), converted.begin(), converted.end());
     loaded.addFiles(read->otherFiles);
     loaded.lengthUnit = "m";
     loaded.timeUnit = "s";
@@ -470,7 +482,7 @@ void addSweep(CLI::App& app, int& exitCode) {
                    "The solid: " + formats::readableTriangleMeshExtensions() +
                        ". One that is deformed: meshes of the same triangles, in the order of "
                        "their numbers; or a mesh and its point cache, .pc2 or .mdd; or an animated "
-                       "glTF, whose nodes with a mesh are bodies")
+                       "glTF, .fbx or .dae, whose nodes with a mesh are bodies")
       ->required();
   command->add_option("-m,--motion", options->motion,
                       "The motion: a .json file, or poses as .csv (docs/motion.md); not with a "
