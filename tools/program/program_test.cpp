@@ -272,7 +272,7 @@ TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
               testing::HasSubstr("out: the folder has frame_0004.ply, which would pass"));
   EXPECT_EQ(run("frames cube.t4d --count 2 --format stl --attributes -o lossy").exitCode, 3);
   for (const char* wrong :
-       {"--count 2 --format off -o a", "--count 2 --format vdb -o a",
+       {"--count 2 --format png -o a", "--count 2 --format vdb -o a",
         "--count 2 --format ply -o a%d.obj", "--count 0 -o a", "-o a", "--count 2 -o a_%d.xyz"}) {
     EXPECT_EQ(run(std::string("frames cube.t4d ") + wrong).exitCode, 2) << wrong;
   }
