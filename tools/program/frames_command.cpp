@@ -143,7 +143,7 @@ void addFrames(CLI::App& app, int& exitCode) {
                        : fmt::format("'{}' is not the extension of a format that is written: {}",
                                      name, formats::writableTriangleMeshExtensions());
           },
-          "glb|gltf|ply|stl|obj|vtp"));
+          "glb|gltf|ply|stl|obj|off|vtp"));
   command->add_flag("--light", options->light,
                     "The triangles of the layers instead of exact ones, of which there are 13 "
                     "times as many between layers; the same in every frame");
