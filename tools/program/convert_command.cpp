@@ -195,7 +195,8 @@ Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFo
     input.losses.push_back(std::move(loss));
   }
   const std::string& name = input.bodies.front().name;
-  if (!format.keeps.names && input.bodies.size() == 1 && input.named &&
+  // VTU names bodies only if there are several.
+  if ((!format.keeps.names || format.id == "vtu") && input.bodies.size() == 1 && input.named &&
       name != formats::asName(std::filesystem::path(options.output).stem().string())) {
     input.losses.push_back(fmt::format("name of the body not kept by {}: '{}'", format.id, name));
   }

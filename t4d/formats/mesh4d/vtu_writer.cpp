@@ -153,12 +153,15 @@ class VtuWriter {
         "byte_order=\"LittleEndian\" header_type=\"UInt64\" "
         "compressor=\"vtkZLibDataCompressor\">\n<!-- written by t4d: the point data t are the "
         "fourth coordinate, time -->\n<UnstructuredGrid>\n");
-    head_.add(
-        fmt::format("<FieldData>\n<Array type=\"String\" Name=\"body_names\" "
-                    "NumberOfTuples=\"{}\" format=\"ascii\">\n",
-                    bodies.size()));
-    for (const CountedBody& body : bodies) head_.add(asciiCodes(body.name));
-    head_.add("\n</Array>\n</FieldData>\n");
+    // Not of a single body: meshio reads no strings.
+    if (bodies.size() > 1) {
+      head_.add(
+          fmt::format("<FieldData>\n<Array type=\"String\" Name=\"body_names\" "
+                      "NumberOfTuples=\"{}\" format=\"ascii\">\n",
+                      bodies.size()));
+      for (const CountedBody& body : bodies) head_.add(asciiCodes(body.name));
+      head_.add("\n</Array>\n</FieldData>\n");
+    }
     head_.add(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
                           mesh_.vertexCount(), mesh_.cellCount()));
     head_.add("<PointData Scalars=\"t\">\n");
