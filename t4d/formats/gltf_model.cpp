@@ -116,6 +116,12 @@ std::optional<Error> brokenJson(const InputFile& file, std::string_view text) {
     const std::size_t byte = begin + (error.byte > 0 ? error.byte - 1 : 0);
     return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.atByte(byte))
         .value();
+  } catch (const nlohmann::json::out_of_range& error) {
+    // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
+    std::string_view what = error.what();
+    what.remove_prefix(std::min(what.size(), what.find("] ") + 2));
+    return invalid(fmt::format("is not glTF 2.0: its JSON has a {}", what), file.path.string())
+        .value();
   }
 }
 

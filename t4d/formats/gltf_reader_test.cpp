@@ -277,6 +277,8 @@ TEST(GltfReader, RefusesWhatItCannotRead) {
             "a.gltf: has JSON nested more than 200 levels deep");
   EXPECT_EQ(errorOf("a.gltf", "{\"scene\": 0}"),
             "a.gltf: is not glTF 2.0: \"asset\" object not found in .gltf or not an object type");
+  EXPECT_EQ(errorOf("a.gltf", R"({"asset": {"version": "2.0"}, "scene": 1e999})"),
+            "a.gltf: is not glTF 2.0: its JSON has a number overflow parsing '1e999'");
   auto bytes = glb(squareDocument());
   EXPECT_EQ(errorOf("a.glb", bytes.substr(0, bytes.size() - 1)),
             fmt::format("a.glb: byte 8: declares a length of {} bytes; the file has {}",

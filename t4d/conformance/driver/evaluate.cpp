@@ -55,6 +55,9 @@ TrialResult evaluateAnswer(const Trial& trial, const Reply& reply) {
             fmt::format("accepted, but what it printed is not one JSON object: wrong from byte {}, "
                         "\"{}\"",
                         at, plain(std::string_view(reply.output).substr(at), kShown))};
+  } catch (const ordered_json::out_of_range& error) {
+    return {Outcome::Failed, "accepted, but its JSON has a number beyond doubles: " +
+                                 plain(error.what(), kQuotedBytes)};
   }
   if (wrong.empty()) return {};
   std::string message;
