@@ -40,17 +40,21 @@ inline LoadedMesh readBytes(const std::string& name, const std::string& bytes) {
   return loaded ? *loaded : LoadedMesh{};
 }
 
-/// `WHERE: MESSAGE` of the error for a file of these bytes, without the folder of the file.
-inline std::string errorOf(const std::string& name, const std::string& bytes) {
-  const auto path = writeFile(name, bytes);
-  const auto loaded = readTriangleMesh(path);
-  if (loaded) return "(was accepted)";
-  std::string text = loaded.error().text();
+/// `WHERE: MESSAGE` of the error, without the folder of the file.
+inline std::string textOf(const Error& error, const std::filesystem::path& path) {
+  std::string text = error.text();
   const std::string folder = path.parent_path().string() + "/";
   for (auto at = text.find(folder); at != text.npos; at = text.find(folder)) {
     text.erase(at, folder.size());
   }
   return text;
+}
+
+/// The same for a file of these bytes.
+inline std::string errorOf(const std::string& name, const std::string& bytes) {
+  const auto path = writeFile(name, bytes);
+  const auto loaded = readTriangleMesh(path);
+  return loaded ? "(was accepted)" : textOf(loaded.error(), path);
 }
 
 /// The bytes of a number in the machine's order, which is little-endian.

@@ -66,12 +66,7 @@ void addCompress(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<CompressArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
-  command
-      ->add_option("-o,--output", options->output,
-                   "The .t4d file to write; - for the standard output")
-      ->required()
-      ->check(someName())
-      ->check(noOtherFormat());
+  addT4dOutputOption(*command, options->output);
   options->coding.compression = 19;
   options->coding.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");

@@ -9,6 +9,7 @@
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
 namespace {
@@ -150,17 +151,8 @@ void addFilter(CLI::App& app, int& exitCode) {
   command->add_option("--to", options->to, "End at this time (default: as the mesh does)")
       ->type_name("TIME")
       ->check(finiteNumber());
-  command
-      ->add_option("-o,--output", options->output,
-                   "The .t4d file to write; - for the standard output")
-      ->required()
-      ->check(someName())
-      ->check(noOtherFormat());
-  command
-      ->add_option("--compression", options->compression,
-                   "zstd level from 1 to 19; 0 turns compression off")
-      ->check(wholeNumber(0, 19))
-      ->capture_default_str();
+  addT4dOutputOption(*command, options->output);
+  addCompressionOption(*command, options->compression);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example:\n"

@@ -5,6 +5,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
 namespace {
@@ -56,12 +57,7 @@ void addJoin(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<JoinArguments>();
   command->add_option("PART", options->parts, "The .t4d files, in the order of their times")
       ->required();
-  command
-      ->add_option("-o,--output", options->output,
-                   "The .t4d file to write; - for the standard output")
-      ->required()
-      ->check(someName())
-      ->check(noOtherFormat());
+  addT4dOutputOption(*command, options->output);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example, with two processes at work:\n"

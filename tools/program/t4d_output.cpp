@@ -15,6 +15,19 @@ std::filesystem::path nameIn(const std::string& path) {
   return whole.has_filename() ? whole.filename() : whole.parent_path().filename();
 }
 
+void addT4dOutputOption(CLI::App& command, std::string& path) {
+  command.add_option("-o,--output", path, "The .t4d file to write; - for the standard output")
+      ->required()
+      ->check(someName())
+      ->check(noOtherFormat());
+}
+
+void addCompressionOption(CLI::App& command, int& level) {
+  command.add_option("--compression", level, "zstd level from 1 to 19; 0 turns compression off")
+      ->check(wholeNumber(0, 19))
+      ->capture_default_str();
+}
+
 void T4dCoding::addTo(CLI::App& command) {
   auto* precisionOption =
       command.add_option("--precision", precision, "Type of the positions: float64 or float32")
@@ -28,10 +41,7 @@ void T4dCoding::addTo(CLI::App& command) {
       ->type_name("STEP")
       ->check(numberAboveZero())
       ->excludes(precisionOption);
-  command
-      .add_option("--compression", compression, "zstd level from 1 to 19; 0 turns compression off")
-      ->check(wholeNumber(0, 19))
-      ->capture_default_str();
+  addCompressionOption(command, compression);
   command
       .add_option("--spare-copies", spareEvery,
                   "Store what many slabs share again after N slabs, at least 2, so that damage to "
@@ -56,10 +66,7 @@ std::optional<std::string> T4dCoding::rounding() const {
 }
 
 void T4dOutput::addTo(CLI::App& command) {
-  command.add_option("-o,--output", path, "The .t4d file to write; - for the standard output")
-      ->required()
-      ->check(someName())
-      ->check(noOtherFormat());
+  addT4dOutputOption(command, path);
   coding.addTo(command);
   command.add_option("--up", up, "Axis that points up in glTF: y or z")
       ->check(CLI::IsMember({"y", "z"}))

@@ -15,6 +15,12 @@ namespace t4d::tools {
 /// The last component of a path, also of "frames/" and ".".
 std::filesystem::path nameIn(const std::string& path);
 
+/// Adds `-o`, the .t4d file to write.
+void addT4dOutputOption(CLI::App& command, std::string& path);
+
+/// Adds `--compression`.
+void addCompressionOption(CLI::App& command, int& level);
+
 /// How a .t4d file is stored.
 struct T4dCoding {
   std::string precision = "float64";

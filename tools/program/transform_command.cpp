@@ -19,6 +19,7 @@
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
 namespace {
@@ -261,12 +262,7 @@ void addTransform(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<TransformArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->bodies.addTo(*command);
-  command
-      ->add_option("-o,--output", options->output,
-                   "The .t4d file to write; - for the standard output")
-      ->required()
-      ->check(someName())
-      ->check(noOtherFormat());
+  addT4dOutputOption(*command, options->output);
   command
       ->add_option(
           "--axes", options->axes,
@@ -298,11 +294,7 @@ void addTransform(CLI::App& app, int& exitCode) {
   command->add_option("--time-shift", options->timeShift, "Then: add to all times")
       ->check(finiteNumber())
       ->capture_default_str();
-  command
-      ->add_option("--compression", options->compression,
-                   "zstd level from 1 to 19; 0 turns compression off")
-      ->check(wholeNumber(0, 19))
-      ->capture_default_str();
+  addCompressionOption(*command, options->compression);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example:\n  t4d transform bolt.t4d --rotate 1 0 0 90 --move 0 0 5 -o upright.t4d");

@@ -100,17 +100,11 @@ inline LoadedMesh4d read4dBytes(const std::string& name, const std::string& byte
   return loaded ? *loaded : LoadedMesh4d{};
 }
 
-/// `WHERE: MESSAGE` of the error for a file of these bytes, without the folder of the file.
+/// As errorOf.
 inline std::string error4dOf(const std::string& name, const std::string& bytes) {
   const auto path = writeFile(name, bytes);
   const auto loaded = read4d(path);
-  if (loaded) return "(was accepted)";
-  std::string text = loaded.error().text();
-  const std::string folder = path.parent_path().string() + "/";
-  for (auto at = text.find(folder); at != text.npos; at = text.find(folder)) {
-    text.erase(at, folder.size());
-  }
-  return text;
+  return loaded ? "(was accepted)" : textOf(loaded.error(), path);
 }
 
 /// The bits of a tetrahedron's corners in one order, and whether it takes an odd permutation.
