@@ -134,7 +134,7 @@ def main(t4d, fixtures):
                 same = file.read()
             encodings = 0
             for mode in ("Ascii", "Binary", "Appended"):
-                for compressor in ("None", "ZLib"):
+                for compressor in ("None", "ZLib", "LZ4", "LZMA") if mode != "Ascii" else ("None",):
                     for encoded in (False, True):
                         writer = vtkXMLUnstructuredGridWriter()
                         writer.SetInputData(grid)
@@ -143,6 +143,9 @@ def main(t4d, fixtures):
                         getattr(writer, f"SetCompressorTypeTo{compressor}")()
                         writer.SetEncodeAppendedData(encoded)
                         (writer.SetHeaderTypeToUInt64 if encoded else writer.SetHeaderTypeToUInt32)()
+                        # Half of them, each compressor in both orders.
+                        big = encoded != (mode == "Binary")
+                        (writer.SetByteOrderToBigEndian if big else writer.SetByteOrderToLittleEndian)()
                         writer.Write()
                         run(t4d, "convert", "a.vtu", "b.t4d")
                         with open("b.t4d", "rb") as file:

@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <lz4.h>
+#include <lzma.h>
 #include <zstd.h>
 
 #include "t4d/formats/base64.h"
 #include "t4d/formats/mesh4d/test_mesh4d.h"
+#include "t4d/formats/packed_block.h"
 #include "t4d/formats/zlib_block.h"
 
 /// VTU and G4MF as other programs write them.
@@ -102,11 +105,11 @@ TEST(Vtu, SaysWhatIsWrong) {
             "a.vtu: is not a VTKFile of type UnstructuredGrid");
   EXPECT_EQ(error4dOf("a.vtu", "<VTKFile type=\"UnstructuredGrid\">\n<Piece\n</VTKFile>"),
             "a.vtu:3: is not XML: not well-formed (invalid token)");
-  EXPECT_EQ(errorOfPiece(simplexPiece(), "byte_order=\"BigEndian\""),
-            "a.vtu:2: has big-endian numbers, which are not supported");
-  EXPECT_EQ(errorOfPiece(simplexPiece(), "compressor=\"vtkLZMADataCompressor\""),
-            "a.vtu:2: is compressed by 'vtkLZMADataCompressor'; only vtkZLibDataCompressor is "
-            "supported");
+  EXPECT_EQ(errorOfPiece(simplexPiece(), "byte_order=\"Middle\""),
+            "a.vtu:2: found byte_order 'Middle', expected 'LittleEndian' or 'BigEndian'");
+  EXPECT_EQ(errorOfPiece(simplexPiece(), "compressor=\"vtkBlosc\""),
+            "a.vtu:2: is compressed by 'vtkBlosc', expected vtkZLibDataCompressor, "
+            "vtkLZ4DataCompressor or vtkLZMADataCompressor");
   EXPECT_EQ(errorOfPiece(simplexPiece("0 0 0 0")),
             "a.vtu: the array 't' is wrong: the file ends, expected a number");
   EXPECT_EQ(errorOfPiece(simplexPiece("0 0 0 0 1 2")),
@@ -150,24 +153,102 @@ TEST(Vtu, ABlockThatUnpacksToMoreThanItCanIsRefused) {
             "expected 805306368 bytes");
 }
 
-TEST(ZlibBlock, GivesItsBytesBackAndRefusesOthers) {
+std::string packedWith(Compressor compressor, std::string bytes) {
+  if (compressor == Compressor::Zlib) return zlibCompressed(bytes);
+  std::string packed(bytes.size() + 4096, '\0');
+  if (compressor == Compressor::Lz4) {
+    const int size =
+        LZ4_compress_default(bytes.data(), packed.data(), static_cast<int>(bytes.size()),
+                             static_cast<int>(packed.size()));
+    return packed.substr(0, static_cast<std::size_t>(size));
+  }
+  std::size_t size = 0;
+  EXPECT_EQ(lzma_easy_buffer_encode(
+                5, LZMA_CHECK_CRC32, nullptr, reinterpret_cast<std::uint8_t*>(bytes.data()),
+                bytes.size(), reinterpret_cast<std::uint8_t*>(packed.data()), &size, packed.size()),
+            LZMA_OK);
+  return packed.substr(0, size);
+}
+
+TEST(PackedBlock, GivesItsBytesBackAndRefusesOthers) {
   std::string bytes;
   for (unsigned i = 0; i < 100000; ++i) bytes += static_cast<char>(i * i >> 3);
-  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{1000}, bytes.size()}) {
-    const std::string packed = zlibCompressed(bytes.substr(0, size));
-    std::string back(size, '?');
-    ASSERT_TRUE(zlibUnpack(packed, back)) << size;
-    EXPECT_EQ(back, bytes.substr(0, size));
-    std::string longer(size + 1, '?');
-    EXPECT_FALSE(zlibUnpack(packed, longer));
-    if (size == 0) continue;
-    std::string shorter(size - 1, '?');
-    EXPECT_FALSE(zlibUnpack(packed, shorter));
-    EXPECT_FALSE(zlibUnpack(packed.substr(0, packed.size() - 1), back));
-    std::string wrong = packed;
-    wrong.back() = static_cast<char>(wrong.back() ^ 1);  // the checksum
-    EXPECT_FALSE(zlibUnpack(wrong, back));
+  for (const Compressor compressor : {Compressor::Zlib, Compressor::Lz4, Compressor::Lzma}) {
+    for (const std::size_t size :
+         {std::size_t{0}, std::size_t{1}, std::size_t{1000}, bytes.size()}) {
+      SCOPED_TRACE(fmt::format("{}, {}", nameOf(compressor), size));
+      const std::string packed = packedWith(compressor, bytes.substr(0, size));
+      std::string back(size, '?');
+      ASSERT_TRUE(unpackBlock(compressor, packed, back));
+      EXPECT_EQ(back, bytes.substr(0, size));
+      std::string longer(size + 1, '?');
+      EXPECT_FALSE(unpackBlock(compressor, packed, longer));
+      if (size == 0) continue;
+      std::string shorter(size - 1, '?');
+      EXPECT_FALSE(unpackBlock(compressor, packed, shorter));
+      EXPECT_FALSE(unpackBlock(compressor, packed.substr(0, packed.size() - 1), back));
+      if (compressor == Compressor::Lz4) continue;
+      std::string wrong = packed;
+      // The checksum, of zlib at the end, of LZMA before an index of 8 bytes and the footer.
+      char& changed = wrong[compressor == Compressor::Zlib ? wrong.size() - 1 : wrong.size() - 21];
+      changed = static_cast<char>(changed ^ 1);
+      EXPECT_FALSE(unpackBlock(compressor, wrong, back));
+    }
   }
+}
+
+TEST(PackedBlock, UnpacksToAtMostItsRatio) {
+  // As many zeros as there are, which nothing else compresses better.
+  const std::string zeros(std::size_t{1} << 26, '\0');
+  for (const Compressor compressor : {Compressor::Zlib, Compressor::Lz4, Compressor::Lzma}) {
+    const std::size_t ratio = zeros.size() / packedWith(compressor, zeros).size();
+    EXPECT_LE(ratio, mostRatio(compressor)) << nameOf(compressor);
+    EXPECT_GE(ratio, mostRatio(compressor) / 2) << nameOf(compressor);
+  }
+}
+
+TEST(PackedBlock, ThatAsksForMoreMemoryThanItsDataIsRefused) {
+  std::string packed = packedWith(Compressor::Lzma, "abc");
+  std::string back(3, '?');
+  ASSERT_TRUE(unpackBlock(Compressor::Lzma, packed, back));
+  // The header of the block: its size, flags, sizes, the filter with its properties, a checksum.
+  constexpr std::size_t kHeader = 12;
+  const std::size_t checked = 4 * std::size_t{static_cast<unsigned char>(packed[kHeader])};
+  const std::size_t filter = packed.find("\x21\x01", kHeader);
+  ASSERT_LT(filter, kHeader + checked);
+  const auto withDictionary = [&](char code) {
+    packed[filter + 2] = code;
+    const auto* header = reinterpret_cast<const std::uint8_t*>(packed.data()) + kHeader;
+    return packed.replace(kHeader + checked, 4, bytesOf(lzma_crc32(header, checked, 0)));
+  };
+  EXPECT_TRUE(unpackBlock(Compressor::Lzma, withDictionary(28), back));   // 64 MiB
+  EXPECT_FALSE(unpackBlock(Compressor::Lzma, withDictionary(40), back));  // 4 GiB
+}
+
+/// Numbers of 32 bits from the last byte to the first.
+std::string bigEndian(std::vector<std::uint32_t> numbers) {
+  std::string bytes;
+  for (const std::uint32_t number : numbers) {
+    for (int i = 3; i >= 0; --i) bytes += static_cast<char>(number >> (8 * i) & 255);
+  }
+  return bytes;
+}
+
+TEST(Vtu, BigEndianSizesAndNumbersAreRead) {
+  std::string piece = simplexPiece();
+  const auto from = piece.find(asciiArray("type=\"Float32\" Name=\"t\"", "0 0 0 0 1"));
+  ASSERT_NE(from, piece.npos);
+  const std::string bytes = bigEndian({20, 0, 0, 0, 0, 0x3f800000});
+  const std::string text =
+      base64({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  piece.replace(
+      from, asciiArray("type=\"Float32\" Name=\"t\"", "0 0 0 0 1").size(),
+      "<DataArray type=\"Float32\" Name=\"t\" format=\"binary\">" + text + "</DataArray>\n");
+  const LoadedMesh4d loaded =
+      read4dBytes("a.vtu", vtuText("byte_order=\"BigEndian\"", piece) + "</VTKFile>\n");
+  EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), kSimplexHypervolume);
+  EXPECT_EQ(error4dOf("a.vtu", vtuText("byte_order=\"LittleEndian\"", piece) + "</VTKFile>\n"),
+            "a.vtu: the array 't' has 335544320 bytes, expected 20");
 }
 
 std::string dataUri(const std::string& bytes) {

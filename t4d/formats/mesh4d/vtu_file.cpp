@@ -17,12 +17,18 @@
 
 #include "t4d/formats/base64.h"
 #include "t4d/formats/text_scanner.h"
-#include "t4d/formats/zlib_block.h"
 
 namespace t4d::formats {
 namespace {
 
 using Attributes = std::map<std::string, std::string>;
+
+const std::map<std::string_view, Compressor> kCompressors = {
+    {"", Compressor::None},
+    {"vtkZLibDataCompressor", Compressor::Zlib},
+    {"vtkLZ4DataCompressor", Compressor::Lz4},
+    {"vtkLZMADataCompressor", Compressor::Lzma},
+};
 
 std::optional<std::uint64_t> wholeNumberOf(const std::string& text) {
   const auto begin = text.find_first_not_of(' ');
@@ -47,9 +53,16 @@ std::size_t sizeOf(std::string_view type) {
 }
 
 template <class Stored, class Number, class Make>
-void convert(std::string_view bytes, std::vector<Number>& into, Make make) {
-  for (std::size_t i = 0; i < into.size(); ++i) {
-    into[i] = make(loadNumber<Stored>(bytes.data() + i * sizeof(Stored)));
+void convert(std::string_view bytes, std::endian order, std::vector<Number>& into, Make make) {
+  const auto each = [&](auto constantOrder) {
+    for (std::size_t i = 0; i < into.size(); ++i) {
+      into[i] = make(loadNumber<Stored>(bytes.data() + i * sizeof(Stored), constantOrder));
+    }
+  };
+  if (order == std::endian::little) {
+    each(std::integral_constant<std::endian, std::endian::little>());
+  } else {
+    each(std::integral_constant<std::endian, std::endian::big>());
   }
 }
 
@@ -144,20 +157,25 @@ class VtuParser {
 
   void startFile(Attributes& attributes) {
     isGrid_ = attributes["type"] == "UnstructuredGrid";
-    if (const auto& order = attributes["byte_order"]; order == "BigEndian") {
-      return stop(
-          fail(ErrorCode::Unsupported, "has big-endian numbers, which are not supported", here())
-              .value());
+    const std::string& order = attributes["byte_order"];
+    if (!order.empty() && order != "LittleEndian" && order != "BigEndian") {
+      return stop(invalid(fmt::format("found byte_order {}, expected 'LittleEndian' or 'BigEndian'",
+                                      inQuotes(order)),
+                          here())
+                      .value());
     }
-    const std::string& compressor = attributes["compressor"];
-    if (!compressor.empty() && compressor != "vtkZLibDataCompressor") {
+    if (order == "BigEndian") result_.order_ = std::endian::big;
+    const std::string& name = attributes["compressor"];
+    const auto compressor = kCompressors.find(name);
+    if (compressor == kCompressors.end()) {
       return stop(fail(ErrorCode::Unsupported,
-                       fmt::format("is compressed by {}; only vtkZLibDataCompressor is supported",
-                                   inQuotes(compressor)),
+                       fmt::format("is compressed by {}, expected vtkZLibDataCompressor, "
+                                   "vtkLZ4DataCompressor or vtkLZMADataCompressor",
+                                   inQuotes(name)),
                        here())
                       .value());
     }
-    result_.compressed_ = !compressor.empty();
+    result_.compressor_ = compressor->second;
     result_.wideHeader_ = attributes["header_type"] == "UInt64";
   }
 
@@ -254,7 +272,12 @@ std::string VtuFile::dialect() const {
       if (array.format == "appended") text = rawAppended_ ? "appended" : "appended base64";
     }
   }
-  return text + (compressed_ && text != "ASCII" ? ", compressed" : "");
+  if (text == "ASCII") return text;
+  if (compressor_ != Compressor::None) {
+    text += fmt::format(", compressed with {}", nameOf(compressor_));
+  }
+  if (order_ == std::endian::big) text += ", big-endian";
+  return text;
 }
 
 tl::unexpected<Error> VtuFile::wrong(const VtuArray& array, const std::string& message) const {
@@ -288,10 +311,11 @@ Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) 
   const std::size_t word = wideHeader_ ? 8 : 4;
   const auto wordAt = [&](std::string_view bytes, std::size_t index) -> std::uint64_t {
     const char* at = bytes.data() + index * word;
-    return wideHeader_ ? loadNumber<std::uint64_t>(at) : loadNumber<std::uint32_t>(at);
+    return wideHeader_ ? loadNumber<std::uint64_t>(at, order_)
+                       : loadNumber<std::uint32_t>(at, order_);
   };
   const std::string tooShort = "ends before its data";
-  if (!compressed_) {
+  if (compressor_ == Compressor::None) {
     // One more byte would show that there are too many.
     const auto bytes = first(word + size);
     if (!bytes) return pass(bytes.error());
@@ -332,7 +356,7 @@ Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) 
     all += packed;
   }
   if (all > stored.size()) return wrong(array, tooShort);
-  if (size / kMostZlibRatio > all) {
+  if (size / mostRatio(compressor_) > all) {
     return wrong(array, fmt::format("cannot unpack {} bytes to {}", all, size));
   }
   const auto bytes = first((3 + blocks) * word + all);
@@ -344,7 +368,8 @@ Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) 
   std::atomic<bool> damaged = false;
   tbb::parallel_for(std::uint64_t{0}, blocks, [&](std::uint64_t i) {
     const std::span<char> into(unpacked.data() + i * blockSize, i + 1 < blocks ? blockSize : last);
-    if (!zlibUnpack(bytes->substr(begin[i], sizes[i]), into)) damaged = true;
+    const auto packed = bytes->substr(begin[i], sizes[i]);
+    if (!unpackBlock(compressor_, packed, into)) damaged = true;
   });
   if (damaged) return wrong(array, "is damaged: a block does not unpack to its size");
   return unpacked;
@@ -384,25 +409,25 @@ Result<std::vector<Number>> VtuFile::values(const VtuArray& array, std::uint64_t
   std::vector<Number> values(count);
   const std::string& type = array.type;
   if (type == "Float64") {
-    convert<double>(*bytes, values, make);
+    convert<double>(*bytes, order_, values, make);
   } else if (type == "Float32") {
-    convert<float>(*bytes, values, make);
+    convert<float>(*bytes, order_, values, make);
   } else if (type == "Int64") {
-    convert<std::int64_t>(*bytes, values, make);
+    convert<std::int64_t>(*bytes, order_, values, make);
   } else if (type == "UInt64") {
-    convert<std::uint64_t>(*bytes, values, make);
+    convert<std::uint64_t>(*bytes, order_, values, make);
   } else if (type == "Int32") {
-    convert<std::int32_t>(*bytes, values, make);
+    convert<std::int32_t>(*bytes, order_, values, make);
   } else if (type == "UInt32") {
-    convert<std::uint32_t>(*bytes, values, make);
+    convert<std::uint32_t>(*bytes, order_, values, make);
   } else if (type == "Int16") {
-    convert<std::int16_t>(*bytes, values, make);
+    convert<std::int16_t>(*bytes, order_, values, make);
   } else if (type == "UInt16") {
-    convert<std::uint16_t>(*bytes, values, make);
+    convert<std::uint16_t>(*bytes, order_, values, make);
   } else if (type == "Int8") {
-    convert<std::int8_t>(*bytes, values, make);
+    convert<std::int8_t>(*bytes, order_, values, make);
   } else {
-    convert<std::uint8_t>(*bytes, values, make);
+    convert<std::uint8_t>(*bytes, order_, values, make);
   }
   return values;
 }

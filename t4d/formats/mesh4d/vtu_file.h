@@ -1,11 +1,13 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "t4d/formats/input_file.h"
+#include "t4d/formats/packed_block.h"
 
 /// The XML of a .vtu file, and its arrays as bytes. What the arrays mean is vtu_reader.cpp's.
 namespace t4d::formats {
@@ -31,12 +33,13 @@ struct VtuPiece {
 
 class VtuFile {
  public:
-  /// Parses the XML. Fails if it is not that of an unstructured grid, or of another byte order.
+  /// Parses the XML. Fails if it is not that of an unstructured grid, or of an unknown compressor.
   static Result<VtuFile> open(const InputFile& file);
 
   const std::vector<VtuPiece>& pieces() const { return pieces_; }
   const std::vector<VtuArray>& fieldData() const { return fieldData_; }
-  /// "ASCII", "base64", "appended", "appended base64"; ", compressed" where that is so.
+  /// "ASCII", "base64", "appended", "appended base64"; ", compressed with LZ4" and ", big-endian"
+  /// where that is so.
   std::string dialect() const;
 
   /// The values of an array with so many, as doubles or as integers; whatever their type. Fails if
@@ -59,7 +62,8 @@ class VtuFile {
   const InputFile* file_ = nullptr;
   std::vector<VtuPiece> pieces_;
   std::vector<VtuArray> fieldData_;
-  bool compressed_ = false;
+  Compressor compressor_ = Compressor::None;
+  std::endian order_ = std::endian::little;
   bool wideHeader_ = false;  // sizes of 64 bits
   bool rawAppended_ = true;
   std::string_view appended_;
