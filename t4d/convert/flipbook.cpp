@@ -1,8 +1,20 @@
 #include "t4d/convert/flipbook.h"
 
+#include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace t4d::convert {
+
+Result<void> checkFlipbook(std::span<const model::Body> bodies, std::span<const double> times,
+                           const FlipbookOptions& options) {
+  if (!(options.framesPerSecond > 0) || !std::isfinite(options.framesPerSecond)) {
+    return invalid(
+        fmt::format("{} frames a second, expected more than 0", options.framesPerSecond));
+  }
+  return checkFrameTimes(bodies, times);
+}
 
 Result<FrameSlicesReport> writeFlipbook(std::span<const model::Body> bodies,
                                         std::span<const double> times,

@@ -16,6 +16,11 @@ struct FlipbookOptions {
   BodyColor color = {};
 };
 
+/// Fails on what every kind of flipbook fails on before it reads anything: as checkFrameTimes, and
+/// on a rate that is not positive and finite.
+Result<void> checkFlipbook(std::span<const model::Body> bodies, std::span<const double> times,
+                           const FlipbookOptions& options);
+
 /// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter). `losses` of the
 /// report are also those of formats::writeTriangleMeshes. Fails if forEachFrame or the writer does.
 Result<FrameSlicesReport> writeFlipbook(std::span<const model::Body> bodies,

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <memory>
 
 #include <fmt/format.h>
 
-#include "t4d/convert/prisms.h"
+#include "t4d/convert/prism_steps.h"
+#include "t4d/convert/shown_times.h"
 #include "t4d/formats/gltf_rigid_writer.h"
 
 namespace t4d::convert {
@@ -27,16 +27,10 @@ bool isRotation(const Eigen::Matrix3d& matrix) {
          matrix.determinant() > 0;
 }
 
-/// Takes all slabs of a body.
-class RigidSink : public model::Sink {
+class RigidSink : public PrismSteps {
  public:
   Result<void> put(const Slab& slab) override {
-    if (auto checked = checkSlab(slab); !checked) return checked;
-    if (slab.timeEnd > slab.timeBegin) {
-      if (auto added = addStep(slab); !added) return added;
-    } else if (!motion_.layers.empty() && !slab.upperLayer().empty()) {
-      return no(slab.timeBegin, "it appears again");
-    }
+    if (auto done = PrismSteps::put(slab); !done) return done;
     before_ = slab.upperPose;
     beforeTime_ = slab.timeEnd;
     return {};
@@ -44,16 +38,12 @@ class RigidSink : public model::Sink {
 
   Result<RigidMotion> finish() {
     if (motion_.layers.empty()) return fail(ErrorCode::Unsupported, "it has no steps");
+    motion_.solid.triangles = triangles();
     return std::move(motion_);
   }
 
  private:
-  static tl::unexpected<Error> no(double time, const std::string& why) {
-    return fail(ErrorCode::Unsupported, fmt::format("at time {}, {}", time, why));
-  }
-
-  Result<void> addStep(const Slab& slab) {
-    if (auto same = checkTriangles(slab); !same) return same;
+  Result<void> step(const Slab& slab) override {
     if (motion_.layers.empty()) {
       if (!before_ || beforeTime_ != slab.timeBegin || !before_->gives(slab.lowerLayer())) {
         return no(slab.timeBegin, "the file has no pose");
@@ -64,28 +54,12 @@ class RigidSink : public model::Sink {
       motion_.center = bounds.min / 2 + bounds.max / 2;
       if (auto added = addLayer(slab.timeBegin, *before_); !added) return added;
     }
-    if (motion_.layers.back().time != slab.timeBegin) return no(slab.timeBegin, "it appears again");
     if (!slab.upperPose || !slab.upperPose->gives(slab.upperLayer())) {
       return no(slab.timeEnd, "the file has no pose");
     }
     if (auto added = addLayer(slab.timeEnd, *slab.upperPose); !added) return added;
-    motion_.distance = std::max(
-        motion_.distance, chordDistance() + lightDistance(slab, motion_.solid.triangles, 0.25));
-    return {};
-  }
-
-  Result<void> checkTriangles(const Slab& slab) {
-    if (slab.connectivity == connectivity_) return {};
-    if (auto checked = checkConnectivity(*slab.connectivity); !checked) return checked;
-    auto prisms = prismsOf(*slab.connectivity);
-    if (!prisms) {
-      return no(slab.timeBegin, "its slab does not consist of prisms: " + prisms.error().message);
-    }
-    if (connectivity_ && prisms->triangles != motion_.solid.triangles) {
-      return no(slab.timeBegin, "its triangles change");
-    }
-    motion_.solid.triangles = std::move(prisms->triangles);
-    connectivity_ = slab.connectivity;
+    motion_.distance =
+        std::max(motion_.distance, chordDistance() + lightDistance(slab, triangles(), 0.25));
     return {};
   }
 
@@ -121,7 +95,6 @@ class RigidSink : public model::Sink {
 
   RigidMotion motion_;
   std::shared_ptr<const std::vector<Point3>> reference_;
-  std::shared_ptr<const model::Connectivity> connectivity_;
   std::shared_ptr<const LayerPose> before_;
   double beforeTime_ = 0;
 };
@@ -180,11 +153,9 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
                                              const std::filesystem::path& path,
                                              const FlipbookOptions& options,
                                              const model::Progress& progress) {
-  if (!(options.framesPerSecond > 0) || !std::isfinite(options.framesPerSecond)) {
-    return invalid(
-        fmt::format("{} frames a second, expected more than 0", options.framesPerSecond));
+  if (auto checked = checkFlipbook(bodies, times, options); !checked) {
+    return pass(checked.error());
   }
-  if (auto checked = checkFrameTimes(bodies, times); !checked) return pass(checked.error());
   const model::TimeSpan span{times.front(), times.back()};
   const double perSecond = options.framesPerSecond;
   const double seconds = static_cast<double>(times.size()) / perSecond;
@@ -202,28 +173,15 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
     };
     auto motion = rigidMotionOf(*body.source, progressOfBody);
     if (!motion) {
-      Error error = motion.error();
-      if (error.code == ErrorCode::Unsupported && error.where.empty()) {
-        error.message = fmt::format("body '{}' is not a rigid one whose poses are known: {}",
-                                    body.name, error.message);
-      }
-      return pass(error);
+      return pass(ofBody(body.name, "is not a rigid one whose poses are known", motion.error()));
     }
     report.distance = std::max(report.distance, motion->distance);
     made.push_back(rigidBody(body, std::move(*motion), span, moving));
     formats::RigidBody& last = made.back();
     report.triangles += last.mesh.mesh.triangles.size();
     if (options.color) last.mesh.color = options.color(body.name, span.begin);
-    // Shown in the frames at whose times it exists.
-    std::uint64_t shown = 0;
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const bool there = model::timeWithin(*body.source, times[i]).has_value();
-      shown += there ? 1 : 0;
-      if (last.shown.empty() || last.shown.back().second != there) {
-        last.shown.emplace_back(static_cast<double>(i) / perSecond, there);
-      }
-    }
-    if (shown == times.size()) last.shown.clear();
+    last.shown = shownTimes(body, times, perSecond);
+    if (last.shown.size() == 1 && last.shown.front().second) last.shown.clear();
   }
   auto lost = formats::writeRigidAnimation(path, made, seconds, options.write);
   if (!lost) return pass(lost.error());

@@ -25,6 +25,10 @@ std::span<const unsigned char> bytesOf(const std::vector<T>& values) {
   return {reinterpret_cast<const unsigned char*>(values.data()), values.size() * sizeof(T)};
 }
 
+std::span<const float> floatsOf(const std::vector<Eigen::Vector3f>& from) {
+  return {from.data()->data(), 3 * from.size()};
+}
+
 tinygltf::Value valueOf(const nlohmann::json& json) {
   if (json.is_object()) {
     tinygltf::Value::Object object;
@@ -96,16 +100,22 @@ tl::unexpected<Error> GltfBuilder::tooLarge() const {
                       : "more than the 4 GiB that a .glb can have; write fewer frames or meshes");
 }
 
-Result<int> GltfBuilder::addAccessor(std::span<const unsigned char> bytes, int componentType,
-                                     int type, std::size_t count, int target) {
-  // Every accessor begins at a multiple of its largest possible component.
+Result<int> GltfBuilder::addView(std::span<const unsigned char> bytes, int target) {
+  const std::size_t hash =
+      std::hash<std::string_view>()({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const auto [begin, end] = views_.equal_range(hash);
+  for (auto at = begin; at != end; ++at) {
+    const auto index = static_cast<std::size_t>(at->second);
+    const tinygltf::BufferView& view = model_.bufferViews[index];
+    if (view.target == target && view.byteLength == bytes.size() &&
+        std::equal(bytes.begin(), bytes.end(), pieces_[index].begin())) {
+      return at->second;
+    }
+  }
+  // Every view begins at a multiple of its largest possible component.
   constexpr std::uint64_t kAlignment = 4;
   const std::uint64_t padded = (bytes.size() + kAlignment - 1) / kAlignment * kAlignment;
   const std::uint64_t most = isText_ ? limits_.textBufferBytes : limits_.binaryBytes;
-  const std::size_t hash =
-      std::hash<std::string_view>()({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  const int same = sameAccessor(bytes, hash, componentType, type, target);
-  if (same >= 0) return same;
   if (padded > most - bufferBytes_) return tooLarge();
 
   tinygltf::BufferView view;
@@ -113,38 +123,52 @@ Result<int> GltfBuilder::addAccessor(std::span<const unsigned char> bytes, int c
   view.byteOffset = bufferBytes_;
   view.byteLength = bytes.size();
   view.target = target;
-  tinygltf::Accessor accessor;
-  accessor.bufferView = static_cast<int>(model_.bufferViews.size());
-  accessor.componentType = componentType;
-  accessor.type = type;
-  accessor.count = count;
   model_.bufferViews.push_back(std::move(view));
-  model_.accessors.push_back(std::move(accessor));
-
   auto& piece = pieces_.emplace_back();
   piece.reserve(padded);
   piece.assign(bytes.begin(), bytes.end());
   piece.resize(padded);
   bufferBytes_ += padded;
-  const int index = static_cast<int>(model_.accessors.size() - 1);
-  accessors_.emplace(hash, index);
+  const int index = static_cast<int>(model_.bufferViews.size() - 1);
+  views_.emplace(hash, index);
   return index;
 }
 
-int GltfBuilder::sameAccessor(std::span<const unsigned char> bytes, std::size_t hash,
-                              int componentType, int type, int target) const {
-  const auto [begin, end] = accessors_.equal_range(hash);
-  for (auto at = begin; at != end; ++at) {
-    const auto index = static_cast<std::size_t>(at->second);
-    const tinygltf::Accessor& accessor = model_.accessors[index];
-    const tinygltf::BufferView& view = model_.bufferViews[index];
-    if (accessor.componentType == componentType && accessor.type == type && view.target == target &&
-        view.byteLength == bytes.size() &&
-        std::equal(bytes.begin(), bytes.end(), pieces_[index].begin())) {
-      return at->second;
-    }
-  }
-  return -1;
+Result<int> GltfBuilder::addAccessor(std::span<const unsigned char> bytes, int componentType,
+                                     int type, std::size_t count, int target) {
+  const auto view = addView(bytes, target);
+  if (!view) return view;
+  const auto [found, added] = accessors_.emplace(std::tuple(*view, componentType, type),
+                                                 static_cast<int>(model_.accessors.size()));
+  if (!added) return found->second;
+  tinygltf::Accessor accessor;
+  accessor.bufferView = *view;
+  accessor.componentType = componentType;
+  accessor.type = type;
+  accessor.count = count;
+  model_.accessors.push_back(std::move(accessor));
+  return found->second;
+}
+
+Result<int> GltfBuilder::addOnes(std::size_t count, const std::vector<std::uint32_t>& indices) {
+  const std::vector<float> ones(indices.size(), 1.0F);
+  const auto where = addView(bytesOf(indices), 0);
+  if (!where) return where;
+  const auto values = addView(bytesOf(ones), 0);
+  if (!values) return values;
+  tinygltf::Accessor accessor;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+  accessor.type = TINYGLTF_TYPE_SCALAR;
+  accessor.count = count;
+  accessor.sparse.isSparse = true;
+  accessor.sparse.count = static_cast<int>(indices.size());
+  accessor.sparse.indices.bufferView = *where;
+  accessor.sparse.indices.byteOffset = 0;
+  accessor.sparse.indices.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  accessor.sparse.values.bufferView = *values;
+  accessor.sparse.values.byteOffset = 0;
+  model_.accessors.push_back(std::move(accessor));
+  return static_cast<int>(model_.accessors.size() - 1);
 }
 
 Result<int> GltfBuilder::addFloats(std::span<const float> numbers, int components, bool bounds,
@@ -226,17 +250,16 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const VerticesWi
   return {};
 }
 
-Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& center) {
+Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& center,
+                                 Layout& layout) {
   if (auto good = checkWritable(named); !good) return pass(good.error());
   if (named.mesh.triangles.empty()) return -1;
   const auto rounded = roundedVertices(named, center, rounding_);
   if (!rounded) return pass(rounded.error());
-  const VerticesWithNormals vertices =
-      normals_ ? withNormals(named.mesh, *normals_) : withoutNormals(named.mesh);
-  const auto floatsOf = [](const std::vector<Eigen::Vector3f>& from) {
-    return std::span<const float>(from.data()->data(), 3 * from.size());
-  };
-  std::vector<Eigen::Vector3f> places;
+  layout.vertices = normals_ ? withNormals(named.mesh, *normals_) : withoutNormals(named.mesh);
+  const VerticesWithNormals& vertices = layout.vertices;
+  std::vector<Eigen::Vector3f>& places = layout.places;
+  places.clear();
   places.reserve(vertices.sources.size());
   for (const std::uint32_t source : vertices.sources) places.push_back((*rounded)[source]);
   const auto positions = addFloats(floatsOf(places), 3, true, TINYGLTF_TARGET_ARRAY_BUFFER);
@@ -263,6 +286,39 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& ce
   mesh.primitives.push_back(std::move(primitive));
   model_.meshes.push_back(std::move(mesh));
   return static_cast<int>(model_.meshes.size() - 1);
+}
+
+Result<void> GltfBuilder::addTarget(int mesh, const Layout& layout, const NamedMesh& shape,
+                                    const model::Point3& center) {
+  if (auto good = checkWritable(shape); !good) return good;
+  if (auto rounded = roundedVertices(shape, center, rounding_); !rounded) {
+    return pass(rounded.error());
+  }
+  const std::size_t count = layout.places.size();
+  std::vector<Eigen::Vector3f> moves;
+  moves.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    // From the rounded place, so that rounding happens once.
+    const model::Point3 move =
+        shape.mesh.vertices[layout.vertices.sources[i]] - center - layout.places[i].cast<double>();
+    if (!(move.cwiseAbs().maxCoeff() <= std::numeric_limits<float>::max())) {
+      return invalid(fmt::format("mesh '{}' moves beyond the float32 numbers of glTF", shape.name));
+    }
+    moves.push_back(move.cast<float>());
+  }
+  const auto positions = addFloats(floatsOf(moves), 3, true, TINYGLTF_TARGET_ARRAY_BUFFER);
+  if (!positions) return pass(positions.error());
+  std::map<std::string, int> target = {{"POSITION", *positions}};
+  if (normals_) {
+    std::vector<Eigen::Vector3f> turns = normalsWhenMoved(layout.vertices, shape.mesh);
+    for (std::size_t i = 0; i < count; ++i) turns[i] -= layout.vertices.normals[i];
+    const auto normals = addFloats(floatsOf(turns), 3, false, TINYGLTF_TARGET_ARRAY_BUFFER);
+    if (!normals) return pass(normals.error());
+    target["NORMAL"] = *normals;
+  }
+  model_.meshes[static_cast<std::size_t>(mesh)].primitives.front().targets.push_back(
+      std::move(target));
+  return {};
 }
 
 int GltfBuilder::materialOf(const std::optional<Color>& color) {

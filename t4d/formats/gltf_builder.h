@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -40,7 +41,22 @@ class GltfBuilder {
   /// Adds a mesh and returns its number; -1 for one without triangles, which glTF does not allow.
   Result<int> addMesh(const NamedMesh& named) { return addMesh(named, center_); }
   /// `center` is subtracted from the vertices.
-  Result<int> addMesh(const NamedMesh& named, const model::Point3& center);
+  Result<int> addMesh(const NamedMesh& named, const model::Point3& center) {
+    Layout layout;
+    return addMesh(named, center, layout);
+  }
+
+  /// The vertices of a mesh as they are in the file.
+  struct Layout {
+    VerticesWithNormals vertices;
+    std::vector<Eigen::Vector3f> places;
+  };
+  Result<int> addMesh(const NamedMesh& named, const model::Point3& center, Layout& layout);
+  /// Adds a morph target to a mesh of that layout, which makes it `shape`: the same triangles with
+  /// other vertices. Normals are shared where they are in the layout.
+  Result<void> addTarget(int mesh, const Layout& layout, const NamedMesh& shape,
+                         const model::Point3& center);
+  const model::Point3& center() const { return center_; }
 
   /// Adds a node below `parent`, where 0 is the root, and returns its number.
   int addNode(tinygltf::Node node, int parent = 0);
@@ -49,6 +65,10 @@ class GltfBuilder {
   /// asked for, and returns its number. `target` is that of the buffer view, or 0. Numbers that are
   /// there already are not added again: frames often share triangles.
   Result<int> addFloats(std::span<const float> numbers, int components, bool bounds, int target);
+
+  /// Adds an accessor of `count` float32 numbers that are all 0 but for ones at these indices,
+  /// which increase.
+  Result<int> addOnes(std::size_t count, const std::vector<std::uint32_t>& indices);
 
   /// Writes all to the file, which the caller commits, and returns what was lost.
   Result<std::vector<std::string>> finish(OutputFile& file);
@@ -63,9 +83,8 @@ class GltfBuilder {
 
   Result<int> addAccessor(std::span<const unsigned char> bytes, int componentType, int type,
                           std::size_t count, int target);
-  /// One with just these bytes and that use, or -1.
-  int sameAccessor(std::span<const unsigned char> bytes, std::size_t hash, int componentType,
-                   int type, int target) const;
+  /// One with just these bytes and that use is not added again.
+  Result<int> addView(std::span<const unsigned char> bytes, int target);
   Result<int> addIndices(const VerticesWithNormals& vertices);
   Result<void> addAttributes(const NamedMesh& named, const VerticesWithNormals& vertices,
                              tinygltf::Primitive& primitive);
@@ -81,11 +100,11 @@ class GltfBuilder {
   model::Point3 center_;
   Limits limits_;
   tinygltf::Model model_;
-  /// The buffer in pieces: growing a single one would need twice its memory.
+  /// The buffer in pieces, one for each view: growing a single one would need twice its memory.
   std::vector<std::vector<unsigned char>> pieces_;
   std::uint64_t bufferBytes_ = 0;
-  /// Accessors by the hash of their bytes. Each has a piece of its own.
-  std::unordered_multimap<std::size_t, int> accessors_;
+  std::unordered_multimap<std::size_t, int> views_;     // by the hash of their bytes
+  std::map<std::tuple<int, int, int>, int> accessors_;  // by view, component type and type
   std::map<std::optional<Color>, int> materials_;
   std::vector<std::string> lost_;
   RoundingLoss rounding_;

@@ -93,9 +93,8 @@ double angleAt(const model::TriangleMesh& mesh, const Triangle& triangle, std::u
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-}  // namespace
-
-VerticesWithNormals withNormals(const model::TriangleMesh& mesh, const NormalStyle& style) {
+/// Of length 1, or 0 for a flat triangle.
+std::vector<Point3> faceNormalsOf(const model::TriangleMesh& mesh) {
   std::vector<Point3> faces;
   faces.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -106,8 +105,33 @@ VerticesWithNormals withNormals(const model::TriangleMesh& mesh, const NormalSty
     const Point3 normal = ((v[b] - v[a]) / size).cross((v[c] - v[a]) / size);
     faces.push_back(size > 0 ? normal.stableNormalized() : Point3(Point3::Zero()));
   }
+  return faces;
+}
+
+std::vector<Eigen::Vector3f> meansOf(const std::vector<Point3>& faces,
+                                     const VerticesWithNormals& layout,
+                                     const model::TriangleMesh& mesh) {
+  std::vector<Point3> sums(layout.sources.size(), Point3(Point3::Zero()));
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (std::uint32_t corner = 0; corner < 3; ++corner) {
+      sums[layout.triangles[i][corner]] += angleAt(mesh, mesh.triangles[i], corner) * faces[i];
+    }
+  }
+  std::vector<Eigen::Vector3f> normals;
+  normals.reserve(sums.size());
+  for (const Point3& sum : sums) {
+    const double length = sum.norm();
+    normals.push_back(length > 0 ? Eigen::Vector3f((sum / length).cast<float>())
+                                 : Eigen::Vector3f(Eigen::Vector3f::UnitZ()));
+  }
+  return normals;
+}
+
+}  // namespace
+
+VerticesWithNormals withNormals(const model::TriangleMesh& mesh, const NormalStyle& style) {
+  const std::vector<Point3> faces = faceNormalsOf(mesh);
   VerticesWithNormals made;
-  std::vector<Point3> sums;
   std::vector<std::uint32_t> numberOf(3 * mesh.triangles.size());
   CornerGroups groups(mesh, faces, style.creaseDegrees);
   for (std::uint32_t corner = 0; corner < numberOf.size(); ++corner) {
@@ -116,19 +140,18 @@ VerticesWithNormals withNormals(const model::TriangleMesh& mesh, const NormalSty
     if (first == corner) {
       numberOf[corner] = static_cast<std::uint32_t>(made.sources.size());
       made.sources.push_back(triangle[corner % 3]);
-      sums.emplace_back(Point3::Zero());
     }
     numberOf[corner] = numberOf[first];
-    sums[numberOf[corner]] += angleAt(mesh, triangle, corner % 3) * faces[corner / 3];
     if (corner % 3 == 0) made.triangles.emplace_back();
     made.triangles.back()[corner % 3] = numberOf[corner];
   }
-  for (const Point3& sum : sums) {
-    const double length = sum.norm();
-    made.normals.push_back(length > 0 ? Eigen::Vector3f((sum / length).cast<float>())
-                                      : Eigen::Vector3f(Eigen::Vector3f::UnitZ()));
-  }
+  made.normals = meansOf(faces, made, mesh);
   return made;
+}
+
+std::vector<Eigen::Vector3f> normalsWhenMoved(const VerticesWithNormals& layout,
+                                              const model::TriangleMesh& mesh) {
+  return meansOf(faceNormalsOf(mesh), layout, mesh);
 }
 
 VerticesWithNormals withoutNormals(const model::TriangleMesh& mesh) {

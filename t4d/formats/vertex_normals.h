@@ -28,6 +28,11 @@ struct VerticesWithNormals {
 /// are flat: there it is any.
 VerticesWithNormals withNormals(const model::TriangleMesh& mesh, const NormalStyle& style);
 
+/// The normals that the vertices of `layout` have in a mesh with the same triangles and other
+/// places: shared by the same triangles.
+std::vector<Eigen::Vector3f> normalsWhenMoved(const VerticesWithNormals& layout,
+                                              const model::TriangleMesh& mesh);
+
 /// One vertex for each of the mesh, without normals.
 VerticesWithNormals withoutNormals(const model::TriangleMesh& mesh);
 

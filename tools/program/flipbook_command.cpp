@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/convert/flipbook.h"
+#include "t4d/convert/morph_flipbook.h"
 #include "t4d/convert/rigid_flipbook.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
@@ -31,17 +32,26 @@ struct FlipbookArguments {
   Appearance appearance;
   bool exact = false;
   bool rigid = false;
+  bool morph = false;
   bool attributes = false;
   bool center = false;
   bool json = false;
 };
 
+std::string kindText(const FlipbookArguments& options, const convert::FrameSlicesReport& written) {
+  if (!options.rigid && !options.morph) return detailText(written.light, written.distance);
+  return fmt::format("{}, within {:.3g} of the exact slices",
+                     options.rigid ? "rigid: one mesh a body and its poses"
+                                   : "morph: one mesh a body and its shapes at the layers",
+                     written.distance);
+}
+
 int run(const FlipbookArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
-  if (options.rigid && options.appearance.color == "time") {
-    return wrongUsage("--color time: a body of --rigid has one colour");
+  if ((options.rigid || options.morph) && options.appearance.color == "time") {
+    return wrongUsage("--color time: a body of --rigid or --morph has one colour");
   }
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
@@ -62,7 +72,9 @@ int run(const FlipbookArguments& options) {
   Result<convert::FrameSlicesReport> written;
   {
     ProgressBar bar("slicing");
-    const auto write = options.rigid ? convert::writeRigidFlipbook : convert::writeFlipbook;
+    const auto write = options.rigid   ? convert::writeRigidFlipbook
+                       : options.morph ? convert::writeMorphFlipbook
+                                       : convert::writeFlipbook;
     written = write(input->bodies, times, options.output, how, bar.callback());
   }
   if (!written) {
@@ -82,16 +94,13 @@ int run(const FlipbookArguments& options) {
                {"seconds", seconds},
                {"bytes", bytes},
                {"rigid", options.rigid},
+               {"morph", options.morph},
                {"light", written->light},
                {"distance", written->distance}});
   } else {
     print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n", options.output,
           counted(written->frames, "frame"), times.front(), times.back(), seconds,
-          counted(written->triangles, "triangle"), sizeText(bytes),
-          options.rigid ? fmt::format("rigid: one mesh a body and its poses, within {:.3g} of the "
-                                      "exact slices",
-                                      written->distance)
-                        : detailText(written->light, written->distance));
+          counted(written->triangles, "triangle"), sizeText(bytes), kindText(options, *written));
   }
   if (written->triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});
@@ -134,11 +143,17 @@ void addFlipbook(CLI::App& app, int& exitCode) {
       "One mesh for each body, moved by its poses, instead of frames; for solids that keep their "
       "shape, in files that know their poses");
   rigid->excludes("--exact");
+  auto* morph = command->add_flag(
+      "--morph", options->morph,
+      "One mesh for each body, with a morph target for each layer, instead of frames; for solids "
+      "that keep their triangles");
+  morph->excludes("--exact")->excludes("--rigid");
   options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
                     "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
   options->appearance.addTo(*command);
   rigid->excludes("--attributes");
+  morph->excludes("--attributes");
   addCenterOption(*command, options->center, "The translation of the root node takes it back");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");

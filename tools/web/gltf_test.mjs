@@ -196,6 +196,51 @@ async function checkRigid(input, frames, fps, name) {
   }
 }
 
+/** One mesh with morph targets: at any time every vertex is where the light slice has it. */
+async function checkMorph(input, frames, fps, name, ...options) {
+  const file = at(name);
+  const said = t4d('flipbook', input, '--frames', frames, '--fps', fps, '--morph', '-o', file, ...options);
+  await validate(file);
+  assert.equal(said.morph, true);
+  const gltf = await load(file);
+  const meshes = meshesOf(gltf.scene);
+  const clips = gltf.animations;
+  const seconds = frames / fps;
+  if (frames > 1) assert.ok(Math.abs(clips[0].duration - seconds) < 1e-5 * seconds);
+  const mixer = new THREE.AnimationMixer(gltf.scene);
+  for (const clip of clips) mixer.clipAction(clip).play();
+  const found = new THREE.Vector3();
+  for (const fraction of frames > 1 ? [0, 0.013, 0.21, 0.5, 0.777, 1] : [0]) {
+    const time = said.time_begin + fraction * (said.time_end - said.time_begin);
+    mixer.setTime(fraction * (frames - 1) / fps);
+    const obj = at(`${name}.obj`);
+    t4d('slice', input, '--time', time, '--light', '-o', obj);
+    const expected = verticesOf(obj);
+    const size = Math.max(...expected.map((place) => place.length()));
+    let index = 0;
+    for (const mesh of meshes) {
+      const { position, normal } = mesh.geometry.attributes;
+      if (options.length > 0) {
+        // Vertices are repeated; the surface is the same.
+        assert.equal(normal.count, position.count);
+        const { volume, area } = t4d('slice', input, '--time', time);
+        const moved = Array.from({ length: position.count }, (_, i) =>
+          mesh.getVertexPosition(i, new THREE.Vector3()).toArray()).flat();
+        const geometry = { index: mesh.geometry.index,
+          attributes: { position: new THREE.Float32BufferAttribute(moved, 3) } };
+        assert.ok(Math.abs(volumeOf([{ geometry }]) - volume) < 1e-5 * area ** 1.5, `volume at ${time}`);
+        continue;
+      }
+      for (let i = 0; i < position.count; ++i, ++index) {
+        mesh.getVertexPosition(i, found);
+        assert.ok(found.distanceTo(expected[index]) <= 1e-6 * size,
+          `vertex ${i} at ${time}: ${found.toArray()}, expected ${expected[index].toArray()}`);
+      }
+    }
+    if (options.length === 0) assert.equal(index, expected.length);
+  }
+}
+
 for (const { model, motion, up, metres } of sweeps) {
   const name = `${model}-${motion}`;
   const input = at(`${name}.t4d`);
@@ -228,6 +273,10 @@ for (const { model, motion, up, metres } of sweeps) {
       await t.test(`flipbook of ${frames}`, () => checkFlipbook(input, frames, fps, file));
       await t.test(`rigid flipbook of ${frames}`, () =>
         checkRigid(input, frames, fps, `rigid-${file}`));
+      await t.test(`morph flipbook of ${frames}`, () =>
+        checkMorph(input, frames, fps, `morph-${file}`));
+      await t.test(`morph flipbook of ${frames} with normals`, () =>
+        checkMorph(input, frames, fps, `morph-normals-${file}`, '--normals', 'crease:40'));
       await t.test(`exact flipbook of ${frames}`, () =>
         checkFlipbook(input, frames, fps, `exact-${file}`, '--exact'));
       await t.test(`flipbook of ${frames} with normals and colours`, () =>

@@ -185,6 +185,8 @@ const runs = [
   ['slice', [at('simplex.t4d'), '--time', 2], 4],
   ['flipbook', [at('screw.t4d'), '--frames', 3, '-o', at('screw.glb')], 0],
   ['flipbook', [at('torus.t4d'), '--frames', 3, '--rigid', '-o', at('rigid.glb')], 0],
+  ['flipbook', [at('torus.t4d'), '--frames', 3, '--morph', '-o', at('morph.glb')], 0],
+  ['flipbook', [at('voxels.t4d'), '--frames', 3, '--morph', '-o', at('morph.glb')], 4],
   ['flipbook', [at('voxels.t4d'), '--frames', 3, '--rigid', '-o', at('rigid.glb')], 4],
   ['flipbook', [at('torus.t4d'), '--frames', 3, '--exact', '-o', at('torus.glb')], 0],
   ['flipbook', [at('screw.t4d'), '--times', '1:2:1', '--fps', 0.5, '-o', at('screw.gltf')], 0],

@@ -1,0 +1,136 @@
+#include "t4d/convert/morph_flipbook.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "t4d/convert/prism_steps.h"
+#include "t4d/convert/shown_times.h"
+#include "t4d/formats/gltf_morph_writer.h"
+
+namespace t4d::convert {
+namespace {
+
+using model::Point3;
+using model::Slab;
+
+/// Adds the shapes of a body at the layers within a span of time, and at its ends.
+class MorphSink : public PrismSteps {
+ public:
+  /// `seconds` after `span.begin` the span ends.
+  MorphSink(formats::NamedMesh named, const model::TimeSpan& span, double seconds,
+            std::vector<std::pair<double, bool>> shown, formats::MorphWriter& writer)
+      : shape_(std::move(named)),
+        span_(span),
+        seconds_(seconds),
+        shown_(std::move(shown)),
+        writer_(writer) {}
+
+  double distance() const { return distance_; }
+  std::uint64_t triangleCount() const { return shape_.mesh.triangles.size(); }
+
+ private:
+  Result<void> step(const Slab& slab) override {
+    if (slab.timeEnd < span_.begin || slab.timeBegin > span_.end) return {};
+    distance_ = std::max(distance_, lightDistance(slab, triangles(), 0.25));
+    if (!begun_) {
+      begun_ = true;
+      number(slab.lowerLayer().size());
+      const double time = std::max(slab.timeBegin, span_.begin);
+      place(slab, time);
+      if (auto done = writer_.addBody(shape_, secondsAt(time), shown_); !done) return done;
+    }
+    const double time = std::min(slab.timeEnd, span_.end);
+    place(slab, time);
+    return writer_.addShape(shape_, secondsAt(time));
+  }
+
+  double secondsAt(double time) const {
+    const double length = span_.end - span_.begin;
+    return length > 0 ? (time - span_.begin) / length * seconds_ : 0;
+  }
+
+  /// The vertices that triangles have, as in a light slice.
+  void number(std::size_t lowerCount) {
+    std::vector<std::uint32_t> numbers(lowerCount, 0);
+    for (const model::Triangle& triangle : triangles()) {
+      for (const std::uint32_t corner : triangle) numbers[corner] = 1;
+    }
+    for (std::uint32_t i = 0; i < lowerCount; ++i) {
+      if (numbers[i] == 0) continue;
+      numbers[i] = static_cast<std::uint32_t>(used_.size());
+      used_.push_back(i);
+    }
+    for (const model::Triangle& triangle : triangles()) {
+      shape_.mesh.triangles.push_back(
+          {numbers[triangle[0]], numbers[triangle[1]], numbers[triangle[2]]});
+    }
+  }
+
+  void place(const Slab& slab, double time) {
+    const double fraction =
+        time == slab.timeEnd ? 1 : (time - slab.timeBegin) / (slab.timeEnd - slab.timeBegin);
+    shape_.mesh.vertices.clear();
+    for (const std::uint32_t i : used_) {
+      const Point3 from = slab.lowerLayer()[i].head<3>();
+      const Point3 to = slab.upperLayer()[i].head<3>();
+      shape_.mesh.vertices.emplace_back(fraction == 1 ? to : Point3(from + fraction * (to - from)));
+    }
+  }
+
+  formats::NamedMesh shape_;
+  model::TimeSpan span_;
+  double seconds_;
+  std::vector<std::pair<double, bool>> shown_;
+  formats::MorphWriter& writer_;
+  std::vector<std::uint32_t> used_;
+  bool begun_ = false;
+  double distance_ = 0;
+};
+
+}  // namespace
+
+Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies,
+                                             std::span<const double> times,
+                                             const std::filesystem::path& path,
+                                             const FlipbookOptions& options,
+                                             const model::Progress& progress) {
+  if (auto checked = checkFlipbook(bodies, times, options); !checked) {
+    return pass(checked.error());
+  }
+  auto writer = formats::MorphWriter::create(path, options.write);
+  if (!writer) return pass(writer.error());
+  const model::TimeSpan span{times.front(), times.back()};
+  const auto count = static_cast<double>(times.size());
+  FrameSlicesReport report;
+  report.frames = times.size();
+  report.light = true;
+  for (const model::Body& body : bodies) {
+    auto shown = shownTimes(body, times, options.framesPerSecond);
+    if (shown.size() == 1 && !shown.front().second) continue;
+    if (shown.size() == 1) shown.clear();
+    formats::NamedMesh named{body.name, {}};
+    if (options.color) named.color = options.color(body.name, span.begin);
+    MorphSink sink(std::move(named), span, (count - 1) / options.framesPerSecond, std::move(shown),
+                   *writer);
+    const auto progressOfBody = [&](double done) {
+      if (!progress) return;
+      progress((static_cast<double>(&body - bodies.data()) + done) /
+               static_cast<double>(bodies.size()));
+    };
+    if (auto done = model::pump(*body.source, sink, progressOfBody); !done) {
+      return pass(ofBody(body.name, "does not keep its triangles", done.error()));
+    }
+    report.distance = std::max(report.distance, sink.distance());
+    report.triangles += sink.triangleCount();
+  }
+  auto lost = writer->finish(count / options.framesPerSecond);
+  if (!lost) return pass(lost.error());
+  report.losses = std::move(*lost);
+  return report;
+}
+
+}  // namespace t4d::convert

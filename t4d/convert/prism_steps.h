@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "t4d/model/sinks.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::convert {
+
+/// Takes all slabs of a body that keeps its triangles: every slab with a thickness consists of
+/// prisms (prisms.h) of the same ones, and there is no gap in time between them. Fails on others,
+/// saying at which time and why.
+class PrismSteps : public model::Sink {
+ public:
+  Result<void> put(const model::Slab& slab) override;
+
+ protected:
+  /// Takes a slab with a thickness; `triangles` are set.
+  virtual Result<void> step(const model::Slab& slab) = 0;
+
+  /// Of vertices of the lower layer, as of the upper one.
+  const std::vector<model::Triangle>& triangles() const { return triangles_; }
+
+  /// The failure "at time ..., WHY".
+  static tl::unexpected<Error> no(double time, const std::string& why);
+
+ private:
+  Result<void> checkTriangles(const model::Slab& slab);
+
+  std::vector<model::Triangle> triangles_;
+  std::shared_ptr<const model::Connectivity> connectivity_;
+  double end_ = 0;  // of the last step
+};
+
+/// The error of a body that cannot be shown in some way, with its name: those of PrismSteps.
+Error ofBody(const std::string& body, const std::string& isNot, Error error);
+
+}  // namespace t4d::convert
