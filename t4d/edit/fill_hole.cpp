@@ -19,17 +19,21 @@ using HoleTriangle = CGAL::Triple<int, int, int>;
 
 /// Numbers in the loop; empty if there is no way.
 std::vector<HoleTriangle> throughDelaunay(const model::TriangleMesh& mesh,
-                                          std::span<const std::uint32_t> loop) {
-  std::vector<HoleKernel::Point_3> points;
-  points.reserve(loop.size());
-  for (const std::uint32_t vertex : loop) {
-    const model::Point3& p = mesh.vertices[vertex];
-    points.emplace_back(p.x(), p.y(), p.z());
-  }
+                                          std::span<const std::uint32_t> loop,
+                                          std::span<const std::uint32_t> apexes) {
+  const auto placesOf = [&](std::span<const std::uint32_t> vertices) {
+    std::vector<HoleKernel::Point_3> points;
+    points.reserve(vertices.size());
+    for (const std::uint32_t vertex : vertices) {
+      const model::Point3& p = mesh.vertices[vertex];
+      points.emplace_back(p.x(), p.y(), p.z());
+    }
+    return points;
+  };
   std::vector<HoleTriangle> found;
   namespace parameters = CGAL::parameters;
   CGAL::Polygon_mesh_processing::triangulate_hole_polyline(
-      points, std::back_inserter(found),
+      placesOf(loop), placesOf(apexes), std::back_inserter(found),
       parameters::use_delaunay_triangulation(true).do_not_use_cubic_algorithm(true));
   return found;
 }
@@ -77,9 +81,10 @@ std::vector<HoleTriangle> ofLeastArea(const model::TriangleMesh& mesh,
 }  // namespace
 
 Result<std::vector<model::Triangle>> fillHole(const model::TriangleMesh& mesh,
-                                              std::span<const std::uint32_t> loop) try {
+                                              std::span<const std::uint32_t> loop,
+                                              std::span<const std::uint32_t> apexes) try {
   std::vector<HoleTriangle> found;
-  if (loop.size() > 3) found = throughDelaunay(mesh, loop);
+  if (loop.size() > 3) found = throughDelaunay(mesh, loop, apexes);
   if (found.size() + 2 != loop.size()) {
     found = loop.size() <= kMostSides ? ofLeastArea(mesh, loop) : std::vector<HoleTriangle>{};
   }

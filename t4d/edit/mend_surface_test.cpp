@@ -218,6 +218,28 @@ TEST(MendSurface, FillsTheHoleOfABallUpToItsCap) {
   EXPECT_NEAR(signedVolume(mesh), signedVolume(ball) - std::numbers::pi * 0.01, 0.015);
 }
 
+TEST(MendSurface, FillsASheetToTheSolidThatItBends) {
+  // Half of a tube along z: its flat ends and side are missing. A surface through the rim that
+  // folds back onto the sheet would enclose nothing.
+  constexpr std::uint32_t kSides = 20;
+  constexpr std::uint32_t kRings = 8;
+  TriangleMesh mesh;
+  for (std::uint32_t ring = 0; ring <= kRings; ++ring) {
+    for (std::uint32_t side = 0; side <= kSides; ++side) {
+      const double angle = std::numbers::pi * side / kSides;
+      mesh.vertices.emplace_back(std::cos(angle), std::sin(angle), 0.25 * ring);
+      if (ring == 0 || side == 0) continue;
+      const auto d = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+      const std::uint32_t b = d - kSides - 1;
+      mesh.triangles.push_back({b - 1, b, d});
+      mesh.triangles.push_back({b - 1, d, d - 1});
+    }
+  }
+  mended(mesh);
+  const double half = 0.5 * kSides * std::sin(std::numbers::pi / kSides);
+  EXPECT_NEAR(signedVolume(mesh), 0.25 * kRings * half, 1e-3);
+}
+
 TEST(MendSurface, FillsHolesThatTouchAtAVertex) {
   TriangleMesh mesh = fixtures::icosphere(1, 3);
   const double volume = signedVolume(mesh);
@@ -286,6 +308,17 @@ TEST(MendSurface, TakesApartWhatTouches) {
   TriangleMesh part = both(fixtures::cube(2), translated(fixtures::cube(2), {2, 2, 0.5}));
   EXPECT_THAT(mended(part), ElementsAre("crossing", "non-manifold"));
   EXPECT_NEAR(signedVolume(part), 16, 1e-3);
+}
+
+TEST(MendSurface, TakesManyCavitiesFromTheSurfaceThatTheyTouch) {
+  // A cavity has to move the other way than its solid.
+  TriangleMesh one = fixtures::paperCube(4);
+  append(one, insideOut(translated(fixtures::bipyramid(4), {0, 0, 1})));
+  TriangleMesh row;
+  constexpr int kCubes = 40;
+  for (int i = 0; i < kCubes; ++i) append(row, translated(one, {5.0 * i, 0, 0}));
+  EXPECT_THAT(mended(row), ElementsAre("doubled", "non-manifold"));
+  EXPECT_NEAR(signedVolume(row), kCubes * (64 - 4.0 / 3), 1);
 }
 
 TEST(MendSurface, DividesTrianglesAtVerticesOnTheirEdges) {

@@ -22,7 +22,8 @@ Result<OuterSurface> outerSurface(const model::TriangleMesh& /*mesh*/,
 }
 
 Result<std::vector<model::Triangle>> fillHole(const model::TriangleMesh& /*mesh*/,
-                                              std::span<const std::uint32_t> /*loop*/) {
+                                              std::span<const std::uint32_t> /*loop*/,
+                                              std::span<const std::uint32_t> /*apexes*/) {
   return noCgal();
 }
 

@@ -177,7 +177,7 @@ Result<Cap> tetrahedralize(const model::TriangleMesh& mesh) {
     if (i >= given) {
       cap.inner.push_back(filling->point(i));
     } else if (filling->point(i) != mesh.vertices[i]) {
-      return fail(ErrorCode::Failed, fmt::format("TetGen moved the vertex {}", i));
+      return gaveUp(fmt::format("it moved the vertex {}", i));
     }
   }
   double volume6 = 0;

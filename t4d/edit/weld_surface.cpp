@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "t4d/edit/mend_steps.h"
+#include "t4d/model/union_find.h"
+
+namespace t4d::edit {
+
+using model::Point3;
+using model::Triangle;
+using model::TriangleMesh;
+
+std::size_t weldVertices(TriangleMesh& mesh, double tolerance) {
+  const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto& places = mesh.vertices;
+  std::vector<std::uint32_t> order(count);
+  std::iota(order.begin(), order.end(), 0U);
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+    if (tolerance > 0 && places[a].x() != places[b].x()) return places[a].x() < places[b].x();
+    return std::lexicographical_compare(places[a].begin(), places[a].end(), places[b].begin(),
+                                        places[b].end());
+  });
+  model::UnionFind sets(count);
+  std::size_t merged = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (std::uint32_t j = i + 1; j < count; ++j) {
+      const Point3 apart = (places[order[j]] - places[order[i]]).cwiseAbs();
+      if (apart[0] > tolerance) break;
+      if (apart.maxCoeff() <= tolerance) {
+        merged += sets.unite(order[i], order[j]) ? 1 : 0;
+      } else if (tolerance == 0) {
+        break;  // equal vertices are next to each other
+      }
+    }
+  }
+  for (Triangle& triangle : mesh.triangles) {
+    for (std::uint32_t& corner : triangle) corner = sets.root(corner);
+  }
+  return merged;
+}
+
+void dropUnusedVertices(TriangleMesh& mesh) {
+  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kUnused);
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) number[corner] = 0;
+  }
+  std::uint32_t kept = 0;
+  for (std::size_t i = 0; i < number.size(); ++i) {
+    if (number[i] == kUnused) continue;
+    number[i] = kept;
+    mesh.vertices[kept++] = mesh.vertices[i];
+  }
+  mesh.vertices.resize(kept);
+  for (Triangle& triangle : mesh.triangles) {
+    for (std::uint32_t& corner : triangle) corner = number[corner];
+  }
+}
+
+void weld(TriangleMesh& mesh, double tolerance, Changes& changes) {
+  const std::size_t merged = weldVertices(mesh, tolerance);
+  note(changes, SurfaceFault::Doubled, merged,
+       tolerance > 0
+           ? fmt::format("merged {} within {} of others", numberOf(merged, "vertex", "vertices"),
+                         tolerance)
+           : fmt::format("merged {} equal to others", numberOf(merged, "vertex", "vertices")));
+}
+
+void dropDuplicates(TriangleMesh& mesh, Changes& changes) {
+  const std::size_t collapsed = std::erase_if(mesh.triangles, hasTwice);
+  struct Keyed {
+    Triangle corners;
+    std::uint32_t triangle;
+  };
+  std::vector<Keyed> keyed;
+  keyed.reserve(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    Triangle corners = mesh.triangles[i];
+    std::ranges::sort(corners);
+    keyed.push_back({corners, i});
+  }
+  std::ranges::sort(keyed, [](const Keyed& a, const Keyed& b) {
+    return std::tie(a.corners, a.triangle) < std::tie(b.corners, b.triangle);
+  });
+  std::vector<bool> again(mesh.triangles.size());
+  std::size_t duplicates = 0;
+  for (std::size_t i = 1; i < keyed.size(); ++i) {
+    if (keyed[i].corners != keyed[i - 1].corners) continue;
+    again[keyed[i].triangle] = true;
+    ++duplicates;
+  }
+  std::size_t at = 0;
+  std::erase_if(mesh.triangles, [&](const Triangle&) { return again[at++]; });
+  note(changes, SurfaceFault::Duplicate, collapsed,
+       fmt::format("dropped {} with a corner twice", numberOf(collapsed, "triangle", "triangles")));
+  note(changes, SurfaceFault::Duplicate, duplicates,
+       fmt::format("dropped {} with the corners of another one",
+                   numberOf(duplicates, "triangle", "triangles")));
+}
+
+}  // namespace t4d::edit
