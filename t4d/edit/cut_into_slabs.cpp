@@ -16,9 +16,11 @@ constexpr std::uint64_t kFewestCells = 256;
 
 std::vector<double> distinctTimes(const std::vector<Point4>& vertices) {
   std::vector<double> times;
-  times.reserve(vertices.size());
-  // -0 and 0 are one time.
-  for (const Point4& vertex : vertices) times.push_back(vertex[3] + 0.0);
+  for (const Point4& vertex : vertices) {
+    // -0 and 0 are one time. Many vertices have that of the one before.
+    const double time = vertex[3] + 0.0;
+    if (times.empty() || times.back() != time) times.push_back(time);
+  }
   std::ranges::sort(times);
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
@@ -35,7 +37,10 @@ std::vector<double> freeCuts(const Mesh4d& mesh, const std::vector<double>& time
   std::vector<std::uint64_t> ending(times.size());   // cells whose last time it is
   std::vector<std::uint32_t> timeOf(mesh.vertices.size());
   for (std::size_t i = 0; i < timeOf.size(); ++i) {
-    timeOf[i] = static_cast<std::uint32_t>(indexOf(times, mesh.vertices[i][3]));
+    const double time = mesh.vertices[i][3];
+    timeOf[i] = i > 0 && time == mesh.vertices[i - 1][3]
+                    ? timeOf[i - 1]
+                    : static_cast<std::uint32_t>(indexOf(times, time));
   }
   for (const Cell& cell : mesh.cells) {
     const auto [first, last] =
@@ -85,6 +90,45 @@ std::vector<double> evenCuts(const Mesh4d& mesh, const std::vector<double>& time
   }
   return cuts;
 }
+
+/// Where cells lie among the cuts.
+class CellPlaces {
+ public:
+  CellPlaces(const std::vector<Point4>& vertices, const std::vector<double>& cuts)
+      : places_(vertices.size()) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const double time = vertices[i][3];
+      if (i > 0 && time == vertices[i - 1][3]) {
+        places_[i] = places_[i - 1];
+        continue;
+      }
+      const auto [first, last] = std::ranges::equal_range(cuts, time);
+      places_[i] = {static_cast<std::uint32_t>(first - cuts.begin()),
+                    static_cast<std::uint32_t>(last - cuts.begin())};
+    }
+  }
+
+  /// Whether a cut lies between its first time and its last, which are not on it.
+  bool isSplit(const Cell& cell) const { return cutsBelow(cell) > cutsUpTo(cell); }
+  /// The slab of a cell that is not split; one at the time of a cut belongs to the slab before.
+  std::uint32_t slabOf(const Cell& cell) const { return std::min(cutsUpTo(cell), cutsBelow(cell)); }
+
+ private:
+  struct Place {
+    std::uint32_t below;  // cuts before the vertex
+    std::uint32_t upTo;   // and those at its time
+  };
+  std::uint32_t cutsUpTo(const Cell& cell) const {
+    return std::min({places_[cell[0]].upTo, places_[cell[1]].upTo, places_[cell[2]].upTo,
+                     places_[cell[3]].upTo});
+  }
+  std::uint32_t cutsBelow(const Cell& cell) const {
+    return std::max({places_[cell[0]].below, places_[cell[1]].below, places_[cell[2]].below,
+                     places_[cell[3]].below});
+  }
+
+  std::vector<Place> places_;
+};
 
 /// The slabs of a mesh whose cells no cut splits any more, sorted by slab.
 Result<model::Mesh> assembled(const std::vector<Point4>& vertices,
@@ -165,27 +209,30 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
     result.mesh = std::move(*whole);
     return result;
   }
-  const auto isSplit = [&](const Cell& cell) {
-    const auto [begin, end] = timesOf(mesh.vertices, cell);
-    const auto next = std::ranges::upper_bound(at, begin);
-    return next != at.end() && end > *next;
-  };
-  if (auto good = checkNoTwins(mesh.cells, isSplit); !good) return pass(good.error());
+  const CellPlaces places(mesh.vertices, at);
+  std::vector<std::size_t> counts(at.size() + 1);
+  for (const Cell& cell : mesh.cells) {
+    if (places.isSplit(cell)) {
+      ++result.splitTetrahedra;
+    } else {
+      ++counts[places.slabOf(cell)];
+    }
+  }
+  if (result.splitTetrahedra > 0) {
+    const auto isSplit = [&](const Cell& cell) { return places.isSplit(cell); };
+    if (auto good = checkNoTwins(mesh.cells, isSplit); !good) return pass(good.error());
+  }
   std::vector<std::vector<Cell>> cells(at.size() + 1);
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].reserve(counts[i]);
   CellSplitter splitter(mesh.vertices);
   std::vector<Cell> parts;
   std::vector<Cell> after;
   for (const Cell& cell : mesh.cells) {
-    const auto [begin, end] = timesOf(mesh.vertices, cell);
-    // The slab in which the cell begins; a cell at one time belongs to the slab before.
-    auto slab = static_cast<std::size_t>(
-        (begin == end ? std::ranges::lower_bound(at, begin) : std::ranges::upper_bound(at, begin)) -
-        at.begin());
-    if (slab == at.size() || end <= at[slab]) {
+    std::size_t slab = places.slabOf(cell);
+    if (!places.isSplit(cell)) {
       cells[slab].push_back(cell);
       continue;
     }
-    ++result.splitTetrahedra;
     parts = {cell};
     for (; slab < at.size() && !parts.empty(); ++slab) {
       after.clear();
@@ -202,6 +249,7 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
     }
     cells[slab].insert(cells[slab].end(), parts.begin(), parts.end());
   }
+  mesh.cells = std::vector<Cell>();  // half of the memory
   result.newVertices = splitter.cutEdges().size();
   std::vector<double> bounds = {times.front()};
   bounds.insert(bounds.end(), at.begin(), at.end());

@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include "t4d/model/facets.h"
 #include "t4d/model/union_find.h"
@@ -23,7 +24,12 @@ std::vector<Facet> unmatchedFacets(Mesh4d& mesh) {
   model::Connectivity connectivity;
   connectivity.vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
   connectivity.cells = std::move(mesh.cells);
-  auto unmatched = model::facetTopology(connectivity).unmatched;
+  const model::FacetParts parts(connectivity);
+  std::vector<std::vector<Facet>> found(parts.size());
+  tbb::parallel_for(std::size_t{0}, parts.size(),
+                    [&](std::size_t i) { found[i] = parts.topology(i).unmatched; });
+  std::vector<Facet> unmatched;
+  for (const auto& some : found) unmatched.insert(unmatched.end(), some.begin(), some.end());
   mesh.cells = std::move(connectivity.cells);
   return unmatched;
 }
@@ -85,16 +91,18 @@ std::size_t dropCollapsed(Mesh4d& mesh) {
 }
 
 /// 24 times what the cells enclose, about the first vertex, where few digits are lost.
-template <class Cells>
-double signedHypervolume(const Mesh4d& mesh, const Cells& cells) {
+double signedHypervolume(const Mesh4d& mesh, const std::vector<Cell>& cells) {
+  constexpr std::size_t kAtOnce = std::size_t{1} << 16;
   const Point4 origin = mesh.vertices.front();
-  double sum = 0;
-  for (const Cell& cell : cells) {
-    Eigen::Matrix4d corners;
-    for (int i = 0; i < 4; ++i) corners.row(i) = mesh.vertices[cell[i]] - origin;
-    sum += corners.determinant();
-  }
-  return sum;
+  std::vector<double> sums((cells.size() + kAtOnce - 1) / kAtOnce);
+  tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t part) {
+    for (std::size_t i = part * kAtOnce; i < std::min((part + 1) * kAtOnce, cells.size()); ++i) {
+      Eigen::Matrix4d corners;
+      for (int k = 0; k < 4; ++k) corners.row(k) = mesh.vertices[cells[i][k]] - origin;
+      sums[part] += corners.determinant();
+    }
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 void turn(Cell& cell) { std::swap(cell[2], cell[3]); }
@@ -242,8 +250,9 @@ Result<Mend4dReport> mendMesh4d(Mesh4d& mesh, const Mend4dOptions& options) {
   report.closed = !isOpen(unmatched);
   if (!report.closed && !options.allowOpen) return notClosed(mesh, unmatched);
   const auto disagrees = [](const Facet& facet) { return facet.isClosed() && !facet.isMatched(); };
-  report.oriented = std::ranges::none_of(unmatched, disagrees);
-  if (!report.oriented) {
+  const bool wasOriented = std::ranges::none_of(unmatched, disagrees);
+  report.oriented = wasOriented;
+  if (!wasOriented) {
     const auto turned = orient(mesh);
     report.oriented = turned.has_value();
     if (turned) {
@@ -258,11 +267,13 @@ Result<Mend4dReport> mendMesh4d(Mesh4d& mesh, const Mend4dOptions& options) {
                                  describe(mesh, *first)),
                      {}, Remedy::OpenMesh);
     }
-  } else if (report.closed && signedHypervolume(mesh, mesh.cells) < 0) {
+  }
+  if (!report.closed || !report.oriented) return report;
+  const double hypervolume = signedHypervolume(mesh, mesh.cells);
+  if (hypervolume < 0 && wasOriented) {
     for (Cell& cell : mesh.cells) turn(cell);
     report.changes.emplace_back("turned the mesh inside out: it enclosed a negative hypervolume");
-  }
-  if (report.closed && report.oriented && !(signedHypervolume(mesh, mesh.cells) > 0)) {
+  } else if (!(hypervolume > 0)) {
     if (!options.allowOpen) return notSolid(mesh);
     report.changes.emplace_back("encloses no hypervolume, so validation will call it invalid");
   }

@@ -16,6 +16,11 @@ using model::Point4;
 
 constexpr std::uint64_t kMostVertices = std::numeric_limits<std::uint32_t>::max();
 
+bool hasEqualCorners(const Cell& cell) {
+  const auto& [a, b, c, d] = cell;
+  return a == b || a == c || a == d || b == c || b == d || c == d;
+}
+
 std::uint64_t mixed(std::uint64_t bits) {
   bits ^= bits >> 31;
   bits *= 0x7FB5D329728EA185U;
@@ -80,8 +85,7 @@ Result<void> Mesh4dBuilder::addCell(const std::array<std::uint64_t, 4>& corners,
       placeOfLargest_ = place;
     }
   }
-  const auto& [a, b, c, d] = cell;
-  if (a == b || a == c || a == d || b == c || b == d || c == d) {
+  if (hasEqualCorners(cell)) {
     ++droppedCells_;
     return {};
   }
@@ -89,6 +93,43 @@ Result<void> Mesh4dBuilder::addCell(const std::array<std::uint64_t, 4>& corners,
   if (parts_.empty() && part != firstPart_) parts_.assign(cells_.size(), firstPart_);
   cells_.push_back(cell);
   if (!parts_.empty() || part != firstPart_) parts_.push_back(part);
+  return {};
+}
+
+Result<void> Mesh4dBuilder::addVertices(std::vector<Point4> vertices) {
+  const bool good = std::ranges::all_of(vertices, [](const Point4& vertex) {
+    // Also false for what is not a number.
+    return (vertex.array().abs() <= model::kLargestCoordinate).all();
+  });
+  if (good && vertices_.empty() && vertices.size() <= kMostVertices) {
+    vertices_ = std::move(vertices);
+    return {};
+  }
+  vertices_.reserve(vertices_.size() + vertices.size());
+  for (const Point4& vertex : vertices) {
+    if (auto added = addVertex(vertex, vertices_.size()); !added) return added;
+  }
+  return {};
+}
+
+Result<void> Mesh4dBuilder::addCells(std::vector<Cell> cells, std::size_t first,
+                                     std::span<const std::int64_t> parts) {
+  const bool plain = cells_.empty() && droppedCells_ == 0 && first == 0 && parts.empty() &&
+                     std::ranges::none_of(cells, hasEqualCorners);
+  if (!plain) cells_.reserve(cells_.size() + cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const auto& [a, b, c, d] = cells[i];
+    if (!plain) {
+      const std::int64_t part = parts.empty() ? 0 : parts[i];
+      auto added = addCell({first + a, first + b, first + c, first + d}, part, i);
+      if (!added) return added;
+    } else if (const std::uint32_t largest = std::max({a, b, c, d});
+               largest > largestCorner_ || i == 0) {
+      largestCorner_ = largest;
+      placeOfLargest_ = i;
+    }
+  }
+  if (plain) cells_ = std::move(cells);
   return {};
 }
 

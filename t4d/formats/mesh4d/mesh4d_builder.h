@@ -32,6 +32,14 @@ class Mesh4dBuilder {
   /// format groups cells by: a reference, a region, a physical group.
   Result<void> addCell(const std::array<std::uint64_t, 4>& corners, std::int64_t part, Place place);
 
+  /// Adds all at once; the place of an error is the number of the vertex.
+  Result<void> addVertices(std::vector<model::Point4> vertices);
+
+  /// Adds all at once, with `first` added to each corner. `parts` has one for each cell, or is
+  /// empty if there are none. The place of an error is the number of the cell.
+  Result<void> addCells(std::vector<model::Cell> cells, std::size_t first,
+                        std::span<const std::int64_t> parts);
+
   std::size_t vertexCount() const { return vertices_.size(); }
   std::span<model::Point4> vertices() { return vertices_; }
 

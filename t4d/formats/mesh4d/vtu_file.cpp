@@ -13,6 +13,7 @@
 
 #include <expat.h>
 #include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include "t4d/formats/base64.h"
@@ -22,6 +23,9 @@ namespace t4d::formats {
 namespace {
 
 using Attributes = std::map<std::string, std::string>;
+
+/// A piece of an array that is not compressed: a multiple of the size of every type.
+constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
 
 const std::map<std::string_view, Compressor> kCompressors = {
     {"", Compressor::None},
@@ -52,17 +56,44 @@ std::size_t sizeOf(std::string_view type) {
   return 0;
 }
 
-template <class Stored, class Number, class Make>
-void convert(std::string_view bytes, std::endian order, std::vector<Number>& into, Make make) {
+/// Calls `put` with each number of type `Stored`.
+template <class Stored, class Put>
+void convert(std::string_view bytes, std::endian order, Put put) {
   const auto each = [&](auto constantOrder) {
-    for (std::size_t i = 0; i < into.size(); ++i) {
-      into[i] = make(loadNumber<Stored>(bytes.data() + i * sizeof(Stored), constantOrder));
+    for (std::size_t i = 0; i < bytes.size() / sizeof(Stored); ++i) {
+      put(loadNumber<Stored>(bytes.data() + i * sizeof(Stored), constantOrder));
     }
   };
   if (order == std::endian::little) {
     each(std::integral_constant<std::endian, std::endian::little>());
   } else {
     each(std::integral_constant<std::endian, std::endian::big>());
+  }
+}
+
+/// The same with numbers of a type that sizeOf knows.
+template <class Put>
+void convert(std::string_view type, std::string_view bytes, std::endian order, Put put) {
+  if (type == "Float64") {
+    convert<double>(bytes, order, put);
+  } else if (type == "Float32") {
+    convert<float>(bytes, order, put);
+  } else if (type == "Int64") {
+    convert<std::int64_t>(bytes, order, put);
+  } else if (type == "UInt64") {
+    convert<std::uint64_t>(bytes, order, put);
+  } else if (type == "Int32") {
+    convert<std::int32_t>(bytes, order, put);
+  } else if (type == "UInt32") {
+    convert<std::uint32_t>(bytes, order, put);
+  } else if (type == "Int16") {
+    convert<std::int16_t>(bytes, order, put);
+  } else if (type == "UInt16") {
+    convert<std::uint16_t>(bytes, order, put);
+  } else if (type == "Int8") {
+    convert<std::int8_t>(bytes, order, put);
+  } else {
+    convert<std::uint8_t>(bytes, order, put);
   }
 }
 
@@ -285,10 +316,10 @@ tl::unexpected<Error> VtuFile::wrong(const VtuArray& array, const std::string& m
                  file_->path.string());
 }
 
-/// The bytes of an array that is not ASCII, which must be `size`. They follow a header: the number
-/// of bytes; or if compressed the number of blocks, the size of a block, that of the last block
-/// unless it is as large, and the compressed size of each.
-Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) const {
+/// The blocks of an array that is not ASCII, which must unpack to `size` bytes. They follow a
+/// header: the number of bytes; or if compressed the number of blocks, the size of a block, that of
+/// the last block unless it is as large, and the compressed size of each.
+Result<VtuFile::Blocks> VtuFile::blocksOf(const VtuArray& array, std::uint64_t size) const {
   const bool isAppended = array.format == "appended";
   const bool isRaw = isAppended && rawAppended_;
   std::string_view stored = array.text;
@@ -299,14 +330,14 @@ Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) 
     }
     stored = appended_.substr(array.offset);
   }
+  Blocks result;
   // The first bytes, unpacked from Base64 where they are so; fewer if there are no more.
-  std::string decoded;
   const auto first = [&](std::uint64_t count) -> Result<std::string_view> {
     if (isRaw) return stored.substr(0, count);
     auto bytes = fromBase64(stored, count);
     if (!bytes) return wrong(array, "is not Base64");
-    decoded = std::move(*bytes);
-    return std::string_view(decoded).substr(0, count);
+    *result.decoded = std::move(*bytes);
+    return std::string_view(*result.decoded).substr(0, count);
   };
   const std::size_t word = wideHeader_ ? 8 : 4;
   const auto wordAt = [&](std::string_view bytes, std::size_t index) -> std::uint64_t {
@@ -324,19 +355,20 @@ Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) 
       return wrong(array, fmt::format("has {} bytes, expected {}", wordAt(*bytes, 0), size));
     }
     if (bytes->size() < word + size) return wrong(array, tooShort);
-    return std::string(bytes->substr(word));
+    result.add(bytes->substr(word));
+    return result;
   }
   auto head = first(3 * word);
   if (!head) return pass(head.error());
   if (head->size() < 3 * word) {
     // An array without blocks may have a shorter header.
-    if (size == 0) return std::string();
+    if (size == 0) return result;
     return wrong(array, tooShort);
   }
   const std::uint64_t blocks = wordAt(*head, 0);
   const std::uint64_t blockSize = wordAt(*head, 1);
   const std::uint64_t partial = wordAt(*head, 2);
-  if (blocks == 0 && size == 0) return std::string();
+  if (blocks == 0 && size == 0) return result;
   if (blocks > stored.size() / word) return wrong(array, tooShort);
   const std::uint64_t last = partial > 0 ? partial : blockSize;
   const bool fits = blocks == 1 || (blockSize > 0 && blocks - 1 <= size / blockSize);
@@ -362,78 +394,105 @@ Result<std::string> VtuFile::bytesOf(const VtuArray& array, std::uint64_t size) 
   const auto bytes = first((3 + blocks) * word + all);
   if (!bytes) return pass(bytes.error());
   if (bytes->size() < (3 + blocks) * word + all) return wrong(array, tooShort);
-  std::vector<std::uint64_t> begin = {(3 + blocks) * word};
-  for (const std::uint64_t packed : sizes) begin.push_back(begin.back() + packed);
-  std::string unpacked(size, '\0');
-  std::atomic<bool> damaged = false;
-  tbb::parallel_for(std::uint64_t{0}, blocks, [&](std::uint64_t i) {
-    const std::span<char> into(unpacked.data() + i * blockSize, i + 1 < blocks ? blockSize : last);
-    const auto packed = bytes->substr(begin[i], sizes[i]);
-    if (!unpackBlock(compressor_, packed, into)) damaged = true;
-  });
-  if (damaged) return wrong(array, "is damaged: a block does not unpack to its size");
-  return unpacked;
+  result.compressor = compressor_;
+  std::uint64_t at = (3 + blocks) * word;
+  for (std::uint64_t i = 0; i < blocks; ++i) {
+    result.list.push_back(
+        {bytes->substr(at, sizes[i]), i * blockSize, i + 1 < blocks ? blockSize : last});
+    at += sizes[i];
+  }
+  return result;
 }
 
-template <class Number, class Make>
-Result<std::vector<Number>> VtuFile::values(const VtuArray& array, std::uint64_t count,
-                                            Make make) const {
+void VtuFile::Blocks::add(std::string_view bytes) {
+  for (std::uint64_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
+    const std::string_view piece = bytes.substr(begin, kPieceBytes);
+    list.push_back({piece, begin, piece.size()});
+  }
+}
+
+Result<void> VtuFile::unpack(const VtuArray& array, const Blocks& blocks,
+                             const TakeBytes& take) const {
+  std::atomic<bool> damaged = false;
+  tbb::enumerable_thread_specific<std::string> buffers;
+  tbb::parallel_for(std::size_t{0}, blocks.list.size(), [&](std::size_t i) {
+    const Block& block = blocks.list[i];
+    if (blocks.compressor == Compressor::None) return take(block.begin, block.packed);
+    std::string& buffer = buffers.local();
+    buffer.resize(block.size);
+    if (!unpackBlock(blocks.compressor, block.packed, buffer)) {
+      damaged = true;
+    } else if (!damaged) {
+      take(block.begin, buffer);
+    }
+  });
+  if (damaged) return wrong(array, "is damaged: a block does not unpack to its size");
+  return {};
+}
+
+template <class Text, class Allocate, class MakePut>
+Result<void> VtuFile::forValues(const VtuArray& array, std::uint64_t count, Allocate allocate,
+                                MakePut makePut) const {
   if (array.format == "ascii") {
     // Each value takes a digit and a blank.
     if (count > array.text.size() / 2 + 1) {
       return wrong(array, fmt::format("has fewer than {} values", count));
     }
+    allocate();
     const InputFile text{file_->path, array.text};
     TextScanner scanner(text);
-    std::vector<Number> values(count);
-    // As text there are doubles or integers.
-    std::conditional_t<std::is_same_v<Number, double>, double, std::int64_t> number{};
-    for (Number& value : values) {
+    auto put = makePut(0);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      Text number{};
       if (!scanner.parse(scanner.wordAcrossLines(), number, "a number")) {
         return wrong(array, "is wrong: " + scanner.error().message);
       }
-      value = make(number);
+      put(number);
     }
     if (!scanner.wordAcrossLines().empty()) {
       return wrong(array, fmt::format("has more than {} values", count));
     }
-    return values;
+    return {};
   }
   const std::size_t width = sizeOf(array.type);
   if (width == 0) return wrong(array, fmt::format("has the type {}", inQuotes(array.type)));
   if (array.format != "binary" && array.format != "appended") {
     return wrong(array, fmt::format("has the format {}", inQuotes(array.format)));
   }
-  auto bytes = bytesOf(array, count * width);
-  if (!bytes) return pass(bytes.error());
-  std::vector<Number> values(count);
-  const std::string& type = array.type;
-  if (type == "Float64") {
-    convert<double>(*bytes, order_, values, make);
-  } else if (type == "Float32") {
-    convert<float>(*bytes, order_, values, make);
-  } else if (type == "Int64") {
-    convert<std::int64_t>(*bytes, order_, values, make);
-  } else if (type == "UInt64") {
-    convert<std::uint64_t>(*bytes, order_, values, make);
-  } else if (type == "Int32") {
-    convert<std::int32_t>(*bytes, order_, values, make);
-  } else if (type == "UInt32") {
-    convert<std::uint32_t>(*bytes, order_, values, make);
-  } else if (type == "Int16") {
-    convert<std::int16_t>(*bytes, order_, values, make);
-  } else if (type == "UInt16") {
-    convert<std::uint16_t>(*bytes, order_, values, make);
-  } else if (type == "Int8") {
-    convert<std::int8_t>(*bytes, order_, values, make);
-  } else {
-    convert<std::uint8_t>(*bytes, order_, values, make);
+  auto blocks = blocksOf(array, count * width);
+  if (!blocks) return pass(blocks.error());
+  std::string whole;
+  if (blocks->list.size() > 1 && blocks->list.front().size % width != 0) {
+    // A number may begin in one block and end in the next.
+    whole.resize(count * width);
+    auto done = unpack(array, *blocks, [&](std::uint64_t begin, std::string_view bytes) {
+      std::ranges::copy(bytes, whole.begin() + static_cast<std::ptrdiff_t>(begin));
+    });
+    if (!done) return done;
+    blocks->compressor = Compressor::None;
+    blocks->list.clear();
+    blocks->add(whole);
   }
-  return values;
+  allocate();
+  return unpack(array, *blocks, [&](std::uint64_t begin, std::string_view bytes) {
+    convert(array.type, bytes, order_, makePut(begin / width));
+  });
 }
 
-Result<std::vector<double>> VtuFile::numbers(const VtuArray& array, std::uint64_t count) const {
-  return values<double>(array, count, [](auto number) { return static_cast<double>(number); });
+Result<void> VtuFile::coordinates(const VtuArray& array, int axis, std::vector<model::Point4>& into,
+                                  std::uint64_t count) const {
+  const std::uint64_t columns = array.components;
+  return forValues<double>(
+      array, columns * count, [&] { into.resize(count); },
+      [&](std::uint64_t first) {
+        return
+            [=, at = into.data() + first / columns, column = first % columns](auto number) mutable {
+              (*at)[axis + static_cast<int>(column)] = static_cast<double>(number);
+              if (++column < columns) return;
+              column = 0;
+              ++at;
+            };
+      });
 }
 
 Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array,
@@ -441,26 +500,75 @@ Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array,
   if (array.type.starts_with("Float") && array.format != "ascii") {
     return wrong(array, "has numbers that are not whole");
   }
-  return values<std::int64_t>(array, count,
-                              [](auto number) { return static_cast<std::int64_t>(number); });
+  std::vector<std::int64_t> values;
+  auto done = forValues<std::int64_t>(
+      array, count, [&] { values.resize(count); },
+      [&](std::uint64_t first) {
+        return [at = values.data() + first](auto number) mutable {
+          *at++ = static_cast<std::int64_t>(number);
+        };
+      });
+  if (!done) return pass(done.error());
+  return values;
+}
+
+template <class Index, class Allocate>
+Result<void> VtuFile::indicesBelow(const VtuArray& array, std::uint64_t count, std::uint64_t limit,
+                                   Allocate allocate) const {
+  if (array.type.starts_with("Float") && array.format != "ascii") {
+    return wrong(array, "has numbers that are not whole");
+  }
+  Index* into = nullptr;
+  std::atomic<bool> beyond = false;
+  auto done = forValues<std::int64_t>(
+      array, count, [&] { into = allocate(); },
+      [&](std::uint64_t first) {
+        return [&beyond, limit, at = into + first](auto number) mutable {
+          const auto integer = static_cast<std::int64_t>(number);
+          if (static_cast<std::uint64_t>(integer) >= limit) {
+            beyond.store(true, std::memory_order_relaxed);
+          }
+          *at++ = static_cast<Index>(integer);
+        };
+      });
+  if (!done || !beyond) return done;
+  const auto all = integers(array, count);
+  if (!all) return pass(all.error());
+  const auto first = std::ranges::find_if(
+      *all, [&](std::int64_t number) { return static_cast<std::uint64_t>(number) >= limit; });
+  return wrong(array, fmt::format("has the number {}, expected 0 to {}", *first, limit - 1));
 }
 
 Result<std::vector<std::uint32_t>> VtuFile::indices(const VtuArray& array, std::uint64_t count,
                                                     std::uint32_t limit) const {
-  if (array.type.starts_with("Float") && array.format != "ascii") {
-    return wrong(array, "has numbers that are not whole");
-  }
-  std::optional<std::int64_t> beyond;
-  auto found = values<std::uint32_t>(array, count, [&](auto number) {
-    const auto integer = static_cast<std::int64_t>(number);
-    if (integer < 0 || integer >= limit) beyond = integer;
-    return static_cast<std::uint32_t>(integer);
+  std::vector<std::uint32_t> values;
+  auto done = indicesBelow<std::uint32_t>(array, count, limit, [&] {
+    values.resize(count);
+    return values.data();
   });
-  if (found && beyond) {
-    return wrong(array, fmt::format("has the number {}, expected 0 to {}", *beyond,
-                                    std::int64_t{limit} - 1));
-  }
-  return found;
+  if (!done) return pass(done.error());
+  return values;
+}
+
+Result<std::vector<std::uint8_t>> VtuFile::types(const VtuArray& array, std::uint64_t count) const {
+  std::vector<std::uint8_t> values;
+  auto done = indicesBelow<std::uint8_t>(array, count, 256, [&] {
+    values.resize(count);
+    return values.data();
+  });
+  if (!done) return pass(done.error());
+  return values;
+}
+
+Result<std::vector<model::Cell>> VtuFile::tetrahedra(const VtuArray& array, std::uint64_t count,
+                                                     std::uint32_t limit) const {
+  std::vector<model::Cell> cells;
+  auto done = indicesBelow<std::uint32_t>(array, 4 * count, limit, [&] {
+    cells.resize(count);
+    return reinterpret_cast<std::uint32_t*>(cells.data());
+  });
+  if (!done) return pass(done.error());
+  return cells;
 }
 
 }  // namespace t4d::formats

@@ -2,12 +2,15 @@
 
 #include <bit>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/packed_block.h"
+#include "t4d/model/slab.h"
 
 /// The XML of a .vtu file, and its arrays as bytes. What the arrays mean is vtu_reader.cpp's.
 namespace t4d::formats {
@@ -42,22 +45,56 @@ class VtuFile {
   /// where that is so.
   std::string dialect() const;
 
-  /// The values of an array with so many, as doubles or as integers; whatever their type. Fails if
-  /// there are more or fewer.
-  Result<std::vector<double>> numbers(const VtuArray& array, std::uint64_t count) const;
+  // The values of an array, whatever their type. Memory is taken once the array is known to hold as
+  // many; it fails if there are more or fewer.
+
+  /// Sets those of `count` vertices, as many axes as the array has components, the first `axis`.
+  Result<void> coordinates(const VtuArray& array, int axis, std::vector<model::Point4>& into,
+                           std::uint64_t count) const;
   Result<std::vector<std::int64_t>> integers(const VtuArray& array, std::uint64_t count) const;
-  /// Likewise integers from 0 to `limit` - 1; fails if one is not.
+  /// Integers from 0 to `limit` - 1; fails if one is not.
   Result<std::vector<std::uint32_t>> indices(const VtuArray& array, std::uint64_t count,
                                              std::uint32_t limit) const;
+  /// The same, four for each cell.
+  Result<std::vector<model::Cell>> tetrahedra(const VtuArray& array, std::uint64_t count,
+                                              std::uint32_t limit) const;
+  /// Integers from 0 to 255.
+  Result<std::vector<std::uint8_t>> types(const VtuArray& array, std::uint64_t count) const;
 
   tl::unexpected<Error> wrong(const VtuArray& array, const std::string& message) const;
 
  private:
   friend class VtuParser;
-  /// `Number` is made of a stored number by `make`.
-  template <class Number, class Make>
-  Result<std::vector<Number>> values(const VtuArray& array, std::uint64_t count, Make make) const;
-  Result<std::string> bytesOf(const VtuArray& array, std::uint64_t size) const;
+  /// A part of an array, compressed or not.
+  struct Block {
+    std::string_view packed;
+    std::uint64_t begin;  ///< of its bytes in those of the array
+    std::uint64_t size;   ///< unpacked
+  };
+  struct Blocks {
+    Compressor compressor = Compressor::None;
+    std::vector<Block> list;
+    /// What the blocks refer to if it is not the file.
+    std::unique_ptr<std::string> decoded = std::make_unique<std::string>();
+
+    /// Adds bytes that are not compressed.
+    void add(std::string_view bytes);
+  };
+  /// Takes the bytes that begin at `begin`.
+  using TakeBytes = std::function<void(std::uint64_t begin, std::string_view bytes)>;
+
+  Result<Blocks> blocksOf(const VtuArray& array, std::uint64_t size) const;
+  /// Unpacks the blocks of an array on several threads.
+  Result<void> unpack(const VtuArray& array, const Blocks& blocks, const TakeBytes& take) const;
+  /// Calls `makePut(first)(number)` with each value from number `first` on, on several threads;
+  /// text is read as `Text`.
+  template <class Text, class Allocate, class MakePut>
+  Result<void> forValues(const VtuArray& array, std::uint64_t count, Allocate allocate,
+                         MakePut makePut) const;
+  /// `allocate` returns where the indices go.
+  template <class Index, class Allocate>
+  Result<void> indicesBelow(const VtuArray& array, std::uint64_t count, std::uint64_t limit,
+                            Allocate allocate) const;
 
   const InputFile* file_ = nullptr;
   std::vector<VtuPiece> pieces_;

@@ -16,7 +16,7 @@
 namespace t4d::formats {
 namespace {
 
-constexpr std::uint32_t kTetrahedronType = 10;
+constexpr std::uint8_t kTetrahedronType = 10;
 
 /// A VTK cell with flat faces, by the numbers of its corners.
 struct Shape {
@@ -39,6 +39,14 @@ const std::map<std::uint32_t, Shape>& shapes() {
 /// Types of vertices, lines and polygons, straight and curved.
 bool isLowerDimension(std::uint32_t type) {
   return type <= 9 || (type >= 21 && type <= 23) || type == 28 || type == 30;
+}
+
+/// Whether all cells are tetrahedra, of four corners each.
+bool areTetrahedra(const std::vector<std::uint8_t>& types,
+                   const std::vector<std::uint32_t>& offsets) {
+  std::uint64_t end = 0;
+  return std::ranges::all_of(types, [](auto type) { return type == kTetrahedronType; }) &&
+         std::ranges::all_of(offsets, [&](std::uint32_t offset) { return offset == (end += 4); });
 }
 
 const VtuArray* named(const std::vector<VtuArray>& arrays, std::string_view name) {
@@ -101,16 +109,10 @@ class VtuReader {
     if (times->components != 1) {
       return vtu_.wrong(*times, fmt::format("has {} components, expected 1", times->components));
     }
-    const auto xyz = vtu_.numbers(coordinates, 3 * piece.points);
-    if (!xyz) return pass(xyz.error());
-    const auto t = vtu_.numbers(*times, piece.points);
-    if (!t) return pass(t.error());
-    mesh_.reserve(mesh_.vertexCount() + piece.points, 0);
-    for (std::size_t i = 0; i < piece.points; ++i) {
-      const model::Point4 vertex((*xyz)[3 * i], (*xyz)[3 * i + 1], (*xyz)[3 * i + 2], (*t)[i]);
-      if (auto added = mesh_.addVertex(vertex, mesh_.vertexCount()); !added) return added;
-    }
-    return {};
+    std::vector<model::Point4> vertices;
+    if (auto read = vtu_.coordinates(coordinates, 0, vertices, piece.points); !read) return read;
+    if (auto read = vtu_.coordinates(*times, 3, vertices, piece.points); !read) return read;
+    return mesh_.addVertices(std::move(vertices));
   }
 
   Result<void> readCells(const VtuPiece& piece, std::size_t first) {
@@ -123,15 +125,11 @@ class VtuReader {
                      file_.path.string());
     }
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
-    const auto offsets = vtu_.indices(*ends, piece.cells, kMost);
+    auto offsets = vtu_.indices(*ends, piece.cells, kMost);
     if (!offsets) return pass(offsets.error());
-    const auto types = vtu_.indices(*kinds, piece.cells, 256);
+    auto types = vtu_.types(*kinds, piece.cells);
     if (!types) return pass(types.error());
     if (!std::ranges::is_sorted(*offsets)) return vtu_.wrong(*ends, "goes down");
-    const auto all =
-        vtu_.indices(*corners, offsets->back(), static_cast<std::uint32_t>(piece.points));
-    if (!all) return pass(all.error());
-    mesh_.reserve(0, piece.cells);
     std::vector<std::int64_t> bodies;
     for (const VtuArray& data : piece.cellData) {
       if (data.name != "body" || data.components != 1 || data.type.starts_with("Float")) {
@@ -142,6 +140,17 @@ class VtuReader {
       if (!numbers) return pass(numbers.error());
       bodies = std::move(*numbers);
     }
+    const auto points = static_cast<std::uint32_t>(piece.points);
+    if (areTetrahedra(*types, *offsets)) {
+      offsets->clear();
+      offsets->shrink_to_fit();
+      auto cells = vtu_.tetrahedra(*corners, piece.cells, points);
+      if (!cells) return pass(cells.error());
+      return mesh_.addCells(std::move(*cells), first, bodies);
+    }
+    const auto all = vtu_.indices(*corners, offsets->back(), points);
+    if (!all) return pass(all.error());
+    mesh_.reserve(0, piece.cells);
     std::size_t begin = 0;
     for (std::size_t i = 0; i < piece.cells; ++i) {
       const std::size_t end = (*offsets)[i];
