@@ -71,7 +71,7 @@ void setPayload(LooseChunk& chunk, const PayloadWriter& payload) {
   };
   chunk.fields = text(payload.bytes());
   chunk.blocks.clear();
-  for (const auto& block : payload.blocks()) chunk.blocks.push_back(text(block));
+  for (const auto& block : payload.blocks()) chunk.blocks.push_back(text(block.bytes()));
 }
 
 /// What INDX should say of `chunks`, of which it is one, where it can be told without reading them.
@@ -155,10 +155,10 @@ void remakeArray(LooseChunk& chunk, Choices& choose) {
   array.type = static_cast<model::ScalarType>(chunk.fields[at]);
   array.components = static_cast<std::uint8_t>(chunk.fields[at + 1]);
   const PayloadWriter payload = payloadOf(chunk);
-  const PayloadView view = {
-      payload.bytes().subspan(at, kArrayHeaderBytes),
-      {payload.blocks().begin() + static_cast<std::ptrdiff_t>(block),
-       payload.blocks().begin() + static_cast<std::ptrdiff_t>(block + blocks)}};
+  PayloadView view = payload.view();
+  const auto begin = view.blocks.begin() + static_cast<std::ptrdiff_t>(block);
+  view = {view.fields.subspan(at, kArrayHeaderBytes),
+          {begin, begin + static_cast<std::ptrdiff_t>(blocks)}};
   PayloadReader from(view);
   auto taken = formats::takeArray(from);
   std::vector<std::byte> content = taken ? std::move(taken->bytes) : std::vector<std::byte>();

@@ -1,6 +1,7 @@
 #include "t4d/formats/t4d/array_codec.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -172,24 +173,53 @@ Bytes compressedBlock(std::span<const std::byte> rows, const Rows& array, Codec 
   return frame;
 }
 
-/// The blocks of an array; empty if they are not smaller than the array.
-std::vector<Bytes> compressed(const Rows& array, Codec codec, int level) {
-  std::vector<Bytes> blocks(blockCount(array.count));
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-    Bytes space;
-    blocks[i] = compressedBlock(array.block(i, space), array, codec, level);
-  });
-  std::uint64_t total = 0;
-  for (const Bytes& block : blocks) {
-    if (block.empty()) return {};
-    total += block.size();
+/// The blocks of an array as they are made: those after the first few megabytes wait in a file.
+class WaitingBlocks {
+ public:
+  explicit WaitingBlocks(std::uint64_t count) : blocks_(count) {}
+
+  /// For several threads at a time.
+  void set(std::size_t i, Bytes bytes) {
+    constexpr std::uint64_t kMostInMemory = std::uint64_t{4} << 20;
+    blocks_[i] = StoredBlock(std::move(bytes));
+    if ((total_ += blocks_[i].size()) > kMostInMemory) blocks_[i].moveTo(file_);
   }
-  if (total >= array.bytes()) blocks.clear();
-  return blocks;
+
+  std::uint64_t bytes() const { return total_; }
+  std::vector<StoredBlock>& blocks() { return blocks_; }
+
+ private:
+  std::vector<StoredBlock> blocks_;
+  std::shared_ptr<BlockFile> file_ = std::make_shared<BlockFile>();
+  std::atomic<std::uint64_t> total_ = 0;
+};
+
+/// The blocks of an array, compressed; empty if they are not smaller than the array.
+std::vector<StoredBlock> compressed(const Rows& array, Codec codec, int level) {
+  WaitingBlocks made(blockCount(array.count));
+  std::atomic<bool> failed = false;
+  tbb::parallel_for(std::size_t{0}, made.blocks().size(), [&](std::size_t i) {
+    Bytes space;
+    Bytes block = compressedBlock(array.block(i, space), array, codec, level);
+    if (block.empty()) failed = true;
+    made.set(i, std::move(block));
+  });
+  if (failed || made.bytes() >= array.bytes()) return {};
+  return std::move(made.blocks());
+}
+
+std::vector<StoredBlock> uncompressed(const Rows& array) {
+  WaitingBlocks made(blockCount(array.count));
+  for (std::size_t i = 0; i < made.blocks().size(); ++i) {
+    Bytes space;
+    const auto rows = array.block(i, space);
+    made.set(i, rows.data() == space.data() ? std::move(space) : Bytes(rows.begin(), rows.end()));
+  }
+  return std::move(made.blocks());
 }
 
 void putRows(PayloadWriter& into, const Rows& array, int level) {
-  std::vector<Bytes> blocks;
+  std::vector<StoredBlock> blocks;
   auto codec = Codec::Raw;
   if (level > 0 && array.count > 0) {
     codec = array.type == model::ScalarType::UInt32 ? Codec::Repeats : Codec::Zstd;
@@ -197,12 +227,7 @@ void putRows(PayloadWriter& into, const Rows& array, int level) {
   }
   if (blocks.empty()) {
     codec = Codec::Raw;
-    blocks.resize(blockCount(array.count));
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      Bytes space;
-      const auto rows = array.block(i, space);
-      blocks[i] = rows.data() == space.data() ? std::move(space) : Bytes(rows.begin(), rows.end());
-    }
+    blocks = uncompressed(array);
   }
   into.put(static_cast<std::uint8_t>(array.type));
   into.put(array.components);
@@ -210,7 +235,7 @@ void putRows(PayloadWriter& into, const Rows& array, int level) {
   into.put(std::uint8_t{0});
   into.put(std::uint32_t{0});
   into.put(array.count);
-  for (Bytes& block : blocks) into.putBlock(std::move(block));
+  for (StoredBlock& block : blocks) into.putBlock(std::move(block));
 }
 
 /// The content of a zstd frame, which has to declare a size from `least` to `most` bytes.

@@ -27,7 +27,7 @@ PayloadWriter recordOf(std::uint8_t type, std::uint8_t components, std::uint8_t 
   record.put(rows);
   for (const std::string& block : blocks) {
     const auto bytes = std::as_bytes(std::span(block));
-    record.putBlock({bytes.begin(), bytes.end()});
+    record.putBlock(StoredBlock({bytes.begin(), bytes.end()}));
   }
   return record;
 }

@@ -67,7 +67,7 @@ ChunkFront frontOf(ChunkType type, const PayloadWriter& payload, std::uint64_t o
   std::uint64_t blockBytes = 0;
   for (const auto& block : payload.blocks()) {
     made.front.put(static_cast<std::uint32_t>(block.size()));
-    made.front.put(crc32c(block.data(), block.size()));
+    made.front.put(block.checksum());
     blockBytes += padded(block.size());
   }
   made.front.putBytes(payload.data(), payload.size());

@@ -37,8 +37,11 @@ Result<std::uint64_t> ChunkWriter::put(ChunkType type, const PayloadWriter& payl
   const auto [header, front] = frontOf(type, payload, offset);
   if (auto done = writePadded(encodeChunkHeader(header)); !done) return pass(done.error());
   if (auto done = writePadded(front.bytes()); !done) return pass(done.error());
-  for (const auto& block : payload.blocks()) {
-    if (auto done = writePadded(block); !done) return pass(done.error());
+  std::vector<std::byte> space;
+  for (const StoredBlock& block : payload.blocks()) {
+    const auto bytes = block.bytes(space);
+    if (!bytes) return pass(bytes.error());
+    if (auto done = writePadded(*bytes); !done) return pass(done.error());
   }
   index_.chunks.push_back(header);
   return offset;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "t4d/formats/t4d/grid.h"
+#include "t4d/formats/t4d/stored_block.h"
 
 /// The byte layout of .t4d, as specified in t4d/formats/t4d/SPEC.md. Reader and writer share these
 /// constants.
@@ -117,18 +118,22 @@ struct PayloadView {
 /// A payload to be written: its fields, and its blocks.
 class PayloadWriter : public ByteWriter {
  public:
-  void putBlock(std::vector<std::byte> block) { blocks_.push_back(std::move(block)); }
+  void putBlock(StoredBlock block) { blocks_.push_back(std::move(block)); }
   /// The fields of another after its own; its blocks likewise.
   void append(PayloadWriter other) {
     putBytes(other.data(), other.size());
     std::ranges::move(other.blocks_, std::back_inserter(blocks_));
   }
-  const std::vector<std::vector<std::byte>>& blocks() const { return blocks_; }
-  /// Valid until the next change.
-  PayloadView view() const { return {bytes(), {blocks_.begin(), blocks_.end()}}; }
+  const std::vector<StoredBlock>& blocks() const { return blocks_; }
+  /// Of a payload whose blocks are in memory; valid until the next change.
+  PayloadView view() const {
+    PayloadView view{bytes(), {}};
+    for (const StoredBlock& block : blocks_) view.blocks.push_back(block.bytes());
+    return view;
+  }
 
  private:
-  std::vector<std::vector<std::byte>> blocks_;
+  std::vector<StoredBlock> blocks_;
 };
 
 /// Reads little-endian values. Never reads past the end; overrun() says whether that was attempted.

@@ -256,7 +256,7 @@ class FileBuilder {
     const ChunkHeaderBytes encoded = encodeChunkHeader(header);
     append(encoded);
     append(front.bytes());
-    for (const auto& block : payload.blocks()) append(block);
+    for (const auto& block : payload.blocks()) append(block.bytes());
     ++chunks_;
     return offset;
   }
