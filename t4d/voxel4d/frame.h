@@ -54,12 +54,22 @@ struct BlockValues {
   }
 };
 
+/// Room for the values of a block.
+using ValueBuffer = std::array<double, 512>;
+
 /// 512 points that are partly inside, or that have values.
 struct Block {
   Coord coord;  ///< in units of blocks
   BlockMask inside{};
-  BlockValues values;  ///< may be empty
+  BlockValues values;        ///< may be empty; see valuesOf for those in a file
+  std::uint32_t inFile = 0;  ///< the number of its values there
 };
+
+/// Frames with as many bytes of values or more keep them in a temporary file (TMPDIR says where)
+/// instead of in memory.
+inline constexpr std::size_t kLargeFrame = std::size_t{64} << 20U;
+
+class FrameFile;
 
 /// A cube of points that are all inside: `size` blocks along each axis, starting with the block
 /// `coord`. Frame::blocks has no blocks within it.
@@ -77,6 +87,10 @@ struct Frame {
   std::vector<InsideTile> tiles;      ///< disjoint; increasing by coord
   double outsideValue = 0;            ///< of the field where nothing is stored; 0: no values
   std::shared_ptr<const void> owner;  ///< of the memory that BlockValues point to
+  /// Where the values of all blocks are, if they are not in memory, and the bytes of each: of
+  /// BlockValues only `sign` and `iso` are set.
+  std::shared_ptr<const FrameFile> file;
+  std::size_t valueSizeInFile = 0;
 
   bool hasValues() const { return outsideValue != 0; }
 };
@@ -87,8 +101,14 @@ struct Frame {
 /// it; values that are missing, or that contradict the bits or the tiles about what is inside.
 Result<void> checkFrame(const Frame& frame);
 
+/// The values of block number i, wherever they are, as long as `buffer` is left alone.
+BlockValues valuesOf(const Frame& frame, std::size_t i, ValueBuffer& buffer);
+
 /// The bytes of a value, if all blocks have values of one type; else 0.
 std::size_t valueSizeOf(const Frame& frame);
+
+/// Moves values that are in memory, of one type, to a file, and lets go of their owner.
+Result<void> moveValuesToFile(Frame& frame);
 
 /// The number of lattice points inside.
 std::uint64_t countInside(const Frame& frame);

@@ -91,15 +91,17 @@ bool agree(const Block& block, const Value* values) {
 }
 
 /// What is wrong with the values of a block, at the first such point; empty if nothing is.
-std::string faultOfValues(const Block& block, bool hasValues) {
-  if (block.values.empty()) return hasValues ? "has no values, other than its frame" : "";
-  if (!hasValues) return "has values, other than its frame";
-  if (block.values.floats != nullptr ? agree(block, block.values.floats)
-                                     : agree(block, block.values.doubles)) {
+std::string faultOfValues(const Frame& frame, std::size_t number) {
+  const Block& block = frame.blocks[number];
+  ValueBuffer buffer;
+  const BlockValues values = valuesOf(frame, number, buffer);
+  if (values.empty()) return frame.hasValues() ? "has no values, other than its frame" : "";
+  if (!frame.hasValues()) return "has values, other than its frame";
+  if (values.floats != nullptr ? agree(block, values.floats) : agree(block, values.doubles)) {
     return "";
   }
   for (unsigned i = 0; i < 512; ++i) {
-    const double value = block.values.at(i);
+    const double value = values.at(i);
     const bool inside = (block.inside[i >> 6U] >> (i & 63U) & 1U) != 0;
     if (!std::isfinite(value) || inside != (value < 0)) {
       return fmt::format("has the value {} at its point {}, which it says is {}", value, i,
@@ -132,9 +134,8 @@ Result<void> checkFrame(const Frame& frame) {
     if (tiles.covers(coord, 1)) return invalid(named("block", coord) + " lies within a tile");
   }
   std::vector<std::string> faults(frame.blocks.size());
-  tbb::parallel_for(std::size_t{0}, frame.blocks.size(), [&](std::size_t i) {
-    faults[i] = faultOfValues(frame.blocks[i], frame.hasValues());
-  });
+  tbb::parallel_for(std::size_t{0}, frame.blocks.size(),
+                    [&](std::size_t i) { faults[i] = faultOfValues(frame, i); });
   for (std::size_t i = 0; i < faults.size(); ++i) {
     if (faults[i].empty()) continue;
     return invalid(fmt::format("{} {}", named("block", frame.blocks[i].coord), faults[i]));

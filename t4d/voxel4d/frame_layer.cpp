@@ -131,17 +131,16 @@ BlockView FrameLayer::view(const Coord& coord) const {
   return {nullptr, tileAt(coord) != nullptr};
 }
 
-BlockField FrameLayer::field(const Coord& coord, FrameFile::Buffer& buffer) const {
+BlockField FrameLayer::field(const Coord& coord, ValueBuffer& buffer) const {
   if (const auto found = blocks_.find(coord)) {
-    const BlockValues& values = frame_.blocks[*found].values;
-    return {file_ ? file_->values(*found, values, buffer) : values, frame_.outsideValue};
+    return {valuesOf(frame_, *found, buffer), frame_.outsideValue};
   }
   const InsideTile* tile = tileAt(coord);
   return {{}, tile != nullptr ? tile->value : frame_.outsideValue};
 }
 
 Result<void> FrameLayer::checkRead() const {
-  if (!file_ || file_->isWhole()) return {};
+  if ((!fractions_ || fractions_->isWhole()) && (!frame_.file || frame_.file->isWhole())) return {};
   return fail(ErrorCode::Failed, "a temporary file cannot be read back (TMPDIR says where it is)");
 }
 
@@ -250,12 +249,12 @@ Result<void> FrameLayer::numberCrossings() {
   return {};
 }
 
-/// Where along their edges the crossings of a block are, of the frame with its values in memory.
+/// Where along their edges the crossings of a block are.
 void FrameLayer::findFractions(const CrossingBlock& block, double* into) const {
-  FrameFile::Buffer unused;
-  const BlockField from = field(block.coord, unused);
+  std::array<ValueBuffer, 2> buffers;
+  const BlockField from = field(block.coord, buffers[0]);
   for (unsigned axis = 0; axis < 3; ++axis) {
-    const BlockField beyond = field(neighbour(block.coord, 1U << axis), unused);
+    const BlockField beyond = field(neighbour(block.coord, 1U << axis), buffers[1]);
     const unsigned shift = 6 - 3 * axis;  // of the axis in an index
     eachCrossing(block.edges[axis], [&](unsigned index) {
       const bool leaves = (index >> shift & 7U) == 7;
@@ -268,9 +267,10 @@ void FrameLayer::findFractions(const CrossingBlock& block, double* into) const {
 
 /// Moves what is made of the values, and the values, to a file if the frame is large.
 Result<void> FrameLayer::moveNumbersToFile(std::size_t largeFrame) {
-  auto file = FrameFile::create(frame_, largeFrame);
+  const std::size_t blockBytes = valueSizeOf(frame_) * std::tuple_size_v<ValueBuffer>;
+  if (blockBytes == 0 || blockBytes * frame_.blocks.size() < largeFrame) return {};
+  auto file = FrameFile::create();
   if (!file) return pass(file.error());
-  if (*file == nullptr) return {};
   constexpr std::size_t kMost = std::size_t{1} << 16U;
   std::vector<double> fractions;
   for (std::size_t begin = 0, end = 0; begin < crossings_.size(); begin = end) {
@@ -280,11 +280,13 @@ Result<void> FrameLayer::moveNumbersToFile(std::size_t largeFrame) {
     tbb::parallel_for(begin, end, [&](std::size_t i) {
       findFractions(crossings_[i], fractions.data() + (firstOf(i) - first));
     });
-    if (auto added = (*file)->addFractions(fractions); !added) return added;
+    if (auto added = (*file)->append(std::as_bytes(std::span(fractions))); !added) return added;
   }
-  if (auto taken = (*file)->takeValues(frame_); !taken) return taken;
+  fractions_ = std::move(*file);
+  if (!frame_.file) {
+    if (auto moved = moveValuesToFile(frame_); !moved) return moved;
+  }
   system::giveBackFreedMemory();
-  file_ = std::move(*file);
   return {};
 }
 
@@ -293,10 +295,11 @@ void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) co
   // Of a large frame, the fractions of all blocks that have some of these vertices.
   std::vector<double> read;
   const std::uint32_t firstRead = first - std::min(first, kMostInBlock);
-  if (file_) {
+  if (fractions_) {
     const std::uint64_t last = std::uint64_t{first} + into.size() + kMostInBlock;
     read.resize(std::min<std::uint64_t>(last, vertexCount_) - firstRead);
-    file_->fractions(firstRead, read);
+    fractions_->read(std::uint64_t{firstRead} * sizeof(double),
+                     std::as_writable_bytes(std::span(read)));
   }
   makeRange(
       first, into, crossings_.size(), [&](std::size_t i) { return firstOf(i); },
@@ -304,7 +307,7 @@ void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) co
         const CrossingBlock& block = crossings_[i];
         std::array<double, kMostInBlock> found;
         const double* fractions = nullptr;
-        if (file_) {
+        if (fractions_) {
           fractions = read.data() + (firstOf(i) - firstRead);
         } else if (hasValues()) {
           findFractions(block, found.data());

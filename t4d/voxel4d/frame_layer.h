@@ -111,7 +111,7 @@ class FrameLayer {
 
   BlockView view(const Coord& coord) const;
   /// The field in a block, as long as `buffer` is left alone. The frame has values.
-  BlockField field(const Coord& coord, FrameFile::Buffer& buffer) const;
+  BlockField field(const Coord& coord, ValueBuffer& buffer) const;
   /// Fails if values could not be read back: what was made of them is wrong.
   Result<void> checkRead() const;
   /// The crossings of the edges that begin in a block; null if there are none.
@@ -144,7 +144,7 @@ class FrameLayer {
   const InsideTile* tileAt(const Coord& coord) const;
 
   Frame frame_;
-  std::unique_ptr<FrameFile> file_;  // if it is large
+  std::unique_ptr<FrameFile> fractions_;  // of all crossings, if the frame is large
   Lattice lattice_;
   CoordIndex blocks_;
   struct TileLevel {

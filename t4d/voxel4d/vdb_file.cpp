@@ -29,6 +29,7 @@ constexpr std::uint32_t kNewestVersion = 224;
 constexpr std::string_view kHalfSuffix = "_HalfFloat";
 
 tl::unexpected<Error> damaged(const std::string& where, const std::exception& error) {
+  if (const auto* failure = dynamic_cast<const VdbFailure*>(&error)) return pass(failure->error);
   if (dynamic_cast<const VdbDamage*>(&error) != nullptr) return invalid(error.what(), where);
   if (dynamic_cast<const std::ios_base::failure*>(&error) != nullptr) {
     return invalid("is cut off or damaged: it ends before what it announces", where);
@@ -253,7 +254,7 @@ void VdbFile::readEntry(VdbStream& stream) {
   } else {
     place.begin = stream.position();
     const auto [grid, coding] = readBeginning(stream, place.gridType);
-    if (place.parent.empty()) readVdbTree(stream, place.gridType, coding);
+    if (place.parent.empty()) readVdbTree(stream, place.gridType, coding, kLargeFrame);
     place.end = stream.position();
     entry.header = grid;
   }
@@ -261,7 +262,7 @@ void VdbFile::readEntry(VdbStream& stream) {
   places_.push_back(std::move(place));
 }
 
-openvdb::GridBase::Ptr VdbFile::readWhole(std::size_t index) {
+VdbGrid VdbFile::readWhole(std::size_t index, std::size_t largeTree) {
   const Place& place = places_[index];
   require(canReadVdbTree(place.gridType),
           "is of type {}; float, double, bool and mask grids can be used", place.gridType);
@@ -271,25 +272,30 @@ openvdb::GridBase::Ptr VdbFile::readWhole(std::size_t index) {
   VdbStream stream(file, place.end);
   stream.seek(place.begin);
   auto [grid, coding] = readBeginning(stream, place.gridType);
-  if (place.parent.empty()) grid->setTree(readVdbTree(stream, place.gridType, coding));
+  VdbTree tree;
+  if (place.parent.empty()) {
+    tree = readVdbTree(stream, place.gridType, coding, largeTree);
+    grid->setTree(tree.tree);
+  }
   require(stream.position() == place.end, "is damaged: it ends at byte {} instead of {}",
           stream.position(), place.end);
   if (place.parent.empty()) {
     checkStatistics(*grid);
-    return grid;
+    return {grid, std::move(tree.values)};
   }
   // The grid shares the tree of another grid.
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (places_[i].uniqueName != place.parent || !places_[i].parent.empty()) continue;
-    grid->setTree(readWhole(i)->baseTreePtr());
-    return grid;
+    VdbGrid parent = readWhole(i, largeTree);
+    grid->setTree(parent.grid->baseTreePtr());
+    return {grid, std::move(parent.values)};
   }
   throw VdbDamage("is damaged: it shares the tree of a grid that is not there");
 }
 
-Result<openvdb::GridBase::Ptr> VdbFile::read(std::size_t index) {
+Result<VdbGrid> VdbFile::read(std::size_t index, std::size_t largeTree) {
   try {
-    return readWhole(index);
+    return readWhole(index, largeTree);
   } catch (const std::exception& exception) {
     return damaged(entries_[index].where, exception);
   }

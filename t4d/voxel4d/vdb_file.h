@@ -9,6 +9,7 @@
 
 #include "t4d/model/error.h"
 #include "t4d/voxel4d/openvdb_grids.h"
+#include "t4d/voxel4d/vdb_grid.h"
 #include "t4d/voxel4d/vdb_stream.h"
 
 namespace t4d::voxel4d {
@@ -33,8 +34,8 @@ class VdbFile {
   /// In file order.
   std::span<const Entry> grids() const { return entries_; }
 
-  /// The whole grid.
-  Result<openvdb::GridBase::Ptr> read(std::size_t index);
+  /// The whole grid. Values of leaf nodes that take `largeTree` bytes or more are in a file.
+  Result<VdbGrid> read(std::size_t index, std::size_t largeTree = kLargeFrame);
 
  private:
   /// The directory entry of a grid.
@@ -49,7 +50,7 @@ class VdbFile {
   VdbFile() = default;
   void readDirectory();
   void readEntry(VdbStream& stream);
-  openvdb::GridBase::Ptr readWhole(std::size_t index);
+  VdbGrid readWhole(std::size_t index, std::size_t largeTree);
 
   std::filesystem::path path_;
   std::ifstream stream_;

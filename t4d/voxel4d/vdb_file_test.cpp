@@ -55,7 +55,7 @@ TEST(VdbFile, ReadsWhatOpenVdbReads) {
     for (std::size_t i = 0; i < expected->size(); ++i) {
       const auto grid = (*file)->read(i);
       ASSERT_TRUE(grid) << grid.error().text();
-      expectSameGrid(**grid, *(*expected)[i]);
+      expectSameGrid(*grid->grid, *(*expected)[i]);
     }
   }
 }

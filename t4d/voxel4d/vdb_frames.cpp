@@ -197,7 +197,10 @@ Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOp
 class VdbFrames : public FrameSource {
  public:
   VdbFrames(std::vector<Place> places, const Lattice& lattice, const VdbFramesOptions& options)
-      : places_(std::move(places)), lattice_(lattice), iso_(options.iso) {}
+      : places_(std::move(places)),
+        lattice_(lattice),
+        iso_(options.iso),
+        largeFrame_(options.largeFrame) {}
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return places_.size(); }
@@ -214,7 +217,7 @@ class VdbFrames : public FrameSource {
     if (place.grid >= file_->grids().size() || file_->grids()[place.grid].where != place.where) {
       return invalid("the file has changed while it was read", place.where);
     }
-    auto grid = file_->read(place.grid);
+    auto grid = file_->read(place.grid, largeFrame_);
     if (!grid) return pass(grid.error());
     auto frame = frameOf(*grid, place.time, iso_, place.where);
     if (!frame) return frame;
@@ -226,8 +229,8 @@ class VdbFrames : public FrameSource {
              std::any_of(frame->blocks.begin(), frame->blocks.end(), anyInside);
     if (index + 1 == places_.size() && !solid_) {
       // Densities are not always marked as such.
-      const bool densities = !iso_ && kindOf(**grid, place.where) == GridKind::Values &&
-                             (*grid)->getGridClass() == openvdb::GRID_UNKNOWN;
+      const bool densities = !iso_ && kindOf(*grid->grid, place.where) == GridKind::Values &&
+                             grid->grid->getGridClass() == openvdb::GRID_UNKNOWN;
       return invalid(iso_ ? fmt::format("no sample of any frame is above the iso value {}", *iso_)
                           : std::string("no sample of any frame is inside"),
                      places_.front().file.string(), densities ? Remedy::IsoValue : Remedy::None);
@@ -239,6 +242,7 @@ class VdbFrames : public FrameSource {
   std::vector<Place> places_;
   Lattice lattice_;
   std::optional<double> iso_;
+  std::size_t largeFrame_;
   std::unique_ptr<VdbFile> file_;  // of the last frame requested
   fs::path openPath_;
   bool solid_ = false;  // whether any frame so far had a point inside

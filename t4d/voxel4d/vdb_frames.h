@@ -20,6 +20,8 @@ struct VdbFramesOptions {
   std::optional<double> frameTime = {};
   double startTime = 0;   ///< of the first frame, with `frameTime`
   std::string grid = {};  ///< use only grids with this name; "" for all
+  /// From how many bytes of values on a frame has them in a temporary file.
+  std::size_t largeFrame = kLargeFrame;
 };
 
 /// Frames from .vdb files: either several files (or all .vdb files of a folder) of one grid each,
@@ -28,7 +30,8 @@ struct VdbFramesOptions {
 ///
 /// Inside are values below zero of float and double grids, or above `iso`; true values of bool
 /// grids, active or not; active points of mask grids. A grid is read again when its frame is
-/// requested; the frame uses its values without copying.
+/// requested; the frame uses its values without copying, or has them in a temporary file if it is
+/// large.
 ///
 /// These are errors that name the file and the grid: a file that is not VDB, or is truncated or
 /// damaged as far as that can be detected (.vdb has no checksums); other types of grid; frames with

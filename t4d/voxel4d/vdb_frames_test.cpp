@@ -90,9 +90,11 @@ void expectSame(const Frame& a, const Frame& b) {
   for (std::size_t i = 0; i < a.blocks.size(); ++i) {
     EXPECT_EQ(a.blocks[i].coord, b.blocks[i].coord);
     EXPECT_EQ(a.blocks[i].inside, b.blocks[i].inside);
-    for (unsigned j = 0; j < 512; ++j) {
-      ASSERT_EQ(a.blocks[i].values.at(j), b.blocks[i].values.at(j));
-    }
+    ValueBuffer buffers[2];
+    const BlockValues values = valuesOf(a, i, buffers[0]);
+    const BlockValues others = valuesOf(b, i, buffers[1]);
+    ASSERT_EQ(values.empty(), others.empty());
+    for (unsigned j = 0; !values.empty() && j < 512; ++j) ASSERT_EQ(values.at(j), others.at(j));
   }
   for (std::size_t i = 0; i < a.tiles.size(); ++i) {
     EXPECT_EQ(a.tiles[i].coord, b.tiles[i].coord);
@@ -181,6 +183,28 @@ TEST_F(VdbFrames, BlocksPointIntoTheGridAndTilesAreInside) {
     }
   }
   for (const InsideTile& tile : frame.tiles) EXPECT_EQ(tile.value, -3);
+}
+
+TEST_F(VdbFrames, LargeOnesHaveTheirValuesInAFile) {
+  auto floats = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(30, {5, -7, 300}, 1);
+  auto halves = floats->deepCopy();
+  halves->setSaveFloatAsHalf(true);
+  auto doubles = openvdb::DoubleGrid::create(3);
+  doubles->tree().topologyUnion(floats->tree());
+  for (auto value = doubles->beginValueOn(); value; ++value) {
+    value.setValue(floats->tree().getValue(value.getCoord()) / 3);
+  }
+  const std::vector<openvdb::GridBase::Ptr> grids = {floats, halves, doubles};
+  for (const auto& grid : grids) {
+    const auto path = write("large.vdb", {grid, grid->deepCopyGrid()});
+    const auto expected = read({path}, {.frameTime = 1});
+    const auto found = read({path}, {.frameTime = 1, .largeFrame = 0});
+    ASSERT_EQ(found.size(), 2U);
+    EXPECT_EQ(found[1].owner, nullptr);
+    ASSERT_NE(found[1].file, nullptr);
+    for (std::size_t i = 0; i < 2; ++i) expectSame(found[i], expected[i]);
+    EXPECT_TRUE(checkFrame(found[1]));
+  }
 }
 
 TEST_F(VdbFrames, TilesOfAllLevels) {

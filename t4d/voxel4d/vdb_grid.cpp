@@ -11,6 +11,7 @@
 #include <openvdb/util/Name.h>
 #include <tbb/parallel_for.h>
 
+#include "t4d/voxel4d/frame_file.h"
 #include "t4d/voxel4d/occupancy.h"
 
 namespace t4d::voxel4d {
@@ -41,32 +42,33 @@ struct Rule {
   }
 };
 
-/// The inside points of a leaf node, and whether all values are finite.
-template <class Leaf, class Value>
-bool maskOf(const Leaf& leaf, const Rule<Value>& rule, BlockMask& mask) {
-  if constexpr (std::is_same_v<Value, bool>) {
-    // In mask grids the values are the active points.
-    for (unsigned i = 0; i < mask.size(); ++i) {
-      if constexpr (std::is_same_v<typename Leaf::BuildType, openvdb::ValueMask>) {
-        mask[i] = leaf.getValueMask().template getWord<std::uint64_t>(i);
-      } else {
-        mask[i] = leaf.buffer().data()[i];
-      }
+/// The inside points of a leaf node of a bool or mask grid, whose values are its active points.
+template <class Leaf>
+BlockMask maskOf(const Leaf& leaf) {
+  BlockMask mask;
+  for (unsigned i = 0; i < mask.size(); ++i) {
+    if constexpr (std::is_same_v<typename Leaf::BuildType, openvdb::ValueMask>) {
+      mask[i] = leaf.getValueMask().template getWord<std::uint64_t>(i);
+    } else {
+      mask[i] = leaf.buffer().data()[i];
     }
-    return true;
-  } else {
-    const Value* value = leaf.buffer().data();
-    bool usable = true;
-    for (std::uint64_t& word : mask) {
-      std::uint64_t bits = 0;
-      for (unsigned i = 0; i < 64; ++i, ++value) {
-        bits |= std::uint64_t{rule.inside(*value)} << i;
-        usable = usable && rule.usable(*value);
-      }
-      word = bits;
-    }
-    return usable;
   }
+  return mask;
+}
+
+/// The inside points of the values of a leaf node, and whether all are finite.
+template <class Value>
+bool maskOf(const Value* value, const Rule<Value>& rule, BlockMask& mask) {
+  bool usable = true;
+  for (std::uint64_t& word : mask) {
+    std::uint64_t bits = 0;
+    for (unsigned i = 0; i < 64; ++i, ++value) {
+      bits |= std::uint64_t{rule.inside(*value)} << i;
+      usable = usable && rule.usable(*value);
+    }
+    word = bits;
+  }
+  return usable;
 }
 
 tl::unexpected<Error> notFinite(const std::string& where, const openvdb::Coord& at) {
@@ -101,7 +103,8 @@ Result<void> addTiles(const std::vector<const Node*>& nodes, const Rule<Value>& 
 }
 
 template <class Grid>
-Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid, double time,
+Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid,
+                          const std::shared_ptr<const FrameFile>& file, double time,
                           const std::optional<double>& iso, const std::string& where) {
   using Tree = typename Grid::TreeType;
   using Value = typename Grid::ValueType;
@@ -117,7 +120,12 @@ Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid, double time,
   if (iso) rule = {-1, *iso};
   Frame frame;
   frame.time = time;
-  frame.owner = grid;
+  if (file) {
+    frame.file = file;
+    frame.valueSizeInFile = sizeof(Value);
+  } else {
+    frame.owner = grid;
+  }
 
   const Value background = tree.background();
   if (!rule.usable(background)) return invalid("has a background that is not finite", where);
@@ -142,17 +150,28 @@ Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid, double time,
   std::vector<char> usable(leaves.size());
   tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
     Block& block = frame.blocks[i];
-    block.coord = blockAt(leaves[i]->origin());
-    usable[i] = static_cast<char>(maskOf(*leaves[i], rule, block.inside));
+    const Leaf& leaf = *leaves[i];
+    block.coord = blockAt(leaf.origin());
     if constexpr (kHasValues) {
-      if constexpr (std::is_same_v<Value, float>) block.values.floats = leaves[i]->buffer().data();
-      if constexpr (std::is_same_v<Value, double>) {
-        block.values.doubles = leaves[i]->buffer().data();
-      }
       block.values.sign = rule.sign;
       block.values.iso = rule.iso;
+      block.inFile = leaf.transientData();
+      constexpr auto numbers = [] {
+        if constexpr (std::is_same_v<Value, float>) return &BlockValues::floats;
+        if constexpr (std::is_same_v<Value, double>) return &BlockValues::doubles;
+      }();
+      if (!file) block.values.*numbers = leaf.buffer().data();
+      ValueBuffer buffer;
+      const Value* const values = valuesOf(frame, i, buffer).*numbers;
+      usable[i] = static_cast<char>(maskOf(values, rule, block.inside));
+    } else {
+      block.inside = maskOf(leaf);
+      usable[i] = 1;
     }
   });
+  if (file && !file->isWhole()) {
+    return fail(ErrorCode::Failed, "cannot read a temporary file (TMPDIR says where)", where);
+  }
   const auto bad = std::find(usable.begin(), usable.end(), char{0});
   if (bad != usable.end()) return notFinite(where, leaves[bad - usable.begin()]->origin());
 
@@ -282,19 +301,20 @@ Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& wher
   return Lattice{matrix[0][0], {matrix[3][0], matrix[3][1], matrix[3][2]}};
 }
 
-Result<Frame> frameOf(const openvdb::GridBase::ConstPtr& grid, double time,
-                      const std::optional<double>& iso, const std::string& where) {
+Result<Frame> frameOf(const VdbGrid& whole, double time, const std::optional<double>& iso,
+                      const std::string& where) {
+  const auto& [grid, values] = whole;
   if (auto kind = kindOf(*grid, where); !kind) return pass(kind.error());
   if (auto floats = openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid)) {
-    return frameOfGrid(floats, time, iso, where);
+    return frameOfGrid(floats, values, time, iso, where);
   }
   if (auto doubles = openvdb::gridConstPtrCast<openvdb::DoubleGrid>(grid)) {
-    return frameOfGrid(doubles, time, iso, where);
+    return frameOfGrid(doubles, values, time, iso, where);
   }
   if (auto bools = openvdb::gridConstPtrCast<openvdb::BoolGrid>(grid)) {
-    return frameOfGrid(bools, time, {}, where);
+    return frameOfGrid(bools, nullptr, time, {}, where);
   }
-  return frameOfGrid(openvdb::gridConstPtrCast<openvdb::MaskGrid>(grid), time, {}, where);
+  return frameOfGrid(openvdb::gridConstPtrCast<openvdb::MaskGrid>(grid), nullptr, time, {}, where);
 }
 
 openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice) {

@@ -43,12 +43,18 @@ Result<GridKind> kindOf(const openvdb::GridBase& grid, const std::string& where)
 /// found.
 Result<Lattice> latticeOf(const openvdb::GridBase& grid, const std::string& where);
 
+/// A grid, and the values of its leaf nodes if its tree has none (VdbTree).
+struct VdbGrid {
+  openvdb::GridBase::Ptr grid;
+  std::shared_ptr<const FrameFile> values;
+};
+
 /// The frame of a grid, which the frame then owns. Leaf nodes become blocks; inside values above
 /// them become tiles. Inside are values below zero, or above `iso` if it is given; true values of
 /// bool grids; and active points of mask grids. Fails for a background that is inside, values that
 /// are not finite, and points farther than kMaxCoordinate from the origin.
-Result<Frame> frameOf(const openvdb::GridBase::ConstPtr& grid, double time,
-                      const std::optional<double>& iso, const std::string& where);
+Result<Frame> frameOf(const VdbGrid& grid, double time, const std::optional<double>& iso,
+                      const std::string& where);
 
 /// The inside points of a frame as a bool grid: they are true and active.
 openvdb::BoolGrid::Ptr boolGridOf(const Frame& frame, const Lattice& lattice);

@@ -6,8 +6,12 @@
 #include <istream>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include <fmt/format.h>
+
+#include "t4d/model/error.h"
 
 /// Bytes of an untrusted .vdb file. For the sources of this folder only.
 namespace t4d::voxel4d {
@@ -16,6 +20,19 @@ namespace t4d::voxel4d {
 struct VdbDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// A failure that is not the file's.
+struct VdbFailure : std::runtime_error {
+  explicit VdbFailure(Error of) : std::runtime_error(of.message), error(std::move(of)) {}
+  Error error;
+};
+
+/// The value; throws VdbFailure if there is none.
+template <class T>
+T orThrow(Result<T> result) {
+  if (!result) throw VdbFailure(std::move(result.error()));
+  if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
 
 /// Throws VdbDamage.
 template <class... Values>

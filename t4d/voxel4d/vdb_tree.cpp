@@ -82,14 +82,21 @@ class TreeReader {
   TreeReader(VdbStream& stream, const VdbCoding& coding)
       : stream_(stream), coding_(coding), packed_(stream, coding.compression) {}
 
-  typename Tree::Ptr read() {
+  VdbTree read(std::size_t largeTree) {
     const auto buffers = stream_.take<std::int32_t>();
     require(buffers == 1, "is damaged: its tree has {} buffers", buffers);
     background_ = takeValue();
     auto tree = std::make_shared<Tree>(valueOf(background_));
     readRoot(tree->root());
-    for (Leaf* leaf : leaves_) readLeafValues(*leaf);
-    return tree;
+    std::unique_ptr<FrameFile> file;
+    if (!kIsBool && leaves_.size() * Leaf::SIZE * sizeof(Value) >= largeTree) {
+      file = orThrow(FrameFile::create());
+    }
+    for (std::size_t i = 0; i < leaves_.size(); ++i) {
+      leaves_[i]->setTransientData(static_cast<openvdb::Index32>(i));
+      readLeafValues(*leaves_[i], file.get());
+    }
+    return {tree, std::move(file)};
   }
 
  private:
@@ -143,13 +150,15 @@ class TreeReader {
   /// Reads where the values of a leaf node are active; the values follow after all nodes.
   std::unique_ptr<Leaf> readLeaf(const Coord& corner) {
     const auto active = takeLeafMask();
-    auto leaf = std::make_unique<Leaf>(corner, valueOf(background_), false);
+    // Without memory for values, which are all read later.
+    auto leaf = std::make_unique<Leaf>(openvdb::PartialCreate(), corner, valueOf(background_));
     for (auto on = active.beginOn(); on; ++on) leaf->setActiveState(on.pos(), true);
     leaves_.push_back(leaf.get());
     return leaf;
   }
 
-  void readLeafValues(Leaf& leaf) {
+  /// Into the file if there is one.
+  void readLeafValues(Leaf& leaf, FrameFile* file) {
     const auto active = takeLeafMask();
     require(active == leaf.getValueMask(),
             "is damaged: a node's values are not active where its mask says so");
@@ -159,6 +168,10 @@ class TreeReader {
         const auto values = takeLeafMask();
         for (auto on = values.beginOn(); on; ++on) leaf.setValueOnly(on.pos(), true);
       }
+    } else if (file != nullptr) {
+      std::array<Stored, Leaf::SIZE> values;
+      readValues(std::span<Stored>(values), active);
+      orThrow(file->append(std::as_bytes(std::span(values))));
     } else {
       readValues(std::span<Stored>(leaf.buffer().data(), Leaf::SIZE), active);
     }
@@ -272,11 +285,11 @@ class TreeReader {
   std::vector<Leaf*> leaves_;  // in the order in which they are stored
 };
 
-using Read = openvdb::TreeBase::Ptr (*)(VdbStream&, const VdbCoding&);
+using Read = VdbTree (*)(VdbStream&, const VdbCoding&, std::size_t);
 
 template <class Tree>
-openvdb::TreeBase::Ptr read(VdbStream& stream, const VdbCoding& coding) {
-  return TreeReader<Tree>(stream, coding).read();
+VdbTree read(VdbStream& stream, const VdbCoding& coding, std::size_t largeTree) {
+  return TreeReader<Tree>(stream, coding).read(largeTree);
 }
 
 Read readerOf(const std::string& treeType) {
@@ -291,9 +304,9 @@ Read readerOf(const std::string& treeType) {
 
 bool canReadVdbTree(const std::string& treeType) { return readerOf(treeType) != nullptr; }
 
-openvdb::TreeBase::Ptr readVdbTree(VdbStream& stream, const std::string& treeType,
-                                   const VdbCoding& coding) {
-  return readerOf(treeType)(stream, coding);
+VdbTree readVdbTree(VdbStream& stream, const std::string& treeType, const VdbCoding& coding,
+                    std::size_t largeTree) {
+  return readerOf(treeType)(stream, coding, largeTree);
 }
 
 }  // namespace t4d::voxel4d

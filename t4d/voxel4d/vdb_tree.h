@@ -1,7 +1,9 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
+#include "t4d/voxel4d/frame_file.h"
 #include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_stream.h"
 
@@ -11,6 +13,12 @@ namespace t4d::voxel4d {
 struct VdbCoding {
   std::uint32_t compression = 0;  ///< openvdb::io::COMPRESS_*
   bool half = false;              ///< values of voxels and tiles have 16 bits
+};
+
+/// A tree, and the values of its leaf nodes if it has none.
+struct VdbTree {
+  openvdb::TreeBase::Ptr tree;
+  std::unique_ptr<FrameFile> values;
 };
 
 /// Whether readVdbTree supports a tree type: float, double, bool and mask trees of OpenVDB's
@@ -24,8 +32,11 @@ bool canReadVdbTree(const std::string& treeType);
 /// early they leave pointers uninitialized. So every node is created here, after everything in it
 /// has been checked. OpenVDB only decompresses data of the right size.
 ///
+/// If the values of leaf nodes take `largeTree` bytes or more, they are put into a file instead of
+/// the tree: those of a node at the number that is its transient data.
+///
 /// Throws VdbDamage and the exceptions of the stream and of OpenVDB.
-openvdb::TreeBase::Ptr readVdbTree(VdbStream& stream, const std::string& treeType,
-                                   const VdbCoding& coding);
+VdbTree readVdbTree(VdbStream& stream, const std::string& treeType, const VdbCoding& coding,
+                    std::size_t largeTree);
 
 }  // namespace t4d::voxel4d

@@ -72,7 +72,7 @@ class VoxelFrames : public FrameSource {
     auto voxels = voxelsOf(solid_, times_[index], lattice_, mask_);
     if (!voxels) return pass(voxels.error());
     if (mask_) return std::move(voxels->inside);
-    return frameOf(voxels->levelSet, times_[index], {},
+    return frameOf({voxels->levelSet, nullptr}, times_[index], {},
                    fmt::format("the solid at time {}", times_[index]));
   }
 

@@ -20,9 +20,8 @@ enum class CapStyle : std::uint8_t {
 
 struct WeaveOptions {
   CapStyle caps = CapStyle::Flat;
-  /// Frames with as many bytes of values or more keep them in a temporary file (TMPDIR says where)
-  /// instead of in memory.
-  std::size_t largeFrame = std::size_t{64} << 20U;
+  /// From how many bytes of values on a frame keeps them in a temporary file.
+  std::size_t largeFrame = kLargeFrame;
 };
 
 struct WeaveReport {

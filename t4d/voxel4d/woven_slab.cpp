@@ -159,7 +159,7 @@ void WovenSlab::cells(std::uint64_t first, std::span<Cell> into) const {
 void WovenSlab::placeInTime(const WovenBlock& block, Point4* into) const {
   if (countOf(block.timeEdges) == 0) return;
   const bool values = before_.hasValues() && after_.hasValues();
-  std::array<FrameFile::Buffer, 2> buffers;
+  std::array<ValueBuffer, 2> buffers;
   const BlockField a = values ? before_.field(block.coord, buffers[0]) : BlockField();
   const BlockField b = values ? after_.field(block.coord, buffers[1]) : BlockField();
   const double duration = crossings_.end - crossings_.begin;
