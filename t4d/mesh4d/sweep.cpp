@@ -263,7 +263,13 @@ class Sweeper {
       const bool joined = key == range.end && key + 1 < keys_.count();
       slab.upperPose = joined ? nullptr : poseOf(key);
       setMeans(*slab.connectivity, slab.vertices);
-      if (lookForFolds) noteFold(slab);
+      if (lookForFolds) {
+        noteFold(slab);
+        // From pose to pose all vertices move by one affine map, in which nothing meets.
+        if (!keys_.pose(step) || !keys_.pose(key)) {
+          if (auto noted = noteCrossing(slab); !noted) return noted;
+        }
+      }
       if (auto put = this->put(slab); !put) return put;
       if (progress_) {
         progress_(static_cast<double>(key - range.begin) /
@@ -279,6 +285,21 @@ class Sweeper {
     report_.foldedPrisms += fold->prisms;
     ++report_.foldedSteps;
     if (report_.folds.size() < kMostFolds) report_.folds.push_back(*fold);
+  }
+
+  Result<void> noteCrossing([[maybe_unused]] const Slab& slab) {
+#ifdef T4D_WITH_TETGEN
+    report_.soughtCrossings = true;
+    const auto crossing = crossingOf(mesh_, slab);
+    if (!crossing) return pass(crossing.error());
+    if (!*crossing) return {};
+    if (!(*crossing)->complete) ++report_.unfinishedSteps;
+    if ((*crossing)->pairs == 0) return {};
+    report_.crossingPairs += (*crossing)->pairs;
+    ++report_.crossingSteps;
+    if (report_.crossings.size() < kMostFolds) report_.crossings.push_back(**crossing);
+#endif
+    return {};
   }
 
   Result<void> putEndCap(const Cap& cap) {
@@ -310,13 +331,7 @@ Result<void> checkSolid(const TriangleMesh& mesh) {
                              mesh.triangles.size(), kMaxTriangles));
 }
 
-void addNotices(const SweepOptions& options, bool flipped, SweepReport& report) {
-  if (flipped) report.notices.emplace_back("the mesh was inside out and was flipped");
-  if (options.caps == CapMethod::Cone) {
-    report.notices.emplace_back(
-        "both ends are closed by cones: hypervolume and slices are exact, but cells may overlap "
-        "inside the two caps, and the apex's link need not be a sphere");
-  }
+void addFoldNotice(SweepReport& report) {
   if (report.foldedPrisms == 0) return;
   const Fold& first = report.folds.front();
   report.notices.push_back(fmt::format(
@@ -326,6 +341,36 @@ void addNotices(const SweepOptions& options, bool flipped, SweepReport& report) 
       report.foldedPrisms, report.foldedPrisms == 1 ? "" : "s", report.foldedSteps, report.steps,
       report.foldedPrisms == 1 ? "s" : "", first.triangle, first.time.begin, first.time.end,
       first.place.x(), first.place.y(), first.place.z()));
+}
+
+void addCrossingNotices(SweepReport& report) {
+  if (report.crossingPairs > 0) {
+    const StepCrossing& first = report.crossings.front();
+    report.notices.push_back(fmt::format(
+        "{} pair{} of triangles in {} of {} steps meet{} between keys, so slices cross themselves. "
+        "The first are the triangles {} and {} at time {:.9g}, about ({:.6g}, {:.6g}, {:.6g}); "
+        "keys closer together may help",
+        report.crossingPairs, report.crossingPairs == 1 ? "" : "s", report.crossingSteps,
+        report.steps, report.crossingPairs == 1 ? "s" : "", first.triangles[0], first.triangles[1],
+        first.at, first.place.x(), first.place.y(), first.place.z()));
+  }
+  if (report.unfinishedSteps > 0) {
+    report.notices.push_back(fmt::format(
+        "in {} of {} steps more than {} pairs of triangles have paths that overlap; the search for "
+        "self-crossings ended there. Keys closer together make it complete",
+        report.unfinishedSteps, report.steps, kMostSweptPairs));
+  }
+}
+
+void addNotices(const SweepOptions& options, bool flipped, SweepReport& report) {
+  if (flipped) report.notices.emplace_back("the mesh was inside out and was flipped");
+  if (options.caps == CapMethod::Cone) {
+    report.notices.emplace_back(
+        "both ends are closed by cones: hypervolume and slices are exact, but cells may overlap "
+        "inside the two caps, and the apex's link need not be a sphere");
+  }
+  addFoldNotice(report);
+  addCrossingNotices(report);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "t4d/mesh4d/cap.h"
 #include "t4d/mesh4d/folds.h"
 #include "t4d/mesh4d/prism.h"
+#include "t4d/mesh4d/step_crossings.h"
 #include "t4d/mesh4d/steps.h"
 #include "t4d/model/motion.h"
 #include "t4d/model/slab.h"
@@ -38,8 +39,15 @@ struct SweepReport {
   /// Prisms that fold, and the steps that have such; only looked for when keys are swept.
   std::uint64_t foldedPrisms = 0;
   std::uint64_t foldedSteps = 0;
-  std::vector<Fold> folds;           ///< of the first kMostFolds of these steps, one each
-  std::vector<std::string> notices;  ///< notes for the user, one sentence each
+  std::vector<Fold> folds;  ///< of the first kMostFolds of these steps, one each
+  /// Pairs of triangles that meet within a step, and the steps that have such; only looked for when
+  /// keys are swept that have no poses, in a build with CGAL.
+  bool soughtCrossings = false;
+  std::uint64_t crossingPairs = 0;
+  std::uint64_t crossingSteps = 0;
+  std::uint64_t unfinishedSteps = 0;    ///< in which the search ended early
+  std::vector<StepCrossing> crossings;  ///< of the first kMostFolds of these steps, one each
+  std::vector<std::string> notices;     ///< notes for the user, one sentence each
 };
 
 inline constexpr std::size_t kMostFolds = 100;
@@ -72,7 +80,8 @@ Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& 
 /// the volume of the interpolated solid (1 - s) P + s Q. That is a cubic in s, so a step of
 /// duration dt encloses exactly the hypervolume dt (V(P) + 4 V((P + Q) / 2) + V(Q)) / 6. What does
 /// not follow is that slices do not cross themselves: each step is searched for folded prisms
-/// (folds.h), which are reported.
+/// (folds.h), and unless it leads from a pose to a pose for triangles that meet
+/// (step_crossings.h), which are reported.
 ///
 /// The requirements of `mesh` are those above; `options.steps` is not used. A mesh that is inside
 /// out at the first key is flipped, with a notice. At keys without a pose the ends are filled as

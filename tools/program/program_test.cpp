@@ -149,6 +149,8 @@ TEST_F(Program, DeformationsAreSwept) {
   EXPECT_EQ(series["tetrahedra"],
             14 * 576 * 8 + int(series["cap_tetrahedra"][0]) + int(series["cap_tetrahedra"][1]));
   EXPECT_EQ(series["folds"], json({{"prisms", 0}, {"steps", 0}, {"first", json::array()}}));
+  EXPECT_EQ(series["crossings"],
+            json({{"pairs", 0}, {"steps", 0}, {"unfinished_steps", 0}, {"first", json::array()}}));
   ASSERT_EQ(run("sweep fx/bending_0.obj fx/bending.pc2 --times 0:2 -o cached.t4d").exitCode, 0);
   for (const char* file : {"series.t4d", "cached.t4d"}) {
     const json judged = run(std::string("validate --deep --json ") + file).value();
@@ -193,6 +195,28 @@ TEST_F(Program, FoldsOfADeformationAreReported) {
   EXPECT_EQ(folds["prisms"], 4);
   EXPECT_EQ(folds["first"][0]["time"], json::array({1, 3}));
   EXPECT_EQ(folds["first"][0]["triangle"], 0);
+}
+
+TEST_F(Program, CrossingsBetweenTheKeysOfADeformationAreReported) {
+  // One tetrahedron of two passes through the other.
+  const std::string faces =
+      "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n";
+  const std::string still = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  write("left.obj", still + "v -3 0.1 0.2\nv -2 0.1 0.2\nv -3 1.1 0.2\nv -3 0.1 1.2\n" + faces);
+  write("right.obj", still + "v 3 0.1 0.2\nv 4 0.1 0.2\nv 3 1.1 0.2\nv 3 0.1 1.2\n" + faces);
+  const Finished done = run("sweep left.obj right.obj --times 0:6 -o through.t4d --json");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_NE(done.err.find("in 1 of 1 steps meet between keys"), std::string::npos) << done.err;
+  const json crossings = done.value()["crossings"];
+  EXPECT_GT(crossings["pairs"], 2);
+  EXPECT_EQ(crossings["steps"], 1);
+  const json& first = crossings["first"][0];
+  EXPECT_EQ(first["time"], json::array({0, 6}));
+  EXPECT_GE(first["at"], 2);
+  EXPECT_LE(first["at"], 4);
+  EXPECT_LE(first["triangles"][0], 3);
+  EXPECT_GE(first["triangles"][1], 4);
+  EXPECT_EQ(done.value()["folds"]["prisms"], 0);
 }
 
 TEST_F(Program, WritesEveryFormatAndPlaysTwo) {

@@ -66,8 +66,9 @@ struct Made {
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};
   std::vector<std::string> notices;
-  std::optional<ordered_json> folds = {};   // where keys were swept
-  std::optional<ordered_json> bodies = {};  // of an animation
+  std::optional<ordered_json> folds = {};      // where keys were swept
+  std::optional<ordered_json> crossings = {};  // likewise; null if not searched for
+  std::optional<ordered_json> bodies = {};     // of an animation
 };
 
 /// The same for what says how a solid moves.
@@ -220,6 +221,25 @@ Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh&
   return madeOf(*report);
 }
 
+/// What was found of one kind in the steps of all bodies, as JSON.
+class FoundInSteps {
+ public:
+  /// `place` has the members that the kinds do not share.
+  template <class Found>
+  void add(const Found& found, const std::string& body, ordered_json place) {
+    if (first_.size() == mesh4d::kMostFolds) return;
+    ordered_json entry{{"time", {found.time.begin, found.time.end}}};
+    entry.update(place);
+    entry["place"] = {found.place.x(), found.place.y(), found.place.z()};
+    if (!body.empty()) entry["body"] = body;
+    first_.push_back(std::move(entry));
+  }
+  const ordered_json& first() const { return first_; }
+
+ private:
+  ordered_json first_ = ordered_json::array();
+};
+
 /// Sweeps bodies through their keys; the file has as many bodies.
 Result<Made> sweepKeys(const SweepArguments& options,
                        const std::vector<formats::AnimatedBody>& bodies, T4dFile& file) {
@@ -233,7 +253,12 @@ Result<Made> sweepKeys(const SweepArguments& options,
   Made made;
   std::uint64_t foldedPrisms = 0;
   std::uint64_t foldedSteps = 0;
-  ordered_json places = ordered_json::array();
+  FoundInSteps folds;
+  std::uint64_t crossingPairs = 0;
+  std::uint64_t crossingSteps = 0;
+  std::uint64_t unfinishedSteps = 0;
+  bool soughtCrossings = false;
+  FoundInSteps crossings;
   ordered_json parts = ordered_json::array();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const formats::AnimatedBody& body = bodies[i];
@@ -265,14 +290,18 @@ Result<Made> sweepKeys(const SweepArguments& options,
       }
       foldedPrisms += report->foldedPrisms;
       foldedSteps += report->foldedSteps;
+      const std::string name = options.animates() ? body.name : "";
       for (const mesh4d::Fold& fold : report->folds) {
-        if (places.size() == mesh4d::kMostFolds) break;
-        ordered_json place{{"time", {fold.time.begin, fold.time.end}},
-                           {"prisms", fold.prisms},
-                           {"triangle", fold.triangle},
-                           {"place", {fold.place.x(), fold.place.y(), fold.place.z()}}};
-        if (options.animates()) place["body"] = body.name;
-        places.push_back(place);
+        folds.add(fold, name, {{"prisms", fold.prisms}, {"triangle", fold.triangle}});
+      }
+      soughtCrossings |= report->soughtCrossings;
+      crossingPairs += report->crossingPairs;
+      crossingSteps += report->crossingSteps;
+      unfinishedSteps += report->unfinishedSteps;
+      for (const mesh4d::StepCrossing& crossing : report->crossings) {
+        crossings.add(
+            crossing, name,
+            {{"pairs", crossing.pairs}, {"at", crossing.at}, {"triangles", crossing.triangles}});
       }
     }
     made.vertices += ofBody.vertices;
@@ -284,7 +313,14 @@ Result<Made> sweepKeys(const SweepArguments& options,
                      {"steps", ofBody.steps},
                      {"runs", body.runs.size()}});
   }
-  made.folds = {{"prisms", foldedPrisms}, {"steps", foldedSteps}, {"first", places}};
+  made.folds = {{"prisms", foldedPrisms}, {"steps", foldedSteps}, {"first", folds.first()}};
+  made.crossings = nullptr;
+  if (soughtCrossings) {
+    made.crossings = {{"pairs", crossingPairs},
+                      {"steps", crossingSteps},
+                      {"unfinished_steps", unfinishedSteps},
+                      {"first", crossings.first()}};
+  }
   if (options.animates()) made.bodies = parts;
   return made;
 }
@@ -448,6 +484,7 @@ int run(const SweepArguments& options) {
       result["bodies"] = *made->bodies;
     }
     if (made->folds) result["folds"] = *made->folds;
+    if (made->crossings) result["crossings"] = *made->crossings;
     if (loaded->mended) result["mend"] = mendJson(*loaded->mended);
     result["seconds"] = seconds;
     result["peak_bytes"] = peakBytes();
