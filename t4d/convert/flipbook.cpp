@@ -28,12 +28,13 @@ Result<FrameSlicesReport> writeFlipbook(std::span<const model::Body> bodies,
       [&](std::size_t frame, std::span<const formats::NamedMesh> meshes) {
         return writer->add(times[frame], meshes);
       },
-      options.color, progress);
+      options.paint, progress);
   if (!report) return report;
   if (!options.write.attributes) report->losses.clear();
   auto losses = writer->finish();
   if (!losses) return pass(losses.error());
   for (std::string& loss : *losses) report->losses.push_back(std::move(loss));
+  report->files = writer->files();
   return report;
 }
 

@@ -13,7 +13,7 @@ struct FlipbookOptions {
   double framesPerSecond = 24;
   SliceDetail detail = SliceDetail::Light;
   formats::MeshWriteOptions write = {};
-  BodyColor color = {};
+  Paint paint = {};
 };
 
 /// Fails on what every kind of flipbook fails on before it reads anything: as checkFrameTimes, and

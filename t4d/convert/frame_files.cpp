@@ -231,7 +231,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                               xmlEscaped(name));
     return {};
   };
-  auto sliced = forEachFrame(bodies, times, options.detail, take, options.color, progress);
+  auto sliced = forEachFrame(bodies, times, options.detail, take, options.paint, progress);
   if (!sliced) {
     std::error_code ignored;
     if (madeFolder) fs::remove(names.folder, ignored);  // only if it is empty

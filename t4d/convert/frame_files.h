@@ -35,7 +35,7 @@ Result<FrameNames> frameNames(const std::string& output, std::string_view extens
 struct FrameFilesOptions {
   SliceDetail detail = SliceDetail::Exact;
   formats::MeshWriteOptions write = {};
-  BodyColor color = {};
+  Paint paint = {};
   std::string lengthUnit;  ///< for the manifest; "" if unknown
   std::string timeUnit;
   std::string up = "y";

@@ -85,7 +85,7 @@ Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<cons
 Result<FrameSlicesReport> forEachFrame(
     std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
     const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
-    const BodyColor& color, const model::Progress& progress) {
+    const Paint& paint, const model::Progress& progress) {
   if (auto checked = checkFrameTimes(bodies, times); !checked) return pass(checked.error());
   std::vector<std::unique_ptr<BodySlicer>> slicers;
   for (const model::Body& body : bodies) {
@@ -111,7 +111,7 @@ Result<FrameSlicesReport> forEachFrame(
     }
     Frame& frame = **made;
     for (formats::NamedMesh& mesh : frame.meshes) {
-      if (color) mesh.color = color(mesh.name, times[report.frames]);
+      if (paint) paint(mesh, times[report.frames]);
     }
     done = take(report.frames, frame.meshes);
     if (!done) return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -13,9 +14,9 @@
 
 namespace t4d::convert {
 
-/// The colour of a body at a time; nothing for none.
-using BodyColor =
-    std::function<std::optional<formats::Color>(const std::string& body, double time)>;
+/// Gives the mesh of a body at a time its colours. The mesh has the name of the body and the
+/// attributes of its slice.
+using Paint = std::function<void(formats::NamedMesh& mesh, double time)>;
 
 struct FrameSlicesReport {
   std::uint64_t frames = 0;
@@ -26,6 +27,7 @@ struct FrameSlicesReport {
   double distance = 0;
   std::vector<std::string> notices;  ///< which bodies have exact slices, although light was asked
   std::vector<std::string> losses;   ///< of attributes
+  std::vector<std::filesystem::path> files;  ///< of a flipbook, in order
 };
 
 /// What forEachFrame fails for before it reads anything: no body has a slab, there are no times, or
@@ -39,6 +41,6 @@ Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<cons
 Result<FrameSlicesReport> forEachFrame(
     std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
     const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
-    const BodyColor& color = {}, const model::Progress& progress = {});
+    const Paint& paint = {}, const model::Progress& progress = {});
 
 }  // namespace t4d::convert

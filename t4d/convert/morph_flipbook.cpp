@@ -21,13 +21,17 @@ using model::Slab;
 class MorphSink : public PrismSteps {
  public:
   /// `seconds` after `span.begin` the span ends.
-  MorphSink(formats::NamedMesh named, const model::TimeSpan& span, double seconds,
-            std::vector<std::pair<double, bool>> shown, formats::MorphWriter& writer)
-      : shape_(std::move(named)),
+  MorphSink(const model::Body& body, const model::TimeSpan& span, double seconds,
+            std::vector<std::pair<double, bool>> shown, const Paint& paint,
+            formats::MorphWriter& writer)
+      : body_(body),
         span_(span),
         seconds_(seconds),
         shown_(std::move(shown)),
-        writer_(writer) {}
+        paint_(paint),
+        writer_(writer) {
+    shape_.name = body.name;
+  }
 
   double distance() const { return distance_; }
   std::uint64_t triangleCount() const { return shape_.mesh.triangles.size(); }
@@ -41,11 +45,22 @@ class MorphSink : public PrismSteps {
       number(slab.lowerLayer().size());
       const double time = std::max(slab.timeBegin, span_.begin);
       place(slab, time);
+      if (auto done = paint(time); !done) return done;
       if (auto done = writer_.addBody(shape_, secondsAt(time), shown_); !done) return done;
     }
     const double time = std::min(slab.timeEnd, span_.end);
     place(slab, time);
     return writer_.addShape(shape_, secondsAt(time));
+  }
+
+  /// With the attributes of the light slice, which has the same vertices and triangles.
+  Result<void> paint(double time) {
+    if (!paint_) return {};
+    auto light = LightSlicer(*body_.source).at(time);
+    if (!light) return pass(light.error());
+    shape_.mesh.attributes = std::move(light->slice.mesh.attributes);
+    paint_(shape_, time);
+    return {};
   }
 
   double secondsAt(double time) const {
@@ -81,10 +96,12 @@ class MorphSink : public PrismSteps {
     }
   }
 
+  const model::Body& body_;
   formats::NamedMesh shape_;
   model::TimeSpan span_;
   double seconds_;
   std::vector<std::pair<double, bool>> shown_;
+  const Paint& paint_;
   formats::MorphWriter& writer_;
   std::vector<std::uint32_t> used_;
   bool begun_ = false;
@@ -112,10 +129,8 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
     auto shown = shownTimes(body, times, options.framesPerSecond);
     if (shown.size() == 1 && !shown.front().second) continue;
     if (shown.size() == 1) shown.clear();
-    formats::NamedMesh named{body.name, {}};
-    if (options.color) named.color = options.color(body.name, span.begin);
-    MorphSink sink(std::move(named), span, (count - 1) / options.framesPerSecond, std::move(shown),
-                   *writer);
+    MorphSink sink(body, span, (count - 1) / options.framesPerSecond, std::move(shown),
+                   options.paint, *writer);
     const auto progressOfBody = [&](double done) {
       if (!progress) return;
       progress((static_cast<double>(&body - bodies.data()) + done) /
@@ -130,6 +145,7 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
   auto lost = writer->finish(count / options.framesPerSecond);
   if (!lost) return pass(lost.error());
   report.losses = std::move(*lost);
+  report.files = {path};
   return report;
 }
 

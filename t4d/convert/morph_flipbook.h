@@ -15,9 +15,9 @@ namespace t4d::convert {
 /// not only at frames, up to float32.
 ///
 /// A body must consist of prisms of the same triangles, without a gap in time: a sweep of any
-/// motion or deformation does. `options.detail` is not used, nor are attributes and the times of
-/// `options.color`. Fails as writeFlipbook, and for a body of another kind, saying at which time
-/// and why.
+/// motion or deformation does. `options.detail` is not used, nor are attributes, and colours
+/// are those of the first time. Fails as writeFlipbook, and for a body of another kind, saying at
+/// which time and why.
 Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies,
                                              std::span<const double> times,
                                              const std::filesystem::path& path,

@@ -140,6 +140,22 @@ formats::RigidBody rigidBody(const model::Body& body, RigidMotion motion,
   return made;
 }
 
+/// With the attributes of its first slice.
+Result<void> paint(const model::Body& body, const model::TimeSpan& span, const Paint& with,
+                   formats::NamedMesh& named) {
+  const model::TimeSpan own = model::timeSpanOf({&body, 1});
+  auto light = LightSlicer(*body.source).at(std::clamp(span.begin, own.begin, own.end));
+  if (!light) return pass(light.error());
+  const model::TriangleMesh& mesh = light->slice.mesh;
+  // A vertex that no triangle has is in the solid only.
+  if (mesh.triangles == named.mesh.triangles &&
+      mesh.vertices.size() == named.mesh.vertices.size()) {
+    named.mesh.attributes = mesh.attributes;
+  }
+  with(named, span.begin);
+  return {};
+}
+
 }  // namespace
 
 Result<RigidMotion> rigidMotionOf(const model::Source& source, const model::Progress& progress) {
@@ -179,13 +195,16 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
     made.push_back(rigidBody(body, std::move(*motion), span, moving));
     formats::RigidBody& last = made.back();
     report.triangles += last.mesh.mesh.triangles.size();
-    if (options.color) last.mesh.color = options.color(body.name, span.begin);
+    if (options.paint) {
+      if (auto done = paint(body, span, options.paint, last.mesh); !done) return pass(done.error());
+    }
     last.shown = shownTimes(body, times, perSecond);
     if (last.shown.size() == 1 && last.shown.front().second) last.shown.clear();
   }
   auto lost = formats::writeRigidAnimation(path, made, seconds, options.write);
   if (!lost) return pass(lost.error());
   report.losses = std::move(*lost);
+  report.files = {path};
   return report;
 }
 

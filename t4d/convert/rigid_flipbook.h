@@ -34,8 +34,8 @@ Result<RigidMotion> rigidMotionOf(const model::Source& source,
 
 /// A flipbook whose bodies are one mesh each, moved by poses: `times` says only the first and last
 /// time to show and how long it plays, as writeFlipbook does with a frame for each. So the file has
-/// kilobytes, and plays smoothly. `options.detail` is not used, nor are attributes and the times of
-/// `options.color`. Fails as writeFlipbook, and if a body is not rigid.
+/// kilobytes, and plays smoothly. `options.detail` is not used, nor are attributes, and colours
+/// are those of the first time. Fails as writeFlipbook, and if a body is not rigid.
 Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies,
                                              std::span<const double> times,
                                              const std::filesystem::path& path,

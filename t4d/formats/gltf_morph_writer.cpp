@@ -85,7 +85,7 @@ Result<MorphWriter> MorphWriter::create(const std::filesystem::path& path,
   MeshWriteOptions how = options;
   how.attributes = false;
   auto builder =
-      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how, {});
+      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how);
   if (!builder) return inFile(path, builder.error());
   auto file = OutputFile::create(path);
   if (!file) return pass(file.error());

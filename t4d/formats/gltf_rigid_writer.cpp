@@ -92,11 +92,15 @@ Result<std::vector<std::string>> writeRigidAnimation(const std::filesystem::path
                 "unsupported output extension; an animation is written as .glb or .gltf",
                 path.string());
   }
+  if (options.gltf.quantization) {
+    return fail(ErrorCode::Unsupported, "quantized positions of bodies that are moved by poses",
+                path.string());
+  }
   const bool binary = lowerCaseExtension(path) == ".glb";
   MeshWriteOptions how = options;
   how.attributes = false;
   auto builder =
-      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how, {});
+      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how);
   if (!builder) return inFile(path, builder.error());
   auto file = OutputFile::create(path);
   if (!file) return pass(file.error());

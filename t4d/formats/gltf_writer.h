@@ -35,7 +35,10 @@ Result<std::vector<std::string>> writeGltfText(OutputFile& file, std::span<const
 /// The mesh's own time of a frame is in its node's `extras.time`.
 ///
 /// A frame whose meshes have no triangles has no node; nothing is shown in its turn. Geometry is
-/// kept in memory until `finish`.
+/// kept in memory until its file is written.
+///
+/// Frames that could make the file larger than GltfEncoding::maxBytes begin another one: a.glb
+/// becomes a-1.glb, a-2.glb and so on, each a flipbook of its own that begins at second 0.
 class FlipbookWriter {
  public:
   /// Fails on a path that is not .glb or .gltf or cannot be written, and on a rate that is not
@@ -54,6 +57,9 @@ class FlipbookWriter {
   /// Writes the file; returns what was lost, as `writeTriangleMeshes` does. At
   /// least one frame must have been added. Without `finish` no file appears.
   Result<std::vector<std::string>> finish();
+
+  /// The files that `finish` has written, in order.
+  const std::vector<std::filesystem::path>& files() const;
 
  private:
   struct State;

@@ -135,7 +135,9 @@ TEST(GltfWriter, RefusesWhatCannotBeWritten) {
 TEST(GltfWriter, StopsBeforeAFileGrowsBeyondItsLimit) {
   const auto path = temporaryPath("large.glb");
   const auto meshesThatFit = [&](std::uint64_t bytes) -> Result<int> {
-    auto builder = GltfBuilder::create(GltfBuilder::Form::Binary, {}, {.binaryBytes = bytes});
+    MeshWriteOptions options;
+    options.gltf.maxBytes = bytes;
+    auto builder = GltfBuilder::create(GltfBuilder::Form::Binary, options);
     for (int i = 0; i < 3; ++i) {
       if (auto mesh = builder->addMesh(box(1)); !mesh) return mesh;
     }
@@ -173,6 +175,133 @@ double scaleAt(const std::filesystem::path& path, int node, double time) {
     return scales[3 * key];
   }
   return -1;
+}
+
+TEST(GltfWriter, QuantizesWithinHalfAStep) {
+  for (const int bits : {1, 8, 12, 16}) {
+    NamedMesh named = box(3, 0.7);
+    std::uint32_t seed = 1;
+    for (model::Point3& vertex : named.mesh.vertices) {
+      for (double& coordinate : vertex) {
+        seed = seed * 1664525 + 1013904223;
+        coordinate += 1000 + seed / 4294967296.0 / 8;
+      }
+    }
+    MeshWriteOptions options;
+    options.origin = {5, 6, 7};
+    const Quantization grid{bits, boundsOf(named.mesh)};
+    options.gltf.quantization = grid;
+    const auto path = temporaryPath("quantized.glb");
+    ASSERT_TRUE(writeTriangleMeshes(path, {&named, 1}, options));
+    EXPECT_EQ(documentOf(path)["extensionsRequired"][0], "KHR_mesh_quantization");
+    const auto file = readInputFile(path);
+    const auto view = documentOf(path)["bufferViews"][0];
+    const std::size_t begin = 28 + loadNumber<std::uint32_t>(file->bytes.data() + 12);
+    const auto root = documentOf(path)["nodes"][0];
+    ASSERT_EQ(view["byteStride"], 8);
+    for (std::size_t i = 0; i < named.mesh.vertices.size(); ++i) {
+      for (int k = 0; k < 3; ++k) {
+        const auto steps =
+            loadNumber<std::uint16_t>(file->bytes.data() + begin + 8 * i + 2 * std::size_t(k));
+        EXPECT_LT(steps, 1 << bits);
+        const double found = root["translation"][k].get<double>() - options.origin[k] +
+                             steps * root["scale"][k].get<double>();
+        EXPECT_NEAR(found, named.mesh.vertices[i][k], grid.step() / 2 * (1 + 1e-9));
+      }
+    }
+    options.gltf.quantization->bounds.max.x() -= 2;
+    EXPECT_NE(
+        writeTriangleMeshes(path, {&named, 1}, options).error().message.find("outside the bounds"),
+        std::string::npos);
+  }
+}
+
+TEST(GltfWriter, RepeatsVerticesWhereTrianglesOfSeveralColorsMeet) {
+  NamedMesh named = box(1);
+  named.colors = MeshColors{model::Domain::Cell, {}};
+  for (int i = 0; i < 12; ++i) named.colors->colors.push_back({i < 6 ? 1.0F : 0.0F, 0, 0.5F, 1});
+  const auto path = temporaryPath("colors.glb");
+  ASSERT_TRUE(writeTriangleMeshes(path, {&named, 1}));
+  const auto document = documentOf(path);
+  const auto primitive = document["meshes"][0]["primitives"][0];
+  const auto colors = document["accessors"][primitive["attributes"]["COLOR_0"].get<std::size_t>()];
+  EXPECT_EQ(colors["normalized"], true);
+  EXPECT_EQ(colors["componentType"], 5123);
+  // Half of the squares of the box have each colour: some corners have both.
+  EXPECT_GT(colors["count"], 8);
+  EXPECT_LT(colors["count"], 17);
+  EXPECT_NEAR(model::signedVolume(readTriangleMesh(path)->mesh), 1, 1e-6);
+  named.colors->colors.pop_back();
+  EXPECT_EQ(writeTriangleMeshes(path, {&named, 1}).error().message, "11 colours for 12 triangles");
+}
+
+TEST(FlipbookWriter, BeginsAnotherFileBeforeOneGrowsBeyondItsLimit) {
+  for (const char* extension : {".glb", ".gltf"}) {
+    const auto path = temporaryPath(std::string("split") + extension);
+    MeshWriteOptions options;
+    options.gltf.maxBytes = 30'000;
+    auto writer = FlipbookWriter::create(path, 10, options);
+    constexpr int kFrames = 23;
+    for (int i = 0; i < kFrames; ++i) {
+      ASSERT_TRUE(writer->add(i, std::vector{box(1 + i)}));
+    }
+    const auto lost = writer->finish();
+    ASSERT_TRUE(lost) << lost.error().text();
+    EXPECT_GT(writer->files().size(), 2U);
+    EXPECT_FALSE(std::filesystem::exists(path));
+    double next = 0;
+    for (std::size_t i = 0; i < writer->files().size(); ++i) {
+      const auto& file = writer->files()[i];
+      EXPECT_EQ(file.filename().string(), fmt::format("split-{}{}", i + 1, extension));
+      if (path.extension() == ".glb") {
+        EXPECT_LE(std::filesystem::file_size(file), 30'000U);
+      }
+      const auto document = documentOf(file);
+      for (std::size_t node = 1; node < document["nodes"].size(); ++node) {
+        EXPECT_EQ(document["nodes"][node]["extras"]["time"], next);
+        EXPECT_EQ(document["nodes"][node].contains("scale"), node > 1);
+        ++next;
+      }
+    }
+    EXPECT_EQ(next, kFrames);
+  }
+}
+
+TEST(FlipbookWriter, ShowsFramesByTheirVisibility) {
+  const auto path = temporaryPath("visibility.glb");
+  MeshWriteOptions options;
+  options.gltf.visibility = true;
+  auto writer = FlipbookWriter::create(path, 2, options);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(writer->add(i, std::vector{box(1 + i)}));
+  ASSERT_TRUE(writer->finish());
+  const auto document = documentOf(path);
+  EXPECT_EQ(document["extensionsUsed"],
+            nlohmann::json::parse(R"(["KHR_animation_pointer", "KHR_node_visibility"])"));
+  EXPECT_EQ(document["extensionsRequired"], document["extensionsUsed"]);
+  const auto bytes = readInputFile(path)->bytes;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& node = document["nodes"][i + 1];
+    EXPECT_FALSE(node.contains("scale"));
+    EXPECT_EQ(node["extensions"]["KHR_node_visibility"]["visible"], i == 0);
+    const auto& channel = document["animations"][0]["channels"][i];
+    EXPECT_FALSE(channel["target"].contains("node"));
+    EXPECT_EQ(channel["target"]["path"], "pointer");
+    EXPECT_EQ(channel["target"]["extensions"]["KHR_animation_pointer"]["pointer"],
+              fmt::format("/nodes/{}/extensions/KHR_node_visibility/visible", i + 1));
+    const auto& sampler = document["animations"][0]["samplers"][i];
+    const auto times = floatsOf(path, sampler["input"]);
+    const auto& output = document["accessors"][sampler["output"].get<std::size_t>()];
+    EXPECT_EQ(output["componentType"], 5121);
+    EXPECT_EQ(output["count"], times.size());
+    const auto& view = document["bufferViews"][output["bufferView"].get<std::size_t>()];
+    const std::size_t begin =
+        28 + loadNumber<std::uint32_t>(bytes.data() + 12) + view["byteOffset"].get<std::size_t>();
+    for (std::size_t key = 0; key < times.size(); ++key) {
+      const bool shown = times[key] >= 0.5F * static_cast<float>(i) &&
+                         (times[key] < 0.5F * static_cast<float>(i + 1) || i == 2);
+      EXPECT_EQ(bytes[begin + key], shown ? 1 : 0);
+    }
+  }
 }
 
 TEST(FlipbookWriter, ShowsExactlyOneFrameAtAnyTime) {

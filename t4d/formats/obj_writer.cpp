@@ -35,12 +35,13 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
   for (const NamedMesh& named : meshes) {
     fmt::format_to(std::back_inserter(text), "o {}\n", onOneLine(named.name));
     // Colours after the coordinates are no part of the format, but many programs read them.
-    std::string color;
-    if (named.color) {
-      for (int i = 0; i < 3; ++i) color += fmt::format(" {:.4g}", sRgbOf(*named.color)[i] / 255.0);
-    }
-    for (const model::Point3& given : named.mesh.vertices) {
-      const model::Point3 vertex = given - options.center;
+    const bool colored = hasColors({&named, 1}, model::Domain::Vertex, model::Domain::Vertex);
+    for (std::size_t i = 0; i < named.mesh.vertices.size(); ++i) {
+      const model::Point3 vertex = named.mesh.vertices[i] - options.center;
+      std::string color;
+      for (int k = 0; colored && k < 3; ++k) {
+        color += fmt::format(" {:.4g}", sRgbOf(named, model::Domain::Vertex, i)[k] / 255.0);
+      }
       // "{}" is the shortest decimal that reads back as the same double.
       fmt::format_to(std::back_inserter(text), "v {} {} {}{}\n", vertex.x(), vertex.y(), vertex.z(),
                      color);
@@ -67,8 +68,12 @@ Result<std::vector<std::string>> writeObj(OutputFile& file, std::span<const Name
     first += named.mesh.vertices.size();
   }
   if (auto done = flush(); !done) return pass(done.error());
-  return options.attributes ? allAttributesLost(meshes, "OBJ has no room for attributes")
-                            : std::vector<std::string>{};
+  std::vector<std::string> lost;
+  if (options.attributes) lost = allAttributesLost(meshes, "OBJ has no room for attributes");
+  if (hasColors(meshes, model::Domain::Cell, model::Domain::Vertex)) {
+    lost.emplace_back("colours of triangles: OBJ has colours of vertices only");
+  }
+  return lost;
 }
 
 }  // namespace t4d::formats

@@ -10,6 +10,7 @@ namespace t4d::formats {
 
 Result<std::vector<std::string>> writeOff(OutputFile& file, std::span<const NamedMesh> meshes,
                                           const MeshWriteOptions& options) {
+  using model::Domain;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
   for (const NamedMesh& named : meshes) {
@@ -17,31 +18,45 @@ Result<std::vector<std::string>> writeOff(OutputFile& file, std::span<const Name
     triangles += named.mesh.triangles.size();
   }
   const std::string origin = originComment(options);
-  std::string text = fmt::format("OFF\n# {}\n{} {} 0\n", origin.empty() ? "written by t4d" : origin,
-                                 vertices, triangles);
+  const bool vertexColors = hasColors(meshes, Domain::Vertex, Domain::Cell);
+  const bool triangleColors = hasColors(meshes, Domain::Cell, Domain::Cell);
+  std::string text = fmt::format("{}OFF\n# {}\n{} {} 0\n", vertexColors ? "C" : "",
+                                 origin.empty() ? "written by t4d" : origin, vertices, triangles);
+  const auto putColor = [&](const NamedMesh& named, Domain domain, std::size_t row) {
+    for (const int number : sRgbOf(named, domain, row)) {
+      fmt::format_to(std::back_inserter(text), " {}", number);
+    }
+  };
   const auto flush = [&]() -> Result<void> {
     auto done = file.write(text.data(), text.size());
     text.clear();
     return done;
   };
   for (const NamedMesh& named : meshes) {
-    for (const model::Point3& given : named.mesh.vertices) {
-      const model::Point3 vertex = given - options.center;
-      fmt::format_to(std::back_inserter(text), "{} {} {}\n", vertex.x(), vertex.y(), vertex.z());
+    for (std::size_t i = 0; i < named.mesh.vertices.size(); ++i) {
+      const model::Point3 vertex = named.mesh.vertices[i] - options.center;
+      fmt::format_to(std::back_inserter(text), "{} {} {}", vertex.x(), vertex.y(), vertex.z());
+      if (vertexColors) putColor(named, Domain::Vertex, i);
+      text += "\n";
       if (auto done = flush(); !done) return pass(done.error());
     }
   }
   std::uint64_t first = 0;
   for (const NamedMesh& named : meshes) {
-    for (const auto& [a, b, c] : named.mesh.triangles) {
-      fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", first + a, first + b, first + c);
+    for (std::size_t i = 0; i < named.mesh.triangles.size(); ++i) {
+      const auto& [a, b, c] = named.mesh.triangles[i];
+      fmt::format_to(std::back_inserter(text), "3 {} {} {}", first + a, first + b, first + c);
+      if (triangleColors) putColor(named, Domain::Cell, i);
+      text += "\n";
       if (auto done = flush(); !done) return pass(done.error());
     }
     first += named.mesh.vertices.size();
   }
   if (auto done = flush(); !done) return pass(done.error());
-  return options.attributes ? allAttributesLost(meshes, "OFF has no room for attributes")
-                            : std::vector<std::string>{};
+  std::vector<std::string> lost;
+  if (options.attributes) lost = allAttributesLost(meshes, "OFF has no room for attributes");
+  if (options.normals) lost.emplace_back("normals: they are not written to OFF");
+  return lost;
 }
 
 }  // namespace t4d::formats

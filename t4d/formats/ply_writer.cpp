@@ -1,6 +1,7 @@
 #include "t4d/formats/ply_writer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -15,9 +16,6 @@ namespace {
 using model::Attribute;
 using model::Domain;
 using model::ScalarType;
-
-/// Of meshes without a colour, beside others.
-constexpr Color kPlyGrey = {0.8, 0.8, 0.8, 1};
 
 /// An attribute that all meshes have, as declared in the header.
 struct Column {
@@ -111,9 +109,10 @@ class Writer {
     for (const NamedMesh& named : meshes_) {
       written_.push_back(verticesToWrite(named, options_));
       vertices += written_.back().sources.size();
-      colors_ = colors_ || named.color;
       faces += named.mesh.triangles.size();
     }
+    vertexColors_ = hasColors(meshes_, Domain::Vertex, Domain::Vertex);
+    faceColors_ = hasColors(meshes_, Domain::Cell, Domain::Vertex);
     if (vertices > std::numeric_limits<std::int32_t>::max()) {
       return fail(
           ErrorCode::Unsupported,
@@ -124,16 +123,19 @@ class Writer {
         "ply\nformat binary_little_endian 1.0\ncomment written by t4d\n{}element vertex {}\n"
         "property double x\nproperty double y\nproperty double z\n",
         origin.empty() ? origin : "comment " + origin + "\n", vertices);
+    constexpr std::array<const char*, 4> kColorNames = {"red", "green", "blue", "alpha"};
     std::vector<std::string> taken = {"x", "y", "z"};
-    const auto declareAll = [&](const char* type, const std::vector<std::string>& names) {
-      for (const std::string& name : names) header += fmt::format("property {} {}\n", type, name);
+    const auto declareAll = [&](const char* type, std::span<const char* const> names) {
+      for (const char* name : names) header += fmt::format("property {} {}\n", type, name);
       taken.insert(taken.end(), names.begin(), names.end());
     };
-    if (options_.normals) declareAll("float", {"nx", "ny", "nz"});
-    if (colors_) declareAll("uchar", {"red", "green", "blue", "alpha"});
+    if (options_.normals) declareAll("float", std::array{"nx", "ny", "nz"});
+    if (vertexColors_) declareAll("uchar", kColorNames);
     if (attributes) declare(Domain::Vertex, taken, header);
     header += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", faces);
-    if (attributes) declare(Domain::Cell, {"vertex_indices", "vertex_index"}, header);
+    taken = {"vertex_indices", "vertex_index"};
+    if (faceColors_) declareAll("uchar", kColorNames);
+    if (attributes) declare(Domain::Cell, taken, header);
     header += "end_header\n";
     if (auto done = file_.write(header.data(), header.size()); !done) return pass(done.error());
     if (auto done = writeVertices(); !done) return pass(done.error());
@@ -206,13 +208,12 @@ class Writer {
     for (std::size_t mesh = 0; mesh < meshes_.size(); ++mesh) {
       const NamedMesh& named = meshes_[mesh];
       const auto columns = inMesh(columns_.vertex, named.mesh, Domain::Vertex);
-      const auto color = sRgbOf(named.color.value_or(kPlyGrey));
       for (std::size_t i = 0; i < written_[mesh].sources.size(); ++i) {
         const std::uint32_t source = written_[mesh].sources[i];
         const model::Point3 vertex = named.mesh.vertices[source] - options_.center;
         put(vertex.data(), 3);
         if (options_.normals) put(written_[mesh].normals[i].data(), 3);
-        if (colors_) put(color.data(), color.size());
+        if (vertexColors_) put(sRgbOf(named, Domain::Vertex, source).data(), 4);
         putColumns(columns, source);
         if (auto done = endRow(); !done) return done;
       }
@@ -230,6 +231,7 @@ class Writer {
         for (auto& corner : corners) corner += first;
         row_.push_back(3);
         put(corners.data(), 3);
+        if (faceColors_) put(sRgbOf(named, Domain::Cell, i).data(), 4);
         putColumns(columns, i);
         if (auto done = endRow(); !done) return done;
       }
@@ -243,7 +245,8 @@ class Writer {
   const MeshWriteOptions& options_;
   Columns columns_;
   std::vector<VerticesWithNormals> written_;  // of each mesh
-  bool colors_ = false;
+  bool vertexColors_ = false;
+  bool faceColors_ = false;
   std::vector<std::string> lost_;
   std::vector<char> row_;
 };

@@ -56,7 +56,8 @@ Result<std::vector<std::string>> writeStl(OutputFile& file, std::span<const Name
   if (options.normals && !options.normals->flat) {
     lost.emplace_back("normals of vertices: STL has one for each triangle");
   }
-  if (std::ranges::any_of(meshes, [](const NamedMesh& named) { return named.color.has_value(); })) {
+  if (hasColors(meshes, model::Domain::Vertex, model::Domain::Vertex) ||
+      hasColors(meshes, model::Domain::Cell, model::Domain::Vertex)) {
     lost.emplace_back("colours: STL has none");
   }
   if (auto line = rounding.line()) lost.push_back(std::move(*line));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -16,10 +17,17 @@ namespace t4d::formats {
 /// Red, green, blue and opacity from 0 to 1; red, green and blue are linear, not sRGB.
 using Color = std::array<double, 4>;
 
+/// A colour for each vertex or for each triangle of a mesh: numbers as those of Color.
+struct MeshColors {
+  model::Domain domain = model::Domain::Vertex;
+  std::vector<std::array<float, 4>> colors;
+};
+
 struct NamedMesh {
   std::string name;
   model::TriangleMesh mesh;
   std::optional<Color> color = {};
+  std::optional<MeshColors> colors = {};  ///< instead of `color`
 };
 
 /// From the mesh's units and axes to those of glTF: metres, y up, right-handed. It becomes the
@@ -30,6 +38,33 @@ struct GltfPlacement {
   bool zUp = false;  ///< the mesh's z is up: turn by -90 degrees about x, which makes it glTF's y
   std::string extras = {};  ///< a JSON object whose members join the root's extras, or ""
 };
+
+/// Positions as whole numbers of `step()` from `bounds.min`, from 0 to 2^bits - 1. No coordinate is
+/// further than half a step from its place, up to the rounding of who reads it.
+struct Quantization {
+  int bits = 16;  ///< from 1 to 16
+  /// Of all vertices that are written: those of all frames share one grid.
+  model::Bounds3 bounds = {};
+
+  double step() const;
+};
+
+/// How glTF holds its numbers.
+struct GltfEncoding {
+  /// KHR_mesh_quantization: positions as 16-bit integers, normals as 8-bit ones.
+  std::optional<Quantization> quantization = {};
+  /// EXT_meshopt_compression, without loss. Fails in a build without meshoptimizer.
+  bool meshopt = false;
+  /// FlipbookWriter shows frames by KHR_node_visibility and KHR_animation_pointer, and not by their
+  /// scales. Both are marked as required: a viewer without them would show all frames at once.
+  bool visibility = false;
+  /// Of a .glb, whose length is a 32-bit number. A .gltf has at most 1.5 GiB of numbers, or the
+  /// document would be too large for readers.
+  std::uint64_t maxBytes = 0xffffffff;
+};
+
+/// True in a build that can write EXT_meshopt_compression.
+bool hasMeshopt();
 
 struct MeshWriteOptions {
   /// Write vertex and triangle attributes where the format has room for them.
@@ -44,6 +79,7 @@ struct MeshWriteOptions {
   std::optional<double> time = {};
   /// Write normals; without them, viewers shade flat.
   std::optional<NormalStyle> normals = {};
+  GltfEncoding gltf = {};
 };
 
 /// Writes a file by its extension, replacing one that exists:
@@ -63,7 +99,9 @@ struct MeshWriteOptions {
 /// Normals, if asked for, are those of vertices, which are repeated where several meet; in .obj
 /// they have a list of their own, and .stl has one for each triangle in any case. The colour of a
 /// mesh is a material in glTF, 8-bit sRGB colours of vertices in .ply, the cell data `color` in
-/// .vtp and colours after the coordinates in .obj.
+/// .vtp, colours after the coordinates in .obj and those of triangles in .off. Colours of vertices
+/// or triangles are those in .ply, .vtp and .off; glTF and .obj have colours of vertices only: in
+/// glTF vertices are repeated where triangles of several colours meet.
 ///
 /// Where the file's origin is not that of the original coordinates, it says so: glTF by the
 /// translation of the node above all meshes, the others by a comment "origin X Y Z".

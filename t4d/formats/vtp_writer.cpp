@@ -79,10 +79,11 @@ class VtpWriter {
     // Arrays are appended in this order.
     head += options_.normals ? "<PointData Normals=\"Normals\">\n" : "<PointData>\n";
     if (options_.normals) head += normals();
+    if (has(Domain::Vertex)) head += colors(Domain::Vertex);
     if (options_.attributes) head += attributes(Domain::Vertex);
     head += "</PointData>\n<CellData>\n";
     if (meshes_.size() > 1) head += bodies();
-    if (hasColors()) head += colors();
+    if (has(Domain::Cell)) head += colors(Domain::Cell);
     if (options_.attributes) head += attributes(Domain::Cell);
     head += "</CellData>\n<Points>\n";
     head += points();
@@ -193,16 +194,17 @@ class VtpWriter {
     return arrayOf("Float32", "Normals", 3, all);
   }
 
-  bool hasColors() const {
-    return std::ranges::any_of(meshes_,
-                               [](const NamedMesh& named) { return named.color.has_value(); });
-  }
+  bool has(Domain domain) const { return hasColors(meshes_, domain, Domain::Cell); }
 
-  std::string colors() {
+  std::string colors(Domain domain) {
     std::vector<std::array<std::uint8_t, 4>> all;
-    for (const NamedMesh& named : meshes_) {
-      const auto color = sRgbOf(named.color.value_or(Color{0.8, 0.8, 0.8, 1}));
-      all.insert(all.end(), named.mesh.triangles.size(), color);
+    for (std::size_t i = 0; i < meshes_.size(); ++i) {
+      const std::vector<std::uint32_t>& sources = written_[i].sources;
+      const bool ofVertices = domain == Domain::Vertex;
+      const std::size_t count = ofVertices ? sources.size() : meshes_[i].mesh.triangles.size();
+      for (std::size_t row = 0; row < count; ++row) {
+        all.push_back(sRgbOf(meshes_[i], domain, ofVertices ? sources[row] : row));
+      }
     }
     return arrayOf("UInt8", "color", 4, all);
   }
@@ -225,7 +227,7 @@ class VtpWriter {
     std::vector<std::string> seen;
     std::vector<std::string> taken;
     if (domain == Domain::Cell && meshes_.size() > 1) taken.emplace_back("body");
-    if (domain == Domain::Cell && hasColors()) taken.emplace_back("color");
+    if (has(domain)) taken.emplace_back("color");
     if (domain == Domain::Vertex && options_.normals) taken.emplace_back("Normals");
     std::string text;
     for (const NamedMesh& named : meshes_) {

@@ -36,6 +36,15 @@ Result<void> checkWritable(const NamedMesh& named) {
                                i, largest, vertices.size()),
                    meshNamed(named));
   }
+  if (named.colors) {
+    const bool ofVertices = named.colors->domain == model::Domain::Vertex;
+    const std::size_t expected = ofVertices ? vertices.size() : triangles.size();
+    if (named.colors->colors.size() != expected) {
+      return invalid(fmt::format("{} colours for {} {}", named.colors->colors.size(), expected,
+                                 ofVertices ? "vertices" : "triangles"),
+                     meshNamed(named));
+    }
+  }
   return {};
 }
 
@@ -137,6 +146,21 @@ std::array<std::uint8_t, 4> sRgbOf(const Color& color) {
     bytes[i] = static_cast<std::uint8_t>(std::lround(255 * value));
   }
   return bytes;
+}
+
+bool hasColors(std::span<const NamedMesh> meshes, model::Domain domain, model::Domain single) {
+  return std::ranges::any_of(meshes, [&](const NamedMesh& named) {
+    if (named.colors) return named.colors->domain == domain;
+    return named.color && domain == single;
+  });
+}
+
+std::array<std::uint8_t, 4> sRgbOf(const NamedMesh& named, model::Domain domain, std::size_t row) {
+  constexpr Color kGrey = {0.8, 0.8, 0.8, 1};
+  if (!named.colors || named.colors->domain != domain) return sRgbOf(named.color.value_or(kGrey));
+  Color color{};
+  std::ranges::copy(named.colors->colors[row], color.begin());
+  return sRgbOf(color);
 }
 
 void addOnce(std::vector<std::string>& lines, std::string line) {

@@ -48,6 +48,14 @@ VerticesWithNormals verticesToWrite(const NamedMesh& named, const MeshWriteOptio
 /// The colour in 8-bit sRGB, with opacity.
 std::array<std::uint8_t, 4> sRgbOf(const Color& color);
 
+/// True if a mesh has colours of this domain. One colour for a mesh is one for each vertex, or for
+/// each triangle, as `single` says.
+bool hasColors(std::span<const NamedMesh> meshes, model::Domain domain, model::Domain single);
+
+/// The colour of a vertex or triangle in 8-bit sRGB; grey where the mesh has none of that domain,
+/// and none for all.
+std::array<std::uint8_t, 4> sRgbOf(const NamedMesh& named, model::Domain domain, std::size_t row);
+
 /// Adds the line unless it is there.
 void addOnce(std::vector<std::string>& lines, std::string line);
 

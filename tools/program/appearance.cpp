@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -39,19 +41,23 @@ Color linearOf(std::uint32_t sRgb) {
 constexpr std::array<std::uint32_t, 7> kBodyPalette = {0xe69f00, 0x56b4e9, 0x009e73, 0xf0e442,
                                                        0x0072b2, 0xd55e00, 0xcc79a7};
 
-/// Five colours of viridis: brightness rises evenly.
-constexpr std::array<std::uint32_t, 5> kTimeRamp = {0x440154, 0x3b528b, 0x21918c, 0x5ec962,
-                                                    0xfde725};
+constexpr std::string_view kAttribute = "attribute:";
 
-Color timeColorAt(double fraction) {
-  const double at = std::clamp(fraction, 0.0, 1.0) * (kTimeRamp.size() - 1);
-  const auto below = std::min(static_cast<std::size_t>(at), kTimeRamp.size() - 2);
-  const double weight = at - static_cast<double>(below);
-  const Color a = linearOf(kTimeRamp[below]);
-  const Color b = linearOf(kTimeRamp[below + 1]);
-  Color color{};
-  for (std::size_t i = 0; i < color.size(); ++i) color[i] = a[i] + weight * (b[i] - a[i]);
-  return color;
+convert::Paint bodyPaint(const formats::Metadata& metadata) {
+  std::map<std::string, Color> colors;
+  for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
+    const formats::BodyInfo& body = metadata.bodies[i];
+    Color own = linearOf(kBodyPalette[i % kBodyPalette.size()]);
+    if (!body.color.empty()) {
+      own[3] = 1;
+      std::copy_n(body.color.begin(), std::min(body.color.size(), own.size()), own.begin());
+    }
+    colors[body.name] = own;
+  }
+  return [colors](formats::NamedMesh& mesh, double) {
+    const auto found = colors.find(mesh.name);
+    if (found != colors.end()) mesh.color = found->second;
+  };
 }
 
 }  // namespace
@@ -72,37 +78,69 @@ void Appearance::addTo(CLI::App& command) {
           "flat|smooth|crease:DEG"));
   command
       .add_option("--color", color,
-                  "Colour by body (those that the file says, or else a palette) or by time")
-      ->check(CLI::IsMember({"body", "time"}));
+                  "Colour by body (those that the file says, or else a palette), by time, by "
+                  "triangle of the input, or by an attribute")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            const bool known = text == "body" || text == "time" || text == "triangle" ||
+                               (text.starts_with(kAttribute) && text.size() > kAttribute.size());
+            return known ? std::string()
+                         : fmt::format("'{}' is not body, time, triangle or attribute:NAME", text);
+          },
+          "body|time|triangle|attribute:NAME"));
+}
+
+std::string Painting::text() const {
+  if (!attribute) return {};
+  if (attribute->distinct || attribute->components > 1) {
+    return fmt::format("coloured by attribute '{}'", attribute->attribute);
+  }
+  return fmt::format("coloured by attribute '{}', from {} to {}", attribute->attribute,
+                     attribute->low, attribute->high);
+}
+
+nlohmann::json Painting::range() const {
+  if (!attribute || attribute->distinct || attribute->components > 1) return nullptr;
+  return {attribute->low, attribute->high};
 }
 
 std::optional<formats::NormalStyle> Appearance::normalStyle() const {
   return normalStyleOf(normals);
 }
 
-convert::BodyColor Appearance::bodyColor(const formats::Metadata& metadata,
-                                         const model::TimeSpan& span) const {
+template <class Element>
+Result<Painting> Appearance::paintingOf(const formats::Metadata& metadata,
+                                        const model::TimeSpan& span,
+                                        std::span<const Element> elements) const {
+  if (color.empty()) return Painting();
+  if (color == "body") return Painting{bodyPaint(metadata), {}};
   if (color == "time") {
-    return [span](const std::string&, double time) -> std::optional<Color> {
-      const double length = span.end - span.begin;
-      return timeColorAt(length > 0 ? (time - span.begin) / length : 0);
-    };
+    return Painting{[span](formats::NamedMesh& mesh, double time) {
+                      const double length = span.end - span.begin;
+                      mesh.color =
+                          convert::rampColor(length > 0 ? (time - span.begin) / length : 0);
+                    },
+                    {}};
   }
-  if (color != "body") return {};
-  std::map<std::string, Color> colors;
-  for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
-    const formats::BodyInfo& body = metadata.bodies[i];
-    Color own = linearOf(kBodyPalette[i % kBodyPalette.size()]);
-    if (!body.color.empty()) {
-      own[3] = 1;
-      std::copy_n(body.color.begin(), std::min(body.color.size(), own.size()), own.begin());
-    }
-    colors[body.name] = own;
-  }
-  return [colors](const std::string& body, double) -> std::optional<Color> {
-    const auto found = colors.find(body);
-    return found == colors.end() ? std::nullopt : std::optional(found->second);
-  };
+  const bool distinct = color == "triangle";
+  auto colors = convert::attributeColors(distinct ? color : color.substr(kAttribute.size()),
+                                         distinct, elements);
+  if (!colors) return pass(colors.error());
+  const auto shared = std::make_shared<const convert::AttributeColors>(*colors);
+  return Painting{[shared](formats::NamedMesh& mesh, double) { shared->paint(mesh); },
+                  std::move(*colors)};
+}
+
+Result<Painting> Appearance::painting(const formats::Metadata& metadata,
+                                      const model::TimeSpan& span,
+                                      std::span<const model::Body> bodies) const {
+  return paintingOf(metadata, span, bodies);
+}
+
+Result<Painting> Appearance::painting(const formats::Metadata& metadata,
+                                      const model::TimeSpan& span,
+                                      std::span<const formats::NamedMesh> meshes) const {
+  return paintingOf(metadata, span, meshes);
 }
 
 }  // namespace t4d::tools

@@ -76,6 +76,12 @@ void printText(std::string_view text) {
   if (!printed && firstPrintError == 0) firstPrintError = errno;
 }
 
+void printExtra(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    if (!line.empty()) print("  {}\n", line);
+  }
+}
+
 int printError() {
   errno = 0;
   const bool flushed = std::fflush(stdout) == 0;

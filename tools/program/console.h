@@ -45,6 +45,9 @@ void print(fmt::format_string<Values...> text, Values&&... values) {
   printResult(fmt::format(text, std::forward<Values>(values)...));
 }
 
+/// Prints those of these lines that are not empty, indented as the lines under a result.
+void printExtra(const std::vector<std::string>& lines);
+
 /// Why something could not be printed to standard output so far, as an errno; 0 if all was.
 int printError();
 

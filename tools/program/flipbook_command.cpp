@@ -12,6 +12,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/detail_text.h"
+#include "tools/program/gltf_options.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
@@ -30,6 +31,8 @@ struct FlipbookArguments {
   double framesPerSecond = 24;
   InputOptions only;
   Appearance appearance;
+  GltfOptions gltf;
+  bool visibility = false;
   bool exact = false;
   bool rigid = false;
   bool morph = false;
@@ -53,6 +56,10 @@ int run(const FlipbookArguments& options) {
   if ((options.rigid || options.morph) && options.appearance.color == "time") {
     return wrongUsage("--color time: a body of --rigid or --morph has one colour");
   }
+  if (const auto misuse = options.gltf.misuse(options.output)) return wrongUsage(*misuse);
+  if (options.morph && options.gltf.bits > 15) {
+    return wrongUsage("--quantize: shapes of --morph have at most 15 bits");
+  }
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
@@ -66,7 +73,11 @@ int run(const FlipbookArguments& options) {
   how.detail = options.exact ? convert::SliceDetail::Exact : convert::SliceDetail::Light;
   how.write = {.attributes = options.attributes, .placement = placement};
   how.write.normals = options.appearance.normalStyle();
-  how.color = options.appearance.bodyColor(input->reader.metadata(), span);
+  auto painting = options.appearance.painting(input->reader.metadata(), span, input->bodies);
+  if (!painting) return report(inInput(painting.error(), *input));
+  how.paint = painting->paint;
+  how.write.gltf = options.gltf.encoding(options.gltf.bits ? boundsOf(*input) : model::Bounds3());
+  how.write.gltf.visibility = options.visibility;
   how.write.origin = originOf(input->reader.metadata());
   if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
   Result<convert::FrameSlicesReport> written;
@@ -78,12 +89,21 @@ int run(const FlipbookArguments& options) {
     written = write(input->bodies, times, options.output, how, bar.callback());
   }
   if (!written) {
-    Error error = written.error();
-    if (error.where.empty()) error.where = input->reader.name();
-    return report(error);
+    return report(inInput(written.error(), *input));
   }
-  std::error_code ignored;
-  const std::uintmax_t bytes = std::filesystem::file_size(options.output, ignored);
+  std::uintmax_t bytes = 0;
+  auto files = nlohmann::json::array();
+  for (const std::filesystem::path& file : written->files) {
+    std::error_code unknown;
+    const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+    if (!unknown) bytes += size;
+    files.push_back(file.string());
+  }
+  if (files.size() > 1) {
+    written->notices.push_back(fmt::format(
+        "a glTF file cannot hold all frames: they are in {} files, {} to {}, one after the other",
+        files.size(), written->files.front().string(), written->files.back().string()));
+  }
   printNotices(written->notices);
   const double seconds = static_cast<double>(times.size()) / options.framesPerSecond;
   if (options.json) {
@@ -93,14 +113,18 @@ int run(const FlipbookArguments& options) {
                {"time_end", times.back()},
                {"seconds", seconds},
                {"bytes", bytes},
+               {"files", files},
                {"rigid", options.rigid},
                {"morph", options.morph},
                {"light", written->light},
-               {"distance", written->distance}});
+               {"distance", written->distance},
+               {"color_range", painting->range()},
+               {"quantization_error", quantizationError(how.write.gltf)}});
   } else {
-    print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n", options.output,
-          counted(written->frames, "frame"), times.front(), times.back(), seconds,
-          counted(written->triangles, "triangle"), sizeText(bytes), kindText(options, *written));
+    print("{}: {} of time {} to {}, plays for {:.4g} s\n  {} in all, {}\n  {}\n",
+          written->files.front().string(), counted(written->frames, "frame"), times.front(),
+          times.back(), seconds, counted(written->triangles, "triangle"), sizeText(bytes),
+          kindText(options, *written));
   }
   if (written->triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});
@@ -152,6 +176,14 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_flag("--attributes", options->attributes,
                     "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
   options->appearance.addTo(*command);
+  options->gltf.addTo(*command);
+  rigid->excludes(command->get_option("--quantize"));
+  command
+      ->add_flag("--visibility", options->visibility,
+                 "Show frames by KHR_node_visibility instead of their scales, for viewers that "
+                 "have it (with KHR_animation_pointer)")
+      ->excludes(rigid)
+      ->excludes(morph);
   rigid->excludes("--attributes");
   morph->excludes("--attributes");
   addCenterOption(*command, options->center, "The translation of the root node takes it back");

@@ -11,6 +11,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/detail_text.h"
+#include "tools/program/gltf_options.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
@@ -28,6 +29,7 @@ struct FramesArguments {
   std::string times;
   InputOptions only;
   Appearance appearance;
+  GltfOptions gltf;
   bool light = false;
   bool attributes = false;
   bool center = false;
@@ -54,6 +56,7 @@ int run(const FramesArguments& options) {
   if (extension.empty() && !isPattern) extension = ".glb";
   const auto names = convert::frameNames(options.output, extension);
   if (!names) return wrongUsage(names.error().message);
+  if (const auto misuse = options.gltf.misuse("a" + names->extension)) return wrongUsage(*misuse);
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   const formats::Metadata& metadata = input->reader.metadata();
@@ -70,7 +73,10 @@ int run(const FramesArguments& options) {
   how.up = metadata.up;
   how.write.attributes = options.attributes;
   how.write.normals = options.appearance.normalStyle();
-  how.color = options.appearance.bodyColor(metadata, span);
+  auto painting = options.appearance.painting(metadata, span, input->bodies);
+  if (!painting) return report(inInput(painting.error(), *input));
+  how.paint = painting->paint;
+  how.write.gltf = options.gltf.encoding(options.gltf.bits ? boundsOf(*input) : model::Bounds3());
   how.write.origin = originOf(metadata);
   if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
   if (formats::triangleMeshFormat("a" + names->extension)->placed) {
@@ -84,9 +90,7 @@ int run(const FramesArguments& options) {
     written = convert::writeFrameFiles(input->bodies, times, *names, how, bar.callback());
   }
   if (!written) {
-    Error error = written.error();
-    if (error.where.empty()) error.where = input->reader.name();
-    return report(error);
+    return report(inInput(written.error(), *input));
   }
   printNotices(written->notices);
   const std::string manifest = (names->folder / names->manifest).string();
@@ -98,7 +102,9 @@ int run(const FramesArguments& options) {
                {"bytes", written->bytes},
                {"manifest", manifest},
                {"light", written->light},
-               {"distance", written->distance}});
+               {"distance", written->distance},
+               {"color_range", painting->range()},
+               {"quantization_error", quantizationError(how.write.gltf)}});
   } else {
     const auto first = names->folder / names->fileName(0, times.size());
     print("{}: {} of time {} to {}\n  {} in all, {}; listed in {}\n  {}\n",
@@ -106,6 +112,7 @@ int run(const FramesArguments& options) {
           counted(written->frames, "frame"), times.front(), times.back(),
           counted(written->triangles, "triangle"), sizeText(written->bytes), manifest,
           detailText(written->light, written->distance));
+    printExtra({painting->text(), quantizationText(how.write.gltf)});
   }
   return reportLosses(written->losses);
 }
@@ -152,6 +159,7 @@ void addFrames(CLI::App& app, int& exitCode) {
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");
   options->appearance.addTo(*command);
+  options->gltf.addTo(*command);
   addCenterOption(*command, options->center, "The files and the manifest say where it was");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d frames bolt.t4d --count 60 --format vtp -o bolt-frames");

@@ -49,6 +49,11 @@ formats::Metadata metadataOf(const InputBodies& input) {
   return metadata;
 }
 
+Error inInput(Error error, const InputBodies& input) {
+  if (error.where.empty()) error.where = input.reader.name();
+  return error;
+}
+
 model::Bounds3 boundsOf(const InputBodies& input) {
   const std::vector<formats::BodyInfo>& infos = input.reader.metadata().bodies;
   model::Bounds3 bounds;

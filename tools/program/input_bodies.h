@@ -47,6 +47,9 @@ formats::Metadata metadataOf(const InputBodies& input);
 /// Adds `--max-cells`.
 void addMaxCellsOption(CLI::App& command, std::optional<std::uint64_t>& maxCells);
 
+/// The error with the name of the input as its place, unless it has one.
+Error inInput(Error error, const InputBodies& input);
+
 /// Bounds in space of the selected bodies, at all times.
 model::Bounds3 boundsOf(const InputBodies& input);
 

@@ -13,6 +13,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/detail_text.h"
+#include "tools/program/gltf_options.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
@@ -30,6 +31,7 @@ struct SliceArguments {
   std::string hyperplane;
   InputOptions only;
   Appearance appearance;
+  GltfOptions gltf;
   bool light = false;
   bool attributes = false;
   bool center = false;
@@ -110,20 +112,26 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
   return sections;
 }
 
+model::Bounds3 boundsOf(const Sections& sections) {
+  model::Bounds3 bounds;
+  for (const formats::NamedMesh& section : sections.meshes) {
+    bounds.add(model::boundsOf(section.mesh));
+  }
+  return bounds;
+}
+
 Result<std::vector<std::string>> write(const SliceArguments& options, const Sections& sections,
                                        const convert::Hyperplane& hyperplane,
-                                       const formats::Metadata& metadata) {
+                                       const formats::Metadata& metadata,
+                                       const formats::GltfEncoding& encoding) {
   formats::MeshWriteOptions how{.attributes = options.attributes};
   model::Point4 origin;
   origin << originOf(metadata), 0;
   how.origin = convert::basisOf(hyperplane).axes * origin;
   how.normals = options.appearance.normalStyle();
   how.time = options.time;
-  if (options.center) {
-    model::Bounds3 bounds;
-    for (const formats::NamedMesh& section : sections.meshes) bounds.add(boundsOf(section.mesh));
-    how.center = roundCenterOf(bounds);
-  }
+  how.gltf = encoding;
+  if (options.center) how.center = roundCenterOf(boundsOf(sections));
   if (formats::triangleMeshFormat(options.output)->placed) {
     std::vector<std::string> notices;
     const formats::GltfPlacement placement = placementOf(metadata, notices);
@@ -145,23 +153,26 @@ int run(const SliceArguments& options) {
   if (const auto checked = convert::checkHyperplane(hyperplane); !checked) {
     return wrongUsage(checked.error().message);
   }
+  if (!options.output.empty()) {
+    if (const auto misuse = options.gltf.misuse(options.output)) return wrongUsage(*misuse);
+  }
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   auto sections = cut(*input, hyperplane, options.light);
   if (!sections) {
-    Error error = sections.error();
-    if (error.where.empty()) error.where = input->reader.name();
-    return report(error);
+    return report(inInput(sections.error(), *input));
   }
-  const auto color =
-      options.appearance.bodyColor(input->reader.metadata(), model::timeSpanOf(input->bodies));
+  auto painting = options.appearance.painting(input->reader.metadata(),
+                                              model::timeSpanOf(input->bodies), sections->meshes);
+  if (!painting) return report(inInput(painting.error(), *input));
   for (formats::NamedMesh& section : sections->meshes) {
-    if (color) section.color = color(section.name, options.time.value_or(0));
+    if (painting->paint) painting->paint(section, options.time.value_or(0));
   }
+  const formats::GltfEncoding encoding = options.gltf.encoding(boundsOf(*sections));
   std::vector<std::string> losses;
   if (options.attributes) losses = sections->losses;
   if (!options.output.empty()) {
-    auto written = write(options, *sections, hyperplane, input->reader.metadata());
+    auto written = write(options, *sections, hyperplane, input->reader.metadata(), encoding);
     if (!written) return report(written.error());
     losses.insert(losses.end(), written->begin(), written->end());
   }
@@ -193,7 +204,9 @@ int run(const SliceArguments& options) {
                {"bytes_read", input->reader.bytesRead()},
                {"requests", input->reader.requests()},
                {"light", sections->light},
-               {"distance", sections->distance}});
+               {"distance", sections->distance},
+               {"color_range", painting->range()},
+               {"quantization_error", quantizationError(encoding)}});
   } else {
     print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
           options.output.empty() ? "" : options.output + ": ",
@@ -204,6 +217,7 @@ int run(const SliceArguments& options) {
           sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"),
           requests > 0 ? ", in " + counted(requests, "request") : "");
     if (options.light) print("  {}\n", detailText(sections->light, sections->distance));
+    printExtra({painting->text(), quantizationText(encoding)});
   }
   if (triangles == 0)
     printNotices({"the slice is empty: the solid does not reach this hyperplane"});
@@ -254,6 +268,7 @@ void addSlice(CLI::App& app, int& exitCode) {
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");
   options->appearance.addTo(*command);
+  options->gltf.addTo(*command);
   addCenterOption(*command, options->center,
                   "The file says where it was: in the translation of glTF's root node, else in a "
                   "comment");

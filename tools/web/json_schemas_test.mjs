@@ -186,6 +186,7 @@ const runs = [
   ['flipbook', [at('screw.t4d'), '--frames', 3, '-o', at('screw.glb')], 0],
   ['flipbook', [at('torus.t4d'), '--frames', 3, '--rigid', '-o', at('rigid.glb')], 0],
   ['flipbook', [at('torus.t4d'), '--frames', 3, '--morph', '-o', at('morph.glb')], 0],
+  ['flipbook', [at('torus.t4d'), '--frames', 3, '--color', 'attribute:kind', '--quantize', 12, '-o', at('q.glb')], 0],
   ['flipbook', [at('voxels.t4d'), '--frames', 3, '--morph', '-o', at('morph.glb')], 4],
   ['flipbook', [at('voxels.t4d'), '--frames', 3, '--rigid', '-o', at('rigid.glb')], 4],
   ['flipbook', [at('torus.t4d'), '--frames', 3, '--exact', '-o', at('torus.glb')], 0],
