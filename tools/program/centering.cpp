@@ -1,8 +1,11 @@
 #include "tools/program/centering.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
+
+#include "tools/program/console.h"
 
 namespace t4d::tools {
 namespace {
@@ -16,6 +19,13 @@ void addCenterOption(CLI::App& command, bool& center, const std::string& where) 
                    "Move the origin into the middle of the solid; for coordinates too large for "
                    "float32. " +
                        where);
+}
+
+int reportLosses(const std::vector<std::string>& losses, bool centered) {
+  const int code = reportLosses(losses);
+  const auto ofShape = [](const std::string& loss) { return loss.starts_with("shape: "); };
+  if (!centered && std::ranges::any_of(losses, ofShape)) sayHint("try: --center");
+  return code;
 }
 
 model::Point3 roundCenterOf(const model::Bounds3& bounds) {

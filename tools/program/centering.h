@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -15,6 +16,10 @@ void addCenterOption(CLI::App& command, bool& center, const std::string& where);
 /// The middle of the bounds, rounded to a few digits, no coarser than a tenth of their largest
 /// extent; zero for empty bounds.
 model::Point3 roundCenterOf(const model::Bounds3& bounds);
+
+/// reportLosses (console.h), with a hint at `--center` where float32 spoils a shape that is not
+/// centered.
+int reportLosses(const std::vector<std::string>& losses, bool centered);
 
 /// The place of a .t4d file's origin in the original coordinates: `details.origin` of its metadata,
 /// zero if there is none.

@@ -129,7 +129,7 @@ int run(const FlipbookArguments& options) {
   if (written->triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});
   }
-  return reportLosses(written->losses);
+  return reportLosses(written->losses, options.center);
 }
 
 }  // namespace

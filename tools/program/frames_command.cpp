@@ -114,7 +114,7 @@ int run(const FramesArguments& options) {
           detailText(written->light, written->distance));
     printExtra({painting->text(), quantizationText(how.write.gltf)});
   }
-  return reportLosses(written->losses);
+  return reportLosses(written->losses, options.center);
 }
 
 }  // namespace

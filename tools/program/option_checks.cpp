@@ -53,6 +53,15 @@ CLI::Validator numberFromZero() {
   return checkedNumber("a number from 0 on", [](double number) { return number >= 0; });
 }
 
+CLI::Option* addNumbers(CLI::App& command, const std::string& name, std::vector<double>& numbers,
+                        const std::string& help, int least, int most, const std::string& form) {
+  return command.add_option(name, numbers, help)
+      ->delimiter(',')
+      ->expected(least, most)
+      ->type_name(form)
+      ->check(finiteNumber());
+}
+
 CLI::Validator fractionBelowOne() {
   return checkedNumber("a number from 0 to less than 1",
                        [](double number) { return number >= 0 && number < 1; });

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -17,6 +18,10 @@ CLI::Validator finiteNumber();
 /// A finite number above 0.
 CLI::Validator numberAboveZero();
 CLI::Validator numberFromZero();
+
+/// An option of `least` to `most` finite numbers, with commas or spaces between them.
+CLI::Option* addNumbers(CLI::App& command, const std::string& name, std::vector<double>& numbers,
+                        const std::string& help, int least, int most, const std::string& form);
 
 /// A number from 0 to less than 1.
 CLI::Validator fractionBelowOne();

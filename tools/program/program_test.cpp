@@ -748,6 +748,8 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
           "cube.t4d: time 65 is outside the mesh, which lasts from 0 to 64");
   refuses("slice cube.t4d --time -1 -o out.glb", "lasts from 0 to 64");
   EXPECT_EQ(run("slice cube.t4d --hyperplane 0,0,0,0,1").exitCode, 2);
+  EXPECT_EQ(run("slice cube.t4d --hyperplane 0 0 1 -2 0.5 --json").out,
+            run("slice cube.t4d --hyperplane 0,0,1,-2,0.5 --json").out);
   EXPECT_EQ(run("slice cube.t4d --hyperplane 1e-170,0,0,0,0").exitCode, 0);
   misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
   misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");

@@ -28,7 +28,7 @@ struct SliceArguments {
   std::optional<double> x;
   std::optional<double> y;
   std::optional<double> z;
-  std::string hyperplane;
+  std::vector<double> hyperplane;
   InputOptions only;
   Appearance appearance;
   GltfOptions gltf;
@@ -44,7 +44,7 @@ convert::Hyperplane hyperplaneOf(const SliceArguments& options) {
   if (options.x) return convert::Hyperplane::across(0, *options.x);
   if (options.y) return convert::Hyperplane::across(1, *options.y);
   if (options.z) return convert::Hyperplane::across(2, *options.z);
-  const auto n = *numbersBetween(options.hyperplane, ',');
+  const auto& n = options.hyperplane;
   return {{n[0], n[1], n[2], n[3]}, n[4]};
 }
 
@@ -151,7 +151,7 @@ int run(const SliceArguments& options) {
   }
   const convert::Hyperplane hyperplane = hyperplaneOf(options);
   if (const auto checked = convert::checkHyperplane(hyperplane); !checked) {
-    return wrongUsage(checked.error().message);
+    return wrongUsage("--hyperplane: " + checked.error().message);
   }
   if (!options.output.empty()) {
     if (const auto misuse = options.gltf.misuse(options.output)) return wrongUsage(*misuse);
@@ -221,7 +221,7 @@ int run(const SliceArguments& options) {
   }
   if (triangles == 0)
     printNotices({"the slice is empty: the solid does not reach this hyperplane"});
-  return reportLosses(losses);
+  return reportLosses(losses, options.center);
 }
 
 }  // namespace
@@ -237,20 +237,10 @@ void addSlice(CLI::App& app, int& exitCode) {
       ->check(finiteNumber());
   cuts->add_option("--y", options->y, "The same for y = V, in (x, z, t)")->check(finiteNumber());
   cuts->add_option("--z", options->z, "The same for z = V, in (x, y, t)")->check(finiteNumber());
-  cuts->add_option("--hyperplane", options->hyperplane,
-                   "a,b,c,d,offset: a x + b y + c z + d t = offset; coordinates are those of an "
-                   "orthonormal basis (docs/slice.md)")
-      ->check(CLI::Validator(
-          [](std::string& text) {
-            const auto numbers = numbersBetween(text, ',');
-            if (!numbers || numbers->size() != 5) {
-              return "'" + text + "' is not five numbers a,b,c,d,offset";
-            }
-            const bool zero = std::all_of(numbers->begin(), numbers->begin() + 4,
-                                          [](double component) { return component == 0; });
-            return zero ? "'" + text + "' has the normal 0,0,0,0" : std::string();
-          },
-          "A,B,C,D,OFFSET"));
+  addNumbers(*cuts, "--hyperplane", options->hyperplane,
+             "a x + b y + c z + d t = offset; coordinates are those of an orthonormal basis "
+             "(docs/slice.md)",
+             5, 5, "A,B,C,D,OFFSET");
   cuts->require_option(1);
   command
       ->add_option("-o,--output", options->output,

@@ -268,26 +268,13 @@ void addTransform(CLI::App& app, int& exitCode) {
           "--axes", options->axes,
           "First: which axes become x, y and z, as y-xz, or x, y, z and t, as xtzy or xyz-t")
       ->check(axesInSomeOrder());
-  command->add_option("--scale", options->scale, "Then: one factor, or one for each axis")
-      ->expected(1, 3)
-      ->type_name("S | SX SY SZ")
-      ->check(finiteNumber());
-  command
-      ->add_option("--rotate", options->rotate,
-                   "Then: turn about an axis through the origin, by degrees")
-      ->expected(4)
-      ->type_name("AX AY AZ DEGREES")
-      ->check(finiteNumber());
-  command
-      ->add_option("--matrix", options->matrix,
-                   "Then: a matrix of 3 rows and 4 columns, row by row")
-      ->expected(12)
-      ->type_name("M00 M01 ... M23")
-      ->check(finiteNumber());
-  command->add_option("--move", options->move, "Then: add to all positions")
-      ->expected(3)
-      ->type_name("DX DY DZ")
-      ->check(finiteNumber());
+  addNumbers(*command, "--scale", options->scale, "Then: one factor, or one for each axis", 1, 3,
+             "S | SX SY SZ");
+  addNumbers(*command, "--rotate", options->rotate,
+             "Then: turn about an axis through the origin, by degrees", 4, 4, "AX AY AZ DEGREES");
+  addNumbers(*command, "--matrix", options->matrix,
+             "Then: a matrix of 3 rows and 4 columns, row by row", 12, 12, "M00 M01 ... M23");
+  addNumbers(*command, "--move", options->move, "Then: add to all positions", 3, 3, "DX DY DZ");
   command->add_option("--time-scale", options->timeScale, "Multiply all times, by a number above 0")
       ->check(numberAboveZero())
       ->capture_default_str();

@@ -336,20 +336,14 @@ void addWeave(CLI::App& app, int& exitCode) {
                    "Time of the first frame (default: what the file says, or 0)")
       ->check(finiteNumber());
   command->add_option("--grid", options->grid, "Only grids with this name (default: all)");
-  command
-      ->add_option(
-          "--spacing", options->spacing,
-          "Volumes: edge lengths of a voxel along x, y and z (default: what the file says, "
-          "or 1)")
-      ->expected(1, 3)
-      ->type_name("DX [DY DZ]")
+  addNumbers(
+      *command, "--spacing", options->spacing,
+      "Volumes: edge lengths of a voxel along x, y and z (default: what the file says, or 1)", 1, 3,
+      "DX [DY DZ]")
       ->check(numberAboveZero());
-  command
-      ->add_option("--origin", options->origin,
-                   "Volumes: position of the first sample (default: what the file says, or 0 0 0)")
-      ->expected(3)
-      ->type_name("X Y Z")
-      ->check(finiteNumber());
+  addNumbers(*command, "--origin", options->origin,
+             "Volumes: position of the first sample (default: what the file says, or 0 0 0)", 3, 3,
+             "X Y Z");
   command
       ->add_option("--axes", options->input.axes,
                    "What the axes of a .npy array are (default: txyz, or xyz in several files)")
