@@ -128,7 +128,7 @@ TEST(DamagedFiles, CutAtEveryByteAreReadOrRefused) {
   for (const Sample& sample : samples()) {
     const auto& [file, bytes, format] = sample;
     const bool isBinary = file == "cube.stl" || file == "cube.ply" || file == "cube.glb" ||
-                          format == "vtu" || format == "g4b";
+                          format == "vtu" || format == "g4b" || format == "meditb";
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       EXPECT_FALSE(readAndJudge(sample, bytes.substr(0, size)) && isBinary) << file << " " << size;
     }

@@ -1,13 +1,11 @@
 #include "t4d/formats/mesh4d/gmsh_reader.h"
 
-#include <algorithm>
 #include <array>
-#include <map>
-#include <unordered_map>
 
 #include <fmt/format.h>
 
-#include "t4d/formats/mesh4d/mesh4d_builder.h"
+#include "t4d/formats/mesh4d/gmsh_binary_reader.h"
+#include "t4d/formats/mesh4d/gmsh_mesh.h"
 #include "t4d/formats/text_scanner.h"
 
 namespace t4d::formats {
@@ -18,9 +16,7 @@ constexpr std::int64_t kTetrahedron4 = 4;  // the type of elements with four nod
 class GmshReader {
  public:
   explicit GmshReader(const InputFile& file)
-      : file_(file),
-        text_(file),
-        mesh_(file.path.string(), [&file](auto line) { return file.atLine(line); }) {}
+      : text_(file), mesh_(file.path, [&file](auto line) { return file.atLine(line); }) {}
 
   Result<LoadedMesh4d> read() {
     while (text_.nextLine()) {
@@ -43,37 +39,10 @@ class GmshReader {
       if (done) done = skipTo("$End" + std::string(section.substr(1)));
       if (!done) return pass(done.error());
     }
-    return finish();
+    return std::move(mesh_).finish("MSH 4.1, text");
   }
 
  private:
-  Result<LoadedMesh4d> finish() {
-    if (!timed_) {
-      return invalid("has no $NodeData \"time\", which would be the fourth coordinate",
-                     file_.path.string());
-    }
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (!hasTime_[i]) {
-        return invalid(fmt::format("node {} has no time", tags_[i]), file_.atLine(lines_[i]));
-      }
-      if (auto added = mesh_.addVertex(points_[i], lines_[i]); !added) return pass(added.error());
-    }
-    for (const auto& [corners, entity, line] : cells_) {
-      if (auto added = mesh_.addCell(corners, entity, line); !added) return pass(added.error());
-    }
-    std::map<std::int64_t, std::string> names;
-    for (const auto& [entity, group] : groupOf_) {
-      if (const auto name = groupNames_.find(group); name != groupNames_.end()) {
-        names[entity] = name->second;
-      }
-    }
-    auto loaded = std::move(mesh_).finish(names);
-    if (!loaded) return loaded;
-    loaded->dialect = "MSH 4.1, text";
-    loaded->losses = std::move(losses_);
-    return loaded;
-  }
-
   Result<void> skipTo(const std::string& end) {
     while (text_.nextLine()) {
       if (text_.word() == end) return {};
@@ -118,10 +87,8 @@ class GmshReader {
     }
     std::int64_t binary = 0;
     if (!text_.integer(binary, "0 for text")) return pass(text_.error());
-    if (binary == 0) return {};
-    return fail(ErrorCode::Unsupported,
-                "is a binary MSH file, which is not supported; save it as text (ASCII)",
-                text_.where());
+    if (binary != 0) return text_.unexpectedWord(fmt::format("{}", binary), "0 for text");
+    return {};
   }
 
   Result<void> readPhysicalNames() {
@@ -135,7 +102,7 @@ class GmshReader {
       if (name.size() >= 2 && name.starts_with('"') && name.ends_with('"')) {
         name = name.substr(1, name.size() - 2);
       }
-      if ((*group)[0] == 3) groupNames_[(*group)[1]] = std::string(name);
+      if ((*group)[0] == 3) mesh_.nameGroup((*group)[1], std::string(name));
     }
     return {};
   }
@@ -160,7 +127,7 @@ class GmshReader {
         if (!text_.integer(groups, "the number of physical tags")) return pass(text_.error());
         std::int64_t group = 0;
         if (groups > 0 && !text_.integer(group, "a physical tag")) return pass(text_.error());
-        if (groups > 0) groupOf_[tag] = group;
+        if (groups > 0) mesh_.setGroup(tag, group);
       }
     }
     return {};
@@ -175,35 +142,27 @@ class GmshReader {
       if (!about) return pass(about.error());
       const std::int64_t count = (*about)[3];
       if (auto good = checkCount(count, 8, "nodes"); !good) return good;
-      const std::size_t first = tags_.size();
       for (std::int64_t i = 0; i < count; ++i) {
         const auto tag = numbers<1>("the tag of a node");
         if (!tag) return pass(tag.error());
-        if (!numberOf_.try_emplace((*tag)[0], tags_.size()).second) {
+        if (!mesh_.addTag((*tag)[0])) {
           return text_.invalidHere(fmt::format("a second node has the tag {}", (*tag)[0]));
         }
-        tags_.push_back((*tag)[0]);
       }
       for (std::int64_t i = 0; i < count; ++i) {
         if (auto found = nextLine("the coordinates of a node"); !found) return found;
-        model::Point4 point = model::Point4::Zero();
+        model::Point3 point;
         for (int axis = 0; axis < 3; ++axis) {
           if (!text_.number(point[axis], "a coordinate")) return pass(text_.error());
         }
-        points_.push_back(point);
-        lines_.push_back(text_.line());
-      }
-      if (points_.size() != first + static_cast<std::size_t>(count)) {
-        return text_.invalidHere("a block of nodes is incomplete");
+        mesh_.addPoint(point, text_.line());
       }
     }
-    hasTime_.resize(points_.size());
     return {};
   }
 
   Result<std::size_t> nodeOf(std::int64_t tag) {
-    const auto found = numberOf_.find(tag);
-    if (found != numberOf_.end()) return found->second;
+    if (const auto found = mesh_.nodeOf(tag)) return *found;
     return text_.invalidHere(fmt::format("refers to node {}, which does not exist", tag));
   }
 
@@ -234,7 +193,7 @@ class GmshReader {
           if (!node) return pass(node.error());
           corner = *node;
         }
-        cells_.push_back({corners, entity, text_.line()});
+        mesh_.addTetrahedron(corners, entity, text_.line());
       }
     }
     return {};
@@ -248,11 +207,7 @@ class GmshReader {
       if (auto found = nextLine("a string tag"); !found) return found;
       if (i == 0) name = std::string(text_.rest());
     }
-    if (name != "\"time\"") {
-      losses_.push_back(
-          fmt::format("{}: node data {} is not read", file_.path.string(), inQuotes(name)));
-      return {};
-    }
+    if (!mesh_.isTime(name)) return {};
     const auto reals = numbers<1>("the number of real tags");
     if (!reals) return pass(reals.error());
     for (std::int64_t i = 0; i < (*reals)[0]; ++i) {
@@ -269,44 +224,31 @@ class GmshReader {
     if (about[1] != 1) {
       return text_.invalidHere(fmt::format("the time has {} components, expected 1", about[1]));
     }
-    if (timed_) return text_.invalidHere("has the time a second time");
-    timed_ = true;
+    if (!mesh_.beginTimes()) return text_.invalidHere("has the time a second time");
     for (std::int64_t i = 0; i < about[2]; ++i) {
       const auto tag = numbers<1>("the tag of a node and its time");
       if (!tag) return pass(tag.error());
       const auto node = nodeOf((*tag)[0]);
       if (!node) return pass(node.error());
-      if (!text_.number(points_[*node][3], "a time")) return pass(text_.error());
-      hasTime_[*node] = true;
+      double time = 0;
+      if (!text_.number(time, "a time")) return pass(text_.error());
+      mesh_.setTime(*node, time);
     }
     return {};
   }
 
-  struct GmshCell {
-    std::array<std::uint64_t, 4> corners;
-    std::int64_t entity;
-    std::uint64_t line;
-  };
-
-  const InputFile& file_;
   TextScanner text_;
-  Mesh4dBuilder mesh_;
-  std::vector<model::Point4> points_;
-  std::vector<bool> hasTime_;
-  std::vector<std::int64_t> tags_;
-  std::vector<std::uint64_t> lines_;
-  std::unordered_map<std::int64_t, std::size_t> numberOf_;  // by tag
-  std::vector<GmshCell> cells_;
-  std::map<std::int64_t, std::int64_t> groupOf_;  // physical group of a volume
-  std::map<std::int64_t, std::string> groupNames_;
-  bool timed_ = false;
-  std::vector<std::string> losses_;
+  GmshMesh mesh_;
 };
 
 }  // namespace
 
-bool isGmsh(std::string_view begin) { return begin.starts_with("$MeshFormat"); }
+bool isGmsh(std::string_view begin) {
+  return begin.starts_with("$MeshFormat") && !isGmshBinary(begin);
+}
 
-Result<LoadedMesh4d> readGmsh(const InputFile& file) { return GmshReader(file).read(); }
+Result<LoadedMesh4d> readGmsh(const InputFile& file) {
+  return isGmshBinary(file.bytes) ? readGmshBinary(file) : GmshReader(file).read();
+}
 
 }  // namespace t4d::formats

@@ -1,50 +1,18 @@
 #include "t4d/formats/mesh4d/gmsh_writer.h"
 
-#include <algorithm>
-
+#include "t4d/formats/mesh4d/gmsh_entities.h"
 #include "t4d/formats/mesh4d/text_output.h"
-#include "t4d/model/geometry.h"
 
 namespace t4d::formats {
-namespace {
-
-/// A name between quotes on one line.
-std::string plain(std::string name) {
-  for (char& c : name) {
-    if (c == '"' || c == '\n' || c == '\r') c = '\'';
-  }
-  return name;
-}
-
-/// The bounds of each body in space, which Gmsh's entities state.
-Result<std::vector<model::Bounds3>> boundsOf(const FlatBodies& mesh) {
-  std::vector<model::Bounds3> bounds(mesh.bodies().size());
-  std::size_t body = 0;
-  std::uint64_t end = mesh.bodies().empty() ? 0 : mesh.bodies()[0].vertices;
-  std::uint64_t number = 0;
-  auto done = mesh.forVertices([&](std::span<const model::Point4> vertices) -> Result<void> {
-    for (const model::Point4& v : vertices) {
-      while (number == end) end += mesh.bodies()[++body].vertices;
-      ++number;
-      bounds[body].add(v.head<3>());
-    }
-    return {};
-  });
-  if (!done) return pass(done.error());
-  return bounds;
-}
-
-}  // namespace
-
 Result<void> writeGmsh(const std::filesystem::path& path, const FlatBodies& mesh) {
-  const auto bounds = boundsOf(mesh);
+  const auto bounds = gmshBounds(mesh);
   if (!bounds) return pass(bounds.error());
   auto text = TextOutput::create(path);
   if (!text) return pass(text.error());
   const auto bodies = mesh.bodies();
   text->add("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n", bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    text->add("3 {} \"{}\"\n", i + 1, plain(bodies[i].name));
+    text->add("3 {} \"{}\"\n", i + 1, gmshName(bodies[i].name));
   }
   text->add("$EndPhysicalNames\n$Entities\n0 0 0 {}\n", bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/mesh4d/medit_binary_reader.h"
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
 #include "t4d/formats/text_scanner.h"
 
@@ -169,6 +170,8 @@ bool isMedit(std::string_view begin) {
   return text.nextLine() && text.word() == kMeditMagic;
 }
 
-Result<LoadedMesh4d> readMedit(const InputFile& file) { return MeditReader(file).read(); }
+Result<LoadedMesh4d> readMedit(const InputFile& file) {
+  return isMeditBinary(file.bytes) ? readMeditBinary(file) : MeditReader(file).read();
+}
 
 }  // namespace t4d::formats

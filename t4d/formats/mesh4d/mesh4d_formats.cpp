@@ -13,8 +13,12 @@
 #include "t4d/formats/mesh4d/fourdo_writer.h"
 #include "t4d/formats/mesh4d/g4mf_reader.h"
 #include "t4d/formats/mesh4d/g4mf_writer.h"
+#include "t4d/formats/mesh4d/gmsh_binary_reader.h"
+#include "t4d/formats/mesh4d/gmsh_binary_writer.h"
 #include "t4d/formats/mesh4d/gmsh_reader.h"
 #include "t4d/formats/mesh4d/gmsh_writer.h"
+#include "t4d/formats/mesh4d/medit_binary_reader.h"
+#include "t4d/formats/mesh4d/medit_binary_writer.h"
 #include "t4d/formats/mesh4d/medit_reader.h"
 #include "t4d/formats/mesh4d/medit_writer.h"
 #include "t4d/formats/mesh4d/mfem_reader.h"
@@ -101,6 +105,14 @@ const std::vector<Mesh4dFormat>& table() {
        {.names = false},
        readMedit,
        writeMedit},
+      {"meditb",
+       "Medit mesh, binary, dimension 4",
+       {".meshb"},
+       "a 1 and a version, 1 to 4",
+       isMeditBinary,
+       {.names = false},
+       readMeditBinary,
+       writeMeditBinary},
       {"mfem",
        "MFEM mesh v1.0, dimension 4",
        {".mesh"},
@@ -117,6 +129,14 @@ const std::vector<Mesh4dFormat>& table() {
        {},
        readGmsh,
        writeGmsh},
+      {"gmshb",
+       "Gmsh MSH 4.1, binary, the time as node data",
+       {".msh"},
+       "`$MeshFormat` and `4.1 1`",
+       isGmshBinary,
+       {},
+       readGmshBinary,
+       writeGmshBinary},
       {"tetgen",
        "TetGen, the time as an attribute",
        {".node", ".ele"},

@@ -97,7 +97,7 @@ TEST(Mesh4dFormats, RefuseWhatTheyAreNot) {
   EXPECT_EQ(
       error4dOf("a.xyz", "hello"),
       "a.xyz: is not a 4D mesh in a known format: .t4d, .off, .vtu, .4do, .g4tf, .g4b, .mesh, "
-      ".msh, .node or .ele");
+      ".meshb, .msh, .node or .ele");
   EXPECT_EQ(error4dOf("a.4do", "hello"),
             "a.4do: is not a 4D mesh: a .4do file would begin with `4DO` and a version (4DO)");
 }
