@@ -6,6 +6,8 @@
 #include "t4d/convert/frame_files.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/measure/compare.h"
+#include "t4d/voxel4d/voxelize.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -30,6 +32,7 @@ struct FramesArguments {
   InputOptions only;
   Appearance appearance;
   GltfOptions gltf;
+  std::optional<double> voxelSize;
   bool light = false;
   bool attributes = false;
   bool center = false;
@@ -49,7 +52,64 @@ std::optional<std::string> misuseOfFrames(const convert::FrameNames& names, std:
   return std::nullopt;
 }
 
+std::vector<double> timesOfFrames(const FramesArguments& options, const model::TimeSpan& span) {
+  return options.count ? model::evenTimes(span, *options.count)
+                       : *timesOf(options.times, kMostFrameFiles);
+}
+
+/// OpenVDB grids, as `rasterize` writes them.
+int runGrids(const FramesArguments& options) {
+  if (!options.voxelSize) return wrongUsage("--format vdb needs --voxel-size");
+  const Appearance& looks = options.appearance;
+  if (options.light || options.attributes || options.center || options.gltf.bits ||
+      options.gltf.meshopt || !looks.normals.empty() || !looks.color.empty()) {
+    return wrongUsage(
+        "--format vdb: grids have no --light, --attributes, --center, --quantize, --meshopt, "
+        "--normals or --color");
+  }
+  auto input = openBodies(options.input, options.only);
+  if (!input) return report(input.error());
+  const model::TimeSpan span = model::timeSpanOf(input->bodies);
+  const std::vector<double> times = timesOfFrames(options, span);
+  if (auto checked = convert::checkFrameTimes(input->bodies, times); !checked) {
+    return report(inInput(checked.error(), *input));
+  }
+  Result<voxel4d::VoxelSeries> written;
+  {
+    ProgressBar bar("voxelising");
+    written = voxel4d::writeVoxelFrames(
+        [&](double time) { return measure::solidAt(input->bodies, time); }, times,
+        {.voxelSize = *options.voxelSize}, options.output, bar.callback());
+  }
+  if (!written) return report(inInput(written.error(), *input));
+  if (options.json) {
+    printJson({{"frames", written->frames},
+               {"triangles", nullptr},
+               {"time_begin", times.front()},
+               {"time_end", times.back()},
+               {"bytes", written->bytes},
+               {"manifest", nullptr},
+               {"light", false},
+               {"distance", 0},
+               {"color_range", nullptr},
+               {"quantization_error", nullptr}});
+  } else {
+    print("{}: {} of level sets from time {} to {}\n  {} inside, {}\n", options.output,
+          counted(written->frames, "frame"), times.front(), times.back(),
+          counted(written->insidePoints, "point"), sizeText(written->bytes));
+  }
+  if (written->emptyFrames > 0) {
+    printNotices(
+        {fmt::format("{} of {} frames have no point inside; smaller voxels may find the "
+                     "solid",
+                     written->emptyFrames, written->frames)});
+  }
+  return kDone;
+}
+
 int run(const FramesArguments& options) {
+  if (options.format == "vdb") return runGrids(options);
+  if (options.voxelSize) return wrongUsage("--voxel-size: only for --format vdb");
   // A pattern has an extension of its own.
   const bool isPattern = options.output.find('%') != std::string::npos;
   std::string extension = options.format.empty() ? "" : "." + options.format;
@@ -61,8 +121,7 @@ int run(const FramesArguments& options) {
   if (!input) return report(input.error());
   const formats::Metadata& metadata = input->reader.metadata();
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = options.count ? model::evenTimes(span, *options.count)
-                                                  : *timesOf(options.times, kMostFrameFiles);
+  const std::vector<double> times = timesOfFrames(options, span);
   if (const auto misuse = misuseOfFrames(*names, times.size(), options.input)) {
     return wrongUsage(*misuse);
   }
@@ -141,16 +200,16 @@ void addFrames(CLI::App& app, int& exitCode) {
   command->add_option("--format", options->format, "The files of a folder (default: glb)")
       ->check(CLI::Validator(
           [](std::string& name) {
-            if (name == "vdb") {
-              return std::string("OpenVDB grids are written by `t4d rasterize`");
-            }
+            if (name == "vdb") return std::string();
             const auto* format = formats::triangleMeshFormat("a." + name);
             return format != nullptr && format->write != nullptr
                        ? std::string()
                        : fmt::format("'{}' is not the extension of a format that is written: {}",
                                      name, formats::writableTriangleMeshExtensions());
           },
-          "glb|gltf|ply|stl|obj|off|vtp"));
+          "glb|gltf|ply|stl|obj|off|vtp|vdb"));
+  command->add_option("--voxel-size", options->voxelSize, "Edge of a voxel of --format vdb")
+      ->check(numberAboveZero());
   command->add_flag("--light", options->light,
                     "The triangles of the layers instead of exact ones, of which there are 13 "
                     "times as many between layers; the same in every frame");

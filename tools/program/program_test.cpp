@@ -301,9 +301,13 @@ TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
     EXPECT_EQ(run(std::string("frames cube.t4d ") + wrong).exitCode, 2) << wrong;
   }
   EXPECT_THAT(run("frames cube.t4d --count 2 --format vdb -o a").err,
-              testing::HasSubstr("t4d rasterize"));
+              testing::HasSubstr("--format vdb needs --voxel-size"));
+  EXPECT_EQ(run("frames cube.t4d --count 2 --format vdb --voxel-size 1 --light -o a").exitCode, 2);
+  EXPECT_EQ(run("frames cube.t4d --count 2 --voxel-size 1 -o a").exitCode, 2);
   EXPECT_EQ(run("frames cube.t4d --times 60:70:3 -o a").exitCode, 4);
   EXPECT_FALSE(fs::exists(folder_ / "a"));
+  ASSERT_EQ(run("frames cube.t4d --count 2 --format vdb --voxel-size 1 -o grids").exitCode, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "grids/frame_0001.vdb"));
   fs::rename(folder_ / "cube.t4d", folder_ / "c_1.obj");
   EXPECT_EQ(run("frames c_1.obj --count 2 -o c_%d.obj").exitCode, 2);
 }
@@ -329,6 +333,13 @@ TEST_F(Program, NormalsAndColoursAreWrittenOnDemand) {
   EXPECT_EQ(run("slice boxes.t4d --time 0.5 -o b.stl" + look).exitCode, 3);
   EXPECT_EQ(run("slice boxes.t4d --time 0.5 --normals flat -o b.stl").exitCode, 0);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --color time -o b.ply").exitCode, 2);
+  EXPECT_EQ(run("slice boxes.t4d --x 0 --color triangle -o b.ply").exitCode, 0);
+  EXPECT_EQ(run("slice boxes.t4d --x 0 --color attribute:heat -o b.ply").exitCode, 4);
+  EXPECT_EQ(run("slice boxes.t4d --x 0 --color heat -o b.ply").exitCode, 2);
+  EXPECT_EQ(run("slice boxes.t4d --x 0 --quantize 12 -o b.ply").exitCode, 2);
+  EXPECT_EQ(run("slice boxes.t4d --x 0 --quantize 17 -o b.glb").exitCode, 2);
+  EXPECT_EQ(run("flipbook boxes.t4d -n 2 --rigid --quantize 12 -o b.glb").exitCode, 2);
+  EXPECT_EQ(run("flipbook boxes.t4d -n 2 --morph --quantize 16 -o b.glb").exitCode, 2);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --normals crease:200 -o b.ply").exitCode, 2);
 }
 

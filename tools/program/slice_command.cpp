@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/convert/light_slice.h"
+#include "t4d/convert/merge_coplanar.h"
 #include "t4d/convert/slice.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "tools/program/appearance.h"
@@ -32,6 +33,7 @@ struct SliceArguments {
   InputOptions only;
   Appearance appearance;
   GltfOptions gltf;
+  std::string coplanar = "keep";
   bool light = false;
   bool attributes = false;
   bool center = false;
@@ -120,6 +122,24 @@ model::Bounds3 boundsOf(const Sections& sections) {
   return bounds;
 }
 
+struct Merged {
+  std::uint64_t before = 0;  // triangles
+  double distance = 0;
+};
+
+/// Where triangles are told apart by attributes, only those with the same ones are merged.
+Merged mergeCoplanar(const SliceArguments& options, Sections& sections) {
+  const std::string& color = options.appearance.color;
+  const bool byAttribute = color == "triangle" || color.starts_with("attribute:");
+  Merged merged;
+  for (formats::NamedMesh& section : sections.meshes) {
+    const auto one = convert::mergeCoplanar(section.mesh, options.attributes || byAttribute);
+    merged.before += one.trianglesBefore;
+    merged.distance = std::max(merged.distance, one.distance);
+  }
+  return merged;
+}
+
 Result<std::vector<std::string>> write(const SliceArguments& options, const Sections& sections,
                                        const convert::Hyperplane& hyperplane,
                                        const formats::Metadata& metadata,
@@ -162,6 +182,8 @@ int run(const SliceArguments& options) {
   if (!sections) {
     return report(inInput(sections.error(), *input));
   }
+  std::optional<Merged> merged;
+  if (options.coplanar == "merge") merged = mergeCoplanar(options, *sections);
   auto painting = options.appearance.painting(input->reader.metadata(),
                                               model::timeSpanOf(input->bodies), sections->meshes);
   if (!painting) return report(inInput(painting.error(), *input));
@@ -206,7 +228,8 @@ int run(const SliceArguments& options) {
                {"light", sections->light},
                {"distance", sections->distance},
                {"color_range", painting->range()},
-               {"quantization_error", quantizationError(encoding)}});
+               {"quantization_error", quantizationError(encoding)},
+               {"merge_distance", merged ? nlohmann::json(merged->distance) : nullptr}});
   } else {
     print("{}{}, {}, {}; volume {:.12g}, area {:.12g}\n",
           options.output.empty() ? "" : options.output + ": ",
@@ -217,7 +240,11 @@ int run(const SliceArguments& options) {
           sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"),
           requests > 0 ? ", in " + counted(requests, "request") : "");
     if (options.light) print("  {}\n", detailText(sections->light, sections->distance));
-    printExtra({painting->text(), quantizationText(encoding)});
+    printExtra({merged ? fmt::format("coplanar triangles merged: {} before; no point moved further "
+                                     "than {:.3g}",
+                                     grouped(merged->before), merged->distance)
+                       : "",
+                painting->text(), quantizationText(encoding)});
   }
   if (triangles == 0)
     printNotices({"the slice is empty: the solid does not reach this hyperplane"});
@@ -254,6 +281,11 @@ void addSlice(CLI::App& app, int& exitCode) {
                  "The triangles of the layers instead of exact ones, of which there are 13 times "
                  "as many between layers; as large a volume")
       ->needs("--time");
+  command
+      ->add_option("--coplanar", options->coplanar,
+                   "Keep triangles that lie in one plane, or merge them into fewer")
+      ->check(CLI::IsMember({"keep", "merge"}))
+      ->capture_default_str();
   command->add_flag(
       "--attributes", options->attributes,
       "Write attributes as well; those that the format cannot hold are listed (exit 3)");
