@@ -30,13 +30,17 @@ inline bool hasTwice(const model::Triangle& triangle) {
   return triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
 }
 
+/// Fails for a mesh without triangles, indices out of range and coordinates that are not finite.
+Result<void> checkElements(const model::TriangleMesh& mesh);
+
 // weld_surface.cpp
 
 /// Merges vertices within `tolerance` of each other along each axis, through chains of such pairs,
 /// into the first of them; those merged stay, without triangles. Returns how many were merged.
 std::size_t weldVertices(model::TriangleMesh& mesh, double tolerance);
 
-void dropUnusedVertices(model::TriangleMesh& mesh);
+/// Returns those that are left, in their order, by their numbers before.
+std::vector<std::uint32_t> dropUnusedVertices(model::TriangleMesh& mesh);
 
 /// weldVertices, noted.
 void weld(model::TriangleMesh& mesh, double tolerance, Changes& changes);

@@ -18,23 +18,6 @@ using model::Point3;
 using model::Triangle;
 using model::TriangleMesh;
 
-Result<void> checkElements(const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) return invalid("the mesh has no triangles");
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    if (!mesh.vertices[i].allFinite()) {
-      return invalid(fmt::format("vertex {} has a coordinate that is not finite", i));
-    }
-  }
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const std::uint32_t largest = *std::ranges::max_element(mesh.triangles[i]);
-    if (largest >= mesh.vertices.size()) {
-      return invalid(fmt::format("triangle {} has the vertex {}, but there are only {}", i, largest,
-                                 mesh.vertices.size()));
-    }
-  }
-  return {};
-}
-
 /// Takes apart what touches itself. Cuts that nearly meet leave edges so short that nothing can
 /// move by a part of them: if need be, those are collapsed first, longer ones each time.
 Result<void> separate(TriangleMesh& mesh, Changes& changes) {
@@ -108,6 +91,23 @@ Result<void> measureMove(const TriangleMesh& before, const TriangleMesh& after,
 }
 
 }  // namespace
+
+Result<void> checkElements(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) return invalid("the mesh has no triangles");
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    if (!mesh.vertices[i].allFinite()) {
+      return invalid(fmt::format("vertex {} has a coordinate that is not finite", i));
+    }
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const std::uint32_t largest = *std::ranges::max_element(mesh.triangles[i]);
+    if (largest >= mesh.vertices.size()) {
+      return invalid(fmt::format("triangle {} has the vertex {}, but there are only {}", i, largest,
+                                 mesh.vertices.size()));
+    }
+  }
+  return {};
+}
 
 std::string numberOf(std::uint64_t count, const char* one, const char* many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);

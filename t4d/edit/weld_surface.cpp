@@ -42,22 +42,24 @@ std::size_t weldVertices(TriangleMesh& mesh, double tolerance) {
   return merged;
 }
 
-void dropUnusedVertices(TriangleMesh& mesh) {
+std::vector<std::uint32_t> dropUnusedVertices(TriangleMesh& mesh) {
   constexpr std::uint32_t kUnused = ~std::uint32_t{0};
   std::vector<std::uint32_t> number(mesh.vertices.size(), kUnused);
   for (const Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle) number[corner] = 0;
   }
-  std::uint32_t kept = 0;
-  for (std::size_t i = 0; i < number.size(); ++i) {
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t i = 0; i < number.size(); ++i) {
     if (number[i] == kUnused) continue;
-    number[i] = kept;
-    mesh.vertices[kept++] = mesh.vertices[i];
+    number[i] = static_cast<std::uint32_t>(kept.size());
+    mesh.vertices[kept.size()] = mesh.vertices[i];
+    kept.push_back(i);
   }
-  mesh.vertices.resize(kept);
+  mesh.vertices.resize(kept.size());
   for (Triangle& triangle : mesh.triangles) {
     for (std::uint32_t& corner : triangle) corner = number[corner];
   }
+  return kept;
 }
 
 void weld(TriangleMesh& mesh, double tolerance, Changes& changes) {

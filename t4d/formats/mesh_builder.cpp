@@ -105,7 +105,7 @@ Result<void> MeshBuilder::addPolygon(std::span<const std::uint64_t> corners, Pla
     if (!corner) return pass(corner.error());
     corners_.push_back(*corner);
   }
-  polygons_.push_back({corners_.size(), place});
+  polygons_.push_back({corners_.size(), place, part_});
   return {};
 }
 
@@ -177,9 +177,10 @@ Result<LoadedMesh> MeshBuilder::finish() && {
   PolygonTriangulator triangulator;
   std::vector<std::uint32_t> corners;
   std::size_t degenerate = 0;
+  std::ptrdiff_t whole = 0;  // of the triangles
   std::size_t begin = 0;
   std::uint64_t hash = 0;
-  for (const auto& [end, place] : polygons_) {
+  for (const auto& [end, place, part] : polygons_) {
     corners.clear();
     hash = hashWith(hash, end);
     for (; begin < end; ++begin) {
@@ -196,8 +197,13 @@ Result<LoadedMesh> MeshBuilder::finish() && {
                               corners.size()),
                   placeText_(place));
     }
+    const auto added = std::ranges::remove_if(triangles.begin() + whole, triangles.end(),
+                                              hasEqualCorners<std::uint32_t>);
+    degenerate += added.size();
+    triangles.erase(added.begin(), added.end());
+    whole = std::ssize(triangles);
+    if (partsOfTriangles_ != nullptr) partsOfTriangles_->resize(triangles.size(), part);
   }
-  degenerate += std::erase_if(triangles, hasEqualCorners<std::uint32_t>);
   if (degenerate > 0) {
     loaded.notices.push_back(
         droppedNotice(degenerate, "triangle", "triangles", "with two equal corners"));

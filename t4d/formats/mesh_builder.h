@@ -39,7 +39,14 @@ class MeshBuilder {
   /// notice. Fewer than three corners make no triangle.
   Result<void> addStrip(std::span<const std::uint64_t> corners, Place place);
 
+  /// Polygons belong to this part from now on; to part 0 at first.
+  void setPart(std::uint32_t part) { part_ = part; }
+
   std::size_t pointCount() const { return points_.size(); }
+
+  /// For each triangle of the mesh that `finish` makes, the part of its polygon. Filled by
+  /// `finish`.
+  void keepPartsIn(std::vector<std::uint32_t>& parts) { partsOfTriangles_ = &parts; }
 
   /// Merges points with equal coordinates, splits polygons into triangles, drops triangles with
   /// equal corners and vertices without triangles. Fails on an index out of range, and when no
@@ -50,6 +57,7 @@ class MeshBuilder {
   struct Polygon {
     std::size_t end;  // in corners_
     Place place;
+    std::uint32_t part;
   };
 
   Result<std::uint32_t> cornerOf(std::uint64_t index, Place place) const;
@@ -64,9 +72,11 @@ class MeshBuilder {
   std::vector<model::Point3> points_;
   std::vector<std::uint32_t> corners_;
   std::vector<Polygon> polygons_;
+  std::uint32_t part_ = 0;
   /// The largest corner of any strip, which need not be in a triangle.
   std::uint32_t largestOfStrips_ = 0;
   std::optional<Place> placeOfLargest_;
+  std::vector<std::uint32_t>* partsOfTriangles_ = nullptr;
 };
 
 }  // namespace t4d::formats

@@ -1,9 +1,15 @@
 #include "t4d/formats/obj_reader.h"
 
+#include <algorithm>
+#include <new>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/mesh_bodies.h"
 #include "t4d/formats/mesh_builder.h"
 #include "t4d/formats/text_scanner.h"
 
@@ -12,8 +18,12 @@ namespace {
 
 class ObjReader {
  public:
-  explicit ObjReader(const InputFile& file)
-      : scanner_(file, {.comment = '#', .continuation = true}),
+  explicit ObjReader(const InputFile& file, std::optional<BodiesBy> by = {})
+      : by_(by == BodiesBy::Object  ? "o"
+            : by == BodiesBy::Group ? "g"
+                                    : ""),
+        names_{file.path.stem().string()},
+        scanner_(file, {.comment = '#', .continuation = true}),
         builder_(
             file.path.string(), [&](auto line) { return file.atLine(line); }, 1) {}
 
@@ -23,12 +33,55 @@ class ObjReader {
       Result<void> done;
       if (statement == "v") done = readVertex();
       if (statement == "f") done = readFace();
+      if (statement == by_ && !by_.empty()) beginBody(scanner_.rest());
       if (!done) return pass(done.error());
     }
     return std::move(builder_).finish();
   }
 
+  Result<LoadedBodies> readBodies() {
+    std::vector<std::uint32_t> bodyOf;
+    builder_.keepPartsIn(bodyOf);
+    auto loaded = read();
+    if (!loaded) return pass(loaded.error());
+    LoadedBodies result{{}, std::move(loaded->notices)};
+    std::vector<model::TriangleMesh> meshes(names_.size());
+    for (std::size_t i = 0; i < bodyOf.size(); ++i) {
+      meshes[bodyOf[i]].triangles.push_back(loaded->mesh.triangles[i]);
+    }
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      if (meshes[i].triangles.empty()) continue;
+      takeVertices(meshes[i], loaded->mesh.vertices);
+      result.bodies.push_back({names_[i], std::move(meshes[i])});
+    }
+    return result;
+  }
+
  private:
+  /// Faces belong to the body of this name from now on.
+  void beginBody(std::string_view name) {
+    const std::string text = name.empty() ? "default" : std::string(name);
+    const auto found = std::ranges::find(names_.begin() + 1, names_.end(), text);
+    builder_.setPart(static_cast<std::uint32_t>(found - names_.begin()));
+    if (found == names_.end()) names_.push_back(text);
+  }
+
+  /// Gives a mesh those of these vertices that its triangles use, in their order.
+  static void takeVertices(model::TriangleMesh& mesh, const std::vector<model::Point3>& all) {
+    std::vector<std::uint32_t> used;
+    for (const auto& triangle : mesh.triangles) {
+      used.insert(used.end(), triangle.begin(), triangle.end());
+    }
+    std::ranges::sort(used);
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (const std::uint32_t vertex : used) mesh.vertices.push_back(all[vertex]);
+    for (auto& triangle : mesh.triangles) {
+      for (std::uint32_t& corner : triangle) {
+        corner = static_cast<std::uint32_t>(std::ranges::lower_bound(used, corner) - used.begin());
+      }
+    }
+  }
+
   /// Three coordinates; a weight or a colour may follow.
   Result<void> readVertex() {
     const auto line = scanner_.line();
@@ -68,6 +121,8 @@ class ObjReader {
     return static_cast<std::uint64_t>(index > 0 ? index - 1 : count + index);
   }
 
+  std::string_view by_;             // the statement that begins a body
+  std::vector<std::string> names_;  // of bodies; first that of faces before all such statements
   TextScanner scanner_;
   MeshBuilder builder_;
   std::vector<std::uint64_t> corners_;
@@ -76,5 +131,19 @@ class ObjReader {
 }  // namespace
 
 Result<LoadedMesh> readObj(const InputFile& file) { return ObjReader(file).read(); }
+
+Result<LoadedBodies> readMeshBodies(const std::filesystem::path& path, BodiesBy by) {
+  if (lowerCaseExtension(path) != ".obj") {
+    return fail(ErrorCode::Unsupported, "is no .obj; only these are divided into bodies",
+                path.string());
+  }
+  const auto file = readInputFile(path);
+  if (!file) return pass(file.error());
+  try {
+    return ObjReader(*file, by).readBodies();
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::Failed, "the mesh does not fit in memory", path.string());
+  }
+}
 
 }  // namespace t4d::formats

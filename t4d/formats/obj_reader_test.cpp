@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include "t4d/formats/mesh_bodies.h"
 #include "t4d/formats/test_files.h"
 
 namespace t4d::formats {
@@ -32,6 +35,27 @@ TEST(ObjReader, CopesWithTheLooseEndsOfRealFiles) {
   EXPECT_EQ(loaded.mesh.triangles.size(), 2u);
   const auto mac = readBytes("mac.obj", "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r");
   EXPECT_EQ(mac.mesh.triangles.size(), 1u);
+}
+
+TEST(ObjReader, DividesIntoObjectsAndGroups) {
+  const std::filesystem::path path = writeFile(
+      "parts.obj", kPoints +
+                       "v 0 0 5\nf 1 2 5\no left arm\ng a\nf 1 2 3\nf 1 2 2\ng a b\no right\n"
+                       "f 1 2 4\nf 1 3 4 2\ng\no left arm\nf 2 3 4\no empty\n");
+  const auto counts = [&](BodiesBy by) {
+    const auto loaded = readMeshBodies(path, by);
+    EXPECT_TRUE(loaded) << loaded.error().text();
+    EXPECT_EQ(loaded->notices.size(), 1U);
+    std::string text;
+    for (const NamedMesh& body : loaded->bodies) {
+      text += fmt::format("{}: {} of {}; ", body.name, body.mesh.triangles.size(),
+                          body.mesh.vertices.size());
+    }
+    return text;
+  };
+  EXPECT_EQ(counts(BodiesBy::Object), "parts: 1 of 3; left arm: 2 of 4; right: 3 of 4; ");
+  EXPECT_EQ(counts(BodiesBy::Group), "parts: 1 of 3; a: 1 of 3; a b: 3 of 4; default: 1 of 3; ");
+  EXPECT_FALSE(readMeshBodies("parts.stl", BodiesBy::Group));
 }
 
 TEST(ObjReader, SaysWhatIsWrongAndWhere) {

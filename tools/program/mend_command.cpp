@@ -1,5 +1,4 @@
 #include <chrono>
-#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -8,6 +7,7 @@
 #include "tools/program/console.h"
 #include "tools/program/mending.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/solid_input.h"
 
 namespace t4d::tools {
 namespace {
@@ -15,6 +15,7 @@ namespace {
 struct MendArguments {
   std::string input;
   std::string output;
+  std::string bodies;
   MendingOptions mending;
   bool json = false;
 };
@@ -24,37 +25,37 @@ int run(const MendArguments& options) {
     return wrongUsage(*misuse);
   }
   const auto begin = std::chrono::steady_clock::now();
-  auto loaded = formats::readTriangleMesh(options.input);
+  auto loaded = SolidInput{options.input, options.bodies, &options.mending}.read();
   if (!loaded) return report(loaded.error());
-  std::vector<std::string> files;
-  for (const auto& file : loaded->otherFiles) files.push_back(file.string());
-  if (const auto misuse = misuseOfOutput(options.output, files)) return wrongUsage(*misuse);
-  printNotices(loaded->notices);
-  const auto mended = mend(loaded->mesh, options.mending, options.input);
-  if (!mended) return report(mended.error());
-
-  const std::uint64_t vertices = loaded->mesh.vertices.size();
-  const std::uint64_t triangles = loaded->mesh.triangles.size();
-  const formats::NamedMesh named{std::filesystem::path(options.input).stem().string(),
-                                 std::move(loaded->mesh)};
-  auto lost = formats::writeTriangleMeshes(options.output, {&named, 1});
+  if (const auto misuse = misuseOfOutput(options.output, loaded->otherFiles)) {
+    return wrongUsage(*misuse);
+  }
+  const edit::MendSurfaceReport& mended = *loaded->mended;
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+  for (const formats::NamedMesh& body : loaded->bodies) {
+    vertices += body.mesh.vertices.size();
+    triangles += body.mesh.triangles.size();
+  }
+  auto lost = formats::writeTriangleMeshes(options.output, loaded->bodies);
   if (!lost) return report(lost.error());
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    auto result = mendJson(*mended);
+    auto result = mendJson(mended);
     result["vertices"] = vertices;
     result["triangles"] = triangles;
     result["seconds"] = seconds;
     result["peak_bytes"] = peakBytes();
     printJson(result);
   } else {
-    print("{}: {}, {}, {}\n", options.output, counted(vertices, "vertex", "vertices"),
-          counted(triangles, "triangle"), counted(mended->components, "component"));
-    for (const edit::SurfaceChange& change : mended->changes) print("  {}\n", change.text);
-    if (mended->changes.empty()) print("  nothing to mend\n");
-    print("  {}\n", measuresOf(*mended));
+    print("{}: {}, {}, {}{}\n", options.output, counted(vertices, "vertex", "vertices"),
+          counted(triangles, "triangle"), counted(mended.components, "component"),
+          options.bodies.empty() ? "" : ", " + counted(loaded->bodies.size(), "body", "bodies"));
+    for (const edit::SurfaceChange& change : mended.changes) print("  {}\n", change.text);
+    if (mended.changes.empty()) print("  nothing to mend\n");
+    print("  {}\n", measuresOf(mended));
     print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
   }
   std::vector<std::string> losses = std::move(loaded->losses);
@@ -79,6 +80,7 @@ void addMend(CLI::App& app, int& exitCode) {
       ->required()
       ->check(someName())
       ->check(writableTriangleMesh());
+  addBodiesOption(*command, options->bodies);
   options->mending.addTo(*command);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(

@@ -9,6 +9,19 @@ namespace t4d::tools {
 
 using nlohmann::ordered_json;
 
+namespace {
+
+/// An error that says no place is about this file.
+Result<edit::MendSurfaceReport> placed(Result<edit::MendSurfaceReport> report,
+                                       const std::string& path) {
+  if (report || !report.error().where.empty()) return report;
+  Error error = report.error();
+  error.where = path;
+  return pass(error);
+}
+
+}  // namespace
+
 void MendingOptions::addTo(CLI::App& command) {
   command
       .add_option("--weld", limits.weld,
@@ -44,11 +57,14 @@ void MendingOptions::addTo(CLI::App& command, bool& mend) {
 Result<edit::MendSurfaceReport> mend(model::TriangleMesh& mesh, const MendingOptions& options,
                                      const std::string& path) {
   ProgressBar bar("mending");
-  auto report = edit::mendSurface(mesh, options.limits, bar.callback());
-  if (report || !report.error().where.empty()) return report;
-  Error error = report.error();
-  error.where = path;
-  return pass(error);
+  return placed(edit::mendSurface(mesh, options.limits, bar.callback()), path);
+}
+
+Result<edit::MendSurfaceReport> mendDeformation(model::TriangleMesh& mesh,
+                                                std::unique_ptr<model::VertexKeys>& keys,
+                                                const MendingOptions& options,
+                                                const std::string& path) {
+  return placed(edit::mendDeformation(mesh, keys, options.limits), path);
 }
 
 ordered_json mendJson(const edit::MendSurfaceReport& report) {

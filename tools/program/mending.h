@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "t4d/edit/mend_deformation.h"
 #include "t4d/edit/mend_surface.h"
 
 namespace t4d::tools {
@@ -23,6 +24,12 @@ struct MendingOptions {
 /// Mends a mesh read from `path`, with progress.
 Result<edit::MendSurfaceReport> mend(model::TriangleMesh& mesh, const MendingOptions& options,
                                      const std::string& path);
+
+/// Mends the surface of a deformation, which no vertex is moved for, likewise.
+Result<edit::MendSurfaceReport> mendDeformation(model::TriangleMesh& mesh,
+                                                std::unique_ptr<model::VertexKeys>& keys,
+                                                const MendingOptions& options,
+                                                const std::string& path);
 
 /// The report as JSON (docs/mend.md).
 nlohmann::ordered_json mendJson(const edit::MendSurfaceReport& report);

@@ -2,6 +2,7 @@
 
 #include "t4d/formats/motion_reader.h"
 #include "tools/program/console.h"
+#include "tools/program/solid_input.h"
 
 namespace t4d::tools {
 
@@ -16,22 +17,15 @@ void MovingMeshInput::addTo(CLI::App& command) {
 }
 
 Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
-  auto loaded = formats::readTriangleMesh(model);
+  auto loaded = SolidInput{model, bodies, mend ? &mending : nullptr}.read();
   if (!loaded) return pass(loaded.error());
-  printNotices(loaded->notices);
-  std::optional<edit::MendSurfaceReport> mended;
-  if (mend) {
-    auto done = tools::mend(loaded->mesh, mending, model);
-    if (!done) return pass(done.error());
-    printNotices(noticesOf(*done));
-    mended = std::move(*done);
-  }
+  if (loaded->mended) printNotices(noticesOf(*loaded->mended));
   auto poses = formats::readMotion(motion);
   if (!poses) return pass(poses.error());
   std::vector<std::string> files = {model, motion};
-  for (const auto& file : loaded->otherFiles) files.push_back(file.string());
-  return Loaded{std::move(loaded->mesh), std::move(*poses), std::move(loaded->losses),
-                std::move(files), std::move(mended)};
+  files.insert(files.end(), loaded->otherFiles.begin(), loaded->otherFiles.end());
+  return Loaded{std::move(loaded->bodies), std::move(*poses), std::move(loaded->losses),
+                std::move(files), std::move(loaded->mended)};
 }
 
 }  // namespace t4d::tools

@@ -16,12 +16,13 @@ struct MovingMeshInput {
   std::string motion;
   bool mend = false;
   MendingOptions mending = {};
+  std::string bodies = {};  ///< as SolidInput
 
   /// MODEL, `--motion` and `--mend` with its limits.
   void addTo(CLI::App& command);
 
   struct Loaded {
-    model::TriangleMesh mesh;
+    std::vector<formats::NamedMesh> bodies;  ///< one without `--bodies`
     model::Motion motion;
     std::vector<std::string> losses;  ///< as formats::LoadedMesh
     std::vector<std::string> files;   ///< all that were read

@@ -1641,6 +1641,58 @@ TEST_F(Program, MendsWhatSweepRefuses) {
   EXPECT_FALSE(fs::exists(folder_ / "no.ply"));
 }
 
+TEST_F(Program, MendsDeformations) {
+  // A tetrahedron without a side, which grows.
+  const std::string faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";
+  write("open0.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n" + faces);
+  write("open1.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\n" + faces);
+  refuses("sweep open0.obj open1.obj --frame-time 1 -o out.t4d", "is open");
+  const json done =
+      run("sweep open0.obj open1.obj --frame-time 1 --mend -o grown.t4d --json").value();
+  EXPECT_EQ(done["mend"]["changes"][0]["kind"], "hole");
+  // The volume is (1 + t)^3 / 6.
+  const json judged = run("validate --deep --json grown.t4d").value();
+  EXPECT_NEAR(judged["hypervolume"].get<double>(), 15.0 / 24, 1e-12);
+  refuses("sweep open0.obj open1.obj --frame-time 1 --mend --max-hole 1 -o out.t4d",
+          "wider than 1");
+  misused("sweep open0.obj open1.obj --frame-time 1 --mend --remesh 1 -o out.t4d",
+          "moves no vertex");
+}
+
+TEST_F(Program, ObjectsOfAnObjAreBodies) {
+  const std::string box =
+      "f -8 -6 -5 -7\nf -4 -3 -1 -2\nf -8 -7 -3 -4\nf -6 -2 -1 -5\nf -8 -4 -2 -6\nf -7 -5 -1 -3\n";
+  const auto corners = [](double x, double side) {
+    std::string text;
+    for (int i = 0; i < 8; ++i) {
+      text += fmt::format("v {} {} {}\n", x + side * (i & 1), side * (i >> 1 & 1), side * (i >> 2));
+    }
+    return text;
+  };
+  // They overlap, and one lacks a side.
+  write("two.obj", "o small part\ng a\n" + corners(0, 1) + box + "o large\ng b\n" +
+                       corners(0.5, 2) + box.substr(0, box.rfind("f ")));
+  const json mended = run("mend two.obj --bodies object -o mended.obj --json").value();
+  EXPECT_NEAR(mended["volume_after"].get<double>(), 9, 1e-12);
+  EXPECT_EQ(mended["components"], 2);
+  EXPECT_NE(mended["changes"][0]["text"].get<std::string>().find("body 'large': filled"),
+            std::string::npos);
+  for (const std::string from : {"mended.obj --bodies object", "two.obj --mend --bodies object"}) {
+    const json swept =
+        run("sweep " + from + " -m fx/paper-translation.json -o two.t4d --json").value();
+    ASSERT_EQ(swept["bodies"].size(), 2U);
+    EXPECT_EQ(swept["bodies"][0]["name"], "small part");
+    EXPECT_EQ(swept["bodies"][1]["name"], "large");
+    const json info = run("info two.t4d --json").value();
+    EXPECT_EQ(info["bodies"][1]["name"], "large");
+    const json slice = run("slice two.t4d --time 5 --json").value();
+    EXPECT_NEAR(slice["volume"].get<double>(), 9, 1e-9);
+  }
+  refuses("sweep two.obj --bodies object -m fx/rest.json -o out.t4d", "body 'large'");
+  refuses("sweep fx/open-pebble.stl --bodies object -m fx/rest.json -o out.t4d", "is no .obj");
+  misused("sweep fx/bending_*.obj --bodies group --frame-time 1 -o out.t4d", "--bodies");
+}
+
 TEST_F(Program, RealMeshesAreJudged) {
   const fs::path meshes = T4D_SHARED_MESHES;
   if (!fs::exists(meshes)) GTEST_SKIP() << "no folder " << meshes << " with real meshes";

@@ -12,6 +12,7 @@
 #include "t4d/formats/foreign_scene.h"
 #include "t4d/formats/gltf_animation.h"
 #include "t4d/formats/input_file.h"
+#include "t4d/formats/t4d/names.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
@@ -21,6 +22,7 @@
 #include "tools/program/moving_mesh.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/solid_input.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/voxel_series.h"
 
@@ -34,6 +36,7 @@ struct SweepArguments {
   std::string motion;  // "" for solids that are deformed
   bool mend = false;
   MendingOptions mending;
+  std::string dividedBy;  // --bodies
   std::string keyTimes;
   formats::GltfAnimationOptions animation;
   std::string backend = "mesh4d";
@@ -82,7 +85,11 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
     if (!options.keyTimes.empty()) return "--times is for a solid that is deformed";
     return std::nullopt;
   }
-  if (options.mend) return "--mend is for --motion: a deformation has to keep its triangles";
+  if (!options.dividedBy.empty()) return "--bodies is for --motion";
+  if (options.mend && options.animates()) return "--mend is not for an animated glTF";
+  if (options.mend && (options.mending.limits.remesh || options.mending.limits.maxMove)) {
+    return "--remesh and --max-move are for --motion: mending a deformation moves no vertex";
+  }
   if (options.voxels()) return "--backend voxel4d needs --motion";
   if (options.animates()) {
     if (options.rvMin || options.steps || !options.keyTimes.empty() || options.times.step) {
@@ -124,6 +131,9 @@ std::optional<std::string> misuseOf(const SweepArguments& options) {
   const bool frameTime = options.times.step && !options.hasKeys();
   if (options.voxelSize || options.times.count || frameTime || options.mask) {
     return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
+  }
+  if (!options.part.empty() && !options.dividedBy.empty()) {
+    return "--part and --bodies exclude each other";
   }
   if (!options.part.empty() && options.output.center) {
     return "--part and --center exclude each other: the parts would not meet";
@@ -181,6 +191,7 @@ std::string detailsOf(const SweepArguments& options) {
     parameters["prism"] = options.prism.value_or(14);
   }
   parameters["precision"] = options.output.coding.precision;
+  if (!options.dividedBy.empty()) parameters["bodies"] = options.dividedBy;
   if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
   const auto nameOf = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
@@ -349,9 +360,9 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
   return made;
 }
 
-/// What moves and how: a solid and its motion, or bodies with keys.
+/// What moves and how: solids and their motion, or bodies with keys.
 struct Loaded {
-  model::TriangleMesh mesh;
+  std::vector<formats::NamedMesh> solids;
   model::Motion motion;
   std::vector<formats::AnimatedBody> bodies;
   std::optional<double> tolerance;  // of an animation
@@ -365,6 +376,42 @@ struct Loaded {
     for (const auto& file : more) files.push_back(file.string());
   }
 };
+
+/// Sweeps solids along one motion; the file has as many bodies.
+Result<Made> sweepSolids(const SweepArguments& options, const Loaded& loaded, T4dFile& file) {
+  Made all;
+  ordered_json parts = ordered_json::array();
+  for (std::size_t i = 0; i < loaded.solids.size(); ++i) {
+    const formats::NamedMesh& solid = loaded.solids[i];
+    const bool named = !options.dividedBy.empty();
+    file.setBody(i);
+    auto made = options.voxels() ? sweepVoxels(options, solid.mesh, loaded.motion, file)
+                                 : sweepMesh(options, solid.mesh, loaded.motion, file);
+    if (!made) {
+      Error error = made.error();
+      const bool motions = error.remedy == Remedy::Motion || error.remedy == Remedy::StepRule;
+      if (named && error.where.empty() && !motions) {
+        error.where = fmt::format("{}: body '{}'", options.models.front(), solid.name);
+      }
+      return pass(error);
+    }
+    if (!named) return made;
+    all.vertices += made->vertices;
+    all.tetrahedra += made->tetrahedra;
+    all.steps += made->steps;
+    for (const int end : {0, 1}) all.capTetrahedra[end] += made->capTetrahedra[end];
+    for (const std::string& notice : made->notices) {
+      all.notices.push_back(fmt::format("body '{}': {}", solid.name, notice));
+    }
+    parts.push_back({{"name", solid.name},
+                     {"vertices", made->vertices},
+                     {"tetrahedra", made->tetrahedra},
+                     {"steps", made->steps},
+                     {"runs", 1}});
+  }
+  all.bodies = parts;
+  return all;
+}
 
 Result<formats::LoadedDeformation> readDeformation(const SweepArguments& options) {
   formats::KeyTimes times{{}, options.times.step};
@@ -415,13 +462,21 @@ Result<Loaded> readInput(const SweepArguments& options) {
     loaded.addFiles(read->solid.otherFiles);
     formats::AnimatedBody body{"", std::move(read->solid.mesh), {}};
     body.runs.push_back(std::move(read->keys));
+    if (options.mend) {
+      auto mended =
+          mendDeformation(body.mesh, body.runs.front(), options.mending, options.models.front());
+      if (!mended) return pass(mended.error());
+      printNotices(noticesOf(*mended));
+      loaded.mended = std::move(*mended);
+    }
     loaded.bodies.push_back(std::move(body));
     return loaded;
   }
-  auto read =
-      MovingMeshInput{options.models.front(), options.motion, options.mend, options.mending}.read();
+  auto read = MovingMeshInput{options.models.front(), options.motion, options.mend, options.mending,
+                              options.dividedBy}
+                  .read();
   if (!read) return pass(read.error());
-  loaded.mesh = std::move(read->mesh);
+  loaded.solids = std::move(read->bodies);
   loaded.motion = std::move(read->motion);
   loaded.lengthUnit = loaded.motion.lengthUnit;
   loaded.timeUnit = loaded.motion.timeUnit;
@@ -445,19 +500,26 @@ int run(const SweepArguments& options) {
   std::vector<std::string> names;
   if (options.animates()) {
     for (const auto& body : loaded->bodies) names.push_back(body.name);
-    if (!options.output.body.empty()) {
-      if (names.size() > 1) return wrongUsage("--body names one body; the bodies are the nodes");
-      names.front() = options.output.body;
+  } else if (!options.dividedBy.empty()) {
+    for (auto& solid : loaded->solids) {
+      solid.name = formats::asName(solid.name);
+      names.push_back(solid.name);
     }
+  }
+  if (!names.empty() && !options.output.body.empty()) {
+    if (names.size() > 1) {
+      return wrongUsage(fmt::format("--body names one body; the bodies are the {}",
+                                    options.animates() ? "nodes" : options.dividedBy + "s"));
+    }
+    names.front() = options.output.body;
   }
   auto file =
       T4dFile::create(options.output, {options.backend, options.models.front(), loaded->lengthUnit,
                                        loaded->timeUnit, detailsOf(options), names});
   if (!file) return report(file.error());
 
-  auto made = options.hasKeys()  ? sweepKeys(options, loaded->bodies, *file)
-              : options.voxels() ? sweepVoxels(options, loaded->mesh, loaded->motion, *file)
-                                 : sweepMesh(options, loaded->mesh, loaded->motion, *file);
+  auto made = options.hasKeys() ? sweepKeys(options, loaded->bodies, *file)
+                                : sweepSolids(options, *loaded, *file);
   if (!made) {
     Error error = made.error();
     // Errors about the mesh or the motion do not name its file.
@@ -480,7 +542,7 @@ int run(const SweepArguments& options) {
                         {"steps", made->steps},
                         {"cap_tetrahedra", made->capTetrahedra}};
     if (made->bodies) {
-      result["tolerance"] = *loaded->tolerance;
+      if (loaded->tolerance) result["tolerance"] = *loaded->tolerance;
       result["bodies"] = *made->bodies;
     }
     if (made->folds) result["folds"] = *made->folds;
@@ -494,8 +556,12 @@ int run(const SweepArguments& options) {
     print("{}: {} vertices, {} tetrahedra\n", options.output.path, grouped(made->vertices),
           grouped(made->tetrahedra));
     if (made->bodies) {
-      print("  {}, no vertex farther than {:.3g} from its place\n",
-            counted(made->bodies->size(), "body", "bodies"), *loaded->tolerance);
+      const std::string count = counted(made->bodies->size(), "body", "bodies");
+      if (loaded->tolerance) {
+        print("  {}, no vertex farther than {:.3g} from its place\n", count, *loaded->tolerance);
+      } else {
+        print("  {}\n", count);
+      }
     }
     print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
           grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
@@ -524,6 +590,7 @@ void addSweep(CLI::App& app, int& exitCode) {
   command->add_option("-m,--motion", options->motion,
                       "The motion: a .json file, or poses as .csv (docs/motion.md); not with a "
                       "deformation or an animation");
+  addBodiesOption(*command, options->dividedBy);
   options->mending.addTo(*command, options->mend);
   command->add_option("--animation", options->animation.animation,
                       "Name, or number from 0, of the glTF's animation (default: the first)");

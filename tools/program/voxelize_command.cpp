@@ -14,17 +14,17 @@ struct VoxelizeArguments {
 int run(const VoxelizeArguments& options) {
   auto loaded = options.input.read();
   if (!loaded) return report(loaded.error());
+  model::TriangleMesh& mesh = loaded->bodies.front().mesh;
   std::vector<std::string> notices;
-  const auto times = motionFrameTimes(options.series.times, options.series.voxelSize, loaded->mesh,
+  const auto times = motionFrameTimes(options.series.times, options.series.voxelSize, mesh,
                                       loaded->motion, options.input.motion, notices);
   if (!times) return report(times.error());
   printNotices(notices);
   auto first = nlohmann::ordered_json::object();
   if (loaded->mended) first["mend"] = mendJson(*loaded->mended);
-  const int done =
-      writeVoxelSeries(options.series, *times,
-                       voxel4d::movingSolid(std::move(loaded->mesh), std::move(loaded->motion)),
-                       options.input.model, std::move(first));
+  const int done = writeVoxelSeries(
+      options.series, *times, voxel4d::movingSolid(std::move(mesh), std::move(loaded->motion)),
+      options.input.model, std::move(first));
   return done == kDone ? reportLosses(loaded->losses) : done;
 }
 

@@ -1,0 +1,80 @@
+#include "tools/program/solid_input.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/mesh_bodies.h"
+#include "t4d/formats/triangle_mesh_reader.h"
+#include "tools/program/console.h"
+
+namespace t4d::tools {
+namespace {
+
+/// Adds the report of a body to that of those before it.
+void addBody(const edit::MendSurfaceReport& body, const std::string& name,
+             std::optional<edit::MendSurfaceReport>& all) {
+  const bool first = !all;
+  if (first) {
+    all = body;
+    all->changes.clear();
+  } else {
+    all->hausdorff = std::max(all->hausdorff, body.hausdorff);
+    if (!body.volumeBefore) all->volumeBefore.reset();
+    if (all->volumeBefore) *all->volumeBefore += *body.volumeBefore;
+    all->volumeAfter += body.volumeAfter;
+    all->components += body.components;
+  }
+  for (edit::SurfaceChange change : body.changes) {
+    if (!name.empty()) change.text = fmt::format("body '{}': {}", name, change.text);
+    all->changes.push_back(std::move(change));
+  }
+}
+
+Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
+  SolidInput::Loaded loaded;
+  if (input.bodies.empty()) {
+    auto read = formats::readTriangleMesh(input.path);
+    if (!read) return pass(read.error());
+    printNotices(read->notices);
+    loaded.bodies.push_back(
+        {std::filesystem::path(input.path).stem().string(), std::move(read->mesh)});
+    loaded.losses = std::move(read->losses);
+    for (const auto& file : read->otherFiles) loaded.otherFiles.push_back(file.string());
+    return loaded;
+  }
+  auto read = formats::readMeshBodies(
+      input.path, input.bodies == "group" ? formats::BodiesBy::Group : formats::BodiesBy::Object);
+  if (!read) return pass(read.error());
+  printNotices(read->notices);
+  loaded.bodies = std::move(read->bodies);
+  return loaded;
+}
+
+}  // namespace
+
+Result<SolidInput::Loaded> SolidInput::read() const {
+  auto loaded = readBodies(*this);
+  if (!loaded || mending == nullptr) return loaded;
+  for (formats::NamedMesh& body : loaded->bodies) {
+    const bool one = bodies.empty();
+    auto done =
+        mend(body.mesh, *mending, one ? path : fmt::format("{}: body '{}'", path, body.name));
+    if (!done) return pass(done.error());
+    addBody(*done, one ? "" : body.name, loaded->mended);
+  }
+  return loaded;
+}
+
+void addBodiesOption(CLI::App& command, std::string& bodies) {
+  command
+      .add_option("--bodies", bodies,
+                  "Of an .obj: make a body of each object (o NAME) or group (g NAME), instead of "
+                  "one of all")
+      ->type_name("object|group")
+      ->check(CLI::IsMember({"object", "group"}));
+}
+
+}  // namespace t4d::tools
