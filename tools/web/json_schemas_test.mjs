@@ -141,6 +141,8 @@ const runs = [
   ['diff', [at('joined.t4d'), at('joined.t4d')], 0],
   ['diff', [at('joined.t4d'), at('filtered.t4d')], 1],
   ['compress', [at('filtered.t4d'), '--grid-step', '0.01', '-o', at('compressed.t4d')], 0],
+  ['quality', [at('filtered.t4d')], 0],
+  ['quality', [at('filtered.t4d'), '--worst', 0, '-o', at('shaped.t4d')], 0],
   ['du', [at('filtered.t4d')], 0],
   ['convert', [fixture('24-cell.off'), at('24-cell.t4d')], 0],
   ['convert', [at('24-cell.t4d'), at('24-cell.mesh')], 3],

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "t4d/measure/cell_quality.h"
+#include "t4d/model/body.h"
+#include "t4d/model/slab.h"
+
+namespace t4d::measure {
+
+/// A member of CellQuality.
+struct QualityMeasure {
+  std::string_view name;  ///< as in JSON and for attributes
+  double CellQuality::*value;
+};
+inline constexpr std::array<QualityMeasure, 6> kQualityMeasures = {
+    {{"volume", &CellQuality::volume},
+     {"edge_ratio", &CellQuality::edgeRatio},
+     {"radius_ratio", &CellQuality::radiusRatio},
+     {"smallest_angle", &CellQuality::smallestAngle},
+     {"largest_angle", &CellQuality::largestAngle},
+     {"height", &CellQuality::height}}};
+
+/// How many cells have which value of a measure. Values are counted in bins of 0.4 per cent, so any
+/// number of cells takes the same memory.
+class Distribution {
+ public:
+  Distribution();
+
+  /// `value` is not negative and may be infinite.
+  void add(double value);
+  void add(const Distribution& other);
+
+  std::uint64_t count() const { return count_; }
+  double min() const { return min_; }  ///< exact; 0 without cells
+  double max() const { return max_; }  ///< likewise
+  /// The value that the given fraction of the cells does not exceed, to 0.2 per cent.
+  double quantile(double fraction) const;
+
+ private:
+  std::vector<std::uint64_t> bins_;
+  std::uint64_t count_ = 0;
+  double min_ = 0;
+  double max_ = 0;
+};
+
+/// A cell and where it is.
+struct RankedCell {
+  std::size_t body = 0;
+  std::uint64_t slab = 0;                        ///< of the body
+  std::uint64_t cell = 0;                        ///< of the slab
+  model::Point4 center = model::Point4::Zero();  ///< mean of its corners
+  CellQuality quality;
+};
+
+/// The shape of the cells of a 4D mesh.
+struct MeshQuality {
+  double timeScale = 0;
+  /// Of kQualityMeasures: cells of slabs that last, and of caps.
+  std::array<Distribution, kQualityMeasures.size()> sides;
+  std::array<Distribution, kQualityMeasures.size()> caps;
+  std::uint64_t flat = 0;         ///< cells without volume
+  std::vector<RankedCell> worst;  ///< the largest radius ratios, the largest first
+
+  std::uint64_t cells() const { return sides[0].count() + caps[0].count(); }
+  Distribution all(std::size_t measure) const;
+};
+
+/// How fast the surface of the bodies moves along its normal, in the mean over its area and time:
+/// the integral of |n_t| over all cells that last, divided by that of |(n_x, n_y, n_z)|. 0 for
+/// bodies at rest.
+Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
+                               const model::Progress& progress = {});
+
+struct QualityOptions {
+  double timeScale = 1;    ///< a length for each unit of time; positive
+  std::size_t worst = 10;  ///< how many cells to name
+};
+
+/// Measures all cells, slab by slab, on all threads; the result does not depend on their number.
+Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
+                                   const QualityOptions& options,
+                                   const model::Progress& progress = {});
+
+/// The slab with an attribute of its cells for each of `measures`, as float32. Those of its
+/// connectivity stay.
+model::Slab withQuality(const model::Slab& slab, std::span<const QualityMeasure> measures,
+                        double timeScale);
+
+}  // namespace t4d::measure

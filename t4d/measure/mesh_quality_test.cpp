@@ -1,0 +1,204 @@
+#include "t4d/measure/mesh_quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "t4d/fixtures/solids.h"
+#include "t4d/mesh4d/sweep.h"
+
+namespace t4d::measure {
+namespace {
+
+using model::Point4;
+
+/// A rotation of R^4 that depends on the seed.
+Eigen::Matrix4d rotation(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const Eigen::Matrix4d any = Eigen::Matrix4d::NullaryExpr([&] { return normal(random); });
+  return Eigen::HouseholderQR<Eigen::Matrix4d>(any).householderQ();
+}
+
+TEST(CellQuality, OfTheRegularTetrahedronIsTheBestHoweverItLies) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 200; ++round) {
+    const Eigen::Matrix4d turn = rotation(random);
+    const double size = std::exp2(static_cast<double>(random() % 600) - 300);
+    const double timeScale = std::exp2(static_cast<double>(random() % 20) - 10);
+    std::array<Point4, 4> corners = {Point4(1, 1, 1, 0), Point4(1, -1, -1, 0), Point4(-1, 1, -1, 0),
+                                     Point4(-1, -1, 1, 0)};
+    for (Point4& corner : corners) {
+      corner = size * (turn * corner);
+      corner[3] /= timeScale;
+    }
+    const CellQuality quality = qualityOf(corners, timeScale);
+    EXPECT_NEAR(quality.volume / (8.0 / 3 * size * size * size), 1, 1e-12);
+    EXPECT_NEAR(quality.edgeRatio, 1, 1e-12);
+    EXPECT_NEAR(quality.radiusRatio, 1, 1e-12);
+    const double angle = std::acos(1.0 / 3) * 180 / std::numbers::pi;
+    EXPECT_NEAR(quality.smallestAngle, angle, 1e-11);
+    EXPECT_NEAR(quality.largestAngle, angle, 1e-11);
+    EXPECT_NEAR(quality.height, std::sqrt(2.0 / 3), 1e-12);
+  }
+}
+
+TEST(CellQuality, OfTheCornerOfACubeIsItsClosedForm) {
+  std::mt19937 random(8);
+  for (int round = 0; round < 100; ++round) {
+    const Eigen::Matrix4d turn = rotation(random);
+    std::array<Point4, 4> corners = {Point4(0, 0, 0, 0), turn.col(0), turn.col(1), turn.col(2)};
+    std::ranges::shuffle(corners, random);
+    const CellQuality quality = qualityOf(corners, 1);
+    EXPECT_NEAR(quality.volume, 1.0 / 6, 1e-14);
+    EXPECT_NEAR(quality.edgeRatio, std::numbers::sqrt2, 1e-13);
+    // The sphere around it is that of the cube; that within it has 3 V / area.
+    const double inradius = 0.5 / (1.5 + std::numbers::sqrt3 / 2);
+    EXPECT_NEAR(quality.radiusRatio, std::numbers::sqrt3 / 2 / (3 * inradius), 1e-12);
+    EXPECT_NEAR(quality.smallestAngle, std::acos(1 / std::numbers::sqrt3) * 180 / std::numbers::pi,
+                1e-11);
+    EXPECT_NEAR(quality.largestAngle, 90, 1e-11);
+    EXPECT_NEAR(quality.height, 1 / std::numbers::sqrt3 / std::numbers::sqrt2, 1e-12);
+  }
+}
+
+TEST(CellQuality, OfAFlatCellIsTheWorst) {
+  const std::array<Point4, 4> flat = {Point4(0, 0, 0, 0), Point4(1, 0, 0, 2), Point4(2, 0, 0, 4),
+                                      Point4(0, 1, 0, 0)};
+  const CellQuality quality = qualityOf(flat, 3);
+  EXPECT_EQ(quality.volume, 0);
+  EXPECT_TRUE(std::isinf(quality.radiusRatio));
+  EXPECT_EQ(quality.height, 0);
+  EXPECT_EQ(quality.smallestAngle, 0);
+  EXPECT_EQ(quality.largestAngle, 180);
+  const CellQuality point = qualityOf({flat[0], flat[0], flat[0], flat[0]}, 1);
+  EXPECT_TRUE(std::isinf(point.edgeRatio));
+}
+
+TEST(CellQuality, KeepsTheHeightOfAThinCell) {
+  for (const double height : {1e-3, 1e-7, 1e-11}) {
+    const std::array<Point4, 4> thin = {Point4(0, 0, 0, 0), Point4(1, 0, 0, 0), Point4(0, 1, 0, 0),
+                                        Point4(0.3, 0.3, 0, height)};
+    const CellQuality quality = qualityOf(thin, 1);
+    EXPECT_NEAR(quality.height / (height / std::numbers::sqrt2), 1, 1e-4);
+    EXPECT_NEAR(quality.volume / (height / 6), 1, 1e-4);
+  }
+}
+
+TEST(Distribution, HasTheQuantilesOfTheSortedValues) {
+  std::mt19937 random(9);
+  for (int round = 0; round < 20; ++round) {
+    std::lognormal_distribution<double> some(0, 0.5 + 0.25 * round);
+    std::vector<double> values(1 + random() % 5000);
+    Distribution one;
+    Distribution other;
+    for (double& value : values) {
+      value = some(random);
+      (random() % 3 == 0 ? one : other).add(value);
+    }
+    one.add(other);
+    std::ranges::sort(values);
+    EXPECT_EQ(one.count(), values.size());
+    EXPECT_EQ(one.min(), values.front());
+    EXPECT_EQ(one.max(), values.back());
+    for (const double fraction : {0.01, 0.5, 0.99}) {
+      const auto place =
+          static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(values.size())));
+      const double expected = values[std::max<std::size_t>(place, 1) - 1];
+      EXPECT_NEAR(one.quantile(fraction) / expected, 1, 0.0021);
+    }
+  }
+}
+
+/// A cube of side 2 that moves by `velocity` during t = 0 to 4.
+model::Mesh movingCube(const Eigen::Vector3d& velocity) {
+  model::Screw screw;
+  screw.translation = velocity;
+  const std::vector<model::ScrewRun> runs = {{1, screw, 4}};
+  mesh4d::SweepOptions options;
+  options.caps = mesh4d::CapMethod::Cone;
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, runs), options, mesh));
+  return mesh;
+}
+
+TEST(MeanNormalSpeed, OfACubeIsAThirdOfItsSpeedAlongAnAxis) {
+  for (const double speed : {0.0, 0.7, 2.1}) {
+    const model::Mesh mesh = movingCube({0, speed, 0});
+    const model::Body body{"cube", &mesh};
+    EXPECT_NEAR(*meanNormalSpeed({&body, 1}), speed / 3, 1e-13);
+  }
+}
+
+TEST(MeshQuality, CountsEveryCellAndRanksTheWorst) {
+  const model::Mesh mesh = movingCube({0.7, 0, 0});
+  const model::Body body{"cube", &mesh};
+  const auto quality = measureQuality({&body, 1}, {.timeScale = 0.5, .worst = 7});
+  ASSERT_TRUE(quality);
+  std::vector<double> ratios;
+  std::uint64_t caps = 0;
+  for (const model::Slab& slab : mesh.slabs()) {
+    if (slab.timeBegin == slab.timeEnd) caps += slab.connectivity->cells.size();
+    for (const model::Cell& cell : slab.connectivity->cells) {
+      const auto at = [&](int k) { return slab.vertices[cell[k]]; };
+      ratios.push_back(qualityOf({at(0), at(1), at(2), at(3)}, 0.5).radiusRatio);
+    }
+  }
+  EXPECT_EQ(quality->cells(), ratios.size());
+  EXPECT_EQ(quality->caps[0].count(), caps);
+  std::ranges::sort(ratios, std::greater());
+  ASSERT_EQ(quality->worst.size(), 7U);
+  for (std::size_t i = 0; i < 7; ++i) {
+    EXPECT_EQ(quality->worst[i].quality.radiusRatio, ratios[i]);
+  }
+  EXPECT_EQ(quality->all(2).max(), ratios.front());
+}
+
+TEST(MeshQuality, DoesNotChangeWithTheUnitOfTime) {
+  model::Mesh slow = movingCube({0.7, 0, 0});
+  model::Mesh fast;
+  for (model::Slab slab : slow.slabs()) {
+    for (Point4& vertex : slab.vertices) vertex[3] /= 8;
+    slab.timeBegin /= 8;
+    slab.timeEnd /= 8;
+    ASSERT_TRUE(fast.put(slab));
+  }
+  const model::Body a{"slow", &slow};
+  const model::Body b{"fast", &fast};
+  const auto one = measureQuality({&a, 1}, {.timeScale = *meanNormalSpeed({&a, 1})});
+  const auto other = measureQuality({&b, 1}, {.timeScale = *meanNormalSpeed({&b, 1})});
+  ASSERT_TRUE(one && other);
+  EXPECT_NEAR(other->timeScale / one->timeScale, 8, 1e-13);
+  for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
+    for (const double fraction : {0.0, 0.01, 0.5, 0.99, 1.0}) {
+      const double expected = one->all(k).quantile(fraction);
+      EXPECT_NEAR(other->all(k).quantile(fraction), expected, 0.005 * expected);
+    }
+  }
+}
+
+TEST(MeshQuality, AttributesAreTheMeasuresOfTheCells) {
+  const model::Mesh mesh = movingCube({0.7, 0, 0});
+  for (const model::Slab& slab : mesh.slabs()) {
+    const std::vector<QualityMeasure> both = {kQualityMeasures[2], kQualityMeasures[5]};
+    const model::Slab with = withQuality(slab, both, 0.5);
+    ASSERT_EQ(with.attributes.size(), slab.attributes.size() + 2);
+    EXPECT_EQ(with.attributes.back().name, "height");
+    ASSERT_TRUE(model::checkSlab(with));
+    const model::Cell& cell = slab.connectivity->cells.back();
+    const auto at = [&](int k) { return slab.vertices[cell[k]]; };
+    const CellQuality quality = qualityOf({at(0), at(1), at(2), at(3)}, 0.5);
+    float found = 0;
+    std::memcpy(&found, with.attributes.back().row(slab.connectivity->cells.size() - 1),
+                sizeof found);
+    EXPECT_EQ(found, static_cast<float>(quality.height));
+  }
+}
+
+}  // namespace
+}  // namespace t4d::measure
