@@ -305,6 +305,40 @@ TEST(G4mf, IsReadWithOlderKeysAndAnyPlacement) {
   }
 }
 
+TEST(G4mf, RotorsTurnTheFirstAxisOfAPlaneTowardsTheSecond) {
+  const std::string buffer = R"({"byteLength":100,"uri":)" + dataUri(simplexData()) + "}";
+  const auto verticesOf = [&](const std::string& rotor) {
+    const LoadedMesh4d loaded = read4dBytes(
+        "a.g4tf", g4mfText(buffer, kMeshes,
+                           R"(,"nodes":[{"mesh":0,"scale":[1,2,3,4],"rotor":)" + rotor + "}]"));
+    EXPECT_EQ(loaded.bodies.size(), 1U);
+    EXPECT_NEAR(hypervolumeOf(loaded.bodies), 24 * kSimplexHypervolume, 1e-12);
+    return loaded.bodies.empty() ? std::vector<model::Point4>(5) : loaded.bodies[0].vertices;
+  };
+  constexpr std::array<std::array<int, 2>, 6> kPlanes = {
+      {{0, 1}, {0, 2}, {1, 2}, {0, 3}, {1, 3}, {2, 3}}};
+  for (std::size_t plane = 0; plane < 6; ++plane) {
+    // A rotation with cosine 0.28 and sine 0.96.
+    std::vector<double> rotor(7 + plane % 2);
+    rotor[0] = 0.8;
+    rotor[1 + plane] = 0.6;
+    const auto vertices = verticesOf(fmt::format("[{}]", fmt::join(rotor, ",")));
+    const auto [first, second] = kPlanes[plane];
+    for (int axis = 0; axis < 4; ++axis) {
+      model::Point4 expected = model::Point4::Unit(axis);
+      if (axis == first) expected = 0.28 * expected + 0.96 * model::Point4::Unit(second);
+      if (axis == second) expected = 0.28 * expected - 0.96 * model::Point4::Unit(first);
+      expected *= axis + 1;  // the scale is along its own axes
+      EXPECT_LE((vertices[static_cast<std::size_t>(axis) + 1] - expected).norm(), 1e-12)
+          << plane << " " << axis;
+    }
+  }
+  // In xy and zw at once: the product of both rotors.
+  const auto both = verticesOf("[0.64,0.48,0,0,0,0,0.48,0.36]");
+  EXPECT_LE((both[1] - model::Point4(0.28, 0.96, 0, 0)).norm(), 1e-12);
+  EXPECT_LE((both[3] - 3 * model::Point4(0, 0, 0.28, 0.96)).norm(), 1e-12);
+}
+
 TEST(G4mf, IsReadFromFilesBesideItAndFromZstd) {
   writeFile("data.bin", simplexData() + "more");
   EXPECT_DOUBLE_EQ(
@@ -346,9 +380,17 @@ TEST(G4mf, SaysWhatIsWrong) {
   EXPECT_EQ(error4dOf("a.g4tf",
                       g4mfText(buffer, kMeshes, R"(,"nodes":[{"children":[1]},{"children":[1]}])")),
             "a.g4tf: node 1 is below itself, has two parents or is too deep");
-  EXPECT_EQ(error4dOf("a.g4tf", g4mfText(buffer, kMeshes,
-                                         R"(,"nodes":[{"mesh":0,"rotor":[1,0,0,0,0,0,0]}])")),
-            "a.g4tf: a node is rotated by a 'rotor', which is not supported; 'basis' is");
+  EXPECT_EQ(error4dOf("a.g4tf",
+                      g4mfText(buffer, kMeshes, R"(,"nodes":[{"mesh":0,"rotor":[1,0,0,0,0,0]}])")),
+            "a.g4tf: the 'rotor' of a node is not 7 or 8 numbers");
+  // Turns in two planes at once need the last number.
+  for (const char* rotor : {"[2,0,0,0,0,0,0]", "[0.6,0.64,0,0,0,0,0.48]"}) {
+    EXPECT_NE(
+        error4dOf("a.g4tf", g4mfText(buffer, kMeshes,
+                                     R"(,"nodes":[{"mesh":0,"rotor":)" + std::string(rotor) + "}]"))
+            .find("of a node is not a rotation"),
+        std::string::npos);
+  }
   EXPECT_EQ(error4dOf("a.g4b", "G4MF" + bytesOf(std::uint32_t{1}) + std::string(40, '\0')),
             "a.g4b: byte 4: is version 1 of binary G4MF, expected 0, the draft");
   // A mesh of 10,000 vertices that a thousand nodes place.

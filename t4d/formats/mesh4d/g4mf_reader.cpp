@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <optional>
+#include <span>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -22,10 +25,61 @@ constexpr int kDeepestNodes = 200;
 /// vertex or a tetrahedron takes at least 4 bytes where it is not repeated.
 constexpr std::uint64_t kMostElementsPerByte = 16;
 
+/// Rotors of files have few digits.
+constexpr double kRotorRounding = 1e-3;
+
 struct Placement {
   Eigen::Matrix4d basis = Eigen::Matrix4d::Identity();
   Eigen::Vector4d position = Eigen::Vector4d::Zero();
 };
+
+/// Whether the product of two blades of the geometric algebra, sets of axes as bits, is negative:
+/// sorting their axes takes an odd number of exchanges.
+bool isNegativeProduct(unsigned a, unsigned b) {
+  int exchanges = 0;
+  for (a >>= 1U; a != 0; a >>= 1U) exchanges += std::popcount(a & b);
+  return exchanges % 2 != 0;
+}
+
+using Multivector = std::array<double, 16>;  // by the axes of the blade
+
+Multivector product(const Multivector& a, const Multivector& b) {
+  Multivector result{};
+  for (unsigned i = 0; i < a.size(); ++i) {
+    for (unsigned j = 0; j < b.size(); ++j) {
+      result[i ^ j] += isNegativeProduct(i, j) ? -a[i] * b[j] : a[i] * b[j];
+    }
+  }
+  return result;
+}
+
+/// The rotation of the rotor R, given as [1, xy, xz, yz, xw, yw, zw, xyzw]: it takes v to R~ v R,
+/// so that cos(a/2) + sin(a/2) xy turns x towards y by the angle a, as in the format's own program.
+/// Nothing if it is not a rotation.
+std::optional<Eigen::Matrix4d> rotationOf(std::span<const double> rotor) {
+  constexpr std::array<unsigned, 8> kBlades = {0,      0b0011, 0b0101, 0b0110,
+                                               0b1001, 0b1010, 0b1100, 0b1111};
+  double squares = 0;
+  for (const double number : rotor) squares += number * number;
+  const double length = std::sqrt(squares);
+  if (!(std::abs(length - 1) <= kRotorRounding)) return std::nullopt;
+  Multivector forward{};
+  Multivector reverse{};
+  for (std::size_t i = 0; i < rotor.size(); ++i) {
+    forward[kBlades[i]] = rotor[i] / length;
+    // Bivectors change their sign, the scalar and the blade of all axes do not.
+    reverse[kBlades[i]] = (i == 0 || i == 7 ? 1 : -1) * rotor[i] / length;
+  }
+  Eigen::Matrix4d matrix;
+  for (int axis = 0; axis < 4; ++axis) {
+    Multivector vector{};
+    vector[1U << static_cast<unsigned>(axis)] = 1;
+    const Multivector turned = product(product(reverse, vector), forward);
+    for (int row = 0; row < 4; ++row) matrix(row, axis) = turned[1U << static_cast<unsigned>(row)];
+  }
+  if (!(matrix * matrix.transpose()).isIdentity(kRotorRounding)) return std::nullopt;
+  return matrix;
+}
 
 class G4mfReader {
  public:
@@ -82,24 +136,32 @@ class G4mfReader {
   }
 
   Result<Placement> placementOf(const json& node, const Placement& above) const {
-    if (node.contains("rotor")) {
-      return fail(ErrorCode::Unsupported,
-                  "a node is rotated by a 'rotor', which is not supported; 'basis' is",
-                  file_.wrong("").value().where);
-    }
     const auto position = numbers(node, "position", {4});
     if (!position) return pass(position.error());
     const auto basis = numbers(node, "basis", {16});
     if (!basis) return pass(basis.error());
     const auto scale = numbers(node, "scale", {1, 4});
     if (!scale) return pass(scale.error());
+    const auto rotor = numbers(node, "rotor", {7, 8});
+    if (!rotor) return pass(rotor.error());
     Placement own;
     if (!basis->empty()) {
       own.basis = Eigen::Map<const Eigen::Matrix4d>(basis->data());  // column by column
-    } else if (!scale->empty()) {
-      for (std::size_t i = 0; i < 4; ++i) {
-        own.basis(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) =
-            (*scale)[scale->size() == 1 ? 0 : i];
+    } else {
+      if (!rotor->empty()) {
+        const auto rotation = rotationOf(*rotor);
+        if (!rotation) {
+          return file_.wrong(fmt::format(
+              "the 'rotor' [{}] of a node is not a rotation: its length is not 1, or 'xyzw' does "
+              "not match its planes",
+              fmt::join(*rotor, ", ")));
+        }
+        own.basis = *rotation;
+      }
+      if (!scale->empty()) {
+        for (std::size_t i = 0; i < 4; ++i) {
+          own.basis.col(static_cast<Eigen::Index>(i)) *= (*scale)[scale->size() == 1 ? 0 : i];
+        }
       }
     }
     if (!position->empty()) own.position = Eigen::Map<const Eigen::Vector4d>(position->data());

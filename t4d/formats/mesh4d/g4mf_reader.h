@@ -13,7 +13,7 @@ bool isG4mfText(std::string_view begin);
 bool isG4mfBinary(std::string_view begin);
 
 /// Reads text or binary: each node with a mesh becomes a body, placed by its `position` and `basis`
-/// or `scale` and those of the nodes above it; `rotor` is refused. Without nodes, each mesh becomes
+/// or `rotor` and `scale`, and those of the nodes above it. Without nodes, each mesh becomes
 /// one. Edges, normals, texture maps and topology are skipped without a loss; materials, lights,
 /// cameras and shapes are one. A surface without simplexes is not read.
 Result<LoadedMesh4d> readG4mf(const InputFile& file);
