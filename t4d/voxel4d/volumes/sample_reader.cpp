@@ -92,7 +92,9 @@ class RawReader : public SampleReader {
 
 class GzipReader : public SampleReader {
  public:
-  GzipReader(gzFile file, std::string where) : file_(file), where_(std::move(where)) {}
+  /// `wanted`: the bytes that are to be read in all.
+  GzipReader(gzFile file, std::string where, std::uint64_t wanted)
+      : file_(file), where_(std::move(where)), wanted_(wanted) {}
   GzipReader(const GzipReader&) = delete;
   GzipReader& operator=(const GzipReader&) = delete;
   ~GzipReader() override { gzclose(file_); }
@@ -103,6 +105,7 @@ class GzipReader : public SampleReader {
       const auto part = static_cast<unsigned>(std::min(into.size(), kMost));
       const int got = gzread(file_, into.data(), part);
       if (got <= 0) return damaged();
+      read_ += static_cast<std::uint64_t>(got);
       into = into.subspan(static_cast<std::size_t>(got));
     }
     return {};
@@ -119,11 +122,17 @@ class GzipReader : public SampleReader {
   Result<void> finish(bool mayHaveMore) override {
     // The checksum is at the end.
     std::array<std::byte, 65536> more;
+    std::uint64_t beyond = 0;
     int got = 0;
-    do got = gzread(file_, more.data(), more.size());
-    while (got > 0 && mayHaveMore);
-    if (got == 0 && isWhole()) return {};
-    return got > 0 ? invalid("has more samples than its header says", where_) : damaged();
+    do {
+      got = gzread(file_, more.data(), more.size());
+      if (got > 0) beyond += static_cast<std::uint64_t>(got);
+    } while (got > 0 && (mayHaveMore || beyond < kMostCounted));
+    if (got < 0 || !isWhole()) return damaged();
+    if (beyond == 0 || mayHaveMore) return {};
+    return invalid(fmt::format("unpacks to {}{} bytes, but its header announces {}",
+                               got > 0 ? "more than " : "", read_ + beyond, read_),
+                   where_);
   }
 
  private:
@@ -136,21 +145,29 @@ class GzipReader : public SampleReader {
     int code = Z_OK;
     const char* text = gzerror(file_, &code);
     if (code == Z_OK || code == Z_BUF_ERROR) {
-      return invalid("is cut off: its compressed data end before the samples do", where_);
+      return invalid(fmt::format("is cut off: it unpacks to {} bytes, but its header announces {}",
+                                 read_, wanted_),
+                     where_);
     }
     if (code == Z_ERRNO) return cannotRead(where_);
     return invalid(fmt::format("its compressed data are damaged: {}", text), where_);
   }
 
+  /// More bytes than announced are counted up to so many.
+  static constexpr std::uint64_t kMostCounted = std::uint64_t{1} << 30U;
+
   gzFile file_;
   std::string where_;
+  std::uint64_t wanted_;
+  std::uint64_t read_ = 0;
 };
 
 /// Numbers written in decimals.
 class TextReader : public SampleReader {
  public:
-  TextReader(std::ifstream file, std::string where, SampleType type)
-      : file_(std::move(file)), where_(std::move(where)), type_(type) {}
+  /// `wanted`: the numbers that are to be read in all.
+  TextReader(std::ifstream file, std::string where, SampleType type, std::uint64_t wanted)
+      : file_(std::move(file)), where_(std::move(where)), type_(type), wanted_(wanted) {}
 
   Result<void> read(std::span<std::byte> into) override {
     for (std::size_t at = 0; at < into.size(); at += sizeOf(type_)) {
@@ -168,7 +185,10 @@ class TextReader : public SampleReader {
   Result<void> finish(bool mayHaveMore) override {
     std::string more;
     if (mayHaveMore || !(file_ >> more)) return {};
-    return invalid("has more samples than its header says", where_);
+    std::uint64_t found = read_ + 1;
+    while (file_ >> more) ++found;
+    return invalid(fmt::format("has {} samples, but its header announces {}", found, wanted_),
+                   where_);
   }
 
  private:
@@ -176,8 +196,12 @@ class TextReader : public SampleReader {
     std::string word;
     constexpr int kLongest = 400;
     file_.width(kLongest);
-    if (!(file_ >> word))
-      return invalid("is cut off: it has fewer samples than its header says", where_);
+    if (!(file_ >> word)) {
+      return invalid(
+          fmt::format("is cut off: it has {} samples, but its header announces {}", read_, wanted_),
+          where_);
+    }
+    ++read_;
     switch (type_) {
       case SampleType::Float32:
         return parse<float>(word, into);
@@ -221,6 +245,8 @@ class TextReader : public SampleReader {
   std::ifstream file_;
   std::string where_;
   SampleType type_;
+  std::uint64_t wanted_;
+  std::uint64_t read_ = 0;
 };
 
 /// The most that a byte of a file can stand for: gzip's best is 1,032; a number in decimals takes
@@ -260,7 +286,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   if (data.encoding == SampleEncoding::Text) {
     std::ifstream file(data.path, std::ios::binary);
     file.seekg(static_cast<std::streamoff>(data.offset));
-    return std::make_unique<TextReader>(std::move(file), where, type);
+    return std::make_unique<TextReader>(std::move(file), where, type, bytes / sizeOf(type));
   }
   Descriptor file(open(data.path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.number() < 0) return cannotRead(where);
@@ -278,7 +304,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   if (unpacked == nullptr) return fail(ErrorCode::Failed, "cannot be unpacked: no memory", where);
   file.release();
   gzbuffer(unpacked, 1U << 18U);
-  return std::make_unique<GzipReader>(unpacked, where);
+  return std::make_unique<GzipReader>(unpacked, where, bytes);
 }
 
 }  // namespace t4d::voxel4d

@@ -238,7 +238,10 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
               HasSubstr("is cut off or damaged"));
   EXPECT_THAT(changed("raw.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 3 2"),
               HasSubstr("bytes more than the samples that its header announces"));
-  EXPECT_THAT(changed("gzip.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 6 3"), HasSubstr("is cut off"));
+  EXPECT_THAT(changed("gzip.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 6 3"),
+              HasSubstr("is cut off: it unpacks to 960 bytes, but its header announces 1440"));
+  EXPECT_THAT(changed("gzip.nrrd", "sizes: 5 4 6 2", "sizes: 5 4 3 2"),
+              HasSubstr(": unpacks to 960 bytes, but its header announces 480"));
   EXPECT_THAT(changed("gzip.nrrd", "sizes: 5 4 6 2", "sizes: 4000 4000 4000 2"),
               HasSubstr("cannot hold"));
   EXPECT_THAT(changed("raw.nrrd", "sizes: 5 4 6 2", "sizes: 4294967295 4294967295 4294967295 2"),
