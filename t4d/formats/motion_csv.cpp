@@ -41,14 +41,42 @@ std::string_view trimmed(std::string_view text) {
   return quoted ? text.substr(1, text.size() - 2) : text;
 }
 
+/// A blank as the separator stands for any number of blanks and tabs.
 std::vector<std::string_view> fieldsOf(std::string_view line, char separator) {
   std::vector<std::string_view> fields;
+  if (separator == ' ') {
+    for (line = trimmed(line); !line.empty(); line = trimmed(line)) {
+      const auto end = std::min(line.find_first_of(" \t"), line.size());
+      fields.push_back(trimmed(line.substr(0, end)));
+      line.remove_prefix(end);
+    }
+    return fields;
+  }
   while (true) {
     const auto end = line.find(separator);
     fields.push_back(trimmed(line.substr(0, end)));
     if (end == line.npos) return fields;
     line.remove_prefix(end + 1);
   }
+}
+
+char separatorOf(std::string_view line) {
+  const auto has = [&](char c) { return line.find(c) != line.npos; };
+  if (has(';')) return ';';
+  if (!has('\t')) return has(',') ? ',' : ' ';
+  // "time,<tab>x" is separated by commas, in "0,5<tab>1" they are in numbers.
+  const auto fields = fieldsOf(line, '\t');
+  const bool commas = std::ranges::any_of(fields, [](auto field) { return field.ends_with(','); });
+  return commas ? ',' : '\t';
+}
+
+/// Whether a number such as 1,500 could also have thousands apart: up to three digits, not 0, and
+/// three more.
+bool mayBeThousands(std::string_view number) {
+  if (number.starts_with('-') || number.starts_with('+')) number.remove_prefix(1);
+  const auto comma = number.find(',');
+  return comma >= 1 && comma <= 3 && number[0] != '0' && number.size() - comma == 4 &&
+         number.find_first_of("eE") == number.npos;
 }
 
 /// The place of `letter` in `letters` behind one of the prefixes; nothing if it is none of them.
@@ -81,13 +109,21 @@ std::optional<int> partOf(const std::string& name, int firstIndex) {
 
 class TableReader {
  public:
-  explicit TableReader(const InputFile& file) : file_(file), scanner_(file, {.comment = '#'}) {}
+  TableReader(const InputFile& file, std::string* form)
+      : file_(file), scanner_(file, {.comment = '#'}), form_(form) {}
 
   Result<model::Motion> read() {
     if (auto done = readHeader(); !done) return pass(done.error());
+    if (auto done = findDecimalComma(); !done) return pass(done.error());
+    if (form_ != nullptr) *form_ = form();
     std::vector<model::KeyPose> poses;
+    if (first_) {
+      auto pose = readPose(*first_);
+      if (!pose) return pass(pose.error());
+      poses.push_back(*pose);
+    }
     while (scanner_.nextLine()) {
-      auto pose = readPose();
+      auto pose = readPose(scanner_.rest());
       if (!pose) return pass(pose.error());
       poses.push_back(*pose);
     }
@@ -102,10 +138,13 @@ class TableReader {
   Result<void> readHeader() {
     scanner_.nextLine();
     const std::string_view line = scanner_.rest();
-    for (const char separator : {';', '\t', ','}) {
-      if (line.find(separator) != line.npos) separator_ = separator;
+    separator_ = separatorOf(line);
+    auto names = fieldsOf(line, separator_);
+    if (auto inComment = namesInComment(names); !inComment.empty()) {
+      names = std::move(inComment);
+      first_ = line;
+      firstLine_ = scanner_.line();
     }
-    const auto names = fieldsOf(line, separator_);
     const bool fromZero =
         std::ranges::any_of(names, [](std::string_view name) { return lowerCase(name) == "m00"; });
     std::array<bool, kParts> has{};
@@ -120,7 +159,8 @@ class TableReader {
       if (!part) {
         return scanner_.invalidHere(fmt::format(
             "the column {} is unknown; {}known are {}", inQuotes(name),
-            names.size() == 1 ? "columns are separated by commas, semicolons or tabs; " : "",
+            names.size() == 1 ? "columns are separated by commas, semicolons, tabs or blanks; "
+                              : "",
             kKnownColumns));
       }
       if (has[static_cast<std::size_t>(*part)]) {
@@ -159,6 +199,84 @@ class TableReader {
                     fmt::join(names_, ", "), kKnownColumns));
   }
 
+  /// The names of the columns in the last comment before this line of numbers, as in
+  /// `# timestamp tx ty tz qx qy qz qw`; empty if that is not what they are.
+  std::vector<std::string_view> namesInComment(const std::vector<std::string_view>& numbers) {
+    double number = 0;
+    for (const std::string_view field : numbers) {
+      std::string pointed(field);
+      std::ranges::replace(pointed, ',', '.');
+      if (!scanner_.parse(pointed, number, "")) return {};
+    }
+    std::string_view comment;
+    std::string_view rest = file_.bytes;
+    for (std::uint64_t line = 1; line < scanner_.line(); ++line) {
+      const auto end = std::min(rest.find('\n'), rest.size());
+      std::string_view here = trimmed(rest.substr(0, end));
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+      while (here.ends_with('\r') || here.ends_with(' ')) here.remove_suffix(1);
+      if (here.starts_with('#')) comment = here.substr(1);
+    }
+    auto names = fieldsOf(trimmed(comment), separatorOf(comment));
+    const bool known =
+        names.size() == numbers.size() && std::ranges::all_of(names, [](std::string_view name) {
+          return partOf(lowerCase(name), 0) || partOf(lowerCase(name), 1);
+        });
+    return known ? names : std::vector<std::string_view>();
+  }
+
+  /// Whether numbers have decimal commas, which they can where commas separate nothing.
+  Result<void> findDecimalComma() {
+    if (separator_ == ',') return {};
+    TextScanner lines = scanner_;
+    std::string_view fieldsHere = first_.value_or("");
+    std::uint64_t line = firstLine_;
+    std::string pointed;
+    std::string unclear;
+    std::uint64_t unclearLine = 0;
+    bool certain = false;
+    do {
+      for (const std::string_view field : fieldsOf(fieldsHere, separator_)) {
+        const auto commas = std::ranges::count(field, ',');
+        if (commas == 0 && field.find('.') != field.npos && pointed.empty()) pointed = field;
+        if (commas != 1 || field.find('.') != field.npos) continue;
+        certain = certain || !mayBeThousands(field);
+        if (unclear.empty()) {
+          unclear = field;
+          unclearLine = line;
+        }
+      }
+      if (!lines.nextLine()) break;
+      fieldsHere = lines.rest();
+      line = lines.line();
+    } while (true);
+    if (unclear.empty()) return {};
+    if (!pointed.empty()) {
+      return invalid(
+          fmt::format("found {} and {}: numbers have a decimal comma or a decimal point, "
+                      "not both",
+                      inQuotes(unclear), inQuotes(pointed)),
+          file_.atLine(unclearLine));
+    }
+    if (!certain) {
+      return invalid(fmt::format("found {}, whose comma may be a decimal comma or stand between "
+                                 "thousands; write decimal points",
+                                 inQuotes(unclear)),
+                     file_.atLine(unclearLine));
+    }
+    decimalComma_ = true;
+    return {};
+  }
+
+  /// What is unusual about the table, for a note.
+  std::string form() const {
+    std::vector<std::string_view> parts;
+    if (separator_ == ' ') parts.emplace_back("columns are separated by blanks");
+    if (first_) parts.emplace_back("their names are in a comment");
+    if (decimalComma_) parts.emplace_back("numbers have decimal commas");
+    return fmt::format("{}", fmt::join(parts, ", "));
+  }
+
   /// Which columns a position, a quaternion or a matrix lacks that is there in part, if only one of
   /// them is begun.
   static std::string missingParts(const std::array<bool, kParts>& has) {
@@ -185,8 +303,8 @@ class TableReader {
                        fmt::join(missing, ", "), missing.size() == 1 ? "is" : "are");
   }
 
-  Result<model::KeyPose> readPose() {
-    const auto fields = fieldsOf(scanner_.rest(), separator_);
+  Result<model::KeyPose> readPose(std::string_view line) {
+    const auto fields = fieldsOf(line, separator_);
     if (fields.size() != parts_.size()) {
       return scanner_.invalidHere(
           fmt::format("has {} fields, but {} columns are named", fields.size(), parts_.size()));
@@ -195,14 +313,11 @@ class TableReader {
     numbers[kQuaternion + 3] = 1;
     numbers[kMatrix + 15] = 1;
     for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (!scanner_.parse(fields[i], numbers[parts_[i]], "a number")) {
-        std::string pointed(fields[i]);
-        const bool comma = std::ranges::count(pointed, ',') == 1;
-        std::ranges::replace(pointed, ',', '.');
-        const bool decimal = comma && scanner_.parse(pointed, numbers[parts_[i]], "a number");
+      std::string field(fields[i]);
+      if (decimalComma_) std::ranges::replace(field, ',', '.');
+      if (!scanner_.parse(field, numbers[parts_[i]], "a number")) {
         return scanner_.invalidHere(
-            fmt::format("column {}: found {}, expected a number{}", names_[i], inQuotes(fields[i]),
-                        decimal ? " with a decimal point, not a comma" : ""));
+            fmt::format("column {}: found {}, expected a number", names_[i], inQuotes(fields[i])));
       }
     }
     model::KeyPose pose;
@@ -244,7 +359,11 @@ class TableReader {
 
   const InputFile& file_;
   TextScanner scanner_;
+  std::string* form_;
   char separator_ = ',';
+  bool decimalComma_ = false;
+  std::optional<std::string_view> first_;  // pose, if a comment has the names
+  std::uint64_t firstLine_ = 0;
   std::vector<std::size_t> parts_;  // of each column
   std::vector<std::string> names_;
   bool hasMatrix_ = false;
@@ -252,6 +371,8 @@ class TableReader {
 
 }  // namespace
 
-Result<model::Motion> readMotionCsv(const InputFile& file) { return TableReader(file).read(); }
+Result<model::Motion> readMotionCsv(const InputFile& file, std::string* form) {
+  return TableReader(file, form).read();
+}
 
 }  // namespace t4d::formats

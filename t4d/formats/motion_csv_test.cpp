@@ -1,5 +1,6 @@
 #include "t4d/formats/motion_csv.h"
 
+#include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -53,6 +54,31 @@ TEST(MotionCsv, ColumnsAreFoundByTheirNames) {
              0);
 }
 
+TEST(MotionCsv, BlanksSeparateAndACommentMayHaveTheNames) {
+  const std::string poses = "0 0 0 0 0 0 0 1\n1.0 10 0 0 0 0 0.6 0.8\n 3  10\t20 5 .5 .5 .5 .5 \n";
+  for (const char* names : {"# ground truth\n# file: 'a.bag'\n# timestamp tx ty tz qx qy qz qw\n",
+                            "#time,x,y,z,qx,qy,qz,qw\r\n", "t x  y z qx qy qz qw\n"}) {
+    std::string form;
+    const std::string text = names + poses;
+    expectSame(readMotionCsv({"p.txt", text}, &form), 0);
+    EXPECT_EQ(form, text[0] == '#' ? "columns are separated by blanks, their names are in a comment"
+                                   : "columns are separated by blanks");
+  }
+}
+
+TEST(MotionCsv, DecimalCommasAreToldByTheNumbers) {
+  std::string form;
+  const std::string poses =
+      "0;0;0;0;0;0;0;1\n1,0;1,0e1;0;0;0;0;0,6;0,8\n3;10,000;20;5;0,5;0,5;0,5;0,5\n";
+  expectSame(readMotionCsv({"p.csv", "time;x;y;z;qx;qy;qz;qw\n" + poses}, &form), 0);
+  EXPECT_EQ(form, "numbers have decimal commas");
+  expectSame(readMotionCsv({"p.csv", "# time;x;y;z;qx;qy;qz;qw\n" + poses}, &form), 0);
+  EXPECT_EQ(form, "their names are in a comment, numbers have decimal commas");
+  std::string tabs = poses;
+  std::ranges::replace(tabs, ';', '\t');
+  expectSame(read("time\tx\ty\tz\tqx\tqy\tqz\tqw\n" + tabs), 0);
+}
+
 TEST(MotionCsv, MatricesArePoses) {
   const std::string rows[] = {"1,0,0,0,0,1,0,0,0,0,1,0", "0.28,-0.96,0,10,0.96,0.28,0,0,0,0,1,0",
                               "0,0,1,10,1,0,0,20,0,1,0,5"};
@@ -95,10 +121,20 @@ TEST(MotionCsv, WhatIsNoTableOfPosesIsRefused) {
   EXPECT_EQ(errorOfTable("time,qx,qz\n"),
             "p.csv:1: the columns qy, qw are missing; the columns are time, qx, qz");
   EXPECT_TRUE(errorOfTable("0,0,0,0\n").starts_with("p.csv:1: found the number '0', expected a "));
-  EXPECT_TRUE(errorOfTable("time x y z\n").find("separated by commas, semicolons or tabs") !=
-              std::string::npos);
-  EXPECT_EQ(errorOfTable("t;x;y;z\n0;0,5;0;0\n"),
-            "p.csv:2: column x: found '0,5', expected a number with a decimal point, not a comma");
+  EXPECT_TRUE(
+      errorOfTable("time:x:y:z\n").find("separated by commas, semicolons, tabs or blanks") !=
+      std::string::npos);
+  EXPECT_EQ(errorOfTable("t;x;y;z\n0;0,5;0.5;0\n"),
+            "p.csv:2: found '0,5' and '0.5': numbers have a decimal comma or a decimal point, not "
+            "both");
+  EXPECT_EQ(
+      errorOfTable("t;x;y;z\n0;0;0;0\n1;1,500;0;0\n"),
+      "p.csv:3: found '1,500', whose comma may be a decimal comma or stand between thousands; "
+      "write decimal points");
+  EXPECT_EQ(errorOfTable("t;x;y;z\n0;0,5;1,234,567;0\n"),
+            "p.csv:2: column y: found '1,234,567', expected a number");
+  EXPECT_TRUE(errorOfTable("# a trajectory\n0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n")
+                  .starts_with("p.csv:2: found the number '0', expected a first line with"));
   for (const char* columns : {"time\n", "time,m00,m01\n", "time,qw,qx,qy,qz,m00\n"}) {
     EXPECT_TRUE(errorOfTable(columns).starts_with("p.csv:1: the columns are ")) << columns;
   }

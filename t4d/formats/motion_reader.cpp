@@ -193,12 +193,18 @@ Result<model::Motion> parseMotion(const std::string& text, const std::string& na
                  name);
 }
 
-Result<model::Motion> readMotion(const std::filesystem::path& path) {
+Result<model::Motion> readMotion(const std::filesystem::path& path, std::string* form) {
+  const std::string extension = lowerCaseExtension(path);
+  if (extension == ".bvh") {
+    return fail(ErrorCode::Unsupported,
+                "is the motion of a skeleton (BVH), expected that of one rigid solid: export the "
+                "poses of a joint as a table (.csv)",
+                path.string());
+  }
   auto file = readInputFile(path);
   if (!file) return pass(file.error());
-  const std::string extension = lowerCaseExtension(path);
   if (extension == ".csv" || extension == ".tsv" || extension == ".txt") {
-    return readMotionCsv(*file);
+    return readMotionCsv(*file, form);
   }
   return parseMotion(file->bytes, path.string());
 }

@@ -20,8 +20,10 @@ Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
   auto loaded = SolidInput{model, bodies, mend ? &mending : nullptr}.read();
   if (!loaded) return pass(loaded.error());
   if (loaded->mended) printNotices(noticesOf(*loaded->mended));
-  auto poses = formats::readMotion(motion);
+  std::string form;
+  auto poses = formats::readMotion(motion, &form);
   if (!poses) return pass(poses.error());
+  if (!form.empty()) printNotices({motion + ": " + form});
   std::vector<std::string> files = {model, motion};
   files.insert(files.end(), loaded->otherFiles.begin(), loaded->otherFiles.end());
   return Loaded{std::move(loaded->bodies), std::move(*poses), std::move(loaded->losses),

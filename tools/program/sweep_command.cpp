@@ -99,6 +99,11 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
     if (!options.part.empty()) return "--part is not for an animated glTF";
     return std::nullopt;
   }
+  if (formats::lowerCaseExtension(options.models.front()) == ".bvh") {
+    return "a .bvh holds the motion of a skeleton and no mesh: name a mesh, and give the poses of "
+           "a "
+           "joint as a table (.csv) with --motion";
+  }
   if (options.models.size() < 2) {
     return "--motion is required, but for an animated .glb, .gltf, .fbx or .dae and for a solid "
            "that is deformed: name "
