@@ -86,6 +86,7 @@ Result<void> checkNothingToMove(const TriangleMesh& mesh, bool nested) {
   if (auto closed = model::checkClosedSurface(mesh); !closed) {
     return invalid(fmt::format("{}; {}", closed.error().message, kWhy));
   }
+  if (!findsCrossings()) return {};
   constexpr std::size_t kCounted = 1000;
   const auto crossings = findCrossings(mesh, kCounted);
   if (!crossings) return pass(crossings.error());
@@ -127,6 +128,7 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   }
   report.volumeAfter = signedVolume(work);
   report.closed = report.manifold = true;
+  if (findsCrossings()) report.selfIntersections = 0;
   report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
   keys = std::make_unique<KeysOfSome>(std::move(keys), mesh.vertices.size(), std::move(kept),
                                       std::move(merged));

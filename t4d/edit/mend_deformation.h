@@ -15,7 +15,7 @@ namespace t4d::edit {
 /// outer surface moves vertices; if vertices within `weld` of each other at the first key are
 /// farther apart at another (checked when that key is read); if a hole is wider at the first key
 /// than `maxHole`; and as mendSurface. `maxMove` and `remesh` are not used. The Hausdorff distance
-/// and the volumes are those at the first key. Needs a build with CGAL.
+/// and the volumes are those at the first key. Without CGAL as mendSurface.
 Result<MendSurfaceReport> mendDeformation(model::TriangleMesh& mesh,
                                           std::unique_ptr<model::VertexKeys>& keys,
                                           const MendSurfaceOptions& options = {});

@@ -79,12 +79,13 @@ Result<void> fillHoles(model::TriangleMesh& mesh, const MendSurfaceOptions& opti
 // take_outer_surface.cpp
 
 /// Takes the outer surface if triangles cross, or if components are nested. Closed still, it may
-/// touch itself.
+/// touch itself. In a build that cannot find crossings none are looked for.
 Result<void> takeOuterSurface(model::TriangleMesh& mesh, bool nested, Changes& changes);
 
 // take_apart.cpp
 
-/// Whether what a file would keep of the mesh, with equal vertices merged, bounds a solid.
+/// Whether what a file would keep of the mesh, with equal vertices merged, bounds a solid; in a
+/// build that cannot find crossings, regardless of these.
 Result<bool> isSound(const model::TriangleMesh& mesh);
 
 /// Moves what touches itself apart.

@@ -8,6 +8,7 @@
 
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/remesh_surface.h"
+#include "t4d/edit/surface_crossings.h"
 #include "t4d/edit/surface_edges.h"
 #include "t4d/measure/surface_distance.h"
 
@@ -176,6 +177,7 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
   report.volumeAfter = signedVolume(work);
   report.closed = true;
   report.manifold = true;
+  if (findsCrossings()) report.selfIntersections = 0;
   report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
   mesh = std::move(work);
   return report;

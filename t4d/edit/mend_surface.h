@@ -54,7 +54,8 @@ struct MendSurfaceReport {
   // Of the result: it is as they should be, or there is none.
   bool closed = false;
   bool manifold = false;
-  std::uint64_t selfIntersections = 0;
+  /// Nothing in a build without CGAL, which does not look for them.
+  std::optional<std::uint64_t> selfIntersections = {};
   std::uint64_t components = 0;
 };
 
@@ -77,7 +78,8 @@ struct MendSurfaceReport {
 /// A surface without such faults is not changed. Everything is decided by exact predicates but for
 /// winding numbers, which have to be near whole numbers. Fails, and then changes nothing, if the
 /// result would exceed the options or could not be made; the remedy of the error is the option that
-/// helps, Remesh, MaxHole or MaxMove. Attributes are dropped. Needs a build with CGAL.
+/// helps, Remesh, MaxHole or MaxMove. Attributes are dropped. A build without CGAL does not look
+/// for crossings and flat triangles, and fails where there are holes or nested components.
 Result<MendSurfaceReport> mendSurface(model::TriangleMesh& mesh,
                                       const MendSurfaceOptions& options = {},
                                       const model::Progress& progress = {});

@@ -93,7 +93,7 @@ std::vector<std::string> mended(TriangleMesh& mesh, const MendSurfaceOptions& op
     return {};
   }
   EXPECT_TRUE(boundsASolid(mesh));
-  EXPECT_TRUE(report->closed && report->manifold && report->selfIntersections == 0);
+  EXPECT_TRUE(report->closed && report->manifold && report->selfIntersections == 0U);
   EXPECT_EQ(report->volumeAfter, signedVolume(mesh));
   std::vector<std::string> kinds;
   for (const SurfaceChange& change : report->changes) {

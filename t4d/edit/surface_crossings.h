@@ -19,10 +19,13 @@ struct SurfaceCrossings {
   bool none() const { return flat.empty() && pairs.empty(); }
 };
 
+/// False in a build without CGAL.
+bool findsCrossings();
+
 /// Finds where a surface meets itself, by exact predicates. The surface may be open and need not be
 /// a manifold, but vertices with equal coordinates must be one.
 ///
-/// Fails in a build without CGAL.
+/// Fails unless findsCrossings().
 Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::size_t most);
 
 }  // namespace t4d::edit

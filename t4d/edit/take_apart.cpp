@@ -241,6 +241,7 @@ Result<bool> isSound(const TriangleMesh& mesh) {
   TriangleMesh merged = mesh;
   weldVertices(merged, 0);
   if (!model::checkClosedSurface(merged)) return false;
+  if (!findsCrossings()) return true;
   const auto crossings = findCrossings(merged, 1);
   if (!crossings) return pass(crossings.error());
   return crossings->none();

@@ -22,6 +22,7 @@ constexpr int kMostCuts = 8;
 }  // namespace
 
 Result<void> takeOuterSurface(TriangleMesh& mesh, bool nested, Changes& changes) {
+  if (!findsCrossings() && !nested) return {};
   const model::Bounds3 bounds = boundsOf(mesh);
   const double size = std::max(bounds.max.cwiseAbs().maxCoeff(), bounds.min.cwiseAbs().maxCoeff());
   std::size_t pairs = 0;

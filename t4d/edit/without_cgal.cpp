@@ -7,10 +7,13 @@ namespace t4d::edit {
 namespace {
 
 tl::unexpected<Error> noCgal() {
-  return fail(ErrorCode::Unsupported, "this build has no CGAL, which mending a surface needs");
+  return fail(ErrorCode::Unsupported,
+              "this build has no CGAL, which filling holes and taking the outer surface need");
 }
 
 }  // namespace
+
+bool findsCrossings() { return false; }
 
 Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& /*mesh*/, std::size_t /*most*/) {
   return noCgal();

@@ -80,16 +80,19 @@ ordered_json mendJson(const edit::MendSurfaceReport& report) {
           {"volume_after", report.volumeAfter},
           {"closed", report.closed},
           {"manifold", report.manifold},
-          {"self_intersections", report.selfIntersections},
+          {"self_intersections",
+           report.selfIntersections ? ordered_json(*report.selfIntersections) : nullptr},
           {"components", report.components}};
 }
 
 std::string measuresOf(const edit::MendSurfaceReport& report) {
-  if (report.changes.empty()) return fmt::format("volume {:.12g}", report.volumeAfter);
+  const char* unchecked =
+      report.selfIntersections ? "" : "; self-intersections not checked (no CGAL in this build)";
+  if (report.changes.empty()) return fmt::format("volume {:.12g}{}", report.volumeAfter, unchecked);
   return fmt::format(
-      "volume {:.12g}, {}; Hausdorff distance {:.6g}", report.volumeAfter,
+      "volume {:.12g}, {}; Hausdorff distance {:.6g}{}", report.volumeAfter,
       report.volumeBefore ? fmt::format("{:.12g} before", *report.volumeBefore) : "open before",
-      report.hausdorff);
+      report.hausdorff, unchecked);
 }
 
 std::vector<std::string> noticesOf(const edit::MendSurfaceReport& report) {
