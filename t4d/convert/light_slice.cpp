@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "t4d/convert/prisms.h"
 #include "t4d/convert/slab_at_time.h"
 #include "t4d/convert/slab_cutter.h"
+#include "t4d/model/corner_attributes.h"
 
 namespace t4d::convert {
 
@@ -83,6 +85,34 @@ Attribute ofVertices(const Attribute& of, std::span<const std::uint32_t> lower, 
   return carried;
 }
 
+/// The attribute of vertices that an attribute of corners stands for; nothing if corners at one
+/// vertex differ, as texture coordinates do at a seam.
+std::optional<Attribute> atVertices(const Attribute& corners, std::span<const Triangle> triangles,
+                                    std::size_t vertexCount) {
+  if (!corners.name.ends_with(model::kCornersOf) || corners.components % 3 != 0) {
+    return std::nullopt;
+  }
+  Attribute made{corners.name.substr(0, corners.name.size() - model::kCornersOf.size()),
+                 model::Domain::Vertex,
+                 corners.type,
+                 corners.components / 3,
+                 {}};
+  const std::size_t bytes = made.rowBytes();
+  made.values.resize(vertexCount * bytes);
+  std::vector<bool> known(vertexCount, false);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = triangles[i][k];
+      const std::byte* from = corners.row(i) + k * bytes;
+      std::byte* to = made.values.data() + vertex * bytes;
+      if (known[vertex] && std::memcmp(from, to, bytes) != 0) return std::nullopt;
+      std::memcpy(to, from, bytes);
+      known[vertex] = true;
+    }
+  }
+  return made;
+}
+
 LightSlice lightSlice(const Slab& slab, const LightSurface& surface, double time) {
   const Connectivity& connectivity = *slab.connectivity;
   const double fraction =
@@ -105,6 +135,10 @@ LightSlice lightSlice(const Slab& slab, const LightSurface& surface, double time
   };
   for (const Attribute& attribute : connectivity.cellAttributes) carry(attribute);
   for (const Attribute& attribute : slab.attributes) carry(attribute);
+  for (Attribute& attribute : mesh.attributes) {
+    auto ofVertices = atVertices(attribute, mesh.triangles, mesh.vertices.size());
+    if (ofVertices) attribute = std::move(*ofVertices);
+  }
   made.distance = lightDistance(slab, surface.prisms.triangles, fraction);
   return made;
 }

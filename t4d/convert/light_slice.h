@@ -59,7 +59,9 @@ class LightSlicer {
 
   /// Times are interpreted, and fail, as in sliceAtTime. Attributes: a triangle has the values of
   /// the cell over it at the start of the slab, and if other cells of its prism have others, that
-  /// is a loss. Those of vertices are interpolated as in Slicer.
+  /// is a loss. Those of vertices are interpolated as in Slicer. An attribute of corners
+  /// (model::kCornersOf), as sweeps make of those of their input, becomes one of vertices again,
+  /// unless corners at one vertex differ.
   Result<LightSlice> at(double time) const;
 
  private:

@@ -98,6 +98,32 @@ TEST(LightSlice, AtALayerIsTheExactSlice) {
   }
 }
 
+TEST(LightSlice, HasTheAttributesOfTheInput) {
+  TriangleMesh solid = fixtures::torus(3, 1, 9, 5);
+  std::vector<float> heat;
+  for (const Point3& vertex : solid.vertices) heat.push_back(static_cast<float>(vertex.x()));
+  std::vector<std::uint16_t> part;
+  for (std::size_t i = 0; i < solid.triangles.size(); ++i) {
+    part.push_back(static_cast<std::uint16_t>(7 * i));
+  }
+  solid.attributes = {model::makeAttribute("heat", model::Domain::Vertex, heat),
+                      model::makeAttribute("part", model::Domain::Cell, part)};
+  const Mesh mesh = scattered(solid, 11, 0.1);
+  for (const double time : {0.0, 0.3, 0.7, 1.4}) {
+    const auto light = LightSlicer(mesh).at(time);
+    ASSERT_TRUE(light) << light.error().text();
+    const auto& attributes = light->slice.mesh.attributes;
+    for (const model::Attribute& given : solid.attributes) {
+      EXPECT_EQ(std::ranges::count(attributes, given), 1) << given.name << " at " << time;
+    }
+    EXPECT_TRUE(light->slice.losses.empty());
+  }
+  solid.attributes[0].values.pop_back();
+  Mesh none;
+  EXPECT_FALSE(mesh4d::sweep(solid, model::StoredKeys({{0, solid.vertices}, {1, solid.vertices}}),
+                             withCones(), none));
+}
+
 TEST(LightSlice, IsWithinTheStatedDistanceOfTheExactSlice) {
   const TriangleMesh solids[] = {fixtures::cube(2), fixtures::torus(3, 1, 9, 5)};
   double nearest = 1;

@@ -424,6 +424,9 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const Layout& la
     for (char& c : name) {
       if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
     }
+    // glTF has v downward.
+    const bool isUv = attribute.name == "uv" && attribute.components == 2;
+    if (isUv) name = "TEXCOORD_0";
     if (attribute.domain != model::Domain::Vertex) {
       lose("glTF has attributes of vertices only");
     } else if (!fits(attribute, named.mesh)) {
@@ -436,7 +439,8 @@ Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const Layout& la
       std::vector<float> numbers;
       for (const std::uint32_t row : sources) {
         for (std::size_t i = 0; i < attribute.components; ++i) {
-          const double number = attributeNumber(attribute, row, i);
+          const double given = attributeNumber(attribute, row, i);
+          const double number = isUv && i == 1 ? 1 - given : given;
           const bool isFloat = std::abs(number) <= std::numeric_limits<float>::max();
           if (isFloat) numbers.push_back(static_cast<float>(number));
         }

@@ -1,7 +1,9 @@
 #include "t4d/formats/ply_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include <fmt/format.h>
@@ -96,12 +98,90 @@ class PlyReader {
 
   Result<LoadedMesh> read(const PlyHeader& header) {
     for (const PlyElement& element : header.elements) {
+      if (element.name == "vertex") findLooks(element);
       if (auto done = readElement(element); !done) return pass(done.error());
     }
-    return std::move(builder_).finish();
+    auto loaded = std::move(builder_).finish();
+    if (loaded) {
+      for (const Look& look : looks_) addLook(look, *loaded);
+    }
+    return loaded;
   }
 
  private:
+  /// Numbers of vertices that become an attribute.
+  struct Look {
+    std::string name;
+    model::ScalarType type;
+    std::vector<std::size_t> properties;  // of an element's row
+    std::vector<double> numbers = {};     // of all points
+  };
+
+  static std::vector<std::size_t> propertiesOf(const PlyElement& element,
+                                               std::initializer_list<std::string_view> names,
+                                               auto isRight) {
+    std::vector<std::size_t> found;
+    for (const std::string_view name : names) {
+      const auto at = std::ranges::find_if(element.properties, [&](const PlyProperty& property) {
+        return property.name == name && !property.isList && isRight(property.type);
+      });
+      if (at == element.properties.end()) return {};
+      found.push_back(static_cast<std::size_t>(at - element.properties.begin()));
+    }
+    return found;
+  }
+
+  void findLooks(const PlyElement& element) {
+    const auto isByte = [](PlyType type) { return type == PlyType::UInt8; };
+    const auto isFloat = [](PlyType type) {
+      return type == PlyType::Float32 || type == PlyType::Float64;
+    };
+    auto colors = propertiesOf(element, {"red", "green", "blue", "alpha"}, isByte);
+    if (colors.empty()) colors = propertiesOf(element, {"red", "green", "blue"}, isByte);
+    if (!colors.empty()) looks_.push_back({"color", model::ScalarType::UInt8, colors});
+    for (const auto& names : {std::array{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}}) {
+      const auto places = propertiesOf(element, {names[0], names[1]}, isFloat);
+      if (places.empty()) continue;
+      looks_.push_back({"uv", model::ScalarType::Float32, places});
+      break;
+    }
+  }
+
+  /// Points of one place become one vertex, which has the numbers of the first.
+  static void addLook(const Look& look, LoadedMesh& loaded) {
+    const auto components = static_cast<std::uint32_t>(look.properties.size());
+    model::Attribute attribute{look.name, model::Domain::Vertex, look.type, components, {}};
+    const std::size_t bytes = attribute.rowBytes();
+    attribute.values.resize(loaded.mesh.vertices.size() * bytes);
+    std::vector<bool> known(loaded.mesh.vertices.size(), false);
+    bool differs = false;
+    for (std::size_t point = 0; point < loaded.points.vertexOf.size(); ++point) {
+      const std::uint32_t vertex = loaded.points.vertexOf[point];
+      if (vertex == FilePoints::kUnused) continue;
+      std::vector<std::byte> row(bytes);
+      for (std::size_t i = 0; i < components; ++i) {
+        const double number = look.numbers[point * components + i];
+        const auto byte = static_cast<std::uint8_t>(number);
+        const auto real = static_cast<float>(number);
+        if (look.type == model::ScalarType::UInt8) std::memcpy(row.data() + i, &byte, 1);
+        if (look.type == model::ScalarType::Float32) std::memcpy(row.data() + 4 * i, &real, 4);
+      }
+      std::byte* to = attribute.values.data() + vertex * bytes;
+      if (known[vertex]) {
+        differs = differs || std::memcmp(to, row.data(), bytes) != 0;
+      } else {
+        std::memcpy(to, row.data(), bytes);
+        known[vertex] = true;
+      }
+    }
+    if (differs) {
+      loaded.notices.push_back(fmt::format(
+          "'{}' of vertices that have the same place and differ in it: the first one counts",
+          look.name));
+    }
+    loaded.vertexAttributes.push_back(std::move(attribute));
+  }
+
   Result<void> readElement(const PlyElement& element) {
     if (element.properties.empty()) return {};  // there is nothing in the file
     std::size_t rowBytes = 0;
@@ -133,6 +213,7 @@ class PlyReader {
     const bool isStrip = element.name == "tristrips";
     const bool isFace = element.name == "face" || isStrip;
     model::Point3 point = model::Point3::Zero();
+    if (isVertex) row_.assign(element.properties.size(), 0);
     for (const PlyProperty& property : element.properties) {
       if (property.isList) {
         const bool isCorners = isFace && isCornerList(property);
@@ -146,10 +227,15 @@ class PlyReader {
         if (isVertex && property.name.size() == 1 && axis < 3) {
           point[static_cast<Eigen::Index>(axis)] = value;
         }
+        if (isVertex && !looks_.empty())
+          row_[static_cast<std::size_t>(&property - element.properties.data())] = value;
       }
     }
     if (auto done = rows_.endRow(); !done) return done;
     if (!isVertex) return {};
+    for (Look& look : looks_) {
+      for (const std::size_t at : look.properties) look.numbers.push_back(row_[at]);
+    }
     return builder_.addPoint(point, place);
   }
 
@@ -198,6 +284,8 @@ class PlyReader {
   Rows rows_;
   MeshBuilder builder_;
   std::vector<std::uint64_t> corners_;
+  std::vector<Look> looks_;
+  std::vector<double> row_;  // of a vertex
 };
 
 }  // namespace

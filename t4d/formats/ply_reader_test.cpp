@@ -258,5 +258,36 @@ TEST(PlyReader, SaysWhatIsWrongWithTheData) {
                 "header can hold");
 }
 
+TEST(PlyReader, ReadsColorsAndTextureCoordinatesOfVertices) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "property float s\nproperty float t\nelement face 2\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  const std::string faces = "3 0 1 2\n3 3 2 1\n";
+  const LoadedMesh loaded = readBytes("a.ply", header +
+                                                   "0 0 0 1 2 3 0.5 0.25\n1 0 0 4 5 6 1 0\n"
+                                                   "0 1 0 7 8 9 0 1\n0 0 1 250 251 252 2 3\n" +
+                                                   faces);
+  ASSERT_EQ(loaded.vertexAttributes.size(), 2U);
+  auto colors =
+      model::makeAttribute("color", model::Domain::Vertex,
+                           std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 250, 251, 252});
+  colors.components = 3;
+  auto uv = model::makeAttribute("uv", model::Domain::Vertex,
+                                 std::vector<float>{0.5, 0.25, 1, 0, 0, 1, 2, 3});
+  uv.components = 2;
+  EXPECT_EQ(loaded.vertexAttributes[0], colors);
+  EXPECT_EQ(loaded.vertexAttributes[1], uv);
+  // Two points of one place, with two colours.
+  const LoadedMesh seam = readBytes("a.ply", header +
+                                                 "0 0 0 1 2 3 0 0\n1 0 0 4 5 6 0 0\n"
+                                                 "0 1 0 7 8 9 0 0\n0 0 0 250 251 252 0 0\n" +
+                                                 faces);
+  EXPECT_EQ(seam.mesh.vertices.size(), 3U);
+  ASSERT_EQ(seam.notices.size(), 1U);
+  EXPECT_NE(seam.notices[0].find("'color' of vertices"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace t4d::formats

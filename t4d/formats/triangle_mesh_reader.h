@@ -28,11 +28,14 @@ struct LoadedMesh {
   std::vector<std::string> notices;
   /// What the file holds and the mesh does not, a sentence each. Only glTF files have losses; what
   /// the other formats say of the look of a surface (normals, texture coordinates, colours,
-  /// materials) is skipped without one.
+  /// materials) is skipped without one, but for `vertexAttributes`.
   std::vector<std::string> losses = {};
   /// Files that were read besides the one named: the buffers of a .gltf.
   std::vector<std::filesystem::path> otherFiles = {};
   FilePoints points = {};
+  /// What a .ply file says of its vertices, beside the mesh, as attributes of them: `color` (UInt8
+  /// sRGB, with or without opacity) and `uv` (Float32 texture coordinates).
+  std::vector<model::Attribute> vertexAttributes = {};
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .gltf

@@ -21,14 +21,19 @@ Cap coneCap(const model::TriangleMesh& mesh) {
   return cap;
 }
 
-std::shared_ptr<model::Connectivity> capConnectivity(const Cap& cap, std::uint32_t meshVertices,
+std::shared_ptr<model::Connectivity> capConnectivity(const Cap& cap,
+                                                     const model::TriangleMesh& mesh,
                                                      CellKind kind) {
+  const auto meshVertices = static_cast<std::uint32_t>(mesh.vertices.size());
+  const std::vector<std::uint32_t> triangles(cap.cells.size(), kNoTriangle);
   auto connectivity = std::make_shared<model::Connectivity>();
   connectivity->vertexCount = meshVertices + static_cast<std::uint32_t>(cap.inner.size());
   connectivity->cells = cap.cells;
-  connectivity->cellAttributes =
-      cellAttributes(std::vector<std::uint32_t>(cap.cells.size(), kNoTriangle),
-                     std::vector<std::uint8_t>(cap.cells.size(), static_cast<std::uint8_t>(kind)));
+  connectivity->cellAttributes = cellAttributes(
+      triangles, std::vector<std::uint8_t>(cap.cells.size(), static_cast<std::uint8_t>(kind)));
+  for (model::Attribute& attribute : inputAttributes(mesh, triangles)) {
+    connectivity->cellAttributes.push_back(std::move(attribute));
+  }
   return connectivity;
 }
 
@@ -50,8 +55,9 @@ Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method) {
 }
 
 std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
-                                                                std::uint32_t meshVertices) {
-  auto connectivity = capConnectivity(cap, meshVertices, CellKind::StartCap);
+                                                                const model::TriangleMesh& mesh) {
+  auto connectivity = capConnectivity(cap, mesh, CellKind::StartCap);
+  const auto meshVertices = static_cast<std::uint32_t>(mesh.vertices.size());
   connectivity->upperCount = meshVertices;
   // Inner points come before the layer here, but after it in the cap.
   const auto inner = static_cast<std::uint32_t>(cap.inner.size());
@@ -64,9 +70,9 @@ std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
 }
 
 std::shared_ptr<const model::Connectivity> endCapConnectivity(const Cap& cap,
-                                                              std::uint32_t meshVertices) {
-  auto connectivity = capConnectivity(cap, meshVertices, CellKind::EndCap);
-  connectivity->lowerCount = meshVertices;
+                                                              const model::TriangleMesh& mesh) {
+  auto connectivity = capConnectivity(cap, mesh, CellKind::EndCap);
+  connectivity->lowerCount = static_cast<std::uint32_t>(mesh.vertices.size());
   for (model::Cell& cell : connectivity->cells) std::swap(cell[0], cell[1]);
   return connectivity;
 }

@@ -32,12 +32,13 @@ struct Cap {
 /// or if a component faces the wrong way.
 Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method);
 
-/// The cap as a slab without thickness. The mesh is its upper layer at the start and its lower one
-/// at the end. The cap faces backward in time at the start and forward at the end.
+/// The cap of a mesh as a slab without thickness. The mesh is its upper layer at the start and its
+/// lower one at the end. The cap faces backward in time at the start and forward at the end. Cells
+/// have the attributes of steps of the mesh.
 std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
-                                                                std::uint32_t meshVertices);
+                                                                const model::TriangleMesh& mesh);
 std::shared_ptr<const model::Connectivity> endCapConnectivity(const Cap& cap,
-                                                              std::uint32_t meshVertices);
+                                                              const model::TriangleMesh& mesh);
 
 /// Fails if triangles intersect or have no area; the error names them.
 Result<void> checkNoSelfIntersection(const model::TriangleMesh& mesh);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "t4d/model/corner_attributes.h"
+
 namespace t4d::mesh4d {
 namespace {
 
@@ -138,6 +140,37 @@ std::vector<model::Attribute> cellAttributes(const std::vector<std::uint32_t>& t
           model::makeAttribute("kind", model::Domain::Cell, kinds)};
 }
 
+std::vector<model::Attribute> inputAttributes(const model::TriangleMesh& mesh,
+                                              const std::vector<std::uint32_t>& triangles) {
+  std::vector<model::Attribute> made;
+  for (const model::Attribute& given : mesh.attributes) {
+    // Of a mesh that is a slice itself.
+    if (given.name == "triangle" || given.name == "kind") continue;
+    const bool ofVertices = given.domain == model::Domain::Vertex;
+    model::Attribute rows{given.name, model::Domain::Cell, given.type, given.components, {}};
+    if (ofVertices) {
+      rows.name += model::kCornersOf;
+      rows.components *= 3;
+    }
+    const std::size_t bytes = given.rowBytes();
+    rows.values.reserve(rows.rowBytes() * triangles.size());
+    const auto put = [&](std::uint32_t row) {
+      rows.values.insert(rows.values.end(), given.row(row), given.row(row) + bytes);
+    };
+    for (const std::uint32_t triangle : triangles) {
+      if (triangle == kNoTriangle) {
+        rows.values.resize(rows.values.size() + rows.rowBytes());
+      } else if (ofVertices) {
+        for (const std::uint32_t corner : mesh.triangles[triangle]) put(corner);
+      } else {
+        put(triangle);
+      }
+    }
+    made.push_back(std::move(rows));
+  }
+  return made;
+}
+
 std::shared_ptr<const Connectivity> stepConnectivity(const model::TriangleMesh& mesh,
                                                      PrismSplit split) {
   auto step = std::make_shared<Connectivity>(split == PrismSplit::Fourteen ? fourteenCells(mesh)
@@ -150,6 +183,9 @@ std::shared_ptr<const Connectivity> stepConnectivity(const model::TriangleMesh& 
   step->cellAttributes = cellAttributes(
       triangles,
       std::vector<std::uint8_t>(step->cells.size(), static_cast<std::uint8_t>(CellKind::Side)));
+  for (model::Attribute& attribute : inputAttributes(mesh, triangles)) {
+    step->cellAttributes.push_back(std::move(attribute));
+  }
   return step;
 }
 

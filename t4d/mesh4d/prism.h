@@ -33,13 +33,20 @@ enum class CellKind : std::uint8_t { Side = 0, StartCap = 1, EndCap = 2 };
 ///              \ | /
 ///                a1
 ///
-/// Attributes of the cells: "triangle" (UInt32, the input triangle) and "kind" (UInt8, CellKind).
+/// Attributes of the cells: "triangle" (UInt32, the input triangle), "kind" (UInt8, CellKind) and
+/// those of the mesh, inputAttributes.
 std::shared_ptr<const model::Connectivity> stepConnectivity(const model::TriangleMesh& mesh,
                                                             PrismSplit split);
 
 /// The attributes that every cell of a swept mesh has.
 std::vector<model::Attribute> cellAttributes(const std::vector<std::uint32_t>& triangles,
                                              const std::vector<std::uint8_t>& kinds);
+
+/// The attributes of a mesh for cells that come from these triangles of it: those of its triangles,
+/// and those of its vertices as attributes of corners (model::kCornersOf), but not "triangle" and
+/// "kind". Zero where the triangle is kNoTriangle.
+std::vector<model::Attribute> inputAttributes(const model::TriangleMesh& mesh,
+                                              const std::vector<std::uint32_t>& triangles);
 
 /// The value of the attribute "triangle" for cells of caps, which come from no triangle.
 inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};

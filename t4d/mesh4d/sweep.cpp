@@ -231,7 +231,7 @@ class Sweeper {
   Result<void> putStartCap(const Cap& cap) {
     Slab slab;
     slab.timeBegin = slab.timeEnd = keys_.time(0);
-    slab.connectivity = startCapConnectivity(cap, vertexCount());
+    slab.connectivity = startCapConnectivity(cap, mesh_);
     slab.vertices.resize(slab.connectivity->vertexCount);
     placeInner(cap, 0, slab.vertices.data());
     if (auto placed = place(0, slab.vertices.data() + cap.inner.size()); !placed) return placed;
@@ -306,7 +306,7 @@ class Sweeper {
     const std::uint64_t key = keys_.count() - 1;
     Slab slab;
     slab.timeBegin = slab.timeEnd = keys_.time(key);
-    slab.connectivity = endCapConnectivity(cap, vertexCount());
+    slab.connectivity = endCapConnectivity(cap, mesh_);
     slab.vertices.resize(slab.connectivity->vertexCount);
     if (auto placed = place(key, slab.vertices.data()); !placed) return placed;
     placeInner(cap, key, slab.vertices.data() + vertexCount());
@@ -326,6 +326,15 @@ class Sweeper {
 
 Result<void> checkSolid(const TriangleMesh& mesh) {
   if (auto checked = model::checkClosedSurface(mesh); !checked) return checked;
+  for (const model::Attribute& attribute : mesh.attributes) {
+    const std::size_t rows =
+        attribute.domain == model::Domain::Vertex ? mesh.vertices.size() : mesh.triangles.size();
+    if (attribute.rowBytes() > 0 && attribute.values.size() == rows * attribute.rowBytes()) {
+      continue;
+    }
+    return invalid(fmt::format("attribute '{}' of the mesh has {} rows, expected {}",
+                               attribute.name, attribute.rows(), rows));
+  }
   if (mesh.triangles.size() <= kMaxTriangles) return {};
   return invalid(fmt::format("the mesh has {} triangles; at most {} can be swept",
                              mesh.triangles.size(), kMaxTriangles));

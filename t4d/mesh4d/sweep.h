@@ -63,6 +63,9 @@ inline constexpr std::size_t kMostFolds = 100;
 /// step that turns by theta has exactly the volume V0 (1 - 2 s (1 - s) (1 - cos theta)), which is
 /// the paper's eq. 1 at s = 1/2.
 ///
+/// Cells have the attributes of the mesh (inputAttributes in prism.h), from which light slices make
+/// those of vertices again.
+///
 /// Of a part, only its slabs are put, and counted. Layers where parts meet come without
 /// Slab::upperPose, so that the files of parts can be joined (formats::joinT4d).
 ///

@@ -39,6 +39,8 @@ Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
     auto read = formats::readTriangleMesh(input.path);
     if (!read) return pass(read.error());
     printNotices(read->notices);
+    // Mended triangles have other vertices.
+    if (input.mending == nullptr) read->mesh.attributes = std::move(read->vertexAttributes);
     loaded.bodies.push_back(
         {std::filesystem::path(input.path).stem().string(), std::move(read->mesh)});
     loaded.losses = std::move(read->losses);
