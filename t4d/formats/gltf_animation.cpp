@@ -13,6 +13,7 @@
 
 #include "t4d/formats/gltf_curve.h"
 #include "t4d/formats/gltf_geometry.h"
+#include "t4d/formats/gltf_instances.h"
 #include "t4d/formats/gltf_losses.h"
 #include "t4d/formats/gltf_scene.h"
 #include "t4d/formats/t4d/names.h"
@@ -309,6 +310,10 @@ class AnimationReader {
       scene_.notices.push_back(fmt::format("left out {}, whose scale is zero all the time",
                                            counted(hidden, "hidden node")));
     }
+    if (hiddenInstances_ > 0) {
+      scene_.notices.push_back(fmt::format("left out {}, whose scale is zero",
+                                           counted(hiddenInstances_, "hidden instance")));
+    }
     scene_.losses = gltfLosses(model_, used_);
     if (otherChannels_ > 0) {
       scene_.losses.push_back(fmt::format("{} of the animation that move neither nodes nor weights",
@@ -465,12 +470,15 @@ class AnimationReader {
   }
 
   Result<void> readShapes() {
-    std::vector<int> meshes;
+    std::vector<GltfCopies> copies;
     for (const GltfNode& node : order_) {
       const int mesh = model_.nodes[static_cast<std::size_t>(node.index)].mesh;
-      if (mesh >= 0) meshes.push_back(mesh);
+      if (mesh < 0) continue;
+      const auto count = countGltfInstances(file_, model_, node.index);
+      if (!count) return pass(count.error());
+      copies.push_back({mesh, *count});
     }
-    if (auto good = checkGltfCost(file_, model_, meshes); !good) return good;
+    if (auto good = checkGltfCost(file_, model_, copies); !good) return good;
     for (const GltfNode& node : order_) {
       const auto& from = model_.nodes[static_cast<std::size_t>(node.index)];
       if (from.mesh < 0) continue;
@@ -483,7 +491,7 @@ class AnimationReader {
 
   Result<void> readShape(int index, const tinygltf::Node& node) {
     GltfGeometry geometry(file_, model_);
-    if (auto added = geometry.addMesh(node.mesh, Affine3d::Identity()); !added) return added;
+    if (auto added = addInstances(index, node, geometry); !added) return added;
     if (geometry.parts().empty()) return {};
     const auto parts = geometry.parts();
     auto loaded = std::move(geometry).finish();
@@ -514,6 +522,25 @@ class AnimationReader {
     }
     scene_.bodies.push_back(std::move(body));
     shapes_.push_back(std::move(shape));
+    return {};
+  }
+
+  Result<void> addInstances(int index, const tinygltf::Node& node, GltfGeometry& geometry) {
+    const auto instances = readGltfInstances(file_, model_, index);
+    if (!instances) return pass(instances.error());
+    if (node.skin >= 0 && !gltfInstanceAttributes(node).empty()) {
+      return fail(ErrorCode::Unsupported,
+                  "has a skin and instances (EXT_mesh_gpu_instancing), which glTF does not define "
+                  "together",
+                  gltfElement(file_, "nodes", index));
+    }
+    for (const Affine3d& instance : *instances) {
+      if (instance.linear().isZero(0)) {
+        ++hiddenInstances_;
+      } else if (auto added = geometry.addMesh(node.mesh, instance); !added) {
+        return added;
+      }
+    }
     return {};
   }
 
@@ -589,7 +616,7 @@ class AnimationReader {
     for (std::size_t k = 0; k < count; ++k) {
       std::vector<Point3> displaced;
       double longest = 0;
-      for (const auto& [primitive, pointCount] : parts) {
+      for (const auto& [primitive, pointCount, linear] : parts) {
         std::vector<double> numbers(3 * pointCount, 0.0);
         const bool has =
             k < primitive->targets.size() && primitive->targets[k].contains("POSITION");
@@ -605,7 +632,7 @@ class AnimationReader {
           numbers = std::move(*read);
         }
         for (std::size_t i = 0; i < pointCount; ++i) {
-          displaced.emplace_back(&numbers[3 * i]);
+          displaced.emplace_back(linear * Eigen::Map<const Point3>(&numbers[3 * i]));
           if (!displaced.back().allFinite()) {
             return invalid(fmt::format("morph target {} displaces a vertex by a number that is "
                                        "not finite",
@@ -657,7 +684,7 @@ class AnimationReader {
       shape.joints.push_back(joint);
     }
     std::vector<std::vector<Influence>> influences;
-    for (const auto& [primitive, pointCount] : parts) {
+    for (const auto& [primitive, pointCount, linear] : parts) {
       std::vector<std::vector<Influence>> ofPart(pointCount);
       if (auto done = addInfluences(*primitive, skin->joints.size(), where, ofPart); !done) {
         return done;
@@ -836,6 +863,7 @@ class AnimationReader {
   double end_ = 0;
   std::size_t keys_ = 0;  // of the present body
   std::size_t otherChannels_ = 0;
+  std::size_t hiddenInstances_ = 0;
   GltfUse used_;
   std::vector<GltfNode> order_;
   std::shared_ptr<Moving> moving_ = std::make_shared<Moving>();

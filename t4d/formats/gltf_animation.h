@@ -40,7 +40,8 @@ struct AnimatedScene {
 
 /// Reads an animation of a glTF 2.0 file, from time 0 to its last key: each node of the scene with
 /// a mesh is a body. Nodes are translated, rotated and scaled (STEP, LINEAR, CUBICSPLINE), and
-/// meshes deformed by skins and morph targets.
+/// meshes deformed by skins and morph targets. All instances of a node (EXT_mesh_gpu_instancing)
+/// are one body, as all primitives of a mesh are.
 ///
 /// Layers are at all keys that move a body, and between them such that no vertex is farther from
 /// its true place than the tolerance. This is proved and not sampled: of a function with a second

@@ -187,8 +187,67 @@ TEST(GltfAnimation, SkinsAndMorphTargetsStayWithinTheTolerance) {
   expectWithinTolerance(skinned(), 0.02, 0.05);
 }
 
-TEST(GltfAnimation, DamagedFilesAreReadOrRefused) {
-  const InputFile whole = skinned();
+/// A tetrahedron with a morph target, three times: as it is, turned and mirrored, hidden.
+InputFile instanced(const char* nodes = R"({"name":"body","mesh":0,"extensions":)"
+                                        R"({"EXT_mesh_gpu_instancing":{"attributes":)"
+                                        R"({"TRANSLATION":0,"ROTATION":1,"SCALE":2}}}})") {
+  Gltf gltf;
+  gltf.nodes = nodes;
+  gltf.accessor("VEC3", {0, 0, 0, 10, 0, 0, 0, 0, 0}, 3);
+  gltf.accessor("VEC4", {0, 0, 0, 1, 0, 0, kHalf, kHalf, 0, 0, 0, 1}, 4);
+  gltf.accessor("VEC3", {1, 1, 1, -1, 2, 1, 0, 0, 0}, 3);
+  gltf.animate(0, "rotation", "LINEAR", {0, 2}, {0, 0, 0, 1, 0, 0, kHalf, kHalf});
+  gltf.animate(0, "weights", "LINEAR", {0, 2}, {0, 1});
+  const int target = gltf.accessor("VEC3", {0, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, 3);
+  return gltf.file(fmt::format(R"(}},"targets":[{{"POSITION":{}}}],"mode":5)", target));
+}
+
+TEST(GltfAnimation, InstancesOfANodeAreOneBody) {
+  const AnimatedScene scene = readOf(instanced(), 0.01);
+  ASSERT_EQ(scene.bodies.size(), 1U);
+  EXPECT_EQ(scene.losses, std::vector<std::string>{});
+  EXPECT_EQ(scene.notices,
+            std::vector<std::string>{"left out 1 hidden instance, whose scale is zero"});
+  const AnimatedBody& body = scene.bodies[0];
+  ASSERT_EQ(body.mesh.vertices.size(), 8U);
+  ASSERT_EQ(body.mesh.triangles.size(), 6U);
+  // The mirrored one is turned over.
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [x, y, z] = body.mesh.triangles[i];
+    EXPECT_EQ(body.mesh.triangles[3 + i], (model::Triangle{x + 4, z + 4, y + 4}));
+  }
+  // At the end the target has its whole weight, and the node is turned by 90 degrees about z.
+  const auto quarter = [](const Point3& p) { return Point3(-p.y(), p.x(), p.z()); };
+  const auto placed = [&](const Point3& p) {
+    return Point3(quarter({-p.x(), 2 * p.y(), p.z()}) + Point3(10, 0, 0));
+  };
+  const auto last = positionsAt(body, body.runs[0]->count() - 1);
+  const std::vector<Point3> base = {{1, 1, 1}, {2, -1, 0}, {0, 2, -1}, {-1, 0, 2}};
+  const std::vector<Point3> moved = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {0, 1, 0}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_LT((last[i] - quarter(base[i] + moved[i])).norm(), 1e-6);
+    EXPECT_LT((last[4 + i] - quarter(placed(base[i] + moved[i]))).norm(), 1e-6);
+  }
+  expectWithinTolerance(instanced(), 0.02, 0.05);
+}
+
+TEST(GltfAnimation, InstancesOfASkinAreRefused) {
+  const auto scene = readGltfAnimation(
+      instanced(R"({"name":"body","mesh":0,"skin":0,"extensions":{"EXT_mesh_gpu_instancing":)"
+                R"({"attributes":{"TRANSLATION":0}}}})"),
+      {});
+  ASSERT_FALSE(scene);
+  EXPECT_TRUE(scene.error().message.starts_with("has a skin and instances"));
+}
+
+class DamagedGltfAnimation : public testing::TestWithParam<InputFile (*)()> {};
+
+InputFile instancedWhole() { return instanced(); }
+
+INSTANTIATE_TEST_SUITE_P(Files, DamagedGltfAnimation, testing::Values(&skinned, &instancedWhole));
+
+TEST_P(DamagedGltfAnimation, IsReadOrRefused) {
+  const InputFile whole = GetParam()();
   const auto judge = [](const InputFile& file) {
     const auto scene = readGltfAnimation(file, {"", "", 0.5});
     if (!scene) {

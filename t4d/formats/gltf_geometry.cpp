@@ -20,7 +20,7 @@ std::string gltfElement(const InputFile& file, const char* kind, int index) {
 }
 
 Result<void> checkGltfCost(const InputFile& file, const tinygltf::Model& model,
-                           std::span<const int> meshes) {
+                           std::span<const GltfCopies> copies) {
   std::size_t bufferBytes = 0;
   for (const auto& buffer : model.buffers) bufferBytes += buffer.data.size();
   const auto numbersOf = [&](int accessor) -> std::size_t {
@@ -28,23 +28,30 @@ Result<void> checkGltfCost(const InputFile& file, const tinygltf::Model& model,
     // A count beyond the buffers is another error, found later.
     return found == nullptr ? 0 : std::min(found->count, bufferBytes);
   };
+  const auto costOf = [&](const tinygltf::Mesh& mesh) {
+    constexpr std::size_t kTransform = 12;
+    std::size_t cost = kTransform;
+    for (const auto& primitive : mesh.primitives) {
+      cost += kTransform + numbersOf(primitive.indices);
+      const auto position = primitive.attributes.find("POSITION");
+      if (position != primitive.attributes.end()) cost += 3 * numbersOf(position->second);
+    }
+    return cost;
+  };
+  std::map<int, std::size_t> costs;
   std::size_t budget = std::max(kMostInstanced, file.bytes.size() + bufferBytes);
-  for (const int index : meshes) {
+  for (const auto& [index, count] : copies) {
     const auto* mesh = elementAt(model.meshes, index);
     if (mesh == nullptr) continue;
-    for (const auto& primitive : mesh->primitives) {
-      const auto position = primitive.attributes.find("POSITION");
-      const std::size_t cost =
-          numbersOf(primitive.indices) +
-          (position == primitive.attributes.end() ? 0 : 3 * numbersOf(position->second));
-      if (cost > budget) {
-        return fail(ErrorCode::Unsupported,
-                    "its nodes instantiate more geometry than the file holds; merge them into "
-                    "one mesh",
-                    gltfElement(file, "meshes", index));
-      }
-      budget -= cost;
+    const auto [cost, added] = costs.try_emplace(index, 0);
+    if (added) cost->second = costOf(*mesh);
+    if (count > budget / cost->second) {
+      return fail(ErrorCode::Unsupported,
+                  "its nodes instantiate more geometry than the file holds; merge them into "
+                  "one mesh",
+                  gltfElement(file, "meshes", index));
     }
+    budget -= count * cost->second;
   }
   return {};
 }
@@ -60,8 +67,12 @@ Result<void> GltfGeometry::addMesh(int index, const Eigen::Affine3d& world) {
     return invalid(fmt::format("does not exist; there are {}", model_.meshes.size()),
                    gltfElement(file_, "meshes", index));
   }
+  const auto [first, added] = placesOf_.try_emplace(index, places_.size());
   for (std::size_t i = 0; i < mesh->primitives.size(); ++i) {
-    places_.push_back(fmt::format("{}.primitives[{}]", gltfElement(file_, "meshes", index), i));
+    if (added) {
+      places_.push_back(fmt::format("{}.primitives[{}]", gltfElement(file_, "meshes", index), i));
+    }
+    place_ = first->second + i;
     if (auto done = readPrimitive(mesh->primitives[i], world); !done) return done;
   }
   return {};
@@ -73,12 +84,12 @@ Result<void> GltfGeometry::readPrimitive(const tinygltf::Primitive& primitive,
   if (mode >= TINYGLTF_MODE_POINTS && mode <= TINYGLTF_MODE_LINE_STRIP) return {};
   if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
       mode != TINYGLTF_MODE_TRIANGLE_FAN) {
-    return invalid(fmt::format("mode {}, expected 0 to 6", mode), places_.back());
+    return invalid(fmt::format("mode {}, expected 0 to 6", mode), places_[place_]);
   }
   if (primitive.extensions.count("KHR_draco_mesh_compression") > 0) {
     return fail(ErrorCode::Unsupported,
                 "is compressed by KHR_draco_mesh_compression, which is not supported",
-                places_.back());
+                places_[place_]);
   }
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) return {};  // allowed, and draws nothing
@@ -86,7 +97,7 @@ Result<void> GltfGeometry::readPrimitive(const tinygltf::Primitive& primitive,
   const std::uint64_t first = builder_.pointCount();
   const auto count = addPoints(position->second, world);
   if (!count) return pass(count.error());
-  parts_.push_back({&primitive, *count});
+  parts_.push_back({&primitive, *count, world.linear()});
   const auto corners = cornersOf(primitive, *count);
   if (!corners) return pass(corners.error());
   return addTriangles(mode, *corners, first, world.linear().determinant() < 0);
@@ -97,7 +108,7 @@ Result<std::size_t> GltfGeometry::addPoints(int accessor, const Eigen::Affine3d&
   if (!numbers) return pass(numbers.error());
   for (std::size_t i = 0; i < numbers->size(); i += 3) {
     const Eigen::Map<const Eigen::Vector3d> point(numbers->data() + i);
-    if (auto added = builder_.addPoint(world * point, places_.size() - 1); !added) {
+    if (auto added = builder_.addPoint(world * point, place_); !added) {
       return pass(added.error());
     }
   }
@@ -118,7 +129,7 @@ Result<std::vector<std::uint64_t>> GltfGeometry::cornersOf(const tinygltf::Primi
     const auto corner = static_cast<std::uint64_t>(std::max(number, 0.0));
     if (static_cast<double>(corner) != number || corner >= pointCount) {
       return invalid(fmt::format("index {} is {}, but {} has {} positions", corners.size(), number,
-                                 places_.back(), pointCount),
+                                 places_[place_], pointCount),
                      gltfElement(file_, "accessors", primitive.indices));
     }
     corners.push_back(corner);
@@ -133,7 +144,7 @@ Result<void> GltfGeometry::addTriangles(int mode, const std::vector<std::uint64_
   const bool separate = mode == TINYGLTF_MODE_TRIANGLES;
   if (separate && corners.size() % 3 != 0) {
     return invalid(fmt::format("{} corners of triangles, expected a multiple of 3", corners.size()),
-                   places_.back());
+                   places_[place_]);
   }
   for (std::size_t i = 0; i + 2 < corners.size(); i += separate ? 3 : 1) {
     std::array<std::size_t, 3> at{i, i + 1, i + 2};
@@ -142,7 +153,7 @@ Result<void> GltfGeometry::addTriangles(int mode, const std::vector<std::uint64_
     if (mirrored) std::swap(at[1], at[2]);
     const std::array<std::uint64_t, 3> triangle{first + corners[at[0]], first + corners[at[1]],
                                                 first + corners[at[2]]};
-    if (auto added = builder_.addPolygon(triangle, places_.size() - 1); !added) return added;
+    if (auto added = builder_.addPolygon(triangle, place_); !added) return added;
   }
   return {};
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ class GltfGeometry {
   struct Part {
     const tinygltf::Primitive* primitive;
     std::size_t pointCount;
+    Eigen::Matrix3d linear;  ///< that its positions were moved by
   };
   const std::vector<Part>& parts() const { return parts_; }
 
@@ -43,14 +45,22 @@ class GltfGeometry {
   const InputFile& file_;
   const tinygltf::Model& model_;
   std::vector<std::string> places_;
+  std::map<int, std::size_t> placesOf_;  // a mesh's first
+  std::size_t place_ = 0;                // the present one
   std::vector<Part> parts_;
   MeshBuilder builder_;
 };
 
-/// Fails when these meshes have, with repetitions, more numbers than any honest file: a few bytes
-/// of JSON can instantiate a mesh any number of times.
+/// So many copies of a mesh.
+struct GltfCopies {
+  int mesh;
+  std::size_t count;
+};
+
+/// Fails when these copies have together more numbers than any honest file: a few bytes of JSON can
+/// instantiate a mesh any number of times.
 Result<void> checkGltfCost(const InputFile& file, const tinygltf::Model& model,
-                           std::span<const int> meshes);
+                           std::span<const GltfCopies> copies);
 
 /// "FILE: KIND[INDEX]", for `where` of errors.
 std::string gltfElement(const InputFile& file, const char* kind, int index);

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "t4d/formats/gltf_builder.h"
+#include "t4d/formats/gltf_instances.h"
 #include "t4d/formats/gltf_model.h"
 
 namespace t4d::formats {
@@ -27,11 +28,11 @@ std::string attributeWord(std::string_view name) {
   return fmt::format("attribute {}", name);
 }
 
-/// Extensions whose absence changes nothing that is read, or that are told by other words.
+/// Extensions that are read, that change nothing that is read, or that are told by other words.
 bool isToldOtherwise(std::string_view extension) {
   return extension == "KHR_mesh_quantization" || extension == "KHR_draco_mesh_compression" ||
-         extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||
-         extension.starts_with("EXT_texture_");
+         extension == "EXT_mesh_gpu_instancing" || extension.starts_with("KHR_materials_") ||
+         extension.starts_with("KHR_texture_") || extension.starts_with("EXT_texture_");
 }
 
 class Losses {
@@ -72,19 +73,15 @@ class Losses {
 
   void nodes() {
     std::size_t skinned = 0;
-    std::size_t instanced = 0;
     for (const int index : used_.nodes) {
       const auto* node = elementAt(model_.nodes, index);
       if (node == nullptr) continue;
       skinned += !used_.animation && node->mesh >= 0 && node->skin >= 0;
-      instanced += node->extensions.contains("EXT_mesh_gpu_instancing");
+      if (node->mesh < 0) continue;
+      for (const std::string& name : gltfInstanceAttributes(*node)) instanceAttribute(name);
     }
     if (skinned > 0) {
       add("the skin of {}: the mesh is as it is before skinning", counted(skinned, "node"));
-    }
-    if (instanced > 0) {
-      add("the instances of {} (EXT_mesh_gpu_instancing): the mesh is placed once",
-          counted(instanced, "node"));
     }
   }
 
@@ -110,8 +107,14 @@ class Losses {
     if (pointsOrLines > 0) add("{} of points or lines", counted(pointsOrLines, "set"));
   }
 
-  void attribute(const std::string& name) {
-    const std::string word = attributeWord(name);
+  void attribute(const std::string& name) { addToLook(attributeWord(name)); }
+
+  void instanceAttribute(const std::string& name) {
+    if (name == "TRANSLATION" || name == "ROTATION" || name == "SCALE") return;
+    addToLook(fmt::format("attribute {} of instances", name));
+  }
+
+  void addToLook(const std::string& word) {
     if (!word.empty() && std::ranges::find(look_, word) == look_.end()) look_.push_back(word);
   }
 
@@ -133,8 +136,7 @@ class Losses {
     if (!model_.images.empty()) look_.push_back(counted(model_.images.size(), "image"));
     if (!model_.cameras.empty()) look_.push_back(counted(model_.cameras.size(), "camera"));
     for (const std::string& extension : model_.extensionsUsed) {
-      const bool isTold = isToldOtherwise(extension) || extension == "EXT_mesh_gpu_instancing";
-      if (!isTold) look_.push_back("extension " + extension);
+      if (!isToldOtherwise(extension)) look_.push_back("extension " + extension);
     }
     if (!look_.empty()) add("{}: only positions and triangles are read", fmt::join(look_, ", "));
   }

@@ -125,11 +125,12 @@ std::optional<Error> brokenJson(const InputFile& file, std::string_view text) {
   }
 }
 
-/// Prefixes of extensions that do not change positions and triangles.
-bool leavesGeometry(const std::string& extension) {
-  constexpr std::string_view kHarmless[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_",
-                                            "KHR_lights_", "KHR_mesh_quantization"};
-  return std::any_of(std::begin(kHarmless), std::end(kHarmless),
+/// Extensions that are read, and prefixes of those that do not change positions and triangles.
+bool isSupported(const std::string& extension) {
+  constexpr std::string_view kStarts[] = {"KHR_materials_",        "KHR_texture_",
+                                          "EXT_texture_",          "KHR_lights_",
+                                          "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"};
+  return std::any_of(std::begin(kStarts), std::end(kStarts),
                      [&](std::string_view start) { return extension.starts_with(start); });
 }
 
@@ -173,7 +174,7 @@ Result<GltfModel> loadGltfModel(const InputFile& file) {
                 file.path.string());
   }
   for (const std::string& extension : model.extensionsRequired) {
-    if (leavesGeometry(extension)) continue;
+    if (isSupported(extension)) continue;
     return fail(ErrorCode::Unsupported,
                 fmt::format("requires the extension {}, which is not supported", extension),
                 file.path.string());

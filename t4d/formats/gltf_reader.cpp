@@ -3,16 +3,18 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/gltf_geometry.h"
+#include "t4d/formats/gltf_instances.h"
 #include "t4d/formats/gltf_losses.h"
 #include "t4d/formats/gltf_scene.h"
 
 namespace t4d::formats {
 namespace {
 
-/// A mesh and the transform that places it.
-struct Instance {
+/// A mesh and the transform of the node that places it, once or several times.
+struct PlacedMesh {
   int mesh;
   Eigen::Affine3d world;
+  int node = -1;
 };
 
 class RestReader {
@@ -23,18 +25,29 @@ class RestReader {
     if (auto placed = model_.nodes.empty() ? placeAll() : placeScene(); !placed) {
       return pass(placed.error());
     }
-    std::vector<int> meshes;
-    for (const Instance& instance : instances_) meshes.push_back(instance.mesh);
-    if (auto good = checkGltfCost(file_, model_, meshes); !good) return pass(good.error());
+    if (auto good = checkGltfCost(file_, model_, copies_); !good) return pass(good.error());
     GltfGeometry geometry(file_, model_);
-    for (const auto& [mesh, world] : instances_) {
-      if (auto done = geometry.addMesh(mesh, world); !done) return pass(done.error());
+    std::size_t hiddenInstances = 0;
+    for (const auto& [mesh, world, node] : placed_) {
+      const auto instances = instancesOf(node);
+      if (!instances) return pass(instances.error());
+      for (const Eigen::Affine3d& instance : *instances) {
+        if (instance.linear().isZero(0)) {
+          ++hiddenInstances;
+          continue;
+        }
+        if (auto done = geometry.addMesh(mesh, world * instance); !done) return pass(done.error());
+      }
     }
     auto loaded = std::move(geometry).finish();
     if (!loaded) return loaded;
     if (hidden_ > 0) {
       loaded->notices.push_back(
           fmt::format("left out {}, whose scale is zero", counted(hidden_, "hidden node")));
+    }
+    if (hiddenInstances > 0) {
+      loaded->notices.push_back(fmt::format("left out {}, whose scale is zero",
+                                            counted(hiddenInstances, "hidden instance")));
     }
     if (sheared_ > 0) {
       loaded->notices.emplace_back(
@@ -46,9 +59,15 @@ class RestReader {
   }
 
  private:
+  Result<std::vector<Eigen::Affine3d>> instancesOf(int node) const {
+    if (node < 0) return std::vector{Eigen::Affine3d::Identity()};
+    return readGltfInstances(file_, model_, node);
+  }
+
   Result<void> placeAll() {
     for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i) {
-      instances_.push_back({i, Eigen::Affine3d::Identity()});
+      placed_.push_back({i, Eigen::Affine3d::Identity()});
+      copies_.push_back({i, 1});
       used_.meshes.insert(i);
     }
     return {};
@@ -73,7 +92,12 @@ class RestReader {
       placed[static_cast<std::size_t>(node.index)] = {node.parent, world, hidden};
       const int mesh = model_.nodes[static_cast<std::size_t>(node.index)].mesh;
       if (mesh < 0) continue;
-      if (!hidden) instances_.push_back({mesh, world});
+      if (!hidden) {
+        const auto count = countGltfInstances(file_, model_, node.index);
+        if (!count) return pass(count.error());
+        placed_.push_back({mesh, world, node.index});
+        copies_.push_back({mesh, *count});
+      }
       used_.meshes.insert(mesh);
       // An insertion that finds the node has found its ancestors, too.
       for (int i = node.index; i >= 0 && used_.nodes.insert(i).second;) {
@@ -85,7 +109,8 @@ class RestReader {
 
   const InputFile& file_;
   const tinygltf::Model& model_;
-  std::vector<Instance> instances_;
+  std::vector<PlacedMesh> placed_;
+  std::vector<GltfCopies> copies_;  // of each of these
   std::size_t hidden_ = 0;
   std::size_t sheared_ = 0;
   GltfUse used_;

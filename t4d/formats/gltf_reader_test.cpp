@@ -1,5 +1,7 @@
 #include "t4d/formats/gltf_reader.h"
 
+#include <limits>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -181,7 +183,7 @@ TEST(GltfReader, ListsAnAnimationThatShowsAHiddenNode) {
             Lines{"the animation of 1 node: the mesh is as it is at rest"});
 }
 
-TEST(GltfReader, ListsSkinsMorphTargetsAndInstances) {
+TEST(GltfReader, ListsSkinsAndMorphTargets) {
   EXPECT_EQ(lossesWith(R"([
               {"op": "add", "path": "/nodes/0/skin", "value": 0},
               {"op": "add", "path": "/skins", "value": [{"joints": [0]}]},
@@ -191,11 +193,102 @@ TEST(GltfReader, ListsSkinsMorphTargetsAndInstances) {
   EXPECT_EQ(lossesWith(R"([{"op": "add", "path": "/meshes/0/primitives/0/targets",
                             "value": [{"POSITION": 0}]}])"),
             Lines{"the morph targets of 1 mesh: its base shape is used"});
-  EXPECT_EQ(lossesWith(R"([{"op": "add", "path": "/nodes/0/extensions",
-                            "value": {"EXT_mesh_gpu_instancing": {}}},
-                           {"op": "add", "path": "/extensionsUsed",
-                            "value": ["EXT_mesh_gpu_instancing"]}])"),
-            Lines{"the instances of 1 node (EXT_mesh_gpu_instancing): the mesh is placed once"});
+}
+
+/// The square as three instances: to x = 10; turned by 90 degrees about z and twice as large;
+/// mirrored. The node moves all by z = 5.
+json instancedDocument() {
+  return patched(R"([
+    {"op": "replace", "path": "/buffers/0/byteLength", "value": 144},
+    {"op": "add", "path": "/nodes/0/translation", "value": [0, 0, 5]},
+    {"op": "add", "path": "/bufferViews/-", "value": {"buffer": 0, "byteOffset": 60,
+      "byteLength": 84}},
+    {"op": "add", "path": "/accessors/-", "value":
+      {"bufferView": 2, "componentType": 5126, "count": 3, "type": "VEC3"}},
+    {"op": "add", "path": "/accessors/-", "value": {"bufferView": 2, "byteOffset": 36,
+      "componentType": 5120, "normalized": true, "count": 3, "type": "VEC4"}},
+    {"op": "add", "path": "/accessors/-", "value":
+      {"bufferView": 2, "byteOffset": 48, "componentType": 5126, "count": 3, "type": "VEC3"}},
+    {"op": "add", "path": "/nodes/0/extensions", "value": {"EXT_mesh_gpu_instancing":
+      {"attributes": {"TRANSLATION": 2, "ROTATION": 3, "SCALE": 4}}}},
+    {"op": "add", "path": "/extensionsUsed", "value": ["EXT_mesh_gpu_instancing"]},
+    {"op": "add", "path": "/extensionsRequired", "value": ["EXT_mesh_gpu_instancing"]}])");
+}
+
+std::string instancedBuffer(float translation = 10, float scale = 1) {
+  std::string bytes = squareBuffer();
+  for (const float x : {translation, 0.F, 0.F, 0.F, 20.F, 0.F, 0.F, 0.F, 30.F}) {
+    bytes += bytesOf(x);
+  }
+  for (const int x : {0, 0, 0, 127, 0, 0, 90, 90, 0, 0, 0, 127}) bytes += static_cast<char>(x);
+  for (const float x : {scale, scale, scale, 2.F, 2.F, 2.F, -1.F, 1.F, 1.F}) bytes += bytesOf(x);
+  return bytes;
+}
+
+TEST(GltfReader, PlacesEachInstanceBeforeTheNode) {
+  const auto loaded = readBytes("a.glb", glb(instancedDocument(), instancedBuffer()));
+  EXPECT_EQ(loaded.losses, Lines{});
+  EXPECT_EQ(loaded.mesh.triangles.size(), 6U);
+  EXPECT_NEAR(areaAlongZ(loaded.mesh), 1 + 4 + 1, 1e-12);
+  const auto& v = loaded.mesh.vertices;
+  ASSERT_EQ(v.size(), 12U);
+  EXPECT_EQ(v[1], model::Point3(11, 0, 5));
+  EXPECT_LT((v[5] - model::Point3(0, 22, 5)).norm(), 1e-14);
+  EXPECT_EQ(v[9], model::Point3(-1, 0, 35));
+}
+
+TEST(GltfReader, NotesHiddenInstancesAndListsTheirOtherAttributes) {
+  auto document = instancedDocument();
+  document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["_ID"] = 2;
+  const auto loaded = readBytes("a.glb", glb(document, instancedBuffer(10, 0)));
+  EXPECT_EQ(loaded.mesh.triangles.size(), 4U);
+  EXPECT_EQ(loaded.notices, Lines{"left out 1 hidden instance, whose scale is zero"});
+  EXPECT_EQ(loaded.losses,
+            Lines{"attribute _ID of instances: only positions and triangles are read"});
+}
+
+TEST(GltfReader, JudgesInstances) {
+  const auto errorWhere = [](const char* patch, const std::string& buffer = instancedBuffer()) {
+    return errorOf("a.glb", glb(instancedDocument().patch(json::parse(patch)), buffer));
+  };
+  EXPECT_EQ(errorWhere(R"([{"op": "replace", "path": "/accessors/4/count", "value": 2}])"),
+            "a.glb: nodes[0].EXT_mesh_gpu_instancing: has 3 of ROTATION and 2 of SCALE; expected "
+            "as many of each attribute");
+  EXPECT_EQ(errorWhere(R"([{"op": "replace", "path": "/accessors/2/type", "value": "VEC2"}])"),
+            "a.glb: accessors[2]: elements of 2 numbers, expected 3");
+  EXPECT_EQ(errorWhere(R"([{"op": "remove", "path": "/accessors/3/normalized"}])"),
+            "a.glb: accessors[3]: component type 5120; EXT_mesh_gpu_instancing has 5126 (float), "
+            "or 5120 or 5122 (normalized) in rotations");
+  EXPECT_EQ(
+      errorWhere(R"([{"op": "replace", "path": "/accessors/2/componentType", "value": 5120}])"),
+      "a.glb: accessors[2]: component type 5120; EXT_mesh_gpu_instancing has 5126 (float) in "
+      "translations and scales");
+  EXPECT_EQ(errorWhere("[]", instancedBuffer(std::numeric_limits<float>::infinity())),
+            "a.glb: accessors[2]: element 0 has a number that is not finite");
+  const char* attributes = "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes";
+  EXPECT_EQ(errorWhere(fmt::format(R"([{{"op": "remove", "path": "{}"}}])", attributes).c_str()),
+            "a.glb: nodes[0].EXT_mesh_gpu_instancing: has no attributes");
+  EXPECT_EQ(
+      errorWhere(fmt::format(R"([{{"op": "replace", "path": "{}/SCALE", "value": 7}}])", attributes)
+                     .c_str()),
+      "a.glb: nodes[0].EXT_mesh_gpu_instancing: its attribute SCALE is no accessor; there "
+      "are 5");
+  // Many times what the file holds: of those that are counted, and of one that nothing is read of.
+  const auto many = [](std::uint64_t count, const char* only) {
+    auto document = instancedDocument();
+    for (const int i : {2, 3, 4}) document["accessors"][i]["count"] = count;
+    auto& all = document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+    if (*only != 0) all = {{only, 2}};
+    return errorOf("a.glb", glb(document, instancedBuffer()));
+  };
+  const std::string instantiated =
+      "a.glb: meshes[0]: its nodes instantiate more geometry than the file holds; merge them into "
+      "one mesh";
+  EXPECT_EQ(many(4'000'000'000, ""), instantiated);
+  EXPECT_EQ(many(std::uint64_t{1} << 62, ""), instantiated);
+  EXPECT_EQ(many(1000, "_ID"),
+            "a.glb: accessors[2]: 1000 elements of 12 bytes from byte 0, 12 bytes apart, but "
+            "buffer view 2 has 84 bytes");
 }
 
 TEST(GltfReader, ListsGeometryThatItLeavesOut) {
