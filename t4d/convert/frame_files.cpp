@@ -113,14 +113,6 @@ std::string xmlEscaped(std::string_view text) {
   return escaped;
 }
 
-/// Removes a file of a series before this one; that there is none is no error.
-Result<void> removeOld(const fs::path& path) {
-  std::error_code error;
-  fs::remove(path, error);
-  if (!error) return {};
-  return fail(ErrorCode::Failed, "cannot remove: " + error.message(), path.string());
-}
-
 /// Losses of frames, each once, and no more than anyone reads.
 class FrameLosses {
  public:
@@ -192,7 +184,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
   std::optional<system::Cleanup> madeFolder;
   FrameFilesReport report;
   FrameLosses losses;
-  ordered_json list = ordered_json::array();
+  FramesManifest manifest;
   std::string collection;
   const auto take = [&](std::size_t frame,
                         std::span<const formats::NamedMesh> meshes) -> Result<void> {
@@ -201,7 +193,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
       if (!prepared) return pass(prepared.error());
       madeFolder = std::move(*prepared);
       for (const std::string& old : {names.manifest, names.collection}) {
-        if (auto removed = removeOld(names.folder / old); !removed) return removed;
+        if (auto removed = removeOldManifest(names.folder / old); !removed) return removed;
       }
     }
     const std::string name = names.fileName(frame, times.size());
@@ -221,12 +213,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     std::error_code ignored;
     const std::uint64_t bytes = fs::file_size(names.folder / name, ignored);
     report.bytes += bytes;
-    list.push_back({{"file", name},
-                    {"time", times[frame]},
-                    {"vertices", vertices},
-                    {"triangles", triangles},
-                    {"volume", volume},
-                    {"bytes", bytes}});
+    manifest.frames.push_back({name, times[frame], vertices, triangles, volume, bytes});
     collection += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", times[frame],
                               xmlEscaped(name));
     return {};
@@ -250,25 +237,53 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
       return pass(done.error());
     }
   }
-  const model::Point3 origin = options.write.origin + options.write.center;
-  const ordered_json manifest = {{"generator", "t4d"},
-                                 {"length_unit", options.lengthUnit},
-                                 {"time_unit", options.timeUnit},
-                                 {"up", options.up},
-                                 {"origin", {origin.x(), origin.y(), origin.z()}},
-                                 {"light", report.light},
-                                 {"distance", report.distance},
-                                 {"frames", std::move(list)}};
-  std::string text;
-  try {
-    text = manifest.dump(1) + "\n";
-  } catch (const nlohmann::json::exception&) {
-    return invalid("a unit or the name of a file is not UTF-8 text",
-                   (names.folder / names.manifest).string());
+  manifest.space = options.space;
+  manifest.origin = options.write.origin + options.write.center;
+  manifest.light = report.light;
+  manifest.distance = report.distance;
+  if (auto done = writeManifest(names.folder / names.manifest, manifest); !done) {
+    return pass(done.error());
   }
-  if (auto done = writeText(names.folder / names.manifest, text); !done) return pass(done.error());
   if (madeFolder) madeFolder->release();
   return report;
+}
+
+Result<void> writeManifest(const fs::path& path, const FramesManifest& manifest) {
+  const auto& [space, origin, light, distance, frames] = manifest;
+  const auto countOf = [](const std::optional<std::uint64_t>& count) {
+    return count ? ordered_json(*count) : ordered_json(nullptr);
+  };
+  ordered_json list = ordered_json::array();
+  for (const FrameEntry& frame : frames) {
+    list.push_back({{"file", frame.file},
+                    {"time", frame.time},
+                    {"vertices", countOf(frame.vertices)},
+                    {"triangles", countOf(frame.triangles)},
+                    {"volume", frame.volume},
+                    {"bytes", frame.bytes}});
+  }
+  const ordered_json members = {{"generator", "t4d"},
+                                {"length_unit", space.lengthUnit},
+                                {"time_unit", space.timeUnit},
+                                {"up", space.up},
+                                {"origin", {origin.x(), origin.y(), origin.z()}},
+                                {"light", light},
+                                {"distance", distance},
+                                {"frames", std::move(list)}};
+  std::string text;
+  try {
+    text = members.dump(1) + "\n";
+  } catch (const nlohmann::json::exception&) {
+    return invalid("a unit or the name of a file is not UTF-8 text", path.string());
+  }
+  return writeText(path, text);
+}
+
+Result<void> removeOldManifest(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (!error) return {};
+  return fail(ErrorCode::Failed, "cannot remove: " + error.message(), path.string());
 }
 
 }  // namespace t4d::convert

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "t4d/convert/frame_slices.h"
 #include "t4d/formats/triangle_mesh_writer.h"
@@ -32,13 +34,18 @@ struct FrameNames {
 /// for an extension of no triangle mesh that is written.
 Result<FrameNames> frameNames(const std::string& output, std::string_view extension);
 
+/// What a manifest says of all frames.
+struct FrameSpace {
+  std::string lengthUnit;  ///< "" if unknown
+  std::string timeUnit;
+  std::string up = "y";
+};
+
 struct FrameFilesOptions {
   SliceDetail detail = SliceDetail::Exact;
   formats::MeshWriteOptions write = {};
   Paint paint = {};
-  std::string lengthUnit;  ///< for the manifest; "" if unknown
-  std::string timeUnit;
-  std::string up = "y";
+  FrameSpace space = {};
 };
 
 struct FrameFilesReport : FrameSlicesReport {
@@ -55,5 +62,30 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                                          std::span<const double> times, const FrameNames& names,
                                          const FrameFilesOptions& options = {},
                                          const model::Progress& progress = {});
+
+/// A file of a series, in its manifest.
+struct FrameEntry {
+  std::string file;  ///< its name, beside the manifest
+  double time = 0;
+  std::optional<std::uint64_t> vertices = {};  ///< nothing for a grid, as for triangles
+  std::optional<std::uint64_t> triangles = {};
+  double volume = 0;
+  std::uint64_t bytes = 0;
+};
+
+struct FramesManifest {
+  FrameSpace space = {};
+  model::Point3 origin = model::Point3::Zero();  ///< of the files, in the original coordinates
+  bool light = false;
+  double distance = 0;
+  std::vector<FrameEntry> frames = {};
+};
+
+/// Writes the manifest of a series of files, as writeFrameFiles does.
+Result<void> writeManifest(const std::filesystem::path& path, const FramesManifest& manifest);
+
+/// Removes the manifest or the collection of a series that is about to be replaced; that there is
+/// none is no error.
+Result<void> removeOldManifest(const std::filesystem::path& path);
 
 }  // namespace t4d::convert

@@ -110,7 +110,7 @@ VdbSeries::~VdbSeries() {
 }
 
 Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid, double voxelSize) {
-  const std::string& name = names_.at(parts_.size());
+  const std::string& name = nextName();
   auto part = system::PartFile::create(folder_ / name);
   if (!part) return pass(part.error());
   try {

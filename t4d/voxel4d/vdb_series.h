@@ -22,6 +22,9 @@ class VdbSeries {
   VdbSeries& operator=(VdbSeries&&) = delete;
   ~VdbSeries();
 
+  /// The name of the next frame's file in the folder.
+  const std::string& nextName() const { return names_.at(parts_.size()); }
+
   /// The next frame; returns the bytes of its file.
   Result<std::uint64_t> put(const openvdb::GridBase::Ptr& grid, double voxelSize);
   Result<void> commit();

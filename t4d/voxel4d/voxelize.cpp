@@ -154,7 +154,8 @@ std::unique_ptr<FrameSource> voxelFrames(SolidAtTime solid, std::vector<double> 
 Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector<double>& times,
                                      const VoxelizeOptions& options,
                                      const std::filesystem::path& folder,
-                                     const model::Progress& progress) {
+                                     const model::Progress& progress,
+                                     const std::function<Result<void>()>& beforeRenaming) {
   const Lattice lattice{options.voxelSize, model::Point3::Zero()};
   VoxelSeries series;
   std::optional<VdbSeries> files;
@@ -172,9 +173,11 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     grid->setName(options.mask ? "inside" : "surface");
     grid->setCreator("t4d");
     grid->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(time));
+    series.files.push_back({files->nextName()});
     auto bytes = files->put(grid, options.voxelSize);
     if (!bytes) return pass(bytes.error());
     series.bytes += *bytes;
+    series.files.back().bytes = *bytes;
     const std::uint64_t insidePoints = countInside(voxels->inside);
     series.insidePoints += insidePoints;
     series.emptyFrames += insidePoints == 0 ? 1 : 0;
@@ -184,6 +187,9 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     if (progress) progress(static_cast<double>(series.frames) / static_cast<double>(times.size()));
   }
   if (files) {
+    if (auto done = beforeRenaming ? beforeRenaming() : Result<void>(); !done) {
+      return pass(done.error());
+    }
     if (auto done = files->commit(); !done) return pass(done.error());
   }
   return series;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "t4d/model/motion.h"
@@ -55,6 +56,11 @@ struct VoxelSeries {
   std::uint64_t insidePoints = 0;      ///< of all frames
   std::uint64_t emptyFrames = 0;       ///< without inside points
   std::uint64_t mostActiveVoxels = 0;  ///< in any one frame
+  struct File {
+    std::string name;  ///< beside the others
+    std::uint64_t bytes = 0;
+  };
+  std::vector<File> files = {};  ///< of the frames, in their order
 };
 
 /// Writes the frames of voxelFrames into `folder` (created if missing) as frame_0000.vdb, ...:
@@ -62,11 +68,13 @@ struct VoxelSeries {
 /// metadata `t4d_time` of each is its time.
 ///
 /// The series appears completely or not at all: files are renamed after all have been written.
-/// Fails if voxelFrames does, or if the folder has other .vdb files, which would be taken for
-/// frames of this series.
+/// Before that `beforeRenaming`, if there is one, can remove what described a series of these
+/// names. Fails if voxelFrames or it does, or if the folder has other .vdb files, which would be
+/// taken for frames of this series.
 Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector<double>& times,
                                      const VoxelizeOptions& options,
                                      const std::filesystem::path& folder,
-                                     const model::Progress& progress = {});
+                                     const model::Progress& progress = {},
+                                     const std::function<Result<void>()>& beforeRenaming = {});
 
 }  // namespace t4d::voxel4d

@@ -146,6 +146,14 @@ TEST(Voxelize, FilesAreTheFrames) {
     const auto written = writeVoxelFrames(solid, times, options, folder / "made/of/folders");
     ASSERT_TRUE(written) << written.error().text();
     EXPECT_EQ(written->frames, 5U);
+    ASSERT_EQ(written->files.size(), 5U);
+    std::uint64_t bytes = 0;
+    for (const VoxelSeries::File& file : written->files) {
+      EXPECT_EQ(file.bytes, std::filesystem::file_size(folder / "made/of/folders" / file.name));
+      bytes += file.bytes;
+    }
+    EXPECT_EQ(written->files.back().name, "frame_0004.vdb");
+    EXPECT_EQ(written->bytes, bytes);
     const auto source = openVdbFrames(std::vector{folder / "made/of/folders"});
     ASSERT_TRUE(source) << source.error().text();
     ASSERT_EQ((*source)->frameCount(), 5U);
@@ -201,6 +209,9 @@ TEST(Voxelize, SeriesAppearsWholeOrNotAtAll) {
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"frame_0000.vdb", "frame_0001.vdb"}));
   ASSERT_TRUE(writeVoxelFrames(good, {0, 1, 2}, {}, folder.path()));
   // Fewer frames than the folder has would leave old ones among the new.
+  const auto refuse = [] { return Result<void>(invalid("no")); };
+  EXPECT_FALSE(writeVoxelFrames(good, {0, 1, 2}, {}, folder / "refused", {}, refuse));
+  EXPECT_FALSE(std::filesystem::exists(folder / "refused"));
   const auto fewer = writeVoxelFrames(good, {0, 1}, {}, folder.path());
   ASSERT_FALSE(fewer);
   EXPECT_NE(fewer.error().text().find("other .vdb files (frame_0002.vdb)"), std::string::npos)

@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -12,9 +11,9 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/detail_text.h"
+#include "tools/program/frame_options.h"
 #include "tools/program/gltf_options.h"
 #include "tools/program/input_bodies.h"
-#include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
@@ -26,8 +25,7 @@ constexpr std::uint64_t kMaxFrames = 100'000;
 struct FlipbookArguments {
   std::string input;
   std::string output;
-  std::optional<std::uint64_t> frames;
-  std::string times;
+  FrameOptions frames;
   double framesPerSecond = 24;
   InputOptions only;
   Appearance appearance;
@@ -63,8 +61,7 @@ int run(const FlipbookArguments& options) {
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = options.frames ? model::evenTimes(span, *options.frames)
-                                                   : *timesOf(options.times, kMaxFrames);
+  const std::vector<double> times = options.frames.of(span, kMaxFrames);
   std::vector<std::string> notices;
   const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
   printNotices(notices);
@@ -139,14 +136,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
       "flipbook", "Write a 4D mesh as an animated glTF, which plays in any viewer");
   auto options = std::make_shared<FlipbookArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
-  auto* which = command->add_option_group("frames", "Times of the frames (exactly one)");
-  which
-      ->add_option("-n,--frames", options->frames,
-                   "Number of frames, evenly spaced from the first to the last time")
-      ->check(wholeNumber(1, kMaxFrames));
-  which->add_option("--times", options->times, "N times, evenly spaced from A to B, both included")
-      ->check(evenTimesUpTo(kMaxFrames));
-  which->require_option(1);
+  options->frames.addTo(*command, kMaxFrames);
   command->add_option("-o,--output", options->output, "The .glb or .gltf file to write")
       ->required()
       ->check(someName())

@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <optional>
 
 #include <fmt/format.h>
@@ -13,9 +14,9 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/detail_text.h"
+#include "tools/program/frame_options.h"
 #include "tools/program/gltf_options.h"
 #include "tools/program/input_bodies.h"
-#include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
@@ -27,8 +28,7 @@ struct FramesArguments {
   std::string input;
   std::string output;
   std::string format;
-  std::optional<std::uint64_t> count;
-  std::string times;
+  FrameOptions frames;
   InputOptions only;
   Appearance appearance;
   GltfOptions gltf;
@@ -52,9 +52,8 @@ std::optional<std::string> misuseOfFrames(const convert::FrameNames& names, std:
   return std::nullopt;
 }
 
-std::vector<double> timesOfFrames(const FramesArguments& options, const model::TimeSpan& span) {
-  return options.count ? model::evenTimes(span, *options.count)
-                       : *timesOf(options.times, kMostFrameFiles);
+convert::FrameSpace spaceOf(const formats::Metadata& metadata) {
+  return {metadata.lengthUnit, metadata.timeUnit, metadata.up};
 }
 
 /// OpenVDB grids, as `rasterize` writes them.
@@ -69,34 +68,49 @@ int runGrids(const FramesArguments& options) {
   }
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
+  const formats::Metadata& metadata = input->reader.metadata();
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = timesOfFrames(options, span);
+  const std::vector<double> times = options.frames.of(span, kMostFrameFiles);
   if (auto checked = convert::checkFrameTimes(input->bodies, times); !checked) {
     return report(inInput(checked.error(), *input));
   }
+  const auto path = std::filesystem::path(options.output) / convert::FrameNames().manifest;
+  convert::FramesManifest manifest{spaceOf(metadata), originOf(metadata)};
+  const auto solidAt = [&](double time) {
+    auto solid = measure::solidAt(input->bodies, time);
+    if (solid) {
+      manifest.frames.push_back({.file = {}, .time = time, .volume = signedVolume(*solid)});
+    }
+    return solid;
+  };
   Result<voxel4d::VoxelSeries> written;
   {
     ProgressBar bar("voxelising");
-    written = voxel4d::writeVoxelFrames(
-        [&](double time) { return measure::solidAt(input->bodies, time); }, times,
-        {.voxelSize = *options.voxelSize}, options.output, bar.callback());
+    written =
+        voxel4d::writeVoxelFrames(solidAt, times, {.voxelSize = *options.voxelSize}, options.output,
+                                  bar.callback(), [&] { return convert::removeOldManifest(path); });
   }
   if (!written) return report(inInput(written.error(), *input));
+  for (std::size_t i = 0; i < manifest.frames.size(); ++i) {
+    manifest.frames[i].file = written->files[i].name;
+    manifest.frames[i].bytes = written->files[i].bytes;
+  }
+  if (auto done = convert::writeManifest(path, manifest); !done) return report(done.error());
   if (options.json) {
     printJson({{"frames", written->frames},
                {"triangles", nullptr},
                {"time_begin", times.front()},
                {"time_end", times.back()},
                {"bytes", written->bytes},
-               {"manifest", nullptr},
+               {"manifest", path.string()},
                {"light", false},
                {"distance", 0},
                {"color_range", nullptr},
                {"quantization_error", nullptr}});
   } else {
-    print("{}: {} of level sets from time {} to {}\n  {} inside, {}\n", options.output,
-          counted(written->frames, "frame"), times.front(), times.back(),
-          counted(written->insidePoints, "point"), sizeText(written->bytes));
+    print("{}: {} of level sets from time {} to {}\n  {} inside, {}; listed in {}\n",
+          options.output, counted(written->frames, "frame"), times.front(), times.back(),
+          counted(written->insidePoints, "point"), sizeText(written->bytes), path.string());
   }
   if (written->emptyFrames > 0) {
     printNotices(
@@ -121,15 +135,13 @@ int run(const FramesArguments& options) {
   if (!input) return report(input.error());
   const formats::Metadata& metadata = input->reader.metadata();
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = timesOfFrames(options, span);
+  const std::vector<double> times = options.frames.of(span, kMostFrameFiles);
   if (const auto misuse = misuseOfFrames(*names, times.size(), options.input)) {
     return wrongUsage(*misuse);
   }
   convert::FrameFilesOptions how;
   how.detail = options.light ? convert::SliceDetail::Light : convert::SliceDetail::Exact;
-  how.lengthUnit = metadata.lengthUnit;
-  how.timeUnit = metadata.timeUnit;
-  how.up = metadata.up;
+  how.space = spaceOf(metadata);
   how.write.attributes = options.attributes;
   how.write.normals = options.appearance.normalStyle();
   auto painting = options.appearance.painting(metadata, span, input->bodies);
@@ -183,14 +195,7 @@ void addFrames(CLI::App& app, int& exitCode) {
       "frames", "Write a 4D mesh as numbered triangle meshes, one for each time");
   auto options = std::make_shared<FramesArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
-  auto* which = command->add_option_group("frames", "Times of the frames (exactly one)");
-  which
-      ->add_option("-n,--count", options->count,
-                   "Number of frames, evenly spaced from the first to the last time")
-      ->check(wholeNumber(1, kMostFrameFiles));
-  which->add_option("--times", options->times, "N times, evenly spaced from A to B, both included")
-      ->check(evenTimesUpTo(kMostFrameFiles));
-  which->require_option(1);
+  options->frames.addTo(*command, kMostFrameFiles);
   command
       ->add_option("-o,--output", options->output,
                    "The folder to write frame_0000.glb, ... to; or the pattern of a file, such as "
@@ -221,7 +226,7 @@ void addFrames(CLI::App& app, int& exitCode) {
   options->gltf.addTo(*command);
   addCenterOption(*command, options->center, "The files and the manifest say where it was");
   command->add_flag("--json", options->json, "Print JSON");
-  command->footer("Example:\n  t4d frames bolt.t4d --count 60 --format vtp -o bolt-frames");
+  command->footer("Example:\n  t4d frames bolt.t4d --frames 60 --format vtp -o bolt-frames");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

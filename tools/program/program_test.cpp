@@ -295,9 +295,9 @@ TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
   EXPECT_THAT(fewer.err,
               testing::HasSubstr("out: the folder has frame_0004.ply, which would pass"));
   EXPECT_EQ(run("frames cube.t4d --count 2 --format stl --attributes -o lossy").exitCode, 3);
-  for (const char* wrong :
-       {"--count 2 --format png -o a", "--count 2 --format vdb -o a",
-        "--count 2 --format ply -o a%d.obj", "--count 0 -o a", "-o a", "--count 2 -o a_%d.xyz"}) {
+  for (const char* wrong : {"--count 2 --format png -o a", "--count 2 --format vdb -o a",
+                            "--count 2 --format ply -o a%d.obj", "--count 0 -o a",
+                            "--count 2 --times 1:2:2 -o a", "--count 2 -o a_%d.xyz"}) {
     EXPECT_EQ(run(std::string("frames cube.t4d ") + wrong).exitCode, 2) << wrong;
   }
   EXPECT_THAT(run("frames cube.t4d --count 2 --format vdb -o a").err,
@@ -308,8 +308,43 @@ TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
   EXPECT_FALSE(fs::exists(folder_ / "a"));
   ASSERT_EQ(run("frames cube.t4d --count 2 --format vdb --voxel-size 1 -o grids").exitCode, 0);
   EXPECT_TRUE(fs::exists(folder_ / "grids/frame_0001.vdb"));
+  // The manifest is that of the other formats, of the same solids.
+  ASSERT_EQ(run("frames cube.t4d --count 2 --format ply -o meshes").exitCode, 0);
+  std::ifstream grids(folder_ / "grids/manifest.json");
+  std::ifstream meshes(folder_ / "meshes/manifest.json");
+  auto ofGrids = nlohmann::json::parse(grids);
+  auto ofMeshes = nlohmann::json::parse(meshes);
+  ASSERT_EQ(ofGrids["frames"].size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    auto& grid = ofGrids["frames"][i];
+    auto& mesh = ofMeshes["frames"][i];
+    EXPECT_EQ(grid["file"], "frame_000" + std::to_string(i) + ".vdb");
+    EXPECT_EQ(grid["bytes"], fs::file_size(folder_ / "grids" / grid["file"].get<std::string>()));
+    EXPECT_NEAR(grid["volume"].get<double>(), mesh["volume"].get<double>(), 1e-12);
+    for (const char* other : {"file", "bytes", "vertices", "triangles", "volume"}) {
+      grid[other] = mesh[other] = nullptr;
+    }
+  }
+  EXPECT_EQ(ofGrids, ofMeshes);
   fs::rename(folder_ / "cube.t4d", folder_ / "c_1.obj");
   EXPECT_EQ(run("frames c_1.obj --count 2 -o c_%d.obj").exitCode, 2);
+}
+
+TEST_F(Program, ThereAreSixtyFramesWithoutANumberOfThem) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o cube.t4d").exitCode, 0);
+  for (const char* verb : {"flipbook cube.t4d -o f.glb", "frames cube.t4d --light -o f",
+                           "rasterize cube.t4d --voxel-size 1 -o v"}) {
+    const Finished done = run(std::string(verb) + " --json");
+    EXPECT_EQ(done.value()["frames"], 60) << done.err;
+    EXPECT_THAT(done.err, testing::HasSubstr("60 frames, evenly spaced; --frames takes another"));
+  }
+  for (const char* named : {"flipbook cube.t4d -o f.glb --count 2", "frames cube.t4d -o g -n 2",
+                            "rasterize cube.t4d --voxel-size 1 -o w --count 2",
+                            "frames cube.t4d -o g --frames 2"}) {
+    const Finished done = run(std::string(named) + " --json");
+    EXPECT_EQ(done.value()["frames"], 2) << named;
+    EXPECT_EQ(done.err, "") << named;
+  }
 }
 
 TEST_F(Program, NormalsAndColoursAreWrittenOnDemand) {
@@ -583,8 +618,9 @@ TEST_F(Program, WrongUsageIsExit2) {
   for (const char* arguments :
        {"", "swep", "sweep", "sweep fx/cube.obj -o out.t4d", "slice cube.t4d",
         "slice cube.t4d --time 1 --x 2", "slice cube.t4d --time abc",
-        "slice cube.t4d --hyperplane 1,2,3", "flipbook cube.t4d -o a.glb",
-        "flipbook cube.t4d --frames 0 -o a.glb", "flipbook cube.t4d --times 1:2 -o a.glb",
+        "slice cube.t4d --hyperplane 1,2,3", "rasterize cube.t4d -o a",
+        "flipbook cube.t4d -n 2 --times 1:2:3 -o a.glb", "flipbook cube.t4d --frames 0 -o a.glb",
+        "flipbook cube.t4d --times 1:2 -o a.glb",
         "sweep fx/cube.obj -m fx/rest.json -o out.t4d --steps 2 --rv-min 0.9",
         "sweep fx/cube.obj -m fx/rest.json -o out.t4d --prism 5", "info"}) {
     EXPECT_EQ(run(arguments).exitCode, 2) << arguments;

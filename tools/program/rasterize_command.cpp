@@ -1,7 +1,10 @@
+#include <fmt/format.h>
+
 #include "t4d/measure/compare.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/frame_options.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/voxel_series.h"
 
@@ -17,7 +20,12 @@ struct RasterizeArguments {
 int run(const RasterizeArguments& options) {
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
-  const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), options.series.times);
+  voxel4d::FrameTimes when = options.series.times;
+  if (!when.count && !when.step) {
+    when.count = kDefaultFrames;
+    noticeDefaultFrames();
+  }
+  const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), when);
   if (!times) return report(times.error());
   if (!originOf(input->reader.metadata()).isZero(0)) {
     printNotices(
@@ -38,9 +46,8 @@ void addRasterize(CLI::App& app, int& exitCode) {
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
   options->series.addTo(*command);
-  auto* times = command->add_option_group("frames", "Times of the frames; one of these, or both");
-  addFrameTimes(*times, options->series.times, "", "");
-  times->require_option(1, 2);
+  addFrameTimes(*command, options->series.times, "",
+                fmt::format(" (default: {}, unless --frame-time sets it)", kDefaultFrames));
   command->footer(
       "Example:\n  t4d rasterize bolt.t4d --voxel-size 0.25 --frames 60 -o bolt-frames");
   command->callback([=, &exitCode] { exitCode = run(*options); });

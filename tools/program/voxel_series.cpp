@@ -8,13 +8,14 @@
 
 #include "t4d/voxel4d/frame_spacing.h"
 #include "tools/program/console.h"
+#include "tools/program/frame_options.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
 void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix,
                    const std::string& otherwise) {
   command
-      .add_option("--frames", times.count,
+      .add_option(kFramesOption, times.count,
                   prefix + "Number of frames, evenly spaced from first to last time" + otherwise)
       ->check(wholeNumber(2, voxel4d::kMaxFrames));
   command

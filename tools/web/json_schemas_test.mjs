@@ -285,7 +285,8 @@ for (const [verb, args, status, codes] of runs) {
 
 test('the manifest of frames is as its schema says', () => {
   const { check, schema } = schemaOf('t4d/convert/frames_manifest.schema.json');
-  for (const name of ['frames/manifest.json', 'frames.manifest.json', 'lossy/manifest.json']) {
+  for (const name of ['frames/manifest.json', 'frames.manifest.json', 'lossy/manifest.json',
+    'grid-frames/manifest.json']) {
     check(JSON.parse(readFileSync(at(name), 'utf8')), name);
   }
   const page = readFileSync(path.join(docs, 'frames.md'), 'utf8');

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "t4d/model/times.h"
+
+namespace t4d::tools {
+
+/// The number of frames of a verb that is given none.
+inline constexpr std::uint64_t kDefaultFrames = 60;
+
+/// The names of the option for the number of frames, the same in all verbs that have one.
+inline constexpr const char* kFramesOption = "-n,--frames,--count";
+
+/// Tells that there are kDefaultFrames frames because no number was given.
+void noticeDefaultFrames();
+
+/// Moments of a 4D mesh: `count` of them, evenly spaced over its whole time, or `times`.
+struct FrameOptions {
+  std::optional<std::uint64_t> count;
+  std::string times;
+
+  /// Adds `--frames` and `--times`, of which one or none is given, each for up to `most` frames.
+  void addTo(CLI::App& command, std::uint64_t most);
+
+  /// The times of the frames, up to the same `most`; tells where their number is the default.
+  std::vector<double> of(const model::TimeSpan& span, std::uint64_t most) const;
+};
+
+}  // namespace t4d::tools
