@@ -10,6 +10,7 @@
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/or_null.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/t4d_output.h"
 
@@ -176,7 +177,7 @@ int run(const QualityArguments& options) {
         input->bodies, {.timeScale = scale->value, .worst = options.worst}, bar.callback());
   }();
   if (!quality) return report(inInput(quality.error(), *input));
-  std::uint64_t bytes = 0;
+  std::optional<std::uint64_t> bytes;
   if (!options.output.empty()) {
     const auto written = write(options, *input, scale->value);
     if (!written) return report(inInput(written.error(), *input));
@@ -184,12 +185,12 @@ int run(const QualityArguments& options) {
   }
   if (options.json) {
     ordered_json value = jsonOf(*quality, *input);
-    if (!options.output.empty()) value["bytes"] = bytes;
+    value["bytes"] = orNull(bytes);
     printJson(value);
     return kDone;
   }
   printText(*quality, scale->reason, *input);
-  if (!options.output.empty()) print("  {}: {}\n", options.output, sizeText(bytes));
+  if (bytes) print("  {}: {}\n", options.output, sizeText(*bytes));
   return kDone;
 }
 
