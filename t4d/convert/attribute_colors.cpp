@@ -181,6 +181,8 @@ void AttributeColors::paint(formats::NamedMesh& named) const {
 
 Result<AttributeColors> attributeColors(const std::string& attribute, bool distinct,
                                         std::span<const formats::NamedMesh> meshes) {
+  const auto isEmpty = [](const formats::NamedMesh& named) { return named.mesh.triangles.empty(); };
+  if (std::ranges::all_of(meshes, isEmpty)) return AttributeColors{attribute, distinct, 1, 0, 0};
   Range range(attribute, distinct);
   for (const formats::NamedMesh& named : meshes) {
     for (const Attribute& of : named.mesh.attributes) range.add(of);

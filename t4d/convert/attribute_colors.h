@@ -37,7 +37,7 @@ struct AttributeColors {
 
 /// The colours of an attribute, whose range is that of all its numbers in these meshes, or in all
 /// slabs of these bodies, which are read. Fails if no mesh or body has it, naming those there are,
-/// or if it is not as above.
+/// or if it is not as above; not for meshes without triangles.
 Result<AttributeColors> attributeColors(const std::string& attribute, bool distinct,
                                         std::span<const formats::NamedMesh> meshes);
 Result<AttributeColors> attributeColors(const std::string& attribute, bool distinct,

@@ -369,7 +369,7 @@ TEST_F(Program, NormalsAndColoursAreWrittenOnDemand) {
   EXPECT_EQ(run("slice boxes.t4d --time 0.5 --normals flat -o b.stl").exitCode, 0);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --color time -o b.ply").exitCode, 2);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --color triangle -o b.ply").exitCode, 0);
-  EXPECT_EQ(run("slice boxes.t4d --x 0 --color attribute:heat -o b.ply").exitCode, 4);
+  EXPECT_EQ(run("slice boxes.t4d --x 8 --color attribute:heat -o b.ply").exitCode, 4);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --color heat -o b.ply").exitCode, 2);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --quantize 12 -o b.ply").exitCode, 2);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --quantize 17 -o b.glb").exitCode, 2);
