@@ -42,6 +42,7 @@ macro(t4d_find_packages component)
       set(CGAL_DO_NOT_WARN_ABOUT_CMAKE_BUILD_TYPE TRUE)
       t4d_find(TetGen)
       t4d_find(CGAL)
+      t4d_find(TBB CONFIG)
     endif()
   elseif("${component}" STREQUAL "voxel4d")
     # Found before OpenVDB, whose find module could otherwise find another TBB.

@@ -5,11 +5,13 @@
 #include <exception>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 namespace t4d::mesh4d {
 namespace {
@@ -343,6 +345,82 @@ constexpr std::ptrdiff_t kCutoff = 200;
 
 struct EnoughPairs {};
 
+using TrianglePair = std::array<std::uint32_t, 2>;
+
+/// Pairs that meet, and the first of them; of those at one time, that of the smallest numbers.
+struct Meetings {
+  std::vector<TrianglePair> pairs;
+  double earliest = 2;
+  TrianglePair triangles = {0, 0};
+  Point3 place = Point3::Zero();
+
+  bool precedes(const Meetings& other) const {
+    return std::tie(earliest, triangles) < std::tie(other.earliest, other.triangles);
+  }
+};
+
+/// A part of a step, as fractions of it, with the places at both of its ends.
+struct StepPart {
+  double begin;
+  double length;
+  std::vector<Point3> from;
+  std::vector<Point3> to;
+};
+
+/// Tests pairs of triangles on all threads, many at a time.
+class PairTester {
+ public:
+  PairTester(const model::TriangleMesh& mesh, const StepPart& part, Meetings& found)
+      : mesh_(mesh), part_(part), found_(found) {
+    waiting_.reserve(kBatch);
+  }
+
+  void add(const TrianglePair& pair) {
+    waiting_.push_back(pair);
+    if (waiting_.size() == kBatch) finish();
+  }
+
+  /// Tests those that wait. What is found does not depend on the order.
+  void finish() {
+    const std::size_t pieces = (waiting_.size() + kPiece - 1) / kPiece;
+    std::vector<Meetings> ofPieces(pieces);
+    tbb::parallel_for(std::size_t{0}, pieces, [&](std::size_t piece) {
+      const std::size_t end = std::min(waiting_.size(), (piece + 1) * kPiece);
+      for (std::size_t i = piece * kPiece; i < end; ++i) test(waiting_[i], ofPieces[piece]);
+    });
+    for (const Meetings& piece : ofPieces) {
+      found_.pairs.insert(found_.pairs.end(), piece.pairs.begin(), piece.pairs.end());
+      if (!piece.precedes(found_)) continue;
+      found_.earliest = piece.earliest;
+      found_.triangles = piece.triangles;
+      found_.place = piece.place;
+    }
+    waiting_.clear();
+  }
+
+ private:
+  void test(const TrianglePair& triangles, Meetings& found) const {
+    MovingPair pair(mesh_, part_.from, part_.to, triangles[0], triangles[1]);
+    const auto s = pair.meetAt();
+    if (!s) return;
+    found.pairs.push_back(triangles);
+    const double at = part_.begin + *s * part_.length;
+    if (std::tie(at, triangles) >= std::tie(found.earliest, found.triangles)) return;
+    found.earliest = at;
+    found.triangles = triangles;
+    found.place = pair.placeAt(*s);
+  }
+
+  // A pair takes about a microsecond; a batch is half a megabyte.
+  static constexpr std::size_t kBatch = 1 << 16;
+  static constexpr std::size_t kPiece = 1 << 10;
+
+  const model::TriangleMesh& mesh_;
+  const StepPart& part_;
+  Meetings& found_;
+  std::vector<TrianglePair> waiting_;
+};
+
 }  // namespace
 
 Result<std::optional<StepCrossing>> crossingOf(const model::TriangleMesh& mesh,
@@ -353,15 +431,15 @@ Result<std::optional<StepCrossing>> crossingOf(const model::TriangleMesh& mesh,
   for (const Point4& vertex : step.upperLayer()) end.emplace_back(vertex.head<3>());
   StepCrossing found;
   found.time = {step.timeBegin, step.timeEnd};
-  double earliest = 2;
+  Meetings meetings;
   std::uint64_t looked = 0;
-  std::vector<std::array<std::uint32_t, 2>> pairs;
   const int parts = partsOf(mesh, start, end);
-  for (int part = 0; part < parts && found.complete; ++part) {
+  for (int number = 0; number < parts && found.complete; ++number) {
     // Parts overlap, so that nothing is lost where they meet.
     constexpr double kOverlap = 1e-3;
-    const double begin = std::max(0.0, (part - kOverlap) / parts);
-    const double length = std::min(1.0, (part + 1 + kOverlap) / parts) - begin;
+    StepPart part;
+    part.begin = std::max(0.0, (number - kOverlap) / parts);
+    part.length = std::min(1.0, (number + 1 + kOverlap) / parts) - part.begin;
     const auto placesAt = [&](double s) {
       std::vector<Point3> places;
       for (std::size_t i = 0; i < start.size(); ++i) {
@@ -369,35 +447,34 @@ Result<std::optional<StepCrossing>> crossingOf(const model::TriangleMesh& mesh,
       }
       return places;
     };
-    const std::vector<Point3> from = placesAt(begin);
-    const std::vector<Point3> to = placesAt(begin + length);
-    const auto boxes = sweptBoxes(mesh, from, to);
+    part.from = placesAt(part.begin);
+    part.to = placesAt(part.begin + part.length);
+    const auto boxes = sweptBoxes(mesh, part.from, part.to);
     // Sorting pointers is faster.
     std::vector<const SweptBox*> sorted;
     for (const SweptBox& box : boxes) sorted.push_back(&box);
+    PairTester tester(mesh, part, meetings);
     const auto look = [&](const SweptBox* one, const SweptBox* other) {
       if (++looked > kMostSweptPairs) throw EnoughPairs();
       const auto [a, b] = std::minmax({one->info(), other->info()});
-      MovingPair pair(mesh, from, to, a, b);
-      const auto s = pair.meetAt();
-      if (!s) return;
-      pairs.push_back({a, b});
-      const double at = begin + *s * length;
-      if (at > earliest || (at == earliest && pairs.back() > found.triangles)) return;
-      earliest = at;
-      found.triangles = pairs.back();
-      found.place = pair.placeAt(*s);
+      tester.add({a, b});
     };
     try {
       CGAL::box_self_intersection_d(sorted.begin(), sorted.end(), look, kCutoff);
     } catch (const EnoughPairs&) {
       found.complete = false;
     }
+    tester.finish();
   }
+  auto& pairs = meetings.pairs;
   if (pairs.empty() && found.complete) return std::nullopt;
   std::ranges::sort(pairs);
   found.pairs = std::unique(pairs.begin(), pairs.end()) - pairs.begin();
-  if (found.pairs > 0) found.at = step.timeBegin + earliest * (step.timeEnd - step.timeBegin);
+  found.triangles = meetings.triangles;
+  found.place = meetings.place;
+  if (found.pairs > 0) {
+    found.at = step.timeBegin + meetings.earliest * (step.timeEnd - step.timeBegin);
+  }
   return found;
 } catch (const std::exception& error) {
   return fail(ErrorCode::Failed,

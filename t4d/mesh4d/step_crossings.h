@@ -32,8 +32,8 @@ struct StepCrossing {
 /// stay. Triangles that only touch count.
 ///
 /// Pairs are those whose boxes meet, swept over parts of the step, from which the mean motion has
-/// been subtracted. Time grows with their number; after kMostSweptPairs the search ends. Only in a
-/// build with CGAL.
+/// been subtracted. Time grows with their number; after kMostSweptPairs the search ends. Runs on
+/// all threads; the result does not depend on their number. Only in a build with CGAL.
 Result<std::optional<StepCrossing>> crossingOf(const model::TriangleMesh& mesh,
                                                const model::Slab& step);
 

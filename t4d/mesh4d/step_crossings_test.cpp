@@ -3,6 +3,7 @@
 #include <random>
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/mesh4d/cap.h"
@@ -102,6 +103,29 @@ TEST(StepCrossings, AffineMapsHaveNone) {
     if (solid.mesh.triangles.size() > 2000) continue;
     const auto point = mapped(solid.mesh, [](const Point3&) -> Point3 { return {1e6, 1, 2}; });
     EXPECT_EQ(sweptStep(solid.mesh, point).crossingPairs, 0U) << solid.name;
+  }
+}
+
+TEST(StepCrossings, DoNotDependOnTheNumberOfThreads) {
+  // A solid turned inside out and about itself: more pairs than are tested at a time.
+  const TriangleMesh solid = fixtures::torus(4, 1.5, 40, 16);
+  const auto to = mapped(solid, [](const Point3& p) -> Point3 {
+    const double angle = 2 * p.x();
+    return {-p.x(), std::cos(angle) * p.y() - p.z(), std::sin(angle) * p.z() + p.y()};
+  });
+  const auto found = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return sweptStep(solid, to);
+  };
+  const SweepReport one = found(1);
+  ASSERT_EQ(one.crossings.size(), 1U);
+  for (const std::size_t threads : {2, 5}) {
+    const SweepReport other = found(threads);
+    EXPECT_EQ(other.crossingPairs, one.crossingPairs);
+    ASSERT_EQ(other.crossings.size(), 1U);
+    EXPECT_EQ(other.crossings[0].at, one.crossings[0].at);
+    EXPECT_EQ(other.crossings[0].triangles, one.crossings[0].triangles);
+    EXPECT_EQ(other.crossings[0].place, one.crossings[0].place);
   }
 }
 
