@@ -256,9 +256,9 @@ Result<void> measure(Side& side, const MeshFile& file) {
     mesh.name = nameOf(file.path);
     if (!mesh.backend.empty()) mesh.name += " (" + mesh.backend + ")";
   }
-  ProgressBar bar("measuring " + nameOf(file.path));
+  ProgressBar bar("measuring " + nameOf(file.path), slabCountOf(side.bodies), "slabs");
   for (const model::Body& body : side.bodies) {
-    auto report = measure::checkMesh(*body.source, {}, bar.callback());
+    auto report = measure::checkMesh(*body.source, {}, bar.part(body.source->slabCount()));
     if (!report) {
       Error error = report.error();
       if (error.where.empty()) error.where = side.input.reader.name();
@@ -383,7 +383,7 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
     printNotices(notes);
     report.notes.insert(report.notes.end(), notes.begin(), notes.end());
 
-    ProgressBar bar("comparing");
+    ProgressBar bar("comparing", times.size(), "slices");
     auto slices = measure::compareAt(a.bodies, b.bodies, times, {}, bar.callback());
     if (!slices) return tools::report(slices.error());
     report.comparisons.push_back({a.mesh, b.mesh, std::move(*slices), volumeExpected});

@@ -32,9 +32,10 @@ int run(const CompressArguments& options) {
       formats::T4dWriter::create(options.output, metadataOf(*input), options.coding.writeOptions());
   if (!writer) return report(writer.error());
   {
-    ProgressBar bar("compressing");
+    ProgressBar bar("compressing", slabCountOf(input->bodies), "slabs");
     for (std::size_t i = 0; i < input->bodies.size(); ++i) {
-      auto done = model::pump(*input->bodies[i].source, writer->body(i), bar.callback());
+      auto done = model::pump(*input->bodies[i].source, writer->body(i),
+                              bar.part(input->bodies[i].source->slabCount()));
       if (!done) return report(done.error());
     }
   }

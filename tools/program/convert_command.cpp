@@ -72,11 +72,13 @@ Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
   if (!reader) return pass(reader.error());
   input.format = kT4d;
   input.metadata = reader->metadata();
-  ProgressBar bar("checking");
+  std::uint64_t slabs = 0;
+  for (std::size_t i = 0; i < reader->bodyCount(); ++i) slabs += reader->body(i).slabCount();
+  ProgressBar bar("checking", slabs, "slabs");
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
     measure::MeshChecker checker;
     model::AttributeNames names(checker);
-    if (auto read = reader->readThrough(i, names, bar.callback()); !read) {
+    if (auto read = reader->readThrough(i, names, bar.part(reader->body(i).slabCount())); !read) {
       return pass(read.error());
     }
     input.attributes.insert(names.names().begin(), names.names().end());
@@ -176,9 +178,12 @@ Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& 
 Result<void> writeT4d(const ConvertArguments& options, ConvertInput& input) {
   auto writer = formats::T4dWriter::create(options.output, input.metadata);
   if (!writer) return pass(writer.error());
-  ProgressBar bar("writing");
+  std::uint64_t slabs = 0;
+  for (const auto& body : input.bodies) slabs += body.source->slabCount();
+  ProgressBar bar("writing", slabs, "slabs");
   for (std::size_t i = 0; i < input.bodies.size(); ++i) {
-    auto done = model::pump(*input.bodies[i].source, writer->body(i), bar.callback());
+    auto done = model::pump(*input.bodies[i].source, writer->body(i),
+                            bar.part(input.bodies[i].source->slabCount()));
     if (!done) return done;
   }
   auto finished = writer->finish();

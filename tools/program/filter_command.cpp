@@ -80,10 +80,11 @@ int run(const FilterArguments& options) {
   std::uint64_t capCells = 0;
   ordered_json caps = ordered_json::array();
   {
-    ProgressBar bar("filtering");
+    ProgressBar bar("filtering", slabCountOf(input->bodies), "slabs");
     for (std::size_t i = 0; i < input->bodies.size(); ++i) {
       const auto& [name, source] = input->bodies[i];
-      const auto clip = edit::clipTime(*source, *span, writer->body(i), bar.callback());
+      const auto clip =
+          edit::clipTime(*source, *span, writer->body(i), bar.part(source->slabCount()));
       if (!clip) {
         Error error = clip.error();
         if (error.where.empty()) {

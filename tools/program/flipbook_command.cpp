@@ -79,7 +79,9 @@ int run(const FlipbookArguments& options) {
   if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
   Result<convert::FrameSlicesReport> written;
   {
-    ProgressBar bar("slicing");
+    // Of the other two kinds, slabs are read once for all frames.
+    const bool byFrames = !options.rigid && !options.morph;
+    ProgressBar bar("slicing", byFrames ? times.size() : 0, "frames");
     const auto write = options.rigid   ? convert::writeRigidFlipbook
                        : options.morph ? convert::writeMorphFlipbook
                                        : convert::writeFlipbook;

@@ -85,7 +85,7 @@ int runGrids(const FramesArguments& options) {
   };
   Result<voxel4d::VoxelSeries> written;
   {
-    ProgressBar bar("voxelising");
+    ProgressBar bar("voxelising", times.size(), "frames");
     written =
         voxel4d::writeVoxelFrames(solidAt, times, {.voxelSize = *options.voxelSize}, options.output,
                                   bar.callback(), [&] { return convert::removeOldManifest(path); });
@@ -157,7 +157,7 @@ int run(const FramesArguments& options) {
   }
   Result<convert::FrameFilesReport> written;
   {
-    ProgressBar bar("slicing");
+    ProgressBar bar("slicing", times.size(), "frames");
     written = convert::writeFrameFiles(input->bodies, times, *names, how, bar.callback());
   }
   if (!written) {

@@ -13,6 +13,12 @@
 
 namespace t4d::tools {
 
+std::uint64_t slabCountOf(std::span<const model::Body> bodies) {
+  std::uint64_t count = 0;
+  for (const model::Body& body : bodies) count += body.source->slabCount();
+  return count;
+}
+
 Result<InputBodies> openBodies(const std::string& path, const InputOptions& options) {
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, options.maxCells);
   if (!reader) return pass(reader.error());

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ inline constexpr const char* kT4dFileHelp =
 
 /// Added where it can be a pipe, too.
 inline constexpr const char* kOrPipeHelp = "; or - for the standard input";
+
+/// All slabs of these bodies.
+std::uint64_t slabCountOf(std::span<const model::Body> bodies);
 
 /// Opens a .t4d file. Selects all bodies, or those named; an unknown name is an error that lists
 /// the existing ones.

@@ -121,7 +121,7 @@ struct Scale {
 };
 Result<Scale> scaleOf(const QualityArguments& options, const InputBodies& input) {
   if (options.timeScale) return Scale{*options.timeScale, "--time-scale"};
-  ProgressBar bar("measuring the speed");
+  ProgressBar bar("measuring the speed", slabCountOf(input.bodies), "slabs");
   const auto speed = measure::meanNormalSpeed(input.bodies, bar.callback());
   if (!speed) return pass(speed.error());
   if (*speed > 0) return Scale{*speed, "the mean normal speed"};
@@ -144,18 +144,17 @@ Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& 
   auto writer = formats::T4dWriter::create(options.output, metadataOf(input),
                                            {.compression = options.compression});
   if (!writer) return pass(writer.error());
-  ProgressBar bar("writing " + options.output);
+  ProgressBar bar("writing " + options.output, slabCountOf(input.bodies), "slabs");
   for (std::size_t b = 0; b < input.bodies.size(); ++b) {
     const model::Source& source = *input.bodies[b].source;
+    const model::Progress progress = bar.part(source.slabCount());
     for (std::size_t i = 0; i < source.slabCount(); ++i) {
       const auto slab = source.slab(i);
       if (!slab) return pass(slab.error());
       if (auto put = writer->body(b).put(measure::withQuality(**slab, measures, timeScale)); !put) {
         return pass(put.error());
       }
-      bar.callback()((static_cast<double>(b) +
-                      static_cast<double>(i + 1) / static_cast<double>(source.slabCount())) /
-                     static_cast<double>(input.bodies.size()));
+      progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
     }
   }
   return writer->finish();
@@ -172,7 +171,7 @@ int run(const QualityArguments& options) {
   const auto scale = scaleOf(options, *input);
   if (!scale) return report(inInput(scale.error(), *input));
   const auto quality = [&] {
-    ProgressBar bar("measuring cells");
+    ProgressBar bar("measuring cells", slabCountOf(input->bodies), "slabs");
     return measure::measureQuality(
         input->bodies, {.timeScale = scale->value, .worst = options.worst}, bar.callback());
   }();

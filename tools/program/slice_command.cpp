@@ -97,9 +97,9 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
   if (!bodies) return pass(bodies.error());
   Sections sections;
   sections.light = light;
-  ProgressBar bar("slicing");
+  ProgressBar bar("slicing", slabCountOf(*bodies), "slabs");
   for (const model::Body& body : *bodies) {
-    auto slice = sliceOf(body, hyperplane, light, sections, bar.callback());
+    auto slice = sliceOf(body, hyperplane, light, sections, bar.part(body.source->slabCount()));
     if (!slice) return pass(slice.error());
     for (const model::Point3& vertex : slice->mesh.vertices) {
       if (vertex.allFinite()) continue;

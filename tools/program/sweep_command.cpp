@@ -259,13 +259,11 @@ class FoundInSteps {
 /// Sweeps bodies through their keys; the file has as many bodies.
 Result<Made> sweepKeys(const SweepArguments& options,
                        const std::vector<formats::AnimatedBody>& bodies, T4dFile& file) {
-  ProgressBar bar("sweeping");
-  const auto shown = bar.callback();
-  double whole = 0;
+  std::uint64_t keys = 0;
   for (const auto& body : bodies) {
-    for (const auto& run : body.runs) whole += static_cast<double>(run->count());
+    for (const auto& run : body.runs) keys += run->count();
   }
-  double before = 0;
+  ProgressBar bar("sweeping", keys, "keys");
   Made made;
   std::uint64_t foldedPrisms = 0;
   std::uint64_t foldedSteps = 0;
@@ -281,10 +279,8 @@ Result<Made> sweepKeys(const SweepArguments& options,
     file.setBody(i);
     Made ofBody;
     for (const auto& run : body.runs) {
-      const auto keys = static_cast<double>(run->count());
       const auto report =
-          mesh4d::sweep(body.mesh, *run, meshOptions(options), file,
-                        [&](double done) { shown((before + done * keys) / whole); });
+          mesh4d::sweep(body.mesh, *run, meshOptions(options), file, bar.part(run->count()));
       if (!report) {
         Error error = report.error();
         if (options.animates() && error.where.empty()) {
@@ -292,7 +288,6 @@ Result<Made> sweepKeys(const SweepArguments& options,
         }
         return pass(error);
       }
-      before += keys;
       ofBody.vertices += report->vertices;
       ofBody.tetrahedra += report->tetrahedra;
       ofBody.steps += report->steps;
@@ -352,7 +347,7 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
   }
   const auto frames = voxel4d::voxelFrames(voxel4d::movingSolid(mesh, motion), std::move(*times),
                                            {*options.voxelSize, options.mask});
-  ProgressBar bar("voxelising and weaving");
+  ProgressBar bar("voxelising and weaving", frames->frameCount(), "frames");
   voxel4d::WeaveOptions how;
   how.caps = voxelCapStyle(options.caps);
   auto report = voxel4d::weave(*frames, how, sink, bar.callback());

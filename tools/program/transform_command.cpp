@@ -163,10 +163,10 @@ Result<void> checkBounds(const model::Bounds3& bounds, const model::Transform& t
 /// Maps space and time of all bodies; `mapped` keeps what they are now. Returns their bounds.
 Result<model::Bounds3> mapBodies(const Eigen::Matrix4d& axes, InputBodies& input,
                                  std::deque<edit::MappedMesh>& mapped) {
-  ProgressBar bar("mapping");
+  ProgressBar bar("mapping", slabCountOf(input.bodies), "slabs");
   model::Bounds3 bounds;
   for (model::Body& body : input.bodies) {
-    auto done = edit::mapSpaceTime(*body.source, axes, bar.callback());
+    auto done = edit::mapSpaceTime(*body.source, axes, bar.part(body.source->slabCount()));
     if (!done) return pass(done.error());
     mapped.push_back(std::move(*done));
     const model::Mesh& mesh = mapped.back().cut.mesh;
@@ -218,10 +218,12 @@ int run(const TransformArguments& options) {
       formats::T4dWriter::create(options.output, metadata, {.compression = options.compression});
   if (!writer) return report(writer.error());
   {
-    ProgressBar bar("transforming");
+    ProgressBar bar("transforming", slabCountOf(input->bodies), "slabs");
     for (std::size_t i = 0; i < input->bodies.size(); ++i) {
       model::Transformed sink(writer->body(i), transform);
-      if (auto done = model::pump(*input->bodies[i].source, sink, bar.callback()); !done) {
+      if (auto done = model::pump(*input->bodies[i].source, sink,
+                                  bar.part(input->bodies[i].source->slabCount()));
+          !done) {
         return report(done.error());
       }
     }

@@ -112,7 +112,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
   const auto begin = std::chrono::steady_clock::now();
   Result<voxel4d::VoxelSeries> written;
   {
-    ProgressBar bar("voxelising");
+    ProgressBar bar("voxelising", times.size(), "frames");
     written = voxel4d::writeVoxelFrames(solid, times, {options.voxelSize, options.mask},
                                         options.folder, bar.callback());
   }

@@ -234,11 +234,11 @@ int run(const WeaveArguments& options) {
   const voxel4d::CapStyle caps = voxelCapStyle(options.caps);
   voxel4d::WeaveReport woven;
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    ProgressBar bar("weaving");
     if (i > 0) {
       input = openFrames(options, labels[i], meshes);
       if (!input) return report(input.error());
     }
+    ProgressBar bar("weaving", input->frames->frameCount(), "frames");
     file->setBody(i);
     const auto body = weaveInto(*file, *input, caps, bar);
     if (!body) {
