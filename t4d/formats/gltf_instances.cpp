@@ -94,8 +94,8 @@ class InstanceReader {
     const auto numbers = numbersOf(rotation_, 4);
     if (!numbers) return pass(numbers.error());
     for (std::size_t i = 0; i < transforms.size(); ++i) {
-      const Eigen::Quaterniond rotation(
-          Eigen::Vector4d(Eigen::Map<const Eigen::Vector4d>(&(*numbers)[4 * i])));
+      const double* xyzw = &(*numbers)[4 * i];
+      const Eigen::Quaterniond rotation(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
       constexpr double kUnit = 1e-2;  // above the rounding of 8-bit numbers, 0.008
       if (!(std::abs(rotation.norm() - 1) <= kUnit)) {
         return invalid(
