@@ -338,9 +338,9 @@ TEST_F(Program, ThereAreSixtyFramesWithoutANumberOfThem) {
     EXPECT_EQ(done.value()["frames"], 60) << done.err;
     EXPECT_THAT(done.err, testing::HasSubstr("60 frames, evenly spaced; --frames takes another"));
   }
-  for (const char* named : {"flipbook cube.t4d -o f.glb --count 2", "frames cube.t4d -o g -n 2",
-                            "rasterize cube.t4d --voxel-size 1 -o w --count 2",
-                            "frames cube.t4d -o g --frames 2"}) {
+  for (const char* named :
+       {"flipbook cube.t4d -o f.glb --count 2", "frames cube.t4d -o g -n 2",
+        "rasterize cube.t4d --voxel-size 1 -o w --count 2", "frames cube.t4d -o g --frames 2"}) {
     const Finished done = run(std::string(named) + " --json");
     EXPECT_EQ(done.value()["frames"], 2) << named;
     EXPECT_EQ(done.err, "") << named;
