@@ -129,8 +129,11 @@ TEST(DamagedFiles, CutAtEveryByteAreReadOrRefused) {
     const auto& [file, bytes, format] = sample;
     const bool isBinary = file == "cube.stl" || file == "cube.ply" || file == "cube.glb" ||
                           format == "vtu" || format == "g4b" || format == "meditb";
+    // Nothing is lost with the offset after Medit's last keyword, which some writers leave out.
+    const std::size_t needed = bytes.size() - (format == "meditb" ? 8 : 0);
     for (std::size_t size = 0; size < bytes.size(); ++size) {
-      EXPECT_FALSE(readAndJudge(sample, bytes.substr(0, size)) && isBinary) << file << " " << size;
+      const bool read = readAndJudge(sample, bytes.substr(0, size));
+      EXPECT_FALSE(read && isBinary && size < needed) << file << " " << size;
     }
     writeFile("damaged_" + file, bytes);
   }

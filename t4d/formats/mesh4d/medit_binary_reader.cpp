@@ -74,10 +74,11 @@ class MeditBinaryReader {
     const std::size_t begin = bytes_.at();
     const auto keyword = bytes_.number<std::int32_t>("a keyword, or End (54)");
     if (!keyword) return pass(keyword.error());
+    // Some writers put no offset after it.
+    if (*keyword == kMeditEnd) return false;
     const auto next = hasWidePositions() ? bytes_.number<std::int64_t>("the offset of a keyword")
                                          : narrowPosition();
     if (!next) return pass(next.error());
-    if (*keyword == kMeditEnd) return false;
     if (*next <= static_cast<std::int64_t>(bytes_.at()) ||
         *next > static_cast<std::int64_t>(file_.bytes.size())) {
       return invalid(fmt::format("the keyword {} is followed by one at byte {}, expected {} to {}",
