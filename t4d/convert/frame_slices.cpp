@@ -30,7 +30,7 @@ class BodySlicer {
       auto slice = exact_.at(time);
       if (!slice) return pass(slice.error());
       frame.light = false;
-      add(std::move(*slice), frame);
+      add(std::move(*slice), /*light=*/false, frame);
       return {};
     }
     auto slice = light_.at(time);
@@ -42,13 +42,14 @@ class BodySlicer {
           fmt::format("body '{}' has exact slices, because a slab does not consist of prisms: {}",
                       body_.name, slice->whyExact));
     }
-    add(std::move(slice->slice), frame);
+    add(std::move(slice->slice), slice->light, frame);
     return {};
   }
 
  private:
-  void add(Slice slice, Frame& frame) const {
-    frame.meshes.push_back({body_.name, std::move(slice.mesh)});
+  void add(Slice slice, bool light, Frame& frame) const {
+    frame.meshes.push_back(
+        {.name = body_.name, .mesh = std::move(slice.mesh), .ownCorners = light});
     for (std::string& loss : slice.losses) frame.losses.push_back(std::move(loss));
   }
 

@@ -15,6 +15,7 @@
 #include "t4d/formats/base64.h"
 #include "t4d/formats/meshopt_pack.h"
 #include "t4d/formats/written_mesh.h"
+#include "t4d/model/corner_attributes.h"
 
 namespace t4d::formats {
 namespace {
@@ -366,21 +367,46 @@ Short4 shortsOf(const std::array<float, 4>& color) {
   return shorts;
 }
 
-/// Gives each triangle vertices that have its colour: the first one at a vertex keeps it, for
-/// others it is copied.
+/// The attributes of corners that can be written.
+std::vector<const model::Attribute*> cornerAttributes(const NamedMesh& named) {
+  std::vector<const model::Attribute*> found;
+  if (!named.ownCorners) return found;
+  for (const model::Attribute& attribute : named.mesh.attributes) {
+    const bool ofCorners =
+        attribute.domain == model::Domain::Cell && attribute.name.ends_with(model::kCornersOf);
+    if (ofCorners && attribute.components % 3 == 0 && fits(attribute, named.mesh)) {
+      found.push_back(&attribute);
+    }
+  }
+  return found;
+}
+
+/// Gives each corner of a triangle a vertex that has the triangle's colour, if there are any, and
+/// what attributes have of the corner: the first one at a vertex keeps it, for others it is copied.
 std::vector<model::Triangle> repeatVertices(std::span<const std::array<float, 4>> colors,
+                                            std::span<const model::Attribute* const> attributes,
                                             GltfBuilder::Layout& layout) {
   const std::size_t count = layout.vertices.sources.size();
   std::vector<model::Triangle> triangles = layout.vertices.triangles;
-  std::vector<std::optional<Short4>> first(count);
-  std::map<std::pair<std::uint32_t, Short4>, std::uint32_t> others;
+  std::vector<std::optional<std::string>> first(count);
+  std::map<std::pair<std::uint32_t, std::string>, std::uint32_t> others;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const Short4 color = shortsOf(colors[i]);
-    for (std::uint32_t& corner : triangles[i]) {
-      if (!first[corner]) first[corner] = color;
-      if (*first[corner] == color) continue;
+    std::string color;
+    if (!colors.empty()) {
+      const Short4 shorts = shortsOf(colors[i]);
+      color.assign(reinterpret_cast<const char*>(shorts.data()), sizeof shorts);
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& corner = triangles[i][k];
+      std::string looks = color;
+      for (const model::Attribute* attribute : attributes) {
+        const std::size_t bytes = attribute->rowBytes() / 3;
+        looks.append(reinterpret_cast<const char*>(attribute->row(i) + k * bytes), bytes);
+      }
+      if (!first[corner]) first[corner] = looks;
+      if (*first[corner] == looks) continue;
       const auto [found, added] = others.emplace(
-          std::pair(corner, color), static_cast<std::uint32_t>(count + layout.copies.size()));
+          std::pair(corner, looks), static_cast<std::uint32_t>(count + layout.copies.size()));
       if (added) layout.copies.push_back(corner);
       corner = found->second;
     }
@@ -415,42 +441,54 @@ Result<int> GltfBuilder::addColors(const NamedMesh& named, const Layout& layout,
 }
 
 Result<void> GltfBuilder::addAttributes(const NamedMesh& named, const Layout& layout,
+                                        std::span<const model::Triangle> triangles,
                                         tinygltf::Primitive& primitive) {
+  const auto ofCorners = cornerAttributes(named);
   std::vector<std::uint32_t> sources = layout.vertices.sources;
   for (const std::uint32_t copied : layout.copies) sources.push_back(sources[copied]);
   for (const model::Attribute& attribute : named.mesh.attributes) {
     const auto lose = [&](const char* why) { addOnce(lost_, lostLine(attribute, why)); };
-    std::string name = "_" + plainName(attribute.name);
+    const bool isOfCorners = std::ranges::find(ofCorners, &attribute) != ofCorners.end();
+    const std::size_t components = attribute.components / (isOfCorners ? 3 : 1);
+    const std::string given =
+        isOfCorners ? attribute.name.substr(0, attribute.name.size() - model::kCornersOf.size())
+                    : attribute.name;
+    std::string name = "_" + plainName(given);
     for (char& c : name) {
       if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
     }
     // glTF has v downward.
-    const bool isUv = attribute.name == "uv" && attribute.components == 2;
+    const bool isUv = given == "uv" && components == 2;
     if (isUv) name = "TEXCOORD_0";
-    if (attribute.domain != model::Domain::Vertex) {
+    if (attribute.domain != model::Domain::Vertex && !isOfCorners) {
       lose("glTF has attributes of vertices only");
     } else if (!fits(attribute, named.mesh)) {
       lose("its rows do not fit the mesh");
-    } else if (attribute.components > 4) {
+    } else if (components > 4) {
       lose("glTF has attributes of at most 4 components");
     } else if (name.size() == 1 || primitive.attributes.count(name) > 0) {
       lose("it has no name, or that of another");
     } else {
-      std::vector<float> numbers;
-      for (const std::uint32_t row : sources) {
-        for (std::size_t i = 0; i < attribute.components; ++i) {
-          const double given = attributeNumber(attribute, row, i);
-          const double number = isUv && i == 1 ? 1 - given : given;
-          const bool isFloat = std::abs(number) <= std::numeric_limits<float>::max();
-          if (isFloat) numbers.push_back(static_cast<float>(number));
+      std::vector<float> numbers(sources.size() * components);
+      bool areFloats = true;
+      const auto put = [&](std::size_t vertex, std::size_t row, std::size_t first) {
+        for (std::size_t i = 0; i < components; ++i) {
+          const double known = attributeNumber(attribute, row, first + i);
+          const double number = isUv && i == 1 ? 1 - known : known;
+          areFloats = areFloats && std::abs(number) <= std::numeric_limits<float>::max();
+          if (areFloats) numbers[vertex * components + i] = static_cast<float>(number);
         }
+      };
+      for (std::size_t i = 0; i < sources.size() && !isOfCorners; ++i) put(i, sources[i], 0);
+      for (std::size_t i = 0; i < triangles.size() && isOfCorners; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) put(triangles[i][k], i, k * components);
       }
-      if (numbers.size() != sources.size() * attribute.components) {
+      if (!areFloats) {
         lose("some of its numbers are not finite in float32, the only type that fits all");
         continue;
       }
-      const auto accessor = addFloats(numbers, static_cast<int>(attribute.components), false,
-                                      TINYGLTF_TARGET_ARRAY_BUFFER);
+      const auto accessor =
+          addFloats(numbers, static_cast<int>(components), false, TINYGLTF_TARGET_ARRAY_BUFFER);
       if (!accessor) return pass(accessor.error());
       primitive.attributes[name] = *accessor;
     }
@@ -466,10 +504,13 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& ce
   if (!places) return pass(places.error());
   layout.vertices = normals_ ? withNormals(named.mesh, *normals_) : withoutNormals(named.mesh);
   layout.copies.clear();
-  std::vector<model::Triangle> triangles =
-      named.colors && named.colors->domain == model::Domain::Cell
-          ? repeatVertices(named.colors->colors, layout)
-          : layout.vertices.triangles;
+  std::span<const std::array<float, 4>> colors;
+  if (named.colors && named.colors->domain == model::Domain::Cell) colors = named.colors->colors;
+  std::vector<const model::Attribute*> ofCorners;
+  if (attributes_) ofCorners = cornerAttributes(named);
+  const std::vector<model::Triangle> triangles = colors.empty() && ofCorners.empty()
+                                                     ? layout.vertices.triangles
+                                                     : repeatVertices(colors, ofCorners, layout);
   layout.places.clear();
   layout.places.reserve(layout.vertices.sources.size() + layout.copies.size());
   for (const std::uint32_t source : layout.vertices.sources) {
@@ -497,7 +538,8 @@ Result<int> GltfBuilder::addMesh(const NamedMesh& named, const model::Point3& ce
     primitive.attributes["COLOR_0"] = *colors;
   }
   if (attributes_) {
-    if (auto done = addAttributes(named, layout, primitive); !done) return pass(done.error());
+    if (auto done = addAttributes(named, layout, triangles, primitive); !done)
+      return pass(done.error());
   }
   tinygltf::Mesh mesh;
   mesh.name = named.name;

@@ -120,6 +120,7 @@ class GltfBuilder {
   Result<int> addColors(const NamedMesh& named, const Layout& layout,
                         std::span<const model::Triangle> triangles);
   Result<void> addAttributes(const NamedMesh& named, const Layout& layout,
+                             std::span<const model::Triangle> triangles,
                              tinygltf::Primitive& primitive);
   int materialOf(const NamedMesh& named);
   Result<std::string> documentJson();

@@ -31,6 +31,9 @@ class GltfGeometry {
   };
   const std::vector<Part>& parts() const { return parts_; }
 
+  /// As MeshBuilder::keepCornersIn.
+  void keepCornersIn(FileCorners& corners) { builder_.keepCornersIn(corners); }
+
   /// As MeshBuilder::finish.
   Result<LoadedMesh> finish() && { return std::move(builder_).finish(); }
 

@@ -107,7 +107,14 @@ class Losses {
     if (pointsOrLines > 0) add("{} of points or lines", counted(pointsOrLines, "set"));
   }
 
-  void attribute(const std::string& name) { addToLook(attributeWord(name)); }
+  void attribute(const std::string& name) {
+    if (used_.attributes.contains(name)) return;
+    const std::string word = attributeWord(name);
+    const bool isFurther =
+        (name.starts_with("TEXCOORD_") && used_.attributes.contains("TEXCOORD_0")) ||
+        (name.starts_with("COLOR_") && used_.attributes.contains("COLOR_0"));
+    addToLook(isFurther ? "further " + word : word);
+  }
 
   void instanceAttribute(const std::string& name) {
     if (name == "TRANSLATION" || name == "ROTATION" || name == "SCALE") return;
@@ -138,7 +145,12 @@ class Losses {
     for (const std::string& extension : model_.extensionsUsed) {
       if (!isToldOtherwise(extension)) look_.push_back("extension " + extension);
     }
-    if (!look_.empty()) add("{}: only positions and triangles are read", fmt::join(look_, ", "));
+    if (look_.empty()) return;
+    const std::string read =
+        used_.attributes.empty()
+            ? "positions and triangles"
+            : fmt::format("positions, triangles and {}", fmt::join(used_.attributes, ", "));
+    add("{}: only {} are read", fmt::join(look_, ", "), read);
   }
 
   const tinygltf::Model& model_;

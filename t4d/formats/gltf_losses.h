@@ -15,7 +15,8 @@ struct GltfUse {
   std::set<int> meshes;  ///< of these nodes; without nodes, all of them
   /// The animation that is read, with skins and morph targets; nothing for the mesh at rest.
   std::optional<int> animation = {};
-  std::optional<int> scene = {};  ///< nothing for the default one
+  std::optional<int> scene = {};          ///< nothing for the default one
+  std::set<std::string> attributes = {};  ///< of vertices, besides positions: COLOR_0, ...
 };
 
 /// A sentence for each thing that a glTF document holds and a triangle mesh does not: geometry

@@ -4,6 +4,7 @@
 
 #include "t4d/formats/gltf_geometry.h"
 #include "t4d/formats/gltf_instances.h"
+#include "t4d/formats/gltf_looks.h"
 #include "t4d/formats/gltf_losses.h"
 #include "t4d/formats/gltf_scene.h"
 
@@ -39,8 +40,15 @@ class RestReader {
         if (auto done = geometry.addMesh(mesh, world * instance); !done) return pass(done.error());
       }
     }
+    GltfLooks looks = readGltfLooks(file_, model_, geometry.parts());
+    FileCorners corners;
+    if (!looks.rows.empty()) geometry.keepCornersIn(corners);
     auto loaded = std::move(geometry).finish();
     if (!loaded) return loaded;
+    for (const model::Attribute& rows : looks.rows) {
+      loaded->attributes.push_back(cornerAttribute(rows, corners.points, corners, loaded->mesh));
+    }
+    loaded->attributeNotices = std::move(looks.notices);
     if (hidden_ > 0) {
       loaded->notices.push_back(
           fmt::format("left out {}, whose scale is zero", counted(hidden_, "hidden node")));
@@ -55,6 +63,8 @@ class RestReader {
           "are");
     }
     loaded->losses = gltfLosses(model_, used_);
+    used_.attributes = std::move(looks.names);
+    loaded->lossesBesideAttributes = gltfLosses(model_, used_);
     return loaded;
   }
 

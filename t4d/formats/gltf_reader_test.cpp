@@ -317,6 +317,30 @@ TEST(GltfReader, ListsWhatOnlyConcernsTheLookInOneLine) {
                   "1 image, extension KHR_lights_punctual: only positions and triangles are read"});
 }
 
+TEST(GltfReader, KeepsColorsAndTextureCoordinates) {
+  // The bytes of the positions again: the texture coordinates (0, 0), (0, 1), (0, 0), (0, 1).
+  const auto loaded = readBytes("a.glb", glb(patched(R"([
+      {"op": "add", "path": "/accessors/-", "value":
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC2"}},
+      {"op": "add", "path": "/meshes/0/primitives/0/attributes/COLOR_0", "value": 0},
+      {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_0", "value": 2},
+      {"op": "add", "path": "/meshes/0/primitives/0/attributes/TEXCOORD_1", "value": 2}])")));
+  ASSERT_EQ(loaded.attributes.size(), 2U);
+  auto colors = model::makeAttribute("color", model::Domain::Vertex,
+                                     std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
+  colors.components = 3;
+  EXPECT_EQ(loaded.attributes[0], colors);
+  auto uv =
+      model::makeAttribute("uv", model::Domain::Vertex, std::vector<float>{0, 1, 0, 0, 0, 1, 0, 0});
+  uv.components = 2;
+  EXPECT_EQ(loaded.attributes[1], uv);
+  EXPECT_EQ(loaded.losses, std::vector<std::string>{"vertex colors, texture coordinates: only "
+                                                    "positions and triangles are read"});
+  EXPECT_EQ(loaded.lossesBesideAttributes,
+            std::vector<std::string>{"further texture coordinates: only positions, triangles and "
+                                     "COLOR_0, TEXCOORD_0 are read"});
+}
+
 TEST(GltfReader, ChecksEveryRange) {
   EXPECT_EQ(errorWith(R"([{"op": "replace", "path": "/accessors/0/count", "value": 5}])"),
             "a.glb: accessors[0]: 5 elements of 12 bytes from byte 0, 12 bytes apart, but buffer "

@@ -61,6 +61,31 @@ TEST(GltfWriter, WritesWhatTheReaderReads) {
   }
 }
 
+TEST(GltfWriter, RepeatsVerticesWhoseCornersDiffer) {
+  NamedMesh named = box(2);
+  std::vector<float> numbers;
+  for (std::size_t i = 0; i < 3 * named.mesh.triangles.size(); ++i) {
+    numbers.insert(numbers.end(), {static_cast<float>(i) / 64, 0.25F});
+  }
+  model::Attribute uv = model::makeAttribute("uv:corners", model::Domain::Cell, numbers);
+  uv.components = 6;
+  named.mesh.attributes = {uv};
+  const auto path = temporaryPath("seams.glb");
+  // They are not those of these triangles, unless that is said.
+  const auto lost = writeTriangleMeshes(path, std::vector{named}, {.attributes = true});
+  ASSERT_TRUE(lost) << lost.error().text();
+  EXPECT_EQ(lost->size(), 1U);
+  named.ownCorners = true;
+  const auto none = writeTriangleMeshes(path, std::vector{named}, {.attributes = true});
+  ASSERT_TRUE(none) << none.error().text();
+  EXPECT_TRUE(none->empty());
+  const auto loaded = readTriangleMesh(path);
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  EXPECT_EQ(loaded->mesh.triangles, named.mesh.triangles);
+  EXPECT_EQ(loaded->attributes, std::vector{uv});
+  EXPECT_TRUE(loaded->lossesBesideAttributes.empty());
+}
+
 TEST(GltfWriter, PlacesInMetresWithYUp) {
   const auto path = temporaryPath("placed.glb");
   ASSERT_TRUE(writeTriangleMeshes(path, std::vector{box(2, 5)},

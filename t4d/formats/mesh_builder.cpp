@@ -167,6 +167,20 @@ std::vector<std::uint32_t> MeshBuilder::firstEquals() const {
   return first;
 }
 
+void MeshBuilder::keepCorners(std::span<const model::Triangle> triangles, std::size_t begin,
+                              std::size_t end, const std::vector<std::uint32_t>& first) {
+  numbered_.clear();
+  for (std::size_t i = begin; i < end; ++i) numbered_.emplace_back(first[corners_[i]], i);
+  std::ranges::sort(numbered_);
+  for (const model::Triangle& triangle : triangles) {
+    auto& made = cornersOfTriangles_->ofTriangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::pair<std::uint32_t, std::uint64_t> least{triangle[k], 0};
+      made[k] = std::ranges::lower_bound(numbered_, least)->second;
+    }
+  }
+}
+
 Result<LoadedMesh> MeshBuilder::finish() && {
   if (auto checked = checkCorners(); !checked) return pass(checked.error());
 
@@ -181,6 +195,7 @@ Result<LoadedMesh> MeshBuilder::finish() && {
   std::size_t begin = 0;
   std::uint64_t hash = 0;
   for (const auto& [end, place, part] : polygons_) {
+    const std::size_t firstCorner = begin;
     corners.clear();
     hash = hashWith(hash, end);
     for (; begin < end; ++begin) {
@@ -201,6 +216,10 @@ Result<LoadedMesh> MeshBuilder::finish() && {
                                               hasEqualCorners<std::uint32_t>);
     degenerate += added.size();
     triangles.erase(added.begin(), added.end());
+    if (cornersOfTriangles_ != nullptr) {
+      const auto made = static_cast<std::size_t>(whole);
+      keepCorners(std::span(triangles).subspan(made), firstCorner, end, first);
+    }
     whole = std::ssize(triangles);
     if (partsOfTriangles_ != nullptr) partsOfTriangles_->resize(triangles.size(), part);
   }
@@ -214,6 +233,7 @@ Result<LoadedMesh> MeshBuilder::finish() && {
   if (unused > 0) {
     loaded.notices.push_back(droppedNotice(unused, "vertex", "vertices", "that no triangle uses"));
   }
+  if (cornersOfTriangles_ != nullptr) cornersOfTriangles_->points = std::move(corners_);
   loaded.mesh.vertices = std::move(points_);
   loaded.points = {std::move(first), polygons_.size(), hash};
   return loaded;

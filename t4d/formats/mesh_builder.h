@@ -5,8 +5,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "t4d/formats/corner_rows.h"
 #include "t4d/formats/triangle_mesh_reader.h"
 #include "t4d/model/error.h"
 #include "t4d/model/triangle_mesh.h"
@@ -48,6 +50,10 @@ class MeshBuilder {
   /// `finish`.
   void keepPartsIn(std::vector<std::uint32_t>& parts) { partsOfTriangles_ = &parts; }
 
+  /// Where the corners of the triangles come from. Filled by `finish`. A polygon that comes to one
+  /// vertex twice has the first of the two corners there.
+  void keepCornersIn(FileCorners& corners) { cornersOfTriangles_ = &corners; }
+
   /// Merges points with equal coordinates, splits polygons into triangles, drops triangles with
   /// equal corners and vertices without triangles. Fails on an index out of range, and when no
   /// triangle is left.
@@ -63,6 +69,10 @@ class MeshBuilder {
   Result<std::uint32_t> cornerOf(std::uint64_t index, Place place) const;
   Result<void> checkCorner(std::uint32_t corner, Place place) const;
   Result<void> checkCorners() const;
+  /// Adds the corners of triangles that were made of a polygon, which has the corners from `begin`
+  /// to `end` of all.
+  void keepCorners(std::span<const model::Triangle> triangles, std::size_t begin, std::size_t end,
+                   const std::vector<std::uint32_t>& first);
   /// For each point, the number of the first one with the same coordinates.
   std::vector<std::uint32_t> firstEquals() const;
 
@@ -77,6 +87,9 @@ class MeshBuilder {
   std::uint32_t largestOfStrips_ = 0;
   std::optional<Place> placeOfLargest_;
   std::vector<std::uint32_t>* partsOfTriangles_ = nullptr;
+  FileCorners* cornersOfTriangles_ = nullptr;
+  /// The corners of a polygon: the vertex and the number of each, in order.
+  std::vector<std::pair<std::uint32_t, std::uint64_t>> numbered_;
 };
 
 }  // namespace t4d::formats

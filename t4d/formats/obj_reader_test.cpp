@@ -37,6 +37,50 @@ TEST(ObjReader, CopesWithTheLooseEndsOfRealFiles) {
   EXPECT_EQ(mac.mesh.triangles.size(), 1u);
 }
 
+TEST(ObjReader, KeepsColorsTextureCoordinatesAndMaterials) {
+  const auto loaded = readBytes(
+      "looks.obj",
+      "v 0 0 0 0 0 0\nv 1 0 0 1 0 0\nv 0 1 0 0 1 0.2\nv 0 0 1 1 1 1\nvt 0 0\nvt 1 0\nvt 0 1\n"
+      "f 1/1 2/2 3/3\nusemtl red steel\nf 1/3/1 3/-2 4/1\nusemtl\nf 2/1 4/1 3/3\n");
+  ASSERT_EQ(loaded.attributes.size(), 3U);
+  auto colors = model::makeAttribute(
+      "color", model::Domain::Vertex,
+      std::vector<std::uint8_t>{0, 0, 0, 255, 0, 0, 0, 255, 51, 255, 255, 255});
+  colors.components = 3;
+  EXPECT_EQ(loaded.attributes[0], colors);
+  auto uv = model::makeAttribute(
+      "uv:corners", model::Domain::Cell,
+      std::vector<float>{0, 0, 1, 0, 0, 1, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 1});
+  uv.components = 6;
+  EXPECT_EQ(loaded.attributes[1], uv);
+  EXPECT_EQ(loaded.attributes[2], model::makeAttribute("material", model::Domain::Cell,
+                                                       std::vector<std::uint32_t>{0, 1, 0}));
+  EXPECT_EQ(loaded.materials, (std::vector<std::string>{"", "red steel"}));
+  EXPECT_TRUE(loaded.attributeNotices.empty());
+}
+
+TEST(ObjReader, SaysWhichLooksItLeavesOut) {
+  const auto noticesOf = [](const std::string& rest) {
+    std::string all;
+    for (const std::string& notice : readBytes("a.obj", kPoints + rest).attributeNotices) {
+      all += notice + "; ";
+    }
+    return all;
+  };
+  EXPECT_EQ(noticesOf("f 1 2 3\n"), "");
+  EXPECT_EQ(noticesOf("mtllib a.mtl\nvn 0 0 1\nvt 1 1\nf 1/1 2/1 3/1\nf 1 2 4\n"),
+            "3 of 6 corners of faces have no texture coordinates: 0 0 there; normals are not kept; "
+            "materials and textures of 'a.mtl' are not kept, only names; ");
+  EXPECT_EQ(
+      noticesOf("vt 1 1\nf 1/1 2/1 3/2\n"),
+      "texture coordinates left out: a face refers to texture coordinate 2, but there are 1; ");
+  EXPECT_EQ(noticesOf("vt 1 1\nf 1/1 2/1 3/0\n"),
+            "texture coordinates left out: line 6 refers to '0', but 1 come before it; ");
+  EXPECT_EQ(noticesOf("v 0 0 0 9 9 9\nf 1 2 3\n"),
+            "colours of vertices left out: line 5 has 9, expected numbers from 0 to 1; ");
+  EXPECT_EQ(noticesOf("v 1 1 1 1 0 0\nf 1 2 5\n"), "4 of 5 vertices have no colour: white there; ");
+}
+
 TEST(ObjReader, DividesIntoObjectsAndGroups) {
   const std::filesystem::path path = writeFile(
       "parts.obj", kPoints +

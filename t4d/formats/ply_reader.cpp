@@ -101,9 +101,13 @@ class PlyReader {
       if (element.name == "vertex") findLooks(element);
       if (auto done = readElement(element); !done) return pass(done.error());
     }
+    FileCorners corners;
+    if (!looks_.empty()) builder_.keepCornersIn(corners);
     auto loaded = std::move(builder_).finish();
-    if (loaded) {
-      for (const Look& look : looks_) addLook(look, *loaded);
+    if (!loaded) return loaded;
+    for (const Look& look : looks_) {
+      loaded->attributes.push_back(
+          cornerAttribute(rowsOf(look), corners.points, corners, loaded->mesh));
     }
     return loaded;
   }
@@ -147,39 +151,22 @@ class PlyReader {
     }
   }
 
-  /// Points of one place become one vertex, which has the numbers of the first.
-  static void addLook(const Look& look, LoadedMesh& loaded) {
-    const auto components = static_cast<std::uint32_t>(look.properties.size());
-    model::Attribute attribute{look.name, model::Domain::Vertex, look.type, components, {}};
-    const std::size_t bytes = attribute.rowBytes();
-    attribute.values.resize(loaded.mesh.vertices.size() * bytes);
-    std::vector<bool> known(loaded.mesh.vertices.size(), false);
-    bool differs = false;
-    for (std::size_t point = 0; point < loaded.points.vertexOf.size(); ++point) {
-      const std::uint32_t vertex = loaded.points.vertexOf[point];
-      if (vertex == FilePoints::kUnused) continue;
-      std::vector<std::byte> row(bytes);
-      for (std::size_t i = 0; i < components; ++i) {
-        const double number = look.numbers[point * components + i];
-        const auto byte = static_cast<std::uint8_t>(number);
-        const auto real = static_cast<float>(number);
-        if (look.type == model::ScalarType::UInt8) std::memcpy(row.data() + i, &byte, 1);
-        if (look.type == model::ScalarType::Float32) std::memcpy(row.data() + 4 * i, &real, 4);
-      }
-      std::byte* to = attribute.values.data() + vertex * bytes;
-      if (known[vertex]) {
-        differs = differs || std::memcmp(to, row.data(), bytes) != 0;
-      } else {
-        std::memcpy(to, row.data(), bytes);
-        known[vertex] = true;
-      }
+  static model::Attribute rowsOf(const Look& look) {
+    model::Attribute rows{look.name,
+                          model::Domain::Vertex,
+                          look.type,
+                          static_cast<std::uint32_t>(look.properties.size()),
+                          {}};
+    const std::size_t bytes = scalarSize(look.type);
+    rows.values.resize(look.numbers.size() * bytes);
+    for (std::size_t i = 0; i < look.numbers.size(); ++i) {
+      std::byte* to = rows.values.data() + i * bytes;
+      const auto byte = static_cast<std::uint8_t>(look.numbers[i]);
+      const auto real = static_cast<float>(look.numbers[i]);
+      if (look.type == model::ScalarType::UInt8) std::memcpy(to, &byte, 1);
+      if (look.type == model::ScalarType::Float32) std::memcpy(to, &real, 4);
     }
-    if (differs) {
-      loaded.notices.push_back(fmt::format(
-          "'{}' of vertices that have the same place and differ in it: the first one counts",
-          look.name));
-    }
-    loaded.vertexAttributes.push_back(std::move(attribute));
+    return rows;
   }
 
   Result<void> readElement(const PlyElement& element) {

@@ -28,14 +28,23 @@ struct LoadedMesh {
   std::vector<std::string> notices;
   /// What the file holds and the mesh does not, a sentence each. Only glTF files have losses; what
   /// the other formats say of the look of a surface (normals, texture coordinates, colours,
-  /// materials) is skipped without one, but for `vertexAttributes`.
+  /// materials) is skipped without one, but for `attributes`.
   std::vector<std::string> losses = {};
   /// Files that were read besides the one named: the buffers of a .gltf.
   std::vector<std::filesystem::path> otherFiles = {};
   FilePoints points = {};
-  /// What a .ply file says of its vertices, beside the mesh, as attributes of them: `color` (UInt8
-  /// sRGB, with or without opacity) and `uv` (Float32 texture coordinates).
-  std::vector<model::Attribute> vertexAttributes = {};
+  /// What the file says of its surface, beside the mesh, as attributes of vertices or, where the
+  /// corners at one vertex differ, of triangles (cornerAttribute in corner_rows.h):
+  /// * `color`: of .ply and .obj UInt8 sRGB, with or without opacity; of glTF (COLOR_0) linear,
+  ///   UInt16, or Float32 where the file has that;
+  /// * `uv`: Float32 texture coordinates, v upward (glTF: TEXCOORD_0);
+  /// * `material`: of the triangles of an .obj with `usemtl`, UInt32 numbers in `materials`.
+  std::vector<model::Attribute> attributes = {};
+  std::vector<std::string> materials = {};  ///< names; the first is "", for no material
+  /// What is said to who uses the attributes: what had to be filled in, what was left out.
+  std::vector<std::string> attributeNotices = {};
+  /// Then these take the place of `losses`.
+  std::vector<std::string> lossesBesideAttributes = {};
 };
 
 /// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .gltf

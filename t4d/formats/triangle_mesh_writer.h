@@ -28,6 +28,9 @@ struct NamedMesh {
   model::TriangleMesh mesh;
   std::optional<Color> color = {};
   std::optional<MeshColors> colors = {};  ///< instead of `color`
+  /// Attributes of corners (model::kCornersOf) are those of the corners of these triangles, as in a
+  /// light slice, and not of triangles that these were cut from.
+  bool ownCorners = false;
 };
 
 /// From the mesh's units and axes to those of glTF: metres, y up, right-handed. It becomes the
@@ -94,7 +97,8 @@ struct MeshWriteOptions {
 /// * .off: text with the same decimals; several meshes become one;
 /// * .glb (binary), .gltf (text, the geometry in it as a data URI): float32, a node and a mesh for
 ///   each mesh that has triangles. Attributes, if asked for, of
-///   vertices with one to four components, as float32 attributes `_NAME`.
+///   vertices with one to four components, as float32 attributes `_NAME`, and `uv` as `TEXCOORD_0`;
+///   likewise of the triangles' own corners, for which vertices are repeated.
 ///
 /// Normals, if asked for, are those of vertices, which are repeated where several meet; in .obj
 /// they have a list of their own, and .stl has one for each triangle in any case. The colour of a

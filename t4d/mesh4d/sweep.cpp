@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "t4d/mesh4d/motion_keys.h"
+#include "t4d/model/corner_attributes.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/surface_check.h"
 
@@ -25,13 +26,28 @@ using model::VertexKeys;
 /// With more triangles, the indices of a step's cells and means would exceed 32 bits.
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
+/// Turns every triangle over, with what attributes have of its corners.
+void flip(TriangleMesh& mesh) {
+  for (model::Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  for (model::Attribute& attribute : mesh.attributes) {
+    const bool ofCorners = attribute.domain == model::Domain::Cell &&
+                           attribute.name.ends_with(model::kCornersOf) &&
+                           attribute.components % 3 == 0;
+    if (!ofCorners) continue;
+    const auto bytes = static_cast<std::ptrdiff_t>(attribute.rowBytes() / 3);
+    for (auto at = attribute.values.begin(); at != attribute.values.end(); at += 3 * bytes) {
+      std::swap_ranges(at + bytes, at + 2 * bytes, at + 2 * bytes);
+    }
+  }
+}
+
 /// The flipped mesh if the given one is inside out, nothing if it faces outward.
 Result<std::optional<TriangleMesh>> flippedIfInsideOut(const TriangleMesh& mesh) {
   const double volume = signedVolume(mesh);
   if (volume > 0) return std::nullopt;
   if (volume < 0) {
     TriangleMesh flipped = mesh;
-    for (model::Triangle& triangle : flipped.triangles) std::swap(triangle[1], triangle[2]);
+    flip(flipped);
     return flipped;
   }
   return invalid("the mesh encloses no volume");
@@ -422,7 +438,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const VertexKeys& keys,
   const auto flipped = flippedIfInsideOut(first);
   if (!flipped) return pass(flipped.error());
   TriangleMesh solid = mesh;
-  if (*flipped) solid.triangles = (*flipped)->triangles;
+  if (*flipped) flip(solid);
   auto report = Sweeper(solid, keys, options, sink, progress).run(true);
   if (!report) return report;
   addNotices(options, flipped->has_value(), *report);

@@ -17,7 +17,7 @@ void MovingMeshInput::addTo(CLI::App& command) {
 }
 
 Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
-  auto loaded = SolidInput{model, bodies, mend ? &mending : nullptr}.read();
+  auto loaded = SolidInput{model, bodies, mend ? &mending : nullptr, attributes}.read();
   if (!loaded) return pass(loaded.error());
   if (loaded->mended) printNotices(noticesOf(*loaded->mended));
   std::string form;
@@ -26,8 +26,8 @@ Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
   if (!form.empty()) printNotices({motion + ": " + form});
   std::vector<std::string> files = {model, motion};
   files.insert(files.end(), loaded->otherFiles.begin(), loaded->otherFiles.end());
-  return Loaded{std::move(loaded->bodies), std::move(*poses), std::move(loaded->losses),
-                std::move(files), std::move(loaded->mended)};
+  return Loaded{std::move(loaded->bodies), std::move(*poses),         std::move(loaded->losses),
+                std::move(files),          std::move(loaded->mended), std::move(loaded->materials)};
 }
 
 }  // namespace t4d::tools

@@ -17,6 +17,7 @@ struct MovingMeshInput {
   bool mend = false;
   MendingOptions mending = {};
   std::string bodies = {};  ///< as SolidInput
+  bool attributes = false;  ///< likewise
 
   /// MODEL, `--motion` and `--mend` with its limits.
   void addTo(CLI::App& command);
@@ -27,6 +28,7 @@ struct MovingMeshInput {
     std::vector<std::string> losses;  ///< as formats::LoadedMesh
     std::vector<std::string> files;   ///< all that were read
     std::optional<edit::MendSurfaceReport> mended = {};
+    std::vector<std::string> materials = {};  ///< as SolidInput
   };
   /// Reads both, mends the mesh if asked to, and prints the notices of the mesh.
   Result<Loaded> read() const;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -345,6 +346,35 @@ TEST_F(Program, ThereAreSixtyFramesWithoutANumberOfThem) {
     EXPECT_EQ(done.value()["frames"], 2) << named;
     EXPECT_EQ(done.err, "") << named;
   }
+}
+
+TEST_F(Program, TextureCoordinatesOfCornersComeOutOfLightSlices) {
+  // A cube with a texture square on every side, so that corners at one vertex differ, and inside
+  // out, so that the sweep turns its triangles over.
+  std::ofstream obj(folder_ / "cube.obj");
+  for (int i = 0; i < 8; ++i) {
+    obj << "v " << (i & 1) << " " << (i >> 1 & 1) << " " << (i >> 2) << "\n";
+  }
+  obj << "vt 0 0\nvt 0.25 0\nvt 0.25 0.5\nvt 0 0.5\nusemtl wood\n"
+         "f 1/1 2/2 4/3 3/4\nf 5/1 7/2 8/3 6/4\nf 1/1 5/2 6/3 2/4\n"
+         "f 3/1 4/2 8/3 7/4\nf 1/1 3/2 7/3 5/4\nf 2/1 6/2 8/3 4/4\n";
+  obj.close();
+  for (const char* step : {"sweep cube.obj -m fx/rest.json --body cube -o a.t4d",
+                           "slice a.t4d --time 0.5 --light --attributes -o a.glb",
+                           "sweep a.glb -m fx/rest.json --body cube -o b.t4d",
+                           "slice b.t4d --time 0.5 --light --attributes -o b.glb",
+                           "slice a.t4d --time 0.5 --light --attributes -o a.ply"}) {
+    const Finished done = run(step);
+    EXPECT_TRUE(done.exitCode == 0 || done.exitCode == 3) << step << done.err;
+  }
+  EXPECT_EQ(run("info a.t4d --json").value()["details"]["materials"], (json{"", "wood"}));
+  const auto bytes = [&](const char* name) {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(file)), {});
+  };
+  EXPECT_THAT(bytes("a.ply"), testing::HasSubstr("property float uv_corners_5"));
+  EXPECT_THAT(bytes("a.glb"), testing::HasSubstr("TEXCOORD_0"));
+  EXPECT_EQ(bytes("a.glb"), bytes("b.glb"));
 }
 
 TEST_F(Program, NormalsAndColoursAreWrittenOnDemand) {

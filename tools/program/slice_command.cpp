@@ -76,9 +76,14 @@ struct Sections {
 };
 
 /// The slice of one body; notes in `sections` whether it is light.
-Result<convert::Slice> sliceOf(const model::Body& body, const convert::Hyperplane& hyperplane,
-                               bool light, Sections& sections, const model::Progress& progress) {
-  if (!light) return convert::slice(*body.source, hyperplane, progress);
+Result<convert::LightSlice> sliceOf(const model::Body& body, const convert::Hyperplane& hyperplane,
+                                    bool light, Sections& sections,
+                                    const model::Progress& progress) {
+  if (!light) {
+    auto exact = convert::slice(*body.source, hyperplane, progress);
+    if (!exact) return pass(exact.error());
+    return convert::LightSlice{std::move(*exact), /*light=*/false, 0, {}};
+  }
   auto made = convert::LightSlicer(*body.source).at(hyperplane.offset);
   if (!made) return pass(made.error());
   sections.distance = std::max(sections.distance, made->distance);
@@ -89,7 +94,7 @@ Result<convert::Slice> sliceOf(const model::Body& body, const convert::Hyperplan
                      "of prisms: {}",
                      body.name, made->whyExact)});
   }
-  return std::move(made->slice);
+  return made;
 }
 
 Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperplane, bool light) {
@@ -99,8 +104,9 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
   sections.light = light;
   ProgressBar bar("slicing", slabCountOf(*bodies), "slabs");
   for (const model::Body& body : *bodies) {
-    auto slice = sliceOf(body, hyperplane, light, sections, bar.part(body.source->slabCount()));
-    if (!slice) return pass(slice.error());
+    auto made = sliceOf(body, hyperplane, light, sections, bar.part(body.source->slabCount()));
+    if (!made) return pass(made.error());
+    convert::Slice* slice = &made->slice;
     for (const model::Point3& vertex : slice->mesh.vertices) {
       if (vertex.allFinite()) continue;
       return invalid("the slice has coordinates beyond the range of doubles");
@@ -109,7 +115,8 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
     sections.slabsSkipped += slice->slabsSkipped;
     sections.blocksRead += slice->blocksRead;
     sections.losses.insert(sections.losses.end(), slice->losses.begin(), slice->losses.end());
-    sections.meshes.push_back({body.name, std::move(slice->mesh)});
+    sections.meshes.push_back(
+        {.name = body.name, .mesh = std::move(slice->mesh), .ownCorners = made->light});
   }
   return sections;
 }
@@ -134,6 +141,7 @@ Merged mergeCoplanar(const SliceArguments& options, Sections& sections) {
   Merged merged;
   for (formats::NamedMesh& section : sections.meshes) {
     const auto one = convert::mergeCoplanar(section.mesh, options.attributes || byAttribute);
+    section.ownCorners = false;
     merged.before += one.trianglesBefore;
     merged.distance = std::max(merged.distance, one.distance);
   }

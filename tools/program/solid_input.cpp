@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "t4d/formats/mesh_bodies.h"
 #include "t4d/formats/triangle_mesh_reader.h"
@@ -39,8 +41,12 @@ Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
     auto read = formats::readTriangleMesh(input.path);
     if (!read) return pass(read.error());
     printNotices(read->notices);
-    // Mended triangles have other vertices.
-    if (input.mending == nullptr) read->mesh.attributes = std::move(read->vertexAttributes);
+    if (input.attributes) {
+      read->mesh.attributes = std::move(read->attributes);
+      read->losses = std::move(read->lossesBesideAttributes);
+      loaded.materials = std::move(read->materials);
+      printNotices(read->attributeNotices);
+    }
     loaded.bodies.push_back(
         {std::filesystem::path(input.path).stem().string(), std::move(read->mesh)});
     loaded.losses = std::move(read->losses);
@@ -52,6 +58,12 @@ Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
   if (!read) return pass(read.error());
   printNotices(read->notices);
   loaded.bodies = std::move(read->bodies);
+  if (input.attributes) {
+    loaded.materials = std::move(read->materials);
+    printNotices(read->attributeNotices);
+  } else {
+    for (formats::NamedMesh& body : loaded.bodies) body.mesh.attributes.clear();
+  }
   return loaded;
 }
 
@@ -60,6 +72,17 @@ Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
 Result<SolidInput::Loaded> SolidInput::read() const {
   auto loaded = readBodies(*this);
   if (!loaded || mending == nullptr) return loaded;
+  // Mended triangles have other vertices.
+  std::set<std::string> dropped;
+  for (formats::NamedMesh& body : loaded->bodies) {
+    for (const model::Attribute& attribute : body.mesh.attributes) dropped.insert(attribute.name);
+    body.mesh.attributes.clear();
+  }
+  if (!dropped.empty()) {
+    printNotices({fmt::format("attributes are not kept where a mesh is mended: {}",
+                              fmt::join(dropped, ", "))});
+  }
+  loaded->materials.clear();
   for (formats::NamedMesh& body : loaded->bodies) {
     const bool one = bodies.empty();
     auto done =

@@ -16,11 +16,13 @@ struct SolidInput {
   std::string path;
   std::string bodies = {};  ///< what divides it: "object", "group" or "" for one body
   const MendingOptions* mending = nullptr;  ///< null: as it is
+  bool attributes = false;                  ///< the meshes have formats::LoadedMesh::attributes
 
   struct Loaded {
     std::vector<formats::NamedMesh> bodies;  ///< one is named after the file
     std::vector<std::string> losses;         ///< as formats::LoadedMesh
     std::vector<std::string> otherFiles;
+    std::vector<std::string> materials = {};  ///< as formats::LoadedMesh
     /// Of all bodies.
     std::optional<edit::MendSurfaceReport> mended = {};
   };

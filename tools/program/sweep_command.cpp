@@ -167,7 +167,7 @@ mesh4d::StepRule ruleOf(const SweepArguments& options) {
 }
 
 /// How the file was made, for its metadata.
-std::string detailsOf(const SweepArguments& options) {
+std::string detailsOf(const SweepArguments& options, const std::vector<std::string>& materials) {
   ordered_json parameters;
   if (options.voxels()) {
     parameters["voxel_size"] = *options.voxelSize;
@@ -210,8 +210,9 @@ std::string detailsOf(const SweepArguments& options) {
     source["last_mesh"] = nameOf(options.models.back());
     source["meshes"] = options.models.size();
   }
-  return ordered_json{{"source", source}, {"parameters", parameters}}.dump(
-      -1, ' ', false, ordered_json::error_handler_t::replace);
+  ordered_json details{{"source", source}, {"parameters", parameters}};
+  if (!materials.empty()) details["materials"] = materials;
+  return details.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
 mesh4d::SweepOptions meshOptions(const SweepArguments& options) {
@@ -371,6 +372,7 @@ struct Loaded {
   std::vector<std::string> losses;
   std::vector<std::string> files;  // all that were read
   std::optional<edit::MendSurfaceReport> mended;
+  std::vector<std::string> materials;  // the names that the attribute `material` numbers
 
   void addFiles(const std::vector<std::filesystem::path>& more) {
     for (const auto& file : more) files.push_back(file.string());
@@ -472,8 +474,8 @@ Result<Loaded> readInput(const SweepArguments& options) {
     loaded.bodies.push_back(std::move(body));
     return loaded;
   }
-  auto read = MovingMeshInput{options.models.front(), options.motion, options.mend, options.mending,
-                              options.dividedBy}
+  auto read = MovingMeshInput{options.models.front(), options.motion,    options.mend,
+                              options.mending,        options.dividedBy, !options.voxels()}
                   .read();
   if (!read) return pass(read.error());
   loaded.solids = std::move(read->bodies);
@@ -483,6 +485,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
   loaded.losses = std::move(read->losses);
   loaded.files = std::move(read->files);
   loaded.mended = std::move(read->mended);
+  loaded.materials = std::move(read->materials);
   return loaded;
 }
 
@@ -513,9 +516,9 @@ int run(const SweepArguments& options) {
     }
     names.front() = options.output.body;
   }
-  auto file =
-      T4dFile::create(options.output, {options.backend, options.models.front(), loaded->lengthUnit,
-                                       loaded->timeUnit, detailsOf(options), names});
+  auto file = T4dFile::create(options.output,
+                              {options.backend, options.models.front(), loaded->lengthUnit,
+                               loaded->timeUnit, detailsOf(options, loaded->materials), names});
   if (!file) return report(file.error());
 
   auto made = options.hasKeys() ? sweepKeys(options, loaded->bodies, *file)
