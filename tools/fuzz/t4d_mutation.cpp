@@ -61,7 +61,8 @@ std::vector<std::byte> bytesOf(const std::string& text) {
 PayloadWriter payloadOf(const LooseChunk& chunk) {
   PayloadWriter payload;
   payload.putBytes(chunk.fields.data(), chunk.fields.size());
-  for (const std::string& block : chunk.blocks) payload.putBlock(formats::StoredBlock(bytesOf(block)));
+  for (const std::string& block : chunk.blocks)
+    payload.putBlock(formats::StoredBlock(bytesOf(block)));
   return payload;
 }
 
