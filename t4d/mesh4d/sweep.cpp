@@ -207,7 +207,8 @@ class Sweeper {
   /// Puts the layer of a key at `into`.
   Result<void> place(std::uint64_t key, Point4* into) {
     if (auto loaded = load(key); !loaded) return loaded;
-    for (const Point3& position : positions_) *into++ << position, keys_.time(key);
+    const double time = keys_.time(key);
+    for (const Point3& position : positions_) *into++ << position, time;
     return {};
   }
 
@@ -232,8 +233,9 @@ class Sweeper {
   /// Puts the inner points of a cap at `into`.
   void placeInner(const Cap& cap, std::uint64_t key, Point4* into) const {
     const auto pose = keys_.pose(key);
+    const double time = keys_.time(key);
     for (const Point3& point : cap.inner) {
-      *into++ << (pose ? model::posed(*pose, point) : point), keys_.time(key);
+      *into++ << (pose ? model::posed(*pose, point) : point), time;
     }
   }
 
