@@ -1,6 +1,26 @@
 #include "t4d/formats/gltf_channels.h"
 
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/written_mesh.h"
+
 namespace t4d::formats {
+
+Result<GltfBuilder> animationBuilder(const std::filesystem::path& path,
+                                     const MeshWriteOptions& options) {
+  if (!isGltf(path)) {
+    return fail(ErrorCode::Unsupported,
+                "unsupported output extension; an animation is written as .glb or .gltf",
+                path.string());
+  }
+  const bool binary = lowerCaseExtension(path) == ".glb";
+  MeshWriteOptions how = options;
+  how.attributes = false;
+  auto builder =
+      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how);
+  if (!builder) return inFile(path, builder.error());
+  return builder;
+}
 
 Result<void> GltfChannels::add(int node, const char* path, const char* interpolation,
                                std::span<const float> seconds, int values) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 #include <utility>
@@ -8,6 +9,11 @@
 #include "t4d/formats/gltf_builder.h"
 
 namespace t4d::formats {
+
+/// A document for meshes that one animation moves, without attributes. Fails for a path that is not
+/// that of a glTF.
+Result<GltfBuilder> animationBuilder(const std::filesystem::path& path,
+                                     const MeshWriteOptions& options);
 
 /// One animation in the making.
 class GltfChannels {

@@ -4,10 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf_builder.h"
 #include "t4d/formats/gltf_channels.h"
-#include "t4d/formats/gltf_writer.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/written_mesh.h"
 
@@ -76,17 +74,8 @@ MorphWriter::~MorphWriter() = default;
 
 Result<MorphWriter> MorphWriter::create(const std::filesystem::path& path,
                                         const MeshWriteOptions& options) {
-  if (!isGltf(path)) {
-    return fail(ErrorCode::Unsupported,
-                "unsupported output extension; an animation is written as .glb or .gltf",
-                path.string());
-  }
-  const bool binary = lowerCaseExtension(path) == ".glb";
-  MeshWriteOptions how = options;
-  how.attributes = false;
-  auto builder =
-      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how);
-  if (!builder) return inFile(path, builder.error());
+  auto builder = animationBuilder(path, options);
+  if (!builder) return pass(builder.error());
   auto file = OutputFile::create(path);
   if (!file) return pass(file.error());
   return MorphWriter(

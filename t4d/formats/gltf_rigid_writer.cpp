@@ -5,10 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf_builder.h"
 #include "t4d/formats/gltf_channels.h"
-#include "t4d/formats/gltf_writer.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/written_mesh.h"
 
@@ -87,21 +85,12 @@ Result<std::vector<std::string>> writeRigidAnimation(const std::filesystem::path
                                                      std::span<const RigidBody> bodies,
                                                      double seconds,
                                                      const MeshWriteOptions& options) {
-  if (!isGltf(path)) {
-    return fail(ErrorCode::Unsupported,
-                "unsupported output extension; an animation is written as .glb or .gltf",
-                path.string());
-  }
+  auto builder = animationBuilder(path, options);
+  if (!builder) return pass(builder.error());
   if (options.gltf.quantization) {
     return fail(ErrorCode::Unsupported, "quantized positions of bodies that are moved by poses",
                 path.string());
   }
-  const bool binary = lowerCaseExtension(path) == ".glb";
-  MeshWriteOptions how = options;
-  how.attributes = false;
-  auto builder =
-      GltfBuilder::create(binary ? GltfBuilder::Form::Binary : GltfBuilder::Form::Text, how);
-  if (!builder) return inFile(path, builder.error());
   auto file = OutputFile::create(path);
   if (!file) return pass(file.error());
   if (auto done = addBodies(bodies, seconds, options.center, *builder); !done) {

@@ -54,16 +54,29 @@ constexpr std::size_t kPiece = 16384;  // cells of a task
 template <class Visit>
 Result<void> eachSlab(std::span<const model::Body> bodies, const model::Progress& progress,
                       Visit visit) {
+  struct Visitor : model::Sink {
+    Visitor(const Visit& visit, std::size_t body) : visit(visit), body(body) {}
+    Result<void> put(const model::Slab& slab) override {
+      visit(body, number++, slab);
+      return {};
+    }
+    const Visit& visit;
+    std::size_t body;
+    std::size_t number = 0;
+  };
   std::size_t all = 0;
-  std::size_t done = 0;
+  std::size_t before = 0;
   for (const model::Body& body : bodies) all += body.source->slabCount();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    for (std::size_t i = 0; i < bodies[b].source->slabCount(); ++i) {
-      const auto slab = bodies[b].source->slab(i);
-      if (!slab) return pass(slab.error());
-      visit(b, i, **slab);
-      if (progress) progress(static_cast<double>(++done) / static_cast<double>(all));
-    }
+    const std::size_t here = bodies[b].source->slabCount();
+    const auto ofAll = [&](double fraction) {
+      progress((static_cast<double>(before) + fraction * static_cast<double>(here)) /
+               static_cast<double>(all));
+    };
+    Visitor visitor(visit, b);
+    auto done = model::pump(*bodies[b].source, visitor, progress ? ofAll : model::Progress());
+    if (!done) return done;
+    before += here;
   }
   return {};
 }

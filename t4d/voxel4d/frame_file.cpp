@@ -17,4 +17,9 @@ void FrameFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   whole_ = false;
 }
 
+Result<void> FrameFile::checkRead() const {
+  if (whole_) return {};
+  return fail(ErrorCode::Failed, "a temporary file cannot be read back (TMPDIR says where it is)");
+}
+
 }  // namespace t4d::voxel4d

@@ -23,8 +23,8 @@ class FrameFile {
   /// threads at a time.
   void read(std::uint64_t offset, std::span<std::byte> into) const;
 
-  /// Whether all that was asked for could be read.
-  bool isWhole() const { return whole_; }
+  /// Fails if something that was asked for could not be read.
+  Result<void> checkRead() const;
 
  private:
   explicit FrameFile(system::ScratchFile file) : file_(std::move(file)) {}

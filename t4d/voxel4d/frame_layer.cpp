@@ -140,8 +140,10 @@ BlockField FrameLayer::field(const Coord& coord, ValueBuffer& buffer) const {
 }
 
 Result<void> FrameLayer::checkRead() const {
-  if ((!fractions_ || fractions_->isWhole()) && (!frame_.file || frame_.file->isWhole())) return {};
-  return fail(ErrorCode::Failed, "a temporary file cannot be read back (TMPDIR says where it is)");
+  if (fractions_) {
+    if (auto read = fractions_->checkRead(); !read) return read;
+  }
+  return frame_.file ? frame_.file->checkRead() : Result<void>();
 }
 
 const CrossingBlock* FrameLayer::crossings(const Coord& coord) const {

@@ -169,8 +169,10 @@ Result<Frame> frameOfGrid(const std::shared_ptr<const Grid>& grid,
       usable[i] = 1;
     }
   });
-  if (file && !file->isWhole()) {
-    return fail(ErrorCode::Failed, "cannot read a temporary file (TMPDIR says where)", where);
+  if (file) {
+    if (auto read = file->checkRead(); !read) {
+      return fail(read.error().code, read.error().message, where);
+    }
   }
   const auto bad = std::find(usable.begin(), usable.end(), char{0});
   if (bad != usable.end()) return notFinite(where, leaves[bad - usable.begin()]->origin());

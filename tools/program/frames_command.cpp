@@ -18,6 +18,7 @@
 #include "tools/program/gltf_options.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
 namespace {
@@ -112,12 +113,7 @@ int runGrids(const FramesArguments& options) {
           options.output, counted(written->frames, "frame"), times.front(), times.back(),
           counted(written->insidePoints, "point"), sizeText(written->bytes), path.string());
   }
-  if (written->emptyFrames > 0) {
-    printNotices(
-        {fmt::format("{} of {} frames have no point inside; smaller voxels may find the "
-                     "solid",
-                     written->emptyFrames, written->frames)});
-  }
+  noticeEmptyFrames(*written);
   return kDone;
 }
 

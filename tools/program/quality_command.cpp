@@ -132,6 +132,22 @@ Result<Scale> scaleOf(const QualityArguments& options, const InputBodies& input)
   return Scale{size / (span.end - span.begin), "nothing moves; the size divided by the duration"};
 }
 
+/// Adds the measures to slabs, and passes them on.
+class QualitySink : public model::Sink {
+ public:
+  QualitySink(std::span<const measure::QualityMeasure> measures, double timeScale,
+              model::Sink& next)
+      : measures_(measures), timeScale_(timeScale), next_(next) {}
+  Result<void> put(const model::Slab& slab) override {
+    return next_.put(measure::withQuality(slab, measures_, timeScale_));
+  }
+
+ private:
+  std::span<const measure::QualityMeasure> measures_;
+  double timeScale_;
+  model::Sink& next_;
+};
+
 /// Writes the mesh with the measures as attributes. Returns the size of the file.
 Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& input,
                             double timeScale) {
@@ -147,14 +163,9 @@ Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& 
   ProgressBar bar("writing " + options.output, slabCountOf(input.bodies), "slabs");
   for (std::size_t b = 0; b < input.bodies.size(); ++b) {
     const model::Source& source = *input.bodies[b].source;
-    const model::Progress progress = bar.part(source.slabCount());
-    for (std::size_t i = 0; i < source.slabCount(); ++i) {
-      const auto slab = source.slab(i);
-      if (!slab) return pass(slab.error());
-      if (auto put = writer->body(b).put(measure::withQuality(**slab, measures, timeScale)); !put) {
-        return pass(put.error());
-      }
-      progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
+    QualitySink with(measures, timeScale, writer->body(b));
+    if (auto put = model::pump(source, with, bar.part(source.slabCount())); !put) {
+      return pass(put.error());
     }
   }
   return writer->finish();

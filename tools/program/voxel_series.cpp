@@ -106,6 +106,13 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
   command.add_flag("--json", json, "Print the result as JSON");
 }
 
+void noticeEmptyFrames(const voxel4d::VoxelSeries& written) {
+  if (written.emptyFrames == 0) return;
+  printNotices(
+      {fmt::format("{} of {} frames have no point inside; smaller voxels may find the solid",
+                   written.emptyFrames, written.frames)});
+}
+
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where,
                      nlohmann::ordered_json first) {
@@ -145,12 +152,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,
           sizeText(peakBytes()));
   }
-  if (written->emptyFrames > 0) {
-    printNotices(
-        {fmt::format("{} of {} frames have no point inside; smaller voxels may find the "
-                     "solid",
-                     written->emptyFrames, written->frames)});
-  }
+  noticeEmptyFrames(*written);
   return kDone;
 }
 

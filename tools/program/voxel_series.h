@@ -41,6 +41,9 @@ voxel4d::CapStyle voxelCapStyle(const std::string& name);
 void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
                 std::vector<std::string>& notices);
 
+/// A notice if frames have no point inside.
+void noticeEmptyFrames(const voxel4d::VoxelSeries& written);
+
 /// Shared by the verbs that write a time series of .vdb files: their options, and the writing.
 struct VoxelSeriesOptions {
   double voxelSize = 0;
