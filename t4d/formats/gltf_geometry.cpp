@@ -19,6 +19,16 @@ std::string gltfElement(const InputFile& file, const char* kind, int index) {
   return fmt::format("{}: {}[{}]", file.path.string(), kind, index);
 }
 
+int gltfTargetCount(const tinygltf::Model& model, int mesh) {
+  const auto* found = elementAt(model.meshes, mesh);
+  std::size_t count = 0;
+  if (found == nullptr) return 0;
+  for (const auto& primitive : found->primitives) {
+    count = std::max(count, primitive.targets.size());
+  }
+  return static_cast<int>(count);
+}
+
 Result<void> checkGltfCost(const InputFile& file, const tinygltf::Model& model,
                            std::span<const GltfCopies> copies) {
   std::size_t bufferBytes = 0;

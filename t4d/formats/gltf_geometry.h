@@ -65,6 +65,9 @@ struct GltfCopies {
 Result<void> checkGltfCost(const InputFile& file, const tinygltf::Model& model,
                            std::span<const GltfCopies> copies);
 
+/// The most morph targets of a mesh's primitives; 0 without the mesh.
+int gltfTargetCount(const tinygltf::Model& model, int mesh);
+
 /// "FILE: KIND[INDEX]", for `where` of errors.
 std::string gltfElement(const InputFile& file, const char* kind, int index);
 
