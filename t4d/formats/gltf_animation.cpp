@@ -296,7 +296,7 @@ class AnimationReader {
       }
     };
     if (shape.joints.empty()) addChain(shape.node);
-    for (const Joint& joint : shape.joints) addChain(joint.node);
+    for (const GltfJoint& joint : shape.joints) addChain(joint.node);
     curves.insert(shape.weightCurve);
     curves.erase(nullptr);
     return curves;

@@ -169,7 +169,7 @@ class ShapeReader {
             fmt::format("joint {} is node {}, which is not in the scene", j, skin->joints[j]),
             where);
       }
-      Joint joint{skin->joints[j], Affine3d::Identity()};
+      GltfJoint joint{skin->joints[j], Affine3d::Identity()};
       if (!inverseBinds.empty()) {
         joint.inverseBind.matrix() = Eigen::Map<const Eigen::Matrix4d>(&inverseBinds[16 * j]);
         if (!joint.inverseBind.matrix().allFinite() ||
