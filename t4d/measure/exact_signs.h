@@ -1,0 +1,20 @@
+#pragma once
+
+#include "t4d/model/geometry.h"
+
+/// Signs of determinants, exact for any coordinates: in double precision with a bound on the
+/// rounding, and where that does not decide, by sums of doubles without rounding (Shewchuk 1997).
+/// Coordinates that differ in magnitude by a factor of more than 2^200 may be taken as equal.
+namespace t4d::measure {
+
+using Point2 = Eigen::Vector2d;
+
+/// The sign of det[b - a, c - a]: 1 if a, b, c are counter-clockwise, 0 if they are on one line.
+int orientation(const Point2& a, const Point2& b, const Point2& c);
+
+/// The sign of det[b - a, c - a, d - a]: 1 if the triangle a, b, c is clockwise seen from d, 0 if
+/// the four points are in one plane.
+int orientation(const model::Point3& a, const model::Point3& b, const model::Point3& c,
+                const model::Point3& d);
+
+}  // namespace t4d::measure
