@@ -333,7 +333,12 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
     topology = std::make_shared<const SilhouetteTopology>(slab.connectivity);
     if (auto closed = topology->checkClosed(); !closed) return inSlab(closed.error());
   }
-  if (state.slabs == 0) state.timeBegin = slab.timeBegin;
+  if (state.slabs == 0) {
+    state.timeBegin = slab.timeBegin;
+    model::Bounds3 bounds;
+    for (const model::Point4& vertex : slab.vertices) bounds.add(Point3(vertex.head<3>()));
+    if (!bounds.empty()) state.result.solidExtent = (bounds.max - bounds.min).maxCoeff();
+  }
   const SlabExits found = exitsOf(slab, state.timeBegin);
   state.parts.begin(slab);
   if (auto fit = state.addSeam(topology, found.isExit, slab.timeBegin); !fit) {

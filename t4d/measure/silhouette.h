@@ -35,6 +35,7 @@ struct Silhouette {
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;
   std::uint64_t flat = 0;  ///< cells that project to nothing
+  double solidExtent = 0;  ///< the largest extent of the first slab, in a sweep the solid's
 };
 
 class SilhouetteTopology;

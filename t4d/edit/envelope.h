@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "t4d/measure/silhouette.h"
+#include "t4d/model/error.h"
+
+namespace t4d::edit {
+
+struct EnvelopeOptions {
+  /// The spacing of the lattice on which visits are counted; 0 for defaultVoxelSize.
+  double voxelSize = 0;
+  /// The most memory to use.
+  double maxBytes = 4.0 * (1U << 30);
+  /// Cut the triangles of the silhouette where they meet, instead of counting on a lattice.
+  bool exact = false;
+  /// Round vertices to float32 relative to this point, as some formats will.
+  std::optional<model::Point3> singlePrecisionAbout = {};
+};
+
+/// The boundary of where a solid has been.
+struct Envelope {
+  model::TriangleMesh mesh;  ///< closed, oriented, manifold; empty if nothing has a volume
+  double voxelSize = 0;      ///< 0 if it is exact
+  /// Every place that is farther than this from the true boundary is on its true side.
+  double errorBound = 0;
+  double volume = 0;
+  std::uint64_t components = 0;  ///< connected parts of the solid
+  std::uint64_t cavities = 0;
+  double genus = 0;  ///< sum of those of all connected surfaces
+  /// Nothing in a build without CGAL, which does not look for them.
+  std::optional<std::uint64_t> selfIntersections = {};
+};
+
+/// A 64th of the solid's extent at its first time, but no less than a 512th of the envelope's;
+/// rounded to two digits. 0 for a silhouette without extent.
+double defaultVoxelSize(const measure::Silhouette& silhouette);
+
+/// The envelope of a 4D mesh, or of several whose silhouettes have been put together (`add`): where
+/// the winding number of the silhouette is 1 or more.
+///
+/// On a lattice (visit_lattice.h, lattice_surface.h) it has every place right that is farther than
+/// sqrt(3) voxels from the boundary; what is thinner may be missing. Smooth boundaries converge
+/// with the second order, and edges stay sharp. Where vertices that are rounded make triangles
+/// cross, the cubes there are made plain.
+///
+/// The exact one is the outer surface (outer_surface.h), with its vertices rounded and what touches
+/// itself moved apart.
+///
+/// Fails for a voxel size that needs more memory than the options allow, with one that fits; if the
+/// coordinates are too coarse for it; and the exact one where too many triangles meet, and in a
+/// build without CGAL.
+Result<Envelope> envelopeOf(const measure::Silhouette& silhouette, const EnvelopeOptions& options,
+                            const model::Progress& progress = {});
+
+/// Adds one silhouette to another: visits of both.
+void add(measure::Silhouette& to, const measure::Silhouette& other);
+
+}  // namespace t4d::edit
