@@ -145,12 +145,21 @@ class Rows {
 struct Hit {
   std::int64_t column;
   double z;
-  int turn;  // change of (winding number of a) - (winding number of b)
+  int turnOfA;  // change of the winding number
+  int turnOfB;
 };
 
+/// What is integrated, of the winding numbers of a and b; 0 where both are 0.
+using Integrand = std::int64_t (*)(std::int64_t a, std::int64_t b);
+
+std::int64_t difference(std::int64_t a, std::int64_t b) { return std::abs(a - b); }
+std::int64_t overlap(std::int64_t a, std::int64_t b) {
+  return std::max<std::int64_t>(0, std::min(a, b));
+}
+
 /// The integral along lines that are parallel to z after the rotation.
-double integrate(const TriangleMesh& a, const TriangleMesh& b, const Eigen::Matrix3d& rotation,
-                 const Point3& middle, std::uint32_t resolution) {
+double integrate(const TriangleMesh& a, const TriangleMesh& b, Integrand integrand,
+                 const Eigen::Matrix3d& rotation, const Point3& middle, std::uint32_t resolution) {
   Bounds3 bounds;
   for (const TriangleMesh* mesh : {&a, &b}) {
     for (const Point3& vertex : mesh->vertices) bounds.add(rotation * (vertex - middle));
@@ -165,20 +174,21 @@ double integrate(const TriangleMesh& a, const TriangleMesh& b, const Eigen::Matr
     hits.clear();
     const auto index = static_cast<std::size_t>(row);
     rowsOfA.forEachHit(index, lattice, [&](std::int64_t column, double z, int turn) {
-      hits.push_back({column, z, turn});
+      hits.push_back({column, z, turn, 0});
     });
     rowsOfB.forEachHit(index, lattice, [&](std::int64_t column, double z, int turn) {
-      hits.push_back({column, z, -turn});
+      hits.push_back({column, z, 0, turn});
     });
     std::sort(hits.begin(), hits.end(), [](const Hit& p, const Hit& q) {
       return p.column != q.column ? p.column < q.column : p.z < q.z;
     });
-    std::int64_t winding = 0;  // 0 again after the last hit of a column
+    std::int64_t windingOfA = 0;  // 0 again after the last hit of a column
+    std::int64_t windingOfB = 0;
     for (std::size_t i = 0; i + 1 < hits.size(); ++i) {
-      winding += hits[i].turn;
-      if (winding != 0) {
-        sum += static_cast<double>(std::abs(winding)) * (hits[i + 1].z - hits[i].z);
-      }
+      windingOfA += hits[i].turnOfA;
+      windingOfB += hits[i].turnOfB;
+      const std::int64_t value = integrand(windingOfA, windingOfB);
+      if (value != 0) sum += static_cast<double>(value) * (hits[i + 1].z - hits[i].z);
     }
   }
   return sum * lattice.spacing * lattice.spacing;
@@ -191,7 +201,7 @@ struct Group {
   TriangleMesh b;
 };
 
-bool overlap(const Bounds3& a, const Bounds3& b) {
+bool boundsOverlap(const Bounds3& a, const Bounds3& b) {
   return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
 }
 
@@ -241,7 +251,7 @@ std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
       for (std::uint32_t j = 0; j < i; ++j) {
         const std::uint32_t p = sets.root(i);
         const std::uint32_t q = sets.root(j);
-        if (p == q || !overlap(grown[p], grown[q])) continue;
+        if (p == q || !boundsOverlap(grown[p], grown[q])) continue;
         const Bounds3 other = grown[std::max(p, q)];
         sets.unite(p, q);
         grown[sets.root(p)].add(other);
@@ -276,34 +286,44 @@ std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
   return result;
 }
 
-SolidDifference differenceOf(const Group& group, std::uint32_t resolution) {
+SolidDifference integralOf(const Group& group, Integrand integrand, std::uint32_t resolution) {
   const Point3 middle = 0.5 * (group.bounds.min + group.bounds.max);
   std::array<double, kTurns.size()> volumes{};
-  SolidDifference difference;
+  SolidDifference integral;
   for (std::size_t i = 0; i < kTurns.size(); ++i) {
     const Eigen::Matrix3d rotation = kTurns[i].normalized().toRotationMatrix();
-    volumes[i] = integrate(group.a, group.b, rotation, middle, resolution);
-    difference.volume += volumes[i] / static_cast<double>(kTurns.size());
+    volumes[i] = integrate(group.a, group.b, integrand, rotation, middle, resolution);
+    integral.volume += volumes[i] / static_cast<double>(kTurns.size());
   }
   for (const double volume : volumes) {
-    difference.error = std::max(difference.error, 2 * std::abs(volume - difference.volume));
+    integral.error = std::max(integral.error, 2 * std::abs(volume - integral.volume));
   }
-  return difference;
+  return integral;
+}
+
+Result<SolidDifference> integralOf(const TriangleMesh& a, const TriangleMesh& b,
+                                   Integrand integrand, const SolidDifferenceOptions& options) {
+  if (!isClosed(a)) return invalid("the first surface is not closed: it bounds no solid");
+  if (!isClosed(b)) return invalid("the second surface is not closed: it bounds no solid");
+  SolidDifference integral;
+  for (const Group& group : groupsOf(a, b)) {
+    const SolidDifference part = integralOf(group, integrand, options.resolution);
+    integral.volume += part.volume;
+    integral.error += part.error;
+  }
+  return integral;
 }
 
 }  // namespace
 
 Result<SolidDifference> solidDifference(const TriangleMesh& a, const TriangleMesh& b,
                                         const SolidDifferenceOptions& options) {
-  if (!isClosed(a)) return invalid("the first surface is not closed: it bounds no solid");
-  if (!isClosed(b)) return invalid("the second surface is not closed: it bounds no solid");
-  SolidDifference difference;
-  for (const Group& group : groupsOf(a, b)) {
-    const SolidDifference part = differenceOf(group, options.resolution);
-    difference.volume += part.volume;
-    difference.error += part.error;
-  }
-  return difference;
+  return integralOf(a, b, difference, options);
+}
+
+Result<SolidDifference> solidOverlap(const TriangleMesh& a, const TriangleMesh& b,
+                                     const SolidDifferenceOptions& options) {
+  return integralOf(a, b, overlap, options);
 }
 
 }  // namespace t4d::measure

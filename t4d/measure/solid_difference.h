@@ -13,7 +13,7 @@ struct SolidDifferenceOptions {
 };
 
 struct SolidDifference {
-  double volume = 0;  ///< of the symmetric difference, in cubic length units
+  double volume = 0;  ///< of what is asked for, in cubic length units
   double error = 0;   ///< estimate of its error
 };
 
@@ -34,5 +34,10 @@ struct SolidDifference {
 /// Fails for a mesh that is not closed.
 Result<SolidDifference> solidDifference(const model::TriangleMesh& a, const model::TriangleMesh& b,
                                         const SolidDifferenceOptions& options = {});
+
+/// The volume of the points that lie in both solids: the integral of min(w_a, w_b) where that is
+/// positive, in the same way. Solids whose interiors have no common point give 0 up to rounding.
+Result<SolidDifference> solidOverlap(const model::TriangleMesh& a, const model::TriangleMesh& b,
+                                     const SolidDifferenceOptions& options = {});
 
 }  // namespace t4d::measure

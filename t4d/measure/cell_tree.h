@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "t4d/model/slab.h"
+
+namespace t4d::measure {
+
+/// A tree of boxes in space-time over the cells of a slab. Its leaves are runs of consecutive cells
+/// that share a vertex: the cells of a prism, or most of those of a hypercube.
+class CellTree {
+ public:
+  struct Node {
+    model::Bounds4 bounds;
+    std::uint32_t second = 0;  ///< the second child, whose sibling is the next node; 0 for a leaf
+    std::uint32_t firstCell = 0;  ///< of a leaf
+    std::uint32_t cellCount = 0;
+
+    bool isLeaf() const { return second == 0; }
+  };
+
+  /// Sets the boxes for a slab. The tree is built anew unless the slab before had the same
+  /// connectivity, by identity.
+  void fit(const model::Slab& slab);
+
+  /// The root comes first. None for a slab without cells.
+  std::span<const Node> nodes() const { return nodes_; }
+
+ private:
+  void build(const model::Slab& slab);
+  std::uint32_t buildNode(std::span<std::uint32_t> runs, std::span<const model::Point4> centers,
+                          std::span<const std::uint32_t> starts);
+
+  std::shared_ptr<const model::Connectivity> connectivity_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> leaves_;    // nodes
+  std::vector<std::uint32_t> offsets_;   // of each leaf in vertices_, one more at the end
+  std::vector<std::uint32_t> vertices_;  // of each leaf, each once
+};
+
+}  // namespace t4d::measure

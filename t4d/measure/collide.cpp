@@ -1,0 +1,539 @@
+#include "t4d/measure/collide.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
+#include "t4d/measure/cell_pair.h"
+#include "t4d/measure/cell_tree.h"
+#include "t4d/measure/contact_stretches.h"
+#include "t4d/measure/inside_parts.h"
+#include "t4d/measure/overlap.h"
+#include "t4d/model/times.h"
+
+namespace t4d::measure {
+namespace {
+
+using model::Bounds4;
+using model::Slab;
+using model::Source;
+using model::TimeSpan;
+
+/// The time that a slab of a and one of b share.
+struct Window {
+  TimeSpan span;
+  std::size_t slabA = 0;
+  std::size_t slabB = 0;
+};
+
+bool lasts(const TimeSpan& span) { return span.end > span.begin; }
+
+/// All windows in time order. One that is an instant only counts if no other includes it, as
+/// between two bodies of which one starts when the other ends.
+std::vector<Window> windowsOf(const Source& a, const Source& b) {
+  std::vector<Window> windows;
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < a.slabCount() && j < b.slabCount()) {
+    const TimeSpan p = a.timeSpan(i);
+    const TimeSpan q = b.timeSpan(j);
+    const TimeSpan common{std::max(p.begin, q.begin), std::min(p.end, q.end)};
+    if (lasts(p) && lasts(q) && common.begin <= common.end) {
+      // Instants come before or after the windows that include them.
+      const bool instant = !lasts(common);
+      const bool known = !windows.empty() && windows.back().span.end == common.begin;
+      if (!instant && !windows.empty() && !lasts(windows.back().span) &&
+          windows.back().span.end == common.begin) {
+        windows.pop_back();
+      }
+      if (!instant || !known) windows.push_back({common, i, j});
+    }
+    if (p.end < q.end || (p.end == q.end && !lasts(p))) {
+      ++i;
+    } else if (q.end < p.end || !lasts(q)) {
+      ++j;
+    } else if (i + 1 < a.slabCount() && j + 1 < b.slabCount()) {
+      // Both end: the one whose next slab comes first goes on.
+      ++(a.timeSpan(i + 1).begin <= b.timeSpan(j + 1).begin ? i : j);
+    } else {
+      ++(i + 1 < a.slabCount() ? i : j);
+    }
+  }
+  return windows;
+}
+
+CellCorners cornersOf(const Slab& slab, std::uint32_t cell) {
+  const model::Cell& corners = slab.connectivity->cells[cell];
+  return {slab.vertices[corners[0]], slab.vertices[corners[1]], slab.vertices[corners[2]],
+          slab.vertices[corners[3]]};
+}
+
+Bounds4 boundsOf(const CellCorners& corners) {
+  Bounds4 bounds;
+  for (const model::Point4& corner : corners) bounds.add(corner);
+  return bounds;
+}
+
+bool meet(const Bounds4& a, const Bounds4& b) {
+  return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
+}
+
+/// No two points of the boxes at equal times are nearer; infinite if they have no time in common.
+double leastDistance(const Bounds4& a, const Bounds4& b) {
+  if (a.min[3] > b.max[3] || b.min[3] > a.max[3]) return std::numeric_limits<double>::infinity();
+  // Rounded down, so that nothing as near as the nearest cells is left out.
+  constexpr double kDown = 1 - 16 * std::numeric_limits<double>::epsilon();
+  const Eigen::Array3d gap =
+      (a.min - b.max).cwiseMax(b.min - a.max).head<3>().array().max(Eigen::Array3d::Zero());
+  return kDown * gap.matrix().norm();
+}
+
+/// A slab of one of the bodies.
+struct Side {
+  const Source* source = nullptr;
+  std::size_t number = ~std::size_t{0};
+  std::shared_ptr<const Slab> slab;
+  CellTree tree;
+
+  Result<void> load(std::size_t index) {
+    if (index == number) return {};
+    slab.reset();
+    auto read = source->slab(index);
+    if (!read) return pass(read.error());
+    slab = std::move(*read);
+    number = index;
+    tree.fit(*slab);
+    return {};
+  }
+  Bounds4 bounds() const { return tree.nodes().empty() ? Bounds4() : tree.nodes().front().bounds; }
+};
+
+struct NodePair {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+};
+
+struct LeafCell {
+  std::uint32_t number = 0;
+  CellCorners corners;
+  Bounds4 bounds;
+};
+
+/// The search in one window.
+class WindowSearch {
+ public:
+  WindowSearch(const Side& a, const Side& b, const TimeSpan& span) : a_(a), b_(b), span_(span) {}
+
+  /// Adds when cells meet.
+  void findContacts(ContactStretches& stretches) const {
+    const auto near = [](const Bounds4& p, const Bounds4& q) { return meet(p, q); };
+    const std::vector<NodePair> tasks = split(near);
+    std::vector<ContactStretches> found(tasks.size());
+    // What earlier batches have found saves later ones work.
+    constexpr std::size_t kBatch = 64;
+    for (std::size_t begin = 0; begin < tasks.size(); begin += kBatch) {
+      const std::size_t end = std::min(tasks.size(), begin + kBatch);
+      tbb::parallel_for(begin, end, [&](std::size_t task) {
+        found[task] = stretches;
+        findContacts(tasks[task], found[task]);
+      });
+      for (std::size_t task = begin; task < end; ++task) {
+        stretches.add(found[task]);
+        found[task] = {};
+      }
+    }
+  }
+
+  /// Replaces `best` if there are nearer cells.
+  void findNearest(Clearance& best) const {
+    if (a_.tree.nodes().empty() || b_.tree.nodes().empty()) return;
+    std::atomic<double> bound = best.distance;
+    const auto near = [&](const Bounds4& p, const Bounds4& q) {
+      return leastDistance(p, q) <= bound.load(std::memory_order_relaxed);
+    };
+    std::vector<NodePair> tasks = split(near);
+    const auto distance = [&](const NodePair& pair) {
+      return leastDistance(a_.tree.nodes()[pair.a].bounds, b_.tree.nodes()[pair.b].bounds);
+    };
+    std::ranges::stable_sort(tasks, {}, distance);
+    std::vector<Clearance> found(tasks.size(), best);
+    tbb::parallel_for(std::size_t{0}, tasks.size(),
+                      [&](std::size_t task) { findNearest(tasks[task], bound, found[task]); });
+    for (const Clearance& one : found) {
+      const double proven = std::min(best.lowerBound, one.lowerBound);
+      if (isNearer(one, best)) best = one;
+      best.lowerBound = proven;
+    }
+  }
+
+  /// The distance of two cells as an upper bound.
+  void tryCells(std::uint32_t cellA, std::uint32_t cellB, Clearance& best) const {
+    if (cellA >= a_.slab->connectivity->cells.size()) return;
+    if (cellB >= b_.slab->connectivity->cells.size()) return;
+    tryCells(cellA, cornersOf(*a_.slab, cellA), cellB, cornersOf(*b_.slab, cellB), best);
+  }
+
+ private:
+  /// Pairs of nodes that are near, enough of them for all threads.
+  template <class Near>
+  std::vector<NodePair> split(const Near& near) const {
+    constexpr std::size_t kEnough = 1024;
+    std::vector<NodePair> pairs;
+    if (a_.tree.nodes().empty() || b_.tree.nodes().empty()) return pairs;
+    pairs.push_back({0, 0});
+    for (bool grown = true; grown && pairs.size() < kEnough;) {
+      grown = false;
+      std::vector<NodePair> next;
+      for (const NodePair& pair : pairs) {
+        if (!near(a_.tree.nodes()[pair.a].bounds, b_.tree.nodes()[pair.b].bounds)) continue;
+        if (!forEachChild(pair, [&](const NodePair& child) { next.push_back(child); })) {
+          next.push_back(pair);
+        } else {
+          grown = true;
+        }
+      }
+      pairs = std::move(next);
+    }
+    return pairs;
+  }
+
+  /// False for two leaves. Divides the larger one otherwise.
+  template <class Visit>
+  bool forEachChild(const NodePair& pair, Visit visit) const {
+    const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
+    const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
+    if (nodeA.isLeaf() && nodeB.isLeaf()) return false;
+    const auto size = [](const CellTree::Node& node) {
+      return (node.bounds.max - node.bounds.min).head<3>().squaredNorm();
+    };
+    if (nodeB.isLeaf() || (!nodeA.isLeaf() && size(nodeA) >= size(nodeB))) {
+      visit(NodePair{pair.a + 1, pair.b});
+      visit(NodePair{nodeA.second, pair.b});
+    } else {
+      visit(NodePair{pair.a, pair.b + 1});
+      visit(NodePair{pair.a, nodeB.second});
+    }
+    return true;
+  }
+
+  /// The cells of a leaf that last and meet the box, in `into`; returns their number.
+  static std::size_t cellsOf(const Slab& slab, const CellTree::Node& leaf, const auto& near,
+                             std::array<LeafCell, 16>& into) {
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < leaf.cellCount; ++i) {
+      LeafCell& cell = into[count];
+      cell.number = leaf.firstCell + i;
+      cell.corners = cornersOf(slab, cell.number);
+      cell.bounds = boundsOf(cell.corners);
+      if (cell.bounds.max[3] > cell.bounds.min[3] && near(cell.bounds)) ++count;
+    }
+    return count;
+  }
+
+  /// Calls visit(cell of a, cell of b) for pairs of two leaves that are near.
+  template <class Near, class Visit>
+  void forEachCellPair(const NodePair& pair, const Near& near, Visit visit) const {
+    const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
+    const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
+    std::array<LeafCell, 16> cellsA;
+    std::array<LeafCell, 16> cellsB;
+    const std::size_t countA = cellsOf(
+        *a_.slab, nodeA, [&](const Bounds4& p) { return near(p, nodeB.bounds); }, cellsA);
+    if (countA == 0) return;
+    const std::size_t countB = cellsOf(
+        *b_.slab, nodeB, [&](const Bounds4& q) { return near(nodeA.bounds, q); }, cellsB);
+    for (std::size_t i = 0; i < countA; ++i) {
+      for (std::size_t j = 0; j < countB; ++j) {
+        if (near(cellsA[i].bounds, cellsB[j].bounds)) visit(cellsA[i], cellsB[j]);
+      }
+    }
+  }
+
+  void findContacts(const NodePair& pair, ContactStretches& stretches) const {
+    const auto near = [&](const Bounds4& p, const Bounds4& q) {
+      return meet(p, q) && !stretches.covers(std::max(p.min[3], q.min[3]),
+                                             std::min(p.max[3], q.max[3]), span_.end);
+    };
+    if (!near(a_.tree.nodes()[pair.a].bounds, b_.tree.nodes()[pair.b].bounds)) return;
+    if (forEachChild(pair, [&](const NodePair& child) { findContacts(child, stretches); })) return;
+    forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
+      const auto meeting = meetingOf(p.corners, q.corners);
+      if (!meeting) return;
+      ContactStretch stretch;
+      stretch.begin = std::clamp(meeting->timeBegin, span_.begin, span_.end);
+      stretch.end = std::clamp(meeting->timeEnd, stretch.begin, span_.end);
+      stretch.overlaps = meeting->crosses;
+      stretch.first = {stretch.begin, meeting->point, CellNumber{a_.number, p.number},
+                       CellNumber{b_.number, q.number}};
+      stretch.last = stretch.first;
+      stretches.add(stretch);
+    });
+  }
+
+  static bool isNearer(const Clearance& one, const Clearance& other) {
+    if (one.distance != other.distance) return one.distance < other.distance;
+    return std::pair(one.a.cell, one.b.cell) < std::pair(other.a.cell, other.b.cell);
+  }
+
+  void tryCells(std::uint32_t numberA, const CellCorners& a, std::uint32_t numberB,
+                const CellCorners& b, Clearance& best) const {
+    // Below the distance by rounding errors, unless the search for it got stuck.
+    constexpr double kProven = 1e-9;
+    const auto found = distanceOf(a, b);
+    if (!found) return;
+    const Clearance one{found->distance, found->lowerBound,    found->time,         found->pointA,
+                        found->pointB,   {a_.number, numberA}, {b_.number, numberB}};
+    const bool stuck = one.lowerBound < one.distance * (1 - kProven) - kProven * size();
+    const double proven = stuck ? std::min(best.lowerBound, one.lowerBound) : best.lowerBound;
+    if (isNearer(one, best)) {
+      best = one;
+      best.lowerBound = std::min(one.lowerBound, proven);
+    } else {
+      best.lowerBound = proven;
+    }
+  }
+
+  void findNearest(const NodePair& pair, std::atomic<double>& bound, Clearance& best) const {
+    const auto near = [&](const Bounds4& p, const Bounds4& q) {
+      return leastDistance(p, q) <= bound.load(std::memory_order_relaxed);
+    };
+    const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
+    const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
+    if (!near(nodeA.bounds, nodeB.bounds)) return;
+    std::array<NodePair, 2> children;
+    std::size_t count = 0;
+    if (forEachChild(pair, [&](const NodePair& child) { children[count++] = child; })) {
+      const auto distance = [&](const NodePair& child) {
+        return leastDistance(a_.tree.nodes()[child.a].bounds, b_.tree.nodes()[child.b].bounds);
+      };
+      if (distance(children[1]) < distance(children[0])) std::swap(children[0], children[1]);
+      for (const NodePair& child : children) findNearest(child, bound, best);
+      return;
+    }
+    forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
+      tryCells(p.number, p.corners, q.number, q.corners, best);
+      double known = bound.load(std::memory_order_relaxed);
+      while (best.distance < known && !bound.compare_exchange_weak(known, best.distance)) {
+      }
+    });
+  }
+
+  double size() const {
+    const Bounds4 p = a_.bounds();
+    const Bounds4 q = b_.bounds();
+    return (p.max.cwiseMax(q.max) - p.min.cwiseMin(q.min)).head<3>().norm();
+  }
+
+  const Side& a_;
+  const Side& b_;
+  TimeSpan span_;
+};
+
+/// Two times that differ by the rounding of sums of steps only.
+bool sameTime(double p, double q) {
+  return std::abs(p - q) <= model::kSameTimeUlps * std::numeric_limits<double>::epsilon() *
+                                std::max(std::abs(p), std::abs(q));
+}
+
+/// Everything about one pair of bodies.
+class Collider {
+ public:
+  Collider(const Source& a, const Source& b, const CollideOptions& options)
+      : options_(options), a_{&a, {}, {}, {}}, b_{&b, {}, {}, {}} {
+    a_.number = b_.number = ~std::size_t{0};
+  }
+
+  Result<Collision> run(const model::Progress& progress) {
+    const std::vector<Window> windows = windowsOf(*a_.source, *b_.source);
+    if (windows.empty()) return Collision{};
+    Collision collision;
+    collision.common = TimeSpan{windows.front().span.begin, windows.back().span.end};
+    for (std::size_t i = 0; i < windows.size(); ++i) {
+      if (auto done = one(windows[i]); !done) return pass(done.error());
+      if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(windows.size()));
+    }
+    finish(std::numeric_limits<double>::infinity());
+    collision.intervals = std::move(intervals_);
+    collision.clearanceOverTime = std::move(overTime_);
+    if (collision.intervals.empty() && std::isfinite(nearest_.distance)) {
+      collision.clearance = nearest_;
+    }
+    if (options_.overlapVolumes) {
+      auto measured = measureOverlaps(*a_.source, *b_.source, collision.intervals);
+      if (!measured) return pass(measured.error());
+    }
+    return collision;
+  }
+
+ private:
+  Result<void> one(const Window& window) {
+    Result<void> loadedA;
+    Result<void> loadedB;
+    tbb::parallel_invoke([&] { loadedA = a_.load(window.slabA); },
+                         [&] { loadedB = b_.load(window.slabB); });
+    if (!loadedA) return loadedA;
+    if (!loadedB) return loadedB;
+    const TimeSpan& span = window.span;
+    const WindowSearch search(a_, b_, span);
+    const bool continued = !open_.empty() && open_.all().back().end == span.begin;
+    const bool touching = lastWindowEnd_ == span.begin && !continued;
+    search.findContacts(open_);
+    roundOnce();
+    if (auto done = findInside(span, touching); !done) return done;
+    join();
+    clearance(search, span);
+    finish(span.end);
+    lastWindowEnd_ = span.end;
+    return {};
+  }
+
+  /// Rounds the ends of stretches in the window once, where cells meet.
+  void roundOnce() {
+    ContactStretches rounded;
+    for (ContactStretch stretch : open_.all()) {
+      const auto meeting = [&](const Contact& contact) {
+        return meetingRoundedOnce(cornersOf(*a_.slab, static_cast<std::uint32_t>(contact.a->cell)),
+                                  cornersOf(*b_.slab, static_cast<std::uint32_t>(contact.b->cell)));
+      };
+      if (!stretch.beginKnown) {
+        if (const auto found = meeting(stretch.first)) {
+          stretch.begin = stretch.first.time = found->timeBegin;
+          stretch.first.point = found->point;
+        }
+        stretch.beginKnown = true;
+      }
+      if (!stretch.endKnown) {
+        if (const auto found = meeting(stretch.last)) {
+          stretch.end = std::max(stretch.begin, found->timeEnd);
+        }
+        stretch.endKnown = true;
+      }
+      rounded.add(stretch);
+    }
+    open_ = std::move(rounded);
+  }
+
+  /// Adds the times between contacts when a part of one surface is inside the other.
+  Result<void> findInside(const TimeSpan& span, bool continued) {
+    std::vector<TimeSpan> gaps;
+    double from = span.begin;
+    for (const ContactStretch& stretch : open_.all()) {
+      if (stretch.begin > from) gaps.push_back({from, std::min(stretch.begin, span.end)});
+      from = std::max(from, stretch.end);
+    }
+    if (from < span.end) gaps.push_back({from, span.end});
+    for (const TimeSpan& gap : gaps) {
+      // Two slabs that are apart in space have nothing inside each other.
+      const bool joined = continued && gap.begin == span.begin;
+      Result<std::vector<SurfacePart>> ofA;
+      Result<std::vector<SurfacePart>> ofB;
+      tbb::parallel_invoke(
+          [&] { ofA = insideA_.find(*a_.slab, a_.number, gap, *b_.slab, b_.bounds(), joined); },
+          [&] { ofB = insideB_.find(*b_.slab, b_.number, gap, *a_.slab, a_.bounds(), joined); });
+      if (!ofA) return pass(ofA.error());
+      if (!ofB) return pass(ofB.error());
+      for (const SurfacePart& part : *ofA) addInside(part, a_, /*isA=*/true);
+      for (const SurfacePart& part : *ofB) addInside(part, b_, /*isA=*/false);
+    }
+    return {};
+  }
+
+  void addInside(const SurfacePart& part, const Side& side, bool isA) {
+    ContactStretch stretch;
+    stretch.begin = part.begin;
+    stretch.end = part.end;
+    stretch.overlaps = true;
+    stretch.beginKnown = stretch.endKnown = true;
+    stretch.first.time = part.begin;
+    stretch.first.point = pointAt(*side.slab, part.cell, part.begin);
+    (isA ? stretch.first.a : stretch.first.b) = CellNumber{side.number, part.cell};
+    stretch.last = stretch.first;
+    open_.add(stretch);
+  }
+
+  /// Unites stretches that are apart by rounding only.
+  void join() {
+    ContactStretches joined;
+    for (const ContactStretch& stretch : open_.all()) {
+      if (!joined.empty() && sameTime(joined.all().back().end, stretch.begin)) {
+        joined.all().back().end = stretch.begin;
+      }
+      joined.add(stretch);
+    }
+    open_ = std::move(joined);
+  }
+
+  void clearance(const WindowSearch& search, const TimeSpan& span) {
+    const bool contact = !open_.empty() && open_.all().back().end >= span.begin;
+    if (options_.clearanceOverTime) {
+      Clearance here = none();
+      if (!contact) {
+        search.tryCells(static_cast<std::uint32_t>(lastNearest_.a.cell),
+                        static_cast<std::uint32_t>(lastNearest_.b.cell), here);
+        search.findNearest(here);
+        lastNearest_ = here;
+        if (here.distance < nearest_.distance) {
+          here.lowerBound = std::min(here.lowerBound, nearest_.lowerBound);
+          nearest_ = here;
+        }
+      }
+      overTime_.push_back({span, contact ? 0 : here.distance});
+    } else if (options_.clearance && !contact && intervals_.empty()) {
+      search.tryCells(static_cast<std::uint32_t>(nearest_.a.cell),
+                      static_cast<std::uint32_t>(nearest_.b.cell), nearest_);
+      search.findNearest(nearest_);
+    }
+  }
+
+  static Clearance none() {
+    Clearance none;
+    none.distance = none.lowerBound = std::numeric_limits<double>::infinity();
+    return none;
+  }
+
+  /// Takes what ends before `time` as final.
+  void finish(double time) {
+    ContactStretches left;
+    for (const ContactStretch& stretch : open_.all()) {
+      if (stretch.end >= time) {
+        left.add(stretch);
+        continue;
+      }
+      ContactInterval interval;
+      interval.begin = interval.deepestTime = stretch.begin;
+      interval.end = stretch.end;
+      interval.first = stretch.first;
+      interval.overlaps = stretch.overlaps;
+      intervals_.push_back(interval);
+    }
+    open_ = std::move(left);
+  }
+
+  CollideOptions options_;
+  Side a_;
+  Side b_;
+  InsideParts insideA_;
+  InsideParts insideB_;
+  ContactStretches open_;  // of the window, and what reaches it
+  std::vector<ContactInterval> intervals_;
+  Clearance nearest_ = none();
+  Clearance lastNearest_;
+  std::vector<ClearanceOver> overTime_;
+  double lastWindowEnd_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace
+
+Result<Collision> collide(const Source& a, const Source& b, const CollideOptions& options,
+                          const model::Progress& progress) {
+  return Collider(a, b, options).run(progress);
+}
+
+}  // namespace t4d::measure

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "t4d/measure/collide.h"
+
+namespace t4d::measure {
+
+/// A time during which cells of two bodies meet.
+struct ContactStretch {
+  double begin = 0;
+  double end = 0;
+  Contact first;  ///< at `begin`
+  Contact last;   ///< at `end`; without a point
+  bool overlaps = false;
+  /// Whether `begin` and `end` are final: of slabs before, or rounded once.
+  bool beginKnown = false;
+  bool endKnown = false;
+};
+
+/// A set of times, as stretches that are apart. It does not depend on the order in which they are
+/// added.
+class ContactStretches {
+ public:
+  /// Unites it with those that it touches.
+  void add(const ContactStretch& stretch);
+  void add(const ContactStretches& others) {
+    for (const ContactStretch& stretch : others.all_) add(stretch);
+  }
+  /// Whether two cells that last from `begin` to `end`, of slabs that end together or later at
+  /// `windowEnd`, add nothing: what they have in common lies in a stretch that overlaps, and is
+  /// neither the first nor the last contact of it.
+  bool covers(double begin, double end, double windowEnd) const;
+
+  std::span<const ContactStretch> all() const { return all_; }
+  std::span<ContactStretch> all() { return all_; }
+  bool empty() const { return all_.empty(); }
+
+ private:
+  std::vector<ContactStretch> all_;
+};
+
+}  // namespace t4d::measure

@@ -1,0 +1,105 @@
+#include "t4d/measure/overlap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "t4d/convert/slice.h"
+#include "t4d/measure/solid_difference.h"
+
+namespace t4d::measure {
+namespace {
+
+constexpr std::uint32_t kCoarse = 64;
+constexpr std::uint32_t kFine = 256;
+
+class Overlaps {
+ public:
+  Overlaps(const model::Source& a, const model::Source& b) : a_(a), b_(b) {}
+
+  Result<SolidDifference> at(double time, std::uint32_t resolution) const {
+    const auto sliceA = a_.at(time);
+    if (!sliceA) return pass(sliceA.error());
+    const auto sliceB = b_.at(time);
+    if (!sliceB) return pass(sliceB.error());
+    return solidOverlap(sliceA->mesh, sliceB->mesh, {.resolution = resolution});
+  }
+
+  Result<void> measure(ContactInterval& interval) const {
+    double best = interval.begin;
+    double most = 0;
+    const double step = (interval.end - interval.begin) / kOverlapSamples;
+    const auto sample = [&](double time) -> Result<double> {
+      const auto found = at(time, kCoarse);
+      if (!found) return pass(found.error());
+      if (found->volume > most) {
+        most = found->volume;
+        best = time;
+      }
+      return found->volume;
+    };
+    for (int k = 0; k <= kOverlapSamples; ++k) {
+      const double time = k == kOverlapSamples ? interval.end : interval.begin + k * step;
+      if (auto found = sample(time); !found) return pass(found.error());
+      if (!(step > 0)) break;
+    }
+    // Golden sections; where the overlap has several maxima, about one of them.
+    constexpr int kSections = 12;
+    constexpr double kPart = 1 / std::numbers::phi;
+    double low = std::max(interval.begin, best - step);
+    double high = std::min(interval.end, best + step);
+    if (most > 0 && high > low) {
+      double left = high - kPart * (high - low);
+      double right = low + kPart * (high - low);
+      Result<double> atLeft = sample(left);
+      Result<double> atRight = sample(right);
+      for (int k = 0; k < kSections && atLeft && atRight; ++k) {
+        if (*atLeft < *atRight) {
+          low = std::exchange(left, right);
+          right = low + kPart * (high - low);
+          atLeft = std::exchange(atRight, sample(right));
+        } else {
+          high = std::exchange(right, left);
+          left = high - kPart * (high - low);
+          atRight = std::exchange(atLeft, sample(left));
+        }
+      }
+      if (!atLeft) return pass(atLeft.error());
+      if (!atRight) return pass(atRight.error());
+    }
+    const auto found = at(best, kFine);
+    if (!found) return pass(found.error());
+    interval.deepestTime = best;
+    // Of solids that only touch, rounding leaves a film.
+    constexpr double kFilm = 1e-10;
+    const auto slice = a_.at(best);
+    if (!slice) return pass(slice.error());
+    if (!interval.overlaps && found->volume <= kFilm * std::abs(signedVolume(slice->mesh))) {
+      interval.deepestTime = interval.begin;
+      return {};
+    }
+    interval.overlaps = true;
+    interval.overlapVolume = found->volume;
+    interval.volumeError = found->error;
+    return {};
+  }
+
+ private:
+  convert::TimeSlicer a_;
+  convert::TimeSlicer b_;
+};
+
+}  // namespace
+
+Result<void> measureOverlaps(const model::Source& a, const model::Source& b,
+                             std::span<ContactInterval> intervals) {
+  if (intervals.empty()) return {};
+  const Overlaps overlaps(a, b);
+  for (ContactInterval& interval : intervals) {
+    if (auto done = overlaps.measure(interval); !done) return done;
+  }
+  return {};
+}
+
+}  // namespace t4d::measure
