@@ -178,6 +178,7 @@ void add(Silhouette& to, const Silhouette& other) {
   }
   to.visitsVolume += other.visitsVolume;
   to.hypervolume += other.hypervolume;
+  to.hypervolumeByFlux += other.hypervolumeByFlux;
   to.exits += other.exits;
   to.entries += other.entries;
   to.flat += other.flat;

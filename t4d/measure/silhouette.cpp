@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include "t4d/measure/exact_signs.h"
+#include "t4d/measure/slab_measure.h"
 #include "t4d/model/facets.h"
 
 namespace t4d::measure {
@@ -281,6 +282,7 @@ struct SilhouetteBuilder::State {
   std::vector<std::uint8_t> upperExits;  // for each upper facet of the slab before, of its cell
   double visitsCarry = 0;
   double hypervolumeCarry = 0;
+  double fluxCarry = 0;
   std::uint64_t slabs = 0;
   double timeBegin = 0;
   double timeEnd = 0;
@@ -353,6 +355,8 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
     return fail(ErrorCode::Unsupported, "the silhouette has too many vertices");
   }
   addCompensated(state.result.visitsVolume, state.visitsCarry, found.visitsVolume);
+  addCompensated(state.result.hypervolumeByFlux, state.fluxCarry,
+                 measureOf(slab, model::Point4::Zero()).hypervolume);
   addCompensated(state.result.hypervolume, state.hypervolumeCarry, found.hypervolume);
   state.result.exits += found.exits;
   state.result.entries += found.entries;

@@ -32,6 +32,8 @@ struct Silhouette {
   double visitsVolume = 0;
   /// The integral of the time that each place is covered: the hypervolume.
   double hypervolume = 0;
+  /// The same as the flux of (x, y, z, 0) / 3 through all cells, to check it. Not of a slab alone.
+  double hypervolumeByFlux = 0;
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;
   std::uint64_t flat = 0;  ///< cells that project to nothing

@@ -10,6 +10,7 @@
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
+#include "tools/program/time_window.h"
 
 namespace t4d::tools {
 namespace {
@@ -20,55 +21,20 @@ struct FilterArguments {
   std::string input;
   InputOptions only;
   std::string output;
-  std::optional<double> from;
-  std::optional<double> to;
+  TimeWindow window;
   int compression = 3;
   bool json = false;
 };
-
-/// The span that is asked for; its ends are the nearest layer or end of a body where that is meant.
-Result<model::TimeSpan> spanOf(const FilterArguments& options, const InputBodies& input) {
-  const model::TimeSpan whole = model::timeSpanOf(input.bodies);
-  model::TimeSpan span{options.from.value_or(whole.begin), options.to.value_or(whole.end)};
-  for (double* time : {&span.begin, &span.end}) {
-    for (const model::Body& body : input.bodies) {
-      const auto meant = model::timeWithin(*body.source, *time);
-      if (!meant || *meant == *time) continue;
-      *time = *meant;
-      break;
-    }
-  }
-  if (span.begin >= whole.end || span.end <= whole.begin) {
-    return invalid(
-        fmt::format("nothing is left: the mesh lasts from time {} to {}", whole.begin, whole.end),
-        input.reader.name());
-  }
-  return span;
-}
-
-/// Removes bodies that have no cell within the span, with a notice for each.
-void keepThoseWithin(const model::TimeSpan& span, InputBodies& input,
-                     std::vector<std::string>& notices) {
-  std::erase_if(input.bodies, [&](const model::Body& body) {
-    const model::TimeSpan times = model::timeSpanOf(*body.source);
-    if (times.begin < span.end && times.end > span.begin) return false;
-    notices.push_back(fmt::format("body '{}' exists only from {} to {}; it is left out", body.name,
-                                  times.begin, times.end));
-    return true;
-  });
-}
 
 int run(const FilterArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
-  if (options.from && options.to && !(*options.from < *options.to)) {
-    return wrongUsage(fmt::format("--from {} is not before --to {}", *options.from, *options.to));
-  }
+  if (const auto misuse = options.window.misuse()) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
-  const auto span = spanOf(options, *input);
+  const auto span = options.window.spanIn(*input);
   if (!span) return report(span.error());
   std::vector<std::string> notices;
   keepThoseWithin(*span, *input, notices);
@@ -146,12 +112,7 @@ void addFilter(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<FilterArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
-  command->add_option("--from", options->from, "Begin at this time (default: as the mesh does)")
-      ->type_name("TIME")
-      ->check(finiteNumber());
-  command->add_option("--to", options->to, "End at this time (default: as the mesh does)")
-      ->type_name("TIME")
-      ->check(finiteNumber());
+  options->window.addTo(*command);
   addT4dOutputOption(*command, options->output);
   addCompressionOption(*command, options->compression);
   command->add_flag("--json", options->json, "Print the result as JSON");

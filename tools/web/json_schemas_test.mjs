@@ -141,6 +141,8 @@ const runs = [
   ['diff', [at('joined.t4d'), at('joined.t4d')], 0],
   ['diff', [at('joined.t4d'), at('filtered.t4d')], 1],
   ['compress', [at('filtered.t4d'), '--grid-step', '0.01', '-o', at('compressed.t4d')], 0],
+  ['envelope', [at('filtered.t4d'), '--voxel-size', 1, '-o', at('envelope.glb')], 0],
+  ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--each'], 0],
   ['quality', [at('filtered.t4d')], 0],
   ['quality', [at('filtered.t4d'), '--worst', 0, '-o', at('shaped.t4d')], 0],
   ['du', [at('filtered.t4d')], 0],

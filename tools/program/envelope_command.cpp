@@ -1,0 +1,293 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/edit/clip_time.h"
+#include "t4d/edit/envelope.h"
+#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/triangle_mesh_writer.h"
+#include "tools/program/centering.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/or_null.h"
+#include "tools/program/progress_bar.h"
+#include "tools/program/time_window.h"
+
+namespace t4d::tools {
+namespace {
+
+using edit::Envelope;
+using measure::Silhouette;
+using nlohmann::ordered_json;
+
+struct EnvelopeArguments {
+  std::string input;
+  InputOptions only;
+  TimeWindow window;
+  bool each = false;
+  std::string output;
+  std::optional<double> voxelSize;
+  double maxMemoryGiB = 4;
+  bool exact = false;
+  bool center = false;
+  bool json = false;
+};
+
+/// What one or several bodies pass through.
+struct Passed {
+  std::string name;
+  Silhouette silhouette;
+  Envelope envelope = {};
+};
+
+/// Puts the part of a body within the span into a sink.
+Result<void> putPart(const model::Body& body, const TimeWindow& window, const model::TimeSpan& span,
+                     model::Sink& sink, const model::Progress& progress) {
+  if (window.isWhole()) return model::pump(*body.source, sink, progress);
+  const auto clip = edit::clipTime(*body.source, span, sink, progress);
+  if (!clip) return pass(clip.error());
+  return {};
+}
+
+Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
+                                          const InputBodies& input, const model::TimeSpan& span) {
+  ProgressBar bar("finding the silhouette", slabCountOf(input.bodies), "slabs");
+  std::vector<Passed> all;
+  for (const model::Body& body : input.bodies) {
+    const auto inBody = [&](Error error) {
+      error.where = fmt::format("{}: body '{}'{}{}", input.reader.name(), body.name,
+                                error.where.empty() ? "" : ", ", error.where);
+      return pass(std::move(error));
+    };
+    measure::SilhouetteBuilder builder;
+    if (auto put = putPart(body, options.window, span, builder, bar.part(body.source->slabCount()));
+        !put) {
+      return inBody(put.error());
+    }
+    auto silhouette = builder.finish();
+    if (!silhouette) return inBody(silhouette.error());
+    if (options.each || all.empty()) {
+      all.push_back({body.name, std::move(*silhouette)});
+    } else {
+      edit::add(all[0].silhouette, *silhouette);
+      all[0].name = "envelope";
+    }
+  }
+  return all;
+}
+
+bool isSinglePrecision(const std::string& output) {
+  const auto* format = formats::triangleMeshFormat(output);
+  return format != nullptr && (format->placed || format->extension == ".stl");
+}
+
+model::Bounds3 boundsOf(const std::vector<Passed>& all) {
+  model::Bounds3 bounds;
+  for (const Passed& one : all) bounds.add(model::boundsOf(one.silhouette.surface));
+  return bounds;
+}
+
+Result<std::vector<std::string>> write(const EnvelopeArguments& options,
+                                       const std::vector<Passed>& all, const model::Point3& center,
+                                       const formats::Metadata& metadata) {
+  std::vector<formats::NamedMesh> meshes;
+  for (const Passed& one : all) meshes.push_back({one.name, one.envelope.mesh});
+  formats::MeshWriteOptions how;
+  how.origin = originOf(metadata);
+  how.center = center;
+  if (formats::triangleMeshFormat(options.output)->placed) {
+    std::vector<std::string> notices;
+    how.placement = placementOf(metadata, notices);
+    printNotices(notices);
+  }
+  return formats::writeTriangleMeshes(options.output, meshes, how);
+}
+
+ordered_json jsonOf(const std::vector<Passed>& all) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t silhouette = 0;
+  std::uint64_t components = 0;
+  std::uint64_t cavities = 0;
+  double genus = 0;
+  double volume = 0;
+  double visitsVolume = 0;
+  double hypervolume = 0;
+  double byFlux = 0;
+  double voxelSize = 0;
+  double errorBound = 0;
+  bool closed = true;
+  std::optional<std::uint64_t> crossings = 0;
+  for (const auto& [name, passed, envelope] : all) {
+    vertices += envelope.mesh.vertices.size();
+    triangles += envelope.mesh.triangles.size();
+    silhouette += passed.surface.triangles.size();
+    closed = closed && model::isClosed(envelope.mesh);
+    components += envelope.components;
+    cavities += envelope.cavities;
+    genus += envelope.genus;
+    volume += envelope.volume;
+    visitsVolume += passed.visitsVolume;
+    hypervolume += passed.hypervolume;
+    byFlux += passed.hypervolumeByFlux;
+    voxelSize = std::max(voxelSize, envelope.voxelSize);
+    errorBound = std::max(errorBound, envelope.errorBound);
+    if (!envelope.selfIntersections) crossings.reset();
+  }
+  return {{"vertices", vertices},
+          {"triangles", triangles},
+          {"closed", closed},
+          {"self_intersections", orNull(crossings)},
+          {"components", components},
+          {"cavities", cavities},
+          {"genus", std::llround(genus)},
+          {"volume", volume},
+          {"visits_volume", visitsVolume},
+          {"hypervolume", hypervolume},
+          {"hypervolume_by_flux", byFlux},
+          {"voxel_size", voxelSize > 0 ? ordered_json(voxelSize) : ordered_json()},
+          {"error_bound", errorBound},
+          {"silhouette_triangles", silhouette}};
+}
+
+void printText(const EnvelopeArguments& options, const std::vector<Passed>& all) {
+  for (const Passed& one : all) {
+    const Envelope& envelope = one.envelope;
+    const bool several = all.size() > 1;
+    print("{}{}{}, {}, {}; volume {:.12g}\n",
+          options.output.empty() || several ? "" : options.output + ": ",
+          several ? one.name + ": " : "",
+          counted(envelope.mesh.vertices.size(), "vertex", "vertices"),
+          counted(envelope.mesh.triangles.size(), "triangle"),
+          model::isClosed(envelope.mesh) ? "closed" : "NOT CLOSED", envelope.volume);
+    print("  {}{}, genus {:g}\n", counted(envelope.components, "component"),
+          envelope.cavities > 0 ? ", " + counted(envelope.cavities, "cavity", "cavities") : "",
+          envelope.genus);
+    if (envelope.voxelSize > 0) {
+      print("  voxel size {:g}{}; right farther than {:.3g} from the boundary\n",
+            envelope.voxelSize, options.voxelSize ? "" : " (by the size of the solid)",
+            envelope.errorBound);
+    } else if (options.exact) {
+      print(
+          "  exact, but for rounding and what touches: right farther than {:.3g} from the "
+          "boundary\n",
+          envelope.errorBound);
+    }
+    print("  volume of all visits {:.12g}, hypervolume {:.12g}\n", one.silhouette.visitsVolume,
+          one.silhouette.hypervolume);
+  }
+}
+
+int run(const EnvelopeArguments& options) {
+  if (!options.output.empty()) {
+    if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
+      return wrongUsage(*misuse);
+    }
+  }
+  if (const auto misuse = options.window.misuse()) return wrongUsage(*misuse);
+  const auto begin = std::chrono::steady_clock::now();
+  auto input = openBodies(options.input, options.only);
+  if (!input) return report(input.error());
+  const auto span = options.window.spanIn(*input);
+  if (!span) return report(span.error());
+  std::vector<std::string> notices;
+  keepThoseWithin(*span, *input, notices);
+  printNotices(notices);
+  auto all = silhouettesOf(options, *input, *span);
+  if (!all) return report(all.error());
+
+  const model::Bounds3 bounds = boundsOf(*all);
+  const model::Point3 center =
+      options.center ? roundCenterOf(bounds) : model::Point3(model::Point3::Zero());
+  edit::EnvelopeOptions how{.voxelSize = options.voxelSize.value_or(0),
+                            .maxBytes = options.maxMemoryGiB * 0x1p30,
+                            .exact = options.exact};
+  if (isSinglePrecision(options.output)) how.singlePrecisionAbout = center;
+  for (Passed& one : *all) {
+    ProgressBar bar("making the envelope of " + one.name);
+    auto envelope = edit::envelopeOf(one.silhouette, how, bar.callback());
+    if (!envelope) return report(inInput(envelope.error(), *input));
+    one.envelope = std::move(*envelope);
+    const double error = std::abs(one.silhouette.hypervolume - one.silhouette.hypervolumeByFlux);
+    constexpr double kMost = 1e-9;
+    if (!(error <= kMost * std::abs(one.silhouette.hypervolumeByFlux))) {
+      printNotices(
+          {fmt::format("the hypervolume is {} as the integral of dwell, but {} as a flux; "
+                       "t4d validate --deep may say why",
+                       one.silhouette.hypervolume, one.silhouette.hypervolumeByFlux)});
+    }
+  }
+  std::vector<std::string> losses;
+  if (!options.output.empty()) {
+    auto written = write(options, *all, center, input->reader.metadata());
+    if (!written) return report(written.error());
+    losses = std::move(*written);
+  }
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.json) {
+    ordered_json value = jsonOf(*all);
+    value["bodies"] = ordered_json::array();
+    for (const Passed& one : *all) {
+      ordered_json body = {{"name", one.name}};
+      body.update(jsonOf({one}));
+      value["bodies"].push_back(std::move(body));
+    }
+    value["time_begin"] = span->begin;
+    value["time_end"] = span->end;
+    value["seconds"] = seconds;
+    value["peak_bytes"] = peakBytes();
+    printJson(value);
+  } else {
+    printText(options, *all);
+    print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
+  }
+  return reportLosses(losses, options.center);
+}
+
+}  // namespace
+
+void addEnvelope(CLI::App& app, int& exitCode) {
+  auto* command =
+      app.add_subcommand("envelope", "Make the solid that a motion passes through (swept volume)");
+  auto options = std::make_shared<EnvelopeArguments>();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
+  command
+      ->add_option("-o,--output", options->output,
+                   fmt::format("The file to write: {} (default: none, only measure)",
+                               formats::writableTriangleMeshExtensions()))
+      ->check(someName())
+      ->check(writableTriangleMesh());
+  command
+      ->add_option(
+          "--voxel-size", options->voxelSize,
+          "The spacing of the lattice on which visits are counted (default: by the size of "
+          "the solid)")
+      ->check(numberAboveZero());
+  command
+      ->add_flag("--exact", options->exact,
+                 "Cut the triangles of the silhouette instead, for thousands of triangles")
+      ->excludes("--voxel-size");
+  options->window.addTo(*command);
+  options->only.addTo(*command);
+  command->add_flag("--each", options->each,
+                    "Of each body by itself, as meshes of their names (default: of all together)");
+  command
+      ->add_option("--max-memory", options->maxMemoryGiB,
+                   "Refuse to use more memory than this, GiB")
+      ->check(numberAboveZero())
+      ->capture_default_str();
+  addCenterOption(*command, options->center,
+                  "The file says where it was: in the translation of glTF's root node, else in a "
+                  "comment");
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools
