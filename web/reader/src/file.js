@@ -25,13 +25,22 @@ import { prepareZstd } from './zstd.js';
  * @property {number[]} max x, y, z
  */
 
-/** Parts that were decoded are kept up to this many bytes, those that were used last. */
+/** Decoded parts are kept up to this many bytes, those that were used last, and slabs up to as many. */
 const cacheBytes = 256 * 1024 * 1024;
+
+/** So many slabs of a slice across time are asked for at once. */
+const slabsAhead = 16;
+
+/** Slabs that follow one another are fetched together, up to this size in the file. */
+const runBytes = 4 * 1024 * 1024;
 
 /** Two ranges are fetched as one if there are at most as many bytes between them, and no more than they have. */
 const smallGap = 16 * 1024;
 
 const parsers = { CONN: parseConn, LAYR: parseLayr, POSE: parsePose, SLAB: parseSlab };
+
+const bytesOfPart = ({ cells, positions }) => (cells ?? positions)?.byteLength ?? 1024;
+const bytesOfSlab = ({ vertices }) => vertices.byteLength;
 
 const isLayr = (bytes) => String.fromCharCode(...bytes.subarray(0, 4)) === 'LAYR';
 
@@ -333,7 +342,7 @@ function joinedBytes(one, two) {
   return bytes;
 }
 
-/** Values by key, the least recently used forgotten beyond a number of bytes. */
+/** Promises by key; the least recently used are forgotten beyond a number of bytes, failed ones at once. */
 class Cache {
   constructor(limit) {
     Object.assign(this, { limit, bytes: 0, entries: new Map() });
@@ -341,21 +350,27 @@ class Cache {
 
   get(key) {
     const entry = this.entries.get(key);
-    if (entry) {
-      this.entries.delete(key);
-      this.entries.set(key, entry);
-    }
-    return entry?.value;
+    if (!entry) return undefined;
+    this.entries.delete(key);
+    this.entries.set(key, entry);
+    return entry.promise;
   }
 
-  set(key, value, bytes) {
-    this.entries.set(key, { value, bytes });
-    this.bytes += bytes;
-    for (const [oldest, entry] of this.entries) {
-      if (this.bytes <= this.limit || oldest === key) break;
-      this.entries.delete(oldest);
-      this.bytes -= entry.bytes;
-    }
+  /** @param {(value: any) => number} bytesOf what the promised value takes */
+  set(key, promise, bytesOf) {
+    const entry = { promise, bytes: 0 };
+    this.entries.set(key, entry);
+    promise.then((value) => {
+      entry.bytes = bytesOf(value);
+      this.bytes += entry.bytes;
+      for (const [oldest, { bytes }] of this.entries) {
+        if (this.bytes <= this.limit) break;
+        if (oldest === key) continue;
+        this.entries.delete(oldest);
+        this.bytes -= bytes;
+      }
+    }, () => this.entries.delete(key));
+    return promise;
   }
 }
 
@@ -378,6 +393,7 @@ export class T4dFile {
       return { ...head.bodies[i], numVertices, numCells, begin, end, min, max, slabs };
     });
     this.parts = new Cache(cacheBytes);
+    this.slabs = new Cache(cacheBytes);
   }
 
   get bytesRead() { return this.source.bytesRead; }
@@ -421,42 +437,72 @@ export class T4dFile {
     return chunks;
   }
 
+  /** The parsed chunks at these offsets, a promise for each; those that are not known are fetched together. */
+  parsed(offsets) {
+    const unknown = offsets.filter((at) => this.parts.get(at) === undefined);
+    const chunks = this.chunksAt(unknown);
+    for (const at of unknown) {
+      const part = chunks.then((found) => parsers[found.get(at).type](found.get(at), this.head));
+      this.parts.set(at, part, bytesOfPart);
+    }
+    return new Map(offsets.map((at) => [at, this.parts.get(at) ?? chunks]));
+  }
+
+  /**
+   * Slabs, put together and checked. Those that follow one another in the file take one request for
+   * up to 4 MiB.
+   * @param {SlabRecord[]} records of `bodies[i].slabs`
+   * @returns {Promise<import('./parts.js').Slab>[]}
+   */
+  slabsOf(records) {
+    let run = [];
+    let bytes = 0;
+    const fetchRun = () => {
+      if (run.length === 0) return;
+      const isPart = (offset, { at }) => offset === at
+        || (offset < at && ['CONN', 'LAYR', 'POSE'].includes(this.headers.get(offset)?.type));
+      const offsets = new Set(run.flatMap((record) => this.partsOf(record).filter((at) => isPart(at, record))));
+      const parsed = this.parsed([...offsets]);
+      for (const record of run) this.slabs.set(record.at, this.assemble(record, parsed), bytesOfSlab);
+      run = [];
+      bytes = 0;
+    };
+    const wanted = records.map((record) => {
+      const known = this.slabs.get(record.at);
+      if (known) return () => known;
+      const size = this.sizeOf(record);
+      if (bytes + size > runBytes) fetchRun();
+      run.push(record);
+      bytes += size;
+      return () => this.slabs.get(record.at);
+    });
+    fetchRun();
+    return wanted.map((promise) => promise());
+  }
+
+  async assemble(record, parsed) {
+    const layer = async (offset) => {
+      const part = await parsed.get(offset);
+      if (part?.kind !== 'POSE') return part;
+      const { layer: layr, at } = part;
+      check(layr < at && this.headers.get(layr)?.type === 'LAYR', at, 'K2', `no LAYR at ${layr}, before the pose`);
+      return posed(part, await this.parsed([layr]).get(layr));
+    };
+    const slab = await parsed.get(record.at);
+    const found = await Promise.all(
+      [parsed.get(slab.connectivity), layer(slab.lower), layer(slab.upper)]);
+    const made = assembled(slab, ...found);
+    checkRecord(record, recordOf(made), record.at);
+    return made;
+  }
+
   /**
    * A slab, put together and checked.
    * @param {SlabRecord} record one of `bodies[i].slabs`
    * @returns {Promise<import('./parts.js').Slab>}
    */
-  async slab(record) {
-    const isPart = (offset) => offset < record.at && parsers[this.headers.get(offset)?.type] !== undefined;
-    const wanted = this.partsOf(record).filter((offset) => offset === record.at || isPart(offset));
-    const chunks = await this.chunksAt(wanted.filter((offset) => this.parts.get(offset) === undefined));
-    const poses = [];
-    for (const [at, chunk] of chunks) {
-      if (chunk.type === 'SLAB') continue;
-      const part = parsers[chunk.type](chunk, this.head);
-      if (chunk.type === 'POSE') poses.push(part);
-      else this.keep(at, part, chunk.size);
-    }
-    const found = new Map(wanted.map((offset) => [offset, this.parts.get(offset)]));
-    const layrs = poses.map(({ layer, at }) => {
-      check(layer < at && this.headers.get(layer)?.type === 'LAYR', at, 'K2', `no LAYR at ${layer}, before the pose`);
-      return layer;
-    });
-    const missing = await this.chunksAt(layrs.filter((offset) => this.parts.get(offset) === undefined));
-    for (const [at, chunk] of missing) this.keep(at, parseLayr(chunk, this.head), chunk.size);
-    for (const pose of poses) {
-      found.set(pose.at, posed(pose, this.parts.get(pose.layer)));
-    }
-    const chunk = chunks.get(record.at);
-    const parsed = parseSlab(chunk, this.head);
-    const slab = assembled(parsed, found.get(parsed.connectivity), found.get(parsed.lower), found.get(parsed.upper));
-    checkRecord(record, recordOf(slab), record.at);
-    return slab;
-  }
-
-  keep(at, part, size) {
-    const bytes = part.kind === 'CONN' ? part.cells.byteLength : part.positions.byteLength;
-    this.parts.set(at, part, bytes + size);
+  slab(record) {
+    return this.slabsOf([record])[0];
   }
 
   /**
@@ -466,7 +512,7 @@ export class T4dFile {
    */
   async slabsAt(time) {
     const records = this.recordsOf(hyperplane([0, 0, 0, 1], time)).flat();
-    return Promise.all(records.map((record) => this.slab(record)));
+    return Promise.all(this.slabsOf(records));
   }
 
   /**
@@ -491,7 +537,9 @@ export class T4dFile {
     const sections = [];
     for (const [i, records] of this.recordsOf(plane).entries()) {
       const cutter = cut(plane, plane.isTime && plane.offset === this.bodies[i].end);
-      for (const record of records) cutter.add(await this.slab(record));
+      for (let k = 0; k < records.length; k += slabsAhead) {
+        for (const slab of this.slabsOf(records.slice(k, k + slabsAhead))) cutter.add(await slab);
+      }
       sections.push({ name: this.bodies[i].name, ...cutter.finish() });
     }
     return sections;

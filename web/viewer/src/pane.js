@@ -1,0 +1,322 @@
+// One file on the page: its slabs on the GPU and the sections that are shown of it.
+import * as THREE from 'three';
+
+import { answering, hyperplane } from 't4d-reader';
+
+import { palette, units4 } from './common.js';
+import { FacesMesh, GpuSlab, makeCells, measureCorners, mostTexels, readBack, SectionMesh } from './gpu.js';
+
+/** Slabs on the page are kept up to this many bytes, those that were used last. */
+export const slabBudget = 768 * 1024 * 1024;
+
+/** What a cell takes on the page, about: itself where cells are not shared, and a quarter of a vertex. */
+const cellBytes = 32;
+
+/** Slabs that are asked for at once, for sections across time. */
+const mostRequests = 16;
+
+/** The hyperplane that a state says; the solid in space-time has that of its time. */
+export function planeOf({ cut, t, x, y, z, normal, offset }) {
+  if (cut === 'any') return hyperplane(normal, offset);
+  const axis = Math.max(0, ['t', 'x', 'y', 'z'].indexOf(cut));
+  return hyperplane(units4[(axis + 3) % 4], [t, x, y, z][axis]);
+}
+
+/**
+ * The axes that a section is shown along, as rows of x, y, z, t: those of the hyperplane in a space-time
+ * whose time was multiplied by `timeScale`.
+ */
+export function shownAxes(plane, timeScale) {
+  const [x, y, z, t] = plane.normal;
+  const { axes, isReversed } = hyperplane([x, y, z, t / timeScale], 0);
+  return { axes: axes.map(([a, b, c, d]) => [a, b, c, d * timeScale]), isReversed };
+}
+
+const colorOf = (body, number) => (body.color
+  ? new THREE.Color().setRGB(...body.color.slice(0, 3), THREE.LinearSRGBColorSpace)
+  : new THREE.Color(palette[number % palette.length]));
+
+export class Pane {
+  /**
+   * @param {THREE.WebGLRenderer} renderer
+   * @param {import('./client.js').Client} client
+   * @param info of the worker's open()
+   * @param {number[]} center x, y, z, t of what is shown
+   * @param {() => void} onChange called when there is something new to draw
+   * @param {(error: Error) => void} onError
+   */
+  constructor(renderer, client, info, center, onChange, onError) {
+    Object.assign(this, { renderer, client, info, center, onChange, onError });
+    this.scene = new THREE.Scene();
+    this.group = new THREE.Group();
+    this.scene.add(this.group);
+    this.slabs = new Map(); // by 'body/slab': { promise, gpu }, the last used at the end
+    this.cells = new Map(); // by connectivity
+    this.sections = new Map(); // by 'onion/body/slab'
+    this.bytes = 0;
+    this.loading = 0;
+    this.read = info.read;
+    this.requests = info.requests;
+    this.failed = new Set();
+    this.bodyColors = info.bodies.map(colorOf);
+  }
+
+  /** The names of attributes that slabs had so far, by their domain. */
+  attributeNames() {
+    const names = new Map();
+    for (const { gpu } of this.slabs.values()) {
+      for (const { name, domain, components } of gpu?.attributes ?? []) names.set(name, { domain, components });
+    }
+    return names;
+  }
+
+  /** The slab on the GPU, or null while it is on its way; then onChange() follows. */
+  slab(body, number) {
+    const key = `${body}/${number}`;
+    const known = this.slabs.get(key);
+    if (known) {
+      this.slabs.delete(key);
+      this.slabs.set(key, known);
+      return known.gpu;
+    }
+    if (this.failed.has(key) || this.loading >= mostRequests) return null;
+    const entry = { gpu: null };
+    this.slabs.set(key, entry);
+    ++this.loading;
+    this.fetchSlab(body, number).then((slab) => {
+      const cells = this.cells.get(slab.connectivity);
+      entry.gpu = new GpuSlab(slab, cells, this.center);
+      entry.connectivity = slab.connectivity;
+      this.bytes += entry.gpu.bytes + (slab.cells ? cells.bytes : 0);
+      this.read = slab.read;
+      this.requests = slab.requests;
+    }).catch((error) => {
+      this.slabs.delete(key);
+      this.failed.add(key);
+      this.onError(error, this.info.bodies[body], this.info.bodies[body].slabs[number]);
+    }).finally(() => {
+      --this.loading;
+      this.onChange();
+    });
+    return null;
+  }
+
+  /** Has slabs that are not there read together, before slab() asks for each. */
+  ask(numbers) {
+    const missing = numbers.filter(({ body, number }) => !this.slabs.has(`${body}/${number}`))
+      .slice(0, mostRequests - this.loading);
+    if (missing.length < 2) return;
+    for (const body of new Set(missing.map((each) => each.body))) {
+      const slabs = missing.filter((each) => each.body === body).map(({ number }) => number);
+      this.client.call('prefetch', { file: this.info.file, body, slabs });
+    }
+  }
+
+  /** Asks for the values of an attribute of a slab, unless it has them; whether they are there. */
+  attribute(gpu, body, number, name) {
+    if (gpu.colorTextures.has(name) || !gpu.attributes.some((each) => each.name === name)) return true;
+    if (gpu.asked === name) return false;
+    gpu.asked = name;
+    this.client.call('attribute', { file: this.info.file, body, slab: number, name }).then((values) => {
+      const before = gpu.bytes;
+      gpu.setAttribute(name, values);
+      this.bytes += gpu.bytes - before;
+      gpu.asked = null;
+    }).catch(this.onError).finally(() => this.onChange());
+    return false;
+  }
+
+  /** A slab of the worker, whose cells are in `cells`. */
+  async fetchSlab(body, number) {
+    const { file } = this.info;
+    const slab = await this.client.call('slab', { file, body, slab: number });
+    if (slab.cells) this.cells.set(slab.connectivity, makeCells(slab.cells));
+    if (this.cells.has(slab.connectivity)) return slab;
+    // They were forgotten while this was on its way.
+    await this.client.call('forget', { file, connectivity: slab.connectivity });
+    return this.fetchSlab(body, number);
+  }
+
+  /** Forgets slabs that were not used for long. */
+  evict(isWanted) {
+    for (const [key, entry] of this.slabs) {
+      if (this.bytes <= slabBudget) return;
+      if (!entry.gpu || isWanted(key)) continue;
+      this.slabs.delete(key);
+      const { cells } = entry.gpu;
+      this.bytes -= entry.gpu.bytes;
+      entry.gpu.dispose();
+      if (cells.users === 0) {
+        this.bytes -= cells.bytes;
+        this.cells.delete(entry.connectivity);
+        this.client.call('forget', { file: this.info.file, connectivity: entry.connectivity });
+      }
+    }
+  }
+
+  /** Whether the sections of this hyperplane fit the page. */
+  fits(plane) {
+    if (plane.isTime) {
+      const cells = this.info.bodies.map(({ slabs }) => slabs[answering(slabs, plane.offset)]?.numCells ?? 0);
+      return Math.max(...cells) <= mostTexels(this.renderer) && sum(cells) * cellBytes <= slabBudget;
+    }
+    return sum(this.numbersOf(plane).map(({ record }) => record.numCells)) * cellBytes <= slabBudget;
+  }
+
+  /** The slabs that a hyperplane may cut: { body, number, record }. */
+  numbersOf(plane) {
+    return this.info.bodies.flatMap(({ slabs }, body) => {
+      if (plane.isTime) {
+        const number = answering(slabs, plane.offset);
+        return number < 0 ? [] : [{ body, number, record: slabs[number] }];
+      }
+      return slabs.map((record, number) => ({ body, number, record }))
+        .filter(({ record }) => plane.mayCut([...record.min, record.begin], [...record.max, record.end]));
+    });
+  }
+
+  /**
+   * Shows the sections of a state; those whose slabs are on their way follow.
+   * @param {{planes: {plane, opacity: number}[], timeScale: number, hidden: Set<string>, look: object}} what
+   * @returns {boolean} whether all of it is there
+   */
+  show({ planes, timeScale, hidden, look, faces }) {
+    const wanted = new Map();
+    const slabKeys = new Set();
+    let isWhole = true;
+    const keepOthers = new Set(); // where a slab is missing, what was shown before stays
+    const want = (layer, body, number, Type, prepare) => {
+      if (hidden.has(this.info.bodies[body].name)) return;
+      const slabKey = `${body}/${number}`;
+      slabKeys.add(slabKey);
+      const slab = this.slab(body, number);
+      if (slab && look.mode === 'attribute' && !this.attribute(slab, body, number, look.name)) isWhole = false;
+      if (!slab) {
+        if (!this.failed.has(slabKey)) {
+          isWhole = false;
+          keepOthers.add(`${layer}/${body}/`);
+        }
+        return;
+      }
+      const key = `${layer}/${body}/${number}`;
+      let mesh = this.sections.get(key);
+      if (!mesh || mesh.slab !== slab || !(mesh instanceof Type)) {
+        if (mesh) this.drop(key);
+        mesh = new Type(slab);
+        this.sections.set(key, mesh);
+        this.group.add(mesh);
+      }
+      prepare(mesh);
+      wanted.set(key, mesh);
+    };
+
+    if (faces) {
+      this.ask(this.info.bodies.flatMap(({ slabs }, body) => slabs.map((_, number) => ({ body, number }))));
+      this.info.bodies.forEach(({ slabs }, body) => slabs.forEach((_, number) => {
+        want('faces', body, number, FacesMesh, (mesh) => {
+          mesh.setAxes(faces.axes);
+          mesh.setLook({ ...look, color: this.bodyColors[body], opacity: 1, wireframe: false });
+        });
+      }));
+    }
+    for (const [layer, { plane, opacity }] of (faces ? [] : planes).entries()) {
+      const { axes, isReversed } = shownAxes(plane, timeScale);
+      const numbers = this.numbersOf(plane);
+      if (!plane.isTime) this.ask(numbers.filter(({ body }) => !hidden.has(this.info.bodies[body].name)));
+      for (const { body, number } of numbers) {
+        const atLast = plane.isTime && plane.offset === this.info.bodies[body].end;
+        want(layer, body, number, SectionMesh, (mesh) => {
+          mesh.cut(plane, axes, isReversed, atLast);
+          mesh.setLook({ ...look, color: this.bodyColors[body], opacity });
+          mesh.renderOrder = opacity < 1 ? 1 + layer : 0;
+        });
+      }
+    }
+    for (const key of [...this.sections.keys()]) {
+      const isKept = planes[0]?.plane.isTime && [...keepOthers].some((prefix) => key.startsWith(prefix));
+      if (!wanted.has(key) && !isKept) this.drop(key);
+    }
+    this.evict((key) => slabKeys.has(key));
+    return isWhole;
+  }
+
+  drop(key) {
+    const mesh = this.sections.get(key);
+    this.group.remove(mesh);
+    mesh.dispose();
+    this.sections.delete(key);
+  }
+
+  /** Has the slabs around a time read, which play will need: the next ones in its direction. */
+  prefetch(time, direction) {
+    this.info.bodies.forEach(({ slabs }, body) => {
+      const number = answering(slabs, time);
+      if (number < 0) return;
+      for (const next of [number + direction, number + 2 * direction]) {
+        if (next >= 0 && next < slabs.length && slabs[next].begin < slabs[next].end) this.slab(body, next);
+      }
+    });
+  }
+
+  /** The smallest and the largest number of an attribute in the slabs that are shown; [0, 1] without one. */
+  rangeOf(name) {
+    let low = Infinity;
+    let high = -Infinity;
+    for (const mesh of this.sections.values()) {
+      const found = mesh.slab.attributes.find((each) => each.name === name && each.components === 1);
+      if (!found?.values || found.values instanceof Uint32Array) continue;
+      found.range ??= rangeOfValues(found.values);
+      low = Math.min(low, found.range[0]);
+      high = Math.max(high, found.range[1]);
+    }
+    return low <= high ? [low, high] : [0, 1];
+  }
+
+  /** What the GPU cuts, measured along the true axes of the hyperplane: of the first of the planes. */
+  measureShown(plane) {
+    const { axes, isReversed } = shownAxes(plane, 1);
+    const total = { numTriangles: 0, volume: 0, area: 0 };
+    for (const [key, mesh] of this.sections) {
+      if (!key.startsWith('0/')) continue;
+      const before = mesh.material.uniforms.axes.value.map((axis) => axis.toArray());
+      mesh.setAxes(axes);
+      mesh.material.uniforms.isReversed.value = isReversed;
+      const { numTriangles, volume, area } = measureCorners(readBack(this.renderer, mesh));
+      mesh.setAxes(before);
+      total.numTriangles += numTriangles;
+      total.volume += volume;
+      total.area += area;
+    }
+    return total;
+  }
+
+  /** Minimum and maximum of x, y, z, t of all bodies. */
+  bounds() {
+    const { bodies } = this.info;
+    const of = (pick, choose) => choose(...bodies.map(pick));
+    const low = (value, other) => (Number.isFinite(value) ? value : other);
+    return {
+      min: [0, 1, 2].map((i) => low(of(({ min }) => min[i], Math.min), 0)).concat(of(({ begin }) => begin, Math.min)),
+      max: [0, 1, 2].map((i) => low(of(({ max }) => max[i], Math.max), 0)).concat(of(({ end }) => end, Math.max)),
+    };
+  }
+
+  dispose() {
+    for (const key of [...this.sections.keys()]) this.drop(key);
+    for (const { gpu } of this.slabs.values()) gpu?.dispose();
+    this.slabs.clear();
+  }
+}
+
+const sum = (numbers) => numbers.reduce((all, each) => all + each, 0);
+
+function rangeOfValues(values) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of values) {
+    if (!Number.isFinite(value)) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return [low, high];
+}

@@ -1,0 +1,120 @@
+// Opens files, decodes slabs and measures slices, away from the page's own thread.
+//
+// Requests are { id, call, args }, answers { id, value } or { id, error }.
+import { cut, FetchError, httpSource, hyperplane, Invalid, measure, open } from 't4d-reader';
+
+import { blockCells } from './common.js';
+
+const files = [];
+/** Connectivities whose cells the page has, for each file. */
+const sent = [];
+
+/** Minimum and maximum of x, y, z, t of each block of cells. */
+function boundsOfBlocks({ cells, vertices }) {
+  const count = Math.ceil(cells.length / 4 / blockCells);
+  const bounds = new Float64Array(8 * count);
+  for (let block = 0; block < count; ++block) {
+    const end = Math.min(cells.length, 4 * blockCells * (block + 1));
+    for (let axis = 0; axis < 4; ++axis) {
+      let low = Infinity;
+      let high = -Infinity;
+      for (let i = 4 * blockCells * block; i < end; ++i) {
+        const value = vertices[4 * cells[i] + axis];
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+      bounds[8 * block + axis] = low;
+      bounds[8 * block + 4 + axis] = high;
+    }
+  }
+  return bounds;
+}
+
+/** What the page draws colours from: whole numbers of 32 bits as they are, others as float32. */
+const drawable = (values) => {
+  if (values instanceof Uint32Array) return values;
+  return values instanceof BigInt64Array || values instanceof BigUint64Array
+    ? Float32Array.from(values, Number) : Float32Array.from(values);
+};
+
+const calls = {
+  async open({ from, name }) {
+    const file = await open(from instanceof Uint8Array || from instanceof Blob ? from : await httpSource(from));
+    if (name) file.source.name = name;
+    files.push(file);
+    sent.push(new Set());
+    const { head, bodies, version } = file;
+    return {
+      file: files.length - 1, name: file.source.name, size: file.source.size, version, head, bodies,
+      read: file.bytesRead, requests: file.requests,
+      slabBytes: bodies.map(({ slabs }) => slabs.map((record) => file.sizeOf(record))),
+    };
+  },
+
+  /** A slab; with its cells if the page does not have them. */
+  async slab({ file: index, body, slab: number }) {
+    const file = files[index];
+    const slab = await file.slab(file.bodies[body].slabs[number]);
+    const hasCells = sent[index].has(slab.connectivity);
+    sent[index].add(slab.connectivity);
+    const { begin, end, vertices, cells, connectivity, numVertices } = slab;
+    return {
+      begin, end, vertices, connectivity, numVertices, numCells: cells.length / 4,
+      cells: hasCells ? null : cells, bounds: boundsOfBlocks(slab),
+      attributes: slab.attributes.filter((each) => each.components <= 4)
+        .map(({ domain, name, type, components }) => ({ domain, name, type, components })),
+      read: file.bytesRead, requests: file.requests,
+    };
+  },
+
+  /** The values of an attribute in a slab. */
+  async attribute({ file: index, body, slab: number, name }) {
+    const file = files[index];
+    const { attributes } = await file.slab(file.bodies[body].slabs[number]);
+    return drawable(attributes.find((each) => each.name === name).values);
+  },
+
+  /** The page has forgotten the cells. */
+  forget({ file, connectivity }) {
+    sent[file].delete(connectivity);
+  },
+
+  /** Slabs that are going to be asked for: those that follow one another are fetched in one request. */
+  async prefetch({ file: index, body, slabs }) {
+    const file = files[index];
+    await Promise.allSettled(file.slabsOf(slabs.map((number) => file.bodies[body].slabs[number])));
+  },
+
+  /** Measures of a slice of each body, and its seconds without reading; with the meshes if `meshes`. */
+  async slice({ file: index, normal, offset, meshes = false }) {
+    const file = files[index];
+    const plane = hyperplane(normal, offset);
+    const sections = [];
+    let milliseconds = 0;
+    for (const [i, records] of file.recordsOf(plane).entries()) {
+      const cutter = cut(plane, plane.isTime && plane.offset === file.bodies[i].end);
+      for (const record of records) {
+        const slab = await file.slab(record);
+        const begin = performance.now();
+        cutter.add(slab);
+        milliseconds += performance.now() - begin;
+      }
+      const begin = performance.now();
+      const section = cutter.finish();
+      milliseconds += performance.now() - begin;
+      sections.push({ name: file.bodies[i].name, ...measure(section), ...(meshes ? section : {}) });
+    }
+    return { sections, milliseconds, read: file.bytesRead, requests: file.requests };
+  },
+};
+
+self.onmessage = async ({ data: { id, call, args } }) => {
+  try {
+    self.postMessage({ id, value: await calls[call](args) });
+  } catch (error) {
+    const isKnown = error instanceof Invalid || error instanceof FetchError;
+    self.postMessage({
+      id, error: { message: error.message, at: error.at, rule: error.rule, isKnown, stack: isKnown ? undefined : error.stack },
+    });
+  }
+};

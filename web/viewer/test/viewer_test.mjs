@@ -1,0 +1,235 @@
+// The page in Chromium: what it shows, what it reads, and what it says of damaged files.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+
+import { open } from 't4d-reader';
+
+import { makePage } from '../build.mjs';
+import { launch, openPage, serve } from '../browser.mjs';
+
+const here = path.dirname(fileURLToPath(import.meta.url));
+const root = path.resolve(here, '../../..');
+const build = process.env.T4D_BUILD ?? path.join(root, 'build/release');
+const folder = path.join(root, 'build/web-test/viewer');
+const at = (name) => path.join(folder, name);
+const run = (program, ...args) => execFileSync(path.join(build, program), args.map(String), { encoding: 'utf8' });
+const t4d = (...args) => JSON.parse(run('t4d', ...args, '--json'));
+
+let browser;
+let site;
+before(async () => {
+  rmSync(folder, { recursive: true, force: true });
+  mkdirSync(folder, { recursive: true });
+  run('t4d-fixtures', at('fx'));
+  t4d('sweep', at('fx/cube.obj'), '--motion', at('fx/several-segments.json'), '-o', at('cube.t4d'));
+  t4d('sweep', at('fx/torus.obj'), '--motion', at('fx/skew-axis.json'), '--up', 'z', '-o', at('torus.t4d'));
+  t4d('sweep', at('fx/two-boxes.obj'), '--motion', at('fx/rest.json'), '--bodies', 'object', '-o', at('boxes.t4d'));
+  writeFileSync(at('viewer.html'), await makePage());
+  const damaged = readFileSync(at('torus.t4d'));
+  const { slabs } = (await open(new Uint8Array(damaged))).bodies[0];
+  damaged[slabs[4].at + 40] ^= 1;
+  const files = Object.fromEntries(['cube', 'torus', 'boxes'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
+  site = await serve({
+    'index.html': at('viewer.html'), ...files, 'damaged.t4d': damaged, 'cut-off.t4d': damaged.subarray(0, 5000),
+    'text.t4d': new TextEncoder().encode('This is no 4D mesh, but some other text.'),
+  });
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  site?.close();
+});
+
+const openAt = (query, options) => openPage(browser, `${site.url}${query}`, options);
+const shownMeasures = (page, state) => page.evaluate(async (changes) => {
+  window.t4dViewer.set(changes);
+  await window.t4dViewer.whole();
+  return window.t4dViewer.measures();
+}, state);
+
+/** In float32, relative to what is largest. */
+const isNear = (found, expected, what) =>
+  assert.ok(Math.abs(found - expected) <= 2e-5 * Math.max(1, Math.abs(expected)), `${what}: ${found}, expected ${expected}`);
+
+function sameAsProgram(found, expected, what) {
+  assert.equal(found.numTriangles, expected.triangles, what);
+  isNear(found.volume, expected.volume, `${what}: volume`);
+  isNear(found.area, expected.area, `${what}: area`);
+}
+
+for (const name of ['cube', 'torus']) {
+  test(`${name}: the GPU cuts at times what the program cuts`, async () => {
+    const { page, errors } = await openAt(`?file=${name}.t4d`);
+    const { slab_list: slabs, time_begin: begin, time_end: end } = t4d('info', at(`${name}.t4d`), '--slabs').bodies[0];
+    // Layers, the first and the last time, and between.
+    const times = [begin, end, slabs[3].begin, slabs.at(-3).end];
+    for (let i = 0; i < 8; ++i) times.push(begin + (end - begin) * (i + 0.3) / 8);
+    for (const t of times) {
+      const [found] = await shownMeasures(page, { cut: 't', t });
+      sameAsProgram(found, t4d('slice', at(`${name}.t4d`), '--time', t), `${name} at ${t}`);
+    }
+    assert.deepEqual(errors, []);
+    await page.close();
+  });
+
+  test(`${name}: the GPU cuts by other hyperplanes what the program cuts`, async () => {
+    const { page, errors } = await openAt(`?file=${name}.t4d#cut=x`);
+    const bounds = await page.evaluate('window.t4dViewer.panes[0].bounds()');
+    for (const [i, axis] of ['x', 'y', 'z'].entries()) {
+      for (const share of [0.31, 0.5, 0.77]) {
+        const value = bounds.min[i] + share * (bounds.max[i] - bounds.min[i]);
+        const [found] = await shownMeasures(page, { cut: axis, [axis]: value });
+        sameAsProgram(found, t4d('slice', at(`${name}.t4d`), `--${axis}`, value), `${name}, ${axis} = ${value}`);
+      }
+    }
+    const middle = bounds.min.map((low, i) => (low + bounds.max[i]) / 2);
+    for (const normal of [[1, 2, -1, 0.5], [0, 0, 1, 1.5], [-0.25, 0.5, 1, -3]]) {
+      const offset = normal.reduce((sum, n, i) => sum + n * middle[i], 0.01);
+      const [found] = await shownMeasures(page, { cut: 'any', normal, offset });
+      sameAsProgram(found, t4d('slice', at(`${name}.t4d`), `--hyperplane=${[...normal, offset]}`), `${name}, ${normal}`);
+    }
+    assert.deepEqual(errors, []);
+    await page.close();
+  });
+}
+
+test('the measures on the page are those of the program', async () => {
+  const { page } = await openAt('?file=torus.t4d#t=0.4');
+  const { triangles, volume } = t4d('slice', at('torus.t4d'), '--time', 0.4);
+  await page.waitForFunction((text) => document.getElementById('measures').innerText.includes(text),
+    triangles.toLocaleString('en'));
+  assert.ok((await page.innerText('#measures')).includes(String(Number(volume.toPrecision(6)))));
+  await page.close();
+});
+
+test('a slice at a time takes at most twice the bytes of its slab and parts', async () => {
+  const { page } = await openAt('?file=torus.t4d');
+  const before = site.requests.length;
+  const bytes = await page.evaluate(async () => {
+    await window.t4dViewer.whole();
+    return window.t4dViewer.panes[0].info.slabBytes[0][1];
+  });
+  // The end of the file holds all of a file as small as this one, so nothing more is read.
+  assert.equal(site.requests.length, before);
+  assert.ok(bytes > 0);
+  await page.close();
+});
+
+test('bodies, hidden and not, and their colours', async () => {
+  const { page, errors } = await openAt('?file=boxes.t4d');
+  const whole = t4d('slice', at('boxes.t4d'), '--time', 0.5);
+  const [both] = await shownMeasures(page, { t: 0.5 });
+  sameAsProgram(both, whole, 'both boxes');
+  const [name] = await page.evaluate('window.t4dViewer.panes[0].info.bodies.map(({ name }) => name)');
+  const [one] = await shownMeasures(page, { hidden: [name] });
+  assert.ok(one.numTriangles < both.numTriangles);
+  for (const color of ['time', 'attribute:triangle', 'attribute:kind', 'body']) {
+    await shownMeasures(page, { color, onion: 2, onionStep: 0.1, wire: true });
+  }
+  await shownMeasures(page, { cut: 'solid', color: 'time' });
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('a link restores the view', async () => {
+  const { page } = await openAt('?file=torus.t4d');
+  await page.evaluate(async () => {
+    window.t4dViewer.set({ cut: 'y', y: 0.25, wire: true, color: 'time' });
+    await window.t4dViewer.whole();
+  });
+  await page.mouse.move(300, 300);
+  await page.mouse.down();
+  await page.mouse.move(380, 330, { steps: 4 });
+  await page.mouse.up();
+  await page.waitForFunction('location.hash.includes("camera")');
+  await page.waitForTimeout(600);
+  const [hash, state] = await page.evaluate('[location.hash, window.t4dViewer.state]');
+  await page.close();
+  const { page: other, errors } = await openAt(`?file=torus.t4d${hash}`);
+  assert.deepEqual(await other.evaluate('window.t4dViewer.state'), state);
+  assert.deepEqual(errors, []);
+  await other.close();
+});
+
+test('a slice is saved as glTF', async () => {
+  const { page } = await openAt('?file=torus.t4d#t=0.4');
+  const bytes = Buffer.from(await page.evaluate('window.t4dViewer.sliceAsGlb().then((bytes) => [...bytes])'));
+  writeFileSync(at('saved.glb'), bytes);
+  assert.equal(bytes.readUInt32LE(8), bytes.length);
+  const json = JSON.parse(bytes.subarray(20, 20 + bytes.readUInt32LE(12)).toString());
+  const { triangles, vertices } = t4d('slice', at('torus.t4d'), '--time', 0.4);
+  assert.equal(json.accessors[json.meshes[0].primitives[0].indices].count, 3 * triangles);
+  assert.equal(json.accessors[json.meshes[0].primitives[0].attributes.POSITION].count, vertices);
+  await page.close();
+});
+
+test('two files side by side', async () => {
+  const { page, errors } = await openAt('?file=torus.t4d&file=cube.t4d');
+  const found = await shownMeasures(page, { t: 0.4 });
+  sameAsProgram(found[0], t4d('slice', at('torus.t4d'), '--time', 0.4), 'torus');
+  sameAsProgram(found[1], t4d('slice', at('cube.t4d'), '--time', 0.4), 'cube');
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('keys and play', async () => {
+  const { page, errors } = await openAt('?file=cube.t4d');
+  const state = () => page.evaluate('window.t4dViewer.state');
+  await page.focus('#canvas');
+  await page.keyboard.press('x');
+  assert.equal((await state()).cut, 'x');
+  await page.keyboard.press('t');
+  await page.keyboard.press('Home');
+  const { t } = await state();
+  await page.keyboard.press('Shift+ArrowRight');
+  assert.ok((await state()).t > t);
+  await page.keyboard.press('w');
+  assert.ok((await state()).wire);
+  await page.keyboard.press(' ');
+  await page.waitForFunction('window.t4dViewer.state.t > 0.3');
+  await page.keyboard.press(' ');
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('what is wrong with a file is said', async () => {
+  const message = (page) => page.waitForSelector('#message:not([hidden])').then((box) => box.innerText());
+  for (const [name, expected] of [
+    ['text', /text.t4d: byte 0: H1: not the signature of a .t4d file/],
+    ['cut-off', /cut-off.t4d: byte \d+: F1: the end signature is missing; the file may have been cut off/],
+    ['missing', /missing.t4d: the server answers 404/],
+  ]) {
+    const { page } = await openAt(`?file=${name}.t4d`);
+    assert.match(await message(page), expected);
+    await page.close();
+  }
+});
+
+test('of a damaged file, what is whole is shown', async () => {
+  const { page } = await openAt('?file=damaged.t4d');
+  const { slab_list: slabs } = t4d('info', at('torus.t4d'), '--slabs').bodies[0];
+  const whole = (slabs[2].begin + slabs[2].end) / 2;
+  const [found] = await shownMeasures(page, { t: whole });
+  sameAsProgram(found, t4d('slice', at('torus.t4d'), '--time', whole), 'beside the damage');
+  const [none] = await shownMeasures(page, { t: (slabs[4].begin + slabs[4].end) / 2 });
+  assert.equal(none.numTriangles, 0);
+  const message = await (await page.waitForSelector('#message:not([hidden])')).innerText();
+  assert.match(message, /damaged.t4d: byte \d+: C5: front checksum/);
+  assert.match(message, /cannot be shown; the rest can/);
+  await page.close();
+});
+
+test('a page without a file asks for one', async () => {
+  const { page, errors } = await openAt('');
+  assert.ok(await page.isVisible('#welcome'));
+  await page.setInputFiles('#chooser', at('cube.t4d'));
+  await page.waitForFunction('window.t4dViewer.panes.length === 1');
+  const [found] = await shownMeasures(page, { t: 0.4 });
+  sameAsProgram(found, t4d('slice', at('cube.t4d'), '--time', 0.4), 'cube');
+  assert.deepEqual(errors, []);
+  await page.close();
+});
