@@ -173,4 +173,13 @@ int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3&
   return exactOrientation(a, b, c, d);
 }
 
+int movedOrientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  int sign = orientation(a, b, c, d);
+  // The normal of the plane, x first.
+  for (int axis = 0; axis < 3 && sign == 0; ++axis) {
+    sign = orientation(acrossAxis(a, axis), acrossAxis(b, axis), acrossAxis(c, axis));
+  }
+  return sign;
+}
+
 }  // namespace t4d::measure

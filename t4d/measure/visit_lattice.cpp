@@ -19,8 +19,6 @@ using model::TriangleMesh;
 // Triangles that are met with lines together.
 constexpr std::size_t kTogether = 4096;
 
-Point2 alongAxis(const Point3& p, int axis) { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
-
 /// The sign of det[b - a, p - a] for p = (u, v) moved by symbolic amounts, first in u or first in
 /// v.
 int sideOf(const Point2& a, const Point2& b, const Point2& p, bool uFirst) {
@@ -36,7 +34,7 @@ int sideOf(const Point2& a, const Point2& b, const Point2& p, bool uFirst) {
 class LineTriangle {
  public:
   LineTriangle(const std::array<Point3, 3>& corners, int axis) : corners_(corners), axis_(axis) {
-    for (int i = 0; i < 3; ++i) flat_[i] = alongAxis(corners[i], axis);
+    for (int i = 0; i < 3; ++i) flat_[i] = acrossAxis(corners[i], axis);
     facing_ = orientation(flat_[0], flat_[1], flat_[2]);
   }
 
@@ -54,12 +52,7 @@ class LineTriangle {
 
   /// Whether a point of a line that goes through the triangle comes after it.
   bool isBefore(const Point3& point) const {
-    int sign = orientation(corners_[0], corners_[1], corners_[2], point);
-    for (int axis = 0; axis < 3 && sign == 0; ++axis) {
-      sign = orientation(alongAxis(corners_[0], axis), alongAxis(corners_[1], axis),
-                         alongAxis(corners_[2], axis));
-    }
-    return sign == facing_;
+    return movedOrientation(corners_[0], corners_[1], corners_[2], point) == facing_;
   }
 
   /// Where a line goes through the triangle, up to rounding.
@@ -88,13 +81,6 @@ class LineTriangle {
   int axis_;
   int facing_;
 };
-
-std::uint32_t firstFrom(const std::vector<double>& at, double value) {
-  return static_cast<std::uint32_t>(std::ranges::lower_bound(at, value) - at.begin());
-}
-std::uint32_t firstAfter(const std::vector<double>& at, double value) {
-  return static_cast<std::uint32_t>(std::ranges::upper_bound(at, value) - at.begin());
-}
 
 std::array<Point3, 3> cornersOf(const TriangleMesh& mesh, std::size_t triangle) {
   const auto& [a, b, c] = mesh.triangles[triangle];
@@ -139,6 +125,14 @@ Result<SpaceLattice> SpaceLattice::about(const model::Bounds3& bounds, double sp
   return lattice;
 }
 
+std::uint32_t SpaceLattice::firstFrom(int axis, double value) const {
+  return static_cast<std::uint32_t>(std::ranges::lower_bound(at[axis], value) - at[axis].begin());
+}
+
+std::uint32_t SpaceLattice::firstAfter(int axis, double value) const {
+  return static_cast<std::uint32_t>(std::ranges::upper_bound(at[axis], value) - at[axis].begin());
+}
+
 /// Where a triangle crosses a lattice edge.
 struct VisitLattice::Event {
   std::uint64_t key;  // of the edge's lower end
@@ -172,15 +166,15 @@ std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& s
       const std::array<Point3, 3> corners = cornersOf(surface, i);
       const Point3 least = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
       const Point3 most = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
-      const std::uint32_t uBegin = firstFrom(lattice_.at[u], least[u]);
-      const std::uint32_t uEnd = firstAfter(lattice_.at[u], most[u]);
-      const std::uint32_t vBegin = firstFrom(lattice_.at[v], least[v]);
-      const std::uint32_t vEnd = firstAfter(lattice_.at[v], most[v]);
+      const std::uint32_t uBegin = lattice_.firstFrom(u, least[u]);
+      const std::uint32_t uEnd = lattice_.firstAfter(u, most[u]);
+      const std::uint32_t vBegin = lattice_.firstFrom(v, least[v]);
+      const std::uint32_t vEnd = lattice_.firstAfter(v, most[v]);
       if (uBegin == uEnd || vBegin == vEnd) continue;
       const LineTriangle triangle(corners, axis);
       if (triangle.facing() == 0) continue;
-      const std::uint32_t from = firstFrom(lattice_.at[axis], least[axis]);
-      const std::uint32_t to = firstAfter(lattice_.at[axis], most[axis]);
+      const std::uint32_t from = lattice_.firstFrom(axis, least[axis]);
+      const std::uint32_t to = lattice_.firstAfter(axis, most[axis]);
       for (std::uint32_t j = uBegin; j < uEnd; ++j) {
         for (std::uint32_t k = vBegin; k < vEnd; ++k) {
           const Point2 line(lattice_.at[u][j], lattice_.at[v][k]);

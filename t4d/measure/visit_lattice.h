@@ -30,6 +30,11 @@ struct SpaceLattice {
 
   static constexpr std::uint32_t kMostPoints = 1U << 20;
 
+  /// The number of the first point along an axis that is not below a value, or is above it; the
+  /// number of points if there is none.
+  std::uint32_t firstFrom(int axis, double value) const;
+  std::uint32_t firstAfter(int axis, double value) const;
+
   std::uint64_t pointCount() const {
     return std::uint64_t{at[0].size()} * at[1].size() * at[2].size();
   }
