@@ -1,0 +1,336 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/convert/slice.h"
+#include "t4d/edit/resolve.h"
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/t4d/writer.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/resolve_page.h"
+#include "tools/program/t4d_output.h"
+
+namespace t4d::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ResolveArguments {
+  std::string obstacles;
+  std::string input;
+  std::vector<std::string> against;  // bodies of `obstacles`; none for all
+  InputOptions only;                 // of `input`
+  std::string output;
+  edit::ResolveOptions resolve;
+  bool ignoreUnits = false;
+  int compression = 3;
+  std::string html;
+  bool json = false;
+};
+
+/// The bodies of both files.
+struct ResolveInput {
+  InputBodies obstacles;
+  InputBodies all;                  // of the file that is changed
+  std::vector<std::string> change;  // names of those that give way
+};
+
+/// Fails if lengths, times or up axes mean different things.
+Result<void> checkUnits(const ResolveInput& input) {
+  const formats::Metadata& a = input.obstacles.reader.metadata();
+  const formats::Metadata& b = input.all.reader.metadata();
+  for (const auto& [what, ofA, ofB] : {std::tuple("lengths are in", a.lengthUnit, b.lengthUnit),
+                                       std::tuple("times are in", a.timeUnit, b.timeUnit),
+                                       std::tuple("up is", a.up, b.up)}) {
+    if (ofA == ofB) continue;
+    const auto shownUnit = [](const std::string& unit) {
+      return unit.empty() ? std::string("an unknown unit") : "'" + unit + "'";
+    };
+    return invalid(fmt::format("{} {} here and {} in {}; transform one of them, or take the "
+                               "numbers as they are with --ignore-units",
+                               what, shownUnit(ofB), shownUnit(ofA),
+                               input.obstacles.reader.name()),
+                   input.all.reader.name());
+  }
+  return {};
+}
+
+Result<ResolveInput> openBoth(const ResolveArguments& options) {
+  auto obstacles = openBodies(options.obstacles,
+                              {.bodies = options.against, .maxCells = options.only.maxCells});
+  if (!obstacles) return pass(obstacles.error());
+  const auto chosen = openBodies(options.input, options.only);
+  if (!chosen) return pass(chosen.error());
+  auto all = openBodies(options.input, {.bodies = {}, .maxCells = options.only.maxCells});
+  if (!all) return pass(all.error());
+  ResolveInput input{std::move(*obstacles), std::move(*all), {}};
+  for (const model::Body& body : chosen->bodies) input.change.push_back(body.name);
+  std::error_code ignored;
+  if (std::filesystem::equivalent(options.obstacles, options.input, ignored)) {
+    std::erase_if(input.obstacles.bodies, [&](const model::Body& body) {
+      return options.against.empty() && std::ranges::count(input.change, body.name) > 0;
+    });
+    for (const model::Body& body : input.obstacles.bodies) {
+      if (std::ranges::count(input.change, body.name) == 0) continue;
+      return invalid(fmt::format("body '{}' cannot be an obstacle to itself", body.name),
+                     options.input);
+    }
+    if (input.obstacles.bodies.empty()) {
+      return invalid("all bodies of the file are to give way; choose some by --body, and the "
+                     "others are obstacles",
+                     options.input);
+    }
+  }
+  if (!options.ignoreUnits) {
+    if (auto same = checkUnits(input); !same) return pass(same.error());
+  }
+  return input;
+}
+
+/// The solids at a time, all in one.
+Result<model::TriangleMesh> solidsAt(std::span<const model::Body> bodies, double time) {
+  model::TriangleMesh all;
+  for (const model::Body& body : bodies) {
+    const model::TimeSpan span = timeSpanOf(*body.source);
+    if (time < span.begin || time > span.end) continue;
+    const auto slice = convert::sliceAtTime(*body.source, time);
+    if (!slice) return pass(slice.error());
+    const auto first = static_cast<std::uint32_t>(all.vertices.size());
+    all.vertices.insert(all.vertices.end(), slice->mesh.vertices.begin(),
+                        slice->mesh.vertices.end());
+    for (const auto& [a, b, c] : slice->mesh.triangles) {
+      all.triangles.push_back({a + first, b + first, c + first});
+    }
+  }
+  return all;
+}
+
+Result<std::string> pageOf(const ResolveInput& input,
+                           const std::vector<edit::ResolvedBody>& resolved) {
+  const formats::Metadata& metadata = input.all.reader.metadata();
+  ResolvePage page{fmt::format("{} gives way to {}", input.all.reader.name(),
+                               input.obstacles.reader.name()),
+                   metadata.lengthUnit,
+                   metadata.timeUnit,
+                   metadata.up == "z",
+                   {}};
+  for (std::size_t i = 0; i < resolved.size(); ++i) {
+    const model::Body& body = input.all.bodies[i];
+    if (std::ranges::count(input.change, body.name) == 0) continue;
+    ResolvedView view{body.name, resolved[i].report, {}, {}, {}};
+    if (view.report.changed) {
+      const double time = view.report.maxDisplacementTime;
+      const model::Body after{body.name, resolved[i].source.get()};
+      for (const auto& [mesh, bodies] :
+           {std::pair(&view.obstacles, std::span<const model::Body>(input.obstacles.bodies)),
+            std::pair(&view.before, std::span<const model::Body>(&body, 1)),
+            std::pair(&view.after, std::span<const model::Body>(&after, 1))}) {
+        auto solids = solidsAt(bodies, time);
+        if (!solids) return pass(solids.error());
+        *mesh = std::move(*solids);
+      }
+    }
+    page.bodies.push_back(std::move(view));
+  }
+  return resolvePage(page);
+}
+
+Result<std::uint64_t> write(const ResolveArguments& options, const ResolveInput& input,
+                            const std::vector<edit::ResolvedBody>& resolved) {
+  auto writer = formats::T4dWriter::create(options.output, metadataOf(input.all),
+                                           {.compression = options.compression});
+  if (!writer) return pass(writer.error());
+  std::uint64_t slabs = 0;
+  for (const edit::ResolvedBody& body : resolved) slabs += body.source->slabCount();
+  ProgressBar bar("writing " + options.output, slabs, "slabs");
+  for (std::size_t i = 0; i < resolved.size(); ++i) {
+    const model::Source& source = *resolved[i].source;
+    if (auto put = model::pump(source, writer->body(i), bar.part(source.slabCount())); !put) {
+      return pass(put.error());
+    }
+  }
+  return writer->finish();
+}
+
+ordered_json jsonOf(const edit::ResolveReport& report) {
+  ordered_json layers = ordered_json::array();
+  for (const edit::ResolvedLayer& layer : report.layers) {
+    layers.push_back({{"time", layer.time},
+                      {"displacement", layer.displacement},
+                      {"volume_before", layer.volumeBefore},
+                      {"volume_after", layer.volumeAfter}});
+  }
+  return {{"changed", report.changed},
+          {"max_displacement", report.maxDisplacement},
+          {"max_displacement_time", report.maxDisplacementTime},
+          {"max_displacement_point",
+           {report.maxDisplacementPlace[0], report.maxDisplacementPlace[1],
+            report.maxDisplacementPlace[2]}},
+          {"volume_change_max", report.volumeChangeMax},
+          {"hypervolume_change", report.hypervolumeChange},
+          {"rounds", report.rounds},
+          {"moved_vertices", report.movedVertices},
+          {"added_layers", report.addedLayers},
+          {"smooth_space", report.smoothSpace},
+          {"smooth_time", report.smoothTime},
+          {"layers", layers}};
+}
+
+void printReport(const std::string& name, const edit::ResolveReport& report) {
+  if (!report.changed) {
+    print("  {}: clear already, nothing has moved\n", name);
+    return;
+  }
+  const model::Point3& place = report.maxDisplacementPlace;
+  print("  {}: moves by at most {:.6g}, at time {:.6g} at ({:.6g}, {:.6g}, {:.6g})\n", name,
+        report.maxDisplacement, report.maxDisplacementTime, place[0], place[1], place[2]);
+  print("    {} of {} have moved, over {:.6g} and a time of {:.6g}; {}, {}\n",
+        counted(report.movedVertices, "vertex", "vertices"), counted(report.layers.size(), "layer"),
+        report.smoothSpace, report.smoothTime, counted(report.addedLayers, "new layer"),
+        counted(report.rounds, "round"));
+  print("    change of volume at most {:.6g}, of hypervolume {:.6g}\n", report.volumeChangeMax,
+        report.hypervolumeChange);
+}
+
+int run(const ResolveArguments& options) {
+  const std::array inputs = {options.obstacles, options.input};
+  for (const std::string& output : {options.output, options.html}) {
+    if (output.empty()) continue;
+    if (const auto misuse = misuseOfOutput(output, inputs)) return wrongUsage(*misuse);
+  }
+  if (options.html == options.output) {
+    return wrongUsage("-o and --html name the same file, " + options.html);
+  }
+  const auto input = openBoth(options);
+  if (!input) return report(input.error());
+  std::optional<formats::OutputFile> html;
+  if (!options.html.empty()) {
+    auto created = formats::OutputFile::create(options.html);
+    if (!created) return report(created.error());
+    html.emplace(std::move(*created));
+  }
+  const model::TimeSpan timeOfObstacles = model::timeSpanOf(input->obstacles.bodies);
+  std::vector<edit::ResolvedBody> resolved;
+  std::vector<std::string> notices;
+  edit::ResolveReport all;
+  ordered_json bodies = ordered_json::array();
+  for (const model::Body& body : input->all.bodies) {
+    if (std::ranges::count(input->change, body.name) == 0) {
+      resolved.push_back(
+          {std::shared_ptr<const model::Source>(std::shared_ptr<void>(), body.source), {}});
+      continue;
+    }
+    const model::TimeSpan time = model::timeSpanOf(*body.source);
+    if (time.begin > timeOfObstacles.end || time.end < timeOfObstacles.begin) {
+      notices.push_back(fmt::format(
+          "body '{}' exists from {} to {}, the obstacles from {} to {}: never together", body.name,
+          time.begin, time.end, timeOfObstacles.begin, timeOfObstacles.end));
+    }
+    ProgressBar bar("resolving " + body.name);
+    auto one =
+        edit::resolve(input->obstacles.bodies, body, options.resolve, bar.callback());
+    if (!one) return report(inInput(one.error(), input->all));
+    all.changed = all.changed || one->report.changed;
+    all.maxDisplacement = std::max(all.maxDisplacement, one->report.maxDisplacement);
+    if (std::abs(one->report.volumeChangeMax) > std::abs(all.volumeChangeMax)) {
+      all.volumeChangeMax = one->report.volumeChangeMax;
+    }
+    all.hypervolumeChange += one->report.hypervolumeChange;
+    all.rounds = std::max(all.rounds, one->report.rounds);
+    all.movedVertices += one->report.movedVertices;
+    ordered_json json = {{"name", body.name}};
+    json.update(jsonOf(one->report));
+    bodies.push_back(std::move(json));
+    resolved.push_back(std::move(*one));
+  }
+  const auto bytes = write(options, *input, resolved);
+  if (!bytes) return report(inInput(bytes.error(), input->all));
+  if (html) {
+    const auto page = pageOf(*input, resolved);
+    if (!page) return report(page.error());
+    if (auto done = html->write(page->data(), page->size()); !done) return report(done.error());
+    if (auto done = html->commit(); !done) return report(done.error());
+  }
+  printNotices(notices);
+  if (options.json) {
+    printJson({{"clear", true},
+               {"changed", all.changed},
+               {"max_displacement", all.maxDisplacement},
+               {"volume_change_max", all.volumeChangeMax},
+               {"hypervolume_change", all.hypervolumeChange},
+               {"rounds", all.rounds},
+               {"moved_vertices", all.movedVertices},
+               {"bodies", bodies},
+               {"bytes", *bytes}});
+    return kDone;
+  }
+  print("{}: clear of {}, {}\n", options.output, input->obstacles.reader.name(), sizeText(*bytes));
+  for (std::size_t i = 0; i < resolved.size(); ++i) {
+    const std::string& name = input->all.bodies[i].name;
+    if (std::ranges::count(input->change, name) > 0) printReport(name, resolved[i].report);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addResolve(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "resolve", "Deform a 4D mesh so that it does not hit another one");
+  auto options = std::make_shared<ResolveArguments>();
+  command->add_option("OBSTACLES", options->obstacles, "The .t4d file that stays as it is")
+      ->required();
+  command->add_option("FILE", options->input, "The .t4d file that gives way")->required();
+  addT4dOutputOption(*command, options->output);
+  options->only.addTo(*command);
+  command
+      ->add_option("--against", options->against,
+                   "Use only this body of OBSTACLES (default: all); may be given several times")
+      ->type_name("NAME")
+      ->allow_extra_args(false)
+      ->check(someName());
+  command
+      ->add_option("--clearance", options->resolve.clearance,
+                   "The distance to keep, in length units")
+      ->check(numberFromZero())
+      ->capture_default_str();
+  command
+      ->add_option("--smooth-space", options->resolve.smoothSpace,
+                   "How far the surface gives way around a contact, in length units (default: "
+                   "three times the largest displacement)")
+      ->check(numberAboveZero());
+  command
+      ->add_option("--smooth-time", options->resolve.smoothTime,
+                   "How long before and after a contact, in time units (default: a tenth of the "
+                   "body's time)")
+      ->check(numberFromZero());
+  command
+      ->add_option("--max-move", options->resolve.maxMove,
+                   "The largest displacement, in length units (default: half of the smallest "
+                   "extent of the body)")
+      ->check(numberAboveZero());
+  command
+      ->add_option("--max-rounds", options->resolve.maxRounds,
+                   "Maximum number of tests for contact")
+      ->check(wholeNumber(1, 1000))
+      ->capture_default_str();
+  command->add_flag("--stay", options->resolve.stay, "Dents stay, instead of healing");
+  command->add_flag("--ignore-units", options->ignoreUnits,
+                    "Take the numbers as they are where units or up axes differ");
+  addCompressionOption(*command, options->compression);
+  command
+      ->add_option("--html", options->html,
+                   "Write a page with plots over time and pictures before and after")
+      ->check(someName());
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer("Example:\n  t4d resolve plate.t4d ball.t4d --clearance 0.1 -o dented.t4d");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools
