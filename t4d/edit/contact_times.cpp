@@ -1,7 +1,8 @@
 #include "t4d/edit/contact_times.h"
 
-#include "t4d/convert/slice.h"
-#include "t4d/edit/solid_sample.h"
+#include <algorithm>
+
+#include "t4d/measure/collide.h"
 
 namespace t4d::edit {
 
@@ -9,44 +10,40 @@ Result<std::vector<ContactTime>> contactTimes(std::span<const model::Body> obsta
                                               const model::Body& body, double clearance,
                                               const model::Progress& progress) {
   std::vector<ContactTime> found;
-  const convert::TimeSlicer slicer(*body.source);
-  for (const model::Body& obstacle : obstacles) {
-    const convert::TimeSlicer other(*obstacle.source);
-    const model::TimeSpan span = timeSpanOf(*obstacle.source);
-    bool before = false;
-    for (std::size_t i = 0; i < body.source->slabCount(); ++i) {
-      const model::TimeSpan slab = body.source->timeSpan(i);
-      if (progress) progress(static_cast<double>(i) / static_cast<double>(body.source->slabCount()));
-      if (!(slab.begin < slab.end)) continue;
-      for (int k = 0; k < 4; ++k) {
-        const double time = slab.begin + (slab.end - slab.begin) * k / 4;
-        if (time < span.begin || time > span.end) continue;
-        const auto a = other.at(time);
-        if (!a) return pass(a.error());
-        const auto b = slicer.at(time);
-        if (!b) return pass(b.error());
-        if (a->mesh.triangles.empty() || b->mesh.triangles.empty()) continue;
-        const SolidSample solidA(a->mesh);
-        const SolidSample solidB(b->mesh);
-        const model::Point3* place = nullptr;
-        for (const model::Point3& point : b->mesh.vertices) {
-          if (isNear(solidA.bounds(), point, clearance) && solidA.at(point).distance <= clearance) {
-            place = &point;
-          }
-        }
-        for (const model::Point3& point : a->mesh.vertices) {
-          if (isNear(solidB.bounds(), point, clearance) && solidB.at(point).distance <= clearance) {
-            place = &point;
-          }
-        }
-        if (place != nullptr) {
-          if (!before) found.push_back({{time, time}, time, *place, obstacle.name});
-          found.back().span.end = time;
-        }
-        before = place != nullptr;
-      }
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    const auto part = [&](double fraction) {
+      progress((static_cast<double>(i) + fraction) / static_cast<double>(obstacles.size()));
+    };
+    const auto collision =
+        measure::collide(*obstacles[i].source, *body.source,
+                         {.clearance = clearance > 0,
+                          .clearanceOverTime = clearance > 0,
+                          .overlapVolumes = false},
+                         progress ? model::Progress(part) : model::Progress());
+    if (!collision) return pass(collision.error());
+    for (const measure::ContactInterval& contact : collision->intervals) {
+      found.push_back({{contact.begin, contact.end},
+                       (contact.begin + contact.end) / 2,
+                       contact.first.point,
+                       obstacles[i].name});
+    }
+    if (!collision->clearance || collision->clearance->lowerBound >= clearance) continue;
+    const measure::Clearance& nearest = *collision->clearance;
+    const std::size_t before = found.size();
+    for (const measure::ClearanceOver& over : collision->clearanceOverTime) {
+      if (over.distance > clearance || over.distance == 0) continue;
+      const bool isNearest = over.span.begin <= nearest.time && nearest.time <= over.span.end;
+      found.push_back({over.span,
+                       isNearest ? nearest.time : (over.span.begin + over.span.end) / 2,
+                       nearest.pointB,
+                       obstacles[i].name});
+    }
+    if (found.size() == before) {
+      found.push_back({{nearest.time, nearest.time}, nearest.time, nearest.pointB,
+                       obstacles[i].name});
     }
   }
+  std::ranges::stable_sort(found, {}, [](const ContactTime& one) { return one.span.begin; });
   return found;
 }
 
