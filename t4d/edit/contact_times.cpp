@@ -14,12 +14,10 @@ Result<std::vector<ContactTime>> contactTimes(std::span<const model::Body> obsta
     const auto part = [&](double fraction) {
       progress((static_cast<double>(i) + fraction) / static_cast<double>(obstacles.size()));
     };
-    const auto collision =
-        measure::collide(*obstacles[i].source, *body.source,
-                         {.clearance = clearance > 0,
-                          .clearanceOverTime = clearance > 0,
-                          .overlapVolumes = false},
-                         progress ? model::Progress(part) : model::Progress());
+    const auto collision = measure::collide(
+        *obstacles[i].source, *body.source,
+        {.clearance = clearance > 0, .clearanceOverTime = clearance > 0, .overlapVolumes = false},
+        progress ? model::Progress(part) : model::Progress());
     if (!collision) return pass(collision.error());
     for (const measure::ContactInterval& contact : collision->intervals) {
       found.push_back({{contact.begin, contact.end},
@@ -33,14 +31,12 @@ Result<std::vector<ContactTime>> contactTimes(std::span<const model::Body> obsta
     for (const measure::ClearanceOver& over : collision->clearanceOverTime) {
       if (over.distance > clearance || over.distance == 0) continue;
       const bool isNearest = over.span.begin <= nearest.time && nearest.time <= over.span.end;
-      found.push_back({over.span,
-                       isNearest ? nearest.time : (over.span.begin + over.span.end) / 2,
-                       nearest.pointB,
-                       obstacles[i].name});
+      found.push_back({over.span, isNearest ? nearest.time : (over.span.begin + over.span.end) / 2,
+                       nearest.pointB, obstacles[i].name});
     }
     if (found.size() == before) {
-      found.push_back({{nearest.time, nearest.time}, nearest.time, nearest.pointB,
-                       obstacles[i].name});
+      found.push_back(
+          {{nearest.time, nearest.time}, nearest.time, nearest.pointB, obstacles[i].name});
     }
   }
   std::ranges::stable_sort(found, {}, [](const ContactTime& one) { return one.span.begin; });

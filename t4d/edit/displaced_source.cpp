@@ -171,8 +171,8 @@ Result<Slab> DisplacedSource::cap(const Piece& piece, const Slab& from) const {
   mesh.triangles = tracks_.triangles();
   const bool isCone = from.connectivity->cells.size() == mesh.triangles.size() &&
                       from.connectivity->vertexCount == layer.size() + 1;
-  auto filled = mesh4d::fillSolid(
-      mesh, isCone ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen);
+  auto filled =
+      mesh4d::fillSolid(mesh, isCone ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen);
   if (!filled && filled.error().code == ErrorCode::Unsupported) {
     filled = mesh4d::fillSolid(mesh, mesh4d::CapMethod::Cone);
   }

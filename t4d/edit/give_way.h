@@ -10,7 +10,7 @@ namespace t4d::edit {
 
 /// That a vertex of a layer has to move.
 struct Push {
-  double depth = 0;                              ///< so far at least
+  double depth = 0;                             ///< so far at least
   model::Point3 along = model::Point3::Zero();  ///< in about this direction; of length 1
 };
 using LayerPushes = std::map<std::uint32_t, Push>;
@@ -27,11 +27,11 @@ struct Spread {
 ///
 ///   depth(v, t) = max over pushes (w, s) of depth(w, s) f(|v(s) - w(s)| / space) f((t - s) / time)
 ///
-/// with f(x) = (1 - x^2)^2 up to 1, 0 beyond; the direction is the mean of those of the pushes, with
-/// the same weights. So no push is lowered, and what is out of reach of all of them does not move at
-/// all. Where the direction is constant, the displacement is a function of the place whose slope is
-/// at most 1.54 depth / space: below 1, no two places become one, so a layer that did not cross
-/// itself does not afterwards.
+/// with f(x) = (1 - x^2)^2 up to 1, 0 beyond; the direction is the mean of those of the pushes,
+/// with the same weights. So no push is lowered, and what is out of reach of all of them does not
+/// move at all. Where the direction is constant, the displacement is a function of the place whose
+/// slope is at most 1.54 depth / space: below 1, no two places become one, so a layer that did not
+/// cross itself does not afterwards.
 ///
 /// `layers` has the times of all layers, also of those within steps. The result has the layers that
 /// move, and all that lie within steps.

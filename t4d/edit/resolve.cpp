@@ -96,8 +96,8 @@ class Obstacles {
 std::vector<Point3> normalsOf(const TriangleMesh& mesh) {
   std::vector<Point3> normals(mesh.vertices.size(), Point3::Zero());
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Point3 normal = (mesh.vertices[b] - mesh.vertices[a])
-                              .cross(mesh.vertices[c] - mesh.vertices[a]);
+    const Point3 normal =
+        (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
     for (const std::uint32_t vertex : {a, b, c}) normals[vertex] += normal;
   }
   for (Point3& normal : normals) normal.normalize();
@@ -136,9 +136,8 @@ class Attempt {
       if (auto done = handle(contacts); !done) return done;
       auto now = contactTimes(
           bodies_, {body_.name, source(false).get()}, options_.clearance,
-          progress ? [&](double part) {
-            progress((rounds_ + part) / options_.maxRounds);
-          } : model::Progress());
+          progress ? [&](double part) { progress((rounds_ + part) / options_.maxRounds); }
+                   : model::Progress());
       if (!now) return pass(now.error());
       if (now->empty()) {
         ++rounds_;
@@ -215,11 +214,11 @@ class Attempt {
     const double begin = lower.fraction;
     const double from = layers_.at(lower);
     const double to = next->second;
-    const bool atLayer = contact.time == from;
-    if (!atLayer && end - begin > kSmallestFraction && !movesAt(lower) && !movesAt(upper)) {
+    const bool isLong = to - from > by_.time / 2 || (!movesAt(lower) && !movesAt(upper));
+    if (contact.time > from && isLong && end - begin > kSmallestFraction) {
       const double middle = (begin + end) / 2;
-      const double time = (1 - middle) * tracks_.layerTime(lower.step) +
-                          middle * tracks_.layerTime(lower.step + 1);
+      const double time =
+          (1 - middle) * tracks_.layerTime(lower.step) + middle * tracks_.layerTime(lower.step + 1);
       if (from < time && time < to) {
         layers_[{lower.step, middle}] = time;
         const LayerKey key{lower.step, middle};
@@ -254,8 +253,7 @@ class Attempt {
       const std::vector<Point3> normals = normalsOf(*mesh);
       const SolidSample self(std::move(*mesh));
       std::vector<Near> near;
-      for (const std::uint32_t vertex :
-           self.mesh().triangles[self.at(contact.place).triangle]) {
+      for (const std::uint32_t vertex : self.mesh().triangles[self.at(contact.place).triangle]) {
         near.push_back({vertex, std::ldexp(kNudge * gap_, rounds_), -normals[vertex]});
       }
       if (auto done = push(key, near); !done) return done;
@@ -274,8 +272,7 @@ class Attempt {
     }
     if (key.fraction == 0) return mesh;
     auto after = displacement_.upper_bound(key);
-    const LayerKey upper =
-        layers_.upper_bound(key)->first;
+    const LayerKey upper = layers_.upper_bound(key)->first;
     const LayerKey lower = std::prev(layers_.lower_bound(key))->first;
     const double end = upper.fraction == 0 ? 1 : upper.fraction;
     const double part = (key.fraction - lower.fraction) / (end - lower.fraction);
@@ -355,8 +352,7 @@ class Attempt {
   void addFromMiddles(const SolidSample& obstacle, const TriangleMesh& mesh, const LayerKey& key,
                       const std::vector<Point3>& normals, std::vector<Near>& near) const {
     for (const model::Triangle& triangle : mesh.triangles) {
-      const std::array<Point3, 3> corners = {mesh.vertices[triangle[0]],
-                                             mesh.vertices[triangle[1]],
+      const std::array<Point3, 3> corners = {mesh.vertices[triangle[0]], mesh.vertices[triangle[1]],
                                              mesh.vertices[triangle[2]]};
       for (int k = 0; k < 4; ++k) {
         const Point3 middle = k == 3 ? Point3((corners[0] + corners[1] + corners[2]) / 3)
@@ -433,29 +429,27 @@ double meanEdge(const TriangleMesh& mesh) {
   return sum / (3 * static_cast<double>(mesh.triangles.size()));
 }
 
-/// Fails if the surface crosses itself at a layer that moves, or half way to the next one.
+/// Fails if the surface crosses itself in a step that has changed.
 Result<void> checkCrossings(const VertexTracks& tracks, const DisplacedSource& source) {
   if (!findsCrossings()) return {};
   const auto first = tracks.layer(0);
   if (!first) return pass(first.error());
-  const auto sound = findCrossings({*first, tracks.triangles(), {}}, 1);
+  const TriangleMesh mesh{*first, tracks.triangles(), {}};
+  const auto sound = findCrossings(mesh, 1);
   if (!sound) return pass(sound.error());
   if (!sound->pairs.empty()) return {};  // the body did before
   for (std::size_t i = 0; i < source.slabCount(); ++i) {
     const model::TimeSpan span = source.timeSpan(i);
     if (!source.isChanged(i) || !(span.begin < span.end)) continue;
-    for (const double time : {span.begin, (span.begin + span.end) / 2}) {
-      const auto slice = convert::sliceAtTime(source, time);
-      if (!slice) return pass(slice.error());
-      const auto found = findCrossings(slice->mesh, 1);
-      if (!found) return pass(found.error());
-      if (found->pairs.empty()) continue;
-      const model::Triangle& at = slice->mesh.triangles[found->pairs[0].first];
-      return fail(ErrorCode::Failed,
-                  fmt::format("its surface would cross itself at time {:.6g}, at {}; give way over "
-                              "a longer distance or time",
-                              time, placeText(slice->mesh.vertices[at[0]])));
-    }
+    const auto slab = source.slab(i);
+    if (!slab) return pass(slab.error());
+    const auto crossing = crossingWithin(mesh, **slab);
+    if (!crossing) return pass(crossing.error());
+    if (!*crossing) continue;
+    return fail(ErrorCode::Failed,
+                fmt::format("its surface would cross itself at time {:.6g}, at {}; give way over a "
+                            "longer distance or time",
+                            (*crossing)->at, placeText((*crossing)->place)));
   }
   return {};
 }
@@ -496,8 +490,8 @@ Result<void> fillReport(const VertexTracks& tracks, const Attempt& attempt,
   const auto after = measure::checkMesh(source);
   if (!after) return pass(after.error());
   if (before->valid() && !after->valid()) {
-    return fail(ErrorCode::Failed, "the mesh would not be valid: " +
-                                       after->issues.issues.front().message);
+    return fail(ErrorCode::Failed,
+                "the mesh would not be valid: " + after->issues.issues.front().message);
   }
   report.hypervolumeChange = after->hypervolume - before->hypervolume;
   return {};

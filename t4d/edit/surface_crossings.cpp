@@ -97,4 +97,9 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::siz
               fmt::format("the search for self-intersections failed: {}", error.what()));
 }
 
+Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& mesh,
+                                                           const model::Slab& step) {
+  return mesh4d::crossingOf(mesh, step);
+}
+
 }  // namespace t4d::edit

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "t4d/mesh4d/step_crossings.h"
 #include "t4d/model/error.h"
 #include "t4d/model/triangle_mesh.h"
 
@@ -27,5 +29,9 @@ bool findsCrossings();
 ///
 /// Fails unless findsCrossings().
 Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::size_t most);
+
+/// mesh4d::crossingOf. Fails unless findsCrossings().
+Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& mesh,
+                                                           const model::Slab& step);
 
 }  // namespace t4d::edit

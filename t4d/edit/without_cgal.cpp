@@ -19,6 +19,11 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& /*mesh*/, std:
   return noCgal();
 }
 
+Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& /*mesh*/,
+                                                           const model::Slab& /*step*/) {
+  return noCgal();
+}
+
 Result<OuterSurface> outerSurface(const model::TriangleMesh& /*mesh*/,
                                   const SurfaceCrossings& /*crossings*/) {
   return noCgal();

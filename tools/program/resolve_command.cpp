@@ -45,25 +45,24 @@ struct ResolveInput {
 Result<void> checkUnits(const ResolveInput& input) {
   const formats::Metadata& a = input.obstacles.reader.metadata();
   const formats::Metadata& b = input.all.reader.metadata();
-  for (const auto& [what, ofA, ofB] : {std::tuple("lengths are in", a.lengthUnit, b.lengthUnit),
-                                       std::tuple("times are in", a.timeUnit, b.timeUnit),
-                                       std::tuple("up is", a.up, b.up)}) {
+  for (const auto& [what, ofA, ofB] :
+       {std::tuple("lengths are in", a.lengthUnit, b.lengthUnit),
+        std::tuple("times are in", a.timeUnit, b.timeUnit), std::tuple("up is", a.up, b.up)}) {
     if (ofA == ofB) continue;
     const auto shownUnit = [](const std::string& unit) {
       return unit.empty() ? std::string("an unknown unit") : "'" + unit + "'";
     };
     return invalid(fmt::format("{} {} here and {} in {}; transform one of them, or take the "
                                "numbers as they are with --ignore-units",
-                               what, shownUnit(ofB), shownUnit(ofA),
-                               input.obstacles.reader.name()),
+                               what, shownUnit(ofB), shownUnit(ofA), input.obstacles.reader.name()),
                    input.all.reader.name());
   }
   return {};
 }
 
 Result<ResolveInput> openBoth(const ResolveArguments& options) {
-  auto obstacles = openBodies(options.obstacles,
-                              {.bodies = options.against, .maxCells = options.only.maxCells});
+  auto obstacles =
+      openBodies(options.obstacles, {.bodies = options.against, .maxCells = options.only.maxCells});
   if (!obstacles) return pass(obstacles.error());
   const auto chosen = openBodies(options.input, options.only);
   if (!chosen) return pass(chosen.error());
@@ -82,9 +81,10 @@ Result<ResolveInput> openBoth(const ResolveArguments& options) {
                      options.input);
     }
     if (input.obstacles.bodies.empty()) {
-      return invalid("all bodies of the file are to give way; choose some by --body, and the "
-                     "others are obstacles",
-                     options.input);
+      return invalid(
+          "all bodies of the file are to give way; choose some by --body, and the "
+          "others are obstacles",
+          options.input);
     }
   }
   if (!options.ignoreUnits) {
@@ -114,12 +114,12 @@ Result<model::TriangleMesh> solidsAt(std::span<const model::Body> bodies, double
 Result<std::string> pageOf(const ResolveInput& input,
                            const std::vector<edit::ResolvedBody>& resolved) {
   const formats::Metadata& metadata = input.all.reader.metadata();
-  ResolvePage page{fmt::format("{} gives way to {}", input.all.reader.name(),
-                               input.obstacles.reader.name()),
-                   metadata.lengthUnit,
-                   metadata.timeUnit,
-                   metadata.up == "z",
-                   {}};
+  ResolvePage page{
+      fmt::format("{} gives way to {}", input.all.reader.name(), input.obstacles.reader.name()),
+      metadata.lengthUnit,
+      metadata.timeUnit,
+      metadata.up == "z",
+      {}};
   for (std::size_t i = 0; i < resolved.size(); ++i) {
     const model::Body& body = input.all.bodies[i];
     if (std::ranges::count(input.change, body.name) == 0) continue;
@@ -228,13 +228,12 @@ int run(const ResolveArguments& options) {
     }
     const model::TimeSpan time = model::timeSpanOf(*body.source);
     if (time.begin > timeOfObstacles.end || time.end < timeOfObstacles.begin) {
-      notices.push_back(fmt::format(
-          "body '{}' exists from {} to {}, the obstacles from {} to {}: never together", body.name,
-          time.begin, time.end, timeOfObstacles.begin, timeOfObstacles.end));
+      notices.push_back(
+          fmt::format("body '{}' exists from {} to {}, the obstacles from {} to {}: never together",
+                      body.name, time.begin, time.end, timeOfObstacles.begin, timeOfObstacles.end));
     }
     ProgressBar bar("resolving " + body.name);
-    auto one =
-        edit::resolve(input->obstacles.bodies, body, options.resolve, bar.callback());
+    auto one = edit::resolve(input->obstacles.bodies, body, options.resolve, bar.callback());
     if (!one) return report(inInput(one.error(), input->all));
     all.changed = all.changed || one->report.changed;
     all.maxDisplacement = std::max(all.maxDisplacement, one->report.maxDisplacement);
@@ -281,8 +280,8 @@ int run(const ResolveArguments& options) {
 }  // namespace
 
 void addResolve(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand(
-      "resolve", "Deform a 4D mesh so that it does not hit another one");
+  auto* command =
+      app.add_subcommand("resolve", "Deform a 4D mesh so that it does not hit another one");
   auto options = std::make_shared<ResolveArguments>();
   command->add_option("OBSTACLES", options->obstacles, "The .t4d file that stays as it is")
       ->required();
