@@ -383,10 +383,13 @@ class Attempt {
       if (known.depth == 0) known.along = along;
       known.depth = std::max(known.depth, depth);
       if (known.depth > maxMove_) {
-        return fail(ErrorCode::Failed,
-                    fmt::format("at time {:.6g} a vertex would have to move by {:.6g}, {:.6g} at "
-                                "most is allowed",
-                                layers_.at(key), known.depth, maxMove_));
+        const auto places = placesAt(tracks_, key);
+        if (!places) return pass(places.error());
+        return fail(
+            ErrorCode::Failed,
+            fmt::format("at time {:.6g} its point {} would have to move by {:.6g}, but "
+                        "{:.6g} is the most allowed",
+                        layers_.at(key), placeText((*places)[one.vertex]), known.depth, maxMove_));
       }
       deepest_ = std::max(deepest_, known.depth);
     }

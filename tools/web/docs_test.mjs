@@ -96,6 +96,10 @@ test('README.md has the verbs of --help in its order, and their commands run', a
         shell(first, inputs);
         shell(first.replace('1/2 -o first', '2/2 -o second'), inputs);
       }
+      if (verb === 'resolve') {
+        const made = program.match(/For `resolve`, [^]*?\.\n/)[0];
+        for (const [, step] of made.matchAll(/`(t4d [^`]*)`/g)) shell(step.replace('\n', ' '), inputs);
+      }
       const quick = command.replace(/--voxel-size [\d.]+/, '--voxel-size 2')
         .replace(/--frames \d+/, '--frames 6');
       const done = shell(quick, inputs);
