@@ -59,6 +59,25 @@ struct Encoder : private openvdb::io::Archive {
 
 }  // namespace
 
+Result<std::uint64_t> writeVdbPart(const system::PartFile& part, const fs::path& target,
+                                   const openvdb::GridBase::Ptr& grid, double voxelSize) {
+  try {
+    std::fstream file;
+    file.exceptions(std::ios::failbit | std::ios::badbit);
+    file.open(part.path(), std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
+    Encoder::encode(file, grid);
+    amend(file, voxelSize);
+    file.close();
+  } catch (const std::ios_base::failure&) {
+    return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
+                target.string());
+  } catch (const std::exception& exception) {
+    return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
+                target.string());
+  }
+  return fs::file_size(part.path());
+}
+
 Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) {
   initializeOpenVdb();
   VdbSeries series;
@@ -110,24 +129,11 @@ VdbSeries::~VdbSeries() {
 }
 
 Result<std::uint64_t> VdbSeries::put(const openvdb::GridBase::Ptr& grid, double voxelSize) {
-  const std::string& name = nextName();
-  auto part = system::PartFile::create(folder_ / name);
+  const fs::path target = folder_ / nextName();
+  auto part = system::PartFile::create(target);
   if (!part) return pass(part.error());
-  try {
-    std::fstream file;
-    file.exceptions(std::ios::failbit | std::ios::badbit);
-    file.open(part->path(), std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
-    Encoder::encode(file, grid);
-    amend(file, voxelSize);
-    file.close();
-  } catch (const std::ios_base::failure&) {
-    return fail(ErrorCode::Failed, fmt::format("cannot write: {}", std::strerror(errno)),
-                (folder_ / name).string());
-  } catch (const std::exception& exception) {
-    return fail(ErrorCode::Failed, fmt::format("OpenVDB cannot write: {}", exception.what()),
-                (folder_ / name).string());
-  }
-  const std::uint64_t bytes = fs::file_size(part->path());
+  const auto bytes = writeVdbPart(*part, target, grid, voxelSize);
+  if (!bytes) return bytes;
   parts_.push_back(std::move(*part));
   return bytes;
 }

@@ -11,6 +11,11 @@
 
 namespace t4d::voxel4d {
 
+/// Writes a grid to a part file of `target`; returns the bytes. Equal grids make equal bytes.
+Result<std::uint64_t> writeVdbPart(const system::PartFile& part,
+                                   const std::filesystem::path& target,
+                                   const openvdb::GridBase::Ptr& grid, double voxelSize);
+
 /// Writes grids as frame_0000.vdb, frame_0001.vdb, ... into a folder. Files get their names in
 /// `commit`; without it nothing remains.
 class VdbSeries {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -9,6 +10,8 @@
 #include "t4d/edit/envelope.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/measure/visit_fields.h"
+#include "t4d/voxel4d/point_field.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -34,9 +37,28 @@ struct EnvelopeArguments {
   std::optional<double> voxelSize;
   double maxMemoryGiB = 4;
   bool exact = false;
+  std::array<std::string, 4> fields;  // files, as in kFields
   bool center = false;
   bool json = false;
 };
+
+/// A field, its option and its values.
+struct FieldKind {
+  const char* name;
+  const char* help;
+  double (*valueAt)(const measure::VisitFields& fields, std::size_t row);
+  bool whole;
+};
+constexpr std::array<FieldKind, 4> kFields = {{
+    {"visits", "how often places are visited, as int32",
+     [](const measure::VisitFields& f, std::size_t row) { return double(f.visits[row]); }, true},
+    {"dwell", "how long places are covered",
+     [](const measure::VisitFields& f, std::size_t row) { return f.dwell[row]; }, false},
+    {"first", "when places are covered first",
+     [](const measure::VisitFields& f, std::size_t row) { return f.first[row]; }, false},
+    {"last", "when places are covered last",
+     [](const measure::VisitFields& f, std::size_t row) { return f.last[row]; }, false},
+}};
 
 /// What one or several bodies pass through.
 struct Passed {
@@ -106,6 +128,87 @@ Result<std::vector<std::string>> write(const EnvelopeArguments& options,
     printNotices(notices);
   }
   return formats::writeTriangleMeshes(options.output, meshes, how);
+}
+
+bool wantsFields(const EnvelopeArguments& options) {
+  return std::ranges::any_of(options.fields, [](const auto& file) { return !file.empty(); });
+}
+
+struct WrittenField {
+  std::string name;
+  std::string file;
+  std::uint64_t bytes;
+};
+
+/// The lattice of the fields, the same as that of the envelope. Fails if they need too much memory.
+Result<measure::SpaceLattice> fieldLattice(const EnvelopeArguments& options,
+                                           const model::Bounds3& bounds, double voxelSize) {
+  auto lattice = measure::SpaceLattice::about(bounds, voxelSize);
+  if (!lattice) return lattice;
+  const double gib = measure::VisitFieldBuilder::bytesOf(*lattice) / 0x1p30;
+  if (gib > options.maxMemoryGiB) {
+    return fail(ErrorCode::Unsupported,
+                fmt::format("fields with a voxel size of {} would need {:.1f} GiB of memory, more "
+                            "than {:g} GiB; {:.2g} fits",
+                            voxelSize, gib, options.maxMemoryGiB,
+                            1.05 * voxelSize * std::cbrt(gib / options.maxMemoryGiB)),
+                {}, Remedy::VoxelSize);
+  }
+  return lattice;
+}
+
+/// Writes the fields that are asked for.
+Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
+                                              const InputBodies& input, const model::TimeSpan& span,
+                                              measure::SpaceLattice lattice) {
+  const double voxelSize = lattice.spacing;
+  measure::VisitFieldBuilder builder(std::move(lattice));
+  {
+    ProgressBar bar("counting visits", slabCountOf(input.bodies), "slabs");
+    for (const model::Body& body : input.bodies) {
+      auto put = putPart(body, options.window, span, builder, bar.part(body.source->slabCount()));
+      if (!put) return pass(put.error());
+    }
+  }
+  const measure::VisitFields fields = builder.finish();
+  std::vector<WrittenField> written;
+  for (std::size_t i = 0; i < kFields.size(); ++i) {
+    if (options.fields[i].empty()) continue;
+    voxel4d::PointField field;
+    field.name = kFields[i].name;
+    field.whole = kFields[i].whole;
+    field.lattice.voxelSize = voxelSize;
+    for (int axis = 0; axis < 3; ++axis) {
+      field.lattice.origin[axis] = fields.lattice.at[axis].front();
+      field.counts[axis] = static_cast<std::uint32_t>(fields.lattice.at[axis].size());
+    }
+    field.value = [&](const std::array<std::uint32_t, 3>& at, double& value) {
+      const std::size_t row = fields.rowOf(at);
+      value = kFields[i].valueAt(fields, row);
+      return fields.visits[row] > 0;
+    };
+    const auto bytes = voxel4d::writePointField(options.fields[i], field);
+    if (!bytes) return pass(bytes.error());
+    written.push_back({kFields[i].name, options.fields[i], *bytes});
+  }
+  return written;
+}
+
+/// Why the options cannot be.
+std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
+  std::vector<std::string> outputs = {options.output};
+  outputs.insert(outputs.end(), options.fields.begin(), options.fields.end());
+  std::erase(outputs, "");
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (auto misuse = misuseOfOutput(outputs[i], {&options.input, 1})) return misuse;
+    for (std::size_t k = 0; k < i; ++k) {
+      if (outputs[i] == outputs[k]) return "two outputs have the same name, " + outputs[i];
+    }
+  }
+  if (options.each && wantsFields(options)) {
+    return "--each: fields are of all bodies together; choose one by --body";
+  }
+  return options.window.misuse();
 }
 
 ordered_json jsonOf(const std::vector<Passed>& all) {
@@ -184,12 +287,7 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
 }
 
 int run(const EnvelopeArguments& options) {
-  if (!options.output.empty()) {
-    if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
-      return wrongUsage(*misuse);
-    }
-  }
-  if (const auto misuse = options.window.misuse()) return wrongUsage(*misuse);
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
@@ -208,6 +306,14 @@ int run(const EnvelopeArguments& options) {
                             .maxBytes = options.maxMemoryGiB * 0x1p30,
                             .exact = options.exact};
   if (isSinglePrecision(options.output)) how.singlePrecisionAbout = center;
+  std::optional<measure::SpaceLattice> lattice;
+  if (wantsFields(options) && !bounds.empty()) {
+    const double voxelSize =
+        options.voxelSize.value_or(edit::defaultVoxelSize(all->front().silhouette));
+    auto made = fieldLattice(options, bounds, voxelSize);
+    if (!made) return report(inInput(made.error(), *input));
+    lattice = std::move(*made);
+  }
   for (Passed& one : *all) {
     ProgressBar bar("making the envelope of " + one.name);
     auto envelope = edit::envelopeOf(one.silhouette, how, bar.callback());
@@ -228,6 +334,12 @@ int run(const EnvelopeArguments& options) {
     if (!written) return report(written.error());
     losses = std::move(*written);
   }
+  std::vector<WrittenField> fields;
+  if (lattice) {
+    auto written = writeFields(options, *input, *span, std::move(*lattice));
+    if (!written) return report(inInput(written.error(), *input));
+    fields = std::move(*written);
+  }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
@@ -238,6 +350,10 @@ int run(const EnvelopeArguments& options) {
       body.update(jsonOf({one}));
       value["bodies"].push_back(std::move(body));
     }
+    value["fields"] = ordered_json::array();
+    for (const auto& [name, file, bytes] : fields) {
+      value["fields"].push_back({{"name", name}, {"file", file}, {"bytes", bytes}});
+    }
     value["time_begin"] = span->begin;
     value["time_end"] = span->end;
     value["seconds"] = seconds;
@@ -245,6 +361,9 @@ int run(const EnvelopeArguments& options) {
     printJson(value);
   } else {
     printText(options, *all);
+    for (const auto& [name, file, bytes] : fields) {
+      print("  {}: {}, {}\n", file, name, sizeText(bytes));
+    }
     print("  {:.2f} s, peak memory {}\n", seconds, sizeText(peakBytes()));
   }
   return reportLosses(losses, options.center);
@@ -273,6 +392,13 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->add_flag("--exact", options->exact,
                  "Cut the triangles of the silhouette instead, for thousands of triangles")
       ->excludes("--voxel-size");
+  for (std::size_t i = 0; i < kFields.size(); ++i) {
+    command
+        ->add_option(fmt::format("--{}", kFields[i].name), options->fields[i],
+                     fmt::format("A .vdb file to write: {}", kFields[i].help))
+        ->type_name("FILE")
+        ->check(vdbFile());
+  }
   options->window.addTo(*command);
   options->only.addTo(*command);
   command->add_flag("--each", options->each,

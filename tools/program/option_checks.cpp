@@ -121,6 +121,15 @@ CLI::Validator noOtherFormat() {
       "");
 }
 
+CLI::Validator vdbFile() {
+  return {[](std::string& path) {
+            return formats::lowerCaseExtension(path) == ".vdb"
+                       ? std::string()
+                       : fmt::format("'{}' does not end with .vdb", path);
+          },
+          ""};
+}
+
 CLI::Validator writableTriangleMesh() {
   return {[](std::string& path) {
             const auto* format = formats::triangleMeshFormat(path);

@@ -47,6 +47,9 @@ CLI::Validator someName();
 /// A name for a .t4d file: any but those with the extension of a triangle mesh, .vdb or .json.
 CLI::Validator noOtherFormat();
 
+/// A file name that ends with .vdb.
+CLI::Validator vdbFile();
+
 /// A file name with the extension of a triangle mesh that can be written.
 CLI::Validator writableTriangleMesh();
 

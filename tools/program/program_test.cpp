@@ -1707,6 +1707,88 @@ TEST_F(Program, MendsWhatSweepRefuses) {
   EXPECT_FALSE(fs::exists(folder_ / "no.ply"));
 }
 
+TEST_F(Program, EnvelopeOfThePapersCubeIsTheSameInAllFormats) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const std::string format : {"stl", "glb", "ply", "obj"}) {
+    const std::string file = "envelope." + format;
+    const json made = run("envelope cube.t4d --voxel-size 2.1 --json -o " + file).value();
+    EXPECT_NEAR(made["volume"].get<double>(), 33600, 0.01);
+    EXPECT_NEAR(made["visits_volume"].get<double>(), 33600, 1e-8);
+    EXPECT_NEAR(made["hypervolume"].get<double>(), 512000, 1e-7);
+    EXPECT_NEAR(made["hypervolume_by_flux"].get<double>(), 512000, 1e-7);
+    EXPECT_EQ(made["voxel_size"], 2.1);
+    EXPECT_EQ(made["self_intersections"], 0);
+    // Neither open nor crossing, nor flat anywhere, as it is read again.
+    EXPECT_EQ(run("mend " + file + " -o again.ply --json").value()["changes"].size(), 0U);
+  }
+  const json exact = run("envelope cube.t4d --exact --json").value();
+  EXPECT_NEAR(exact["volume"].get<double>(), 33600, 1e-7);
+  EXPECT_TRUE(exact["voxel_size"].is_null());
+  const json part = run("envelope cube.t4d --from 1.5 --to 3 --voxel-size 2 --json").value();
+  EXPECT_NEAR(part["volume"].get<double>(), 400 * 21.5, 1e-3);
+  EXPECT_NEAR(part["hypervolume"].get<double>(), 1.5 * 8000, 1e-7);
+}
+
+TEST_F(Program, EnvelopeWritesFieldsThatWeaveReads) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  fs::create_directory(folder_ / "fields");
+  for (const std::string frame : {"0", "1"}) {
+    ASSERT_EQ(run("envelope cube.t4d --voxel-size 2 --visits visits.vdb --dwell fields/frame_" +
+                  frame + ".vdb --first first.vdb --last last.vdb")
+                  .exitCode,
+              0);
+  }
+  // Where the dwell is more than 10 of at most 20, z is between 0 and 64.
+  ASSERT_EQ(run("weave fields --iso 10 --frame-time 1 -o dwell.t4d").exitCode, 0);
+  const json slice = run("slice dwell.t4d --time 0.5 --json").value();
+  EXPECT_NEAR(slice["volume"].get<double>(), 20 * 20 * 64, 0.1 * 20 * 20 * 64);
+}
+
+TEST_F(Program, EnvelopeOfSeveralBodiesIsOfAllOrOfEach) {
+  ASSERT_EQ(run("sweep fx/two-boxes.obj -m fx/paper-translation.json -o boxes.t4d").exitCode, 0);
+  const json two = run("envelope boxes.t4d --voxel-size 1 --json").value();
+  EXPECT_EQ(two["components"], 2);
+  // Two cubes of side 2 that overlap by half, as bodies.
+  const std::string faces =
+      "f -8 -6 -5 -7\nf -4 -3 -1 -2\nf -8 -7 -3 -4\nf -6 -2 -1 -5\nf -8 -4 -2 -6\nf -7 -5 -1 -3\n";
+  const auto corners = [](int x) {
+    std::string text;
+    for (int i = 0; i < 8; ++i) {
+      text += fmt::format("v {} {} {}\n", x + 2 * (i & 1), 2 * (i >> 1 & 1), 2 * (i >> 2));
+    }
+    return text;
+  };
+  write("two.obj", "o a\n" + corners(0) + faces + "o b\n" + corners(1) + faces);
+  ASSERT_EQ(
+      run("sweep two.obj --bodies object -m fx/paper-translation.json -o bodies.t4d").exitCode, 0);
+  const json all = run("envelope bodies.t4d --voxel-size 1 --json").value();
+  EXPECT_EQ(all["components"], 1);
+  EXPECT_EQ(all["bodies"].size(), 1U);
+  const json each = run("envelope bodies.t4d --voxel-size 1 --each --json -o each.obj").value();
+  ASSERT_EQ(each["bodies"].size(), 2U);
+  EXPECT_EQ(each["components"], 2);
+  EXPECT_NEAR(all["volume"].get<double>(), 3 * 2 * 66, 1e-3);
+  EXPECT_NEAR(each["volume"].get<double>(), 2 * 2 * 2 * 66, 1e-3);
+  EXPECT_NEAR(all["visits_volume"].get<double>(), 2 * 2 * 2 * 66, 1e-8);
+  const json one = run("envelope bodies.t4d --voxel-size 1 --body b --json").value();
+  EXPECT_EQ(one["volume"], each["bodies"][1]["volume"]);
+}
+
+TEST_F(Program, EnvelopeRefusesWhatItCannotDo) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  refuses("envelope cube.t4d --voxel-size 0.001 -o no.ply",
+          "would need about 5605.8 GiB of memory, more than 4 GiB; 0.038 fits");
+  refuses("envelope cube.t4d --voxel-size 0.05 --visits no.vdb", "0.064 fits");
+  refuses("envelope cube.t4d --from 70 -o no.ply", "the mesh lasts from time 0 to 64");
+  misused("envelope cube.t4d --from 3 --to 2", "--from 3 is not before --to 2");
+  misused("envelope cube.t4d --visits no.txt", "does not end with .vdb");
+  misused("envelope cube.t4d --visits no.vdb --dwell no.vdb", "two outputs have the same name");
+  misused("envelope cube.t4d --each --visits no.vdb", "fields are of all bodies together");
+  misused("envelope cube.t4d --exact --voxel-size 1", "--exact");
+  EXPECT_FALSE(fs::exists(folder_ / "no.ply"));
+  EXPECT_FALSE(fs::exists(folder_ / "no.vdb"));
+}
+
 TEST_F(Program, MendsDeformations) {
   // A tetrahedron without a side, which grows.
   const std::string faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";

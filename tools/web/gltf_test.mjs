@@ -332,6 +332,15 @@ for (const { model, motion, up, metres } of sweeps) {
       await t.test(`slice at t = ${time}`, () =>
         checkSlice(input, '--time', time, `${name}-t${time}`, up, metres));
     }
+    await t.test('envelope', async () => {
+      const file = at(`${name}-envelope.glb`);
+      const said = t4d('envelope', input, '-o', file);
+      assert.equal(said.closed, true);
+      assert.equal(said.self_intersections, 0);
+      const report = await validate(file);
+      assert.equal(report.totalTriangleCount, said.triangles);
+      assert.ok(said.volume <= said.visits_volume * 1.02);
+    });
     await t.test('slice with colours', () => checkColors(input, times[1], `${name}-colors.glb`));
     for (const [what, ...options] of [
       ['quantized', '--quantize', 12], ['meshopt', '--meshopt'],

@@ -1,0 +1,61 @@
+#include "t4d/voxel4d/point_field.h"
+
+#include <memory>
+#include <span>
+
+#include "t4d/system/part_file.h"
+#include "t4d/voxel4d/vdb_grid.h"
+#include "t4d/voxel4d/vdb_series.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+template <class Grid>
+openvdb::GridBase::Ptr gridOf(const PointField& field) {
+  using Leaf = typename Grid::TreeType::LeafNodeType;
+  using Value = typename Grid::ValueType;
+  auto grid = Grid::create(Value(0));
+  grid->setName(field.name);
+  grid->setTransform(transformOf(field.lattice));
+  std::unique_ptr<Leaf> leaf;
+  const auto blocks = [&](int axis) { return (field.counts[axis] + 7) / 8; };
+  for (std::uint32_t x = 0; x < blocks(0); ++x) {
+    for (std::uint32_t y = 0; y < blocks(1); ++y) {
+      for (std::uint32_t z = 0; z < blocks(2); ++z) {
+        for (std::uint32_t i = 0; i < 512; ++i) {
+          const std::array<std::uint32_t, 3> at = {8 * x + i / 64, 8 * y + i / 8 % 8,
+                                                   8 * z + i % 8};
+          double value = 0;
+          if (at[0] >= field.counts[0] || at[1] >= field.counts[1] || at[2] >= field.counts[2] ||
+              !field.value(at, value)) {
+            continue;
+          }
+          if (!leaf) {
+            leaf = std::make_unique<Leaf>(openvdb::Coord(int(8 * x), int(8 * y), int(8 * z)),
+                                          Value(0));
+          }
+          leaf->setValueOn(i, static_cast<Value>(value));
+        }
+        if (leaf) grid->tree().addLeaf(leaf.release());
+      }
+    }
+  }
+  return grid;
+}
+
+}  // namespace
+
+Result<std::uint64_t> writePointField(const std::filesystem::path& path, const PointField& field) {
+  initializeOpenVdb();
+  auto part = system::PartFile::create(path);
+  if (!part) return pass(part.error());
+  const auto bytes = writeVdbPart(
+      *part, path,
+      field.whole ? gridOf<openvdb::Int32Grid>(field) : gridOf<openvdb::FloatGrid>(field),
+      field.lattice.voxelSize);
+  if (!bytes) return bytes;
+  if (auto put = system::PartFile::putInPlace({&*part, 1}); !put) return pass(put.error());
+  return bytes;
+}
+
+}  // namespace t4d::voxel4d
