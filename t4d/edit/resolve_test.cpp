@@ -31,8 +31,11 @@ model::Mesh moved(const model::TriangleMesh& mesh, const Point3& along, double d
   run.screw.angleDegrees = degrees;
   run.screw.translation = along;
   model::Mesh swept;
-  const auto report = mesh4d::sweep(mesh, *model::chainScrews(0, {&run, 1}),
-                                    {mesh4d::StepsPerSegment{steps}}, swept);
+  const auto report =
+      mesh4d::sweep(mesh, *model::chainScrews(0, {&run, 1}),
+                    {mesh4d::StepsPerSegment{steps},
+                     findsCrossings() ? mesh4d::CapMethod::TetGen : mesh4d::CapMethod::Cone},
+                    swept);
   EXPECT_TRUE(report) << report.error().text();
   return swept;
 }

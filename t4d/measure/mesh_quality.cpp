@@ -18,6 +18,10 @@ constexpr std::uint64_t kExponents = 128;  // 2^-64 to 2^64; the ends take what 
 constexpr std::uint64_t kFirstBin = (std::uint64_t{1023 - 64}) << kBitsAfterExponent;
 constexpr std::uint64_t kBins = kExponents << kBitsAfterExponent;
 
+double middleOf(std::uint64_t bin) {
+  return std::bit_cast<double>((kFirstBin + bin) << kShift | std::uint64_t{1} << (kShift - 1));
+}
+
 std::array<model::Point4, 4> cornersOf(const model::Slab& slab, const model::Cell& cell) {
   return {slab.vertices[cell[0]], slab.vertices[cell[1]], slab.vertices[cell[2]],
           slab.vertices[cell[3]]};
@@ -113,9 +117,25 @@ double Distribution::quantile(double fraction) const {
   // The end bins also hold what is beyond them.
   if (bin == 0) return min_;
   if (bin + 1 == kBins) return max_;
-  const auto middle =
-      std::bit_cast<double>((kFirstBin + bin) << kShift | std::uint64_t{1} << (kShift - 1));
-  return std::clamp(middle, min_, max_);
+  return std::clamp(middleOf(bin), min_, max_);
+}
+
+std::vector<std::uint64_t> Distribution::histogram(const std::vector<double>& edges) const {
+  std::vector<std::uint64_t> counts(edges.empty() ? 0 : edges.size() - 1);
+  for (std::uint64_t bin = 0; bin < kBins; ++bin) {
+    if (bins_[bin] == 0) continue;
+    const double value = std::clamp(middleOf(bin), min_, max_);
+    const auto after = std::ranges::upper_bound(edges, value);
+    if (after == edges.begin()) continue;
+    // The last edge belongs to the last interval.
+    const auto index = static_cast<std::size_t>(after - edges.begin()) - 1;
+    if (index < counts.size()) {
+      counts[index] += bins_[bin];
+    } else if (!counts.empty() && value == edges.back()) {
+      counts.back() += bins_[bin];
+    }
+  }
+  return counts;
 }
 
 Distribution MeshQuality::all(std::size_t measure) const {
@@ -194,25 +214,45 @@ Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
                      std::move(sum.worst)};
 }
 
-model::Slab withQuality(const model::Slab& slab, std::span<const QualityMeasure> measures,
-                        double timeScale) {
+void QualitySink::dropNamed(std::vector<model::Attribute>& attributes) {
+  std::erase_if(attributes, [&](const model::Attribute& attribute) {
+    const bool named = std::ranges::any_of(
+        measures_, [&](const QualityMeasure& one) { return one.name == attribute.name; });
+    if (named) replaced_.insert(attribute.name);
+    return named;
+  });
+}
+
+Result<void> QualitySink::put(const model::Slab& slab) {
+  if (slab.connectivity != given_) {
+    model::Connectivity kept = *slab.connectivity;
+    const std::size_t before = kept.cellAttributes.size();
+    dropNamed(kept.cellAttributes);
+    given_ = slab.connectivity;
+    kept_ = kept.cellAttributes.size() == before
+                ? given_
+                : std::make_shared<const model::Connectivity>(std::move(kept));
+  }
   const std::vector<model::Cell>& cells = slab.connectivity->cells;
-  std::vector<std::vector<float>> columns(measures.size(), std::vector<float>(cells.size()));
+  std::vector<std::vector<float>> columns(measures_.size(), std::vector<float>(cells.size()));
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size(), kPiece),
                     [&](const tbb::blocked_range<std::size_t>& some) {
                       for (std::size_t i = some.begin(); i < some.end(); ++i) {
-                        const CellQuality quality = qualityOf(cornersOf(slab, cells[i]), timeScale);
-                        for (std::size_t k = 0; k < measures.size(); ++k) {
-                          columns[k][i] = static_cast<float>(quality.*measures[k].value);
+                        const CellQuality quality =
+                            qualityOf(cornersOf(slab, cells[i]), timeScale_);
+                        for (std::size_t k = 0; k < measures_.size(); ++k) {
+                          columns[k][i] = static_cast<float>(quality.*measures_[k].value);
                         }
                       }
                     });
   model::Slab with = slab;
-  for (std::size_t k = 0; k < measures.size(); ++k) {
+  with.connectivity = kept_;
+  dropNamed(with.attributes);
+  for (std::size_t k = 0; k < measures_.size(); ++k) {
     with.attributes.push_back(
-        model::makeAttribute(std::string(measures[k].name), model::Domain::Cell, columns[k]));
+        model::makeAttribute(std::string(measures_[k].name), model::Domain::Cell, columns[k]));
   }
-  return with;
+  return next_.put(with);
 }
 
 }  // namespace t4d::measure

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
+#include <memory>
+#include <set>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -41,6 +43,9 @@ class Distribution {
   double max() const { return max_; }  ///< likewise
   /// The value that the given fraction of the cells does not exceed, to 0.2 per cent.
   double quantile(double fraction) const;
+  /// How many values lie between consecutive ones of `edges`, which increase; to 0.2 per cent of
+  /// the value.
+  std::vector<std::uint64_t> histogram(const std::vector<double>& edges) const;
 
  private:
   std::vector<std::uint64_t> bins_;
@@ -87,9 +92,29 @@ Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
                                    const QualityOptions& options,
                                    const model::Progress& progress = {});
 
-/// The slab with an attribute of its cells for each of `measures`, as float32. Those of its
-/// connectivity stay.
-model::Slab withQuality(const model::Slab& slab, std::span<const QualityMeasure> measures,
-                        double timeScale);
+/// Adds attributes of cells for each of `measures`, as float32, and passes slabs on. Attributes
+/// that have their names are replaced.
+class QualitySink : public model::Sink {
+ public:
+  /// `measures` and `next` must outlive the sink.
+  QualitySink(std::span<const QualityMeasure> measures, double timeScale, model::Sink& next)
+      : measures_(measures), timeScale_(timeScale), next_(next) {}
+
+  Result<void> put(const model::Slab& slab) override;
+
+  /// The names of attributes that were replaced.
+  const std::set<std::string>& replaced() const { return replaced_; }
+
+ private:
+  void dropNamed(std::vector<model::Attribute>& attributes);
+
+  std::span<const QualityMeasure> measures_;
+  double timeScale_;
+  model::Sink& next_;
+  std::set<std::string> replaced_;
+  // The last connectivity, and it without attributes that are replaced.
+  std::shared_ptr<const model::Connectivity> given_;
+  std::shared_ptr<const model::Connectivity> kept_;
+};
 
 }  // namespace t4d::measure

@@ -186,8 +186,13 @@ TEST(MeshQuality, AttributesAreTheMeasuresOfTheCells) {
   const model::Mesh mesh = movingCube({0.7, 0, 0});
   for (const model::Slab& slab : mesh.slabs()) {
     const std::vector<QualityMeasure> both = {kQualityMeasures[2], kQualityMeasures[5]};
-    const model::Slab with = withQuality(slab, both, 0.5);
+    model::Mesh added;
+    QualitySink sink(both, 0.5, added);
+    ASSERT_TRUE(sink.put(slab));
+    EXPECT_TRUE(sink.replaced().empty());
+    const model::Slab& with = added.slabs()[0];
     ASSERT_EQ(with.attributes.size(), slab.attributes.size() + 2);
+    EXPECT_EQ(with.connectivity, slab.connectivity);
     EXPECT_EQ(with.attributes.back().name, "height");
     ASSERT_TRUE(model::checkSlab(with));
     const model::Cell& cell = slab.connectivity->cells.back();
@@ -197,6 +202,31 @@ TEST(MeshQuality, AttributesAreTheMeasuresOfTheCells) {
     std::memcpy(&found, with.attributes.back().row(slab.connectivity->cells.size() - 1),
                 sizeof found);
     EXPECT_EQ(found, static_cast<float>(quality.height));
+  }
+}
+
+TEST(MeshQuality, AttributesThatAreThereAreReplaced) {
+  const model::Mesh mesh = movingCube({0.7, 0, 0});
+  const std::vector<QualityMeasure> both = {kQualityMeasures[2], kQualityMeasures[5]};
+  model::Mesh once;
+  QualitySink first(both, 0.5, once);
+  for (const model::Slab& slab : mesh.slabs()) ASSERT_TRUE(first.put(slab));
+  // One of them as an attribute of the connectivity.
+  model::Mesh shared;
+  for (model::Slab slab : once.slabs()) {
+    auto connectivity = std::make_shared<model::Connectivity>(*slab.connectivity);
+    connectivity->cellAttributes.push_back(slab.attributes.back());
+    slab.attributes.pop_back();
+    slab.connectivity = std::move(connectivity);
+    ASSERT_TRUE(shared.put(slab));
+  }
+  model::Mesh twice;
+  QualitySink second(both, 0.5, twice);
+  for (const model::Slab& slab : shared.slabs()) ASSERT_TRUE(second.put(slab));
+  EXPECT_EQ(second.replaced(), (std::set<std::string>{"height", "radius_ratio"}));
+  for (std::size_t i = 0; i < once.slabCount(); ++i) {
+    EXPECT_EQ(once.slabs()[i].attributes, twice.slabs()[i].attributes);
+    EXPECT_EQ(*once.slabs()[i].connectivity, *twice.slabs()[i].connectivity);
   }
 }
 

@@ -18,6 +18,7 @@
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/measure/mesh_quality.h"
 #include "t4d/mesh4d/steps.h"
 #include "t4d/model/converted_source.h"
 #include "t4d/model/times.h"
@@ -277,6 +278,30 @@ Result<void> measure(Side& side, const MeshFile& file) {
   return {};
 }
 
+/// Measures the shape of the cells, with the time scale of the other mesh or, without one, the mean
+/// normal speed of this one.
+Result<void> measureCells(Side& side, std::optional<double> timeScale) {
+  CellShapes& shapes = side.mesh.shapes;
+  ProgressBar bar("measuring the cells of " + side.mesh.name);
+  if (!timeScale) {
+    const auto speed = measure::meanNormalSpeed(side.bodies, bar.callback());
+    if (!speed) return pass(inInput(speed.error(), side.input));
+    timeScale = *speed > 0 ? *speed : 1;
+  }
+  const auto quality =
+      measure::measureQuality(side.bodies, {.timeScale = *timeScale, .worst = 0}, bar.callback());
+  if (!quality) return pass(inInput(quality.error(), side.input));
+  shapes.timeScale = *timeScale;
+  for (std::size_t k = 0; k < measure::kQualityMeasures.size(); ++k) {
+    const std::string_view name = measure::kQualityMeasures[k].name;
+    if (name != "radius_ratio" && name != "smallest_angle") continue;
+    const measure::Distribution all = quality->all(k);
+    (name == "radius_ratio" ? shapes.radiusRatio : shapes.smallestAngle) = {
+        all.quantile(0.01), all.quantile(0.5), all.quantile(0.99)};
+  }
+  return {};
+}
+
 /// If all times fall on layers of a mesh: what that misses, and a number of slices that would not.
 std::optional<std::string> aliasing(const CompareArguments& options, const Side& a, const Side& b,
                                     const model::TimeSpan& span, const std::vector<double>& times) {
@@ -346,6 +371,7 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
   if (!openedA) return tools::report(openedA.error());
   Side a(std::move(*openedA));
   if (auto measured = measure(a, file); !measured) return tools::report(measured.error());
+  if (auto measured = measureCells(a, {}); !measured) return tools::report(measured.error());
   for (const MeshFile& other : others) {
     auto openedB = openBodies(other.path, {.bodies = {}, .maxCells = options.maxCells});
     if (!openedB) return tools::report(openedB.error());
@@ -355,6 +381,9 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
       return tools::report(done.error());
     }
     if (auto measured = measure(b, other); !measured) return tools::report(measured.error());
+    if (auto measured = measureCells(b, a.mesh.shapes.timeScale); !measured) {
+      return tools::report(measured.error());
+    }
     const auto unitOf = [&](std::string formats::Metadata::*unit) {
       const std::string& ofA = a.input.reader.metadata().*unit;
       return ofA.empty() ? b.input.reader.metadata().*unit : ofA;

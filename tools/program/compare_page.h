@@ -10,6 +10,20 @@
 
 namespace t4d::tools {
 
+/// What 1, 50 and 99 per cent of the cells do not exceed.
+struct CellQuantiles {
+  double p01 = 0;
+  double p50 = 0;
+  double p99 = 0;
+};
+
+/// The shape of the cells of a mesh (measure::MeshQuality), all together.
+struct CellShapes {
+  double timeScale = 0;
+  CellQuantiles radiusRatio;
+  CellQuantiles smallestAngle;
+};
+
 /// One of the two 4D meshes.
 struct ComparedMesh {
   std::string name;     ///< "mesh method", "voxel method, 0.5 mm", or a file's name and backend
@@ -23,6 +37,7 @@ struct ComparedMesh {
   std::optional<std::uint64_t> peakBytes;     ///< peak memory during construction
   double hypervolume = 0;                     ///< enclosed by the mesh
   std::optional<double> hypervolumeExpected;  ///< of the true moving solid
+  CellShapes shapes;
 
   /// The relative error of the hypervolume.
   std::optional<double> hypervolumeError() const;

@@ -117,6 +117,15 @@ Table meshTable(const CompareReport& report, const Comparison& comparison) {
     rows.push_back(
         {"  error", percentText(*a.hypervolumeError()), percentText(*b.hypervolumeError()), ""});
   }
+  const auto quantiles = [&](const char* label, CellQuantiles CellShapes::*of) {
+    const auto text = [&](const ComparedMesh& mesh) {
+      const CellQuantiles& all = mesh.shapes.*of;
+      return fmt::format("{:.3g}, {:.3g}, {:.3g}", all.p01, all.p50, all.p99);
+    };
+    rows.push_back({label, text(a), text(b), ""});
+  };
+  quantiles("radius ratio, 1, 50, 99 %", &CellShapes::radiusRatio);
+  quantiles("smallest angle, 1, 50, 99 %", &CellShapes::smallestAngle);
   return rows;
 }
 

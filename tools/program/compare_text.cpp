@@ -14,6 +14,15 @@ namespace {
 using measure::SliceComparison;
 using nlohmann::ordered_json;
 
+ordered_json jsonOf(const CellQuantiles& quantiles) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? ordered_json(value) : ordered_json();
+  };
+  return {{"p01", number(quantiles.p01)},
+          {"p50", number(quantiles.p50)},
+          {"p99", number(quantiles.p99)}};
+}
+
 ordered_json jsonOf(const ComparedMesh& mesh) {
   ordered_json value = {{"name", mesh.name},
                         {"backend", mesh.backend},
@@ -22,7 +31,11 @@ ordered_json jsonOf(const ComparedMesh& mesh) {
                         {"bytes", mesh.bytes},
                         {"seconds", orNull(mesh.seconds)},
                         {"peak_bytes", orNull(mesh.peakBytes)},
-                        {"hypervolume", mesh.hypervolume}};
+                        {"hypervolume", mesh.hypervolume},
+                        {"quality",
+                         {{"time_scale", mesh.shapes.timeScale},
+                          {"radius_ratio", jsonOf(mesh.shapes.radiusRatio)},
+                          {"smallest_angle", jsonOf(mesh.shapes.smallestAngle)}}}};
   if (mesh.hypervolumeExpected) value["hypervolume_expected"] = *mesh.hypervolumeExpected;
   if (const auto error = mesh.hypervolumeError()) value["hypervolume_error"] = *error;
   if (mesh.voxelSize) value["voxel_size"] = *mesh.voxelSize;

@@ -1,9 +1,14 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/convert/slab_at_time.h"
+#include "t4d/convert/slice.h"
+#include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_quality.h"
 #include "tools/program/commands.h"
@@ -12,6 +17,7 @@
 #include "tools/program/option_checks.h"
 #include "tools/program/or_null.h"
 #include "tools/program/progress_bar.h"
+#include "tools/program/quality_page.h"
 #include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
@@ -28,6 +34,7 @@ struct QualityArguments {
   std::string output;
   std::vector<std::string> attributes = {"radius_ratio"};
   int compression = 3;
+  std::string html;
   bool json = false;
 };
 
@@ -72,22 +79,26 @@ ordered_json jsonOf(const measure::MeshQuality& quality, const InputBodies& inpu
   return value;
 }
 
+constexpr std::array kTitles = {"volume",         "edge ratio",    "radius ratio",
+                                "smallest angle", "largest angle", "height"};
+
+std::vector<std::string> rowOf(const std::string& title, const measure::Distribution& values) {
+  std::vector<std::string> row = {title};
+  for (const double number : {values.min(), values.quantile(0.01), values.quantile(0.5),
+                              values.quantile(0.99), values.max()}) {
+    row.push_back(fmt::format("{:.4g}", number));
+  }
+  return row;
+}
+
 void printTableOf(const std::string& title,
                   const std::array<measure::Distribution, kQualityMeasures.size()>& distributions) {
   const std::uint64_t cells = distributions[0].count();
   if (cells == 0) return;
   print("  {} of {}\n", counted(cells, "cell", "cells"), title);
-  static constexpr std::array kTitles = {"volume",         "edge ratio",    "radius ratio",
-                                         "smallest angle", "largest angle", "height"};
   std::vector<std::vector<std::string>> rows = {{"  ", "min", "1 %", "50 %", "99 %", "max"}};
   for (std::size_t k = 0; k < distributions.size(); ++k) {
-    const measure::Distribution& values = distributions[k];
-    std::vector<std::string> row = {std::string("  ") + kTitles[k]};
-    for (const double number : {values.min(), values.quantile(0.01), values.quantile(0.5),
-                                values.quantile(0.99), values.max()}) {
-      row.push_back(fmt::format("{:.4g}", number));
-    }
-    rows.push_back(std::move(row));
+    rows.push_back(rowOf(std::string("  ") + kTitles[k], distributions[k]));
   }
   printTable(rows, "l");
 }
@@ -114,6 +125,53 @@ void printText(const measure::MeshQuality& quality, const std::string& scale,
   printTable(rows, "lllllr");
 }
 
+/// The solids at the times of the worst cells, with the radius ratio of each triangle.
+Result<std::vector<QualityView>> viewsOf(const measure::MeshQuality& quality,
+                                         const InputBodies& input) {
+  constexpr std::size_t kMostViews = 3;
+  const std::span<const measure::QualityMeasure> ratio(&kQualityMeasures[2], 1);
+  std::vector<QualityView> views;
+  for (const measure::RankedCell& cell : quality.worst) {
+    const double time = cell.center[3];
+    const auto isShown = [&](const QualityView& view) { return view.time == time; };
+    if (std::ranges::any_of(views, isShown)) continue;
+    const model::Source& source = *input.bodies[cell.body].source;
+    const auto at = convert::slabAtTime(source, time);
+    if (!at) return pass(at.error());
+    if (!at->slab) continue;
+    const auto slab = source.slab(*at->slab);
+    if (!slab) return pass(slab.error());
+    convert::Slicer slicer(convert::Hyperplane::atTime(at->time),
+                           at->atEnd ? convert::OnHyperplane::Above : convert::OnHyperplane::Below);
+    measure::QualitySink with(ratio, quality.timeScale, slicer);
+    if (auto put = with.put(**slab); !put) return pass(put.error());
+    views.push_back({time, cell.center.head<3>(), slicer.finish().mesh});
+    if (views.size() == kMostViews) break;
+  }
+  return views;
+}
+
+Result<void> writePage(formats::OutputFile& file, const measure::MeshQuality& quality,
+                       const std::string& scale, const InputBodies& input) {
+  auto views = viewsOf(quality, input);
+  if (!views) return pass(views.error());
+  const formats::Metadata& metadata = input.reader.metadata();
+  QualityPage page{fmt::format("Cells of {}", input.reader.name()),
+                   fmt::format("{}, of which {} of caps; 1 unit of time as {:.4g} of length ({}).",
+                               counted(quality.cells(), "cell"), grouped(quality.caps[0].count()),
+                               quality.timeScale, scale),
+                   metadata.timeUnit,
+                   metadata.up == "z",
+                   {{"", "min", "1 %", "50 %", "99 %", "max"}},
+                   std::move(*views)};
+  for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
+    page.table.push_back(rowOf(kTitles[k], quality.all(k)));
+  }
+  const std::string html = qualityPage(page, quality);
+  if (auto done = file.write(html.data(), html.size()); !done) return done;
+  return file.commit();
+}
+
 /// The scale between space and time: as asked for, or from the speed of the solid.
 struct Scale {
   double value = 1;
@@ -132,25 +190,10 @@ Result<Scale> scaleOf(const QualityArguments& options, const InputBodies& input)
   return Scale{size / (span.end - span.begin), "nothing moves; the size divided by the duration"};
 }
 
-/// Adds the measures to slabs, and passes them on.
-class QualitySink : public model::Sink {
- public:
-  QualitySink(std::span<const measure::QualityMeasure> measures, double timeScale,
-              model::Sink& next)
-      : measures_(measures), timeScale_(timeScale), next_(next) {}
-  Result<void> put(const model::Slab& slab) override {
-    return next_.put(measure::withQuality(slab, measures_, timeScale_));
-  }
-
- private:
-  std::span<const measure::QualityMeasure> measures_;
-  double timeScale_;
-  model::Sink& next_;
-};
-
 /// Writes the mesh with the measures as attributes. Returns the size of the file.
 Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& input,
                             double timeScale) {
+  std::set<std::string> replaced;
   std::vector<measure::QualityMeasure> measures;
   for (const measure::QualityMeasure& one : kQualityMeasures) {
     if (std::ranges::find(options.attributes, one.name) != options.attributes.end()) {
@@ -163,10 +206,15 @@ Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& 
   ProgressBar bar("writing " + options.output, slabCountOf(input.bodies), "slabs");
   for (std::size_t b = 0; b < input.bodies.size(); ++b) {
     const model::Source& source = *input.bodies[b].source;
-    QualitySink with(measures, timeScale, writer->body(b));
+    measure::QualitySink with(measures, timeScale, writer->body(b));
     if (auto put = model::pump(source, with, bar.part(source.slabCount())); !put) {
       return pass(put.error());
     }
+    replaced.insert(with.replaced().begin(), with.replaced().end());
+  }
+  if (!replaced.empty()) {
+    printNotices({fmt::format("the file had {}; {} replaced", fmt::join(replaced, ", "),
+                              replaced.size() == 1 ? "it is" : "they are")});
   }
   return writer->finish();
 }
@@ -177,8 +225,22 @@ int run(const QualityArguments& options) {
       return wrongUsage(*misuse);
     }
   }
+  if (!options.html.empty()) {
+    if (const auto misuse = misuseOfOutput(options.html, {&options.input, 1})) {
+      return wrongUsage(*misuse);
+    }
+    if (options.html == options.output) {
+      return wrongUsage("-o and --html name the same file, " + options.html);
+    }
+  }
   const auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
+  std::optional<formats::OutputFile> html;
+  if (!options.html.empty()) {
+    auto created = formats::OutputFile::create(options.html);
+    if (!created) return report(created.error());
+    html.emplace(std::move(*created));
+  }
   const auto scale = scaleOf(options, *input);
   if (!scale) return report(inInput(scale.error(), *input));
   const auto quality = [&] {
@@ -192,6 +254,11 @@ int run(const QualityArguments& options) {
     const auto written = write(options, *input, scale->value);
     if (!written) return report(inInput(written.error(), *input));
     bytes = *written;
+  }
+  if (html) {
+    if (auto done = writePage(*html, *quality, scale->reason, *input); !done) {
+      return report(inInput(done.error(), *input));
+    }
   }
   if (options.json) {
     ordered_json value = jsonOf(*quality, *input);
@@ -231,6 +298,10 @@ void addQuality(CLI::App& app, int& exitCode) {
       ->delimiter(',')
       ->check(CLI::IsMember(names));
   addCompressionOption(*command, options->compression);
+  command
+      ->add_option("--html", options->html,
+                   "Write a page with histograms and pictures of the worst places")
+      ->check(someName());
   options->only.addTo(*command);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(

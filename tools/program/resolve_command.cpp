@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/slice.h"
 #include "t4d/edit/resolve.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/measure/compare.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -93,24 +93,6 @@ Result<ResolveInput> openBoth(const ResolveArguments& options) {
   return input;
 }
 
-/// The solids at a time, all in one.
-Result<model::TriangleMesh> solidsAt(std::span<const model::Body> bodies, double time) {
-  model::TriangleMesh all;
-  for (const model::Body& body : bodies) {
-    const model::TimeSpan span = timeSpanOf(*body.source);
-    if (time < span.begin || time > span.end) continue;
-    const auto slice = convert::sliceAtTime(*body.source, time);
-    if (!slice) return pass(slice.error());
-    const auto first = static_cast<std::uint32_t>(all.vertices.size());
-    all.vertices.insert(all.vertices.end(), slice->mesh.vertices.begin(),
-                        slice->mesh.vertices.end());
-    for (const auto& [a, b, c] : slice->mesh.triangles) {
-      all.triangles.push_back({a + first, b + first, c + first});
-    }
-  }
-  return all;
-}
-
 Result<std::string> pageOf(const ResolveInput& input,
                            const std::vector<edit::ResolvedBody>& resolved) {
   const formats::Metadata& metadata = input.all.reader.metadata();
@@ -131,7 +113,7 @@ Result<std::string> pageOf(const ResolveInput& input,
            {std::pair(&view.obstacles, std::span<const model::Body>(input.obstacles.bodies)),
             std::pair(&view.before, std::span<const model::Body>(&body, 1)),
             std::pair(&view.after, std::span<const model::Body>(&after, 1))}) {
-        auto solids = solidsAt(bodies, time);
+        auto solids = measure::solidAt(bodies, time);
         if (!solids) return pass(solids.error());
         *mesh = std::move(*solids);
       }

@@ -1,0 +1,131 @@
+#include "tools/program/quality_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/base64.h"
+#include "t4d/measure/triangle_tree.h"
+#include "tools/report/html_page.h"
+#include "tools/report/solid_picture.h"
+#include "tools/report/svg_plot.h"
+
+namespace t4d::tools {
+namespace {
+
+using measure::Distribution;
+
+constexpr std::size_t kBars = 60;
+constexpr std::uint32_t kQualityPixels = 480;
+constexpr Colour kGoodCell = {0.55F, 0.71F, 0.90F};
+constexpr Colour kBadCell = {0.90F, 0.36F, 0.20F};
+
+constexpr std::string_view kQualityStyle = R"(
+.solids { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(360px, 100%), 1fr));
+  gap: 16px; margin: 0 0 16px; }
+figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
+figure img { width: 100%; height: auto; display: block; }
+figcaption { font-size: 13px; color: var(--soft); }
+)";
+
+/// The share of the cells over the value of a measure, in bars of equal width on a logarithmic axis
+/// or, for angles, a linear one. What lies beyond 99.9 % is not shown.
+std::string histogramOf(const std::string& name, const Distribution& sides,
+                        const Distribution& caps) {
+  const bool isAngle = name.ends_with("angle");
+  Distribution all = sides;
+  all.add(caps);
+  constexpr double kCut = 0.001;
+  const auto axis = [&](double value) { return isAngle ? value : std::log10(value); };
+  double low = axis(std::max(all.quantile(kCut), 1e-300));
+  double high = axis(std::min(std::max(all.quantile(1 - kCut), 1e-300), 1e300));
+  if (!(high - low > 1e-6 * std::abs(high))) {
+    low -= 0.5;
+    high += 0.5;
+  }
+  std::vector<double> edges;
+  for (std::size_t i = 0; i <= kBars; ++i) {
+    const double at = low + (high - low) * static_cast<double>(i) / kBars;
+    edges.push_back(isAngle ? at : std::pow(10, at));
+  }
+  std::string title = name;
+  std::ranges::replace(title, '_', ' ');
+  Plot plot{"Cells by " + title + " [%]",
+            isAngle ? title + " [degrees]" : "log10 of " + title,
+            {},
+            {{"slabs that last", "a", {}}, {"caps", "b", {}}},
+            true};
+  const std::vector<std::uint64_t> ofSides = sides.histogram(edges);
+  const std::vector<std::uint64_t> ofCaps = caps.histogram(edges);
+  for (std::size_t i = 0; i < kBars; ++i) {
+    const auto share = [](std::uint64_t some, std::uint64_t of) {
+      return of == 0 ? 0 : 100 * static_cast<double>(some) / static_cast<double>(of);
+    };
+    plot.x.push_back(low + (high - low) * (static_cast<double>(i) + 0.5) / kBars);
+    plot.curves[0].values.push_back(share(ofSides[i], sides.count()));
+    plot.curves[1].values.push_back(share(ofCaps[i], caps.count()));
+  }
+  return svgOf(plot);
+}
+
+/// Red for the radius ratios of the worst cells, by their logarithm.
+ColourAt byRadiusRatio(const model::TriangleMesh& solid, double worst) {
+  std::vector<float> ratios(solid.triangles.size(), 1);
+  for (const model::Attribute& attribute : solid.attributes) {
+    if (attribute.name != "radius_ratio" || attribute.domain != model::Domain::Cell) continue;
+    std::memcpy(ratios.data(), attribute.values.data(),
+                std::min(attribute.values.size(), ratios.size() * sizeof(float)));
+  }
+  const auto tree = std::make_shared<measure::TriangleTree>(solid);
+  return [tree, ratios = std::move(ratios), worst](const model::Point3& point) {
+    const double ratio = ratios[tree->nearest(point).triangle];
+    const auto part =
+        static_cast<float>(worst > 1 ? std::clamp(std::log(ratio) / std::log(worst), 0.0, 1.0) : 0);
+    Colour colour{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      colour[c] = kGoodCell[c] + part * (kBadCell[c] - kGoodCell[c]);
+    }
+    return colour;
+  };
+}
+
+}  // namespace
+
+std::string qualityPage(const QualityPage& page, const measure::MeshQuality& quality) {
+  std::string html = fmt::format("<p>{}</p>\n<div class=\"scroll\"><table>\n", escaped(page.scale));
+  for (const std::vector<std::string>& row : page.table) {
+    const char* tag = &row == &page.table.front() ? "th" : "td";
+    html += "<tr>";
+    for (const std::string& cell : row) html += fmt::format("<{0}>{1}</{0}>", tag, escaped(cell));
+    html += "</tr>\n";
+  }
+  html += "</table></div>\n<h2>Histograms</h2>\n<div class=\"plots\">\n";
+  for (std::size_t k = 0; k < measure::kQualityMeasures.size(); ++k) {
+    html += histogramOf(std::string(measure::kQualityMeasures[k].name), quality.sides[k],
+                        quality.caps[k]);
+  }
+  html += "</div>\n<h2>The worst places</h2>\n<div class=\"solids\">\n";
+  const double worst =
+      std::min(quality.worst.empty() ? 1 : quality.worst[0].quality.radiusRatio, 1e300);
+  for (const QualityView& view : page.views) {
+    if (view.solid.triangles.empty()) continue;
+    const auto png =
+        pictureOf(view.solid, byRadiusRatio(view.solid, worst),
+                  viewOf(boundsOf(view.solid), page.zUp), kQualityPixels, Shading::Faint, false);
+    const std::string caption = fmt::format(
+        "t = {:.6g}{}{}, red where cells have large radius ratios; the worst is at "
+        "({:.4g}, {:.4g}, {:.4g})",
+        view.time, page.timeUnit.empty() ? "" : " ", page.timeUnit, view.place[0], view.place[1],
+        view.place[2]);
+    html += fmt::format(
+        "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
+        "<figcaption>{0}</figcaption></figure>\n",
+        escaped(caption), kQualityPixels, formats::base64(png));
+  }
+  return htmlPage(page.title, kQualityStyle, html + "</div>\n");
+}
+
+}  // namespace t4d::tools
