@@ -1,7 +1,7 @@
 # The components of the library in dependency order, with the components and the packages that each
 # needs. Read by the build and by the installed package.
 set(t4d_ALL_COMPONENTS
-  model system fixtures mesh4d voxel4d formats convert measure edit conformance)
+  model system fixtures mesh4d voxel4d formats convert measure mill edit conformance)
 
 set(t4d_model_NEEDS)
 set(t4d_system_NEEDS model)
@@ -11,6 +11,7 @@ set(t4d_voxel4d_NEEDS system)
 set(t4d_formats_NEEDS system)
 set(t4d_convert_NEEDS formats)
 set(t4d_measure_NEEDS convert)
+set(t4d_mill_NEEDS mesh4d voxel4d measure)
 set(t4d_edit_NEEDS mesh4d measure)
 set(t4d_conformance_NEEDS fixtures mesh4d voxel4d edit)
 

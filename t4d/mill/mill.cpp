@@ -1,0 +1,245 @@
+#include "t4d/mill/mill.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "t4d/measure/silhouette.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/mill/motion_parts.h"
+#include "t4d/mill/projected_volume.h"
+#include "t4d/mill/solid_parts.h"
+#include "t4d/mill/stock_field.h"
+#include "t4d/model/surface_check.h"
+
+namespace t4d::mill {
+namespace {
+
+using model::TimeSpan;
+using model::TriangleMesh;
+
+/// Takes the envelope of each step of a swept solid.
+class Envelopes : public model::Sink {
+ public:
+  using Take = std::function<Result<void>(const TimeSpan&, TriangleMesh)>;
+  explicit Envelopes(Take take) : take_(std::move(take)) {}
+
+  Result<void> put(const model::Slab& slab) override {
+    if (!(slab.timeEnd > slab.timeBegin)) return {};
+    auto silhouette = silhouettes_.of(slab);
+    if (!silhouette) return pass(silhouette.error());
+    return take_({slab.timeBegin, slab.timeEnd}, std::move(silhouette->surface));
+  }
+
+ private:
+  Take take_;
+  measure::SlabSilhouettes silhouettes_;
+};
+
+Result<void> sweepThrough(const TriangleMesh& solid, const model::Motion& motion, double tolerance,
+                          const Envelopes::Take& take) {
+  mesh4d::SweepOptions how;
+  how.steps = mesh4d::MaxDeviation{tolerance};
+  how.caps = mesh4d::CapMethod::Cone;
+  // A straight move needs no vertices within prisms.
+  const bool straight = std::ranges::all_of(motion.segments, [](const model::Segment& segment) {
+    return segment.screw.angleDegrees == 0;
+  });
+  how.prism = straight ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
+  Envelopes sink(take);
+  const auto swept = mesh4d::sweep(solid, motion, how, sink);
+  if (!swept) return pass(swept.error());
+  return {};
+}
+
+/// The workpiece at each time, made by going from frame to frame.
+class Workpiece : public voxel4d::FrameSource {
+ public:
+  Workpiece(StockField field, const TriangleMesh& tool, const model::Motion& motion,
+            const MillOptions& options, MillReport& report)
+      : field_(std::move(field)),
+        lattice_(field_.lattice()),
+        tool_(tool),
+        motion_(motion),
+        options_(options),
+        travel_(options.travel > 0 ? options.travel : 4 * options.voxelSize),
+        report_(report) {}
+
+  const voxel4d::Lattice& lattice() const override { return lattice_; }
+  std::size_t frameCount() const override { return options_.times.size(); }
+
+  Result<voxel4d::Frame> frame(std::size_t index) override {
+    const double time = options_.times[index];
+    if (index == 0) {
+      components_ = countParts(field_);
+    } else if (auto milled = millUntil({options_.times[index - 1], time}); !milled) {
+      return pass(milled.error());
+    }
+    report_.progress.push_back({time, 0, components_});
+    return field_.frame(time);
+  }
+
+ private:
+  /// An envelope that removed something.
+  struct Cut {
+    TimeSpan time;
+    TriangleMesh envelope;
+  };
+
+  Result<void> millUntil(const TimeSpan& span) {
+    const StockField before = field_;
+    std::vector<Cut> cuts;
+    const model::Motion part = partOf(motion_, span, travel_);
+    if (options_.guards.empty()) {
+      if (auto cut = cutAlong(part, cuts); !cut) return cut;
+    } else {
+      // Guards follow the tool step by step.
+      for (const model::Segment& segment : part.segments) {
+        model::Motion step;
+        step.segments = {segment};
+        if (auto cut = cutAlong(step, cuts); !cut) return cut;
+        if (auto guarded = guardAlong(step); !guarded) return guarded;
+      }
+    }
+    if (cuts.empty()) return {};
+    const std::uint64_t parts = countParts(field_);
+    if (parts > components_) {
+      if (auto found = findSeparations(before, cuts, parts); !found) return found;
+    }
+    components_ = parts;
+    return {};
+  }
+
+  Result<void> cutAlong(const model::Motion& motion, std::vector<Cut>& cuts) {
+    return sweepThrough(tool_, motion, options_.tolerance,
+                        [&](const TimeSpan& time, TriangleMesh envelope) -> Result<void> {
+                          ++report_.steps;
+                          const auto removed = field_.remove(envelope);
+                          if (!removed) return pass(removed.error());
+                          if (removed->points == 0) return {};
+                          if (!report_.firstCut) report_.firstCut = time.begin;
+                          if (isRapid(time)) collide("tool", time, removed->point);
+                          cuts.push_back({time, std::move(envelope)});
+                          return {};
+                        });
+  }
+
+  Result<void> guardAlong(const model::Motion& motion) {
+    for (const Guard& guard : options_.guards) {
+      auto guarded =
+          sweepThrough(guard.mesh, motion, options_.tolerance,
+                       [&](const TimeSpan& time, const TriangleMesh& envelope) -> Result<void> {
+                         const auto met = field_.meet(envelope);
+                         if (!met) return pass(met.error());
+                         if (met->points > 0) collide(guard.name, time, met->point);
+                         return {};
+                       });
+      if (!guarded) return guarded;
+    }
+    return {};
+  }
+
+  bool isRapid(const TimeSpan& time) const {
+    const double middle = 0.5 * (time.begin + time.end);
+    return std::ranges::any_of(options_.rapids, [&](const TimeSpan& rapid) {
+      return rapid.begin <= middle && middle < rapid.end;
+    });
+  }
+
+  /// Steps that follow each other are one collision.
+  void collide(const std::string& part, const TimeSpan& time, const model::Point3& point) {
+    const auto same = std::find_if(report_.collisions.rbegin(), report_.collisions.rend(),
+                                   [&](const Collision& one) { return one.part == part; });
+    if (same != report_.collisions.rend() && same->time.end >= time.begin) {
+      same->time.end = time.end;
+    } else {
+      report_.collisions.push_back({part, time, point});
+    }
+  }
+
+  /// Mills the interval again, and looks for the cuts after which there are more parts: each by
+  /// halving, between a cut with as many as before and one with more.
+  Result<void> findSeparations(const StockField& before, const std::vector<Cut>& cuts,
+                               std::uint64_t partsAfter) {
+    std::uint64_t parts = components_;
+    StockField from = before;
+    std::size_t done = 0;  // cuts made in `from`, which has no more than `parts`
+    while (partsAfter > parts) {
+      std::size_t end = cuts.size();  // after these there are more
+      std::uint64_t more = partsAfter;
+      while (end - done > 1) {
+        const std::size_t middle = done + (end - done) / 2;
+        StockField field = from;
+        for (std::size_t i = done; i < middle; ++i) {
+          if (auto removed = field.remove(cuts[i].envelope); !removed) return pass(removed.error());
+        }
+        const std::uint64_t here = countParts(field);
+        if (here > parts) {
+          end = middle;
+          more = here;
+        } else {
+          done = middle;
+          from = std::move(field);
+        }
+      }
+      if (auto removed = from.remove(cuts[done].envelope); !removed) return pass(removed.error());
+      report_.separations.push_back({cuts[done].time, more});
+      ++done;
+      parts = more;
+    }
+    return {};
+  }
+
+  StockField field_;
+  voxel4d::Lattice lattice_;
+  const TriangleMesh& tool_;
+  const model::Motion& motion_;
+  const MillOptions& options_;
+  double travel_;
+  MillReport& report_;
+  std::uint64_t components_ = 0;
+};
+
+}  // namespace
+
+Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
+                        const model::Motion& motion, const MillOptions& options, model::Sink& sink,
+                        const model::Progress& progress) {
+  const auto check = [](const TriangleMesh& mesh, const std::string& name) -> Result<void> {
+    auto checked = model::checkClosedSurface(mesh);
+    if (checked) return checked;
+    return invalid(checked.error().text(), name, Remedy::Mend);
+  };
+  if (auto good = check(stock, "stock"); !good) return pass(good.error());
+  if (auto good = check(tool, "tool"); !good) return pass(good.error());
+  for (const Guard& guard : options.guards) {
+    if (auto good = check(guard.mesh, guard.name); !good) return pass(good.error());
+  }
+  if (options.times.size() < 2 || options.times.front() < motion.timeBegin() ||
+      options.times.back() > motion.timeEnd()) {
+    return invalid("the frames need two times or more within the motion");
+  }
+  auto field = StockField::of(stock, options.voxelSize, options.memory);
+  if (!field) return pass(field.error());
+
+  MillReport report;
+  Workpiece frames(std::move(*field), tool, motion, options, report);
+  std::vector<ProjectedVolume> volumes;
+  ProjectedVolumes measured(sink, [&](const ProjectedVolume& one) { volumes.push_back(one); });
+  auto woven = voxel4d::weave(frames, {.caps = options.caps}, measured, progress);
+  if (!woven) return pass(woven.error());
+  report.woven = *woven;
+  // A cap, the slabs between frames, a cap.
+  report.stockVolume = volumes.front().entries - volumes.front().exits;
+  for (std::size_t i = 1; i < report.progress.size(); ++i) {
+    // Not below zero by rounding where nothing was cut.
+    report.removedVolume += std::max(0.0, volumes[i].exits - volumes[i].entries);
+    report.returnedVolume += volumes[i].entries;
+    report.progress[i].removedVolume = report.removedVolume;
+  }
+  report.remainingVolume = report.stockVolume - report.removedVolume;
+  report.components = report.progress.back().components;
+  return report;
+}
+
+}  // namespace t4d::mill

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "t4d/model/motion.h"
+#include "t4d/model/slab.h"
+#include "t4d/model/times.h"
+#include "t4d/model/triangle_mesh.h"
+#include "t4d/voxel4d/weave.h"
+
+/// What a tool leaves of a stock, at any time, as a 4D mesh.
+namespace t4d::mill {
+
+/// A solid that moves with the tool and must not touch the stock.
+struct Guard {
+  std::string name;  ///< "shank", "holder"
+  model::TriangleMesh mesh;
+};
+
+struct MillOptions {
+  double voxelSize = 1;  ///< length units; lattice points are its multiples
+  /// The times of the frames, increasing, within the motion: at least two.
+  std::vector<double> times;
+  /// Length units; the farthest that points of the tool are from their true paths as it turns.
+  double tolerance = 0.01;
+  /// How far the tip goes at most in a step, in length units; 0: four voxels.
+  double travel = 0;
+  double memory = 4e9;                  ///< the most bytes for the stock's field
+  std::vector<Guard> guards;            ///< in the pose of the tool
+  std::vector<model::TimeSpan> rapids;  ///< times at which the tool must not cut
+  voxel4d::CapStyle caps = voxel4d::CapStyle::Graded;
+};
+
+/// A contact that must not be: of a guard with the stock, or of the tool in a rapid move.
+struct Collision {
+  std::string part;      ///< the guard, or "tool"
+  model::TimeSpan time;  ///< of the steps in which it is
+  model::Point3 point;   ///< in the first of them, where it is deepest
+};
+
+/// The stock falls apart.
+struct Separation {
+  model::TimeSpan time;          ///< of the step
+  std::uint64_t components = 0;  ///< after it
+};
+
+struct MillProgress {
+  double time = 0;
+  double removedVolume = 0;
+  std::uint64_t components = 0;
+};
+
+struct MillReport {
+  double stockVolume = 0;  ///< of the first frame, the stock as the voxels have it
+  double removedVolume = 0;
+  double remainingVolume = 0;
+  /// What comes back between frames and goes again, the projected volume of the cells that enter in
+  /// time: nothing, but for a few cells of woven frames that lean backward.
+  double returnedVolume = 0;
+  std::uint64_t components = 0;  ///< at the end
+  std::uint64_t steps = 0;
+  std::vector<MillProgress> progress;  ///< one for each frame
+  std::vector<Separation> separations;
+  std::vector<Collision> collisions;
+  std::optional<double> firstCut;  ///< the beginning of the first step that removes something
+  voxel4d::WeaveReport woven;
+};
+
+/// Mills `stock` with `tool` moved by `motion`, and puts the workpiece into `sink`, a 4D mesh
+/// woven from frames.
+///
+/// Between two frames the tool goes in steps, of each of which the envelope is removed: all places
+/// where the swept tool, a 4D mesh, has been in that step (measure::SlabSilhouettes). So nothing
+/// stays between two poses, and what has been removed never comes back: no value of the field
+/// falls. At a frame the surface is off by the order of the square of the voxel size where it is
+/// smooth, and by the voxel size at edges and in gaps narrower than a voxel. Between frames the
+/// mesh is straight in time. The first frame is the stock before the first step.
+///
+/// Guards are looked at after each step, with lattice points: what they reach by less than a voxel
+/// may be missed, and what is found is a contact for certain.
+///
+/// Both meshes are closed and face outward; where the stock overlaps itself it counts once. Memory
+/// is that of a few frames. Fails for a mesh that is not closed ("stock", "tool" or the name of the
+/// guard is where), a voxel size that needs more than `memory`, times that are not within the
+/// motion, and if sweep, weave or the sink does.
+Result<MillReport> mill(const model::TriangleMesh& stock, const model::TriangleMesh& tool,
+                        const model::Motion& motion, const MillOptions& options, model::Sink& sink,
+                        const model::Progress& progress = {});
+
+}  // namespace t4d::mill

@@ -1,0 +1,284 @@
+#include "t4d/mill/mill.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "t4d/convert/slice.h"
+#include "t4d/fixtures/solids.h"
+#include "t4d/formats/cutter_location_reader.h"
+#include "t4d/formats/gcode_reader.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/mill/tool_shape.h"
+#include "t4d/model/times.h"
+
+namespace t4d::mill {
+namespace {
+
+using model::Point3;
+using model::TriangleMesh;
+
+constexpr double kPi = std::numbers::pi;
+
+TriangleMesh box(const Point3& from, const Point3& to) {
+  TriangleMesh mesh = fixtures::cube(1);
+  for (Point3& vertex : mesh.vertices) {
+    for (int axis = 0; axis < 3; ++axis) vertex[axis] = vertex[axis] < 0 ? from[axis] : to[axis];
+  }
+  return mesh;
+}
+
+TriangleMesh toolOf(const std::string& text, double tolerance) {
+  const auto shape = parseTool(text);
+  EXPECT_TRUE(shape) << text;
+  return toolMesh(*shape, tolerance);
+}
+
+formats::ToolPath gcode(const std::string& text, double tolerance = 1e-3) {
+  auto path = formats::readGcode(formats::InputFile{"a.nc", text}, {.tolerance = tolerance});
+  EXPECT_TRUE(path) << (path ? "" : path.error().text());
+  return path ? *path : formats::ToolPath{};
+}
+
+struct Process {
+  MillReport report;
+  model::Mesh mesh;
+};
+
+Process milled(const TriangleMesh& stock, const TriangleMesh& tool, const formats::ToolPath& path,
+               double voxelSize, std::uint64_t frames, MillOptions options = {}) {
+  options.voxelSize = voxelSize;
+  options.tolerance = voxelSize / 100;
+  options.times = model::evenTimes({path.motion.timeBegin(), path.motion.timeEnd()}, frames);
+  options.rapids = path.rapids;
+  Process process;
+  const auto report = mill(stock, tool, path.motion, options, process.mesh);
+  EXPECT_TRUE(report) << (report ? "" : report.error().text());
+  if (report) process.report = *report;
+  return process;
+}
+
+/// The slope of the logarithm of errors over that of sizes, from the first to the last.
+double orderOf(const std::vector<std::pair<double, double>>& errors) {
+  return std::log(errors.front().second / errors.back().second) /
+         std::log(errors.front().first / errors.back().first);
+}
+
+/// Mills with smaller and smaller voxels and facets, and expects the removed volume of second
+/// order.
+void expectSecondOrder(const std::string& tool, const TriangleMesh& stock, const std::string& code,
+                       double volume, const std::vector<double>& sizes) {
+  std::vector<std::pair<double, double>> errors;
+  for (const double h : sizes) {
+    const double fine = h * h / 200;
+    const Process process = milled(stock, toolOf(tool, fine), gcode(code, fine), h, 3);
+    errors.emplace_back(h, std::abs(process.report.removedVolume - volume));
+  }
+  EXPECT_LT(errors.back().second / volume, 0.01) << tool;
+  EXPECT_GT(orderOf(errors), 1.7) << tool;
+}
+
+const TriangleMesh kBlock = box({0.03, 0.07, 0.01}, {40.03, 20.07, 10.01});
+const std::string kSlot = "G0 X-5 Y10 Z6\nG1 X45 F300\n";
+
+TEST(Mill, ASlotIsOfSecondOrder) {
+  expectSecondOrder("ball:d=6,l=30", kBlock, kSlot, 40 * (kPi * 9 / 2 + 6 * 1.01), {1, 0.5, 0.25});
+  expectSecondOrder("flat:d=6,l=30", kBlock, kSlot, 40 * 6 * 4.01, {1, 0.5});
+}
+
+TEST(Mill, ACircularPocketIsOfSecondOrder) {
+  // The path of the axis is a circle of radius 5, and 3 about it is cut: a ring from 2 to 8.
+  expectSecondOrder("flat:d=6,l=30", kBlock, "G0 X15 Y10 Z20\nG0 Z6\nG3 I5 F600\nG0 Z20\n",
+                    4.01 * kPi * (64 - 4), {1, 0.5});
+}
+
+TEST(Mill, ATiltedToolCutsItsShadow) {
+  // A ball that goes along x, tilted in y: the round end leaves a groove of the same radius, and
+  // its cylinder cuts upward along the axis.
+  const double tilt = kPi / 6;
+  std::vector<std::pair<double, double>> errors;
+  for (const double h : {1.0, 0.5}) {
+    const double s = std::sin(tilt);
+    const double c = std::cos(tilt);
+    const auto path = formats::readCutterLocations(
+        formats::InputFile{
+            "a.cl",
+            fmt::format("FEDRAT/600\nGOTO/-8,10,4,0,{0},{1}\nGOTO/48,10,4,0,{0},{1}\n", s, c)},
+        {});
+    ASSERT_TRUE(path);
+    const Process process = milled(kBlock, toolOf("ball:d=6,l=60", h * h / 200), *path, h, 3);
+    // In the plane (y, z): a half disc of radius 3 about the centre below its diameter across the
+    // axis, and a strip of width 6 along the axis up to the top of the block.
+    const double centreZ = 4 + 3 * c;
+    // The strip above the diameter, cut by the plane z = top: its mean length is from the centre.
+    const double strip = 6 * (10.01 - centreZ) / c;
+    const double area = kPi * 9 / 2 + strip;
+    errors.emplace_back(h, std::abs(process.report.removedVolume - 40 * area));
+  }
+  EXPECT_GT(orderOf(errors), 1.7);
+}
+
+TEST(Mill, AThroughCutSeparatesTheStockAtTheRightTime) {
+  // The flat tool passes x = 40.03 with its front when its axis is at 37.03: 42.03 of 50 mm at 5
+  // mm/s. What is left at the far side is a bridge that narrows, and is gone at that time.
+  const auto path = gcode("G0 X-5 Y10 Z-1\nG1 X45 F300\n");
+  for (const std::uint64_t frames : {3, 12}) {
+    const Process process = milled(kBlock, toolOf("flat:d=6,l=30", 0.005), path, 0.5, frames);
+    const MillReport& report = process.report;
+    EXPECT_EQ(report.components, 2U);
+    ASSERT_EQ(report.separations.size(), 1U);
+    EXPECT_EQ(report.separations[0].components, 2U);
+    const double expected = (40.03 + 5 - 3) / 5;
+    // To a step of the tool and a voxel.
+    EXPECT_NEAR(report.separations[0].time.end, expected, 0.5);
+    EXPECT_EQ(report.progress.front().components, 1U);
+    EXPECT_EQ(report.progress.back().components, 2U);
+  }
+}
+
+TEST(Mill, WhatIsRemovedNeverComesBack) {
+  // There and back, over cuts made before, and into the air between them.
+  const auto path = gcode(
+      "G0 X-5 Y7 Z6\nG1 X20 Y9 F600\nX10 Y15 Z4\nG2 X20 Y15 I5\nG1 X5 Y5 Z5\nG0 Z20\nX30\n"
+      "G1 Z2\nX38 Y3\n");
+  const Process process = milled(kBlock, toolOf("bull:d=5,r=1,l=30", 0.01), path, 0.5, 24);
+  const MillReport& report = process.report;
+  EXPECT_LT(report.returnedVolume, 1e-4 * report.removedVolume);
+  for (std::size_t i = 1; i < report.progress.size(); ++i) {
+    EXPECT_GE(report.progress[i].removedVolume, report.progress[i - 1].removedVolume);
+  }
+  // Slices, at frames and between: each lies within the one before.
+  TriangleMesh before;
+  double volumeBefore = 0;
+  for (const double time : model::evenTimes({path.motion.timeBegin(), path.motion.timeEnd()}, 47)) {
+    const auto slice = convert::sliceAtTime(process.mesh, time);
+    ASSERT_TRUE(slice);
+    const double volume = model::signedVolume(slice->mesh);
+    if (!before.triangles.empty()) {
+      EXPECT_LE(volume, volumeBefore * (1 + 1e-12)) << time;
+    }
+    before = slice->mesh;
+    volumeBefore = volume;
+  }
+  EXPECT_NEAR(volumeBefore, report.remainingVolume, 1e-9 * report.stockVolume);
+  EXPECT_TRUE(measure::checkMesh(process.mesh)->valid());
+}
+
+TEST(Mill, VolumesAreThoseOfSlices) {
+  const Process process = milled(kBlock, toolOf("ball:d=6,l=30", 0.01), gcode(kSlot), 1, 5);
+  for (const MillProgress& at : process.report.progress) {
+    const auto slice = convert::sliceAtTime(process.mesh, at.time);
+    EXPECT_NEAR(model::signedVolume(slice->mesh), process.report.stockVolume - at.removedVolume,
+                1e-8);
+  }
+}
+
+TEST(Mill, TheFirstFrameIsTheStock) {
+  const Process process = milled(kBlock, toolOf("ball:d=6,l=30", 0.01), gcode(kSlot), 0.5, 5);
+  EXPECT_EQ(process.report.progress.front().removedVolume, 0);
+  EXPECT_NEAR(process.report.stockVolume, 8000, 30);
+}
+
+TEST(Mill, AStockOfWholeVoxelsIsExactButForItsEdges) {
+  // Faces on lattice planes: only the twelve edges are cut off, by triangles of a voxel.
+  const TriangleMesh stock = box({0, 0, 0}, {10, 10, 10});
+  const Process process =
+      milled(stock, toolOf("ball:d=2,l=5", 0.01), gcode("G0 X50 Y50 Z50\nG1 X60 F100"), 1, 2);
+  EXPECT_FALSE(process.report.firstCut);
+  EXPECT_EQ(process.report.removedVolume, 0);
+  EXPECT_NEAR(process.report.stockVolume, 1000 - 120 * 0.5, 10);
+}
+
+TEST(Mill, ShankAndHolderCollideWhenTheyReachTheStock) {
+  // A pocket deeper than the tool: the shank, wider than it, meets the stock when the tip is at
+  // 10.01 - 4 = 6.01; from z = 12 down at 1 mm/s, that is after 5.99 s.
+  MillOptions options;
+  options.guards.push_back({"shank", cylinderMesh({8, 10}, 4, 0.01)});
+  options.guards.push_back({"holder", cylinderMesh({20, 10}, 14, 0.01)});
+  const auto path = gcode("G0 X20 Y10 Z12\nG1 Z4 F60\n");
+  const Process process = milled(kBlock, toolOf("flat:d=6,l=4", 0.01), path, 0.25, 3, options);
+  ASSERT_EQ(process.report.collisions.size(), 1U);
+  const Collision& collision = process.report.collisions[0];
+  EXPECT_EQ(collision.part, "shank");
+  EXPECT_LE(collision.time.begin, 5.99 + 0.25);
+  EXPECT_GE(collision.time.begin, 5.99 - 1);
+  EXPECT_EQ(collision.time.end, 8);
+  const double radius = (collision.point - Point3(20, 10, collision.point.z())).norm();
+  EXPECT_GT(radius, 3 - 0.25);
+  EXPECT_LT(radius, 4);
+  // A shank as thin as the tool follows into what the tool has cut.
+  options.guards = {{"shank", cylinderMesh({6, 10}, 4, 0.01)}};
+  EXPECT_TRUE(milled(kBlock, toolOf("flat:d=6,l=4", 0.01), path, 0.25, 3, options)
+                  .report.collisions.empty());
+}
+
+TEST(Mill, ARapidMoveMustNotCut) {
+  const Process process = milled(kBlock, toolOf("ball:d=6,l=30", 0.01),
+                                 gcode("G0 X-5 Y10 Z6\nG1 X10 F600\nG0 X20\n"), 1, 4);
+  ASSERT_EQ(process.report.collisions.size(), 1U);
+  EXPECT_EQ(process.report.collisions[0].part, "tool");
+  EXPECT_NEAR(process.report.collisions[0].time.begin, 1.5, 1e-9);
+}
+
+TEST(Mill, RefusesWhatCannotBeMilled) {
+  const auto path = gcode(kSlot);
+  const TriangleMesh tool = toolOf("ball:d=6,l=30", 0.01);
+  MillOptions options;
+  options.voxelSize = 0.001;
+  options.times = {0, 10};
+  model::Mesh mesh;
+  const auto fine = mill(kBlock, tool, path.motion, options, mesh);
+  ASSERT_FALSE(fine);
+  EXPECT_NE(fine.error().message.find("more than the limit of 4 GB"), std::string::npos);
+  TriangleMesh open = kBlock;
+  open.triangles.pop_back();
+  options.voxelSize = 1;
+  const auto refused = mill(open, tool, path.motion, options, mesh);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().remedy, Remedy::Mend);
+  EXPECT_EQ(refused.error().where, "stock");
+}
+
+TEST(ToolShape, VolumesConvergeFromBelow) {
+  const struct {
+    const char* text;
+    double volume;
+  } kTools[] = {{"ball:d=6,l=30", kPi * (18 + 9 * 27)},
+                {"flat:d=6,l=30", kPi * 9 * 30},
+                {"bull:d=6,r=1,l=30", kPi * 9 * 29 + kPi * (4 + 2 * kPi / 2 + 2.0 / 3)}};
+  for (const auto& [text, volume] : kTools) {
+    double error = 0;
+    for (const double tolerance : {0.01, 0.001}) {
+      const double now = volume - model::signedVolume(toolOf(text, tolerance));
+      EXPECT_GT(now, 0) << text;
+      EXPECT_LT(now, tolerance * 6 * 100) << text;
+      if (error > 0) {
+        EXPECT_LT(now, error / 5);
+      }
+      error = now;
+    }
+  }
+}
+
+TEST(ToolShape, SaysWhatIsWrong) {
+  const auto error = [](const char* text) {
+    const auto tool = parseTool(text);
+    return tool ? std::string("no error") : tool.error().message;
+  };
+  EXPECT_EQ(error("ball:d=6,l=0"), "found 'l=0', expected sizes above zero as in ball:d=6,l=30");
+  EXPECT_EQ(error("ball:d=6"), "'d=6' has no l; write it as in ball:d=6,l=30");
+  EXPECT_EQ(error("ball:d=6,l=2"),
+            "the length l=2 must be more than the height 3 of the rounded end");
+  EXPECT_EQ(error("bull:d=6,r=3,l=9"),
+            "the rounding r=3 must be below half the diameter d=6; with half of it this is a ball");
+  EXPECT_EQ(error("drill:d=6,l=9"),
+            "'drill:d=6,l=9' is no tool; expected ball:, flat: or bull: and sizes, as in "
+            "ball:d=6,l=30, or the file of a triangle mesh");
+  EXPECT_EQ(error("ball:d=6,d=7,l=9"),
+            "found 'd=7', expected sizes above zero as in ball:d=6,l=30");
+}
+
+}  // namespace
+}  // namespace t4d::mill
