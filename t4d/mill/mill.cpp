@@ -219,10 +219,17 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
       options.times.back() > motion.timeEnd()) {
     return invalid("the frames need two times or more within the motion");
   }
-  auto field = StockField::of(stock, options.voxelSize, options.memory);
+  MillReport report;
+  TriangleMesh turned;
+  if (model::signedVolume(stock) < 0) {
+    turned = stock;
+    for (model::Triangle& triangle : turned.triangles) std::swap(triangle[1], triangle[2]);
+    report.notices.emplace_back("the stock was inside out and was flipped");
+  }
+  auto field =
+      StockField::of(turned.triangles.empty() ? stock : turned, options.voxelSize, options.memory);
   if (!field) return pass(field.error());
 
-  MillReport report;
   Workpiece frames(std::move(*field), tool, motion, options, report);
   std::vector<ProjectedVolume> volumes;
   ProjectedVolumes measured(sink, [&](const ProjectedVolume& one) { volumes.push_back(one); });

@@ -67,6 +67,7 @@ struct MillReport {
   std::vector<Collision> collisions;
   std::optional<double> firstCut;  ///< the beginning of the first step that removes something
   voxel4d::WeaveReport woven;
+  std::vector<std::string> notices;  ///< one sentence each
 };
 
 /// Mills `stock` with `tool` moved by `motion`, and puts the workpiece into `sink`, a 4D mesh
@@ -82,10 +83,10 @@ struct MillReport {
 /// Guards are looked at after each step, with lattice points: what they reach by less than a voxel
 /// may be missed, and what is found is a contact for certain.
 ///
-/// Both meshes are closed and face outward; where the stock overlaps itself it counts once. Memory
-/// is that of a few frames. Fails for a mesh that is not closed ("stock", "tool" or the name of the
-/// guard is where), a voxel size that needs more than `memory`, times that are not within the
-/// motion, and if sweep, weave or the sink does.
+/// Both meshes are closed; one that is inside out is turned round, with a notice for the stock.
+/// Where the stock overlaps itself it counts once. Memory is that of a few frames. Fails for a mesh
+/// that is not closed ("stock", "tool" or the name of the guard is where), a voxel size that needs
+/// more than `memory`, times that are not within the motion, and if sweep, weave or the sink does.
 Result<MillReport> mill(const model::TriangleMesh& stock, const model::TriangleMesh& tool,
                         const model::Motion& motion, const MillOptions& options, model::Sink& sink,
                         const model::Progress& progress = {});

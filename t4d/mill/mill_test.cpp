@@ -191,6 +191,26 @@ TEST(Mill, AStockOfWholeVoxelsIsExactButForItsEdges) {
   EXPECT_NEAR(process.report.stockVolume, 1000 - 120 * 0.5, 10);
 }
 
+TEST(Mill, AStockMayOverlapItselfAndBeInsideOut) {
+  // Two boxes that overlap count once; in one mesh, as two components.
+  TriangleMesh both = box({0.1, 0.1, 0.1}, {10.1, 10.1, 10.1});
+  const TriangleMesh other = box({5.1, 0.1, 0.1}, {15.1, 10.1, 10.1});
+  for (const auto& [a, b, c] : other.triangles) both.triangles.push_back({a + 8, b + 8, c + 8});
+  both.vertices.insert(both.vertices.end(), other.vertices.begin(), other.vertices.end());
+  const TriangleMesh one = box({0.1, 0.1, 0.1}, {15.1, 10.1, 10.1});
+  const TriangleMesh tool = toolOf("ball:d=6,l=30", 0.01);
+  const auto path = gcode("G0 X5 Y5 Z20\nG1 Z5 F600\n");
+  const Process expected = milled(one, tool, path, 0.5, 3);
+  const Process overlapping = milled(both, tool, path, 0.5, 3);
+  EXPECT_NEAR(overlapping.report.stockVolume, expected.report.stockVolume, 1e-6);
+  EXPECT_NEAR(overlapping.report.removedVolume, expected.report.removedVolume, 1e-6);
+  TriangleMesh turned = one;
+  for (model::Triangle& triangle : turned.triangles) std::swap(triangle[0], triangle[1]);
+  const Process inside = milled(turned, tool, path, 0.5, 3);
+  EXPECT_EQ(inside.report.notices.size(), 1U);
+  EXPECT_NEAR(inside.report.stockVolume, expected.report.stockVolume, 1e-6);
+}
+
 TEST(Mill, ShankAndHolderCollideWhenTheyReachTheStock) {
   // A pocket deeper than the tool: the shank, wider than it, meets the stock when the tip is at
   // 10.01 - 4 = 6.01; from z = 12 down at 1 mm/s, that is after 5.99 s.

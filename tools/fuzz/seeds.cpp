@@ -6,6 +6,7 @@
 #include "t4d/fixtures/deformations.h"
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/motions.h"
+#include "t4d/fixtures/tool_paths.h"
 #include "t4d/formats/gltf_writer.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
 #include "t4d/formats/motion_reader.h"
@@ -140,6 +141,15 @@ void writeMotionSeeds(const fs::path& folder) {
 std::string contents(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void writeToolPathSeeds(const fs::path& folder) {
+  for (const auto& path : fixtures::toolPathFiles()) write(folder / path.name, path.text);
+  write(folder / "arcs.nc",
+        "G20 G0 X1 Y0 Z0\nG18 G3 X0 Z1 I-1 K0 F9\nG91 G19 G2 Y1 Z1 R1.5\nG90.1 G17 G2 X0 Y0 I0 "
+        "J1\nG4 P1\n");
+  write(folder / "inches.cl",
+        "UNITS/INCHES\nFROM/0,0,0\nRAPID\nGOTO/1,0, $\n0,1,0,0\nFEDRAT/IPM,3\nGOTO/2,0,0\n");
 }
 
 void writeCacheSeeds(const fs::path& folder) {
@@ -280,6 +290,7 @@ int main(int count, char** arguments) {
   };
   fill("t4d", t4d::fuzz::writeT4dSeeds);
   fill("motion", t4d::fuzz::writeMotionSeeds);
+  fill("tool_path", t4d::fuzz::writeToolPathSeeds);
   fill("cache", t4d::fuzz::writeCacheSeeds);
   fill("mesh", t4d::fuzz::writeMeshSeeds);
   fill("mesh4d", t4d::fuzz::writeMesh4dSeeds);

@@ -320,6 +320,7 @@ int run(const MillArguments& options) {
   }
   const auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
+  printNotices(milled->notices);
   if (!milled->firstCut) {
     printNotices({options.path() + ": the tool never meets the stock; nothing is removed"});
   }

@@ -1,0 +1,52 @@
+#include <cmath>
+#include <string>
+
+#include "t4d/formats/cutter_location_reader.h"
+#include "t4d/formats/gcode_reader.h"
+#include "tools/fuzz/fuzz.h"
+
+/// Paths of tools, cutter locations if the first byte is a letter that their statements begin with
+/// and G-code otherwise: an accepted path has no gaps and only finite numbers.
+namespace t4d::fuzz {
+namespace {
+
+int test(std::span<const std::uint8_t> bytes) {
+  const formats::InputFile file{"path", std::string(bytes.begin(), bytes.end())};
+  // Arcs of many chords are allowed but slow.
+  const formats::ToolPathOptions coarse{.tolerance = 1e3};
+  const bool locations = file.bytes.starts_with("P") || file.bytes.starts_with("F") ||
+                         file.bytes.starts_with("GOTO") || file.bytes.starts_with("UNITS");
+  const auto path =
+      locations ? formats::readCutterLocations(file, coarse) : formats::readGcode(file, coarse);
+  if (!path) {
+    must(!path.error().message.empty() && path.error().where.starts_with("path"),
+         "a refusal says what and where");
+    return 0;
+  }
+  const auto& segments = path->motion.segments;
+  must(!segments.empty(), "a path moves");
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    must(segments[i].timeBegin < segments[i].timeEnd && std::isfinite(segments[i].timeEnd),
+         "a move lasts");
+    for (const double fraction : {0.0, 0.3, 1.0}) {
+      const model::Pose pose = segments[i].at(fraction);
+      must(pose.rotation.allFinite() && pose.translation.allFinite(), "poses are finite");
+      must((pose.rotation * pose.rotation.transpose()).isIdentity(1e-9), "poses are rigid");
+    }
+    if (i == 0) continue;
+    must(segments[i - 1].timeEnd == segments[i].timeBegin &&
+             segments[i - 1].end.translation == segments[i].start.translation,
+         "a move begins where the one before ends");
+  }
+  for (const model::TimeSpan& rapid : path->rapids) {
+    must(rapid.begin < rapid.end && rapid.end <= path->motion.timeEnd(), "rapids are in the path");
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace t4d::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return t4d::fuzz::test({data, size});
+}
