@@ -47,6 +47,18 @@ struct Piece {
   std::uint32_t group = 0;
 };
 
+/// The axis along which a plane can be projected: that of its largest normal component.
+int axisOf(const Exact::Plane_3& plane) {
+  const std::array<double, 3> normal = {std::abs(CGAL::to_double(plane.a())),
+                                        std::abs(CGAL::to_double(plane.b())),
+                                        std::abs(CGAL::to_double(plane.c()))};
+  return static_cast<int>(std::ranges::max_element(normal) - normal.begin());
+}
+
+Exact::Point_2 acrossAxis(const ExactPoint& p, int axis) {
+  return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
+}
+
 /// Vertices with exact places, each once.
 class ExactVertices {
  public:
@@ -70,6 +82,13 @@ class ExactVertices {
   }
 
   const ExactPoint& operator[](std::uint32_t id) const { return *points_[id]; }
+
+  /// Also of an input vertex that nothing asked for before.
+  ExactPoint at(std::uint32_t id) const {
+    if (points_[id]) return *points_[id];
+    const Point3& p = mesh_.vertices[id];
+    return {p.x(), p.y(), p.z()};
+  }
 
   std::vector<Point3> rounded() const {
     std::vector<Point3> result = mesh_.vertices;
@@ -139,6 +158,7 @@ class Arrangement {
     return groups_[piece.group].triangles;
   }
   std::vector<Point3> places() const { return vertices_.rounded(); }
+  ExactPoint exactPlace(std::uint32_t vertex) const { return vertices_.at(vertex); }
   std::uint64_t cutCount() const { return cutCount_; }
 
  private:
@@ -170,22 +190,12 @@ class Arrangement {
     groups_[groupOf_[b]].segments.push_back(segment);
   }
 
-  /// The axis along which a group's plane can be projected: that of its largest normal component.
-  int axisOf(const Exact::Plane_3& plane) const {
-    const std::array<double, 3> normal = {std::abs(CGAL::to_double(plane.a())),
-                                          std::abs(CGAL::to_double(plane.b())),
-                                          std::abs(CGAL::to_double(plane.c()))};
-    return static_cast<int>(std::ranges::max_element(normal) - normal.begin());
-  }
-
   void addPieces(std::uint32_t index) {
     const Group& group = groups_[index];
     const Exact::Triangle_3 first = exactTriangle(group.triangles.front());
     const Exact::Plane_3 plane(first[0], first[1], first[2]);
     const int axis = axisOf(plane);
-    const auto flattened = [&](const ExactPoint& p) {
-      return Exact::Point_2(p[(axis + 1) % 3], p[(axis + 2) % 3]);
-    };
+    const auto flattened = [&](const ExactPoint& p) { return acrossAxis(p, axis); };
     Planar planar;
     std::unordered_map<std::uint32_t, Planar::Vertex_handle> handles;
     const auto handleOf = [&](std::uint32_t id) {
@@ -334,9 +344,63 @@ class Classifier {
     return static_cast<int>(whole);
   }
 
+  /// The same in exact arithmetic, for pieces that are thinner than rounding: by the triangles that
+  /// a line from within the piece meets. Nothing if all lines that are tried touch an edge.
+  std::optional<int> exactlyBehind(const Piece& piece) const {
+    std::array<ExactPoint, 3> corners;
+    for (int i = 0; i < 3; ++i) corners[i] = arrangement_.exactPlace(piece.corners[i]);
+    const Exact::Plane_3 plane(corners[0], corners[1], corners[2]);
+    if (plane.is_degenerate()) return std::nullopt;
+    const int axis = axisOf(plane);
+    const bool facesUp =
+        CGAL::orientation(acrossAxis(corners[0], axis), acrossAxis(corners[1], axis),
+                          acrossAxis(corners[2], axis)) == CGAL::LEFT_TURN;
+    for (const std::array<int, 3>& weights : {std::array{1, 1, 1}, {31, 17, 23}, {7, 41, 29}}) {
+      const ExactPoint from =
+          CGAL::barycenter(corners[0], Exact::FT(weights[0]), corners[1], Exact::FT(weights[1]),
+                           corners[2], Exact::FT(weights[2]));
+      const std::optional<int> above = windingAbove(from, axis, piece);
+      if (above) return facesUp ? *above + piece.net : *above;
+    }
+    return std::nullopt;
+  }
+
   const std::vector<Point3>& places() const { return places_; }
 
  private:
+  /// The winding number of all triangles but those in the plane of the piece on the upper side.
+  std::optional<int> windingAbove(const ExactPoint& from, int axis, const Piece& piece) const {
+    const Exact::Point_2 line = acrossAxis(from, axis);
+    const CGAL::Bbox_2 box = line.bbox();
+    const auto& own = arrangement_.trianglesOf(piece);
+    int winding = 0;
+    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
+      CGAL::Bbox_2 bounds;
+      for (const std::uint32_t corner : mesh_.triangles[i]) {
+        const Point3& p = mesh_.vertices[corner];
+        const double u = p[(axis + 1) % 3];
+        const double v = p[(axis + 2) % 3];
+        bounds += CGAL::Bbox_2(u, v, u, v);
+      }
+      if (!CGAL::do_overlap(box, bounds) || std::ranges::find(own, i) != own.end()) continue;
+      std::array<ExactPoint, 3> corners;
+      for (int k = 0; k < 3; ++k) corners[k] = arrangement_.exactPlace(mesh_.triangles[i][k]);
+      std::array<int, 3> sides;
+      for (int k = 0; k < 3; ++k) {
+        sides[k] = static_cast<int>(CGAL::orientation(
+            acrossAxis(corners[k], axis), acrossAxis(corners[(k + 1) % 3], axis), line));
+      }
+      const auto [least, most] = std::ranges::minmax(sides);
+      if (least < 0 && most > 0) continue;
+      if (least * most == 0) return std::nullopt;
+      const int side =
+          static_cast<int>(CGAL::orientation(corners[0], corners[1], corners[2], from));
+      if (side == 0) return std::nullopt;
+      if (side != least) winding += least;
+    }
+    return winding;
+  }
+
   const TriangleMesh& mesh_;
   const Arrangement& arrangement_;
   std::vector<Point3> places_;
@@ -371,6 +435,12 @@ Result<OuterSurface> outerOf(const TriangleMesh& mesh, const SurfaceCrossings& c
       if (const auto behind = classifier.behind(pieces[piece])) {
         sides.emplace(patch, Sides{*behind, piece});
         break;
+      }
+    }
+    for (const std::uint32_t piece : asked) {
+      if (sides.contains(patch)) break;
+      if (const auto behind = classifier.exactlyBehind(pieces[piece])) {
+        sides.emplace(patch, Sides{*behind, piece});
       }
     }
   }
