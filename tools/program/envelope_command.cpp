@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/convert/slice.h"
 #include "t4d/edit/clip_time.h"
 #include "t4d/edit/envelope.h"
+#include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 #include "t4d/measure/visit_fields.h"
@@ -15,6 +17,7 @@
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/envelope_page.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/or_null.h"
@@ -38,6 +41,7 @@ struct EnvelopeArguments {
   double maxMemoryGiB = 4;
   bool exact = false;
   std::array<std::string, 4> fields;  // files, as in kFields
+  std::string html;
   bool center = false;
   bool json = false;
 };
@@ -196,7 +200,7 @@ Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
 
 /// Why the options cannot be.
 std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
-  std::vector<std::string> outputs = {options.output};
+  std::vector<std::string> outputs = {options.output, options.html};
   outputs.insert(outputs.end(), options.fields.begin(), options.fields.end());
   std::erase(outputs, "");
   for (std::size_t i = 0; i < outputs.size(); ++i) {
@@ -286,6 +290,47 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
   }
 }
 
+/// The page: the envelope, and the solids at some times.
+Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passed>& all,
+                       const InputBodies& input, const model::TimeSpan& span) {
+  auto file = formats::OutputFile::create(options.html);
+  if (!file) return pass(file.error());
+  const formats::Metadata& metadata = input.reader.metadata();
+  EnvelopeReport page;
+  page.title = "Envelope of " + input.reader.name();
+  page.zUp = metadata.up == "z";
+  const auto append = [](model::TriangleMesh& to, const model::TriangleMesh& mesh) {
+    const auto first = static_cast<std::uint32_t>(to.vertices.size());
+    to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+    for (const auto& [a, b, c] : mesh.triangles) {
+      to.triangles.push_back({a + first, b + first, c + first});
+    }
+  };
+  model::TriangleMesh envelope;
+  for (const Passed& one : all) append(envelope, one.envelope.mesh);
+  page.solids.emplace_back("envelope", std::move(envelope));
+  constexpr std::uint64_t kTimes = 3;
+  for (const double time : model::evenTimes(span, kTimes)) {
+    model::TriangleMesh solid;
+    for (const model::Body& body : input.bodies) {
+      if (!model::timeWithin(*body.source, time)) continue;
+      const auto slice = convert::slice(*body.source, convert::Hyperplane::atTime(time));
+      if (!slice) return pass(slice.error());
+      append(solid, slice->mesh);
+    }
+    page.solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
+  }
+  const ordered_json numbers = jsonOf(all);
+  for (const auto& [name, value] : numbers.items()) {
+    std::string title = name;
+    std::ranges::replace(title, '_', ' ');
+    page.numbers.emplace_back(title, value.dump());
+  }
+  const std::string html = envelopePage(page);
+  if (auto written = file->write(html.data(), html.size()); !written) return written;
+  return file->commit();
+}
+
 int run(const EnvelopeArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
@@ -339,6 +384,11 @@ int run(const EnvelopeArguments& options) {
     auto written = writeFields(options, *input, *span, std::move(*lattice));
     if (!written) return report(inInput(written.error(), *input));
     fields = std::move(*written);
+  }
+  if (!options.html.empty()) {
+    if (auto written = writePage(options, *all, *input, *span); !written) {
+      return report(inInput(written.error(), *input));
+    }
   }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -408,6 +458,11 @@ void addEnvelope(CLI::App& app, int& exitCode) {
                    "Refuse to use more memory than this, GiB")
       ->check(numberAboveZero())
       ->capture_default_str();
+  command
+      ->add_option("--html", options->html,
+                   "A page to write, with pictures of the envelope and of the solid")
+      ->type_name("FILE")
+      ->check(someName());
   addCenterOption(*command, options->center,
                   "The file says where it was: in the translation of glTF's root node, else in a "
                   "comment");
