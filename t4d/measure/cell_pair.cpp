@@ -255,11 +255,11 @@ class Collected {
 };
 
 /// Signs of the coefficients of a dependency, those of b reversed: equal for a common point.
-enum class Verdict : std::uint8_t { No, Yes, Unknown };
+enum class Answer : std::uint8_t { No, Yes, Unknown };
 
 /// Of one set of six corners; `signs` are those of its determinants, 2 if not known.
 template <class SignOf>
-Verdict verdictOf(Mask six, SignOf sign) {
+Answer answerOf(Mask six, SignOf sign) {
   bool plus = false;
   bool minus = false;
   bool unknown = false;
@@ -272,12 +272,12 @@ Verdict verdictOf(Mask six, SignOf sign) {
     } else {
       const bool isPlus = (found > 0) == (even == ((bit & kMaskA) != 0));
       if (found != 0) (isPlus ? plus : minus) = true;
-      if (plus && minus) return Verdict::No;
+      if (plus && minus) return Answer::No;
     }
     even = !even;
   }
-  if (unknown) return Verdict::Unknown;
-  return plus || minus ? Verdict::Yes : Verdict::No;
+  if (unknown) return Answer::Unknown;
+  return plus || minus ? Answer::Yes : Answer::No;
 }
 
 template <class Number>
@@ -328,7 +328,7 @@ Decision decideExactly(const Determinants<Number>& determinants, const Corners8&
   if (!spans) return {false, {}};
   for (const Mask six : kSixes) {
     const auto sign = [&](Mask five) { return signOf(determinants.of(five)); };
-    if (verdictOf(six, sign) != Verdict::Yes) continue;
+    if (answerOf(six, sign) != Answer::Yes) continue;
     Mask support = 0;
     const Combination<Number> combination = combinationOf(six, determinants, support);
     collected.add(pointFor(combination, corners), support);
@@ -699,9 +699,9 @@ std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b)
   };
   Collected collected;
   for (const Mask six : kSixes) {
-    const Verdict verdict = verdictOf(six, sign);
-    if (verdict == Verdict::Unknown) return meetingByIntegers(corners);
-    if (verdict == Verdict::No) continue;
+    const Answer answer = answerOf(six, sign);
+    if (answer == Answer::Unknown) return meetingByIntegers(corners);
+    if (answer == Answer::No) continue;
     Mask support = 0;
     const Combination<double> combination = combinationOf(six, determinants, support);
     collected.add(pointOf(combination, corners), support);

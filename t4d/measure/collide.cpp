@@ -136,10 +136,12 @@ class WindowSearch {
     const auto near = [](const Bounds4& p, const Bounds4& q) { return meet(p, q); };
     const std::vector<NodePair> tasks = split(near);
     std::vector<ContactStretches> found(tasks.size());
-    // What earlier batches have found saves later ones work.
-    constexpr std::size_t kBatch = 64;
-    for (std::size_t begin = 0; begin < tasks.size(); begin += kBatch) {
-      const std::size_t end = std::min(tasks.size(), begin + kBatch);
+    // What earlier batches have found saves later ones work. Batches are the same for any number
+    // of threads, and so is the result.
+    constexpr std::size_t kLargestBatch = 64;
+    std::size_t end = 0;
+    for (std::size_t begin = 0; begin < tasks.size(); begin = end) {
+      end = std::min({tasks.size(), 2 * begin + 1, begin + kLargestBatch});
       tbb::parallel_for(begin, end, [&](std::size_t task) {
         found[task] = stretches;
         findContacts(tasks[task], found[task]);
@@ -258,8 +260,8 @@ class WindowSearch {
 
   void findContacts(const NodePair& pair, ContactStretches& stretches) const {
     const auto near = [&](const Bounds4& p, const Bounds4& q) {
-      return meet(p, q) && !stretches.covers(std::max(p.min[3], q.min[3]),
-                                             std::min(p.max[3], q.max[3]), span_.end);
+      return meet(p, q) && !stretches.covers(std::max({p.min[3], q.min[3], span_.begin}),
+                                             std::min({p.max[3], q.max[3], span_.end}));
     };
     if (!near(a_.tree.nodes()[pair.a].bounds, b_.tree.nodes()[pair.b].bounds)) return;
     if (forEachChild(pair, [&](const NodePair& child) { findContacts(child, stretches); })) return;
@@ -355,11 +357,22 @@ class Collider {
     if (windows.empty()) return Collision{};
     Collision collision;
     collision.common = TimeSpan{windows.front().span.begin, windows.back().span.end};
-    for (std::size_t i = 0; i < windows.size(); ++i) {
-      if (auto done = one(windows[i]); !done) return pass(done.error());
-      if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(windows.size()));
-    }
+    const auto forAll = [&](auto visit, double from, double to) -> Result<void> {
+      for (std::size_t i = 0; i < windows.size(); ++i) {
+        if (auto done = visit(windows[i]); !done) return done;
+        const double part = static_cast<double>(i + 1) / static_cast<double>(windows.size());
+        if (progress) progress(from + part * (to - from));
+      }
+      return {};
+    };
+    constexpr double kContacts = 0.5;  // of the work
+    auto done = forAll([&](const Window& window) { return findContacts(window); }, 0, kContacts);
+    if (!done) return pass(done.error());
     finish(std::numeric_limits<double>::infinity());
+    if (options_.clearanceOverTime || (options_.clearance && intervals_.empty())) {
+      done = forAll([&](const Window& window) { return findClearance(window); }, kContacts, 1);
+      if (!done) return pass(done.error());
+    }
     collision.intervals = std::move(intervals_);
     collision.clearanceOverTime = std::move(overTime_);
     if (collision.intervals.empty() && std::isfinite(nearest_.distance)) {
@@ -373,13 +386,16 @@ class Collider {
   }
 
  private:
-  Result<void> one(const Window& window) {
+  Result<void> load(const Window& window) {
     Result<void> loadedA;
     Result<void> loadedB;
     tbb::parallel_invoke([&] { loadedA = a_.load(window.slabA); },
                          [&] { loadedB = b_.load(window.slabB); });
-    if (!loadedA) return loadedA;
-    if (!loadedB) return loadedB;
+    return loadedA ? loadedB : loadedA;
+  }
+
+  Result<void> findContacts(const Window& window) {
+    if (auto loaded = load(window); !loaded) return loaded;
     const TimeSpan& span = window.span;
     const WindowSearch search(a_, b_, span);
     const bool continued = !open_.empty() && open_.all().back().end == span.begin;
@@ -388,7 +404,6 @@ class Collider {
     roundOnce();
     if (auto done = findInside(span, touching); !done) return done;
     join();
-    clearance(search, span);
     finish(span.end);
     lastWindowEnd_ = span.end;
     return {};
@@ -470,26 +485,27 @@ class Collider {
     open_ = std::move(joined);
   }
 
-  void clearance(const WindowSearch& search, const TimeSpan& span) {
-    const bool contact = !open_.empty() && open_.all().back().end >= span.begin;
-    if (options_.clearanceOverTime) {
-      Clearance here = none();
-      if (!contact) {
-        search.tryCells(static_cast<std::uint32_t>(lastNearest_.a.cell),
-                        static_cast<std::uint32_t>(lastNearest_.b.cell), here);
-        search.findNearest(here);
-        lastNearest_ = here;
-        if (here.distance < nearest_.distance) {
-          here.lowerBound = std::min(here.lowerBound, nearest_.lowerBound);
-          nearest_ = here;
-        }
-      }
-      overTime_.push_back({span, contact ? 0 : here.distance});
-    } else if (options_.clearance && !contact && intervals_.empty()) {
-      search.tryCells(static_cast<std::uint32_t>(nearest_.a.cell),
-                      static_cast<std::uint32_t>(nearest_.b.cell), nearest_);
-      search.findNearest(nearest_);
+  Result<void> findClearance(const Window& window) {
+    const bool contact = std::ranges::any_of(intervals_, [&](const ContactInterval& interval) {
+      return interval.begin <= window.span.end && interval.end >= window.span.begin;
+    });
+    if (contact) {
+      overTime_.push_back({window.span, 0});
+      return {};
     }
+    if (auto loaded = load(window); !loaded) return loaded;
+    const WindowSearch search(a_, b_, window.span);
+    Clearance here = options_.clearanceOverTime ? none() : nearest_;
+    // The cells that were nearest before are near.
+    search.tryCells(static_cast<std::uint32_t>(last_.a.cell),
+                    static_cast<std::uint32_t>(last_.b.cell), here);
+    search.findNearest(here);
+    last_ = here;
+    if (options_.clearanceOverTime) overTime_.push_back({window.span, here.distance});
+    here.lowerBound = std::min(here.lowerBound, nearest_.lowerBound);
+    if (here.distance < nearest_.distance) nearest_ = here;
+    nearest_.lowerBound = here.lowerBound;
+    return {};
   }
 
   static Clearance none() {
@@ -524,7 +540,7 @@ class Collider {
   ContactStretches open_;  // of the window, and what reaches it
   std::vector<ContactInterval> intervals_;
   Clearance nearest_ = none();
-  Clearance lastNearest_;
+  Clearance last_;
   std::vector<ClearanceOver> overTime_;
   double lastWindowEnd_ = std::numeric_limits<double>::quiet_NaN();
 };

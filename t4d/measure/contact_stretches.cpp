@@ -43,10 +43,9 @@ void ContactStretches::add(const ContactStretch& stretch) {
   all_.erase(from + 1, to);
 }
 
-bool ContactStretches::covers(double begin, double end, double windowEnd) const {
+bool ContactStretches::covers(double begin, double end) const {
   const auto found = std::ranges::lower_bound(all_, end, {}, &ContactStretch::end);
-  if (found == all_.end() || !found->overlaps) return false;
-  return found->begin < begin && (end < found->end || found->end == windowEnd);
+  return found != all_.end() && found->overlaps && found->begin <= begin;
 }
 
 }  // namespace t4d::measure

@@ -28,10 +28,8 @@ class ContactStretches {
   void add(const ContactStretches& others) {
     for (const ContactStretch& stretch : others.all_) add(stretch);
   }
-  /// Whether two cells that last from `begin` to `end`, of slabs that end together or later at
-  /// `windowEnd`, add nothing: what they have in common lies in a stretch that overlaps, and is
-  /// neither the first nor the last contact of it.
-  bool covers(double begin, double end, double windowEnd) const;
+  /// Whether a time span lies in a stretch that overlaps: what is in contact then adds nothing.
+  bool covers(double begin, double end) const;
 
   std::span<const ContactStretch> all() const { return all_; }
   std::span<ContactStretch> all() { return all_; }

@@ -102,4 +102,16 @@ Result<void> measureOverlaps(const model::Source& a, const model::Source& b,
   return {};
 }
 
+Result<std::vector<double>> overlapVolumes(const model::Source& a, const model::Source& b,
+                                           std::span<const double> times) {
+  const Overlaps overlaps(a, b);
+  std::vector<double> volumes;
+  for (const double time : times) {
+    const auto found = overlaps.at(time, kCoarse);
+    if (!found) return pass(found.error());
+    volumes.push_back(found->volume);
+  }
+  return volumes;
+}
+
 }  // namespace t4d::measure

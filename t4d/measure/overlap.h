@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "t4d/measure/collide.h"
 
@@ -12,6 +13,10 @@ namespace t4d::measure {
 /// golden sections about the largest), so it is a lower bound.
 Result<void> measureOverlaps(const model::Source& a, const model::Source& b,
                              std::span<ContactInterval> intervals);
+
+/// The volume of the overlap at each time, which both bodies must reach, to a few per cent.
+Result<std::vector<double>> overlapVolumes(const model::Source& a, const model::Source& b,
+                                           std::span<const double> times);
 
 inline constexpr int kOverlapSamples = 16;
 

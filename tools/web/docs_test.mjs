@@ -91,6 +91,7 @@ test('README.md has the verbs of --help in its order, and their commands run', a
     // The checks of `conform backends` take minutes; docs/conform.md has examples of them.
     await t.test(command, { skip: verb === 'conform' }, () => {
       if (verb === 'recover') shell(program.match(/`(head -c .*?)`/)[1], inputs);
+      if (verb === 'collide') shell(program.match(/`(t4d sweep torus.*?)`/)[1], inputs);
       if (verb === 'join') {
         const first = program.match(/`(t4d sweep\nbolt.obj .* first.t4d)`/)[1].replace('\n', ' ');
         shell(first, inputs);

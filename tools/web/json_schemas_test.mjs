@@ -141,6 +141,10 @@ const runs = [
   ['diff', [at('joined.t4d'), at('joined.t4d')], 0],
   ['diff', [at('joined.t4d'), at('filtered.t4d')], 1],
   ['compress', [at('filtered.t4d'), '--grid-step', '0.01', '-o', at('compressed.t4d')], 0],
+  ['collide', [at('filtered.t4d'), at('torus.t4d'), '--clearance', 1, '--ignore-units'], 0],
+  ['collide', [at('filtered.t4d'), at('swept.t4d'), '--fail-on-contact'], 1],
+  ['collide', [at('rest.t4d'), at('simplex.t4d'), '--ignore-units'], 0],
+  ['collide', [at('filtered.t4d')], 4],
   ['envelope', [at('filtered.t4d'), '--voxel-size', 1, '-o', at('envelope.glb')], 0],
   ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--each'], 0],
   ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--dwell', at('dwell.vdb')], 0],
@@ -261,7 +265,7 @@ const runs = [
 const answersOfFailure = (verb, args, status) =>
   verb === 'validate' ? !args[0].includes('no such') :
   verb === 'recover' ? args[0].includes('open') || args[0].includes('cut') :
-  (verb === 'diff' || verb.startsWith('conform')) && status === 1;
+  (['collide', 'diff'].includes(verb) || verb.startsWith('conform')) && status === 1;
 
 for (const [verb, args, status, codes] of runs) {
   const words = args.map((arg) => String(arg).replace(`${folder}/`, ''));

@@ -1,0 +1,103 @@
+#include "t4d/measure/chord_bound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <Eigen/Geometry>
+
+namespace t4d::measure {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using model::LayerPose;
+using model::Slab;
+
+/// The longest edge of the triangles of the lower layer.
+double longestEdge(const Slab& slab) {
+  double longest = 0;
+  const std::uint32_t lower = slab.connectivity->lowerCount;
+  for (const model::Cell& cell : slab.connectivity->cells) {
+    for (int k = 0; k < 4; ++k) {
+      for (int l = 0; l < k; ++l) {
+        if (cell[k] >= lower || cell[l] >= lower) continue;
+        longest =
+            std::max(longest, (slab.vertices[cell[k]] - slab.vertices[cell[l]]).head<3>().norm());
+      }
+    }
+  }
+  return longest;
+}
+
+class Bounds {
+ public:
+  explicit Bounds(std::optional<ChordBound>& worst) : worst_(worst) { worst_ = ChordBound{}; }
+
+  void add(const Slab& slab, const LayerPose& from, const LayerPose& to) {
+    const Matrix3d before = from.pose.leftCols<3>();
+    const Matrix3d after = to.pose.leftCols<3>();
+    if (before == after) return;  // a translation
+    const Matrix3d turn = after * before.transpose();
+    const Eigen::AngleAxisd angleAxis(turn);
+    const Vector3d shift = to.pose.col(3) - turn * from.pose.col(3);
+    const double half = angleAxis.angle() / 2;
+    if (!(half > 0)) return;
+    // The axis of the screw from pose to pose goes through this point.
+    const Vector3d across = shift - shift.dot(angleAxis.axis()) * angleAxis.axis();
+    const Vector3d center =
+        (across + angleAxis.axis().cross(across) * std::cos(half) / std::sin(half)) / 2;
+    ChordBound here;
+    here.angleRadians = angleAxis.angle();
+    for (const model::Point4& vertex : slab.lowerLayer()) {
+      const Vector3d arm = vertex.head<3>() - center;
+      here.radius = std::max(here.radius, angleAxis.axis().cross(arm).norm());
+    }
+    if (connectivity_ != slab.connectivity) {
+      connectivity_ = slab.connectivity;
+      edge_ = longestEdge(slab);
+    }
+    here.edge = edge_;
+    here.edgeFactor = slab.connectivity->means.size() > 0 ? 1.0 / 6 : 0.5;
+    here.bound = here.forAngle(here.angleRadians);
+    if (here.bound > worst_->bound) worst_ = here;
+  }
+
+ private:
+  std::optional<ChordBound>& worst_;
+  std::shared_ptr<const model::Connectivity> connectivity_;
+  double edge_ = 0;
+};
+
+}  // namespace
+
+double ChordBound::forAngle(double radians) const {
+  return radius * (1 - std::cos(radians / 2)) + edgeFactor * edge * std::sin(radians / 2);
+}
+
+Result<std::optional<ChordBound>> chordBound(const model::Source& source,
+                                             const model::TimeSpan& span) {
+  std::optional<ChordBound> worst;
+  Bounds bounds(worst);
+  std::shared_ptr<const LayerPose> before;
+  for (std::size_t i = 0; i < source.slabCount(); ++i) {
+    const model::TimeSpan own = source.timeSpan(i);
+    if (own.begin >= span.end && own.end > own.begin) break;
+    // Those before the span only to know where it begins.
+    const bool next = i + 1 < source.slabCount() && source.timeSpan(i + 1).end > span.begin;
+    if (own.end <= span.begin && !next) continue;
+    const auto slab = source.slab(i);
+    if (!slab) return pass(slab.error());
+    const auto& pose = (*slab)->upperPose;
+    if (own.end > own.begin && own.end > span.begin) {
+      if (!before || !pose || before->reference != pose->reference) {
+        return std::optional<ChordBound>();
+      }
+      bounds.add(**slab, *before, *pose);
+    }
+    before = pose;
+  }
+  return worst;
+}
+
+}  // namespace t4d::measure

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "t4d/measure/chord_bound.h"
+#include "t4d/measure/collide.h"
+
+namespace t4d::measure {
+
+/// What the 4D meshes say of the motions that they were made of.
+enum class Verdict : std::uint8_t {
+  Hit,              ///< the solids overlap for certain
+  Touch,            ///< they touch and never overlap; only said if the meshes are exact
+  Clear,            ///< they never meet for certain
+  WithinTolerance,  ///< the steps are too coarse to tell
+};
+
+struct CollisionVerdict {
+  Verdict verdict = Verdict::Clear;
+  /// How far the two meshes together can be from the motions; nothing if that is not known, and
+  /// then the verdict is that on the meshes as they are.
+  std::optional<double> chordBound;
+  /// Of solids that overlap: a lower bound of the largest distance of a point in both from both
+  /// surfaces, at the deepest time of an interval.
+  double depth = 0;
+  /// For Clear: the true solids are apart by at least this at all times.
+  double clearBy = 0;
+  /// For WithinTolerance: steps that keep this fraction of the volume (mesh4d::MinVolumeRatio) make
+  /// the bound smaller than the depth or the distance found; nothing if none do.
+  std::optional<double> minVolumeRatio;
+};
+
+/// A point of both meshes that is deeper in each than the bound of this is a point of both true
+/// solids. Slices the bodies at the deepest time of each interval. Fails if a source does.
+Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Source& a,
+                                   const model::Source& b);
+
+}  // namespace t4d::measure

@@ -1,0 +1,475 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/convert/slice.h"
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/measure/collide.h"
+#include "t4d/measure/collision_verdict.h"
+#include "t4d/measure/overlap.h"
+#include "t4d/measure/triangle_tree.h"
+#include "t4d/measure/winding_number.h"
+#include "tools/program/collide_page.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/or_null.h"
+#include "tools/program/progress_bar.h"
+
+namespace t4d::tools {
+namespace {
+
+using formats::Metadata;
+using measure::Collision;
+using measure::CollisionVerdict;
+using measure::Contact;
+using measure::Verdict;
+using model::Point3;
+using nlohmann::ordered_json;
+
+struct CollideArguments {
+  std::vector<std::string> inputs;
+  InputOptions only;
+  std::optional<double> clearance;
+  bool failOnContact = false;
+  bool ignoreUnits = false;
+  std::string output;
+  std::string html;
+  bool json = false;
+};
+
+struct BodyPair {
+  model::Body a;
+  model::Body b;
+  Collision collision;
+  CollisionVerdict verdict;
+
+  /// Whether the distance asked for is kept for certain.
+  bool keeps(double distance) const {
+    if (!collision.common) return true;
+    if (!collision.clearance) return false;
+    return collision.clearance->lowerBound - verdict.chordBound.value_or(0) >= distance;
+  }
+};
+
+/// The units of the first file count; differences are an error unless they are to be ignored.
+Result<void> checkUnits(const InputBodies& a, const InputBodies& b) {
+  const Metadata& ofA = a.reader.metadata();
+  const Metadata& ofB = b.reader.metadata();
+  const auto check = [&](const char* what, const std::string& p,
+                         const std::string& q) -> Result<void> {
+    if (p == q) return {};
+    const auto named = [](const std::string& unit) {
+      return unit.empty() ? std::string("none") : "'" + unit + "'";
+    };
+    return invalid(fmt::format("{} is {}, but that of {} is {}; convert one with t4d transform, or "
+                               "take the numbers as they are with --ignore-units",
+                               what, named(q), a.reader.name(), named(p)),
+                   b.reader.name());
+  };
+  if (auto done = check("the unit of length", ofA.lengthUnit, ofB.lengthUnit); !done) return done;
+  if (auto done = check("the unit of time", ofA.timeUnit, ofB.timeUnit); !done) return done;
+  return check("the axis that points up", ofA.up, ofB.up);
+}
+
+std::string_view nameOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Hit:
+      return "hit";
+    case Verdict::Touch:
+      return "touch";
+    case Verdict::Clear:
+      return "clear";
+    case Verdict::WithinTolerance:
+      return "within-tolerance";
+  }
+  return "";
+}
+
+ordered_json jsonOf(const Point3& point) { return {point.x(), point.y(), point.z()}; }
+
+ordered_json jsonOf(const std::optional<measure::CellNumber>& cell) {
+  if (!cell) return {};
+  return {{"slab", cell->slab}, {"cell", cell->cell}};
+}
+
+ordered_json jsonOf(const BodyPair& pair, const CollideArguments& options) {
+  const Collision& collision = pair.collision;
+  ordered_json value = {{"a", pair.a.name},
+                        {"b", pair.b.name},
+                        {"common", nullptr},
+                        {"contact", collision.contact()},
+                        {"verdict", nameOf(pair.verdict.verdict)},
+                        {"first_contact", nullptr},
+                        {"intervals", ordered_json::array()}};
+  if (collision.common) value["common"] = {collision.common->begin, collision.common->end};
+  for (const measure::ContactInterval& interval : collision.intervals) {
+    value["intervals"].push_back({{"begin", interval.begin},
+                                  {"end", interval.end},
+                                  {"overlaps", interval.overlaps},
+                                  {"deepest_time", interval.deepestTime},
+                                  {"overlap_volume", interval.overlapVolume},
+                                  {"overlap_volume_error", interval.volumeError}});
+  }
+  std::optional<double> distance;
+  std::optional<double> bound;
+  std::optional<double> time;
+  ordered_json points;
+  if (collision.contact()) {
+    const Contact& first = collision.intervals.front().first;
+    value["first_contact"] = {{"time", first.time},
+                              {"point", jsonOf(first.point)},
+                              {"cell_a", jsonOf(first.a)},
+                              {"cell_b", jsonOf(first.b)}};
+    distance = bound = 0;
+    time = first.time;
+    points = {jsonOf(first.point), jsonOf(first.point)};
+  } else if (collision.clearance) {
+    const measure::Clearance& nearest = *collision.clearance;
+    distance = nearest.distance;
+    bound = nearest.lowerBound;
+    time = nearest.time;
+    points = {jsonOf(nearest.pointA), jsonOf(nearest.pointB)};
+  }
+  value["min_clearance"] = orNull(distance);
+  value["min_clearance_bound"] = orNull(bound);
+  value["min_clearance_time"] = orNull(time);
+  value["min_clearance_points"] = points;
+  value["chord_bound"] = orNull(pair.verdict.chordBound);
+  value["depth"] = pair.verdict.depth;
+  value["clear_by"] = pair.verdict.clearBy;
+  value["rv_min"] = orNull(pair.verdict.minVolumeRatio);
+  value["keeps_clearance"] =
+      options.clearance ? ordered_json(pair.keeps(*options.clearance)) : ordered_json();
+  return value;
+}
+
+std::string text(const Point3& point) {
+  return fmt::format("({:.6g}, {:.6g}, {:.6g})", point.x(), point.y(), point.z());
+}
+
+/// What is certain, as a sentence.
+std::string sentenceOf(const BodyPair& pair) {
+  const CollisionVerdict& verdict = pair.verdict;
+  if (!pair.collision.common) return "clear: they never exist at the same time";
+  std::string sentence;
+  switch (verdict.verdict) {
+    case Verdict::Hit:
+      sentence = fmt::format("hit: they overlap, {:.4g} deep at least", verdict.depth);
+      break;
+    case Verdict::Touch:
+      sentence = "touch: they touch and never overlap";
+      break;
+    case Verdict::Clear:
+      sentence = fmt::format("clear by at least {:.6g}", verdict.clearBy);
+      break;
+    case Verdict::WithinTolerance:
+      sentence = "within the tolerance of the steps";
+      break;
+  }
+  if (!verdict.chordBound) {
+    return sentence +
+           "; for the meshes as they are, since nothing is known of the motion between "
+           "their layers";
+  }
+  if (*verdict.chordBound > 0) {
+    sentence += fmt::format("; the meshes are within {:.4g} of the motion", *verdict.chordBound);
+  }
+  if (verdict.minVolumeRatio) {
+    sentence += fmt::format("; sweep with --rv-min {} to decide it",
+                            std::ceil(*verdict.minVolumeRatio * 1e9) / 1e9);
+  }
+  return sentence;
+}
+
+void printText(const BodyPair& pair, const CollideArguments& options) {
+  const Collision& collision = pair.collision;
+  print("{} and {}\n", pair.a.name, pair.b.name);
+  print("  {}\n", sentenceOf(pair));
+  if (collision.contact()) {
+    const Contact& first = collision.intervals.front().first;
+    print("  first contact at t = {}, {}\n", first.time, text(first.point));
+    std::vector<std::vector<std::string>> rows = {
+        {"  from", "to", "", "deepest at", "volume of the overlap"}};
+    for (const measure::ContactInterval& interval : collision.intervals) {
+      rows.push_back({fmt::format("  {}", interval.begin), fmt::format("{}", interval.end),
+                      interval.overlaps ? "overlap" : "touch",
+                      interval.overlaps ? fmt::format("{:.6g}", interval.deepestTime) : "",
+                      interval.overlaps ? fmt::format("{:.6g}", interval.overlapVolume) : ""});
+    }
+    printTable(rows, "l");
+  } else if (collision.clearance) {
+    const measure::Clearance& nearest = *collision.clearance;
+    print("  nearest at t = {:.9g}: {:.9g} apart, {} and {}\n", nearest.time, nearest.distance,
+          text(nearest.pointA), text(nearest.pointB));
+  }
+  if (options.clearance && collision.common) {
+    print("  the clearance of {} is {}\n", *options.clearance,
+          pair.keeps(*options.clearance) ? "kept" : "not kept for certain");
+  }
+}
+
+/// Two solids at the first contact of a pair or, without one, when they are nearest.
+struct Shown {
+  double time = 0;
+  model::TriangleMesh a;
+  model::TriangleMesh b;
+  std::vector<bool> contactA;
+  std::vector<bool> contactB;
+};
+
+/// The triangles that reach into the other solid, or within `near` of its surface or of the point.
+std::vector<bool> contactOf(const model::TriangleMesh& mesh, const model::TriangleMesh& other,
+                            const Point3& point, double near) {
+  std::vector<bool> flags(mesh.triangles.size());
+  if (other.triangles.empty() || mesh.triangles.empty()) return flags;
+  const measure::TriangleTree own(mesh);
+  const measure::TriangleTree tree(other);
+  const measure::WindingNumber winding(other);
+  const double reach = own.nearest(point).distance + near;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    bool found = own.distanceTo(i, point) <= reach;
+    Point3 center = Point3::Zero();
+    for (const std::uint32_t vertex : mesh.triangles[i]) center += mesh.vertices[vertex] / 3;
+    found = found || tree.nearest(center).distance <= near || winding.at(center) > 0.75;
+    flags[i] = found;
+  }
+  return flags;
+}
+
+Result<std::optional<Shown>> shownOf(const BodyPair& pair) {
+  const Collision& collision = pair.collision;
+  if (!collision.contact() && !collision.clearance) return std::optional<Shown>();
+  Shown shown;
+  shown.time = collision.contact() ? collision.intervals.front().begin : collision.clearance->time;
+  auto a = convert::sliceAtTime(*pair.a.source, shown.time);
+  if (!a) return pass(a.error());
+  auto b = convert::sliceAtTime(*pair.b.source, shown.time);
+  if (!b) return pass(b.error());
+  shown.a = std::move(a->mesh);
+  shown.b = std::move(b->mesh);
+  shown.contactA.resize(shown.a.triangles.size());
+  shown.contactB.resize(shown.b.triangles.size());
+  if (collision.contact()) {
+    constexpr double kNear = 1e-6;  // of the size: what is in contact up to rounding
+    model::Bounds3 bounds = boundsOf(shown.a);
+    bounds.add(boundsOf(shown.b));
+    const double near = kNear * (bounds.max - bounds.min).norm();
+    const Point3& point = collision.intervals.front().first.point;
+    shown.contactA = contactOf(shown.a, shown.b, point, near);
+    shown.contactB = contactOf(shown.b, shown.a, point, near);
+  }
+  return std::optional(std::move(shown));
+}
+
+formats::NamedMesh colouredMesh(const std::string& name, model::TriangleMesh mesh,
+                                const std::vector<bool>& contact,
+                                const std::array<float, 4>& colour) {
+  constexpr std::array<float, 4> kRed = {0.6F, 0.01F, 0.02F, 1};
+  formats::MeshColors colors{model::Domain::Cell, {}};
+  for (const bool marked : contact) colors.colors.push_back(marked ? kRed : colour);
+  formats::NamedMesh named{.name = name, .mesh = std::move(mesh)};
+  named.colors = std::move(colors);
+  return named;
+}
+
+/// The pair whose first contact comes first; without any contact, the one that comes nearest.
+const BodyPair& pairToShow(const std::vector<BodyPair>& pairs) {
+  const auto key = [](const BodyPair& pair) {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    if (pair.collision.contact()) return std::pair(0, pair.collision.intervals.front().begin);
+    const auto& clearance = pair.collision.clearance;
+    return std::pair(1, clearance ? clearance->distance : kNever);
+  };
+  return *std::ranges::min_element(pairs, {}, key);
+}
+
+Result<std::vector<std::string>> writeContacts(const CollideArguments& options,
+                                               const std::vector<BodyPair>& pairs,
+                                               const Metadata& metadata) {
+  const BodyPair& pair = pairToShow(pairs);
+  auto shown = shownOf(pair);
+  if (!shown) return pass(shown.error());
+  if (!*shown) {
+    printNotices(
+        {fmt::format("{} is not written: no two bodies exist at the same time", options.output)});
+    return std::vector<std::string>();
+  }
+  std::vector<std::string> notices;
+  formats::MeshWriteOptions how;
+  how.time = (*shown)->time;
+  if (formats::triangleMeshFormat(options.output)->placed) {
+    how.placement = placementOf(metadata, notices);
+  }
+  printNotices(notices);
+  const std::string nameB = pair.a.name == pair.b.name ? pair.b.name + " (2)" : pair.b.name;
+  const std::vector<formats::NamedMesh> meshes = {
+      colouredMesh(pair.a.name, std::move((*shown)->a), (*shown)->contactA,
+                   {0.26F, 0.46F, 0.79F, 1}),
+      colouredMesh(nameB, std::move((*shown)->b), (*shown)->contactB, {0.89F, 0.48F, 0.21F, 1})};
+  return formats::writeTriangleMeshes(options.output, meshes, how);
+}
+
+Result<void> writePage(const CollideArguments& options, const std::vector<BodyPair>& pairs,
+                       const Metadata& metadata) {
+  constexpr std::uint64_t kVolumes = 65;
+  CollideReport made;
+  made.lengthUnit = metadata.lengthUnit;
+  made.timeUnit = metadata.timeUnit;
+  made.zUp = metadata.up == "z";
+  for (const std::string& input : options.inputs) {
+    made.title +=
+        (made.title.empty() ? "" : " and ") + std::filesystem::path(input).filename().string();
+  }
+  ProgressBar bar("drawing", pairs.size(), "pairs");
+  const model::Progress progress = bar.callback();
+  for (const BodyPair& pair : pairs) {
+    CollidePair one;
+    one.a = pair.a.name;
+    one.b = pair.b.name;
+    one.verdict = sentenceOf(pair);
+    one.clearance = pair.collision.clearanceOverTime;
+    if (pair.collision.contact()) {
+      one.times = model::evenTimes(*pair.collision.common, kVolumes);
+      auto volumes = measure::overlapVolumes(*pair.a.source, *pair.b.source, one.times);
+      if (!volumes) return pass(volumes.error());
+      one.overlaps = std::move(*volumes);
+    }
+    auto shown = shownOf(pair);
+    if (!shown) return pass(shown.error());
+    if (*shown) {
+      one.time = (*shown)->time;
+      one.solidA = std::move((*shown)->a);
+      one.solidB = std::move((*shown)->b);
+      one.contactA = std::move((*shown)->contactA);
+      one.contactB = std::move((*shown)->contactB);
+    }
+    made.pairs.push_back(std::move(one));
+    progress(static_cast<double>(made.pairs.size()) / static_cast<double>(pairs.size()));
+  }
+  auto file = formats::OutputFile::create(options.html);
+  if (!file) return pass(file.error());
+  const std::string text = collidePage(made);
+  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+}
+
+/// Which bodies are tested: those of one file with those of the other, or all of one file.
+std::vector<BodyPair> pairsOf(const std::vector<InputBodies>& inputs) {
+  std::vector<BodyPair> pairs;
+  const std::vector<model::Body>& first = inputs.front().bodies;
+  const std::vector<model::Body>& last = inputs.back().bodies;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    for (std::size_t j = inputs.size() == 1 ? i + 1 : 0; j < last.size(); ++j) {
+      pairs.push_back({first[i], last[j], {}, {}});
+    }
+  }
+  return pairs;
+}
+
+int run(const CollideArguments& options) {
+  for (const std::string& output : {options.output, options.html}) {
+    if (output.empty()) continue;
+    if (const auto misuse = misuseOfOutput(output, options.inputs)) return wrongUsage(*misuse);
+  }
+  if (!options.html.empty() && options.html == options.output) {
+    return wrongUsage("--html and -o name the same file, " + options.html);
+  }
+  std::vector<InputBodies> inputs;
+  for (const std::string& path : options.inputs) {
+    auto opened = openBodies(path, options.only);
+    if (!opened) return report(opened.error());
+    inputs.push_back(std::move(*opened));
+  }
+  if (inputs.size() == 2 && !options.ignoreUnits) {
+    if (auto checked = checkUnits(inputs[0], inputs[1]); !checked) return report(checked.error());
+  }
+  std::vector<BodyPair> pairs = pairsOf(inputs);
+  if (pairs.empty()) {
+    return report(inInput(Error{ErrorCode::InvalidInput,
+                                "has one body only, which cannot collide with itself; name a "
+                                "second file",
+                                {},
+                                {}},
+                          inputs.front()));
+  }
+  {
+    ProgressBar bar("looking for contacts", pairs.size(), "pairs");
+    for (BodyPair& pair : pairs) {
+      auto collision = measure::collide(*pair.a.source, *pair.b.source,
+                                        {.clearanceOverTime = !options.html.empty()}, bar.part(1));
+      if (!collision) return report(inInput(collision.error(), inputs.front()));
+      pair.collision = std::move(*collision);
+      auto verdict = measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source);
+      if (!verdict) return report(inInput(verdict.error(), inputs.front()));
+      pair.verdict = *verdict;
+    }
+  }
+  const Metadata& metadata = inputs.front().reader.metadata();
+  std::vector<std::string> losses;
+  if (!options.output.empty()) {
+    auto written = writeContacts(options, pairs, metadata);
+    if (!written) return report(written.error());
+    losses = std::move(*written);
+  }
+  if (!options.html.empty()) {
+    if (auto written = writePage(options, pairs, metadata); !written) {
+      return report(written.error());
+    }
+  }
+  if (options.json) {
+    ordered_json value = {{"pairs", ordered_json::array()}};
+    for (const BodyPair& pair : pairs) value["pairs"].push_back(jsonOf(pair, options));
+    printJson(value);
+  } else {
+    for (const BodyPair& pair : pairs) printText(pair, options);
+  }
+  const int done = reportLosses(losses);
+  const bool contact = std::ranges::any_of(pairs, [&](const BodyPair& pair) {
+    return pair.collision.contact() || (options.clearance && !pair.keeps(*options.clearance));
+  });
+  return options.failOnContact && contact ? kFailed : done;
+}
+
+}  // namespace
+
+void addCollide(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "collide", "Find when moving solids touch or overlap, or how near they come");
+  auto options = std::make_shared<CollideArguments>();
+  command
+      ->add_option("FILE", options->inputs,
+                   "One .t4d file with several bodies, or two: the bodies of the one are tested "
+                   "against those of the other")
+      ->required()
+      ->expected(1, 2);
+  command
+      ->add_option("--clearance", options->clearance,
+                   "A distance that the solids should keep; says whether they do for certain")
+      ->check(numberFromZero());
+  command->add_flag("--fail-on-contact", options->failOnContact,
+                    "Exit with 1 if any two bodies meet, or do not keep --clearance");
+  command->add_flag("--ignore-units", options->ignoreUnits,
+                    "Accept files with different units or up axes; numbers are taken as they are");
+  command
+      ->add_option(
+          "-o,--output", options->output,
+          "A triangle mesh (.glb) to write: both solids at the first contact, with what is "
+          "in contact in red")
+      ->check(writableTriangleMesh());
+  command
+      ->add_option("--html", options->html,
+                   "A page to write, with clearance and overlap over time, and pictures")
+      ->check(someName());
+  options->only.addTo(*command);
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer("Example:\n  t4d collide bolt.t4d nut.t4d --clearance 0.05 -o contacts.glb");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,122 @@
+#include "tools/program/collide_page.h"
+
+#include <span>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/base64.h"
+#include "tools/report/html_page.h"
+#include "tools/report/solid_picture.h"
+#include "tools/report/svg_plot.h"
+
+namespace t4d::tools {
+namespace {
+
+constexpr Colour kBodyA = {0.55F, 0.71F, 0.90F};
+constexpr Colour kBodyB = {0.95F, 0.72F, 0.50F};
+constexpr Colour kContact = {0.80F, 0.10F, 0.15F};
+constexpr std::uint32_t kSide = 480;
+
+constexpr std::string_view kCollideStyle = R"(
+.pair { display: grid; grid-template-columns: repeat(3, 1fr); gap: 16px; margin: 0 0 16px; }
+figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
+figure img { width: 100%; height: auto; display: block; }
+figcaption { font-size: 13px; color: var(--soft); }
+@media (max-width: 900px) { .pair { grid-template-columns: 1fr; } }
+)";
+
+/// The triangles whose flag is this, with the vertices of all.
+model::TriangleMesh only(const model::TriangleMesh& mesh, const std::vector<bool>& flags,
+                         bool flag) {
+  model::TriangleMesh part;
+  part.vertices = mesh.vertices;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (flags[i] == flag) part.triangles.push_back(mesh.triangles[i]);
+  }
+  return part;
+}
+
+void append(model::TriangleMesh& to, const model::TriangleMesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(to.vertices.size());
+  to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  for (const model::Triangle& triangle : mesh.triangles) {
+    to.triangles.push_back({triangle[0] + first, triangle[1] + first, triangle[2] + first});
+  }
+}
+
+std::string labelled(const std::string& title, const std::string& unit,
+                     std::string_view power = {}) {
+  return unit.empty() ? title : fmt::format("{} [{}{}]", title, unit, power);
+}
+
+std::string imageOf(const model::TriangleMesh& mesh, const ColourAt& colour, const View& view,
+                    const std::string& caption) {
+  const auto png = pictureOf(mesh, colour, view, kSide, Shading::Solid, /*edges=*/false);
+  return fmt::format(
+      "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
+      "<figcaption>{0}</figcaption></figure>\n",
+      escaped(caption), kSide, formats::base64(png));
+}
+
+std::string picturesOf(const CollideReport& report, const CollidePair& pair) {
+  model::Bounds3 bounds = boundsOf(pair.solidA);
+  bounds.add(boundsOf(pair.solidB));
+  if (bounds.empty()) return "";
+  const View view = viewOf(bounds, report.zUp);
+  const std::string when =
+      fmt::format("t = {:.6g}{}", pair.time, report.timeUnit.empty() ? "" : " " + report.timeUnit);
+  const auto one = [&](const model::TriangleMesh& mesh, const std::vector<bool>& contact,
+                       const Colour& colour, const std::string& name) {
+    // The colour of a point is that of its triangle: those in contact are drawn a second time.
+    const model::TriangleMesh marked = only(mesh, contact, true);
+    const ColourAt plain = [colour](const model::Point3&) { return colour; };
+    std::string html = imageOf(mesh, plain, view, name + ", " + when);
+    if (marked.triangles.empty()) return html;
+    const ColourAt red = [](const model::Point3&) { return kContact; };
+    return html + imageOf(marked, red, view, "of " + name + ", what is in contact");
+  };
+  model::TriangleMesh both = pair.solidA;
+  append(both, pair.solidB);
+  const ColourAt grey = [](const model::Point3&) { return Colour{0.75F, 0.75F, 0.75F}; };
+  return "<div class=\"pair\">\n" + imageOf(both, grey, view, "both, " + when) +
+         one(pair.solidA, pair.contactA, kBodyA, pair.a) +
+         one(pair.solidB, pair.contactB, kBodyB, pair.b) + "</div>\n";
+}
+
+std::string plotsOf(const CollideReport& report, const CollidePair& pair) {
+  const std::string time = labelled("time", report.timeUnit);
+  std::string html = "<div class=\"plots\">\n";
+  if (!pair.clearance.empty()) {
+    Plot plot{labelled("Clearance", report.lengthUnit), time, {}, {{"clearance", "a", {}}}, true};
+    for (const measure::ClearanceOver& over : pair.clearance) {
+      plot.x.push_back((over.span.begin + over.span.end) / 2);
+      plot.curves[0].values.push_back(over.distance);
+    }
+    html += svgOf(plot);
+  }
+  if (!pair.times.empty()) {
+    html += svgOf(Plot{labelled("Volume of the overlap", report.lengthUnit, "³"),
+                       time,
+                       pair.times,
+                       {{"overlap", "d", pair.overlaps}},
+                       true});
+  }
+  return html + "</div>\n";
+}
+
+}  // namespace
+
+std::string collidePage(const CollideReport& report) {
+  std::string html;
+  for (const CollidePair& pair : report.pairs) {
+    html += fmt::format("<h2>{} and {}</h2>\n<p>{}</p>\n", escaped(pair.a), escaped(pair.b),
+                        escaped(pair.verdict));
+    html += plotsOf(report, pair) + picturesOf(report, pair);
+  }
+  html +=
+      "<p>The clearance is the smallest distance within each part of the time between two layers "
+      "of either body, drawn at its middle; 0 means contact.</p>\n";
+  return htmlPage(report.title, kCollideStyle, html);
+}
+
+}  // namespace t4d::tools

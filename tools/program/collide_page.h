@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "t4d/measure/collide.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::tools {
+
+/// A pair of bodies on the page.
+struct CollidePair {
+  std::string a;
+  std::string b;
+  std::string verdict;  ///< a sentence
+  /// Clearance over time; empty for bodies that never exist together.
+  std::vector<measure::ClearanceOver> clearance;
+  std::vector<double> times;     ///< of the volumes
+  std::vector<double> overlaps;  ///< volume of the overlap at each
+  /// Both solids at first contact or, without one, when they are nearest.
+  double time = 0;
+  model::TriangleMesh solidA;
+  model::TriangleMesh solidB;
+  /// Triangles in contact, one flag each.
+  std::vector<bool> contactA;
+  std::vector<bool> contactB;
+};
+
+struct CollideReport {
+  std::string title;
+  std::string lengthUnit;  ///< "" if unknown
+  std::string timeUnit;
+  bool zUp = false;
+  std::vector<CollidePair> pairs;
+};
+
+/// One self-contained HTML page: for each pair the verdict, plots of clearance and overlap over
+/// time, and pictures.
+std::string collidePage(const CollideReport& report);
+
+}  // namespace t4d::tools
