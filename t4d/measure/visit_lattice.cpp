@@ -354,11 +354,21 @@ double VisitLattice::estimatedBytes(const TriangleMesh& surface, const SpaceLatt
     const auto [a, b, c] = cornersOf(surface, i);
     crossings += ((b - a) / lattice.spacing).cross((c - a) / lattice.spacing).lpNorm<1>() / 2;
   }
-  // Of a crossing: 96 bytes here, the others for the surface, which has about as many cubes and
-  // four triangles for each crossing, and for the search for self-intersections.
-  constexpr double kBytesACrossing = 800;
-  return kBytesACrossing * crossings + 8.0 * static_cast<double>(lattice.at[0].size()) *
-                                           static_cast<double>(lattice.at[1].size());
+  // All crossings of the lines in one direction are sorted, and take twice that while they are
+  // collected.
+  constexpr double kBytesACrossing = 48;
+  // The surface has about as many cubes and four triangles for each of its crossings, and they are
+  // searched for self-intersections. A silhouette may have many layers within it; a surface of more
+  // than four times the area of its bounds is rare.
+  constexpr double kBytesOfSurface = 752;
+  double most = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    most += 8.0 * static_cast<double>(lattice.at[(axis + 1) % 3].size()) *
+            static_cast<double>(lattice.at[(axis + 2) % 3].size());
+  }
+  return kBytesACrossing * crossings + kBytesOfSurface * std::min(crossings, most) +
+         8.0 * static_cast<double>(lattice.at[0].size()) *
+             static_cast<double>(lattice.at[1].size());
 }
 
 }  // namespace t4d::measure
