@@ -11,6 +11,7 @@
 #include "t4d/formats/cutter_location_reader.h"
 #include "t4d/formats/gcode_reader.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/measure/solid_difference.h"
 #include "t4d/mill/tool_shape.h"
 #include "t4d/model/times.h"
 
@@ -161,6 +162,19 @@ TEST(Mill, WhatIsRemovedNeverComesBack) {
     }
     before = slice->mesh;
     volumeBefore = volume;
+  }
+  // And each lies within the one before: what they differ by is what their volumes do.
+  TriangleMesh earlier;
+  for (const std::size_t frame : {0, 8, 16, 23}) {
+    const auto slice = convert::sliceAtTime(process.mesh, report.progress[frame].time);
+    ASSERT_TRUE(slice);
+    if (!earlier.triangles.empty()) {
+      const auto difference = measure::solidDifference(earlier, slice->mesh);
+      ASSERT_TRUE(difference);
+      const double fallen = model::signedVolume(earlier) - model::signedVolume(slice->mesh);
+      EXPECT_NEAR(difference->volume, fallen, 2 * difference->error + 1e-4 * fallen);
+    }
+    earlier = slice->mesh;
   }
   EXPECT_NEAR(volumeBefore, report.remainingVolume, 1e-9 * report.stockVolume);
   EXPECT_TRUE(measure::checkMesh(process.mesh)->valid());
