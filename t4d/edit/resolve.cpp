@@ -203,8 +203,8 @@ class Attempt {
     return key;
   }
 
-  /// A contact at a time between layers that are clear: the step is divided there, or both
-  /// layers move.
+  /// A contact at a time between layers that are clear: the step is divided or, if it is short
+  /// already, both layers move.
   Result<void> betweenLayers(const ContactTime& contact) {
     const LayerKey lower = keyBefore(contact.time);
     auto next = layers_.upper_bound(lower);
@@ -271,15 +271,14 @@ class Attempt {
       return mesh;
     }
     if (key.fraction == 0) return mesh;
-    auto after = displacement_.upper_bound(key);
     const LayerKey upper = layers_.upper_bound(key)->first;
     const LayerKey lower = std::prev(layers_.lower_bound(key))->first;
     const double end = upper.fraction == 0 ? 1 : upper.fraction;
     const double part = (key.fraction - lower.fraction) / (end - lower.fraction);
     for (const auto& [layer, weight] : {std::pair(lower, 1 - part), std::pair(upper, part)}) {
-      after = displacement_.find(layer);
-      if (after == displacement_.end()) continue;
-      for (const auto& [vertex, by] : after->second) mesh.vertices[vertex] += weight * by;
+      const auto moved = displacement_.find(layer);
+      if (moved == displacement_.end()) continue;
+      for (const auto& [vertex, by] : moved->second) mesh.vertices[vertex] += weight * by;
     }
     return mesh;
   }

@@ -13,7 +13,7 @@ using model::Facet;
 using model::Triangle;
 
 constexpr const char* kWhy =
-    "only a body that keeps its triangles can give way, as one that was swept; this one";
+    "only a body that keeps its triangles can give way, as one that was swept, not woven; this one";
 
 /// The triangles of the solid at the layer with these facets, which the cells above (`above`) or
 /// below it have. Empty if a facet has not exactly one cell.
@@ -59,7 +59,7 @@ Result<VertexTracks> VertexTracks::of(const model::Source& source,
     if (connectivity != known) {
       if (auto good = model::checkConnectivity(*connectivity); !good) return pass(good.error());
       if (connectivity->lowerCount != connectivity->upperCount) {
-        return no("gets other vertices from layer to layer, as one that was woven from voxels");
+        return no("gets other vertices from layer to layer");
       }
       if (connectivity->firstMean() != connectivity->lowerCount) {
         return no("has vertices between its layers that are not means of those of layers");
