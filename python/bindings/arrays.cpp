@@ -1,0 +1,131 @@
+#include "python/bindings/arrays.h"
+
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace t4d::python {
+namespace {
+
+py::dtype dtypeOf(model::ScalarType type) {
+  using model::ScalarType;
+  switch (type) {
+    case ScalarType::UInt8:
+      return py::dtype::of<std::uint8_t>();
+    case ScalarType::Int8:
+      return py::dtype::of<std::int8_t>();
+    case ScalarType::UInt16:
+      return py::dtype::of<std::uint16_t>();
+    case ScalarType::Int16:
+      return py::dtype::of<std::int16_t>();
+    case ScalarType::UInt32:
+      return py::dtype::of<std::uint32_t>();
+    case ScalarType::Int32:
+      return py::dtype::of<std::int32_t>();
+    case ScalarType::UInt64:
+      return py::dtype::of<std::uint64_t>();
+    case ScalarType::Int64:
+      return py::dtype::of<std::int64_t>();
+    case ScalarType::Float32:
+      return py::dtype::of<float>();
+    case ScalarType::Float64:
+      return py::dtype::of<double>();
+  }
+  throw py::value_error("unknown type of numbers");
+}
+
+constexpr model::ScalarType kScalarTypes[] = {
+    model::ScalarType::UInt8,   model::ScalarType::Int8,   model::ScalarType::UInt16,
+    model::ScalarType::Int16,   model::ScalarType::UInt32, model::ScalarType::Int32,
+    model::ScalarType::UInt64,  model::ScalarType::Int64,  model::ScalarType::Float32,
+    model::ScalarType::Float64,
+};
+
+std::string shapeText(const py::array& array) { return py::str(py::object(array.attr("shape"))); }
+
+}  // namespace
+
+py::array viewOf(const model::Attribute& attribute, const py::handle& owner) {
+  std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(attribute.rows())};
+  if (attribute.components > 1) shape.push_back(attribute.components);
+  py::array array(dtypeOf(attribute.type), shape, attribute.values.data(), owner);
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+py::dict viewsOf(std::span<const model::Attribute> attributes, model::Domain domain,
+                 const py::handle& owner) {
+  py::dict views;
+  for (const model::Attribute& attribute : attributes) {
+    if (attribute.domain == domain) views[py::str(attribute.name)] = viewOf(attribute, owner);
+  }
+  return views;
+}
+
+model::Attribute attributeOf(const std::string& name, model::Domain domain, const py::array& array,
+                             std::size_t rows) {
+  if (array.ndim() < 1 || array.ndim() > 2 || static_cast<std::size_t>(array.shape(0)) != rows) {
+    throw py::value_error(
+        fmt::format("attribute '{}' has the shape {}; expected is ({},) or ({}, components)", name,
+                    shapeText(array), rows, rows));
+  }
+  for (const model::ScalarType type : kScalarTypes) {
+    if (!array.dtype().equal(dtypeOf(type))) continue;
+    const auto packed = py::array::ensure(array, py::array::c_style);
+    model::Attribute attribute{name, domain, type, 1, {}};
+    if (array.ndim() == 2) attribute.components = static_cast<std::uint32_t>(array.shape(1));
+    const auto* bytes = static_cast<const std::byte*>(packed.data());
+    attribute.values.assign(bytes, bytes + packed.nbytes());
+    return attribute;
+  }
+  throw py::value_error(
+      fmt::format("attribute '{}' has numbers of type {}; whole numbers of 8 to 64 bits, float32 "
+                  "and float64 can be kept",
+                  name, std::string(py::str(py::object(array.dtype())))));
+}
+
+std::vector<model::Point3> pointsOf(const py::array& array, const char* what) {
+  if (array.ndim() != 2 || array.shape(1) != 3) {
+    throw py::value_error(
+        fmt::format("{} have the shape {}; expected is (n, 3)", what, shapeText(array)));
+  }
+  const auto packed = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(array);
+  if (!packed) throw py::error_already_set();
+  std::vector<model::Point3> points(static_cast<std::size_t>(packed.shape(0)));
+  const auto rows = packed.unchecked<2>();
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+    points[static_cast<std::size_t>(i)] = {rows(i, 0), rows(i, 1), rows(i, 2)};
+  }
+  return points;
+}
+
+std::vector<model::Triangle> trianglesOf(const py::array& array, std::size_t vertexCount) {
+  if (array.ndim() != 2 || array.shape(1) != 3) {
+    throw py::value_error(
+        fmt::format("triangles have the shape {}; expected is (m, 3)", shapeText(array)));
+  }
+  const char kind = array.dtype().kind();
+  if (kind != 'i' && kind != 'u') {
+    throw py::value_error("triangles are whole numbers, the indices of vertices");
+  }
+  const auto packed =
+      py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  if (!packed) throw py::error_already_set();
+  const auto rows = packed.unchecked<2>();
+  std::vector<model::Triangle> triangles(static_cast<std::size_t>(rows.shape(0)));
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+    for (py::ssize_t k = 0; k < 3; ++k) {
+      const std::int64_t index = rows(i, k);
+      if (index < 0 || static_cast<std::uint64_t>(index) >= vertexCount ||
+          index > std::numeric_limits<std::uint32_t>::max()) {
+        throw py::value_error(
+            fmt::format("triangle {} has the vertex {}; there are {}", i, index, vertexCount));
+      }
+      triangles[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] =
+          static_cast<std::uint32_t>(index);
+    }
+  }
+  return triangles;
+}
+
+}  // namespace t4d::python

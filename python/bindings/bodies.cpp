@@ -1,0 +1,187 @@
+#include "python/bindings/bodies.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/arrays.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/model/flat_mesh.h"
+#include "t4d/model/sinks.h"
+
+namespace t4d::python {
+
+const convert::TimeSlicer& Body::slicer() const {
+  const std::lock_guard lock(mutex_);
+  if (!slicer_) slicer_ = std::make_unique<convert::TimeSlicer>(*source);
+  return *slicer_;
+}
+
+namespace {
+
+std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole, py::object maxCells,
+                                        py::object callback) {
+  Watch watch(std::move(callback));
+  std::optional<std::uint64_t> most;
+  if (!maxCells.is_none()) most = maxCells.cast<std::uint64_t>();
+  auto opened = watch.run([&](const model::Progress& progress) {
+    return formats::T4dReader::open(
+        path, whole ? formats::T4dOpen::Checked : formats::T4dOpen::Whole, progress, most);
+  });
+  const auto reader = std::make_shared<const formats::T4dReader>(std::move(opened));
+  for (std::size_t i = 0; whole && i < reader->bodyCount(); ++i) {
+    model::NullSink nothing;
+    Watch::Sink sink(watch, nothing);
+    watch.run(
+        [&](const model::Progress& progress) { return reader->readThrough(i, sink, progress); });
+  }
+  const formats::Metadata& metadata = reader->metadata();
+  std::vector<std::shared_ptr<Body>> bodies;
+  for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
+    auto body = std::make_shared<Body>();
+    body->source = {reader, &reader->body(i)};
+    body->info = metadata.bodies[i];
+    body->lengthUnit = metadata.lengthUnit;
+    body->timeUnit = metadata.timeUnit;
+    body->up = metadata.up;
+    body->version = fmt::format("{}.{}", reader->version().major, reader->version().minor);
+    body->features = metadata.features;
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
+convert::Slice sliceOf(const Body& body, const std::array<double, 5>& hyperplane) {
+  convert::Hyperplane plane;
+  for (int i = 0; i < 4; ++i) plane.normal[i] = hyperplane[static_cast<std::size_t>(i)];
+  plane.offset = hyperplane[4];
+  auto made = [&]() -> Result<convert::Slice> {
+    const py::gil_scoped_release released;
+    if (plane.normal.isApprox(Eigen::Vector4d::UnitW(), 0)) return body.slicer().at(plane.offset);
+    return convert::slice(*body.source, plane);
+  }();
+  return valueOf(std::move(made));
+}
+
+py::tuple flat(const Body& body, py::object callback) {
+  Watch watch(std::move(callback));
+  auto made = std::make_unique<model::FlatMesh>(watch.run(
+      [&](const model::Progress& progress) { return model::flatten(*body.source, progress); }));
+  const py::capsule owner(made.get(),
+                          [](void* mesh) { delete static_cast<model::FlatMesh*>(mesh); });
+  const model::FlatMesh& mesh = *made.release();
+  return py::make_tuple(
+      view(mesh.vertices.data(), static_cast<std::size_t>(mesh.vertices.rows()), 4, owner),
+      view(mesh.cells.data(), static_cast<std::size_t>(mesh.cells.rows()), 4, owner));
+}
+
+py::dict check(const Body& body, bool deep, py::object callback) {
+  Watch watch(std::move(callback));
+  measure::MeshChecker checker({.vertexLinks = deep});
+  Watch::Sink sink(watch, checker);
+  watch.run(
+      [&](const model::Progress& progress) { return model::pump(*body.source, sink, progress); });
+  const measure::MeshReport report = checker.finish();
+  py::list issues;
+  for (const measure::Issue& issue : report.issues.issues) {
+    issues.append(py::dict(py::arg("code") = issue.code, py::arg("message") = issue.message,
+                           py::arg("slab") = issue.slab,
+                           py::arg("error") = issue.severity == measure::Severity::Error));
+  }
+  return py::dict(py::arg("valid") = report.valid(), py::arg("closed") = report.closed,
+                  py::arg("oriented") = report.oriented, py::arg("slabs") = report.slabs,
+                  py::arg("vertices") = report.vertices, py::arg("tetrahedra") = report.tetrahedra,
+                  py::arg("components") = report.components,
+                  py::arg("hypervolume") = report.hypervolume,
+                  py::arg("boundary_volume") = report.boundaryVolume,
+                  py::arg("vertex_links_ok") = report.vertexLinksOk, py::arg("issues") = issues);
+}
+
+}  // namespace
+
+void defineBodies(py::module_& module) {
+  using model::Slab;
+  py::class_<Slab, std::shared_ptr<Slab>>(module, "Slab")
+      .def_readonly("time_begin", &Slab::timeBegin)
+      .def_readonly("time_end", &Slab::timeEnd)
+      .def_property_readonly(
+          "vertices",
+          [](const py::object& self) { return viewOf(self.cast<Slab&>().vertices, self); })
+      .def_property_readonly("cells",
+                             [](const py::object& self) {
+                               return viewOf(self.cast<Slab&>().connectivity->cells, self);
+                             })
+      .def_property_readonly("lower_count",
+                             [](const Slab& slab) { return slab.connectivity->lowerCount; })
+      .def_property_readonly("upper_count",
+                             [](const Slab& slab) { return slab.connectivity->upperCount; })
+      .def_property_readonly("mean_count",
+                             [](const Slab& slab) { return slab.connectivity->means.size(); })
+      .def_property_readonly("vertex_attributes",
+                             [](const py::object& self) {
+                               return viewsOf(self.cast<Slab&>().attributes, model::Domain::Vertex,
+                                              self);
+                             })
+      .def_property_readonly(
+          "cell_attributes",
+          [](const py::object& self) {
+            const Slab& slab = self.cast<Slab&>();
+            py::dict views = viewsOf(slab.connectivity->cellAttributes, model::Domain::Cell, self);
+            views.attr("update")(viewsOf(slab.attributes, model::Domain::Cell, self));
+            return views;
+          })
+      .def_property_readonly("attributes", [](const py::object& self) {
+        const Slab& slab = self.cast<Slab&>();
+        py::list all;
+        for (const auto* attributes : {&slab.connectivity->cellAttributes, &slab.attributes}) {
+          for (const model::Attribute& attribute : *attributes) {
+            all.append(py::make_tuple(attribute.domain == model::Domain::Vertex ? "vertex" : "cell",
+                                      attribute.name, viewOf(attribute, self)));
+          }
+        }
+        return all;
+      });
+
+  py::class_<Body, std::shared_ptr<Body>>(module, "Body")
+      .def_property_readonly("name", [](const Body& body) { return body.info.name; })
+      .def_readonly("length_unit", &Body::lengthUnit)
+      .def_readonly("time_unit", &Body::timeUnit)
+      .def_readonly("up", &Body::up)
+      .def_readonly("version", &Body::version)
+      .def_readonly("features", &Body::features)
+      .def_property_readonly("slab_count",
+                             [](const Body& body) { return body.source->slabCount(); })
+      .def_property_readonly("time_span",
+                             [](const Body& body) {
+                               const model::TimeSpan span = model::timeSpanOf(*body.source);
+                               return py::make_tuple(span.begin, span.end);
+                             })
+      .def("slab_span",
+           [](const Body& body, std::size_t index) {
+             const model::TimeSpan span = body.source->timeSpan(index);
+             return py::make_tuple(span.begin, span.end);
+           })
+      .def(
+          "slab",
+          [](const Body& body, std::size_t index) {
+            auto read = [&] {
+              const py::gil_scoped_release released;
+              return body.source->slab(index);
+            }();
+            // Python sees it through read-only arrays alone.
+            return std::const_pointer_cast<Slab>(valueOf(std::move(read)));
+          },
+          py::keep_alive<0, 1>())
+      .def(
+          "slice",
+          [](const Body& body, const std::array<double, 5>& hyperplane) {
+            return std::make_shared<model::TriangleMesh>(std::move(sliceOf(body, hyperplane).mesh));
+          })
+      .def("flat", &flat)
+      .def("check", &check);
+
+  module.def("read", &read);
+}
+
+}  // namespace t4d::python

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "python/bindings/watch.h"
+#include "t4d/convert/slice.h"
+#include "t4d/formats/t4d/metadata.h"
+
+namespace t4d::python {
+
+/// A 4D mesh whose slabs can be had in any order: in a file or in memory.
+struct Body {
+  std::shared_ptr<const model::Source> source;
+  formats::BodyInfo info;
+  std::string lengthUnit;
+  std::string timeUnit;
+  std::string up = "y";
+  std::string version = {};  ///< of the file; "" in memory
+  std::vector<std::string> features = {};
+
+  /// Keeps what it has found of the connectivity, so that the next slice is faster.
+  const convert::TimeSlicer& slicer() const;
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<convert::TimeSlicer> slicer_;
+};
+
+/// Body and Slab, reading and writing of files.
+void defineBodies(py::module_& module);
+
+}  // namespace t4d::python

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include <pybind11/pybind11.h>
+
+#include "t4d/model/error.h"
+
+namespace t4d::python {
+
+namespace py = pybind11;
+
+/// Raises the Python exception for an error (t4d/errors.py). Needs the GIL.
+[[noreturn]] inline void raise(const Error& error) {
+  static constexpr const char* kNames[] = {"InvalidInput", "FileError", "Unsupported", "Failed"};
+  const py::object type =
+      py::module_::import("t4d.errors").attr(kNames[static_cast<int>(error.code)]);
+  const py::object offset = error.offset ? py::object(py::int_(*error.offset)) : py::none();
+  const py::object raised = type(error.message, error.where, offset);
+  PyErr_SetObject(type.ptr(), raised.ptr());
+  throw py::error_already_set();
+}
+
+/// The value, or the exception. Needs the GIL.
+template <class T>
+T valueOf(Result<T> result) {
+  if (!result) raise(result.error());
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
+}
+
+}  // namespace t4d::python

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "python/bindings/errors.h"
+#include "t4d/voxel4d/frame.h"
+
+namespace t4d::python {
+
+/// Frames from a Python iterator of arrays (nx, ny, nz), float32, float64 or bool, all of one
+/// shape: one is in memory at a time.
+class FrameIterator : public voxel4d::FrameSource {
+ public:
+  /// Takes the first frame from the iterator. Needs the GIL.
+  FrameIterator(py::iterator frames, std::vector<double> times, const voxel4d::Lattice& lattice,
+                std::optional<double> iso);
+  ~FrameIterator() override;
+
+  const voxel4d::Lattice& lattice() const override { return lattice_; }
+  std::size_t frameCount() const override { return times_.size(); }
+  Result<voxel4d::Frame> frame(std::size_t index) override;
+
+  /// What the iterator raised, if it did.
+  std::optional<py::error_already_set> raised;
+
+ private:
+  Result<voxel4d::Frame> frameOf(const py::object& given, std::size_t index);
+
+  py::iterator frames_;
+  std::vector<double> times_;
+  voxel4d::Lattice lattice_;
+  std::optional<double> iso_;
+  std::vector<py::ssize_t> shape_;
+};
+
+}  // namespace t4d::python

@@ -1,0 +1,254 @@
+#include "python/bindings/producers.h"
+
+#include <pybind11/stl.h>
+
+#include "python/bindings/arrays.h"
+#include "python/bindings/frame_iterator.h"
+#include "python/bindings/slab_queue.h"
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/model/transformed.h"
+#include "t4d/voxel4d/weave.h"
+
+namespace t4d::python {
+namespace {
+
+using model::TriangleMesh;
+
+mesh4d::SweepOptions sweepOptions(const py::kwargs& options) {
+  mesh4d::SweepOptions how;
+  if (options.contains("steps")) {
+    how.steps = mesh4d::StepsPerSegment{options["steps"].cast<std::uint64_t>()};
+  } else if (options.contains("max_deviation")) {
+    how.steps = mesh4d::MaxDeviation{options["max_deviation"].cast<double>()};
+  } else if (options.contains("rv_min")) {
+    how.steps = mesh4d::MinVolumeRatio{options["rv_min"].cast<double>()};
+  }
+  if (options.contains("caps") && options["caps"].cast<std::string>() == "cone") {
+    how.caps = mesh4d::CapMethod::Cone;
+  }
+  if (options.contains("prism") && options["prism"].cast<int>() == 3) {
+    how.prism = mesh4d::PrismSplit::Three;
+  }
+  return how;
+}
+
+std::shared_ptr<Producer> sweepMotion(const std::shared_ptr<TriangleMesh>& mesh,
+                                      const model::Motion& motion, const py::kwargs& options) {
+  auto producer = std::make_shared<Producer>();
+  producer->run = [mesh, motion, how = sweepOptions(options)](
+                      model::Sink& sink, const model::Progress& progress) -> Result<void> {
+    auto done = mesh4d::sweep(*mesh, motion, how, sink, progress);
+    return done ? Result<void>() : t4d::pass(done.error());
+  };
+  return producer;
+}
+
+std::shared_ptr<Producer> sweepKeys(const std::shared_ptr<TriangleMesh>& mesh,
+                                    const std::vector<double>& times, const py::list& positions,
+                                    const py::kwargs& options) {
+  std::vector<model::StoredKeys::Key> keys;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    keys.push_back({times[i], pointsOf(py::array::ensure(positions[i]), "the vertices of a key")});
+    if (keys.back().positions.size() != mesh->vertices.size()) {
+      throw py::value_error("every key has as many vertices as the first");
+    }
+  }
+  auto stored = std::make_shared<const model::StoredKeys>(std::move(keys));
+  auto producer = std::make_shared<Producer>();
+  producer->run = [mesh, stored, how = sweepOptions(options)](
+                      model::Sink& sink, const model::Progress& progress) -> Result<void> {
+    auto done = mesh4d::sweep(*mesh, *stored, how, sink, progress);
+    return done ? Result<void>() : t4d::pass(done.error());
+  };
+  return producer;
+}
+
+voxel4d::CapStyle capStyleOf(const std::string& name) {
+  if (name == "flat") return voxel4d::CapStyle::Flat;
+  if (name == "half-step") return voxel4d::CapStyle::HalfStep;
+  if (name == "graded") return voxel4d::CapStyle::Graded;
+  throw py::value_error("caps are 'flat', 'graded' or 'half-step'");
+}
+
+/// `again` makes a new iterator over the frames for each run. Voxels that are no cubes are woven as
+/// cubes of edge 1, and the mesh is stretched.
+std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vector<double>& times,
+                                      const std::array<double, 3>& spacing,
+                                      const std::array<double, 3>& origin,
+                                      std::optional<double> iso, const std::string& caps,
+                                      bool once) {
+  // Python objects must be let go of with the GIL.
+  const std::shared_ptr<py::function> begin(new py::function(again), [](py::function* function) {
+    const py::gil_scoped_acquire acquired;
+    delete function;
+  });
+  const bool cubes = spacing[0] == spacing[1] && spacing[1] == spacing[2];
+  voxel4d::Lattice lattice;
+  model::Transform stretch;
+  const model::Point3 from(origin[0], origin[1], origin[2]);
+  if (cubes) {
+    lattice = {spacing[0], from};
+  } else {
+    stretch.space << model::Point3(spacing[0], spacing[1], spacing[2]).asDiagonal().toDenseMatrix(),
+        from;
+  }
+  voxel4d::WeaveOptions how;
+  how.caps = capStyleOf(caps);
+  auto producer = std::make_shared<Producer>();
+  producer->once = once;
+  producer->run = [=, raised = &producer->raised](model::Sink& sink,
+                                                  const model::Progress& progress) -> Result<void> {
+    std::optional<FrameIterator> frames;
+    {
+      const py::gil_scoped_acquire acquired;
+      frames.emplace(py::iter((*begin)()), times, lattice, iso);
+    }
+    model::Transformed stretched(sink, stretch);
+    auto done = voxel4d::weave(*frames, how, cubes ? sink : stretched, progress);
+    if (frames->raised) *raised = std::exchange(frames->raised, std::nullopt);
+    return done ? Result<void>() : t4d::pass(done.error());
+  };
+  return producer;
+}
+
+/// Calls `work`; an exception that Python code raised in it takes the place of what came of it.
+template <class Work>
+auto rethrowing(Producer& producer, Work work) {
+  try {
+    return work();
+  } catch (const py::error_already_set&) {
+    if (producer.raised) throw *std::exchange(producer.raised, std::nullopt);
+    throw;
+  }
+}
+
+void use(Producer& producer) {
+  if (producer.once && producer.used) {
+    throw py::value_error(
+        "the frames come from an iterator and have been used: keep the mesh with .load()");
+  }
+  producer.used = true;
+}
+
+formats::Metadata metadataOf(const py::dict& given, std::vector<formats::BodyInfo> bodies) {
+  formats::Metadata metadata;
+  metadata.generator = given["generator"].cast<std::string>();
+  metadata.backend = given["backend"].cast<std::string>();
+  metadata.lengthUnit = given["length_unit"].cast<std::string>();
+  metadata.timeUnit = given["time_unit"].cast<std::string>();
+  metadata.up = given["up"].cast<std::string>();
+  metadata.detailsJson = given["details"].cast<std::string>();
+  metadata.bodies = std::move(bodies);
+  return metadata;
+}
+
+formats::T4dWriteOptions writeOptions(const py::dict& given) {
+  formats::T4dWriteOptions how;
+  how.compression = given["compression"].cast<int>();
+  how.float32 = given["float32"].cast<bool>();
+  how.index = given["index"].cast<bool>();
+  if (!given["grid"].is_none()) how.step = given["grid"].cast<double>();
+  return how;
+}
+
+/// Writes bodies from `put(i, sink, progress)`.
+template <class Put>
+py::tuple save(const std::string& path, const formats::Metadata& metadata, const py::dict& options,
+               py::object callback, Put put) {
+  Watch watch(std::move(callback));
+  auto writer = valueOf(formats::T4dWriter::create(path, metadata, writeOptions(options)));
+  const auto bytes = watch.run([&](const model::Progress& progress) -> Result<std::uint64_t> {
+    for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
+      Watch::Sink sink(watch, writer.body(i));
+      if (auto done = put(i, sink, progress); !done) return t4d::pass(done.error());
+    }
+    return writer.finish();
+  });
+  return py::make_tuple(bytes, writer.losses());
+}
+
+py::tuple saveBodies(const std::vector<std::shared_ptr<Body>>& bodies, const std::string& path,
+                     const py::dict& metadata, const py::dict& options,
+                     const py::object& callback) {
+  std::vector<formats::BodyInfo> infos;
+  infos.reserve(bodies.size());
+  for (const auto& body : bodies) infos.push_back(body->info);
+  return save(path, metadataOf(metadata, std::move(infos)), options, callback,
+              [&](std::size_t i, model::Sink& sink, const model::Progress& progress) {
+                return model::pump(*bodies[i]->source, sink, progress);
+              });
+}
+
+py::tuple saveProduced(Producer& producer, const std::string& name, const std::string& path,
+                       const py::dict& metadata, const py::dict& options,
+                       const py::object& callback) {
+  use(producer);
+  return rethrowing(producer, [&] {
+    return save(path, metadataOf(metadata, {{name}}), options, callback,
+                [&](std::size_t, model::Sink& sink, const model::Progress& progress) {
+                  return producer.run(sink, progress);
+                });
+  });
+}
+
+std::shared_ptr<Body> load(Producer& producer, const std::string& name, py::object callback) {
+  use(producer);
+  Watch watch(std::move(callback));
+  auto mesh = std::make_shared<model::Mesh>();
+  Watch::Sink sink(watch, *mesh);
+  rethrowing(producer, [&] {
+    watch.run([&](const model::Progress& progress) { return producer.run(sink, progress); });
+  });
+  auto body = std::make_shared<Body>();
+  body->source = std::move(mesh);
+  body->info.name = name;
+  return body;
+}
+
+/// An iterator of Python over the slabs of a producer.
+class Slabs {
+ public:
+  explicit Slabs(const std::shared_ptr<Producer>& producer) : producer_(producer) {
+    use(*producer);
+    queue_ = std::make_unique<SlabQueue>(producer);
+  }
+  ~Slabs() {
+    const py::gil_scoped_release released;
+    queue_.reset();
+  }
+
+  std::shared_ptr<model::Slab> next() {
+    auto taken = [&] {
+      const py::gil_scoped_release released;
+      return queue_->take();
+    }();
+    auto slab = rethrowing(*producer_, [&] { return valueOf(std::move(taken)); });
+    if (!slab) throw py::stop_iteration();
+    return slab;
+  }
+
+ private:
+  std::shared_ptr<Producer> producer_;
+  std::unique_ptr<SlabQueue> queue_;
+};
+
+}  // namespace
+
+void defineProducers(py::module_& module) {
+  py::class_<Slabs>(module, "Slabs")
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &Slabs::next);
+  py::class_<Producer, std::shared_ptr<Producer>>(module, "Producer")
+      .def("load", &load)
+      .def("save", &saveProduced)
+      .def("slabs", [](const std::shared_ptr<Producer>& producer) {
+        return std::make_unique<Slabs>(producer);
+      });
+  module.def("sweep_motion", &sweepMotion);
+  module.def("sweep_keys", &sweepKeys);
+  module.def("weave_frames", &weaveFrames);
+  module.def("save_bodies", &saveBodies);
+}
+
+}  // namespace t4d::python

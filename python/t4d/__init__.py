@@ -1,0 +1,36 @@
+"""4D meshes: the boundary of a moving solid in space-time (x, y, z, t), made of tetrahedra.
+
+>>> import t4d
+>>> mesh = t4d.read("bolt.t4d")
+>>> V, F = mesh.slice(time=2.5)
+>>> t4d.sweep(V, F, "screw-in.json").save("x.t4d")
+
+``sweep`` and ``weave`` make 4D meshes, ``read`` opens files of them, and ``verbs`` has all that the
+program can do. Lengths and times are in the units of the mesh.
+"""
+
+from t4d import _t4d
+from t4d.errors import Error, Failed, FileError, InvalidInput, Loss, Unsupported, VerbError
+from t4d.mesh import Mesh, Slab, read, sweep, weave
+from t4d.motions import Motion
+from t4d.triangles import TriangleMesh, read_triangles
+
+__version__ = _t4d.version
+
+__all__ = [
+    "Error",
+    "Failed",
+    "FileError",
+    "InvalidInput",
+    "Loss",
+    "Mesh",
+    "Motion",
+    "Slab",
+    "TriangleMesh",
+    "Unsupported",
+    "VerbError",
+    "read",
+    "read_triangles",
+    "sweep",
+    "weave",
+]

@@ -1,0 +1,398 @@
+"""4D meshes: the boundary of a moving solid in space-time (x, y, z, t)."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from t4d import _t4d
+from t4d.errors import Loss, warn
+from t4d.motions import Motion, MotionLike
+from t4d.triangles import Path, TriangleMesh
+
+Progress = Optional[Callable[[float], None]]
+"""Called with the fraction done, from 0 to 1, some twenty times a second. What it raises ends the
+work, as Ctrl-C does."""
+
+
+class Slab:
+    """The part of a 4D mesh between two consecutive times. All arrays are read-only, and none is a
+    copy. Vertices are ordered: lower layer, interior, upper layer."""
+
+    def __init__(self, slab: _t4d.Slab) -> None:
+        self._slab = slab
+
+    @property
+    def time_span(self) -> Tuple[float, float]:
+        return self._slab.time_begin, self._slab.time_end
+
+    @property
+    def vertices(self) -> np.ndarray:
+        """(n, 4) float64: x, y, z, t."""
+        return self._slab.vertices
+
+    @property
+    def cells(self) -> np.ndarray:
+        """(m, 4) uint32: tetrahedra, with det[outward normal, b - a, c - a, d - a] > 0."""
+        return self._slab.cells
+
+    @property
+    def lower_layer(self) -> np.ndarray:
+        """The vertices at the first time."""
+        return self._slab.vertices[: self._slab.lower_count]
+
+    @property
+    def upper_layer(self) -> np.ndarray:
+        """The vertices at the last time: the lower layer of the next slab."""
+        return self._slab.vertices[len(self._slab.vertices) - self._slab.upper_count :]
+
+    @property
+    def mean_count(self) -> int:
+        """The last vertices before the upper layer that are means of others."""
+        return self._slab.mean_count
+
+    @property
+    def vertex_attributes(self) -> Dict[str, np.ndarray]:
+        """By name, (n,) or (n, components)."""
+        return self._slab.vertex_attributes
+
+    @property
+    def cell_attributes(self) -> Dict[str, np.ndarray]:
+        """By name, (m,) or (m, components)."""
+        return self._slab.cell_attributes
+
+    @property
+    def attributes(self) -> List[Tuple[str, str, np.ndarray]]:
+        """All as ("vertex" or "cell", name, values), in the order of the file."""
+        return self._slab.attributes
+
+    def __repr__(self) -> str:
+        begin, end = self.time_span
+        return f"<t4d.Slab: {len(self.cells)} cells from {begin} to {end}>"
+
+
+class Mesh:
+    """A 4D mesh of one body or several: ``mesh["nut"]`` or ``mesh[0]`` is a mesh of one of them.
+
+    It is in a file (``read``), in memory (``load``), or only described (``sweep``, ``weave``): then
+    ``save`` and ``slabs`` make it slab by slab, in the memory of one or two, and everything else
+    loads it first.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[_t4d.Body] = (),
+        producer: Optional[_t4d.Producer] = None,
+        name: str = "",
+        metadata: Optional[Dict[str, str]] = None,
+    ) -> None:
+        self._bodies = list(bodies)
+        self._producer = producer
+        self._name = name
+        self._metadata = metadata or {}
+
+    # What it is
+
+    def load(self, progress: Progress = None) -> Mesh:
+        """Makes the mesh in memory, if it is only described; returns it."""
+        if not self._bodies:
+            assert self._producer is not None
+            self._bodies = [self._producer.load(self._name, progress)]
+            self._producer = None
+        return self
+
+    @property
+    def names(self) -> List[str]:
+        """Of the bodies."""
+        return [body.name for body in self._bodies] if self._bodies else [self._name]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, key: Union[int, str]) -> Mesh:
+        names = self.names
+        if isinstance(key, str):
+            if key not in names:
+                raise KeyError(f"no body '{key}'; the bodies are {', '.join(names)}")
+            key = names.index(key)
+        self.load()
+        return Mesh([self._bodies[key]], metadata=self._metadata)
+
+    def __iter__(self) -> Iterator[Mesh]:
+        return (self[i] for i in range(len(self)))
+
+    def _one(self) -> _t4d.Body:
+        self.load()
+        if len(self._bodies) > 1:
+            raise ValueError(
+                f"the mesh has {len(self._bodies)} bodies: choose one, for instance "
+                f"mesh[{self._bodies[0].name!r}], or go through them, `for body in mesh`"
+            )
+        return self._bodies[0]
+
+    @property
+    def length_unit(self) -> str:
+        """"" if unknown."""
+        return self._metadata.get("length_unit", "")
+
+    @property
+    def time_unit(self) -> str:
+        return self._metadata.get("time_unit", "")
+
+    @property
+    def version(self) -> str:
+        """Of the format, if the mesh is in a file; else ""."""
+        return self._bodies[0].version if self._bodies else ""
+
+    @property
+    def features(self) -> List[str]:
+        """What a reader of the file must support."""
+        return self._bodies[0].features if self._bodies else []
+
+    @property
+    def time_span(self) -> Tuple[float, float]:
+        """From the first time of any body to the last."""
+        self.load()
+        spans = [body.time_span for body in self._bodies]
+        return min(begin for begin, _ in spans), max(end for _, end in spans)
+
+    @property
+    def slab_count(self) -> int:
+        return self._one().slab_count
+
+    # What is in it
+
+    def slabs(self) -> Iterator[Slab]:
+        """The slabs in time order, of which one or two are in memory."""
+        if self._producer is not None:
+            return (Slab(slab) for slab in self._producer.slabs())
+        body = self._one()
+        return (Slab(body.slab(i)) for i in range(body.slab_count))
+
+    def slab(self, index: int) -> Slab:
+        """Slab number ``index``; negative numbers count from the end."""
+        body = self._one()
+        count = body.slab_count
+        if not -count <= index < count:
+            raise IndexError(f"there is no slab {index}; the mesh has {count}")
+        return Slab(body.slab(index % count))
+
+    def flat(self, progress: Progress = None) -> Tuple[np.ndarray, np.ndarray]:
+        """All vertices (n, 4) and cells (m, 4); layers between slabs appear once."""
+        return self._one().flat(progress)
+
+    @property
+    def vertices(self) -> np.ndarray:
+        """(n, 4) float64: those of ``flat()``, which gives both at once."""
+        return self.flat()[0]
+
+    @property
+    def cells(self) -> np.ndarray:
+        """(m, 4) uint32."""
+        return self.flat()[1]
+
+    def slice(
+        self,
+        time: Optional[float] = None,
+        *,
+        x: Optional[float] = None,
+        y: Optional[float] = None,
+        z: Optional[float] = None,
+        hyperplane: Optional[Sequence[float]] = None,
+    ) -> TriangleMesh:
+        """The section by a hyperplane, a closed triangle mesh that faces outward: the solid at a
+        time, in (x, y, z); what passes through a plane x, y or z = constant, for x in (y, z, t);
+        or all points with ``hyperplane`` (a, b, c, d, v) a x + b y + c z + d t = v, in coordinates
+        that ``t4d slice`` describes."""
+        planes = [
+            tuple(float(i == axis) for i in range(4)) + (float(value),)
+            for axis, value in enumerate((x, y, z, time))
+            if value is not None
+        ]
+        if hyperplane is not None:
+            planes.append(tuple(float(number) for number in hyperplane))
+            if len(planes[-1]) != 5:
+                raise ValueError("a hyperplane has five numbers (a, b, c, d, v)")
+        if len(planes) != 1:
+            raise TypeError("give one of time, x, y, z and hyperplane")
+        return TriangleMesh._of(self._one().slice(planes[0]))
+
+    # What is done with it
+
+    def check(self, deep: bool = False, progress: Progress = None) -> Dict[str, Any]:
+        """Whether the mesh is closed, oriented and valid; counts, components and measures; and the
+        findings, as ``t4d validate``. ``deep`` checks that every vertex is manifold, too."""
+        return self._one().check(deep, progress)
+
+    @property
+    def hypervolume(self) -> float:
+        """Enclosed, in length^3 times time."""
+        return self.check()["hypervolume"]
+
+    def save(
+        self,
+        path: Path,
+        *,
+        compression: int = 3,
+        float32: bool = False,
+        grid: Optional[float] = None,
+        index: bool = True,
+        progress: Progress = None,
+    ) -> int:
+        """Writes a .t4d file, which appears whole or not at all; returns its size in bytes.
+
+        ``compression`` is the level of zstd, 1 to 19, or 0; positions are kept as they are, rounded
+        to ``float32``, or to whole numbers of a ``grid``. Warns (``Loss``) if rounding made cells
+        flat or turned them over. ``verbs.convert`` writes other formats of 4D meshes.
+        """
+        path = os.fspath(path)
+        if not path.lower().endswith(".t4d"):
+            raise ValueError(f"{path}: save writes .t4d; t4d.verbs.convert writes other formats")
+        metadata = {
+            "generator": f"t4d {_t4d.version} (Python)",
+            "backend": "",
+            "length_unit": "",
+            "time_unit": "",
+            "up": "y",
+            "details": "{}",
+            **self._metadata,
+        }
+        options = {"compression": compression, "float32": float32, "grid": grid, "index": index}
+        if self._producer is not None:
+            size, losses = self._producer.save(self._name, path, metadata, options, progress)
+        else:
+            size, losses = _t4d.save_bodies(self._bodies, path, metadata, options, progress)
+        warn(Loss, losses)
+        return size
+
+    def __repr__(self) -> str:
+        if self._producer is not None:
+            return f"<t4d.Mesh: '{self._name}', not made yet>"
+        begin, end = self.time_span
+        return f"<t4d.Mesh: {', '.join(self.names)}, from {begin} to {end}>"
+
+
+def read(
+    path: Path, *, whole: bool = False, max_cells: Optional[int] = None, progress: Progress = None
+) -> Mesh:
+    """Opens a .t4d file by its path or URL. Slabs are read when they are asked for, and checked
+    then; ``whole`` checks every byte first. A file with more than 100 million cells, and 10,000 for
+    each of its bytes, is refused unless ``max_cells`` allows them."""
+    bodies = _t4d.read(os.fspath(path), whole, max_cells, progress)
+    first = bodies[0]
+    metadata = {"length_unit": first.length_unit, "time_unit": first.time_unit, "up": first.up}
+    return Mesh(bodies, metadata=metadata)
+
+
+def sweep(
+    vertices: Union[ArrayLike, TriangleMesh],
+    triangles: Optional[ArrayLike] = None,
+    motion: Optional[MotionLike] = None,
+    *,
+    times: Optional[Sequence[float]] = None,
+    steps: Optional[int] = None,
+    rv_min: Optional[float] = None,
+    max_deviation: Optional[float] = None,
+    caps: str = "tetgen",
+    prism: int = 14,
+    name: str = "solid",
+    up: str = "y",
+) -> Mesh:
+    """The 4D mesh of a solid that moves (the mesh method).
+
+    ``sweep(V, F, motion)`` or ``sweep(mesh, motion=motion)``: a closed triangle mesh, ``V`` (n, 3)
+    and ``F`` (m, 3), along a motion (anything that ``Motion`` takes), in ``steps`` of each segment,
+    or such that the volume of every slice stays above ``rv_min`` of the solid's (0.998), or no
+    point leaves its path by more than ``max_deviation``.
+
+    ``sweep(V, F, times=times)`` with ``V`` (k, n, 3): a solid that is deformed, from key to key.
+
+    ``caps`` are filled by "tetgen" or closed by a "cone"; each step of a triangle has ``prism`` 14
+    or 3 cells. Nothing is computed before the mesh is saved, loaded or asked for something.
+    """
+    if caps not in ("tetgen", "cone"):
+        raise ValueError("caps are 'tetgen' or 'cone'")
+    if prism not in (14, 3):
+        raise ValueError("a prism has 14 or 3 cells")
+    rules = {"steps": steps, "rv_min": rv_min, "max_deviation": max_deviation}
+    given = {rule: value for rule, value in rules.items() if value is not None}
+    if len(given) > 1:
+        raise TypeError("give one of steps, rv_min and max_deviation")
+    options: Dict[str, Any] = {"caps": caps, "prism": prism, **given}
+    metadata = {"backend": "mesh4d", "up": up}
+    if isinstance(vertices, TriangleMesh):
+        mesh, keys = vertices, None
+    else:
+        if triangles is None:
+            raise TypeError("triangles are missing: sweep(V, F, motion), or sweep(mesh, motion=...)")
+        keys = np.asarray(vertices)
+        mesh = TriangleMesh(keys[0] if keys.ndim == 3 else keys, triangles)
+    if motion is None:
+        if times is None or keys is None or keys.ndim != 3:
+            raise TypeError("give a motion, or vertices of shape (k, n, 3) and their k times")
+        if given:
+            raise TypeError("a solid that is deformed goes straight from key to key, without steps")
+        if len(keys) != len(times):
+            raise ValueError(f"there are {len(keys)} keys and {len(times)} times")
+        producer = _t4d.sweep_keys(mesh._mesh, [float(t) for t in times], list(keys), **options)
+    else:
+        if times is not None or (keys is not None and keys.ndim != 2):
+            raise TypeError("a motion takes vertices of shape (n, 3), and no times")
+        moved = Motion(motion)
+        metadata["length_unit"] = moved.length_unit
+        metadata["time_unit"] = moved.time_unit
+        producer = _t4d.sweep_motion(mesh._mesh, moved._motion, **options)
+    metadata["details"] = json.dumps({"parameters": {"caps": caps, "prism": prism, **given}})
+    return Mesh(producer=producer, name=name, metadata=metadata)
+
+
+def weave(
+    frames: Any,
+    *,
+    spacing: Union[float, Sequence[float]] = 1.0,
+    origin: Sequence[float] = (0.0, 0.0, 0.0),
+    times: Optional[Sequence[float]] = None,
+    iso: Optional[float] = None,
+    caps: str = "flat",
+    name: str = "solid",
+    length_unit: str = "",
+    time_unit: str = "",
+    up: str = "y",
+) -> Mesh:
+    """The 4D mesh of a time series of volumes (the voxel method, 4D marching cubes).
+
+    ``frames`` is an array (nt, nx, ny, nz) of float32, float64 or bool, or anything that gives
+    arrays (nx, ny, nz) one by one: of an iterator one frame is in memory at a time, and ``times``
+    says how many there are. Values above ``iso`` are inside; without it, values below zero, and
+    True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
+    for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
+    """
+    if times is None:
+        if not hasattr(frames, "__len__"):
+            raise TypeError("the frames come from an iterator: give their times")
+        times = range(len(frames))
+    once = iter(frames) is frames
+    steps = np.broadcast_to(np.asarray(spacing, dtype=np.float64), (3,))
+    if not np.all(steps > 0):
+        raise ValueError("the spacing is positive")
+    producer = _t4d.weave_frames(
+        lambda: iter(frames),
+        [float(t) for t in times],
+        tuple(steps.tolist()),
+        tuple(float(x) for x in origin),
+        iso,
+        caps,
+        once,
+    )
+    metadata = {
+        "backend": "voxel4d",
+        "length_unit": length_unit,
+        "time_unit": time_unit,
+        "up": up,
+        "details": json.dumps({"parameters": {"spacing": steps.tolist(), "caps": caps}}),
+    }
+    return Mesh(producer=producer, name=name, metadata=metadata)

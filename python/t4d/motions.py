@@ -1,0 +1,107 @@
+"""Rigid motions."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Mapping, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from t4d import _t4d
+from t4d.triangles import Path
+
+MotionLike = Union["Motion", Mapping[str, Any], str, "os.PathLike[str]"]
+
+
+class Motion:
+    """A sequence of screw motions: rotations about an axis with a translation, both uniform."""
+
+    _motion: _t4d.Motion
+
+    def __init__(self, given: MotionLike) -> None:
+        """From the members of a motion file as a dictionary (docs/motion.md), or from a file: .json,
+        or a table of poses (.csv, .tsv, .txt)."""
+        if isinstance(given, Motion):
+            self._motion = given._motion
+        elif isinstance(given, Mapping):
+            self._motion = _t4d.parse_motion(json.dumps(given))
+        else:
+            self._motion = _t4d.read_motion(os.fspath(given))
+
+    @classmethod
+    def _of(cls, motion: _t4d.Motion) -> Motion:
+        made = cls.__new__(cls)
+        made._motion = motion
+        return made
+
+    @classmethod
+    def from_quaternions(
+        cls, times: ArrayLike, positions: ArrayLike, quaternions: ArrayLike
+    ) -> Motion:
+        """Poses at ``times`` (n,), joined by screws of at most half a turn: ``positions`` (n, 3), and
+        ``quaternions`` (n, 4) of unit length as (x, y, z, w), scipy's order."""
+        times = np.asarray(times, dtype=np.float64)
+        positions = np.asarray(positions, dtype=np.float64)
+        quaternions = np.asarray(quaternions, dtype=np.float64)
+        if (
+            times.ndim != 1
+            or positions.shape != (len(times), 3)
+            or quaternions.shape != (len(times), 4)
+        ):
+            raise ValueError(
+                f"times {times.shape}, positions {positions.shape}, quaternions {quaternions.shape}: "
+                "expected are (n,), (n, 3) and (n, 4)"
+            )
+        return cls._of(_t4d.join_poses(times.tolist(), positions, quaternions))
+
+    @classmethod
+    def from_matrices(cls, times: ArrayLike, matrices: ArrayLike) -> Motion:
+        """Poses as 4 x 4 ``matrices`` (n, 4, 4), rotation and translation, at ``times`` (n,)."""
+        matrices = np.asarray(matrices, dtype=np.float64)
+        if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
+            raise ValueError(f"matrices have the shape {matrices.shape}; expected is (n, 4, 4)")
+        rotations = matrices[:, :3, :3]
+        defect = np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        wrong = (defect > 1e-6) | (np.linalg.det(rotations) < 0)
+        wrong |= np.any(matrices[:, 3] != [0, 0, 0, 1], axis=1)
+        if wrong.any():
+            raise ValueError(
+                f"matrix {int(np.argmax(wrong))} is no rotation with a translation: "
+                "solids neither scale nor shear nor mirror"
+            )
+        quaternions = np.array([_quaternion(rotation) for rotation in rotations])
+        return cls.from_quaternions(times, matrices[:, :3, 3], quaternions)
+
+    @property
+    def time_span(self) -> Tuple[float, float]:
+        return self._motion.time_span
+
+    @property
+    def length_unit(self) -> str:
+        """"" if unknown."""
+        return self._motion.length_unit
+
+    @property
+    def time_unit(self) -> str:
+        return self._motion.time_unit
+
+    def at(self, time: float) -> np.ndarray:
+        """The pose at a time, a 4 x 4 matrix; times outside are clamped."""
+        return self._motion.at(time)
+
+
+def _quaternion(rotation: np.ndarray) -> np.ndarray:
+    """(x, y, z, w) of unit length: the eigenvector of the largest eigenvalue of Bar-Itzhack's
+    matrix, which no rotation makes ill-conditioned."""
+    r = rotation
+    k = np.array(
+        [
+            [r[0, 0] - r[1, 1] - r[2, 2], 0, 0, 0],
+            [r[1, 0] + r[0, 1], r[1, 1] - r[0, 0] - r[2, 2], 0, 0],
+            [r[2, 0] + r[0, 2], r[2, 1] + r[1, 2], r[2, 2] - r[0, 0] - r[1, 1], 0],
+            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], r.trace()],
+        ]
+    )
+    return np.linalg.eigh(k)[1][:, -1]

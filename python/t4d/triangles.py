@@ -1,0 +1,97 @@
+"""Triangle meshes in space."""
+
+from __future__ import annotations
+
+import os
+from typing import Dict, Iterator, Mapping, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from t4d import _t4d
+from t4d.errors import Loss, warn
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+class TriangleMesh:
+    """The surface of a solid, counter-clockwise seen from outside: the input of a sweep, or a slice.
+
+    ``vertices, triangles = mesh`` gives both arrays. All arrays are read-only, without copies.
+    """
+
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        vertex_attributes: Optional[Mapping[str, ArrayLike]] = None,
+        triangle_attributes: Optional[Mapping[str, ArrayLike]] = None,
+    ) -> None:
+        """Copies ``vertices`` (n, 3) and ``triangles`` (m, 3), indices of vertices; attributes have a
+        row for each."""
+        self._mesh = _t4d.TriangleMesh(
+            np.asarray(vertices),
+            np.asarray(triangles),
+            {name: np.asarray(values) for name, values in (vertex_attributes or {}).items()},
+            {name: np.asarray(values) for name, values in (triangle_attributes or {}).items()},
+        )
+
+    @classmethod
+    def _of(cls, mesh: _t4d.TriangleMesh) -> TriangleMesh:
+        made = cls.__new__(cls)
+        made._mesh = mesh
+        return made
+
+    @property
+    def vertices(self) -> np.ndarray:
+        """(n, 3) float64, in length units."""
+        return self._mesh.vertices
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """(m, 3) uint32, indices of vertices."""
+        return self._mesh.triangles
+
+    @property
+    def vertex_attributes(self) -> Dict[str, np.ndarray]:
+        """By name, (n,) or (n, components)."""
+        return self._mesh.vertex_attributes
+
+    @property
+    def triangle_attributes(self) -> Dict[str, np.ndarray]:
+        """By name, (m,) or (m, components)."""
+        return self._mesh.triangle_attributes
+
+    @property
+    def volume(self) -> float:
+        """Enclosed, in cubic length units; positive if the triangles face outward."""
+        return self._mesh.volume
+
+    @property
+    def area(self) -> float:
+        return self._mesh.area
+
+    @property
+    def closed(self) -> bool:
+        """Whether every edge is traversed equally often in both directions."""
+        return self._mesh.closed
+
+    def save(self, path: Path, name: str = "", attributes: bool = False) -> None:
+        """Writes .stl, .obj, .ply, .off, .vtp, .glb or .gltf, by the extension. Warns (``Loss``) of
+        what the format cannot hold."""
+        warn(Loss, _t4d.write_triangles(self._mesh, os.fspath(path), name, attributes))
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return iter((self.vertices, self.triangles))
+
+    def __repr__(self) -> str:
+        return f"<t4d.TriangleMesh: {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
+
+
+def read_triangles(path: Path) -> TriangleMesh:
+    """Reads .stl, .obj, .ply, .off, .gltf or .glb. Vertices with equal coordinates become one.
+    Warns of what was changed or is lost."""
+    mesh, notices, losses = _t4d.read_triangles(os.fspath(path))
+    warn(UserWarning, notices)
+    warn(Loss, losses)
+    return TriangleMesh._of(mesh)

@@ -1,0 +1,37 @@
+"""The wheel holds the module and the program."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+from conftest import BUILD
+
+def test_the_wheel_works_by_itself(tmp_path):
+    folders = ["egg_info", "--egg-base", tmp_path, "build", "--build-base", tmp_path / "build"]
+    wheel = ["bdist_wheel", "--bdist-dir", tmp_path / "wheel", "--dist-dir", tmp_path / "dist"]
+    subprocess.run(
+        [sys.executable, "setup.py", "-q", *folders, *wheel],
+        cwd=Path(__file__).parents[1],
+        env={**os.environ, "T4D_BUILD": str(BUILD)},
+        check=True,
+        capture_output=True,
+    )
+    (wheel,) = (tmp_path / "dist").glob("t4d-*.whl")
+    assert "none-any" not in wheel.name
+    folder = tmp_path / "site"
+    zipfile.ZipFile(wheel).extractall(folder)
+    (folder / "t4d" / "bin" / "t4d").chmod(0o755)
+    env = {name: value for name, value in os.environ.items() if not name.startswith("T4D")}
+    script = "import t4d; from t4d import verbs; print(verbs.program()); print(verbs.version()['version'])"
+    run = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**env, "PYTHONPATH": str(folder)},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    program, version = run.stdout.split()
+    assert program == str(folder / "t4d" / "bin" / "t4d")
+    assert version.split()[-1] == wheel.name.split("-")[1]
