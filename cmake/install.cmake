@@ -34,3 +34,6 @@ install(DIRECTORY t4d/conformance/readers DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4
   PATTERN node_modules EXCLUDE PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY t4d/formats/t4d DESTINATION ${CMAKE_INSTALL_DOCDIR}/t4d/formats
   FILES_MATCHING PATTERN SPEC.md PATTERN *.ksy PATTERN *.schema.json)
+if(T4D_BUILD_PROGRAM)
+  include(${PROJECT_SOURCE_DIR}/cmake/package.cmake)
+endif()

@@ -1,0 +1,32 @@
+# A Debian package of program, library, Python module and pages: tools/package makes it.
+set(T4D_PAGES ${PROJECT_BINARY_DIR}/pages)
+# Made from the help texts of the program.
+add_custom_target(manuals
+  COMMAND ${PROJECT_SOURCE_DIR}/tools/pages/manuals $<TARGET_FILE:t4d> ${T4D_PAGES}/man
+  COMMAND ${PROJECT_SOURCE_DIR}/tools/pages/completions $<TARGET_FILE:t4d> ${T4D_PAGES}/completions
+  VERBATIM)
+add_dependencies(manuals t4d)
+install(DIRECTORY ${T4D_PAGES}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)
+install(DIRECTORY ${T4D_PAGES}/completions/ DESTINATION ${CMAKE_INSTALL_DATADIR} OPTIONAL
+  PATTERN zsh EXCLUDE)
+install(FILES ${T4D_PAGES}/completions/zsh/site-functions/_t4d OPTIONAL
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
+install(DIRECTORY ${T4D_PAGES}/site/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/html OPTIONAL)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "t4d developers <t4d@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "4D meshes: the boundary of a moving solid in space-time")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
+  "Sweeps solids along motions, weaves time series of voxel grids, slices, animates,\n checks and converts the result, and answers questions to motion. With the C++\n library, the Python module t4d and the pages.")
+set(CPACK_DEBIAN_PACKAGE_SECTION math)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3, python3-numpy")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, libfmt-dev, libtbb-dev")
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/package)
+include(CPack)
