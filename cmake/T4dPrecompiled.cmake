@@ -34,6 +34,10 @@ function(t4d_precompile target set)
     target_precompile_headers(${owner} PRIVATE ${T4D_PRECOMPILED_${set}})
   endif()
   target_precompile_headers(${target} REUSE_FROM ${owner})
+  if(set STREQUAL "library")  # the same flags
+    set_target_properties(${owner} ${target} PROPERTIES
+      POSITION_INDEPENDENT_CODE "${T4D_BUILD_PYTHON}")
+  endif()
 endfunction()
 
 # Compiles several sources of a target as one, so that the headers' inline functions and templates are
