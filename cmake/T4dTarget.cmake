@@ -43,9 +43,12 @@ function(t4d_add_library folder)
   foreach(library IN LISTS ARG_BUILD_ONLY)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${library}>)
   endforeach()
-  # The Python module is a shared library.
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder}
-    POSITION_INDEPENDENT_CODE "${T4D_BUILD_PYTHON}")
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
+  # The Python module is a shared library. What shares its precompiled headers with the programs is
+  # not part of it.
+  if(NOT ARG_PRECOMPILED STREQUAL "tools")
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE "${T4D_BUILD_PYTHON}")
+  endif()
   t4d_own_code(${target})
   if(ARG_PRECOMPILED)
     t4d_precompile(${target} ${ARG_PRECOMPILED})
