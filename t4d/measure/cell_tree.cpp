@@ -1,6 +1,7 @@
 #include "t4d/measure/cell_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include <tbb/parallel_for.h>
@@ -32,21 +33,40 @@ std::vector<std::uint32_t> startsOfRuns(std::span<const Cell> cells) {
 
 }  // namespace
 
-void CellTree::fit(const model::Slab& slab) {
+void CellTree::fit(const model::Slab& slab, const model::TimeSpan& window) {
   if (connectivity_ != slab.connectivity) build(slab);
+  const model::TimeSpan whole{slab.timeBegin, slab.timeEnd};
   tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t leaf) {
-    Bounds4 bounds;
-    for (std::uint32_t i = offsets_[leaf]; i < offsets_[leaf + 1]; ++i) {
-      bounds.add(slab.vertices[vertices_[i]]);
+    std::array<Point4, 4 * kMostInRun> points;
+    const std::size_t count = offsets_[leaf + 1] - offsets_[leaf];
+    for (std::size_t i = 0; i < count; ++i) {
+      points[i] = slab.vertices[vertices_[offsets_[leaf] + i]];
     }
-    nodes_[leaves_[leaf]].bounds = bounds;
+    MovingBox box = movingBoxOf(std::span(points).first(count), whole);
+    MovingBox& part = nodes_[leaves_[leaf]].box;
+    part.begin = box.at(window.begin);
+    part.end = box.at(window.end);
+    part.time = window;
+    part.occupied = {std::max(window.begin, box.occupied.begin),
+                     std::min(window.end, box.occupied.end)};
   });
   // Children come after their parents.
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     if (nodes_[i].isLeaf()) continue;
-    nodes_[i].bounds = nodes_[i + 1].bounds;
-    nodes_[i].bounds.add(nodes_[nodes_[i].second].bounds);
+    nodes_[i].box = nodes_[i + 1].box;
+    nodes_[i].box.add(nodes_[nodes_[i].second].box);
   }
+}
+
+Bounds4 CellTree::bounds() const {
+  Bounds4 bounds;
+  if (nodes_.empty()) return bounds;
+  const MovingBox& root = nodes_.front().box;
+  model::Bounds3 space = root.begin;
+  space.add(root.end);
+  bounds.min << space.min, root.time.begin;
+  bounds.max << space.max, root.time.end;
+  return bounds;
 }
 
 void CellTree::build(const model::Slab& slab) {

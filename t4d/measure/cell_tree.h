@@ -5,16 +5,17 @@
 #include <span>
 #include <vector>
 
+#include "t4d/measure/moving_box.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::measure {
 
-/// A tree of boxes in space-time over the cells of a slab. Its leaves are runs of consecutive cells
-/// that share a vertex: the cells of a prism, or most of those of a hypercube.
+/// A tree of moving boxes over the cells of a slab during a window of time. Its leaves are runs of
+/// consecutive cells that share a vertex: the cells of a prism, or most of those of a hypercube.
 class CellTree {
  public:
   struct Node {
-    model::Bounds4 bounds;
+    MovingBox box;
     std::uint32_t second = 0;  ///< the second child, whose sibling is the next node; 0 for a leaf
     std::uint32_t firstCell = 0;  ///< of a leaf
     std::uint32_t cellCount = 0;
@@ -22,12 +23,14 @@ class CellTree {
     bool isLeaf() const { return second == 0; }
   };
 
-  /// Sets the boxes for a slab. The tree is built anew unless the slab before had the same
-  /// connectivity, by identity.
-  void fit(const model::Slab& slab);
+  /// Sets the boxes for a part of the slab's time. The tree is built anew unless the slab before
+  /// had the same connectivity, by identity.
+  void fit(const model::Slab& slab, const model::TimeSpan& window);
 
   /// The root comes first. None for a slab without cells.
   std::span<const Node> nodes() const { return nodes_; }
+  /// Of all cells in the window.
+  model::Bounds4 bounds() const;
 
  private:
   void build(const model::Slab& slab);

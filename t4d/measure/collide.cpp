@@ -15,6 +15,7 @@
 #include "t4d/measure/cell_tree.h"
 #include "t4d/measure/contact_stretches.h"
 #include "t4d/measure/inside_parts.h"
+#include "t4d/measure/moving_box.h"
 #include "t4d/measure/overlap.h"
 #include "t4d/model/times.h"
 
@@ -75,24 +76,14 @@ CellCorners cornersOf(const Slab& slab, std::uint32_t cell) {
           slab.vertices[corners[3]]};
 }
 
-Bounds4 boundsOf(const CellCorners& corners) {
-  Bounds4 bounds;
-  for (const model::Point4& corner : corners) bounds.add(corner);
-  return bounds;
-}
-
-bool meet(const Bounds4& a, const Bounds4& b) {
-  return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
-}
-
-/// No two points of the boxes at equal times are nearer; infinite if they have no time in common.
-double leastDistance(const Bounds4& a, const Bounds4& b) {
-  if (a.min[3] > b.max[3] || b.min[3] > a.max[3]) return std::numeric_limits<double>::infinity();
-  // Rounded down, so that nothing as near as the nearest cells is left out.
-  constexpr double kDown = 1 - 16 * std::numeric_limits<double>::epsilon();
-  const Eigen::Array3d gap =
-      (a.min - b.max).cwiseMax(b.min - a.max).head<3>().array().max(Eigen::Array3d::Zero());
-  return kDown * gap.matrix().norm();
+/// Of a cell that lasts.
+MovingBox boxOf(const CellCorners& corners) {
+  TimeSpan time{corners[0][3], corners[0][3]};
+  for (const model::Point4& corner : corners) {
+    time.begin = std::min(time.begin, corner[3]);
+    time.end = std::max(time.end, corner[3]);
+  }
+  return movingBoxOf(corners, time);
 }
 
 /// A slab of one of the bodies.
@@ -102,17 +93,17 @@ struct Side {
   std::shared_ptr<const Slab> slab;
   CellTree tree;
 
-  Result<void> load(std::size_t index) {
-    if (index == number) return {};
-    slab.reset();
-    auto read = source->slab(index);
-    if (!read) return pass(read.error());
-    slab = std::move(*read);
-    number = index;
-    tree.fit(*slab);
+  Result<void> load(std::size_t index, const TimeSpan& window) {
+    if (index != number) {
+      slab.reset();
+      auto read = source->slab(index);
+      if (!read) return pass(read.error());
+      slab = std::move(*read);
+      number = index;
+    }
+    tree.fit(*slab, window);
     return {};
   }
-  Bounds4 bounds() const { return tree.nodes().empty() ? Bounds4() : tree.nodes().front().bounds; }
 };
 
 struct NodePair {
@@ -123,7 +114,7 @@ struct NodePair {
 struct LeafCell {
   std::uint32_t number = 0;
   CellCorners corners;
-  Bounds4 bounds;
+  MovingBox box;
 };
 
 /// The search in one window.
@@ -133,7 +124,9 @@ class WindowSearch {
 
   /// Adds when cells meet.
   void findContacts(ContactStretches& stretches) const {
-    const auto near = [](const Bounds4& p, const Bounds4& q) { return meet(p, q); };
+    const auto near = [](const MovingBox& p, const MovingBox& q) {
+      return meetingTime(p, q).has_value();
+    };
     const std::vector<NodePair> tasks = split(near);
     std::vector<ContactStretches> found(tasks.size());
     // What earlier batches have found saves later ones work. Batches are the same for any number
@@ -157,12 +150,12 @@ class WindowSearch {
   void findNearest(Clearance& best) const {
     if (a_.tree.nodes().empty() || b_.tree.nodes().empty()) return;
     std::atomic<double> bound = best.distance;
-    const auto near = [&](const Bounds4& p, const Bounds4& q) {
+    const auto near = [&](const MovingBox& p, const MovingBox& q) {
       return leastDistance(p, q) <= bound.load(std::memory_order_relaxed);
     };
     std::vector<NodePair> tasks = split(near);
     const auto distance = [&](const NodePair& pair) {
-      return leastDistance(a_.tree.nodes()[pair.a].bounds, b_.tree.nodes()[pair.b].bounds);
+      return leastDistance(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box);
     };
     std::ranges::stable_sort(tasks, {}, distance);
     std::vector<Clearance> found(tasks.size(), best);
@@ -194,7 +187,7 @@ class WindowSearch {
       grown = false;
       std::vector<NodePair> next;
       for (const NodePair& pair : pairs) {
-        if (!near(a_.tree.nodes()[pair.a].bounds, b_.tree.nodes()[pair.b].bounds)) continue;
+        if (!near(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box)) continue;
         if (!forEachChild(pair, [&](const NodePair& child) { next.push_back(child); })) {
           next.push_back(pair);
         } else {
@@ -213,7 +206,7 @@ class WindowSearch {
     const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
     if (nodeA.isLeaf() && nodeB.isLeaf()) return false;
     const auto size = [](const CellTree::Node& node) {
-      return (node.bounds.max - node.bounds.min).head<3>().squaredNorm();
+      return (node.box.begin.max - node.box.begin.min).squaredNorm();
     };
     if (nodeB.isLeaf() || (!nodeA.isLeaf() && size(nodeA) >= size(nodeB))) {
       visit(NodePair{pair.a + 1, pair.b});
@@ -233,8 +226,8 @@ class WindowSearch {
       LeafCell& cell = into[count];
       cell.number = leaf.firstCell + i;
       cell.corners = cornersOf(slab, cell.number);
-      cell.bounds = boundsOf(cell.corners);
-      if (cell.bounds.max[3] > cell.bounds.min[3] && near(cell.bounds)) ++count;
+      cell.box = boxOf(cell.corners);
+      if (lasts(cell.box.time) && near(cell.box)) ++count;
     }
     return count;
   }
@@ -247,23 +240,23 @@ class WindowSearch {
     std::array<LeafCell, 16> cellsA;
     std::array<LeafCell, 16> cellsB;
     const std::size_t countA = cellsOf(
-        *a_.slab, nodeA, [&](const Bounds4& p) { return near(p, nodeB.bounds); }, cellsA);
+        *a_.slab, nodeA, [&](const MovingBox& p) { return near(p, nodeB.box); }, cellsA);
     if (countA == 0) return;
     const std::size_t countB = cellsOf(
-        *b_.slab, nodeB, [&](const Bounds4& q) { return near(nodeA.bounds, q); }, cellsB);
+        *b_.slab, nodeB, [&](const MovingBox& q) { return near(nodeA.box, q); }, cellsB);
     for (std::size_t i = 0; i < countA; ++i) {
       for (std::size_t j = 0; j < countB; ++j) {
-        if (near(cellsA[i].bounds, cellsB[j].bounds)) visit(cellsA[i], cellsB[j]);
+        if (near(cellsA[i].box, cellsB[j].box)) visit(cellsA[i], cellsB[j]);
       }
     }
   }
 
   void findContacts(const NodePair& pair, ContactStretches& stretches) const {
-    const auto near = [&](const Bounds4& p, const Bounds4& q) {
-      return meet(p, q) && !stretches.covers(std::max({p.min[3], q.min[3], span_.begin}),
-                                             std::min({p.max[3], q.max[3], span_.end}));
+    const auto near = [&](const MovingBox& p, const MovingBox& q) {
+      const auto time = meetingTime(p, q);
+      return time && !stretches.covers(time->begin, time->end);
     };
-    if (!near(a_.tree.nodes()[pair.a].bounds, b_.tree.nodes()[pair.b].bounds)) return;
+    if (!near(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box)) return;
     if (forEachChild(pair, [&](const NodePair& child) { findContacts(child, stretches); })) return;
     forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
       const auto meeting = meetingOf(p.corners, q.corners);
@@ -303,17 +296,17 @@ class WindowSearch {
   }
 
   void findNearest(const NodePair& pair, std::atomic<double>& bound, Clearance& best) const {
-    const auto near = [&](const Bounds4& p, const Bounds4& q) {
+    const auto near = [&](const MovingBox& p, const MovingBox& q) {
       return leastDistance(p, q) <= bound.load(std::memory_order_relaxed);
     };
     const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
     const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
-    if (!near(nodeA.bounds, nodeB.bounds)) return;
+    if (!near(nodeA.box, nodeB.box)) return;
     std::array<NodePair, 2> children;
     std::size_t count = 0;
     if (forEachChild(pair, [&](const NodePair& child) { children[count++] = child; })) {
       const auto distance = [&](const NodePair& child) {
-        return leastDistance(a_.tree.nodes()[child.a].bounds, b_.tree.nodes()[child.b].bounds);
+        return leastDistance(a_.tree.nodes()[child.a].box, b_.tree.nodes()[child.b].box);
       };
       if (distance(children[1]) < distance(children[0])) std::swap(children[0], children[1]);
       for (const NodePair& child : children) findNearest(child, bound, best);
@@ -328,8 +321,8 @@ class WindowSearch {
   }
 
   double size() const {
-    const Bounds4 p = a_.bounds();
-    const Bounds4 q = b_.bounds();
+    const Bounds4 p = a_.tree.bounds();
+    const Bounds4 q = b_.tree.bounds();
     return (p.max.cwiseMax(q.max) - p.min.cwiseMin(q.min)).head<3>().norm();
   }
 
@@ -389,8 +382,8 @@ class Collider {
   Result<void> load(const Window& window) {
     Result<void> loadedA;
     Result<void> loadedB;
-    tbb::parallel_invoke([&] { loadedA = a_.load(window.slabA); },
-                         [&] { loadedB = b_.load(window.slabB); });
+    tbb::parallel_invoke([&] { loadedA = a_.load(window.slabA, window.span); },
+                         [&] { loadedB = b_.load(window.slabB, window.span); });
     return loadedA ? loadedB : loadedA;
   }
 
@@ -450,8 +443,12 @@ class Collider {
       Result<std::vector<SurfacePart>> ofA;
       Result<std::vector<SurfacePart>> ofB;
       tbb::parallel_invoke(
-          [&] { ofA = insideA_.find(*a_.slab, a_.number, gap, *b_.slab, b_.bounds(), joined); },
-          [&] { ofB = insideB_.find(*b_.slab, b_.number, gap, *a_.slab, a_.bounds(), joined); });
+          [&] {
+            ofA = insideA_.find(*a_.slab, a_.number, gap, *b_.slab, b_.tree.bounds(), joined);
+          },
+          [&] {
+            ofB = insideB_.find(*b_.slab, b_.number, gap, *a_.slab, a_.tree.bounds(), joined);
+          });
       if (!ofA) return pass(ofA.error());
       if (!ofB) return pass(ofB.error());
       for (const SurfacePart& part : *ofA) addInside(part, a_, /*isA=*/true);

@@ -1,0 +1,128 @@
+#include "t4d/measure/chord_bound.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "t4d/convert/slice.h"
+#include "t4d/fixtures/solids.h"
+#include "t4d/measure/collision_verdict.h"
+#include "t4d/measure/triangle_tree.h"
+#include "t4d/mesh4d/sweep.h"
+#include "t4d/mesh4d/test_motion.h"
+
+namespace t4d::measure {
+namespace {
+
+using Eigen::Vector3d;
+using model::TriangleMesh;
+
+model::Mesh swept(const TriangleMesh& mesh, const model::Motion& motion,
+                  const mesh4d::SweepOptions& options) {
+  model::Mesh made;
+  const auto report = mesh4d::sweep(mesh, motion, options, made);
+  EXPECT_TRUE(report) << report.error().text();
+  return made;
+}
+
+/// The farthest that a vertex of `mesh` is from `other`.
+double farthest(const TriangleMesh& mesh, const TriangleMesh& other) {
+  const TriangleTree tree(other);
+  double most = 0;
+  for (const auto& vertex : mesh.vertices) most = std::max(most, tree.nearest(vertex).distance);
+  return most;
+}
+
+TEST(ChordBound, HoldsBetweenLayersForAnyStepAndSplit) {
+  const TriangleMesh solid = fixtures::translated(fixtures::cube(2), {3, 1, 0});
+  for (const auto split : {mesh4d::PrismSplit::Fourteen, mesh4d::PrismSplit::Three}) {
+    for (const double degrees : {10.0, 45.0, 90.0}) {
+      SCOPED_TRACE(degrees);
+      model::ScrewRun run;
+      run.screw = {{0.5, 0, 0}, Vector3d(1, 2, 3).normalized(), degrees, {0.3, 0.6, 0.9}};
+      run.duration = 1;
+      const auto moved = model::chainScrews(0, {&run, 1});
+      ASSERT_TRUE(moved);
+      const model::Mesh mesh =
+          swept(solid, *moved, {.steps = mesh4d::StepsPerSegment{1}, .prism = split});
+      const auto bound = chordBound(mesh, {0, 1});
+      ASSERT_TRUE(bound && *bound);
+      EXPECT_NEAR((*bound)->angleRadians, degrees * std::acos(-1) / 180, 1e-12);
+      double worst = 0;
+      for (int k = 0; k <= 20; ++k) {
+        TriangleMesh posed = solid;
+        for (auto& vertex : posed.vertices) vertex = moved->at(k / 20.0)(vertex);
+        const auto slice = convert::sliceAtTime(mesh, k / 20.0);
+        ASSERT_TRUE(slice);
+        worst = std::max({worst, farthest(slice->mesh, posed), farthest(posed, slice->mesh)});
+      }
+      EXPECT_LE(worst, (*bound)->bound);
+      EXPECT_GT(worst, 0.2 * (*bound)->bound);
+    }
+  }
+}
+
+TEST(ChordBound, IsZeroForTranslationsAndUnknownForVoxelsAndDeformations) {
+  model::ScrewRun run;
+  run.duration = 2;
+  run.screw.translation = {1, 2, 3};
+  const auto motion = model::chainScrews(0, {&run, 1});
+  const model::Mesh mesh = swept(fixtures::cube(2), *motion, {});
+  const auto bound = chordBound(mesh, {0, 2});
+  ASSERT_TRUE(bound && *bound);
+  EXPECT_EQ((*bound)->bound, 0);
+  model::Mesh unknown;
+  for (model::Slab slab : mesh.slabs()) {
+    slab.upperPose = nullptr;
+    ASSERT_TRUE(unknown.put(slab));
+  }
+  const auto none = chordBound(unknown, {0, 2});
+  ASSERT_TRUE(none);
+  EXPECT_FALSE(*none);
+}
+
+TEST(CollisionVerdict, NamesTheStepsThatDecide) {
+  TriangleMesh bar = fixtures::cube(2);
+  for (auto& vertex : bar.vertices) vertex = {10 * vertex.x(), 0.25 * vertex.y(), vertex.z()};
+  const model::Motion turn = mesh4d::turnAbout(Vector3d::UnitZ(), 180);
+  // The bar's tip comes as near as 0.1 to the wall.
+  TriangleMesh wall = fixtures::cube(2);
+  for (auto& vertex : wall.vertices) {
+    vertex = {20 * vertex.x(), vertex.y() + 1.1 + std::hypot(10, 0.25), 2 * vertex.z()};
+  }
+  const model::Motion rest = mesh4d::turnAbout(Vector3d::UnitZ(), 0);
+  const model::Mesh still = swept(wall, rest, {});
+
+  const model::Mesh coarse = swept(bar, turn, {.steps = mesh4d::StepsPerSegment{7}});
+  const auto unsure = collide(coarse, still);
+  ASSERT_TRUE(unsure);
+  const auto verdict = verdictOn(*unsure, coarse, still);
+  ASSERT_TRUE(verdict);
+  EXPECT_EQ(verdict->verdict, Verdict::WithinTolerance);
+  ASSERT_TRUE(verdict->minVolumeRatio);
+
+  const model::Mesh fine = swept(bar, turn, {.steps = mesh4d::MinVolumeRatio{0.9999}});
+  const auto sure = collide(fine, still);
+  ASSERT_TRUE(sure);
+  const auto clear = verdictOn(*sure, fine, still);
+  ASSERT_TRUE(clear);
+  EXPECT_EQ(clear->verdict, Verdict::Clear);
+  EXPECT_GT(clear->clearBy, 0);
+  EXPECT_LE(clear->clearBy, 0.1);
+}
+
+TEST(CollisionVerdict, SaysHitForWhatIsDeeperThanTheBound) {
+  const model::Mesh a = swept(fixtures::cube(4), mesh4d::turnAbout(Vector3d::UnitZ(), 90), {});
+  const model::Mesh b = swept(fixtures::translated(fixtures::cube(2), {2, 0, 0}),
+                              mesh4d::turnAbout(Vector3d::UnitZ(), 0), {});
+  const auto found = collide(a, b);
+  ASSERT_TRUE(found);
+  const auto verdict = verdictOn(*found, a, b);
+  ASSERT_TRUE(verdict);
+  EXPECT_EQ(verdict->verdict, Verdict::Hit);
+  ASSERT_TRUE(verdict->chordBound);
+  EXPECT_GT(verdict->depth, *verdict->chordBound);
+}
+
+}  // namespace
+}  // namespace t4d::measure
