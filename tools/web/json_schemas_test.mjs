@@ -148,6 +148,7 @@ const runs = [
   ['envelope', [at('filtered.t4d'), '--voxel-size', 1, '-o', at('envelope.glb')], 0],
   ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--each'], 0],
   ['envelope', [at('filtered.t4d'), '--voxel-size', 2, '--dwell', at('dwell.vdb')], 0],
+  ['view', [at('filtered.t4d'), '-o', at('filtered.html')], 0],
   ['quality', [at('filtered.t4d')], 0],
   ['quality', [at('filtered.t4d'), '--worst', 0, '-o', at('shaped.t4d')], 0],
   ['transform', [at('rest.t4d'), '--move', '19.5', '1', '1', '-o', at('beside.t4d')], 0],

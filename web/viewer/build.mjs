@@ -22,10 +22,11 @@ export async function makePage() {
   const code = await bundle('main.js', { WORKER_CODE: JSON.stringify(worker) });
   const style = readFileSync(path.join(here, 'src/style.css'), 'utf8');
   const licences = readFileSync(path.join(here, 'src/licences.txt'), 'utf8').trim();
-  return readFileSync(path.join(here, 'src/index.html'), 'utf8')
+  const page = readFileSync(path.join(here, 'src/index.html'), 'utf8')
     .replace('<!-- licences -->', () => `<!--\n${licences}\n-->`)
-    .replace('/* style */', () => style)
-    .replace('/* code */', () => code);
+    // ASCII, as the code is: servers and editors may take the page for any encoding.
+    .replace(/[^\0-\x7f]/gu, (letter) => `&#x${letter.codePointAt(0).toString(16)};`);
+  return page.replace('/* style */', () => style).replace('/* code */', () => code);
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {

@@ -1,6 +1,6 @@
 // The page in Chromium: what it shows, what it reads, and what it says of damaged files.
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
@@ -221,6 +221,35 @@ test('of a damaged file, what is whole is shown', async () => {
   assert.match(message, /damaged.t4d: byte \d+: C5: front checksum/);
   assert.match(message, /cannot be shown; the rest can/);
   await page.close();
+});
+
+test('the page in the repository is what its sources give', async () => {
+  assert.ok(readFileSync(path.join(here, '../dist/viewer.html'), 'utf8') === await makePage(),
+    'run `npm run build --workspace viewer` in web');
+});
+
+test('the program serves, and writes pages that need no server', async () => {
+  const server = spawn(path.join(build, 't4d'), ['view', at('torus.t4d'), '--no-open', '--json']);
+  const { url } = JSON.parse(await new Promise((resolve) => { server.stdout.once('data', resolve); }));
+  t4d('view', at('torus.t4d'), '-o', at('torus.html'));
+  try {
+    const answer = async (name, headers = {}, method = 'GET') => (await fetch(url + name, { headers, method })).status;
+    assert.equal(await answer('torus.t4d', { Range: 'bytes=0-9' }), 206);
+    assert.equal(await answer('torus.t4d', { Range: 'bytes=0-9', 'If-Match': '"another"' }), 412);
+    assert.equal(await answer('cube.t4d'), 404);
+    assert.equal(await answer('%2e%2e/viewer/cube.t4d'), 404);
+    assert.equal(await answer('torus.t4d', {}, 'PUT'), 404);
+    const expected = t4d('slice', at('torus.t4d'), '--time', 0.4);
+    for (const address of [url, `file://${at('torus.html')}`]) {
+      const { page, errors } = await openPage(browser, address);
+      const [found] = await shownMeasures(page, { t: 0.4 });
+      sameAsProgram(found, expected, address);
+      assert.deepEqual(errors, []);
+      await page.close();
+    }
+  } finally {
+    server.kill();
+  }
 });
 
 test('a page without a file asks for one', async () => {

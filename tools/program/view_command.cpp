@@ -1,0 +1,164 @@
+#include <cstdio>
+#include <cstdlib>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <spawn.h>
+#include <unistd.h>
+
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/t4d/url.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/or_null.h"
+#include "tools/viewer/viewer_page.h"
+#include "tools/viewer/viewer_server.h"
+
+namespace t4d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+/// Browsers take pages of this size; a folder has no limit.
+constexpr std::uint64_t kMostInPage = std::uint64_t{64} << 20;
+
+struct ViewArguments {
+  std::vector<std::string> inputs;
+  std::optional<std::uint64_t> maxCells;
+  int port = 0;
+  bool noOpen = false;
+  std::string output;
+  bool json = false;
+};
+
+/// Opens the page in the browser of the desktop, where there is one.
+void openBrowser(const std::string& url) {
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&files, stream, "/dev/null", O_RDWR, 0);
+  }
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  // It stays when this program is stopped.
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+  std::string program = "xdg-open";
+  std::string argument = url;
+  char* const words[] = {program.data(), argument.data(), nullptr};
+  pid_t pid = 0;
+  posix_spawnp(&pid, program.c_str(), &files, &attributes, words, environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+}
+
+ordered_json namesOf(std::span<const ShownFile> files) {
+  ordered_json names = ordered_json::array();
+  for (const ShownFile& file : files) names.push_back(file.name);
+  return names;
+}
+
+int serve(const ViewArguments& options, std::span<const ShownFile> files) {
+  const auto served = serveViewer(files, options.port, [&](const std::string& url) {
+    if (options.json) {
+      printJson({{"url", url}, {"files", namesOf(files)}, {"output", nullptr}, {"bytes", nullptr}});
+    } else {
+      print("{}\n", url);
+      say("serving until Ctrl-C");
+    }
+    // Whoever started this waits for it.
+    std::fflush(stdout);
+    if (!options.noOpen) openBrowser(url);
+  });
+  if (!served) return report(served.error());
+  return kDone;
+}
+
+Result<std::uint64_t> writePage(const std::string& path, std::span<const ShownFile> files) {
+  const auto page = pageWithFiles(files);
+  if (!page) return pass(page.error());
+  auto out = formats::OutputFile::create(path);
+  if (!out) return pass(out.error());
+  if (auto put = out->write(page->data(), page->size()); !put) return pass(put.error());
+  if (auto done = out->commit(); !done) return pass(done.error());
+  return page->size();
+}
+
+int run(const ViewArguments& options) {
+  if (!options.output.empty()) {
+    if (const auto misuse = misuseOfOutput(options.output, options.inputs)) {
+      return wrongUsage(*misuse);
+    }
+  } else if (!canServe()) {
+    return wrongUsage(
+        "this t4d was built without the server (cpp-httplib); write the page with -o, or build "
+        "with -DT4D_WITH_HTTPLIB=ON");
+  }
+  for (const std::string& input : options.inputs) {
+    InputOptions all;
+    all.maxCells = options.maxCells;
+    const auto opened = openBodies(input, all);
+    if (!opened) return report(opened.error());
+  }
+  const std::vector<ShownFile> files = shownFiles(options.inputs);
+  if (options.output.empty()) return serve(options, files);
+
+  const bool isPage = fs::path(options.output).extension() == ".html";
+  if (isPage) {
+    std::uint64_t total = 0;
+    for (const ShownFile& file : files) {
+      std::error_code ignored;
+      if (file.url.empty()) total += fs::file_size(file.path, ignored);
+    }
+    if (total > kMostInPage) {
+      return wrongUsage(fmt::format(
+          "{} are too much for one page, which holds {} at most; name a folder instead of {}",
+          sizeText(total), sizeText(kMostInPage), options.output));
+    }
+  }
+  const auto bytes = isPage ? writePage(options.output, files) : writeSite(options.output, files);
+  if (!bytes) return report(bytes.error());
+  if (options.json) {
+    printJson({{"url", nullptr},
+               {"files", namesOf(files)},
+               {"output", options.output},
+               {"bytes", *bytes}});
+    return kDone;
+  }
+  print("{}: {}{}\n", options.output, sizeText(*bytes),
+        isPage ? "; open it in a browser" : "; put the folder on any web server with ranges");
+  return kDone;
+}
+
+}  // namespace
+
+void addView(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand("view", "Show a 4D mesh in a browser");
+  auto options = std::make_shared<ViewArguments>();
+  command
+      ->add_option("FILES", options->inputs,
+                   "The .t4d file, or two to show side by side: paths, or URLs that the browser "
+                   "fetches itself")
+      ->required()
+      ->expected(1, 2);
+  command
+      ->add_option("--port", options->port,
+                   "The port to serve at, on this machine only (default: a free one)")
+      ->check(wholeNumber(1, 65535));
+  command->add_flag("--no-open", options->noOpen, "Do not open a browser");
+  command
+      ->add_option("-o,--output", options->output,
+                   "Serve nothing; write a folder for any web server or, with .html, one page with "
+                   "the files in it")
+      ->check(someName());
+  addMaxCellsOption(*command, options->maxCells);
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer("Example:\n  t4d view bolt.t4d\n  t4d view bolt.t4d -o bolt.html");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools

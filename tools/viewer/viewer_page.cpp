@@ -1,0 +1,144 @@
+#include "tools/viewer/viewer_page.h"
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/base64.h"
+#include "t4d/formats/output_file.h"
+#include "t4d/formats/t4d/url.h"
+#include "tools/viewer/page_text.h"
+
+namespace t4d::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr std::string_view kFilesPlace = "<!-- files -->";
+
+/// A relative address: anything but letters, digits and "-._~" as %xx.
+std::string addressOf(std::string_view name) {
+  std::string address;
+  for (const char letter : name) {
+    const auto byte = static_cast<unsigned char>(letter);
+    const bool isPlain = (byte >= '0' && byte <= '9') || (byte >= 'A' && byte <= 'Z') ||
+                         (byte >= 'a' && byte <= 'z') ||
+                         std::string_view("-._~").find(letter) != std::string_view::npos;
+    address += isPlain ? std::string(1, letter) : fmt::format("%{:02X}", byte);
+  }
+  return address;
+}
+
+std::string pageWith(const ordered_json& files) {
+  std::string page;
+  for (std::size_t i = 0; i < kPageTextParts; ++i) page += kPageText[i];
+  std::string list = files.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+  // "</script>" in a name must not end the element.
+  for (std::size_t at = 0; (at = list.find('<', at)) != std::string::npos;) {
+    list.replace(at, 1, "\\u003c");
+  }
+  page.replace(page.find(kFilesPlace), kFilesPlace.size(),
+               fmt::format("<script type=\"application/json\" id=\"t4d-files\">{}</script>", list));
+  return page;
+}
+
+ordered_json addressed(const ShownFile& file) {
+  return {{"name", file.name}, {"url", file.url.empty() ? addressOf(file.name) : file.url}};
+}
+
+/// Reads a file piece by piece.
+Result<void> eachPiece(const fs::path& path,
+                       const std::function<Result<void>(std::span<const char>)>& use) {
+  std::ifstream in(path, std::ios::binary);
+  std::vector<char> piece(std::size_t{1} << 20);
+  while (in) {
+    in.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    if (auto used = use({piece.data(), static_cast<std::size_t>(in.gcount())}); !used) {
+      return pass(used.error());
+    }
+  }
+  if (!in.eof()) return fail(ErrorCode::Failed, "cannot be read", path.string());
+  return {};
+}
+
+}  // namespace
+
+std::vector<ShownFile> shownFiles(std::span<const std::string> inputs) {
+  std::vector<ShownFile> files;
+  for (const std::string& input : inputs) {
+    const bool isUrl = !formats::schemeOf(input).empty();
+    ShownFile file{.name = fs::path(isUrl ? formats::shownName(input) : input).filename().string(),
+                   .url = isUrl ? input : ""};
+    if (!isUrl) file.path = input;
+    // The page itself is beside them, too.
+    const auto isTaken = [&] {
+      return file.name == "index.html" ||
+             std::ranges::find(files, file.name, &ShownFile::name) != files.end();
+    };
+    for (int i = 2; isTaken(); ++i) {
+      file.name = fmt::format("{}-{}", i, fs::path(input).filename().string());
+    }
+    files.push_back(std::move(file));
+  }
+  return files;
+}
+
+std::string viewerPage(std::span<const ShownFile> files) {
+  ordered_json list = ordered_json::array();
+  for (const ShownFile& file : files) list.push_back(addressed(file));
+  return pageWith(list);
+}
+
+Result<std::string> pageWithFiles(std::span<const ShownFile> files) {
+  ordered_json list = ordered_json::array();
+  for (const ShownFile& file : files) {
+    if (!file.url.empty()) {
+      list.push_back(addressed(file));
+      continue;
+    }
+    std::vector<std::uint8_t> bytes;
+    auto read = eachPiece(file.path, [&](std::span<const char> piece) -> Result<void> {
+      bytes.insert(bytes.end(), piece.begin(), piece.end());
+      return {};
+    });
+    if (!read) return pass(read.error());
+    list.push_back({{"name", file.name}, {"base64", formats::base64(bytes)}});
+  }
+  return pageWith(list);
+}
+
+Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFile> files) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    return fail(ErrorCode::Failed, fmt::format("cannot make the folder: {}", error.message()),
+                folder.string());
+  }
+  std::uint64_t total = 0;
+  for (const ShownFile& file : files) {
+    if (!file.url.empty()) continue;
+    // A file that is in the folder already stays as it is.
+    if (fs::equivalent(file.path, folder / file.name, error)) continue;
+    auto copy = formats::OutputFile::create(folder / file.name);
+    if (!copy) return pass(copy.error());
+    auto copied = eachPiece(file.path, [&](std::span<const char> piece) {
+      return copy->write(piece.data(), piece.size());
+    });
+    if (!copied) return pass(copied.error());
+    if (auto done = copy->commit(); !done) return pass(done.error());
+    total += copy->size();
+  }
+  const std::string page = viewerPage(files);
+  auto index = formats::OutputFile::create(folder / "index.html");
+  if (!index) return pass(index.error());
+  if (auto put = index->write(page.data(), page.size()); !put) return pass(put.error());
+  if (auto done = index->commit(); !done) return pass(done.error());
+  return total + page.size();
+}
+
+}  // namespace t4d::tools

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "t4d/model/error.h"
+
+/// The viewer: a page that needs nothing else, and cuts 4D meshes in a browser.
+namespace t4d::tools {
+
+/// A file that the page opens, beside those before it.
+struct ShownFile {
+  std::string name;              ///< what the page calls it, and its address beside the page
+  std::string url;               ///< its address if it is on a web server; else empty
+  std::filesystem::path path{};  ///< where it is if it is not
+};
+
+/// The files of these paths and URLs, each with a name of its own.
+std::vector<ShownFile> shownFiles(std::span<const std::string> inputs);
+
+/// The page that opens these files, by their URLs or beside itself.
+std::string viewerPage(std::span<const ShownFile> files);
+
+/// The page with the files in it, but for those with a URL. Errors: a file cannot be read.
+Result<std::string> pageWithFiles(std::span<const ShownFile> files);
+
+/// Writes a folder that any web server can hold: index.html and copies of the files. It may be
+/// there already; its other files stay. Returns the bytes written. Errors: a file cannot be read or
+/// written.
+Result<std::uint64_t> writeSite(const std::filesystem::path& folder,
+                                std::span<const ShownFile> files);
+
+}  // namespace t4d::tools

@@ -1,0 +1,158 @@
+#include "tools/viewer/viewer_server.h"
+
+#ifdef T4D_WITH_HTTPLIB
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <httplib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace t4d::tools {
+namespace {
+
+/// A file that is served, open all the time: one that takes its name later is another.
+class OpenFile {
+ public:
+  static Result<OpenFile> open(const ShownFile& shown) {
+    OpenFile file;
+    file.descriptor_ = ::open(shown.path.c_str(), O_RDONLY | O_CLOEXEC);
+    struct stat status {};
+    if (file.descriptor_ < 0 || fstat(file.descriptor_, &status) != 0) {
+      return fail(ErrorCode::Failed, fmt::format("cannot be opened: {}", std::strerror(errno)),
+                  shown.path.string());
+    }
+    file.size_ = static_cast<std::size_t>(status.st_size);
+    file.tag_ = fmt::format("\"{:x}-{:x}-{:x}.{:x}\"", status.st_ino, status.st_size,
+                            status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+    return file;
+  }
+  OpenFile(OpenFile&& other) noexcept { *this = std::move(other); }
+  OpenFile& operator=(OpenFile&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);
+    std::swap(size_, other.size_);
+    std::swap(tag_, other.tag_);
+    return *this;
+  }
+  ~OpenFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+
+  std::size_t size() const { return size_; }
+  /// Names this version of the file.
+  const std::string& tag() const { return tag_; }
+
+  /// Sends up to a megabyte. False if it cannot be read, or nobody listens any more.
+  bool send(std::size_t offset, std::size_t length, httplib::DataSink& sink) const {
+    std::vector<char> piece(std::min(length, std::size_t{1} << 20));
+    const ssize_t count =
+        ::pread(descriptor_, piece.data(), piece.size(), static_cast<off_t>(offset));
+    return count > 0 && sink.write(piece.data(), static_cast<std::size_t>(count));
+  }
+
+ private:
+  OpenFile() = default;
+  int descriptor_ = -1;
+  std::size_t size_ = 0;
+  std::string tag_;
+};
+
+/// Only pages of this server may read the files: a page elsewhere whose name was made to lead here
+/// (DNS rebinding) says another host.
+bool isOwnHost(const std::string& host, int port) {
+  return host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port);
+}
+
+}  // namespace
+
+bool canServe() { return true; }
+
+Result<void> serveViewer(std::span<const ShownFile> files, int port,
+                         const std::function<void(const std::string& url)>& onReady) {
+  httplib::Server server;
+  // Not SO_REUSEPORT, httplib's default: two servers would then share a port.
+  server.set_socket_options([](int socket) {
+    const int yes = 1;
+    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  });
+  const std::string page = viewerPage(files);
+  std::vector<std::pair<std::string, OpenFile>> opened;
+  for (const ShownFile& file : files) {
+    if (!file.url.empty()) continue;
+    auto one = OpenFile::open(file);
+    if (!one) return pass(one.error());
+    opened.emplace_back("/" + file.name, std::move(*one));
+  }
+  server.set_default_headers(
+      {{"Cache-Control", "no-cache"}, {"X-Content-Type-Options", "nosniff"}});
+  server.set_pre_routing_handler([&](const httplib::Request& request, httplib::Response& response) {
+    if (isOwnHost(request.get_header_value("Host"), port)) {
+      return httplib::Server::HandlerResponse::Unhandled;
+    }
+    response.status = 403;
+    return httplib::Server::HandlerResponse::Handled;
+  });
+  // Providers answer ranges, and are not compressed.
+  server.Get("/.*", [&](const httplib::Request& request, httplib::Response& response) {
+    if (request.path == "/") {
+      response.set_content_provider(
+          page.size(), "text/html; charset=utf-8",
+          [&](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+            return sink.write(page.data() + offset, length);
+          });
+      return;
+    }
+    const auto found =
+        std::ranges::find(opened, request.path, &std::pair<std::string, OpenFile>::first);
+    if (found == opened.end()) {
+      response.status = 404;
+      return;
+    }
+    const OpenFile& file = found->second;
+    const std::string wanted = request.get_header_value("If-Match");
+    if (!wanted.empty() && wanted != file.tag()) {
+      response.status = 412;
+      return;
+    }
+    response.set_header("ETag", file.tag());
+    response.set_content_provider(
+        file.size(), "model/x.t4d",
+        [&file](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+          return file.send(offset, length, sink);
+        });
+  });
+  if (port == 0) {
+    port = server.bind_to_any_port("127.0.0.1");
+    if (port < 0) {
+      return fail(ErrorCode::Failed, "no port of this machine can be listened on");
+    }
+  } else if (!server.bind_to_port("127.0.0.1", port)) {
+    return fail(ErrorCode::Failed,
+                fmt::format("cannot listen on port {}; another program may use it", port));
+  }
+  onReady(fmt::format("http://127.0.0.1:{}/", port));
+  if (!server.listen_after_bind()) return fail(ErrorCode::Failed, "the server stopped");
+  return {};
+}
+
+}  // namespace t4d::tools
+
+#else
+
+namespace t4d::tools {
+
+bool canServe() { return false; }
+
+Result<void> serveViewer(std::span<const ShownFile>, int,
+                         const std::function<void(const std::string& url)>&) {
+  return fail(ErrorCode::Failed, "built without cpp-httplib, which serves the page");
+}
+
+}  // namespace t4d::tools
+
+#endif
