@@ -4,7 +4,7 @@ import * as THREE from 'three';
 import { cutTable, heightsOf } from 't4d-reader';
 
 import { blockCells, rowTexels } from './common.js';
-import { facesVertex, fragment, sectionVertex } from './shaders.js';
+import { facesVertex, fragment, meshVertex, sectionVertex } from './shaders.js';
 
 const formats = {
   rgbaFloat: [THREE.RGBAFormat, THREE.FloatType, 'RGBA32F', 4, Float32Array],
@@ -276,6 +276,35 @@ export class FacesMesh extends NumberedMesh {
   constructor(slab) {
     super(slab, facesVertex);
     this.geometry.setDrawRange(0, 12 * slab.numCells);
+  }
+}
+
+/** A section that the worker cut: too large to be cut here. */
+export class CutMesh extends THREE.Mesh {
+  /**
+   * @param section of the worker's slice(), with its mesh
+   * @param {number[][]} axes that it is shown along
+   * @param {number[]} center
+   * @param {THREE.Color} color
+   */
+  constructor({ points4, triangles }, axes, center, color) {
+    const geometry = new THREE.BufferGeometry();
+    const positions = new Float32Array(points4.length / 4 * 3);
+    for (let i = 0, k = 0; i < points4.length; i += 4) {
+      for (const axis of axes) {
+        positions[k++] = axis.reduce((sum, part, j) => sum + part * (points4[i + j] - center[j]), 0);
+      }
+    }
+    geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
+    super(geometry, materialOf(meshVertex));
+    this.frustumCulled = false;
+    this.material.uniforms.bodyColor.value.copy(color);
+  }
+
+  dispose() {
+    this.geometry.dispose();
+    this.material.dispose();
   }
 }
 

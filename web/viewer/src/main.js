@@ -71,7 +71,7 @@ async function openFile(from, { beside = false, name } = {}) {
   if (!beside) for (const pane of panes.splice(0)) pane.dispose();
   const pane = new Pane(view.renderer, client, info, center, onArrival, (error, body, slab) => {
     showError(new Error(`${info.name}: ${error.message}`),
-      `Of '${body.name}' the time from ${shown(slab.begin)} to ${shown(slab.end)} cannot be shown; the rest can.`);
+      body && `Of '${body.name}' the time from ${shown(slab.begin)} to ${shown(slab.end)} cannot be shown; the rest can.`);
   });
   panes.push(pane);
   bounds = joinedBounds(panes.map((each) => each.bounds()));

@@ -4,10 +4,13 @@ import * as THREE from 'three';
 import { answering, hyperplane } from 't4d-reader';
 
 import { palette, units4 } from './common.js';
-import { FacesMesh, GpuSlab, makeCells, measureCorners, mostTexels, readBack, SectionMesh } from './gpu.js';
+import { CutMesh, FacesMesh, GpuSlab, makeCells, measureCorners, mostTexels, readBack, SectionMesh } from './gpu.js';
 
-/** Slabs on the page are kept up to this many bytes, those that were used last. */
-export const slabBudget = 768 * 1024 * 1024;
+/**
+ * Slabs on the page are kept up to this many bytes, those that were used last. Sections of more are cut by
+ * the worker.
+ */
+const slabBudget = 768 * 1024 * 1024;
 
 /** What a cell takes on the page, about: itself where cells are not shared, and a quarter of a vertex. */
 const cellBytes = 32;
@@ -46,7 +49,7 @@ export class Pane {
    * @param {(error: Error) => void} onError
    */
   constructor(renderer, client, info, center, onChange, onError) {
-    Object.assign(this, { renderer, client, info, center, onChange, onError });
+    Object.assign(this, { renderer, client, info, center, onChange, onError, budget: slabBudget });
     this.scene = new THREE.Scene();
     this.group = new THREE.Group();
     this.scene.add(this.group);
@@ -140,7 +143,7 @@ export class Pane {
   /** Forgets slabs that were not used for long. */
   evict(isWanted) {
     for (const [key, entry] of this.slabs) {
-      if (this.bytes <= slabBudget) return;
+      if (this.bytes <= this.budget) return;
       if (!entry.gpu || isWanted(key)) continue;
       this.slabs.delete(key);
       const { cells } = entry.gpu;
@@ -158,9 +161,9 @@ export class Pane {
   fits(plane) {
     if (plane.isTime) {
       const cells = this.info.bodies.map(({ slabs }) => slabs[answering(slabs, plane.offset)]?.numCells ?? 0);
-      return Math.max(...cells) <= mostTexels(this.renderer) && sum(cells) * cellBytes <= slabBudget;
+      return Math.max(...cells) <= mostTexels(this.renderer) && sum(cells) * cellBytes <= this.budget;
     }
-    return sum(this.numbersOf(plane).map(({ record }) => record.numCells)) * cellBytes <= slabBudget;
+    return sum(this.numbersOf(plane).map(({ record }) => record.numCells)) * cellBytes <= this.budget;
   }
 
   /** The slabs that a hyperplane may cut: { body, number, record }. */
@@ -181,6 +184,8 @@ export class Pane {
    * @returns {boolean} whether all of it is there
    */
   show({ planes, timeScale, hidden, look, faces }) {
+    if (!faces && !this.fits(planes[0].plane)) return this.showCut(planes[0].plane, timeScale, hidden);
+    this.cutKey = null;
     const wanted = new Map();
     const slabKeys = new Set();
     let isWhole = true;
@@ -240,6 +245,35 @@ export class Pane {
     return isWhole;
   }
 
+  /**
+   * Shows a section that the worker cuts, in the memory of a few slabs; the one before stays meanwhile.
+   * @returns {boolean} whether it is there
+   */
+  showCut(plane, timeScale, hidden) {
+    const key = JSON.stringify([plane.normal, plane.offset, timeScale, [...hidden]]);
+    if (this.cutKey === key) return this.cutDone === key;
+    // One at a time: the slider moves on while it is cut.
+    if (this.cutting) return false;
+    this.cutKey = key;
+    this.cutting = true;
+    const { normal, offset } = plane;
+    this.client.call('slice', { file: this.info.file, normal, offset, meshes: true }).then(({ sections }) => {
+      for (const each of [...this.sections.keys()]) this.drop(each);
+      const { axes } = shownAxes(plane, timeScale);
+      sections.forEach((section, body) => {
+        if (hidden.has(section.name) || section.triangles.length === 0) return;
+        const mesh = new CutMesh(section, axes, this.center, this.bodyColors[body]);
+        this.sections.set(`cut/${body}`, mesh);
+        this.group.add(mesh);
+      });
+    }).catch((error) => this.onError(error)).finally(() => {
+      this.cutting = false;
+      this.cutDone = key;
+      this.onChange();
+    });
+    return false;
+  }
+
   drop(key) {
     const mesh = this.sections.get(key);
     this.group.remove(mesh);
@@ -263,7 +297,7 @@ export class Pane {
     let low = Infinity;
     let high = -Infinity;
     for (const mesh of this.sections.values()) {
-      const found = mesh.slab.attributes.find((each) => each.name === name && each.components === 1);
+      const found = mesh.slab?.attributes.find((each) => each.name === name && each.components === 1);
       if (!found?.values || found.values instanceof Uint32Array) continue;
       found.range ??= rangeOfValues(found.values);
       low = Math.min(low, found.range[0]);

@@ -119,6 +119,26 @@ void main() {
 }
 `;
 
+/** Triangles that were cut elsewhere. */
+export const meshVertex = `
+precision highp float;
+in vec3 position;
+uniform mat4 modelViewMatrix;
+uniform mat4 projectionMatrix;
+uniform vec3 bodyColor;
+out vec3 vView;
+out vec3 vEdge;
+out vec3 vColor;
+
+void main() {
+  vec4 view = modelViewMatrix * vec4(position, 1.0);
+  vView = view.xyz;
+  gl_Position = projectionMatrix * view;
+  vEdge = vec3(1);
+  vColor = bodyColor;
+}
+`;
+
 /** The faces of all cells, projected to three of the four axes: the solid in space-time. */
 export const facesVertex = `
 precision highp float;

@@ -28,11 +28,13 @@ before(async () => {
   t4d('sweep', at('fx/cube.obj'), '--motion', at('fx/several-segments.json'), '-o', at('cube.t4d'));
   t4d('sweep', at('fx/torus.obj'), '--motion', at('fx/skew-axis.json'), '--up', 'z', '-o', at('torus.t4d'));
   t4d('sweep', at('fx/two-boxes.obj'), '--motion', at('fx/rest.json'), '--bodies', 'object', '-o', at('boxes.t4d'));
+  t4d('sweep', at('fx/torus.obj'), '--motion', at('fx/several-segments.json'), '--backend', 'voxel4d', '--voxel-size', 0.5,
+    '--frames', 12, '--compression', 0, '-o', at('large.t4d'));
   writeFileSync(at('viewer.html'), await makePage());
   const damaged = readFileSync(at('torus.t4d'));
   const { slabs } = (await open(new Uint8Array(damaged))).bodies[0];
   damaged[slabs[4].at + 40] ^= 1;
-  const files = Object.fromEntries(['cube', 'torus', 'boxes'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
+  const files = Object.fromEntries(['cube', 'torus', 'boxes', 'large'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
   site = await serve({
     'index.html': at('viewer.html'), ...files, 'damaged.t4d': damaged, 'cut-off.t4d': damaged.subarray(0, 5000),
     'text.t4d': new TextEncoder().encode('This is no 4D mesh, but some other text.'),
@@ -106,16 +108,54 @@ test('the measures on the page are those of the program', async () => {
   await page.close();
 });
 
+const sum = (numbers) => numbers.reduce((all, each) => all + each, 0);
+
 test('a slice at a time takes at most twice the bytes of its slab and parts', async () => {
-  const { page } = await openAt('?file=torus.t4d');
-  const before = site.requests.length;
-  const bytes = await page.evaluate(async () => {
-    await window.t4dViewer.whole();
-    return window.t4dViewer.panes[0].info.slabBytes[0][1];
+  const file = await open(`${site.url}large.t4d`);
+  const [{ slabs }] = file.bodies;
+  for (const number of [5, 2, 9]) {
+    const before = file.bytesRead;
+    const { begin, end } = slabs[number];
+    await file.slabsAt((begin + end) / 2);
+    const took = file.bytesRead - before;
+    assert.ok(took > 0 && took <= 2 * file.sizeOf(slabs[number]), `${took}, not ${file.sizeOf(slabs[number])}`);
+  }
+  assert.ok(file.requests <= 1 + 3 * 3, `${file.requests} requests`);
+
+  // The page reads the two next slabs ahead.
+  const first = site.requests.length;
+  const { page } = await openAt(`?file=large.t4d#t=${(slabs[3].begin + slabs[3].end) / 2}`);
+  await page.evaluate('window.t4dViewer.whole()');
+  await page.waitForTimeout(1000);
+  const [opening, ...others] = site.requests.slice(first).map(({ from, to }) => to - from);
+  assert.equal(opening, 256 * 1024);
+  const most = 2 * sum(slabs.slice(3, 6).map((slab) => file.sizeOf(slab)));
+  assert.ok(sum(others) > 0 && sum(others) <= most, `${sum(others)}, at most ${most}`);
+  await page.close();
+});
+
+test('a section that is too large for the GPU is cut by the worker', async () => {
+  const { page, errors } = await openAt('?file=torus.t4d#cut=x');
+  const [pixels, without, kinds] = await page.evaluate(async () => {
+    const { panes, whole, set } = window.t4dViewer;
+    const canvas = document.getElementById('canvas');
+    const picture = async (budget) => {
+      panes[0].budget = budget;
+      set({});
+      await whole();
+      const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+      copy.drawImage(canvas, 0, 0);
+      return copy.getImageData(0, 0, canvas.width, canvas.height).data;
+    };
+    const before = await picture(1e9);
+    const after = await picture(1);
+    let differ = 0;
+    for (let i = 0; i < before.length; i += 4) if (Math.abs(before[i] - after[i]) > 30) ++differ;
+    return [differ, before.length / 4, [...panes[0].sections.keys()]];
   });
-  // The end of the file holds all of a file as small as this one, so nothing more is read.
-  assert.equal(site.requests.length, before);
-  assert.ok(bytes > 0);
+  assert.deepEqual(kinds, ['cut/0']);
+  assert.ok(pixels < without / 500, `${pixels} of ${without} pixels differ`);
+  assert.deepEqual(errors, []);
   await page.close();
 });
 
