@@ -17,7 +17,6 @@ export function textOf(bytes, at, rule) {
 /** Whether the value is a name of a body or an attribute. Only well-formed text survives UTF-8 unchanged. */
 export const isName = (value) => typeof value === 'string' && utf8.decode(bytesIn(value)) === value
   && bytesIn(value).length >= 1 && bytesIn(value).length <= 255
-  // eslint-disable-next-line no-control-regex
   && !/[\0-\x1f\x7f-\x9f/\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/.test(value);
 
 const isObject = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);

@@ -58,7 +58,27 @@ test('a server that knows no ranges sends the whole file', async () => {
   assert.equal((await open(url('valid/one-simplex.t4d'))).bodies[0].name, 'simplex');
 });
 
-test('a missing file, and one that changes, are errors that say so', async () => {
+test('a file that changes on the server is an error that says so', async () => {
+  let version = 1;
+  const { url } = await serve((request, response, bytes) => {
+    if (request.headers['if-match'] && request.headers['if-match'] !== `"${version}"`) {
+      response.writeHead(412).end();
+      return true;
+    }
+    const [, begin, end] = /^bytes=(\d*)-(\d*)$/.exec(request.headers.range);
+    // A tail that is shorter than was asked for, so that there is something left to read.
+    const [from, to] = begin ? [Number(begin), Number(end) + 1] : [bytes.length - 40, bytes.length];
+    response.writeHead(206, { 'Content-Range': `bytes ${from}-${to - 1}/${bytes.length}`, ETag: `"${version}"` });
+    response.end(bytes.subarray(from, to));
+    return true;
+  });
+  const file = await open(url('valid/cube-in-translation.t4d'));
+  assert.equal((await file.slabsAt(0.5)).length, 1);
+  version = 2;
+  await assert.rejects(file.slabsAt(3.5), /the file has changed on the server/);
+});
+
+test('a missing file is an error that says so', async () => {
   const { url } = await serve((request, response) => response.writeHead(404).end());
   await assert.rejects(open(url('valid/one-simplex.t4d')), /one-simplex.t4d: the server answers 404/);
 });

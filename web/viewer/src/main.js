@@ -68,7 +68,10 @@ async function openFile(from, { beside = false, name } = {}) {
       ? 'The file is damaged or is no .t4d file; `t4d recover` saves what is whole of a damaged one.' : '');
     return null;
   }
-  if (!beside) for (const pane of panes.splice(0)) pane.dispose();
+  if (!beside) {
+    for (const pane of panes.splice(0)) pane.dispose();
+    speeds.firstPicture = null;
+  }
   const pane = new Pane(view.renderer, client, info, center, onArrival, (error, body, slab) => {
     showError(new Error(`${info.name}: ${error.message}`),
       body && `Of '${body.name}' the time from ${shown(slab.begin)} to ${shown(slab.end)} cannot be shown; the rest can.`);

@@ -94,7 +94,7 @@ export class Pane {
       this.read = slab.read;
       this.requests = slab.requests;
     }).catch((error) => {
-      this.slabs.delete(key);
+      if (!this.slabs.delete(key)) return; // another file is shown by now
       this.failed.add(key);
       this.onError(error, this.info.bodies[body], this.info.bodies[body].slabs[number]);
     }).finally(() => {
@@ -339,6 +339,7 @@ export class Pane {
     for (const key of [...this.sections.keys()]) this.drop(key);
     for (const { gpu } of this.slabs.values()) gpu?.dispose();
     this.slabs.clear();
+    this.client.call('close', { file: this.info.file });
   }
 }
 

@@ -74,6 +74,12 @@ const calls = {
     return drawable(attributes.find((each) => each.name === name).values);
   },
 
+  /** The page shows another file instead. */
+  close({ file }) {
+    files[file] = null;
+    sent[file] = null;
+  },
+
   /** The page has forgotten the cells. */
   forget({ file, connectivity }) {
     sent[file].delete(connectivity);
