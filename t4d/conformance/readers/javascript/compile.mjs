@@ -42,4 +42,5 @@ for (const name of ['kaitai-struct', 'zstddec']) {
 }
 const reader = path.join(folder, 't4d_reader.mjs');
 cpSync(path.join(here, 't4d_reader.mjs'), reader);
+cpSync(path.join(here, 'under_test.mjs'), path.join(folder, 'under_test.mjs'));
 chmodSync(reader, 0o755);

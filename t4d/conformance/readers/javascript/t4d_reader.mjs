@@ -7,10 +7,6 @@
 //     t4d_reader.mjs FILE slice A,B,C,D E      the same for A x + B y + C z + D t = E
 //     t4d_reader.mjs --serve           answers such requests from standard input, one a line
 //
-// Prints one JSON object and exits with 0, or refuses the file, exits with 1 and says why on
-// standard error. 2 is wrong usage. A mistake in this program exits with 70: Node's own 1 would
-// look like a refusal.
-//
 // Bytes are taken apart by the parser that compile.mjs makes of t4d/formats/t4d/t4d.ksy, and by nothing
 // else. It checks what the grammar can say; what is checked here is the rest: checksums, text,
 // JSON, compression, and whatever compares one chunk with another.
@@ -23,7 +19,8 @@
 // It is started from the folder that compile.mjs makes.
 import { closeSync, fstatSync, openSync, readSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { createInterface } from 'node:readline';
+
+import { run } from './under_test.mjs';
 
 const require = createRequire(import.meta.url);
 const KaitaiStream = require('kaitai-struct/KaitaiStream');
@@ -1037,67 +1034,9 @@ function measure({ points, triangles }) {
   };
 }
 
-/** ['describe'] or ['slice', a hyperplane], or null. */
-function requestOf([verb, ...rest]) {
-  if (verb === 'describe' && rest.length === 0) return [verb];
-  if (verb !== 'slice' || rest.length < 1 || rest.length > 2) return null;
-  const numberOf = (word) => (word.trim() ? Number(word) : NaN);
-  const numbersOfNormal = (word) =>
-    units[['x', 'y', 'z'].indexOf(word)] ?? word.split(',').map(numberOf);
-  const normal = rest.length === 1 ? units[3] : numbersOfNormal(rest[0]);
-  const offset = numberOf(rest.at(-1));
-  const isKnown = normal.length === 4 && normal.some((value) => value !== 0) &&
-    [...normal, offset].every(Number.isFinite);
-  return isKnown ? [verb, hyperplane(normal, offset)] : null;
-}
-
-/** { answer }, { refusal } or { mistake }. */
-async function respond(path, [verb, plane]) {
-  let file;
-  try {
-    file = new File(path);
-    return { answer: verb === 'slice' ? await slice(file, plane) : await describe(file) };
-  } catch (error) {
-    const isRefusal = error instanceof Invalid || error.syscall !== undefined;
-    return isRefusal ? { refusal: `${path}: ${error.message}` } : { mistake: error };
-  } finally {
-    file?.close();
-  }
-}
-
-/** Answers requests line by line, such as "describe FILE" and "slice T FILE". */
-async function serve() {
-  for await (const line of createInterface({ input: process.stdin, crlfDelay: Infinity })) {
-    const form = /^(describe|slice (?:[xyz]|\S*,\S*) \S+|slice \S+) (.*)$/;
-    const [, words = '', path] = form.exec(line) ?? [];
-    const request = requestOf(words.split(' '));
-    const { answer, refusal, mistake } =
-      request ? await respond(path, request) : { mistake: `not a request: ${line}` };
-    if (mistake) {
-      console.error(mistake);
-      return 70;
-    }
-    process.stdout.write(answer
-      ? `accept ${JSON.stringify(answer)}\n` : `refuse ${refusal.replaceAll('\n', ' ')}\n`);
-  }
-  return 0;
-}
-
-async function main([path, ...words]) {
-  if (path === '--serve' && words.length === 0) return serve();
-  const request = requestOf(words);
-  if (!request) {
-    console.error('usage: t4d_reader.mjs FILE describe | FILE slice T | FILE slice x|y|z C | ' +
-      'FILE slice A,B,C,D E | --serve');
-    return 2;
-  }
-  const { answer, refusal, mistake } = await respond(path, request);
-  if (!answer) {
-    console.error(refusal ?? mistake);
-    return refusal ? 1 : 70;
-  }
-  process.stdout.write(`${JSON.stringify(answer, null, 1)}\n`);
-  return 0;
-}
-
-process.exitCode = await main(process.argv.slice(2));
+process.exitCode = await run({
+  open: (path) => new File(path),
+  describe,
+  slice: (file, normal, offset) => slice(file, hyperplane(normal, offset)),
+  Invalid,
+});
