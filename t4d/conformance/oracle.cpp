@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "t4d/convert/slice.h"
+#include "t4d/measure/collide.h"
+#include "t4d/measure/silhouette.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/model/sinks.h"
 
@@ -126,6 +128,28 @@ std::optional<double> checkSlice(const model::Source& mesh, const SliceExpectati
   return volume;
 }
 
+void checkVisits(const model::Source& mesh, const Measure& expectation,
+                 std::vector<Check>& checks) {
+  const std::string name = "visits volume";
+  const auto silhouette = measure::silhouetteOf(mesh);
+  checks.push_back(silhouette ? measureIs(name, expectation, silhouette->visitsVolume)
+                              : holds(name, true, false, "the boundary of all exits is closed",
+                                      silhouette.error().text()));
+}
+
+void checkContact(const model::Source& mesh, const ContactExpectation& expectation,
+                  std::vector<Check>& checks) {
+  const std::string name = "first contact with the obstacle";
+  const auto collision =
+      measure::collide(mesh, *expectation.obstacle, {.clearance = false, .overlapVolumes = false});
+  if (collision && collision->contact()) {
+    checks.push_back(measureIs(name, expectation.time, collision->intervals.front().begin));
+  } else {
+    checks.push_back(holds(name, true, false, "the moving solid touches it",
+                           collision ? "they never touch" : collision.error().text()));
+  }
+}
+
 }  // namespace
 
 Check holds(std::string name, bool expected, bool actual, std::string reason, std::string found) {
@@ -178,6 +202,8 @@ MeshResult verify(const model::Source& mesh, const Expectation& expectation,
   for (const SliceExpectation& slice : expectation.slices) {
     result.sliceVolumes.push_back(checkSlice(mesh, slice, checks));
   }
+  if (expectation.visitsVolume) checkVisits(mesh, *expectation.visitsVolume, checks);
+  if (expectation.contact) checkContact(mesh, *expectation.contact, checks);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -70,12 +71,21 @@ struct BoundsExpectation {
   std::string reason;
 };
 
+/// When the solid first touches another one.
+struct ContactExpectation {
+  std::shared_ptr<const model::Source> obstacle;
+  Measure time;
+};
+
 /// Expected properties of a 4D mesh.
 struct Expectation {
   Measure timeBegin;
   Measure timeEnd;
   std::optional<Measure> hypervolume;
   std::optional<BoundsExpectation> bounds;
+  /// The integral over space of how often each place is visited (measure::Silhouette).
+  std::optional<Measure> visitsVolume;
+  std::optional<ContactExpectation> contact;
   std::vector<SliceExpectation> slices;
   std::optional<Counts> counts;
   std::optional<Counts> sideCounts;  ///< without the slabs that close the ends (no thickness)
@@ -99,7 +109,7 @@ struct MeshResult {
 /// oriented, a manifold, and without degenerate cells; then that it matches `expectation`. If a
 /// slab cannot be read or is invalid, that check is the last one.
 ///
-/// Reads every slab once, and once more for each slice.
+/// Reads every slab once, and once more for each slice, the visits volume and the contact.
 MeshResult verify(const model::Source& mesh, const Expectation& expectation,
                   const model::Progress& progress = {});
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,18 @@ struct MovingMesh {
   std::vector<int> genera;  ///< of its surfaces, in descending order
   std::string motionText;   ///< the text of a motion file (docs/motion.md)
   model::Motion motion;     ///< the same motion, parsed
+};
+
+/// A box that the moving solid touches first at a known time, with the face at its least x.
+struct Obstacle {
+  std::shared_ptr<const model::Source> source;
+  double faceX = 0;        ///< at the start
+  double faceSpeed = 0;    ///< along x
+  model::Point3 touching;  ///< the point of the solid that is first at the face, at the start
+  double time = 0;         ///< of the first contact
+  /// The point approaches the face at this speed or more until it is `depth` behind it.
+  double leastSpeed = 0;
+  double depth = 0;
 };
 
 /// How voxel4d runs a case.
@@ -51,6 +64,10 @@ struct Case {
   std::optional<fixtures::Field> field;
   /// Surface of the field at a time; an upper bound if there is no single formula.
   std::function<Surface(double time)> fieldSurface;
+  /// The integral over space of how often each place is visited, of solids that rest or move
+  /// straight.
+  std::optional<double> visitsVolume;
+  std::optional<Obstacle> obstacle;  ///< of a mesh
   /// R_Vmin for mesh4d (t4d/mesh4d/steps.h).
   double minVolumeRatio = 0.998;
   /// Counts for mesh4d with TetGen caps, if the total is known.

@@ -6,6 +6,7 @@
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion_reader.h"
+#include "t4d/mesh4d/sweep.h"
 
 namespace t4d::conformance {
 namespace {
@@ -82,6 +83,26 @@ Case meshCase(std::string id, std::string description, Solid solid, const std::v
                   fixtures::motionText(runs), std::move(voxelSizes));
 }
 
+/// Adds a box whose face at its least x is the first thing that the solid touches. The box moves
+/// straight by `translation` during the case.
+void addObstacle(Case& to, const model::Bounds3& box, const Eigen::Vector3d& translation,
+                 const Point3& touching, double time, double leastSpeed, double depth) {
+  const model::TimeSpan span = to.time();
+  const ScrewRun run = runOf({.duration = span.end - span.begin, .translation = translation});
+  auto motion = model::chainScrews(span.begin, {&run, 1});
+  assert(motion);
+  TriangleMesh mesh = fixtures::cube(1);
+  for (Point3& vertex : mesh.vertices) {
+    vertex = box.min + (vertex.array() + 0.5).matrix().cwiseProduct(box.max - box.min);
+  }
+  auto source = std::make_shared<model::Mesh>();
+  const auto swept = mesh4d::sweep(mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, *source);
+  assert(swept);
+  (void)swept;
+  const double faceSpeed = translation.x() / (span.end - span.begin);
+  to.obstacle = {std::move(source), box.min.x(), faceSpeed, touching, time, leastSpeed, depth};
+}
+
 Case fieldCase(Field field, std::function<Surface(double)> surface,
                std::vector<double> voxelSizes) {
   Case made;
@@ -110,6 +131,7 @@ Case paperTable() {
   made.voxels.mask = true;
   made.voxels.maskFrames = 64;
   made.voxels.counts = {197'828, 1'185'280};
+  made.visitsVolume = 8000 + 64 * 400;
   // The surface passes through the midpoints of lattice edges: 18^3 full voxels, 6 x 18^2 halves on
   // the faces, 12 x 18 eighths along the edges and 8 times 1/48 at the corners.
   made.voxels.maskVolume = 5832 + 972 + 27 + 1.0 / 6;
@@ -172,11 +194,26 @@ std::vector<Case> analyticCases() {
   cases.push_back(paperTable());
   cases.push_back(meshCase("cube-at-rest", "a cube that does not move", cube(12),
                            std::vector<Turn>{{.duration = 10}}, sizes));
+  cases.back().visitsVolume = 12 * 12 * 12;
+  // At speed 2, from a distance of 10.
+  addObstacle(cases.back(), {Point3(16, -3, -3), Point3(20, 3, 3)}, {-20, 0, 0}, {6, 0, 0}, 5, 2,
+              10);
   cases.push_back(meshCase("cube-translated", "a cube along a line", cube(12),
                            std::vector<Turn>{{.duration = 2, .translation = {9, 4, -7}}}, sizes));
+  // The cube and its length times its shadow.
+  cases.back().visitsVolume = 12 * 12 * 12 + 12 * 12 * (9 + 4 + 7);
+  addObstacle(cases.back(), {Point3(9, 0, -4), Point3(11, 2, -2)}, {0, 0, 0}, {6, 0, 0}, 3 / 4.5,
+              4.5, 6);
   cases.push_back(meshCase("cube-about-x", "a quarter turn about x", cube(12), quarter(x), sizes));
   cases.push_back(meshCase("cube-about-y", "a quarter turn about y", cube(12), quarter(y), sizes));
   cases.push_back(meshCase("cube-about-z", "a quarter turn about z", cube(12), quarter(z), sizes));
+  // An edge of the cube turns into a wall on one side of the axis, at x = 7; at x = 8 it is
+  // slowest.
+  const double radius = 6 * std::numbers::sqrt2;
+  const double perDegree = 3.0 / 90;
+  const double speed = std::numbers::pi / 180 / perDegree * std::sqrt(radius * radius - 8 * 8);
+  addObstacle(cases.back(), {Point3(7, -20, -20), Point3(11, 0, 20)}, {0, 0, 0}, {6, -6, 0},
+              perDegree * (45 - std::acos(7 / radius) * 180 / std::numbers::pi), speed, 1);
   cases.push_back(meshCase("cube-about-skew-axis", "a cube about a skew axis that lies outside it",
                            cube(12),
                            std::vector<Turn>{{.duration = 2,

@@ -125,18 +125,53 @@ std::vector<SliceExpectation> slicesOf(const Case& given, const Volume& volume, 
   return slices;
 }
 
+/// The contact at a time, for a surface up to `off` from the true one; nothing if the closed form
+/// does not hold that far.
+std::optional<ContactExpectation> contactOf(const Case& given, double time, double off,
+                                            const std::string& reason) {
+  if (!(off <= given.obstacle->depth)) return std::nullopt;
+  return ContactExpectation{given.obstacle->source,
+                            {time, off / given.obstacle->leastSpeed, reason}};
+}
+
+/// When the point that touches the obstacle first, on chords between the poses of the steps, is at
+/// its face.
+double contactOnChords(const Case& given, const std::vector<std::uint64_t>& steps) {
+  const Obstacle& obstacle = *given.obstacle;
+  const auto behindFace = [&](const Segment& segment, double fraction, double time) {
+    return segment.at(fraction)(obstacle.touching).x() - obstacle.faceX -
+           obstacle.faceSpeed * (time - given.time().begin);
+  };
+  double timeBefore = given.time().begin;
+  double before = behindFace(given.mesh->motion.segments.front(), 0, timeBefore);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Segment& segment = given.mesh->motion.segments[i];
+    for (std::uint64_t k = 1; k <= steps[i]; ++k) {
+      const double fraction = static_cast<double>(k) / static_cast<double>(steps[i]);
+      const double time = std::lerp(segment.timeBegin, segment.timeEnd, fraction);
+      const double behind = behindFace(segment, fraction, time);
+      if (behind >= 0) return std::lerp(timeBefore, time, before / (before - behind));
+      timeBefore = time;
+      before = behind;
+    }
+  }
+  return std::numeric_limits<double>::quiet_NaN();  // never
+}
+
 /// Bounds on the rounding errors of a swept mesh.
 struct Rounding {
   double position = 0;  ///< of a vertex, in length units
   double volume = 0;    ///< of a slice
   double hypervolume = 0;
+  double visitsVolume = 0;
 };
 
 /// A pose is a product of at most one pose per segment and a translation, each accurate to a few
 /// roundings of the largest coordinate. A mesh of F triangles has 14 F cells per slab, and a slice
 /// cuts each into at most two triangles: summing their volumes adds one rounding of the largest
 /// partial sum per triangle. Likewise, the hypervolume takes one rounding per cell, of the measure
-/// of the boundary times its reach over four.
+/// of the boundary times its reach over four, and the visits volume one, of the volume that the
+/// surface passes through.
 Rounding roundingOf(const MovingMesh& moving) {
   constexpr double kRoundingsOfAPose = 16;
   Bounds3 bounds;
@@ -161,6 +196,9 @@ Rounding roundingOf(const MovingMesh& moving) {
   const double boundary = area * duration * std::hypot(1, speed.length) + 2 * moving.volume;
   rounding.hypervolume =
       duration * area * rounding.position + 14 * triangles * kEpsilon * boundary * reach / 4;
+  rounding.visitsVolume =
+      area * rounding.position +
+      14 * triangles * kEpsilon * (moving.volume + area * duration * speed.length);
   return rounding;
 }
 
@@ -213,6 +251,13 @@ Result<Expectation> sweptExpectation(const Case& given, bool cones) {
   }
   expectation.hypervolume = {hypervolume, rounding.hypervolume, reason};
   expectation.bounds = {box, rounding.position, reason};
+  if (given.visitsVolume) {
+    expectation.visitsVolume = {*given.visitsVolume, rounding.visitsVolume, reason};
+  }
+  if (given.obstacle) {
+    expectation.contact =
+        contactOf(given, contactOnChords(given, *steps), 2 * rounding.position, reason);
+  }
   const auto volumeAt = [&](double time) {
     std::size_t i = 0;
     while (i + 1 < motion.segments.size() && time >= motion.segments[i].timeEnd) ++i;
@@ -280,12 +325,21 @@ Expectation voxelExpectation(const Case& given, const Resolution& resolution) {
   Expectation expectation;
   expectation.timeBegin = {span.begin, 0, "flat caps lie exactly at the first frame's time"};
   expectation.timeEnd = {span.end, 0, "flat caps lie exactly at the last frame's time"};
+  const double off = std::numbers::sqrt3 * h + motion;
+  const std::string offReason = "a voxel's diagonal and the motion between two frames";
   expectation.slices = slicesOf(
       given,
       [&](double time) {
         return Measure{given.volumeAt(time), errorAt(time), reason};
       },
-      std::numbers::sqrt3 * h + motion, "a voxel's diagonal and the motion between two frames");
+      off, offReason);
+  // The surface of what moves may come and go within that distance, which counts as visits.
+  if (given.visitsVolume && motion == 0) {
+    expectation.visitsVolume = {*given.visitsVolume, errorAt(span.begin), reason};
+  }
+  if (given.obstacle) {
+    expectation.contact = contactOf(given, given.obstacle->time, off, offReason);
+  }
   if (const auto hypervolume = given.hypervolume()) {
     // The errors of the slices, summed over the frames.
     double error = 0;
@@ -361,6 +415,14 @@ Expectation solidExpectation(const Case& given, double relativeTolerance) {
   expectation.manifoldCaps = false;
   const double length = relativeTolerance * (box.max - box.min).norm();
   expectation.bounds = {box, length, reason + " of the diagonal"};
+  if (given.visitsVolume) {
+    expectation.visitsVolume = {*given.visitsVolume, relativeTolerance * *given.visitsVolume,
+                                reason};
+  }
+  if (given.obstacle) {
+    expectation.contact =
+        contactOf(given, given.obstacle->time, length, reason + " of the diagonal");
+  }
   expectation.slices = slicesOf(
       given,
       [&](double) {

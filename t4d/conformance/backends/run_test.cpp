@@ -153,6 +153,33 @@ TEST(Backends, WrongSweepsAreCaught) {
   EXPECT_EQ(result.checks[0].found, "cannot do it");
 }
 
+TEST(Backends, SweepsThatVisitPlacesTwiceOrComeAtTheWrongTimeAreCaught) {
+  const auto movedBy = [](std::vector<model::ScrewRun> runs) {
+    return OwnBackend(meshBackend(), [=](const Case& c, const Resolution&, model::Sink& sink) {
+      const auto motion = model::chainScrews(0, runs);
+      if (!motion) return Result<void>(pass(motion.error()));
+      return mesh4d::sweep(c.mesh->mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, sink)
+          .map([](const mesh4d::SweepReport&) {});
+    });
+  };
+  const auto failed = [](const std::string& id, const Backend& backend) {
+    return failedOf(runCase(caseOf(id), backend, true));
+  };
+  const std::string contact = "first contact with the obstacle";
+  const model::Screw toAndFro[2] = {{.translation = {0, 1, 0}}, {.translation = {0, -1, 0}}};
+  EXPECT_THAT(
+      failed("cube-at-rest", movedBy({{5, toAndFro[0], 1}, {5, toAndFro[1], 1}})),
+      testing::AllOf(testing::Contains("visits volume"), testing::Not(testing::Contains(contact))));
+  const model::Screw half{.translation = {4.5, 2, -3.5}};
+  EXPECT_THAT(
+      failed("cube-translated", movedBy({{0.5, half, 1}, {1.5, half, 1}})),
+      testing::AllOf(testing::Contains(contact), testing::Not(testing::Contains("visits volume"))));
+  EXPECT_THAT(failed("cube-about-z", movedBy({{3, {.angleDegrees = -90}, 1}})),
+              testing::Contains(contact));
+  EXPECT_THAT(failed("cube-translated", movedBy({{2, {.translation = {-9, 4, -7}}, 1}})),
+              testing::Contains(contact));
+}
+
 /// Woven at the wrong voxel size or the wrong times.
 OwnBackend weaver(double sizeFactor, double late) {
   return {voxelBackend(), [=](const Case& given, const Resolution& at, model::Sink& sink) {
