@@ -27,6 +27,7 @@ def test_the_wheel_works_by_itself(tmp_path):
     script = "import t4d; from t4d import verbs; print(verbs.program()); print(verbs.version()['version'])"
     run = subprocess.run(
         [sys.executable, "-c", script],
+        cwd=tmp_path,
         env={**env, "PYTHONPATH": str(folder)},
         check=True,
         capture_output=True,

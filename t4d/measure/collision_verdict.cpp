@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "t4d/convert/slice.h"
 #include "t4d/measure/triangle_tree.h"
@@ -13,50 +14,57 @@ namespace {
 
 using model::Point3;
 
-/// How deep points lie in both of two solids, less what is uncertain about each.
+/// How deep points lie in both of two solids.
 class Depth {
  public:
-  Depth(const model::TriangleMesh& a, const model::TriangleMesh& b, double boundA, double boundB)
-      : treeA_(a), treeB_(b), windingA_(a), windingB_(b), boundA_(boundA), boundB_(boundB) {}
+  Depth(const model::TriangleMesh& a, const model::TriangleMesh& b)
+      : treeA_(a), treeB_(b), windingA_(a), windingB_(b) {}
 
-  /// Negative outside.
-  double at(const Point3& point) const {
-    const double inA =
-        std::copysign(treeA_.nearest(point).distance, windingA_.exactAt(point) - 0.5);
-    if (inA < boundA_) return inA - boundA_;
-    const double inB =
-        std::copysign(treeB_.nearest(point).distance, windingB_.exactAt(point) - 0.5);
-    return std::min(inA - boundA_, inB - boundB_);
+  /// The lesser of the depths in the two solids, less a length for each; nothing if it is not more
+  /// than `most`.
+  std::optional<double> moreThan(double most, const Point3& point, double lessA,
+                                 double lessB) const {
+    const double depth =
+        std::min(treeA_.nearest(point).distance - lessA, treeB_.nearest(point).distance - lessB);
+    if (depth > most && isInside(windingA_, point) && isInside(windingB_, point)) return depth;
+    return std::nullopt;
   }
 
  private:
+  static bool isInside(const WindingNumber& winding, const Point3& point) {
+    constexpr double kSure = 0.25;  // far more than `at` is off
+    const double number = winding.at(point) - 0.5;
+    return (std::abs(number) > kSure ? number : winding.exactAt(point) - 0.5) > 0;
+  }
+
   TriangleTree treeA_;
   TriangleTree treeB_;
   WindingNumber windingA_;
   WindingNumber windingB_;
-  double boundA_;
-  double boundB_;
 };
 
-/// The greatest depth that a lattice and a search from its best points find.
-double greatestDepth(const Depth& depth, const model::Bounds3& bounds) {
+/// The greatest depth, less a length for each solid, that a lattice and a search from its best
+/// points find; 0 if none is positive.
+double greatestDepth(const Depth& depth, const model::Bounds3& bounds, double lessA, double lessB) {
   constexpr int kPoints = 9;  // along each axis
   constexpr double kFinest = 1.0 / 256;
   const Point3 size = bounds.max - bounds.min;
   Point3 best = bounds.min + size / 2;
-  double most = depth.at(best);
+  double most = 0;
   const auto consider = [&](const Point3& point) {
-    const double found = depth.at(point);
-    if (!(found > most)) return false;
-    most = found;
+    const auto found = depth.moreThan(most, point, lessA, lessB);
+    if (!found) return false;
+    most = *found;
     best = point;
     return true;
   };
+  consider(best);
   for (int i = 0; i < kPoints * kPoints * kPoints; ++i) {
     const Point3 at((i % kPoints + 0.5) / kPoints, (i / kPoints % kPoints + 0.5) / kPoints,
                     (i / kPoints / kPoints + 0.5) / kPoints);
     consider(bounds.min + at.cwiseProduct(size));
   }
+  if (most == 0) return 0;
   for (double step = 0.5 / kPoints; step > kFinest;) {
     bool moved = false;
     for (int k = 0; k < 6; ++k) {
@@ -116,11 +124,9 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
     common.min = common.min.cwiseMax(other.min);
     common.max = common.max.cwiseMin(other.max);
     if (common.empty()) continue;
-    const Depth depth(sliceA->mesh, sliceB->mesh, chordsA.bound, chordsB.bound);
-    const double beyond = greatestDepth(depth, common);
-    certain = certain || beyond > 0;
-    const Depth plain(sliceA->mesh, sliceB->mesh, 0, 0);
-    result.depth = std::max(result.depth, greatestDepth(plain, common));
+    const Depth depth(sliceA->mesh, sliceB->mesh);
+    certain = certain || greatestDepth(depth, common, chordsA.bound, chordsB.bound) > 0;
+    result.depth = std::max(result.depth, greatestDepth(depth, common, 0, 0));
   }
   double margin = result.depth;
   if (collision.contact()) {
