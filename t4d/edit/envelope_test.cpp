@@ -1,15 +1,20 @@
 #include "t4d/edit/envelope.h"
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
 #include "t4d/edit/surface_crossings.h"
+#include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
+#include "t4d/formats/motion_reader.h"
+#include "t4d/formats/triangle_mesh_reader.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/surface_check.h"
+#include "tests/paths.h"
 
 namespace t4d::edit {
 namespace {
@@ -98,6 +103,27 @@ TEST(Envelope, OfABallOnACircleIsATorusWithItsHoleOpen) {
     EXPECT_EQ(envelope.cavities, 0);
     EXPECT_NEAR(envelope.volume / torus, 1, 0.02);
   }
+}
+
+TEST(Envelope, OfThePapersScrewLiesBetweenTheSolidAndItsVisits) {
+  const std::filesystem::path path = std::filesystem::path(T4D_SHARED_MESHES) / "fish.obj";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no file " << path;
+  const auto fish = formats::readTriangleMesh(path);
+  ASSERT_TRUE(fish) << fish.error().text();
+  const auto motions = fixtures::allMotions();
+  const auto screw = std::find_if(motions.begin(), motions.end(),
+                                  [](const auto& motion) { return motion.name == "paper-screw"; });
+  ASSERT_NE(screw, motions.end());
+  const auto motion = formats::parseMotion(screw->json, screw->name);
+  ASSERT_TRUE(motion) << motion.error().text();
+  measure::SilhouetteBuilder builder;
+  ASSERT_TRUE(mesh4d::sweep(fish->mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, builder));
+  const auto silhouette = builder.finish();
+  ASSERT_TRUE(silhouette) << silhouette.error().text();
+  const Envelope envelope = made(*silhouette, {});
+  EXPECT_GT(envelope.volume, model::signedVolume(fish->mesh));
+  EXPECT_LT(envelope.volume, silhouette->visitsVolume);
+  EXPECT_EQ(envelope.components, 1);
 }
 
 TEST(Envelope, CountsPlacesThatAreVisitedTwiceOnce) {
