@@ -1,11 +1,22 @@
 # A Debian package of program, library, Python module and pages: tools/package makes it.
+set(T4D_CONTACT "The t4d authors <authors@t4d.invalid>" CACHE STRING "Who answers for the package")
 set(T4D_PAGES ${PROJECT_BINARY_DIR}/pages)
 # Made from the help texts of the program.
 add_custom_target(manuals
   COMMAND ${PROJECT_SOURCE_DIR}/tools/pages/manuals $<TARGET_FILE:t4d> ${T4D_PAGES}/man
   COMMAND ${PROJECT_SOURCE_DIR}/tools/pages/completions $<TARGET_FILE:t4d> ${T4D_PAGES}/completions
+  COMMAND gzip -9nkf ${T4D_PAGES}/changelog
   VERBATIM)
 add_dependencies(manuals t4d)
+# What Debian's policy asks for beside the pages.
+file(READ LICENSE license)
+file(READ NOTICE notice)
+file(WRITE ${T4D_PAGES}/copyright "${notice}\n${license}")
+string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
+file(WRITE ${T4D_PAGES}/changelog
+  "t4d (${PROJECT_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md beside this file.\n\n -- ${T4D_CONTACT}  ${now}\n")
+install(FILES ${T4D_PAGES}/copyright ${T4D_PAGES}/changelog.gz DESTINATION ${CMAKE_INSTALL_DOCDIR}
+  OPTIONAL)
 install(DIRECTORY ${T4D_PAGES}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)
 install(DIRECTORY ${T4D_PAGES}/completions/ DESTINATION ${CMAKE_INSTALL_DATADIR} OPTIONAL
   PATTERN zsh EXCLUDE)
@@ -14,10 +25,10 @@ install(FILES ${T4D_PAGES}/completions/zsh/site-functions/_t4d OPTIONAL
 install(DIRECTORY ${T4D_PAGES}/site/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/html OPTIONAL)
 
 set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_CONTACT "t4d developers <t4d@localhost>")
+set(CPACK_PACKAGE_CONTACT "${T4D_CONTACT}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "4D meshes: the boundary of a moving solid in space-time")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-  "Sweeps solids along motions, weaves time series of voxel grids, slices, animates,\n checks and converts the result, and answers questions to motion. With the C++\n library, the Python module t4d and the pages.")
+  "Sweeps solids along motions, weaves time series of voxel grids, slices,\n animates, checks and converts the result, and answers questions to motion.\n With the C++ library, the Python module t4d and the pages.")
 set(CPACK_DEBIAN_PACKAGE_SECTION math)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
