@@ -9,9 +9,11 @@ add_custom_target(manuals
   VERBATIM)
 add_dependencies(manuals t4d)
 # What Debian's policy asks for beside the pages.
-file(READ LICENSE license)
-file(READ NOTICE notice)
-file(WRITE ${T4D_PAGES}/copyright "${notice}\n${license}")
+file(WRITE ${T4D_PAGES}/copyright "Copyright The t4d authors
+
+Licensed under the Apache License, Version 2.0: /usr/share/common-licenses/Apache-2.0. The file
+NOTICE beside this one lists the libraries that are linked, and their licences.
+")
 string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
 file(WRITE ${T4D_PAGES}/changelog
   "t4d (${PROJECT_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md beside this file.\n\n -- ${T4D_CONTACT}  ${now}\n")
