@@ -1,10 +1,7 @@
 #include "tools/program/collide_page.h"
 
-#include <span>
-
 #include <fmt/format.h>
 
-#include "t4d/formats/base64.h"
 #include "tools/report/html_page.h"
 #include "tools/report/solid_picture.h"
 #include "tools/report/svg_plot.h"
@@ -52,10 +49,7 @@ std::string labelled(const std::string& title, const std::string& unit,
 std::string imageOf(const model::TriangleMesh& mesh, const ColourAt& colour, const View& view,
                     const std::string& caption) {
   const auto png = pictureOf(mesh, colour, view, kSide, Shading::Solid, /*edges=*/false);
-  return fmt::format(
-      "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
-      "<figcaption>{0}</figcaption></figure>\n",
-      escaped(caption), kSide, formats::base64(png));
+  return figureOf(png, kSide, caption);
 }
 
 std::string picturesOf(const CollideReport& report, const CollidePair& pair) {

@@ -5,12 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <span>
 #include <string_view>
 
 #include <fmt/format.h>
 
-#include "t4d/formats/base64.h"
 #include "t4d/measure/distance_quantile.h"
 #include "t4d/measure/triangle_tree.h"
 #include "tools/program/console.h"
@@ -146,13 +144,6 @@ std::string convergencePlotOf(const CompareReport& report) {
   return "<div class=\"convergence\">" + svgOf(plot) + "</div>\n";
 }
 
-std::string figure(std::span<const std::uint8_t> png, const std::string& caption) {
-  return fmt::format(
-      "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
-      "<figcaption>{0}</figcaption></figure>\n",
-      escaped(caption), kPixels, formats::base64(png));
-}
-
 std::string rampOf(const CompareReport& report, double end, double farthest) {
   const std::string unit = report.lengthUnit.empty() ? "" : " " + escaped(report.lengthUnit);
   std::string stops;
@@ -197,7 +188,8 @@ std::string picturesOf(const CompareReport& report, const Comparison& comparison
     const std::string& nameB = comparison.b.name;
     const auto picture = [&](const TriangleMesh& mesh, const ColourAt& colourAt, Shading shading,
                              const std::string& caption) {
-      html += figure(pictureOf(mesh, colourAt, views[i], kPixels, shading, edges), caption);
+      html +=
+          figureOf(pictureOf(mesh, colourAt, views[i], kPixels, shading, edges), kPixels, caption);
     };
     const auto plain = [&](const std::string& name, const TriangleMesh& mesh,
                            const Colour& colour) {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/base64.h"
 #include "tools/report/html_page.h"
 #include "tools/report/solid_picture.h"
 
@@ -24,10 +23,7 @@ std::string envelopePage(const EnvelopeReport& report) {
     const auto png = pictureOf(
         mesh, [&](const model::Point3&) { return colour; }, view, kWidth, Shading::Solid,
         showsEdges(mesh, view, kWidth));
-    html += fmt::format(
-        "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" "
-        "src=\"data:image/png;base64,{2}\"><figcaption>{0}</figcaption></figure>\n",
-        escaped(caption), kWidth, formats::base64(png));
+    html += figureOf(png, kWidth, caption);
   }
   html += "</div>\n<table>\n";
   for (const auto& [name, value] : report.numbers) {

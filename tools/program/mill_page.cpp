@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/base64.h"
 #include "tools/report/html_page.h"
 #include "tools/report/solid_picture.h"
 #include "tools/report/svg_plot.h"
@@ -84,11 +83,7 @@ std::string picturesOf(const MillPage& page) {
           return Colour{0.55F, 0.71F, 0.90F};
         },
         view, kPixels, Shading::Solid, showsEdges(mesh, view, kPixels));
-    html += fmt::format(
-        "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
-        "<figcaption>{0}</figcaption></figure>\n",
-        escaped("t = " + withUnit(fmt::format("{:.6g}", time), page.timeUnit)), kPixels,
-        formats::base64(png));
+    html += figureOf(png, kPixels, "t = " + withUnit(fmt::format("{:.6g}", time), page.timeUnit));
   }
   return html + "</div>\n";
 }

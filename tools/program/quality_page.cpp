@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/base64.h"
 #include "t4d/measure/triangle_tree.h"
 #include "tools/report/html_page.h"
 #include "tools/report/solid_picture.h"
@@ -120,10 +119,7 @@ std::string qualityPage(const QualityPage& page, const measure::MeshQuality& qua
         "({:.4g}, {:.4g}, {:.4g})",
         view.time, page.timeUnit.empty() ? "" : " ", page.timeUnit, view.place[0], view.place[1],
         view.place[2]);
-    html += fmt::format(
-        "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
-        "<figcaption>{0}</figcaption></figure>\n",
-        escaped(caption), kQualityPixels, formats::base64(png));
+    html += figureOf(png, kQualityPixels, caption);
   }
   return htmlPage(page.title, kQualityStyle, html + "</div>\n");
 }

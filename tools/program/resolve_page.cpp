@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/base64.h"
 #include "t4d/measure/triangle_tree.h"
 #include "tools/program/console.h"
 #include "tools/report/html_page.h"
@@ -101,10 +100,7 @@ std::string picturesOfResolved(const ResolvePage& page, const ResolvedView& body
                            const std::string& caption) {
     const auto png = pictureOf(mesh, colours, view, kResolvePixels, Shading::Solid,
                                showsEdges(mesh, view, kResolvePixels));
-    html += fmt::format(
-        "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
-        "<figcaption>{0}</figcaption></figure>\n",
-        escaped(caption), kResolvePixels, formats::base64(png));
+    html += figureOf(png, kResolvePixels, caption);
   };
   const std::string when = fmt::format("t = {:.6g}{}{}", body.report.maxDisplacementTime,
                                        page.timeUnit.empty() ? "" : " ", page.timeUnit);

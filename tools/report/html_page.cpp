@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/base64.h"
+
 namespace t4d::tools {
 namespace {
 
@@ -42,6 +44,14 @@ std::string htmlPage(const std::string& title, std::string_view style, const std
       "<meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
       "<style>{1}{2}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{3}</body>\n</html>\n",
       escaped(title), kStyle, style, body);
+}
+
+std::string figureOf(std::span<const std::uint8_t> png, std::uint32_t pixels,
+                     const std::string& caption) {
+  return fmt::format(
+      "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
+      "<figcaption>{0}</figcaption></figure>\n",
+      escaped(caption), pixels, formats::base64(png));
 }
 
 std::string escaped(const std::string& text) {

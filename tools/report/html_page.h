@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -9,6 +11,10 @@ namespace t4d::tools {
 /// `.dot` and `.key` with the classes `a`, `b` and `d` are styled, for light and dark screens;
 /// `style` is added to that.
 std::string htmlPage(const std::string& title, std::string_view style, const std::string& body);
+
+/// A square picture, the bytes of a PNG file, with its caption below.
+std::string figureOf(std::span<const std::uint8_t> png, std::uint32_t pixels,
+                     const std::string& caption);
 
 /// The text with HTML's special characters escaped.
 std::string escaped(const std::string& text);
