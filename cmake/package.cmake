@@ -9,7 +9,7 @@ add_custom_target(manuals
   VERBATIM)
 add_dependencies(manuals t4d)
 # What Debian's policy asks for beside the pages.
-file(WRITE ${T4D_PAGES}/copyright "Copyright The t4d authors
+file(WRITE ${T4D_PAGES}/copyright "Copyright 2026 The t4d authors
 
 Licensed under the Apache License, Version 2.0: /usr/share/common-licenses/Apache-2.0. The file
 NOTICE beside this one lists the libraries that are linked, and their licences.
