@@ -240,7 +240,7 @@ void expectAgreement(const Pair& pair, std::uint64_t& met, int number) {
 TEST(CellPair, AgreesWithExactArithmeticOnSmallNumbers) {
   Pairs pairs(1);
   std::uint64_t met = 0;
-  for (int i = 0; i < 90000; ++i) {
+  for (int i = 0; i < 96000; ++i) {
     SCOPED_TRACE(i);
     expectAgreement<Int128>(pairs.next(i, 1 + i / 12 % 6), met, i);
     if (HasFatalFailure()) return;

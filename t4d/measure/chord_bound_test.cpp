@@ -101,11 +101,16 @@ TEST(CollisionVerdict, NamesTheStepsThatDecide) {
   EXPECT_EQ(verdict->verdict, Verdict::WithinTolerance);
   ASSERT_TRUE(verdict->minVolumeRatio);
 
-  const model::Mesh fine = swept(bar, turn, {.steps = mesh4d::MinVolumeRatio{0.9999}});
-  const auto sure = collide(fine, still);
-  ASSERT_TRUE(sure);
-  const auto clear = verdictOn(*sure, fine, still);
-  ASSERT_TRUE(clear);
+  // The coarse bar is farther from the wall than the true one, so the first may not be enough.
+  auto clear = verdict;
+  for (int round = 0; round < 3 && clear->minVolumeRatio; ++round) {
+    const model::Mesh fine =
+        swept(bar, turn, {.steps = mesh4d::MinVolumeRatio{*clear->minVolumeRatio}});
+    const auto sure = collide(fine, still);
+    ASSERT_TRUE(sure);
+    clear = verdictOn(*sure, fine, still);
+    ASSERT_TRUE(clear);
+  }
   EXPECT_EQ(clear->verdict, Verdict::Clear);
   EXPECT_GT(clear->clearBy, 0);
   EXPECT_LE(clear->clearBy, 0.1);

@@ -1,12 +1,18 @@
 #include "t4d/measure/collide.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
+#include <optional>
+#include <tuple>
+#include <utility>
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include "t4d/fixtures/solids.h"
+#include "t4d/measure/chord_bound.h"
+#include "t4d/measure/collision_verdict.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/motion.h"
 
@@ -42,12 +48,6 @@ Screw about(const Vector3d& axis, double degrees) {
   return screw;
 }
 
-TriangleMesh turned(TriangleMesh mesh, const Vector3d& axis, double degrees) {
-  const Eigen::AngleAxisd turn(degrees * std::numbers::pi / 180, axis.normalized());
-  for (auto& vertex : mesh.vertices) vertex = turn * vertex;
-  return mesh;
-}
-
 Collision collided(const Mesh& a, const Mesh& b, const CollideOptions& options = {}) {
   auto found = collide(a, b, options);
   EXPECT_TRUE(found) << found.error().text();
@@ -69,14 +69,73 @@ TEST(Collide, CubesMeetFaceToFaceAtTheRightTime) {
   EXPECT_NEAR(interval.overlapVolume, 8, 0.05);
 }
 
-TEST(Collide, CubesMeetEdgeToEdgeAndVertexToFace) {
-  const TriangleMesh edgeUp = turned(fixtures::cube(2), Vector3d::UnitZ(), 45);
-  const Mesh a = moved(edgeUp, along({1, 0, 0}));
-  const Mesh b = moved(fixtures::translated(turned(edgeUp, Vector3d::UnitX(), 90), {4, 0, 0}),
-                       along({-1, 0, 0}));
-  const Collision edges = collided(a, b);
-  ASSERT_EQ(edges.intervals.size(), 1U);
-  EXPECT_NEAR(edges.intervals[0].begin, (4 - 2 * std::numbers::sqrt2) / 2, 1e-12);
+TEST(Collide, AVertexMeetsAFaceAtTheRightTime) {
+  // An octahedron with corners on the axes, from a face at x = 4.
+  for (const int gap : {1, 2, 3, 7}) {
+    for (const double speed : {9.0, 11.0, 13.0}) {
+      const Mesh a = moved(fixtures::bipyramid(4), along({speed, 0.25, -0.125}));
+      const Mesh b =
+          moved(fixtures::translated(fixtures::cube(2), {2.0 + gap, 0, 0}), along({0, 0, 0}));
+      const Collision found = collided(a, b);
+      ASSERT_EQ(found.intervals.size(), 1U);
+      const double time = gap / speed;
+      EXPECT_NEAR(found.intervals[0].begin, time, 1e-12);
+      EXPECT_NEAR(
+          (found.intervals[0].first.point - model::Point3(1.0 + gap, time / 4, -time / 8)).norm(),
+          0, 1e-12);
+      EXPECT_TRUE(found.intervals[0].overlaps);
+    }
+  }
+}
+
+/// A bar along z whose section is the square |x| + |y| <= 1.
+TriangleMesh diamondBar() {
+  TriangleMesh bar = fixtures::cube(2);
+  for (auto& v : bar.vertices) v = {(v.x() + v.y()) / 2, (v.y() - v.x()) / 2, v.z()};
+  return bar;
+}
+
+TEST(Collide, EdgesMeetAtTheRightTime) {
+  TriangleMesh across = diamondBar();
+  for (auto& v : across.vertices) v = {v.x(), -v.z(), v.y()};
+  for (const int gap : {1, 2, 3, 7}) {
+    for (const double speed : {5.0, 9.0, 13.0}) {
+      const Mesh a = moved(diamondBar(), along({speed, 0, 0.5}));
+      const Mesh b =
+          moved(fixtures::translated(across, {2.0 + gap, 0, 0}), along({-speed, 0.25, 0}));
+      const Collision found = collided(a, b);
+      ASSERT_EQ(found.intervals.size(), 1U);
+      EXPECT_NEAR(found.intervals[0].begin, gap / (2 * speed), 1e-12);
+      EXPECT_NEAR(found.intervals[0].first.point.x(), 1 + gap / 2.0, 1e-12);
+      EXPECT_TRUE(found.intervals[0].overlaps);
+    }
+  }
+}
+
+TEST(Collide, FineBallsMeetWhenBallsDo) {
+  const TriangleMesh ball = fixtures::icosphere(1, 3);
+  double inner = 1;
+  for (const auto& [i, j, k] : ball.triangles) {
+    const auto& p = ball.vertices;
+    const Vector3d normal = (p[j] - p[i]).cross(p[k] - p[i]).normalized();
+    inner = std::min(inner, normal.dot(p[i]));
+  }
+  const Mesh a = moved(fixtures::translated(ball, {-4, 1, 0}), along({8, 0, 0}), 1, 8);
+  const Mesh b = moved(ball, along({0, 0, 0}));
+  const Collision found = collided(a, b);
+  ASSERT_EQ(found.intervals.size(), 1U);
+  // The centres pass each other 1 apart; a distance of 2 is that of balls, 2 * inner that of the
+  // balls inside the meshes.
+  const double ball2 = std::sqrt(3) / 8;
+  const double inner2 = std::sqrt(4 * inner * inner - 1) / 8;
+  EXPECT_GE(found.intervals[0].begin, 0.5 - ball2);
+  EXPECT_LE(found.intervals[0].begin, 0.5 - inner2);
+  EXPECT_LE(found.intervals[0].end, 0.5 + ball2);
+  EXPECT_GE(found.intervals[0].end, 0.5 + inner2);
+  EXPECT_NEAR(found.intervals[0].deepestTime, 0.5, 0.05);
+  // Two caps of height 1/2.
+  const double lens = 2 * std::numbers::pi / 3 * 0.25 * 2.5;
+  EXPECT_NEAR(found.intervals[0].overlapVolume, lens, 0.05 * lens);
 }
 
 TEST(Collide, NeighboursOnlyTouch) {
@@ -167,6 +226,130 @@ TEST(Collide, BodiesThatNeverExistTogetherHaveNoClearance) {
   EXPECT_FALSE(found.common);
   EXPECT_FALSE(found.contact());
   EXPECT_FALSE(found.clearance);
+}
+
+void expectSame(const Collision& a, const Collision& b) {
+  const auto sameCell = [](const std::optional<CellNumber>& p, const std::optional<CellNumber>& q) {
+    ASSERT_EQ(p.has_value(), q.has_value());
+    if (!p) return;
+    EXPECT_EQ(p->slab, q->slab);
+    EXPECT_EQ(p->cell, q->cell);
+  };
+  ASSERT_EQ(a.intervals.size(), b.intervals.size());
+  for (std::size_t i = 0; i < a.intervals.size(); ++i) {
+    const ContactInterval& p = a.intervals[i];
+    const ContactInterval& q = b.intervals[i];
+    EXPECT_EQ(
+        std::tuple(p.begin, p.end, p.overlaps, p.deepestTime, p.overlapVolume, p.volumeError),
+        std::tuple(q.begin, q.end, q.overlaps, q.deepestTime, q.overlapVolume, q.volumeError));
+    EXPECT_EQ(p.first.point, q.first.point);
+    sameCell(p.first.a, q.first.a);
+    sameCell(p.first.b, q.first.b);
+  }
+  ASSERT_EQ(a.clearance.has_value(), b.clearance.has_value());
+  if (a.clearance) {
+    EXPECT_EQ(std::tuple(a.clearance->distance, a.clearance->lowerBound, a.clearance->time),
+              std::tuple(b.clearance->distance, b.clearance->lowerBound, b.clearance->time));
+    EXPECT_EQ(a.clearance->pointA, b.clearance->pointA);
+    EXPECT_EQ(a.clearance->pointB, b.clearance->pointB);
+    sameCell(a.clearance->a, b.clearance->a);
+    sameCell(a.clearance->b, b.clearance->b);
+  }
+  ASSERT_EQ(a.clearanceOverTime.size(), b.clearanceOverTime.size());
+  for (std::size_t i = 0; i < a.clearanceOverTime.size(); ++i) {
+    EXPECT_EQ(a.clearanceOverTime[i].distance, b.clearanceOverTime[i].distance);
+  }
+}
+
+TEST(Collide, DoesNotDependOnTheNumberOfThreads) {
+  const TriangleMesh ring = fixtures::torus(3, 1, 16, 8);
+  const Mesh a = moved(ring, about({1, 2, 3}, 90), 1, 12);
+  for (const double x : {3.5, 12.0}) {
+    const Mesh b = moved(fixtures::translated(fixtures::pebble(1.5, 120), {x, 0, 0}),
+                         about({0, 0, 1}, 40), 1, 7);
+    const auto with = [&](int threads) {
+      const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+      return collided(a, b, {.clearanceOverTime = true});
+    };
+    const Collision one = with(1);
+    EXPECT_EQ(one.contact(), x < 10);
+    expectSame(one, with(2));
+    expectSame(one, with(4));
+  }
+}
+
+/// A bolt with a coarse thread for some turns, and its nut, which is 0.5 wider.
+struct BoltAndNut {
+  explicit BoltAndNut(double turns) : turns(turns) {
+    bolt.pitch = 3;
+    bolt.length = bolt.threadLength = 18 + turns * bolt.pitch;
+    bolt.segments = 12;
+    nut.clearance = 0.5;
+    nut.height = 9;
+    fixed = moved(fixtures::nutWithThread(bolt, nut), along({0, 0, 0}), turns, 1);
+  }
+
+  /// The bolt is screwed in, in a unit of time per turn, with four layers for each column.
+  Mesh screwed(double pitch) const {
+    Screw screw = about(Vector3d::UnitZ(), -360 * turns);
+    screw.translation.z() = -pitch * turns;
+    return moved(fixtures::boltWithThread(bolt), screw, turns,
+                 static_cast<std::uint64_t>(4 * bolt.segments * turns));
+  }
+
+  /// How much nearer to each other, along the radius, chords around the threads bring them.
+  double sagitta() const {
+    return (0.5 * bolt.diameter + nut.clearance) * (1 - std::cos(std::numbers::pi / bolt.segments));
+  }
+
+  double turns;
+  fixtures::BoltOptions bolt;
+  fixtures::NutOptions nut;
+  Mesh fixed;
+};
+
+void expectClearOver(double turns) {
+  const BoltAndNut pair(turns);
+  EXPECT_FALSE(collided(pair.screwed(pair.bolt.pitch), pair.fixed, {.clearance = false}).contact());
+}
+
+TEST(Collide, ABoltInItsNutIsClear) { expectClearOver(0.5); }
+
+TEST(Collide, ABoltInItsNutIsClearOverFiveTurns) { expectClearOver(5); }
+
+TEST(Collide, ABoltKeepsItsClearanceInItsNut) {
+  const BoltAndNut pair(1.0 / 6);
+  const Mesh bolt = pair.screwed(pair.bolt.pitch);
+  const Collision found = collided(bolt, pair.fixed);
+  ASSERT_TRUE(found.clearance);
+  const auto verdict = verdictOn(found, bolt, pair.fixed);
+  ASSERT_TRUE(verdict && verdict->chordBound);
+  EXPECT_EQ(verdict->verdict, Verdict::Clear);
+  // Flanks at 60 degrees to the radius.
+  EXPECT_LE(found.clearance->distance, pair.nut.clearance / 2 + 1e-12);
+  EXPECT_GE(found.clearance->lowerBound,
+            (pair.nut.clearance - pair.sagitta()) / 2 - *verdict->chordBound);
+}
+
+TEST(Collide, ABoltAtTheWrongPitchMeetsItsNutAtTheRightTime) {
+  const BoltAndNut pair(1);
+  const double lead = 0.6;  // more than the pitch, per turn
+  for (const double sign : {-1.0, 1.0}) {
+    const Mesh bolt = pair.screwed(pair.bolt.pitch + sign * lead);
+    const Collision found = collided(bolt, pair.fixed, {.clearance = false});
+    const auto bound = chordBound(bolt, {0, 1});
+    ASSERT_TRUE(bound && *bound);
+    // Columns come and go, so that the first contacts may be short.
+    ASSERT_TRUE(found.contact());
+    EXPECT_TRUE(found.intervals.back().overlaps);
+    // Where columns of the two meshes meet, both are exact.
+    const double time = pair.nut.clearance / std::numbers::sqrt3 / lead;
+    EXPECT_LE(found.intervals[0].begin,
+              std::ceil(time * pair.bolt.segments) / pair.bolt.segments + 1e-12);
+    EXPECT_GE(found.intervals[0].begin,
+              time - (pair.sagitta() + 2 * (*bound)->bound) / std::numbers::sqrt3 / lead);
+    EXPECT_EQ(found.intervals.back().end, 1);
+  }
 }
 
 }  // namespace

@@ -141,7 +141,8 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
     result.verdict = margin > bound ? Verdict::Clear : Verdict::WithinTolerance;
   }
   if (result.verdict == Verdict::WithinTolerance && margin > 0) {
-    result.minVolumeRatio = ratioFor(chordsA, chordsB, margin);
+    // Finer meshes may be nearer by their own bound, and must still be apart by more than that.
+    result.minVolumeRatio = ratioFor(chordsA, chordsB, margin / 2);
   }
   return result;
 }

@@ -26,8 +26,9 @@ struct CollisionVerdict {
   double depth = 0;
   /// For Clear: the true solids are apart by at least this at all times.
   double clearBy = 0;
-  /// For WithinTolerance: steps that keep this fraction of the volume (mesh4d::MinVolumeRatio) make
-  /// the bound smaller than the depth or the distance found; nothing if none do.
+  /// For WithinTolerance: steps that keep this fraction of the volume (mesh4d::MinVolumeRatio)
+  /// decide the case if the depth or the distance found is that of the motions: they make the bound
+  /// smaller than half of it. If it is not, the finer mesh names the next. Nothing if no steps do.
   std::optional<double> minVolumeRatio;
 };
 

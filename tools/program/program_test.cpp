@@ -1208,6 +1208,19 @@ TEST_F(Program, CompareSaysWhatIsWrong) {
           "--frames: '1' is not a whole number from 2 to 1000000");
 }
 
+TEST_F(Program, CollideRefusesOtherUnitsUnlessTheyAreIgnored) {
+  for (const char* unit : {"mm", "m"}) {
+    write(std::string(unit) + ".json",
+          std::string(R"({"length_unit": ")") + unit + R"(", "segments": [{"duration": 1}]})");
+    ASSERT_EQ(
+        run(std::string("sweep fx/cube.obj -m ") + unit + ".json -o " + unit + ".t4d").exitCode, 0);
+  }
+  refuses("collide mm.t4d m.t4d", "the unit of length is 'm', but that of mm.t4d is 'mm'");
+  const Finished done = run("collide mm.t4d m.t4d --ignore-units --json");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  EXPECT_EQ(done.value()["pairs"][0]["verdict"], "hit");
+}
+
 TEST_F(Program, CompareConvertsUnits) {
   // The same cube and motion in mm and s, in m and min, and in unknown units.
   const auto make = [&](const std::string& name, const char* length, const char* time,

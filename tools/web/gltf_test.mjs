@@ -383,3 +383,18 @@ for (const { model, motion, up, metres } of sweeps) {
     }
   });
 }
+
+test('collide: both solids at the first contact', async () => {
+  for (const [name, model, motion] of [
+    ['moving', 'paper-cube', 'paper-translation'], ['ring', 'torus', 'rest'],
+  ]) {
+    t4d('sweep', at(`fixtures/${model}.obj`), '--motion', at(`fixtures/${motion}.json`),
+      '-o', at(`${name}.t4d`));
+  }
+  t4d('transform', at('ring.t4d'), '--move', 20, 0, 22, '-o', at('moved-ring.t4d'));
+  const { pairs } = t4d('collide', at('moving.t4d'), at('moved-ring.t4d'), '-o', at('contacts.glb'));
+  assert.equal(pairs[0].first_contact.time, 8);
+  await validate(at('contacts.glb'));
+  const { scene } = await load(at('contacts.glb'));
+  assert.ok(meshesOf(scene).length > 0);
+});
