@@ -172,8 +172,43 @@ struct SlabExits {
   std::uint64_t flat = 0;
 };
 
+/// Where the vertices of a slab would be in a frame that moves along with the solid: a shear, which
+/// keeps all volumes. In it the cells of a small solid that moves far are small, so their volumes
+/// do not cancel.
+class Comoving {
+ public:
+  explicit Comoving(const Slab& slab) {
+    if (slab.vertices.empty()) return;
+    origin_ = slab.vertices.front();
+    const Connectivity& connectivity = *slab.connectivity;
+    const double duration = slab.timeEnd - slab.timeBegin;
+    if (!(duration > 0) || connectivity.lowerCount == 0 || connectivity.upperCount == 0) return;
+    const auto mean = [&](std::size_t first, std::size_t count) {
+      Point3 sum = Point3::Zero();
+      for (std::size_t i = first; i < first + count; ++i) {
+        sum += (slab.vertices[i] - origin_).head<3>();
+      }
+      return Point3(sum / static_cast<double>(count));
+    };
+    velocity_ = (mean(connectivity.firstUpper(), connectivity.upperCount) -
+                 mean(0, connectivity.lowerCount)) /
+                duration;
+    if (!velocity_.allFinite()) velocity_ = Point3::Zero();
+  }
+
+  Point3 operator()(const model::Point4& vertex) const {
+    const model::Point4 from = vertex - origin_;
+    return from.head<3>() - from[3] * velocity_;
+  }
+
+ private:
+  model::Point4 origin_ = model::Point4::Zero();
+  Point3 velocity_ = Point3::Zero();
+};
+
 /// Times are measured from `origin`.
 SlabExits exitsOf(const Slab& slab, double origin) {
+  const Comoving comoving(slab);
   const Connectivity& connectivity = *slab.connectivity;
   const std::vector<Cell>& cells = connectivity.cells;
   const bool isFlat = slab.timeBegin == slab.timeEnd;
@@ -195,12 +230,14 @@ SlabExits exitsOf(const Slab& slab, double origin) {
       ++(sign > 0 ? sum.exits : sign < 0 ? sum.entries : sum.flat);
       const bool isExit = isEnd || (!isStart && sign > 0);
       found.isExit[i] = isExit ? 1 : 0;
-      if (sign == 0) continue;
-      const double volume = -(b - a).cross(c - a).dot(d - a) / 6;
-      if (isExit) sum.visitsVolume += volume;
+      const auto volumeOf = [](const Point3& p, const Point3& q, const Point3& r, const Point3& s) {
+        return -(q - p).cross(r - p).dot(s - p) / 6;
+      };
+      if (isExit && sign != 0) sum.visitsVolume += volumeOf(a, b, c, d);
       double time = 0;
       for (int k = 0; k < 4; ++k) time += slab.vertices[cells[i][k]][3] - origin;
-      sum.hypervolume += volume * time / 4;
+      const auto moved = [&](int k) { return comoving(slab.vertices[cells[i][k]]); };
+      sum.hypervolume += volumeOf(moved(0), moved(1), moved(2), moved(3)) * time / 4;
     }
   });
   for (const SlabExits& sum : sums) {

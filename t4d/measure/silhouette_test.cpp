@@ -118,6 +118,18 @@ TEST(Silhouette, SumsTheProjectedExitsAndTheDwell) {
   EXPECT_NEAR(silhouette.hypervolume / hypervolumeOf(mesh), 1, 1e-11);
 }
 
+TEST(Silhouette, OfASmallSolidThatMovesFarHasItsDwellToRounding) {
+  model::TriangleMesh cube = fixtures::cube(0.01);
+  const double volume = model::signedVolume(cube);
+  for (const double place : {0.0, 1e3}) {
+    for (Point3& vertex : cube.vertices) vertex.x() += place;
+    const Silhouette silhouette = of(swept(cube, screw(Point3::UnitZ(), 0, {10, 10, 10})));
+    const double tolerance = place > 0 ? 1e-9 : 1e-12;  // that of the vertices' places
+    EXPECT_NEAR(silhouette.hypervolume / volume, 1, tolerance);
+    EXPECT_NEAR(silhouette.hypervolume / silhouette.hypervolumeByFlux, 1, tolerance);
+  }
+}
+
 TEST(Silhouette, OfASlabIsWhereTheSolidHasBeenDuringIt) {
   const model::TriangleMesh ball = fixtures::icosphere(2, 2);
   const model::Mesh mesh =
