@@ -150,21 +150,50 @@ struct Hit {
 };
 
 /// What is integrated, of the winding numbers of a and b; 0 where both are 0.
-using Integrand = std::int64_t (*)(std::int64_t a, std::int64_t b);
+struct Integrand {
+  std::int64_t (*of)(std::int64_t a, std::int64_t b);
+  bool inBoth;  ///< it is 0 where either is 0
+};
 
-std::int64_t difference(std::int64_t a, std::int64_t b) { return std::abs(a - b); }
-std::int64_t overlap(std::int64_t a, std::int64_t b) {
-  return std::max<std::int64_t>(0, std::min(a, b));
+constexpr Integrand kDifference = {
+    [](std::int64_t a, std::int64_t b) { return std::abs(a - b); }, /*inBoth=*/false};
+constexpr Integrand kOverlap = {
+    [](std::int64_t a, std::int64_t b) { return std::max<std::int64_t>(0, std::min(a, b)); },
+    /*inBoth=*/true};
+
+/// The part that two bounds have in common, empty if they are apart.
+Bounds3 common(Bounds3 a, const Bounds3& b) {
+  a.min = a.min.cwiseMax(b.min);
+  a.max = a.max.cwiseMin(b.max);
+  return a;
+}
+
+/// Of all that the integrand is not 0 for, after the rotation.
+Bounds3 rotatedBounds(const TriangleMesh& a, const TriangleMesh& b, const Integrand& integrand,
+                      const Eigen::Matrix3d& rotation, const Point3& middle) {
+  std::array<Bounds3, 2> bounds;
+  for (const Point3& vertex : a.vertices) bounds[0].add(rotation * (vertex - middle));
+  for (const Point3& vertex : b.vertices) bounds[1].add(rotation * (vertex - middle));
+  if (!integrand.inBoth) {
+    bounds[0].add(bounds[1]);
+    return bounds[0];
+  }
+  const Bounds3 box = common(boundsOf(a), boundsOf(b));
+  Bounds3 corners;
+  for (unsigned k = 0; k < 8 && !box.empty(); ++k) {
+    const Point3 corner((k & 1U) != 0 ? box.max.x() : box.min.x(),
+                        (k & 2U) != 0 ? box.max.y() : box.min.y(),
+                        (k & 4U) != 0 ? box.max.z() : box.min.z());
+    corners.add(rotation * (corner - middle));
+  }
+  return common(common(bounds[0], bounds[1]), corners);
 }
 
 /// The integral along lines that are parallel to z after the rotation.
-double integrate(const TriangleMesh& a, const TriangleMesh& b, Integrand integrand,
+double integrate(const TriangleMesh& a, const TriangleMesh& b, const Integrand& integrand,
                  const Eigen::Matrix3d& rotation, const Point3& middle, std::uint32_t resolution) {
-  Bounds3 bounds;
-  for (const TriangleMesh* mesh : {&a, &b}) {
-    for (const Point3& vertex : mesh->vertices) bounds.add(rotation * (vertex - middle));
-  }
-  if (!((bounds.max - bounds.min).head<2>().maxCoeff() > 0)) return 0;
+  const Bounds3 bounds = rotatedBounds(a, b, integrand, rotation, middle);
+  if (bounds.empty() || !((bounds.max - bounds.min).head<2>().maxCoeff() > 0)) return 0;
   const Lattice lattice = latticeOver(bounds, resolution);
   const Rows rowsOfA(a, lattice, rotation, middle);
   const Rows rowsOfB(b, lattice, rotation, middle);
@@ -187,7 +216,7 @@ double integrate(const TriangleMesh& a, const TriangleMesh& b, Integrand integra
     for (std::size_t i = 0; i + 1 < hits.size(); ++i) {
       windingOfA += hits[i].turnOfA;
       windingOfB += hits[i].turnOfB;
-      const std::int64_t value = integrand(windingOfA, windingOfB);
+      const std::int64_t value = integrand.of(windingOfA, windingOfB);
       if (value != 0) sum += static_cast<double>(value) * (hits[i + 1].z - hits[i].z);
     }
   }
@@ -286,7 +315,8 @@ std::vector<Group> groupsOf(const TriangleMesh& a, const TriangleMesh& b) {
   return result;
 }
 
-SolidDifference integralOf(const Group& group, Integrand integrand, std::uint32_t resolution) {
+SolidDifference integralOf(const Group& group, const Integrand& integrand,
+                           std::uint32_t resolution) {
   const Point3 middle = 0.5 * (group.bounds.min + group.bounds.max);
   std::array<double, kTurns.size()> volumes{};
   SolidDifference integral;
@@ -302,7 +332,8 @@ SolidDifference integralOf(const Group& group, Integrand integrand, std::uint32_
 }
 
 Result<SolidDifference> integralOf(const TriangleMesh& a, const TriangleMesh& b,
-                                   Integrand integrand, const SolidDifferenceOptions& options) {
+                                   const Integrand& integrand,
+                                   const SolidDifferenceOptions& options) {
   if (!isClosed(a)) return invalid("the first surface is not closed: it bounds no solid");
   if (!isClosed(b)) return invalid("the second surface is not closed: it bounds no solid");
   SolidDifference integral;
@@ -318,12 +349,12 @@ Result<SolidDifference> integralOf(const TriangleMesh& a, const TriangleMesh& b,
 
 Result<SolidDifference> solidDifference(const TriangleMesh& a, const TriangleMesh& b,
                                         const SolidDifferenceOptions& options) {
-  return integralOf(a, b, difference, options);
+  return integralOf(a, b, kDifference, options);
 }
 
 Result<SolidDifference> solidOverlap(const TriangleMesh& a, const TriangleMesh& b,
                                      const SolidDifferenceOptions& options) {
-  return integralOf(a, b, overlap, options);
+  return integralOf(a, b, kOverlap, options);
 }
 
 }  // namespace t4d::measure
