@@ -453,17 +453,18 @@ Determinants<Number> smallDeterminants(const Integers& integers) {
   return Determinants<Number>(u);
 }
 
-std::optional<CellMeeting> meetingByBigIntegers(const Corners8& corners, const Integers& integers) {
+std::optional<CellMeeting> meetingByBigIntegers(const Corners8& corners, const Integers& integers,
+                                                bool crossingsOnly) {
   const Whole8 points = wholeOf(corners, integers);
   std::array<std::array<BigInt, 4>, 7> u;
   std::copy_n(points.begin(), 7, u.begin());
   const Decision decision = decideExactly(Determinants<BigInt>(u), corners);
-  if (decision.spans) return decision.meeting;
+  if (decision.spans || crossingsOnly) return decision.meeting;
   return meetingInHyperplane(points, corners);
 }
 
 /// For cells that the filter does not decide: with the smallest integers that suffice.
-std::optional<CellMeeting> meetingByIntegers(const Corners8& corners) {
+std::optional<CellMeeting> meetingByIntegers(const Corners8& corners, bool crossingsOnly) {
   constexpr double kMostInDouble = 0x1p53;
   constexpr double kMostInInt128 = 0x1p126;
   const Integers integers = integersOf(corners);
@@ -473,9 +474,9 @@ std::optional<CellMeeting> meetingByIntegers(const Corners8& corners) {
   } else if (integers.bound <= kMostInInt128) {
     decision = decideExactly(smallDeterminants<Int128>(integers), corners);
   } else {
-    return meetingByBigIntegers(corners, integers);
+    return meetingByBigIntegers(corners, integers, crossingsOnly);
   }
-  if (decision.spans) return decision.meeting;
+  if (decision.spans || crossingsOnly) return decision.meeting;
   return meetingInHyperplane(wholeOf(corners, integers), corners);
 }
 
@@ -494,6 +495,32 @@ bool onOneSide(const Determinants<double>& determinants, double error, Mask cell
     side += value > 0 ? 1 : -1;
   }
   return side == 4 || side == -4;
+}
+
+/// False if the corners of one cell are certainly not on both sides of the other's hyperplane: a
+/// corner that is one of both lies in it.
+bool mayCross(const Determinants<double>& determinants, double error, Mask cell,
+              const Corners8& corners) {
+  int maybeAbove = 0;
+  int maybeBelow = 0;
+  int both = 0;
+  for (unsigned bit = 1; bit <= 0x80; bit <<= 1) {
+    if ((cell & bit) != 0) continue;
+    const Point4& corner = corners[static_cast<std::size_t>(std::countr_zero(bit))];
+    bool shared = false;
+    for (std::size_t i = 0; i < 8 && !shared; ++i) {
+      shared = (cell >> i & 1U) != 0 && corners[i] == corner;
+    }
+    if (shared) continue;
+    const double value = determinants.of(static_cast<Mask>(cell | bit));
+    if (std::abs(value) <= error) {
+      ++both;
+    } else {
+      ++(value > 0 ? maybeAbove : maybeBelow);
+    }
+  }
+  return both >= 2 || (both == 1 && maybeAbove + maybeBelow > 0) ||
+         (maybeAbove > 0 && maybeBelow > 0);
 }
 
 // ---- distance ----
@@ -664,7 +691,8 @@ std::optional<CellDistance> distanceOf(const CellCorners& a, const CellCorners& 
                       pointA - nearest.offset};
 }
 
-std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b) {
+std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b,
+                                     bool crossingsOnly) {
   const Corners8 corners = cornersOf(a, b);
   std::array<std::array<double, 4>, 7> u;
   std::array<double, 4> largest{};
@@ -687,10 +715,15 @@ std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b)
   const bool inRange = product > kLeast &&
                        product<1 / kLeast&& * std::ranges::min_element(largest)> 0x1p-400 &&
                        *std::ranges::max_element(largest) < 0x1p400;
-  if (!inRange) return meetingByIntegers(corners);
+  if (crossingsOnly && *std::ranges::min_element(largest) == 0) return std::nullopt;
+  if (!inRange) return meetingByIntegers(corners, crossingsOnly);
 
   const Determinants<double> determinants(u);
   if (onOneSide(determinants, error, kMaskA) || onOneSide(determinants, error, kMaskB)) {
+    return std::nullopt;
+  }
+  if (crossingsOnly && !(mayCross(determinants, error, kMaskA, corners) &&
+                         mayCross(determinants, error, kMaskB, corners))) {
     return std::nullopt;
   }
   const auto sign = [&](Mask five) {
@@ -700,7 +733,7 @@ std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b)
   Collected collected;
   for (const Mask six : kSixes) {
     const Answer answer = answerOf(six, sign);
-    if (answer == Answer::Unknown) return meetingByIntegers(corners);
+    if (answer == Answer::Unknown) return meetingByIntegers(corners, crossingsOnly);
     if (answer == Answer::No) continue;
     Mask support = 0;
     const Combination<double> combination = combinationOf(six, determinants, support);
@@ -714,7 +747,7 @@ std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b)
 
 std::optional<CellMeeting> meetingRoundedOnce(const CellCorners& a, const CellCorners& b) {
   const Corners8 corners = cornersOf(a, b);
-  return meetingByBigIntegers(corners, integersOf(corners));
+  return meetingByBigIntegers(corners, integersOf(corners), /*crossingsOnly=*/false);
 }
 
 }  // namespace t4d::measure

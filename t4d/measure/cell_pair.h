@@ -31,7 +31,11 @@ struct CellMeeting {
 /// determinants of five points each. (Shewchuk's filter: determinants are computed in double
 /// precision with a bound of the error; if a sign matters that this does not decide, all are
 /// computed again with integers.)
-std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b);
+///
+/// Where only crossings matter, cells of a common hyperplane are passed over: they cannot cross,
+/// and take long.
+std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b,
+                                     bool crossingsOnly = false);
 
 /// The same with times that are the exact ones, rounded once. Slower by an order of magnitude or
 /// two.

@@ -259,7 +259,9 @@ class WindowSearch {
     if (!near(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box)) return;
     if (forEachChild(pair, [&](const NodePair& child) { findContacts(child, stretches); })) return;
     forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
-      const auto meeting = meetingOf(p.corners, q.corners);
+      const auto time = meetingTime(p.box, q.box);
+      const bool known = time && stretches.includes(time->begin, time->end);
+      const auto meeting = meetingOf(p.corners, q.corners, /*crossingsOnly=*/known);
       if (!meeting) return;
       ContactStretch stretch;
       stretch.begin = std::clamp(meeting->timeBegin, span_.begin, span_.end);

@@ -48,4 +48,9 @@ bool ContactStretches::covers(double begin, double end) const {
   return found != all_.end() && found->overlaps && found->begin <= begin;
 }
 
+bool ContactStretches::includes(double begin, double end) const {
+  const auto found = std::ranges::lower_bound(all_, end, {}, &ContactStretch::end);
+  return found != all_.end() && found->begin <= begin;
+}
+
 }  // namespace t4d::measure

@@ -30,6 +30,8 @@ class ContactStretches {
   }
   /// Whether a time span lies in a stretch that overlaps: what is in contact then adds nothing.
   bool covers(double begin, double end) const;
+  /// Whether it lies in any stretch: then only a crossing adds something.
+  bool includes(double begin, double end) const;
 
   std::span<const ContactStretch> all() const { return all_; }
   std::span<ContactStretch> all() { return all_; }

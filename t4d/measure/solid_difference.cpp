@@ -155,8 +155,8 @@ struct Integrand {
   bool inBoth;  ///< it is 0 where either is 0
 };
 
-constexpr Integrand kDifference = {
-    [](std::int64_t a, std::int64_t b) { return std::abs(a - b); }, /*inBoth=*/false};
+constexpr Integrand kDifference = {[](std::int64_t a, std::int64_t b) { return std::abs(a - b); },
+                                   /*inBoth=*/false};
 constexpr Integrand kOverlap = {
     [](std::int64_t a, std::int64_t b) { return std::max<std::int64_t>(0, std::min(a, b)); },
     /*inBoth=*/true};
