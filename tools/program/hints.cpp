@@ -67,6 +67,11 @@ std::string conversionHint(const std::string& path) {
         "it is a triangle mesh; sweep it first: t4d sweep {} --motion MOTION.json -o {}",
         quoted(path), freeName(path, "", ".t4d"));
   }
+  if (formats::lowerCaseExtension(path) == ".json") {
+    return fmt::format(
+        "if it is a motion, sweep a solid by it first: t4d sweep SOLID --motion {} -o {}",
+        quoted(path), freeName(path, "", ".t4d"));
+  }
   if (formats::lowerCaseExtension(path) == ".vdb") {
     return fmt::format("it is a VDB file; weave it first: t4d weave {} -o {}", quoted(path),
                        freeName(path, "", ".t4d"));
