@@ -198,11 +198,16 @@ Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
   return written;
 }
 
-/// Why the options cannot be.
-std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
+std::vector<std::string> outputsOf(const EnvelopeArguments& options) {
   std::vector<std::string> outputs = {options.output, options.html};
   outputs.insert(outputs.end(), options.fields.begin(), options.fields.end());
   std::erase(outputs, "");
+  return outputs;
+}
+
+/// Why the options cannot be.
+std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
+  const std::vector<std::string> outputs = outputsOf(options);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (auto misuse = misuseOfOutput(outputs[i], {&options.input, 1})) return misuse;
     for (std::size_t k = 0; k < i; ++k) {
@@ -333,6 +338,9 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
 
 int run(const EnvelopeArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  if (auto writable = checkWritable(outputsOf(options)); !writable) {
+    return report(writable.error());
+  }
   const auto begin = std::chrono::steady_clock::now();
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());

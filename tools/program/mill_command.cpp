@@ -264,6 +264,7 @@ int run(const MillArguments& options) {
     if (output->empty()) continue;
     if (const auto misuse = misuseOfOutput(*output, inputs)) return wrongUsage(*misuse);
   }
+  if (auto writable = checkWritable({{options.html}}); !writable) return report(writable.error());
   const auto begin = std::chrono::steady_clock::now();
   std::vector<std::string> losses;
   auto stock = SolidInput{options.stock, "", options.mend ? &options.mending : nullptr}.read();

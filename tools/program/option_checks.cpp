@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "tools/program/numbers.h"
 
@@ -161,6 +162,16 @@ std::optional<std::string> misuseOfOutput(const std::string& output,
     }
   }
   return std::nullopt;
+}
+
+Result<void> checkWritable(std::span<const std::string> outputs) {
+  for (const std::string& output : outputs) {
+    std::error_code ignored;
+    // A pipe is opened once only, by its writer.
+    if (output.empty() || output == "-" || fs::is_fifo(output, ignored)) continue;
+    if (auto created = formats::OutputFile::create(output); !created) return pass(created.error());
+  }
+  return {};
 }
 
 }  // namespace t4d::tools

@@ -8,6 +8,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "t4d/model/error.h"
+
 /// Validators for option values. A rejected value is a usage error; CLI11 puts the option's name
 /// before the message.
 namespace t4d::tools {
@@ -57,5 +59,9 @@ CLI::Validator writableTriangleMesh();
 /// name, or a frame in a folder that is one of them.
 std::optional<std::string> misuseOfOutput(const std::string& output,
                                           std::span<const std::string> inputs);
+
+/// Fails if one of these files cannot be written, so that it shows before the work and not after
+/// it. Empty names are skipped.
+Result<void> checkWritable(std::span<const std::string> outputs);
 
 }  // namespace t4d::tools

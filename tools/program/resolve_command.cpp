@@ -189,6 +189,9 @@ int run(const ResolveArguments& options) {
   if (options.html == options.output) {
     return wrongUsage("-o and --html name the same file, " + options.html);
   }
+  if (auto writable = checkWritable({{options.output}}); !writable) {
+    return report(writable.error());
+  }
   const auto input = openBoth(options);
   if (!input) return report(input.error());
   std::optional<formats::OutputFile> html;
