@@ -32,7 +32,7 @@ struct QualityArguments {
   std::optional<double> timeScale;
   std::uint64_t worst = 10;
   std::string output;
-  std::vector<std::string> attributes = {"radius_ratio"};
+  std::vector<std::string> attributes;  // none for radius_ratio
   int compression = 3;
   std::string html;
   bool json = false;
@@ -172,6 +172,23 @@ Result<void> writePage(formats::OutputFile& file, const measure::MeshQuality& qu
   return file.commit();
 }
 
+/// Why cells would be flat up to rounding with this scale.
+std::optional<std::string> misuseOfScale(double scale, const InputBodies& input) {
+  constexpr double kLongest = 1e12;  // of length to size; beyond it, rounding errors decide
+  const model::TimeSpan span = model::timeSpanOf(input.bodies);
+  const model::Bounds3 bounds = boundsOf(input);
+  if (bounds.empty() || !(span.end > span.begin)) return std::nullopt;
+  const double size = (bounds.max - bounds.min).norm();
+  const double even = size / (span.end - span.begin);
+  const double ratio = scale / even;
+  if (!(size > 0) || (ratio >= 1 / kLongest && ratio <= kLongest)) return std::nullopt;
+  return fmt::format(
+      "--time-scale {}: the mesh would be {:.3g} long in time and {:.3g} wide in space, and "
+      "volumes would {}; choose a scale from {:.2g} to {:.2g}",
+      scale, scale * (span.end - span.begin), size, ratio < 1 ? "vanish" : "overflow",
+      even / kLongest, even * kLongest);
+}
+
 /// The scale between space and time: as asked for, or from the speed of the solid.
 struct Scale {
   double value = 1;
@@ -196,7 +213,11 @@ Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& 
   std::set<std::string> replaced;
   std::vector<measure::QualityMeasure> measures;
   for (const measure::QualityMeasure& one : kQualityMeasures) {
-    if (std::ranges::find(options.attributes, one.name) != options.attributes.end()) {
+    const bool asked =
+        options.attributes.empty()
+            ? one.name == "radius_ratio"
+            : std::ranges::find(options.attributes, one.name) != options.attributes.end();
+    if (asked) {
       measures.push_back(one);
     }
   }
@@ -225,6 +246,9 @@ int run(const QualityArguments& options) {
       return wrongUsage(*misuse);
     }
   }
+  if (!options.attributes.empty() && options.output.empty()) {
+    return wrongUsage("--attributes are written to a file; name it with -o");
+  }
   if (!options.html.empty()) {
     if (const auto misuse = misuseOfOutput(options.html, {&options.input, 1})) {
       return wrongUsage(*misuse);
@@ -233,8 +257,14 @@ int run(const QualityArguments& options) {
       return wrongUsage("-o and --html name the same file, " + options.html);
     }
   }
+  if (auto writable = checkWritable({{options.output}}); !writable) {
+    return report(writable.error());
+  }
   const auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
+  if (options.timeScale) {
+    if (const auto misuse = misuseOfScale(*options.timeScale, *input)) return wrongUsage(*misuse);
+  }
   std::optional<formats::OutputFile> html;
   if (!options.html.empty()) {
     auto created = formats::OutputFile::create(options.html);
