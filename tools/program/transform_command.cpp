@@ -37,6 +37,9 @@ struct TransformArguments {
   std::vector<double> move;
   double timeScale = 1;
   double timeShift = 0;
+  std::optional<std::string> lengthUnit;
+  std::optional<std::string> timeUnit;
+  std::optional<std::string> up;
   int compression = 3;
   bool json = false;
 };
@@ -208,6 +211,9 @@ int run(const TransformArguments& options) {
   }
 
   formats::Metadata metadata = metadataOf(*input);
+  metadata.lengthUnit = options.lengthUnit.value_or(metadata.lengthUnit);
+  metadata.timeUnit = options.timeUnit.value_or(metadata.timeUnit);
+  metadata.up = options.up.value_or(metadata.up);
   // Of a mesh that was centred, the place of the origin moves with it.
   model::Point4 origin = model::Point4::Zero();
   origin.head<3>() = originOf(metadata);
@@ -283,6 +289,16 @@ void addTransform(CLI::App& app, int& exitCode) {
   command->add_option("--time-shift", options->timeShift, "Then: add to all times")
       ->check(finiteNumber())
       ->capture_default_str();
+  command
+      ->add_option("--length-unit", options->lengthUnit,
+                   "Name the unit of length; numbers change by --scale only")
+      ->type_name("NAME");
+  command
+      ->add_option("--time-unit", options->timeUnit,
+                   "Name the unit of time; numbers change by --time-scale only")
+      ->type_name("NAME");
+  command->add_option("--up", options->up, "Name the axis that points up; the solid stays as it is")
+      ->check(CLI::IsMember({"y", "z"}));
   addCompressionOption(*command, options->compression);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
