@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -62,20 +63,28 @@ struct BodyPair {
 Result<void> checkUnits(const InputBodies& a, const InputBodies& b) {
   const Metadata& ofA = a.reader.metadata();
   const Metadata& ofB = b.reader.metadata();
-  const auto check = [&](const char* what, const std::string& p,
-                         const std::string& q) -> Result<void> {
+  const auto check = [&](const char* what, const std::string& p, const std::string& q,
+                         const char* convert) -> Result<void> {
     if (p == q) return {};
     const auto named = [](const std::string& unit) {
-      return unit.empty() ? std::string("none") : "'" + unit + "'";
+      return unit.empty() ? std::string("not stated") : "'" + unit + "'";
     };
-    return invalid(fmt::format("{} is {}, but that of {} is {}; convert one with t4d transform, or "
+    return invalid(fmt::format("{} is {}, but that of {} is {}; convert one (t4d transform {}), or "
                                "take the numbers as they are with --ignore-units",
-                               what, named(q), a.reader.name(), named(p)),
+                               what, named(q), a.reader.name(), named(p), convert),
                    b.reader.name());
   };
-  if (auto done = check("the unit of length", ofA.lengthUnit, ofB.lengthUnit); !done) return done;
-  if (auto done = check("the unit of time", ofA.timeUnit, ofB.timeUnit); !done) return done;
-  return check("the axis that points up", ofA.up, ofB.up);
+  if (auto done = check("the unit of length", ofA.lengthUnit, ofB.lengthUnit,
+                        "--scale FACTOR --length-unit NAME");
+      !done) {
+    return done;
+  }
+  if (auto done = check("the unit of time", ofA.timeUnit, ofB.timeUnit,
+                        "--time-scale FACTOR --time-unit NAME");
+      !done) {
+    return done;
+  }
+  return check("the axis that points up", ofA.up, ofB.up, "--rotate 1 0 0 90 --up AXIS");
 }
 
 std::string_view nameOf(Verdict verdict) {
@@ -143,7 +152,7 @@ ordered_json jsonOf(const BodyPair& pair, const CollideArguments& options) {
   value["min_clearance_points"] = points;
   value["chord_bound"] = orNull(pair.verdict.chordBound);
   value["depth"] = pair.verdict.depth;
-  value["clear_by"] = pair.verdict.clearBy;
+  value["clear_by"] = collision.common ? ordered_json(pair.verdict.clearBy) : ordered_json();
   value["rv_min"] = orNull(pair.verdict.minVolumeRatio);
   value["keeps_clearance"] =
       options.clearance ? ordered_json(pair.keeps(*options.clearance)) : ordered_json();
@@ -151,7 +160,7 @@ ordered_json jsonOf(const BodyPair& pair, const CollideArguments& options) {
 }
 
 std::string text(const Point3& point) {
-  return fmt::format("({:.6g}, {:.6g}, {:.6g})", point.x(), point.y(), point.z());
+  return fmt::format("({:.12g}, {:.12g}, {:.12g})", point.x(), point.y(), point.z());
 }
 
 /// What is certain, as a sentence.
@@ -200,13 +209,13 @@ void printText(const BodyPair& pair, const CollideArguments& options) {
     for (const measure::ContactInterval& interval : collision.intervals) {
       rows.push_back({fmt::format("  {}", interval.begin), fmt::format("{}", interval.end),
                       interval.overlaps ? "overlap" : "touch",
-                      interval.overlaps ? fmt::format("{:.6g}", interval.deepestTime) : "",
+                      interval.overlaps ? fmt::format("{:.12g}", interval.deepestTime) : "",
                       interval.overlaps ? fmt::format("{:.6g}", interval.overlapVolume) : ""});
     }
     printTable(rows, "l");
   } else if (collision.clearance) {
     const measure::Clearance& nearest = *collision.clearance;
-    print("  nearest at t = {:.9g}: {:.9g} apart, {} and {}\n", nearest.time, nearest.distance,
+    print("  nearest at t = {:.12g}: {:.9g} apart, {} and {}\n", nearest.time, nearest.distance,
           text(nearest.pointA), text(nearest.pointB));
   }
   if (options.clearance && collision.common) {
@@ -373,13 +382,15 @@ std::vector<BodyPair> pairsOf(const std::vector<InputBodies>& inputs) {
 }
 
 int run(const CollideArguments& options) {
-  for (const std::string& output : {options.output, options.html}) {
+  const std::array outputs = {options.output, options.html};
+  for (const std::string& output : outputs) {
     if (output.empty()) continue;
     if (const auto misuse = misuseOfOutput(output, options.inputs)) return wrongUsage(*misuse);
   }
   if (!options.html.empty() && options.html == options.output) {
     return wrongUsage("--html and -o name the same file, " + options.html);
   }
+  if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
   std::vector<InputBodies> inputs;
   for (const std::string& path : options.inputs) {
     auto opened = openBodies(path, options.only);
@@ -413,9 +424,9 @@ int run(const CollideArguments& options) {
   const Metadata& metadata = inputs.front().reader.metadata();
   std::vector<std::string> losses;
   if (!options.output.empty()) {
-    auto written = writeContacts(options, pairs, metadata);
-    if (!written) return report(written.error());
-    losses = std::move(*written);
+    auto done = writeContacts(options, pairs, metadata);
+    if (!done) return report(done.error());
+    losses = std::move(*done);
   }
   if (!options.html.empty()) {
     if (auto written = writePage(options, pairs, metadata); !written) {
@@ -428,10 +439,16 @@ int run(const CollideArguments& options) {
     printJson(value);
   } else {
     for (const BodyPair& pair : pairs) printText(pair, options);
+    for (const std::string& output : outputs) {
+      std::error_code unknown;
+      const std::uintmax_t size = std::filesystem::file_size(output, unknown);
+      if (!unknown) print("{}: {}\n", output, sizeText(size));
+    }
   }
   const int done = reportLosses(losses);
   const bool contact = std::ranges::any_of(pairs, [&](const BodyPair& pair) {
-    return pair.collision.contact() || (options.clearance && !pair.keeps(*options.clearance));
+    return pair.collision.contact() || pair.verdict.verdict == Verdict::WithinTolerance ||
+           (options.clearance && !pair.keeps(*options.clearance));
   });
   return options.failOnContact && contact ? kFailed : done;
 }
@@ -452,8 +469,10 @@ void addCollide(CLI::App& app, int& exitCode) {
       ->add_option("--clearance", options->clearance,
                    "A distance that the solids should keep; says whether they do for certain")
       ->check(numberFromZero());
-  command->add_flag("--fail-on-contact", options->failOnContact,
-                    "Exit with 1 if any two bodies meet, or do not keep --clearance");
+  command->add_flag(
+      "--fail-on-contact", options->failOnContact,
+      "Exit with 1 if any two bodies meet or may meet, within the tolerance of their steps, "
+      "or do not keep --clearance");
   command->add_flag("--ignore-units", options->ignoreUnits,
                     "Accept files with different units or up axes; numbers are taken as they are");
   command

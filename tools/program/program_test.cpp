@@ -1802,6 +1802,64 @@ TEST_F(Program, EnvelopeRefusesWhatItCannotDo) {
   EXPECT_FALSE(fs::exists(folder_ / "no.vdb"));
 }
 
+TEST_F(Program, UnitsCanBeConvertedForCollide) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("transform cube.t4d --length-unit in --time-unit s --up z -o inch.t4d").exitCode,
+            0);
+  ASSERT_EQ(run("transform cube.t4d --length-unit mm --time-unit s --up z -o mm.t4d").exitCode, 0);
+  refuses("collide inch.t4d mm.t4d", "t4d transform --scale FACTOR --length-unit NAME");
+  ASSERT_EQ(run("transform inch.t4d --scale 25.4 --length-unit mm -o same.t4d").exitCode, 0);
+  EXPECT_EQ(run("info same.t4d --json").value()["up"], "z");
+  const Finished done = run("collide same.t4d mm.t4d --fail-on-contact -o two.glb --html two.html");
+  EXPECT_EQ(done.exitCode, 1) << done.err;
+  EXPECT_THAT(done.out, testing::HasSubstr("two.glb: "));
+  EXPECT_THAT(done.out, testing::HasSubstr("two.html: "));
+}
+
+TEST_F(Program, UnwritableOutputsAreFoundBeforeTheWork) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  for (const std::string arguments :
+       {"collide cube.t4d cube.t4d -o no/a.glb", "collide cube.t4d cube.t4d --html no/a.html",
+        "envelope cube.t4d --exact -o no/a.obj", "quality cube.t4d -o no/a.t4d",
+        "resolve cube.t4d cube.t4d -o no/a.t4d"}) {
+    const Finished done = run(arguments);
+    EXPECT_EQ(done.exitCode, 1) << arguments;
+    EXPECT_THAT(done.err, testing::HasSubstr("there is no folder no")) << arguments;
+    EXPECT_EQ(done.out, "") << arguments;
+  }
+}
+
+TEST_F(Program, BodiesThatNeverExistTogetherAreClearByNothing) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o cube.t4d").exitCode, 0);
+  ASSERT_EQ(run("transform cube.t4d --time-shift 1000000000 -o late.t4d").exitCode, 0);
+  const json pair = run("collide cube.t4d late.t4d --json").value()["pairs"][0];
+  EXPECT_EQ(pair["verdict"], "clear");
+  EXPECT_TRUE(pair["clear_by"].is_null());
+  // Large times keep their digits.
+  ASSERT_EQ(run("transform late.t4d --time-shift 1 -o later.t4d").exitCode, 0);
+  EXPECT_THAT(run("collide late.t4d later.t4d").out, testing::Not(testing::HasSubstr("e+09")));
+}
+
+TEST_F(Program, CollideFailsOnWhatMayBeContact) {
+  // In a single step of a quarter turn the mesh does not reach what the cube does.
+  write("turn.json", R"({"segments": [{"duration": 1, "axis_direction": [0, 0, 1],)"
+                     R"( "angle_degrees": 90}]})");
+  ASSERT_EQ(run("sweep fx/cube.obj -m turn.json --steps 1 -o turn.t4d").exitCode, 0);
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o rest.t4d").exitCode, 0);
+  ASSERT_EQ(run("transform rest.t4d --move 21 0 0 -o beside.t4d").exitCode, 0);
+  const Finished done = run("collide turn.t4d beside.t4d --json --fail-on-contact");
+  EXPECT_EQ(done.exitCode, 1);
+  EXPECT_EQ(done.value()["pairs"][0]["verdict"], "within-tolerance");
+  EXPECT_EQ(done.value()["pairs"][0]["contact"], false);
+}
+
+TEST_F(Program, QualityRefusesWhatWouldSayNothing) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  misused("quality cube.t4d --attributes volume", "name it with -o");
+  misused("quality cube.t4d --time-scale 1e300", "volumes would overflow");
+  misused("quality cube.t4d --time-scale 1e-300", "volumes would vanish");
+}
+
 TEST_F(Program, MendsDeformations) {
   // A tetrahedron without a side, which grows.
   const std::string faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";
