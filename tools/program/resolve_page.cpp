@@ -104,12 +104,12 @@ std::string picturesOfResolved(const ResolvePage& page, const ResolvedView& body
   };
   const std::string when = fmt::format("t = {:.6g}{}{}", body.report.maxDisplacementTime,
                                        page.timeUnit.empty() ? "" : " ", page.timeUnit);
-  picture(together(body.obstacles, body.before), coloursOf(body.obstacles, body.before),
-          fmt::format("{} and the obstacles before, {}", body.name, when));
+  const ColourAt plain = [](const Point3&) { return kBodyColour; };
+  picture(body.before, plain, fmt::format("{} alone before, {}", body.name, when));
+  picture(body.after, byMove(body.before, body.report.maxDisplacement),
+          fmt::format("{} alone after, red where it has moved, {}", body.name, when));
   picture(together(body.obstacles, body.after), coloursOf(body.obstacles, body.after),
           fmt::format("{} and the obstacles after, {}", body.name, when));
-  picture(body.after, byMove(body.before, body.report.maxDisplacement),
-          fmt::format("{} alone, red where it has moved, {}", body.name, when));
   return "<div class=\"solids\">\n" + html + "</div>\n";
 }
 
