@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -325,9 +326,62 @@ Result<std::vector<std::string>> writeContacts(const CollideArguments& options,
   return formats::writeTriangleMeshes(options.output, meshes, how);
 }
 
+/// A solid that stays as it is from time 0 to 1: three tetrahedra over each triangle.
+model::Mesh standing(const model::TriangleMesh& solid) {
+  const auto count = static_cast<std::uint32_t>(solid.vertices.size());
+  auto connectivity = std::make_shared<model::Connectivity>();
+  connectivity->lowerCount = connectivity->upperCount = count;
+  model::Slab slab{0, 1, {}, nullptr, {}};
+  for (const double time : {0.0, 1.0}) {
+    for (const Point3& vertex : solid.vertices) {
+      slab.vertices.emplace_back(vertex.x(), vertex.y(), vertex.z(), time);
+    }
+  }
+  for (model::Triangle corners : solid.triangles) {
+    // Sorted, so that prisms of neighbours fit; the order of corners keeps the orientation.
+    const auto [p, q, r] = corners;
+    const bool even = (p < q) == ((q < r) == (p < r));
+    std::ranges::sort(corners);
+    const auto [a, b, c] = corners;
+    std::array<model::Cell, 3> cells = {model::Cell{a, b, c, c + count},
+                                        model::Cell{a, b, b + count, c + count},
+                                        model::Cell{a, a + count, b + count, c + count}};
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (even == (i == 1)) std::swap(cells[i][0], cells[i][1]);
+      connectivity->cells.push_back(cells[i]);
+    }
+  }
+  slab.connectivity = connectivity;
+  model::Mesh mesh;
+  (void)mesh.put(slab);
+  return mesh;
+}
+
+/// The distances of the two solids at these times; 0 during contact.
+Result<std::vector<double>> clearancesAt(const BodyPair& pair, std::span<const double> times) {
+  std::vector<double> clearances;
+  for (const double time : times) {
+    const auto meets = [&](const measure::ContactInterval& interval) {
+      return interval.begin <= time && time <= interval.end;
+    };
+    if (std::ranges::any_of(pair.collision.intervals, meets)) {
+      clearances.push_back(0);
+      continue;
+    }
+    auto a = convert::sliceAtTime(*pair.a.source, time);
+    if (!a) return pass(a.error());
+    auto b = convert::sliceAtTime(*pair.b.source, time);
+    if (!b) return pass(b.error());
+    auto found = measure::collide(standing(a->mesh), standing(b->mesh), {.overlapVolumes = false});
+    if (!found) return pass(found.error());
+    clearances.push_back(found->clearance ? found->clearance->distance : 0);
+  }
+  return clearances;
+}
+
 Result<void> writePage(const CollideArguments& options, const std::vector<BodyPair>& pairs,
                        const Metadata& metadata) {
-  constexpr std::uint64_t kVolumes = 65;
+  constexpr std::uint64_t kSamples = 65;
   CollideReport made;
   made.lengthUnit = metadata.lengthUnit;
   made.timeUnit = metadata.timeUnit;
@@ -343,9 +397,13 @@ Result<void> writePage(const CollideArguments& options, const std::vector<BodyPa
     one.a = pair.a.name;
     one.b = pair.b.name;
     one.verdict = sentenceOf(pair);
-    one.clearance = pair.collision.clearanceOverTime;
+    if (pair.collision.common) {
+      one.times = model::evenTimes(*pair.collision.common, kSamples);
+      auto clearances = clearancesAt(pair, one.times);
+      if (!clearances) return pass(clearances.error());
+      one.clearance = std::move(*clearances);
+    }
     if (pair.collision.contact()) {
-      one.times = model::evenTimes(*pair.collision.common, kVolumes);
       auto volumes = measure::overlapVolumes(*pair.a.source, *pair.b.source, one.times);
       if (!volumes) return pass(volumes.error());
       one.overlaps = std::move(*volumes);
@@ -412,8 +470,7 @@ int run(const CollideArguments& options) {
   {
     ProgressBar bar("looking for contacts", pairs.size(), "pairs");
     for (BodyPair& pair : pairs) {
-      auto collision = measure::collide(*pair.a.source, *pair.b.source,
-                                        {.clearanceOverTime = !options.html.empty()}, bar.part(1));
+      auto collision = measure::collide(*pair.a.source, *pair.b.source, {}, bar.part(1));
       if (!collision) return report(inInput(collision.error(), inputs.front()));
       pair.collision = std::move(*collision);
       auto verdict = measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source);

@@ -80,15 +80,14 @@ std::string picturesOf(const CollideReport& report, const CollidePair& pair) {
 std::string plotsOf(const CollideReport& report, const CollidePair& pair) {
   const std::string time = labelled("time", report.timeUnit);
   std::string html = "<div class=\"plots\">\n";
-  if (!pair.clearance.empty()) {
-    Plot plot{labelled("Clearance", report.lengthUnit), time, {}, {{"clearance", "a", {}}}, true};
-    for (const measure::ClearanceOver& over : pair.clearance) {
-      plot.x.push_back((over.span.begin + over.span.end) / 2);
-      plot.curves[0].values.push_back(over.distance);
-    }
-    html += svgOf(plot);
-  }
   if (!pair.times.empty()) {
+    html += svgOf(Plot{labelled("Clearance", report.lengthUnit),
+                       time,
+                       pair.times,
+                       {{"clearance", "a", pair.clearance}},
+                       true});
+  }
+  if (!pair.overlaps.empty()) {
     html += svgOf(Plot{labelled("Volume of the overlap", report.lengthUnit, "³"),
                        time,
                        pair.times,
@@ -108,8 +107,8 @@ std::string collidePage(const CollideReport& report) {
     html += plotsOf(report, pair) + picturesOf(report, pair);
   }
   html +=
-      "<p>The clearance is the smallest distance within each part of the time between two layers "
-      "of either body, drawn at its middle; 0 means contact.</p>\n";
+      "<p>The clearance is the smallest distance of the two solids at each of the times drawn; 0 "
+      "means contact.</p>\n";
   return htmlPage(report.title, kCollideStyle, html);
 }
 

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "t4d/measure/collide.h"
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::tools {
@@ -12,11 +11,10 @@ namespace t4d::tools {
 struct CollidePair {
   std::string a;
   std::string b;
-  std::string verdict;  ///< a sentence
-  /// Clearance over time; empty for bodies that never exist together.
-  std::vector<measure::ClearanceOver> clearance;
-  std::vector<double> times;     ///< of the volumes
-  std::vector<double> overlaps;  ///< volume of the overlap at each
+  std::string verdict;            ///< a sentence
+  std::vector<double> times;      ///< none for bodies that never exist together
+  std::vector<double> clearance;  ///< at each time; 0 for solids in contact
+  std::vector<double> overlaps;   ///< volume of the overlap at each time; none without contact
   /// Both solids at first contact or, without one, when they are nearest.
   double time = 0;
   model::TriangleMesh solidA;
