@@ -25,7 +25,7 @@ constexpr double kArcRounding = 0.01;
 constexpr double kArcRoundingPart = 0.001;
 
 /// Words that exclude each other in a line: G words are numbered in tenths.
-enum class Group : std::uint8_t { Motion, Plane, Units, Distance, Centres, Nothing };
+enum class Group : std::uint8_t { Motion, Plane, Units, Distance, Centres, Origin, Nothing };
 
 struct KnownCode {
   int tenths;
@@ -36,9 +36,9 @@ constexpr std::array<KnownCode, 33> kGCodes = {{
     {0, Group::Motion},    {10, Group::Motion},    {20, Group::Motion},   {30, Group::Motion},
     {40, Group::Nothing},  {170, Group::Plane},    {180, Group::Plane},   {190, Group::Plane},
     {200, Group::Units},   {210, Group::Units},    {400, Group::Nothing}, {430, Group::Nothing},
-    {490, Group::Nothing}, {540, Group::Nothing},  {550, Group::Nothing}, {560, Group::Nothing},
-    {570, Group::Nothing}, {580, Group::Nothing},  {590, Group::Nothing}, {591, Group::Nothing},
-    {592, Group::Nothing}, {593, Group::Nothing},  {610, Group::Nothing}, {640, Group::Nothing},
+    {490, Group::Nothing}, {540, Group::Origin},   {550, Group::Origin},  {560, Group::Origin},
+    {570, Group::Origin},  {580, Group::Origin},   {590, Group::Origin},  {591, Group::Origin},
+    {592, Group::Origin},  {593, Group::Origin},   {610, Group::Nothing}, {640, Group::Nothing},
     {800, Group::Nothing}, {900, Group::Distance}, {901, Group::Centres}, {910, Group::Distance},
     {911, Group::Centres}, {940, Group::Nothing},  {970, Group::Nothing}, {980, Group::Nothing},
     {990, Group::Nothing},
@@ -150,6 +150,12 @@ class GcodeReader {
           fmt::format("{}: {} (G4) take no time here", file_.path.string(),
                       dwells_ == 1 ? "1 dwell" : fmt::format("{} dwells", dwells_)));
     }
+    if (optionalLines_ > 0) {
+      builder_.path.notices.push_back(
+          fmt::format("{}: {} with / (block delete) {} carried out", file_.path.string(),
+                      optionalLines_ == 1 ? "1 line" : fmt::format("{} lines", optionalLines_),
+                      optionalLines_ == 1 ? "is" : "are"));
+    }
     auto path = builder_.finish();
     if (!path && path.error().where.empty()) path.error().where = file_.path.string();
     return path;
@@ -188,9 +194,12 @@ class GcodeReader {
     if (!words) return pass(words.error());
     std::string_view rest = *words;
     if (rest.starts_with('%')) return {};
-    if (rest.starts_with('/')) rest.remove_prefix(1);
+    if (rest.starts_with('/')) {
+      rest.remove_prefix(1);
+      ++optionalLines_;
+    }
     Block block;
-    std::array<bool, 6> seen{};
+    std::array<bool, 7> seen{};
     while (!rest.empty()) {
       const char letter = rest[0];
       if (letter < 'A' || letter > 'Z') {
@@ -234,7 +243,7 @@ class GcodeReader {
   }
 
   Result<void> take(char letter, double value, const std::string& word, Block& block,
-                    std::array<bool, 6>& seen) {
+                    std::array<bool, 7>& seen) {
     switch (letter) {
       case 'G':
         return takeG(value, word, block, seen);
@@ -268,7 +277,7 @@ class GcodeReader {
   }
 
   Result<void> takeG(double value, const std::string& word, Block& block,
-                     std::array<bool, 6>& seen) {
+                     std::array<bool, 7>& seen) {
     const double tenths = 10 * value;
     const bool whole =
         tenths >= 0 && tenths < 10'000 && std::abs(tenths - std::round(tenths)) < 1e-6;
@@ -283,6 +292,7 @@ class GcodeReader {
       }
       before = true;
     }
+    if (known->group == Group::Origin) origin_ = {code, word, line_};
     switch (code) {
       case 0:
       case 10:
@@ -368,6 +378,13 @@ class GcodeReader {
     return {};
   }
 
+  /// A coordinate system of the workpiece, and the line that chose it.
+  struct Origin {
+    int code = 540;
+    std::string word = "G54";
+    std::uint64_t line = 0;
+  };
+
   Result<void> move(const Block& block) {
     const int motion = *motion_;
     model::Point3 to = at_;
@@ -391,6 +408,14 @@ class GcodeReader {
     const bool hasCentre = block.centre != Block{}.centre;
     if (motion < 2 && (hasCentre || block.radius)) {
       return refused("I, J, K and R are for arcs (G2 and G3)");
+    }
+    if (moves_ == 0) {
+      firstOrigin_ = origin_;
+    } else if (origin_.code != firstOrigin_.code) {
+      line_ = origin_.line;
+      return unsupported(origin_.word,
+                         fmt::format("a second origin, after {}; have plain coordinates written",
+                                     firstOrigin_.word));
     }
     ++moves_;
     cuts_ = cuts_ || motion != 0;
@@ -508,6 +533,7 @@ class GcodeReader {
   std::uint64_t line_ = 1;
   std::size_t moves_ = 0;
   std::size_t dwells_ = 0;
+  std::size_t optionalLines_ = 0;
   bool cuts_ = false;  // whether a cutting move has been read
   bool ended_ = false;
   // What lines set for those after them.
@@ -515,6 +541,8 @@ class GcodeReader {
   bool relative_ = false;
   bool relativeCentre_ = true;
   std::array<int, 3> plane_ = {0, 1, 2};
+  Origin origin_;
+  Origin firstOrigin_;  // of the first move
   std::optional<int> motion_;
   double feed_ = 0;  // mm/min
   std::optional<double> tool_;

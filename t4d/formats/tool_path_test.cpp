@@ -133,6 +133,20 @@ TEST(Gcode, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
   EXPECT_EQ(refusalOf(gcode(start + "T1 M6\nG1 X1\nT2 M6")),
             "a.nc:5: a second tool is mounted (T2), but one tool mills at a time; divide the "
             "program, and mill the parts one after another");
+  EXPECT_EQ(refusalOf(gcode(start + "G55\nG1 X1")),
+            "a.nc:3: G55 is not supported: it is a second origin, after G54; have plain "
+            "coordinates written");
+  EXPECT_EQ(refusalOf(gcode(start + "G54 G55")),
+            "a.nc:3: G55: another word in the line says the same or the opposite");
+}
+
+TEST(Gcode, OneOriginMayBeChosen) {
+  // G54 in the last line chooses an origin for no move.
+  const auto path = gcode("G55\nG0 X0 Y0 Z0\nG55 G1 X1 F100\n/G1 X2\nG54\n");
+  ASSERT_TRUE(path) << path.error().text();
+  EXPECT_EQ(path->moves, 3U);
+  ASSERT_EQ(path->notices.size(), 1U);
+  EXPECT_EQ(path->notices[0], "a.nc: 1 line with / (block delete) is carried out");
 }
 
 TEST(CutterLocations, TheTipGoesStraightWhileTheToolTurns) {
