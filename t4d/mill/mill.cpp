@@ -1,8 +1,11 @@
 #include "t4d/mill/mill.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "t4d/measure/silhouette.h"
 #include "t4d/mesh4d/sweep.h"
@@ -116,8 +119,10 @@ class Workpiece : public voxel4d::FrameSource {
                           ++report_.steps;
                           const auto removed = field_.remove(envelope);
                           if (!removed) return pass(removed.error());
+                          if (removed->changes && !report_.firstCut) {
+                            report_.firstCut = time.begin;
+                          }
                           if (removed->points == 0) return {};
-                          if (!report_.firstCut) report_.firstCut = time.begin;
                           if (isRapid(time)) collide("tool", time, removed->point);
                           cuts.push_back({time, std::move(envelope)});
                           return {};
@@ -183,7 +188,10 @@ class Workpiece : public voxel4d::FrameSource {
         }
       }
       if (auto removed = from.remove(cuts[done].envelope); !removed) return pass(removed.error());
-      report_.separations.push_back({cuts[done].time, more});
+      // The voxels lose a wall that is thinner than one; the tool may still have to cut it.
+      const TimeSpan& step = cuts[done].time;
+      report_.separations.push_back(
+          {{step.begin, timeAfterTravel(motion_, step.end, options_.voxelSize)}, more});
       ++done;
       parts = more;
     }
@@ -199,6 +207,39 @@ class Workpiece : public voxel4d::FrameSource {
   MillReport& report_;
   std::uint64_t components_ = 0;
 };
+
+/// The stock as a field that is not empty.
+Result<StockField> fieldOf(const TriangleMesh& stock, const MillOptions& options) {
+  auto field = StockField::of(stock, options.voxelSize, options.memory);
+  if (!field || !field->empty()) return field;
+  const model::Bounds3 bounds = model::boundsOf(stock);
+  const double least = std::min((bounds.max - bounds.min).minCoeff(), options.voxelSize);
+  std::string advice;
+  constexpr int kTries = 8;
+  double size = least / 4;
+  for (int i = 0; i < kTries && advice.empty() && size > 0; ++i, size /= 2) {
+    const double digit = std::pow(10, std::floor(std::log10(size)) - 1);
+    const double round = std::floor(size / digit) * digit;
+    const auto finer = StockField::of(stock, round, options.memory);
+    if (!finer) break;
+    if (!finer->empty()) advice = fmt::format("; {:.2g} would do", round);
+  }
+  return fail(ErrorCode::Unsupported,
+              fmt::format("with a voxel size of {:g} no lattice point is inside the stock; the "
+                          "voxels are too large for it{}",
+                          options.voxelSize, advice),
+              {}, Remedy::VoxelSize);
+}
+
+/// A notice if the voxels have another volume than the mesh.
+std::string noticeOfVolume(double voxels, double mesh) {
+  constexpr double kMost = 0.05;
+  if (std::abs(voxels - mesh) <= kMost * mesh) return {};
+  return fmt::format(
+      "the stock has a volume of {:.6g} in voxels and of {:.6g} as a mesh; smaller voxels are "
+      "nearer to it",
+      voxels, mesh);
+}
 
 }  // namespace
 
@@ -226,9 +267,17 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
     for (model::Triangle& triangle : turned.triangles) std::swap(triangle[1], triangle[2]);
     report.notices.emplace_back("the stock was inside out and was flipped");
   }
-  auto field =
-      StockField::of(turned.triangles.empty() ? stock : turned, options.voxelSize, options.memory);
+  auto field = fieldOf(turned.triangles.empty() ? stock : turned, options);
   if (!field) return pass(field.error());
+  const auto checkSize = [&](const TriangleMesh& mesh, const std::string& name) -> Result<void> {
+    auto checked = StockField::checkSize(mesh, options.voxelSize, options.memory);
+    if (!checked) checked.error().where = name;
+    return checked;
+  };
+  if (auto good = checkSize(tool, "tool"); !good) return pass(good.error());
+  for (const Guard& guard : options.guards) {
+    if (auto good = checkSize(guard.mesh, guard.name); !good) return pass(good.error());
+  }
 
   Workpiece frames(std::move(*field), tool, motion, options, report);
   std::vector<ProjectedVolume> volumes;
@@ -243,6 +292,10 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
     report.removedVolume += std::max(0.0, volumes[i].exits - volumes[i].entries);
     report.returnedVolume += volumes[i].entries;
     report.progress[i].removedVolume = report.removedVolume;
+  }
+  if (auto notice = noticeOfVolume(report.stockVolume, std::abs(model::signedVolume(stock)));
+      !notice.empty()) {
+    report.notices.push_back(std::move(notice));
   }
   report.remainingVolume = report.stockVolume - report.removedVolume;
   report.components = report.progress.back().components;

@@ -43,7 +43,9 @@ struct Collision {
 
 /// The stock falls apart.
 struct Separation {
-  model::TimeSpan time;          ///< of the step
+  /// From the beginning of the step until the tip has gone a voxel farther than in it: a wall that
+  /// is thinner than a voxel is lost before it is cut.
+  model::TimeSpan time;
   std::uint64_t components = 0;  ///< after it
 };
 
@@ -86,7 +88,8 @@ struct MillReport {
 /// Both meshes are closed; one that is inside out is turned round, with a notice for the stock.
 /// Where the stock overlaps itself it counts once. Memory is that of a few frames. Fails for a mesh
 /// that is not closed ("stock", "tool" or the name of the guard is where), a voxel size that needs
-/// more than `memory`, times that are not within the motion, and if sweep, weave or the sink does.
+/// more than `memory` or at which no lattice point is inside the stock, a tool or guard too large
+/// for it, times that are not within the motion, and if sweep, weave or the sink does.
 Result<MillReport> mill(const model::TriangleMesh& stock, const model::TriangleMesh& tool,
                         const model::Motion& motion, const MillOptions& options, model::Sink& sink,
                         const model::Progress& progress = {});

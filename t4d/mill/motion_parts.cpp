@@ -56,4 +56,16 @@ model::Motion partOf(const model::Motion& motion, const model::TimeSpan& span, d
   return part;
 }
 
+double timeAfterTravel(const model::Motion& motion, double time, double travel) {
+  for (const model::Segment& segment : motion.segments) {
+    if (segment.timeEnd <= time) continue;
+    const double begin = std::max(time, segment.timeBegin);
+    const double speed = travelOf(segment) / (segment.timeEnd - segment.timeBegin);
+    const double way = speed * (segment.timeEnd - begin);
+    if (way >= travel && speed > 0) return std::min(segment.timeEnd, begin + travel / speed);
+    travel -= way;
+  }
+  return std::max(time, motion.timeEnd());
+}
+
 }  // namespace t4d::mill

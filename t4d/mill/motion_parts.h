@@ -12,4 +12,8 @@ namespace t4d::mill {
 /// rounding.
 model::Motion partOf(const model::Motion& motion, const model::TimeSpan& span, double travel);
 
+/// When the origin of the moving frame has gone `travel` farther than at `time`; at the latest the
+/// end of the motion.
+double timeAfterTravel(const model::Motion& motion, double time, double travel);
+
 }  // namespace t4d::mill

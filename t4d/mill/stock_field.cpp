@@ -191,6 +191,33 @@ Result<StockField> StockField::of(const model::TriangleMesh& solid, double voxel
   return field;
 }
 
+Result<void> StockField::checkSize(const model::TriangleMesh& solid, double voxelSize,
+                                   double memory) {
+  model::Bounds3 bounds = model::boundsOf(solid);
+  const model::Point3 size = bounds.max - bounds.min;
+  bounds.min.setZero();
+  bounds.max = size;
+  const auto part = partAbout(bounds, voxelSize);
+  double blocks = 1;
+  for (int axis = 0; axis < 3; ++axis) blocks *= std::ceil(size[axis] / (kSize * voxelSize)) + 1;
+  if (part && measure::VisitLattice::estimatedBytes(solid, part->lattice) + 4 * blocks <= memory) {
+    return {};
+  }
+  return fail(ErrorCode::Unsupported,
+              fmt::format("is {:g} x {:g} x {:g} large, too large for voxels of {:g}; is it in the "
+                          "length units of the stock?",
+                          size.x(), size.y(), size.z(), voxelSize));
+}
+
+bool StockField::empty() const {
+  const auto isInside = [](const auto& data) {
+    return data != nullptr &&
+           std::ranges::any_of(data->inside, [](auto bits) { return bits != 0; });
+  };
+  return std::ranges::find(uniform_, Uniform::Inside) == uniform_.end() &&
+         std::ranges::none_of(blocks_, isInside);
+}
+
 std::size_t StockField::indexOf(const Index3& block) const {
   return (std::size_t{1} * (block[0] - first_[0]) * counts_[1] + (block[1] - first_[1])) *
              counts_[2] +
@@ -219,7 +246,7 @@ class Deepest {
               kSize * block[2] + (i & 7)};
   }
   StockField::Place at(double voxelSize) const {
-    return {voxelSize * model::Point3(point_[0], point_[1], point_[2]), count_};
+    return {voxelSize * model::Point3(point_[0], point_[1], point_[2]), count_, false};
   }
 
  private:
@@ -242,6 +269,7 @@ Result<StockField::Place> StockField::remove(const model::TriangleMesh& surface)
   const auto tool = Sampled::of(surface, voxelSize_);
   if (!tool) return pass(tool.error());
   Deepest removed;
+  bool changesAny = false;
   for (const auto& [block, values] : tool->blocks) {
     if (!within(block, first_, counts_)) continue;
     const std::size_t index = indexOf(block);
@@ -253,6 +281,7 @@ Result<StockField::Place> StockField::remove(const model::TriangleMesh& surface)
     bool changes = false;
     for (std::size_t i = 0; i < 512; ++i) changes = changes || -values[i] > valueBefore(i);
     if (!changes) continue;
+    changesAny = true;
     auto data = std::make_shared<BlockData>();
     bool empty = true;
     for (std::size_t i = 0; i < 512; ++i) {
@@ -278,10 +307,13 @@ Result<StockField::Place> StockField::remove(const model::TriangleMesh& surface)
       const float old = before != nullptr ? before->values[i] : -band();
       if (old < 0) removed.add(block, i, old);
     }
+    changesAny = true;
     uniform_[index] = Uniform::Outside;
     blocks_[index] = nullptr;
   }
-  return removed.at(voxelSize_);
+  Place found = removed.at(voxelSize_);
+  found.changes = changesAny;
+  return found;
 }
 
 Result<StockField::Place> StockField::meet(const model::TriangleMesh& surface) const {

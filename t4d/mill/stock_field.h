@@ -28,6 +28,12 @@ class StockField {
   /// which more than `memory` bytes are needed, with one that fits.
   static Result<StockField> of(const model::TriangleMesh& solid, double voxelSize, double memory);
 
+  /// Fails for a solid that is too large to be removed with `memory` bytes.
+  static Result<void> checkSize(const model::TriangleMesh& solid, double voxelSize, double memory);
+
+  /// Whether no lattice point is inside.
+  bool empty() const;
+
   /// Whether a solid with these bounds can meet this one.
   bool mayMeet(const model::Bounds3& bounds) const;
 
@@ -35,6 +41,7 @@ class StockField {
   struct Place {
     model::Point3 point = model::Point3::Zero();
     std::uint64_t points = 0;  ///< number of lattice points; 0: nothing found
+    bool changes = false;      ///< whether a value has changed, which moves the surface
   };
 
   /// Removes what a closed surface has a winding number of 1 or more in. Returns the lattice points

@@ -72,14 +72,22 @@ Result<std::vector<double>> sizesOf(std::string_view text, std::string_view lett
   while (true) {
     const auto comma = std::min(rest.find(','), rest.size());
     const std::string_view field = rest.substr(0, comma);
-    const auto letter = field.size() > 2 && field[1] == '=' ? letters.find(field[0]) : letters.npos;
+    const auto equals = field.find('=');
+    const auto letter = equals == 1 ? letters.find(field[0]) : letters.npos;
+    if (equals != field.npos && equals > 0 && letter == letters.npos) {
+      return invalid(fmt::format("'{}' is not known here; write it as in {}",
+                                 field.substr(0, equals), example));
+    }
+    if (letter != letters.npos && sizes[letter] > 0) {
+      return invalid(fmt::format("'{}' gives {} twice", text, letters[letter]));
+    }
     double value = 0;
     if (letter != letters.npos) {
       const auto [stopped, problem] =
           std::from_chars(field.data() + 2, field.data() + field.size(), value);
       if (problem != std::errc{} || stopped != field.data() + field.size()) value = 0;
     }
-    if (letter == letters.npos || !(value > 0) || !std::isfinite(value) || sizes[letter] > 0) {
+    if (letter == letters.npos || !(value > 0) || !std::isfinite(value)) {
       return invalid(fmt::format("found '{}', expected sizes above zero as in {}", field, example));
     }
     sizes[letter] = value;
