@@ -6,6 +6,7 @@
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/triangle_mesh_reader.h"
+#include "tools/bench/collided_meshes.h"
 #include "tools/bench/swept_mesh.h"
 #include "tools/bench/woven_voxels.h"
 
@@ -58,6 +59,13 @@ Result<bench::Report> measure(const Options& options) {
   }
   const auto motion = paperScrew();
   if (!motion) return pass(motion.error());
+#if T4D_WITH_TETGEN
+  if (options.backend == "collide") {
+    auto measured = bench::measureCollidedMeshes(solid, *motion, kPaperMinVolumeRatio, report);
+    if (!measured) return pass(measured.error());
+    return report;
+  }
+#endif
   const auto folder = std::filesystem::path(options.folder) / fmt::format("t4d-bench-{}", getpid());
   std::filesystem::create_directories(folder);
   auto measured = bench::measureSweptMesh(solid, *motion, kPaperMinVolumeRatio, folder, report);
@@ -74,8 +82,9 @@ int main(int argc, char** argv) try {
       "Both sides of a ratio are timed in one run. The motion is the paper's screw.");
   Options options;
   app.add_option("--backend", options.backend,
-                 "What to measure: mesh4d (sweeping, files, slicing) or voxel4d (weaving)")
-      ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
+                 "What to measure: mesh4d (sweeping, files, slicing), voxel4d (weaving) or collide "
+                 "(against frames; where there is CGAL)")
+      ->check(CLI::IsMember({"mesh4d", "voxel4d", "collide"}))
       ->capture_default_str();
   app.add_flag("--large", options.large,
                "voxel4d: also a shell of 48 million cells a slab, which takes minutes");
