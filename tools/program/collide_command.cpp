@@ -445,8 +445,8 @@ int run(const CollideArguments& options) {
     if (output.empty()) continue;
     if (const auto misuse = misuseOfOutput(output, options.inputs)) return wrongUsage(*misuse);
   }
-  if (!options.html.empty() && options.html == options.output) {
-    return wrongUsage("--html and -o name the same file, " + options.html);
+  if (const auto misuse = misuseOfOutputs(std::array{options.output, options.html})) {
+    return wrongUsage(*misuse);
   }
   if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
   std::vector<InputBodies> inputs;

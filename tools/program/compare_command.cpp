@@ -495,8 +495,8 @@ int run(const CompareArguments& options) {
       return wrongUsage(*misuse);
     }
   }
-  if (!options.html.empty() && options.html == options.csv) {
-    return wrongUsage("--html and --csv name the same file, " + options.html);
+  if (const auto misuse = misuseOfOutputs(std::array{options.html, options.csv})) {
+    return wrongUsage(*misuse);
   }
   auto outputs = createOutputs(options);
   if (!outputs) return report(outputs.error());

@@ -208,12 +208,10 @@ std::vector<std::string> outputsOf(const EnvelopeArguments& options) {
 /// Why the options cannot be.
 std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
   const std::vector<std::string> outputs = outputsOf(options);
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (auto misuse = misuseOfOutput(outputs[i], {&options.input, 1})) return misuse;
-    for (std::size_t k = 0; k < i; ++k) {
-      if (outputs[i] == outputs[k]) return "two outputs have the same name, " + outputs[i];
-    }
+  for (const std::string& output : outputs) {
+    if (auto misuse = misuseOfOutput(output, {&options.input, 1})) return misuse;
   }
+  if (auto misuse = misuseOfOutputs(outputs)) return misuse;
   if (options.each && wantsFields(options)) {
     return "--each: fields are of all bodies together; choose one by --body";
   }

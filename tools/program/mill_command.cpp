@@ -1,3 +1,4 @@
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <optional>
@@ -57,11 +58,20 @@ struct MillArguments {
   }
 };
 
+/// Whether sizes are given and not a file.
 bool isToolShape(const std::string& text) {
   for (const char* kind : {"ball:", "flat:", "bull:"}) {
     if (text.starts_with(kind)) return true;
   }
-  return false;
+  const auto colon = text.find(':');
+  std::error_code ignored;
+  return colon != text.npos && text.find('=', colon) != text.npos &&
+         !std::filesystem::exists(text, ignored);
+}
+
+bool isCylinder(const std::string& text) {
+  std::error_code ignored;
+  return text.find('=') != text.npos && !std::filesystem::exists(text, ignored);
 }
 
 /// A tool with its height, where shank and holder begin.
@@ -99,7 +109,7 @@ Result<std::vector<mill::Guard>> readGuards(const MillArguments& options, double
   for (const auto& [name, text] :
        {std::pair{"shank", &options.shank}, std::pair{"holder", &options.holder}}) {
     if (text->empty()) continue;
-    if (text->find('=') == text->npos) {
+    if (!isCylinder(*text)) {
       auto mesh = readMesh(*text, losses);
       if (!mesh) return pass(mesh.error());
       guards.push_back({name, std::move(*mesh)});
@@ -250,6 +260,16 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
   if (paths != 1) {
     return "how the tool moves is said by one of --motion, --gcode and --locations";
   }
+  if (isToolShape(options.tool)) {
+    const auto shape = mill::parseTool(options.tool);
+    if (!shape) return "--tool: " + shape.error().message;
+  }
+  for (const auto& [name, text] :
+       {std::pair{"shank", &options.shank}, std::pair{"holder", &options.holder}}) {
+    if (text->empty() || !isCylinder(*text)) continue;
+    const auto cylinder = mill::parseCylinder(*text);
+    if (!cylinder) return fmt::format("--{}: {}", name, cylinder.error().message);
+  }
   if (!options.html.empty() && options.output.path == "-") {
     return "--html needs the .t4d in a file";
   }
@@ -260,9 +280,15 @@ int run(const MillArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   std::vector<std::string> inputs = {options.stock, options.path()};
   if (!isToolShape(options.tool)) inputs.push_back(options.tool);
+  for (const std::string* guard : {&options.shank, &options.holder}) {
+    if (!guard->empty() && !isCylinder(*guard)) inputs.push_back(*guard);
+  }
   for (const std::string* output : {&options.output.path, &options.html}) {
     if (output->empty()) continue;
     if (const auto misuse = misuseOfOutput(*output, inputs)) return wrongUsage(*misuse);
+  }
+  if (const auto misuse = misuseOfOutputs(std::array{options.output.path, options.html})) {
+    return wrongUsage(*misuse);
   }
   if (auto writable = checkWritable({{options.html}}); !writable) return report(writable.error());
   const auto begin = std::chrono::steady_clock::now();

@@ -40,6 +40,17 @@ bool sameFile(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, ignored);
 }
 
+/// The same for files that need not exist.
+bool sameFileOnceWritten(const fs::path& a, const fs::path& b) {
+  std::error_code failed;
+  const auto whole = [&](const fs::path& path) {
+    return fs::weakly_canonical(fs::absolute(path, failed), failed);
+  };
+  const fs::path first = whole(a);
+  const fs::path second = whole(b);
+  return a == b || sameFile(a, b) || (!failed && first == second);
+}
+
 }  // namespace
 
 CLI::Validator finiteNumber() {
@@ -172,6 +183,19 @@ Result<void> checkWritable(std::span<const std::string> outputs) {
     if (auto created = formats::OutputFile::create(output); !created) return pass(created.error());
   }
   return {};
+}
+
+std::optional<std::string> misuseOfOutputs(std::span<const std::string> outputs) {
+  const auto isFile = [](const std::string& name) { return !name.empty() && name != "-"; };
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (isFile(outputs[i]) && isFile(outputs[k]) && sameFileOnceWritten(outputs[i], outputs[k])) {
+        return fmt::format("two outputs are the same file, {}{}", outputs[k],
+                           outputs[i] == outputs[k] ? "" : " and " + outputs[i]);
+      }
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace t4d::tools

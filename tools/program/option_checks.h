@@ -64,4 +64,8 @@ std::optional<std::string> misuseOfOutput(const std::string& output,
 /// it. Empty names are skipped.
 Result<void> checkWritable(std::span<const std::string> outputs);
 
+/// The error message if two of the files to write are one, under any names. "" and "-" are no
+/// files.
+std::optional<std::string> misuseOfOutputs(std::span<const std::string> outputs);
+
 }  // namespace t4d::tools

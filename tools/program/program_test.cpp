@@ -1795,7 +1795,7 @@ TEST_F(Program, EnvelopeRefusesWhatItCannotDo) {
   refuses("envelope cube.t4d --from 70 -o no.ply", "the mesh lasts from time 0 to 64");
   misused("envelope cube.t4d --from 3 --to 2", "--from 3 is not before --to 2");
   misused("envelope cube.t4d --visits no.txt", "does not end with .vdb");
-  misused("envelope cube.t4d --visits no.vdb --dwell no.vdb", "two outputs have the same name");
+  misused("envelope cube.t4d --visits no.vdb --dwell no.vdb", "two outputs are the same file");
   misused("envelope cube.t4d --each --visits no.vdb", "fields are of all bodies together");
   misused("envelope cube.t4d --exact --voxel-size 1", "--exact");
   EXPECT_FALSE(fs::exists(folder_ / "no.ply"));
@@ -1858,6 +1858,36 @@ TEST_F(Program, QualityRefusesWhatWouldSayNothing) {
   misused("quality cube.t4d --attributes volume", "name it with -o");
   misused("quality cube.t4d --time-scale 1e300", "volumes would overflow");
   misused("quality cube.t4d --time-scale 1e-300", "volumes would vanish");
+}
+
+TEST_F(Program, MillSaysWhatItRemovesAndWhatIsWrong) {
+  write("slot.nc", "G0 X-16 Y0 Z7\nG1 X16 F600\n");
+  const std::string mill = "mill fx/paper-cube.obj --tool flat:d=6,l=30 --gcode slot.nc ";
+  const json done =
+      run(mill + "--voxel-size 1 --frames 3 --json --html page.html -o out2.t4d").value();
+  for (const char* key :
+       {"stock_volume", "removed_volume", "remaining_volume", "components", "frames", "progress",
+        "separations", "collisions", "returned_volume", "steps", "seconds", "bytes"}) {
+    EXPECT_TRUE(done.contains(key)) << key;
+  }
+  EXPECT_NEAR(done["removed_volume"].get<double>(), 20 * 6 * 3, 25);
+  EXPECT_EQ(done["progress"].size(), 3U);
+  EXPECT_NE(contents(folder_ / "page.html").find("Removed volume"), std::string::npos);
+  const Finished coarse = run(mill + "--voxel-size 7 --frames 3 -o coarse.t4d");
+  EXPECT_EQ(coarse.exitCode, 0);
+  EXPECT_EQ(coarse.err.find("never meets the stock"), std::string::npos) << coarse.err;
+  EXPECT_NE(coarse.err.find("of 8000 as a mesh"), std::string::npos) << coarse.err;
+  refuses("mill fx/paper-cube.obj --tool flat:d=1e9,l=30 --gcode slot.nc --voxel-size 1 -o out.t4d",
+          "too large for voxels of 1");
+  misused(mill + "--voxel-size 1 -o out.t4d --html ./out.t4d", "two outputs are the same file");
+  misused(mill + "--voxel-size 1 -o out.t4d --html " + (folder_ / "fx/../out.t4d").string(),
+          "two outputs are the same file");
+  misused("mill fx/paper-cube.obj --tool foo:d=6,l=30 --gcode slot.nc --voxel-size 1 -o out.t4d",
+          "expected ball:, flat: or bull:");
+  misused(
+      "mill fx/paper-cube.obj --tool flat:d=6,l=30,q=3 --gcode slot.nc --voxel-size 1 -o out.t4d",
+      "--tool: 'q' is not known here");
+  misused(mill + "--voxel-size 1 --holder d=40,d=50 -o out.t4d", "--holder: 'd=40,d=50' gives d");
 }
 
 TEST_F(Program, MendsDeformations) {

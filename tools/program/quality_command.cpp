@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -253,9 +254,9 @@ int run(const QualityArguments& options) {
     if (const auto misuse = misuseOfOutput(options.html, {&options.input, 1})) {
       return wrongUsage(*misuse);
     }
-    if (options.html == options.output) {
-      return wrongUsage("-o and --html name the same file, " + options.html);
-    }
+  }
+  if (const auto misuse = misuseOfOutputs(std::array{options.output, options.html})) {
+    return wrongUsage(*misuse);
   }
   if (auto writable = checkWritable({{options.output}}); !writable) {
     return report(writable.error());

@@ -186,8 +186,8 @@ int run(const ResolveArguments& options) {
     if (output.empty()) continue;
     if (const auto misuse = misuseOfOutput(output, inputs)) return wrongUsage(*misuse);
   }
-  if (options.html == options.output) {
-    return wrongUsage("-o and --html name the same file, " + options.html);
+  if (const auto misuse = misuseOfOutputs(std::array{options.output, options.html})) {
+    return wrongUsage(*misuse);
   }
   if (auto writable = checkWritable({{options.output}}); !writable) {
     return report(writable.error());
