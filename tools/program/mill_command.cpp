@@ -13,6 +13,7 @@
 #include "t4d/formats/motion_reader.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/names.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/mill/mill.h"
 #include "t4d/mill/tool_shape.h"
 #include "tools/program/commands.h"
