@@ -25,10 +25,81 @@ using measure::VisitLattice;
 using model::Point3;
 using model::TriangleMesh;
 
-double roundedUp(double value, int digits) {
-  const double unit = std::pow(10, std::floor(std::log10(value)) - digits + 1);
+constexpr double kGiB = 1U << 30;
+/// Of the memory, what a default may need: time grows with it, too.
+constexpr double kDefaultShare = 0.25;
+
+/// A size of two digits.
+double roundedBy(double (*rounding)(double), double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
   // The decimal number, not a multiple of a rounded unit.
-  return std::stod(fmt::format("{:.{}e}", std::ceil(value / unit) * unit, digits - 1));
+  return std::stod(fmt::format("{:.1e}", rounding(value / unit) * unit));
+}
+double roundedUp(double value) { return roundedBy(std::ceil, value); }
+double roundedDown(double value) { return roundedBy(std::floor, value); }
+
+/// The largest voxels that find a component of the solid well; 0 if that is not known.
+double sizeForParts(const Silhouette& silhouette) {
+  return silhouette.partExtent > 0 ? roundedDown(silhouette.partExtent / 4) : 0;
+}
+
+/// The smallest voxels, but no smaller than `size`, that fit into memory and to the coordinates.
+double fittingVoxelSize(const TriangleMesh& surface, double size, double maxBytes) {
+  const model::Bounds3 bounds = model::boundsOf(surface);
+  while (true) {
+    const auto lattice = SpaceLattice::about(bounds, size);
+    const double bytes = lattice ? VisitLattice::estimatedBytes(surface, *lattice) : 0;
+    if (lattice && bytes <= maxBytes) return size;
+    // Memory grows with the inverse square.
+    const double factor = lattice ? std::sqrt(bytes / maxBytes) : 2;
+    size = roundedUp(size * std::max(factor, 1.02));
+  }
+}
+
+/// The number of parts of a silhouette, and so the most of an envelope: each part of the solid in
+/// space-time passes through a connected place.
+std::uint64_t partsOf(const TriangleMesh& surface) {
+  model::UnionFind parts(surface.vertices.size());
+  std::vector<bool> used(surface.vertices.size());
+  for (const auto& [a, b, c] : surface.triangles) {
+    parts.unite(a, b);
+    parts.unite(b, c);
+    used[a] = used[b] = used[c] = true;
+  }
+  std::uint64_t count = 0;
+  for (std::uint32_t i = 0; i < used.size(); ++i) count += used[i] && parts.root(i) == i ? 1 : 0;
+  return count;
+}
+
+/// Why an envelope on a lattice is not all there.
+std::vector<std::string> lossesOf(const Silhouette& silhouette, const Envelope& envelope,
+                                  const EnvelopeOptions& options) {
+  std::vector<std::string> losses;
+  const double size = envelope.voxelSize;
+  const bool chosen = options.voxelSize > 0;
+  if (size > (chosen ? silhouette.partExtent : silhouette.partExtent / 4) &&
+      silhouette.partExtent > 0) {
+    losses.push_back(fmt::format(
+        "parts of the solid may be missing: one is only {:.3g} wide, and a voxel is {}{}",
+        silhouette.partExtent, size,
+        chosen ? ""
+               : fmt::format(", the smallest for {:.3g} GiB",
+                             kDefaultShare * options.maxBytes / kGiB)));
+  }
+  constexpr double kVolume = 0.95;
+  if (envelope.volume < kVolume * silhouette.solidVolume) {
+    losses.push_back(
+        fmt::format("voxels of {} are too large: the envelope has a volume of {:.6g}, but the "
+                    "solid has {:.6g} already at one time",
+                    size, envelope.volume, silhouette.solidVolume));
+  }
+  const std::uint64_t parts = partsOf(silhouette.surface);
+  if (envelope.components > parts) {
+    losses.push_back(fmt::format(
+        "voxels of {} are too large: the envelope is in {} pieces, but no more than {} can be",
+        size, envelope.components, parts));
+  }
+  return losses;
 }
 
 /// Counts parts and cavities by the volumes that connected surfaces enclose.
@@ -64,25 +135,29 @@ TriangleMesh roundedTo(const EnvelopeOptions& options, TriangleMesh mesh) {
   return mesh;
 }
 
-Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& options,
-                           const model::Progress& progress) {
+/// Fails, without saying what to do, if rounding makes triangles cross. Empty if no point of the
+/// lattice is within.
+Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
+                            const EnvelopeOptions& options, const model::Progress& progress) {
   Envelope envelope;
-  envelope.voxelSize = options.voxelSize > 0 ? options.voxelSize : defaultVoxelSize(silhouette);
-  envelope.errorBound = std::numbers::sqrt3 * envelope.voxelSize;
+  envelope.voxelSize = voxelSize;
+  envelope.errorBound = std::numbers::sqrt3 * voxelSize;
   const TriangleMesh& surface = silhouette.surface;
-  auto lattice = SpaceLattice::about(model::boundsOf(surface), envelope.voxelSize);
-  if (!lattice) return pass(lattice.error());
+  auto lattice = SpaceLattice::about(model::boundsOf(surface), voxelSize);
+  if (!lattice) {
+    Error error = lattice.error();
+    error.message +=
+        fmt::format("; {} fits", fittingVoxelSize(surface, voxelSize, options.maxBytes));
+    return pass(std::move(error));
+  }
   const double bytes = VisitLattice::estimatedBytes(surface, *lattice);
   if (bytes > options.maxBytes) {
-    // Memory grows with the inverse square.
-    const double fits = envelope.voxelSize * std::sqrt(bytes / options.maxBytes);
-    constexpr double kGiB = 1U << 30;
-    return fail(
-        ErrorCode::Unsupported,
-        fmt::format("a voxel size of {} would need about {:.1f} GiB of memory, more than "
-                    "{:.3g} GiB; {} fits",
-                    envelope.voxelSize, bytes / kGiB, options.maxBytes / kGiB, roundedUp(fits, 2)),
-        {}, Remedy::VoxelSize);
+    return fail(ErrorCode::Unsupported,
+                fmt::format("a voxel size of {} would need about {:.1f} GiB of memory, more than "
+                            "{:.3g} GiB; {} fits",
+                            voxelSize, bytes / kGiB, options.maxBytes / kGiB,
+                            fittingVoxelSize(surface, voxelSize, options.maxBytes)),
+                {}, Remedy::VoxelSize);
   }
   const VisitLattice visits(surface, std::move(*lattice), [&](double done) {
     if (progress) progress(0.7 * done);
@@ -102,13 +177,54 @@ Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& 
     std::vector<std::uint32_t> crossing = crossings->flat;
     for (const auto& [a, b] : crossings->pairs) crossing.insert(crossing.end(), {a, b});
     if (!made.makePlain(crossing)) {
+      const bool single = options.singlePrecisionAbout.has_value();
       return fail(
           ErrorCode::Unsupported,
           fmt::format("rounding the vertices to {} makes triangles cross: a voxel size of {} "
                       "is too small for coordinates of this size",
-                      options.singlePrecisionAbout ? "float32" : "float64", envelope.voxelSize),
-          {}, Remedy::VoxelSize);
+                      single ? "float32" : "float64", voxelSize),
+          {}, single ? Remedy::None : Remedy::VoxelSize);
     }
+  }
+  return envelope;
+}
+
+/// The first size from `from` on, each `factor` times that before, with which there is an envelope;
+/// 0 if there is none as far as `last`, or as memory allows.
+double workingVoxelSize(const Silhouette& silhouette, const EnvelopeOptions& options, double from,
+                        double factor, double last) {
+  for (double size = from; factor < 1 ? size >= last : size <= last;
+       size = roundedUp(size * factor)) {
+    const auto tried = withVoxels(size, silhouette, options, {});
+    if (tried && !tried->mesh.triangles.empty()) return size;
+    if (!tried && factor < 1) return 0;
+  }
+  return 0;
+}
+
+Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& options,
+                           const model::Progress& progress) {
+  const double size =
+      options.voxelSize > 0 ? options.voxelSize : defaultVoxelSize(silhouette, options.maxBytes);
+  auto envelope = withVoxels(size, silhouette, options, progress);
+  const double forParts = sizeForParts(silhouette);
+  if (!envelope) {
+    Error error = envelope.error();
+    if (options.singlePrecisionAbout && error.remedy == Remedy::None) {
+      const double works = workingVoxelSize(silhouette, options, roundedUp(2 * size), 2, forParts);
+      error.message += works > 0 ? fmt::format("; {} works", works)
+                                 : std::string("; none that finds the solid is large enough");
+    }
+    return pass(std::move(error));
+  }
+  if (envelope->mesh.triangles.empty() && silhouette.visitsVolume > 0) {
+    const double first = forParts > 0 ? std::min(forParts, size / 2) : size / 2;
+    const double works = workingVoxelSize(silhouette, options, roundedDown(first), 0.5, 0);
+    return fail(ErrorCode::Failed,
+                fmt::format("a voxel size of {} finds nothing of the solid; {}", size,
+                            works > 0 ? fmt::format("{} finds it", works)
+                                      : std::string("it is too thin for this much memory")),
+                {}, Remedy::VoxelSize);
   }
   return envelope;
 }
@@ -150,12 +266,16 @@ Result<Envelope> exactly(const Silhouette& silhouette, const EnvelopeOptions& op
 
 }  // namespace
 
-double defaultVoxelSize(const Silhouette& silhouette) {
+double defaultVoxelSize(const Silhouette& silhouette, double maxBytes) {
   const model::Bounds3 bounds = model::boundsOf(silhouette.surface);
   if (bounds.empty()) return 0;
   const double extent = (bounds.max - bounds.min).maxCoeff();
   const double size = std::max(silhouette.solidExtent / 64, extent / 512);
-  return size > 0 ? roundedUp(size, 2) : 0;
+  if (!(size > 0)) return 0;
+  const double usual = roundedUp(size);
+  const double forParts = sizeForParts(silhouette);
+  if (forParts == 0 || usual <= forParts) return usual;
+  return std::min(usual, fittingVoxelSize(silhouette.surface, forParts, kDefaultShare * maxBytes));
 }
 
 Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions& options,
@@ -165,6 +285,7 @@ Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions&
       options.exact ? exactly(silhouette, options) : onLattice(silhouette, options, progress);
   if (!envelope) return envelope;
   measureParts(*envelope);
+  if (!options.exact) envelope->losses = lossesOf(silhouette, *envelope, options);
   if (progress) progress(1);
   return envelope;
 }
@@ -183,8 +304,10 @@ void add(Silhouette& to, const Silhouette& other) {
   to.entries += other.entries;
   to.flat += other.flat;
   // The smallest body sets the scale.
-  to.solidExtent =
-      to.solidExtent > 0 ? std::min(to.solidExtent, other.solidExtent) : other.solidExtent;
+  const auto smaller = [](double a, double b) { return a > 0 && b > 0 ? std::min(a, b) : a + b; };
+  to.solidExtent = smaller(to.solidExtent, other.solidExtent);
+  to.partExtent = smaller(to.partExtent, other.partExtent);
+  to.solidVolume = std::max(to.solidVolume, other.solidVolume);
 }
 
 }  // namespace t4d::edit

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "t4d/measure/silhouette.h"
 #include "t4d/model/error.h"
@@ -31,26 +33,31 @@ struct Envelope {
   double genus = 0;  ///< sum of those of all connected surfaces
   /// Nothing in a build without CGAL, which does not look for them.
   std::optional<std::uint64_t> selfIntersections = {};
+  std::vector<std::string> losses = {};  ///< what is missing, or may be, each a sentence
 };
 
 /// A 64th of the solid's extent at its first time, but no less than a 512th of the envelope's;
-/// rounded to two digits. 0 for a silhouette without extent.
-double defaultVoxelSize(const measure::Silhouette& silhouette);
+/// at most a quarter of the smallest extent of a component of the solid, or, if that needs more
+/// memory than a quarter of `maxBytes`, the smallest that does not. Rounded to two digits. 0 for a
+/// silhouette without extent.
+double defaultVoxelSize(const measure::Silhouette& silhouette, double maxBytes);
 
 /// The envelope of a 4D mesh, or of several whose silhouettes have been put together (`add`): where
 /// the winding number of the silhouette is 1 or more.
 ///
 /// On a lattice (visit_lattice.h, lattice_surface.h) it has every place right that is farther than
-/// sqrt(3) voxels from the boundary; what is thinner may be missing. Smooth boundaries converge
+/// sqrt(3) voxels from the boundary; what is thinner may be missing. `losses` says so where a
+/// component of the solid is thin at its first time, where the envelope has less volume than the
+/// solid, and where it has more components than the silhouette. Smooth boundaries converge
 /// with the second order, and edges stay sharp. Where vertices that are rounded make triangles
 /// cross, the cubes there are made plain.
 ///
 /// The exact one is the outer surface (outer_surface.h), with its vertices rounded and what touches
 /// itself moved apart.
 ///
-/// Fails for a voxel size that needs more memory than the options allow, with one that fits; if the
-/// coordinates are too coarse for it; and the exact one where too many triangles meet, and in a
-/// build without CGAL.
+/// Fails for a voxel size that needs more memory than the options allow, with one that fits; for
+/// one that finds nothing of a solid that has a volume; if the coordinates are too coarse for it;
+/// and the exact one where too many triangles meet, and in a build without CGAL.
 Result<Envelope> envelopeOf(const measure::Silhouette& silhouette, const EnvelopeOptions& options,
                             const model::Progress& progress = {});
 

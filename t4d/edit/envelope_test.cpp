@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "t4d/edit/surface_crossings.h"
@@ -156,7 +157,7 @@ TEST(Envelope, IsTheSameFarFromTheOriginAndForTinyAndHugeBodies) {
   ASSERT_FALSE(coarse);
   EXPECT_EQ(coarse.error().text(),
             "rounding the vertices to float32 makes triangles cross: a voxel size of 0.25 is too "
-            "small for coordinates of this size");
+            "small for coordinates of this size; 1 works");
   EXPECT_NEAR(
       made(silhouette, {.voxelSize = 0.25, .singlePrecisionAbout = Point3(1e6, -1e6, 1e6)}).volume /
           expected,
@@ -172,6 +173,52 @@ TEST(Envelope, RefusesAVoxelSizeThatNeedsTooMuchMemoryAndSaysOneThatFits) {
             "a voxel size of 0.01 would need about 56.1 GiB of memory, more than 4 GiB; 0.038 "
             "fits");
   EXPECT_FALSE(envelopeOf(silhouette, {.voxelSize = 1, .maxBytes = 1e5}));
+  const auto tooMany = envelopeOf(silhouette, {.voxelSize = 1e-7});
+  ASSERT_FALSE(tooMany);
+  EXPECT_TRUE(tooMany.error().text().ends_with("; 0.038 fits")) << tooMany.error().text();
+}
+
+TEST(Envelope, OfASmallSolidThatMovesFarIsFound) {
+  const TriangleMesh pin = fixtures::cube(0.01);
+  const Silhouette along = silhouetteOfScrew(pin, {.translation = {10, 0, 0}});
+  const Envelope found = made(along, {});
+  EXPECT_EQ(found.voxelSize, 0.0025);
+  EXPECT_NEAR(found.volume, 0.001001, 1e-9);
+  EXPECT_EQ(found.components, 1);
+  EXPECT_TRUE(found.losses.empty());
+  const auto lost = envelopeOf(along, {.voxelSize = 0.5});
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().text(), "a voxel size of 0.5 finds nothing of the solid; 0.0025 finds it");
+  EXPECT_EQ(lost.error().code, ErrorCode::Failed);
+
+  const Silhouette diagonal = silhouetteOfScrew(pin, {.translation = {1, 1, 1}});
+  EXPECT_TRUE(made(diagonal, {}).losses.empty());
+  const Envelope pieces = made(diagonal, {.voxelSize = 0.02});
+  ASSERT_EQ(pieces.losses.size(), 2);
+  EXPECT_EQ(pieces.losses[0],
+            "parts of the solid may be missing: one is only 0.01 wide, and a voxel is 0.02");
+  EXPECT_EQ(pieces.losses[1],
+            fmt::format("voxels of 0.02 are too large: the envelope is in {} pieces, but no more "
+                        "than 1 can be",
+                        pieces.components));
+}
+
+TEST(Envelope, SaysThatTheSolidItselfHasMoreVolume) {
+  // Crossed thin plates, of which one lies between the planes of the lattice.
+  TriangleMesh solid = fixtures::cube(1);
+  TriangleMesh plate = fixtures::cube(1);
+  for (Point3& vertex : plate.vertices) {
+    vertex = {10 * vertex.x(), 10 * vertex.y(), 0.4 * vertex.z() + 5.3};
+  }
+  const auto first = static_cast<std::uint32_t>(solid.vertices.size());
+  solid.vertices.insert(solid.vertices.end(), plate.vertices.begin(), plate.vertices.end());
+  for (const auto& [a, b, c] : plate.triangles) {
+    solid.triangles.push_back({a + first, b + first, c + first});
+  }
+  const Silhouette silhouette = silhouetteOfScrew(solid, {.translation = {0.1, 0, 0}});
+  EXPECT_NEAR(silhouette.solidVolume, 41, 1e-9);
+  EXPECT_NEAR(silhouette.partExtent, 0.4, 1e-12);
+  EXPECT_TRUE(made(silhouette, {}).losses.empty());
 }
 
 TEST(Envelope, OfAMeshWithoutVolumeIsEmpty) {

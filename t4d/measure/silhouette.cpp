@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <optional>
 
@@ -12,6 +13,7 @@
 #include "t4d/measure/exact_signs.h"
 #include "t4d/measure/slab_measure.h"
 #include "t4d/model/facets.h"
+#include "t4d/model/union_find.h"
 
 namespace t4d::measure {
 namespace {
@@ -167,6 +169,7 @@ struct SlabExits {
   std::vector<std::uint8_t> isExit;
   double visitsVolume = 0;
   double hypervolume = 0;
+  double volume = 0;  // of all cells, with their signs
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;
   std::uint64_t flat = 0;
@@ -237,17 +240,41 @@ SlabExits exitsOf(const Slab& slab, double origin) {
       double time = 0;
       for (int k = 0; k < 4; ++k) time += slab.vertices[cells[i][k]][3] - origin;
       const auto moved = [&](int k) { return comoving(slab.vertices[cells[i][k]]); };
-      sum.hypervolume += volumeOf(moved(0), moved(1), moved(2), moved(3)) * time / 4;
+      const double volume = volumeOf(moved(0), moved(1), moved(2), moved(3));
+      sum.volume += volume;
+      sum.hypervolume += volume * time / 4;
     }
   });
   for (const SlabExits& sum : sums) {
     found.visitsVolume += sum.visitsVolume;
     found.hypervolume += sum.hypervolume;
+    found.volume += sum.volume;
     found.exits += sum.exits;
     found.entries += sum.entries;
     found.flat += sum.flat;
   }
   return found;
+}
+
+/// The smallest extent of a component of a slab that is not zero.
+double partExtentOf(const Slab& slab) {
+  model::UnionFind parts(slab.vertices.size());
+  for (const Cell& cell : slab.connectivity->cells) {
+    for (int corner = 1; corner < 4; ++corner) parts.unite(cell[0], cell[corner]);
+  }
+  std::vector<model::Bounds3> bounds(slab.vertices.size());
+  for (const Cell& cell : slab.connectivity->cells) {
+    for (const std::uint32_t vertex : cell) {
+      bounds[parts.root(vertex)].add(Point3(slab.vertices[vertex].head<3>()));
+    }
+  }
+  double least = 0;
+  for (const model::Bounds3& part : bounds) {
+    if (part.empty()) continue;
+    const double extent = (part.max - part.min).minCoeff();
+    if (extent > 0 && (least == 0 || extent < least)) least = extent;
+  }
+  return least;
 }
 
 Result<void> check(const Slab& slab, const SilhouetteTopology* known) {
@@ -377,6 +404,7 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
     model::Bounds3 bounds;
     for (const model::Point4& vertex : slab.vertices) bounds.add(Point3(vertex.head<3>()));
     if (!bounds.empty()) state.result.solidExtent = (bounds.max - bounds.min).maxCoeff();
+    state.result.partExtent = partExtentOf(slab);
   }
   const SlabExits found = exitsOf(slab, state.timeBegin);
   state.parts.begin(slab);
@@ -384,6 +412,9 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
     return inSlab(fit.error());
   }
   state.parts.addWithin(*topology, found.isExit);
+  if (slab.timeBegin == slab.timeEnd) {
+    state.result.solidVolume = std::max(state.result.solidVolume, std::abs(found.volume));
+  }
   state.upperExits.clear();
   for (const auto& facet : topology->upper()) {
     state.upperExits.push_back(found.isExit[facet.cell]);

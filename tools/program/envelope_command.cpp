@@ -357,10 +357,11 @@ int run(const EnvelopeArguments& options) {
                             .maxBytes = options.maxMemoryGiB * 0x1p30,
                             .exact = options.exact};
   if (isSinglePrecision(options.output)) how.singlePrecisionAbout = center;
+  std::vector<std::string> losses;
   std::optional<measure::SpaceLattice> lattice;
   if (wantsFields(options) && !bounds.empty()) {
     const double voxelSize =
-        options.voxelSize.value_or(edit::defaultVoxelSize(all->front().silhouette));
+        options.voxelSize.value_or(edit::defaultVoxelSize(all->front().silhouette, how.maxBytes));
     auto made = fieldLattice(options, bounds, voxelSize);
     if (!made) return report(inInput(made.error(), *input));
     lattice = std::move(*made);
@@ -368,8 +369,17 @@ int run(const EnvelopeArguments& options) {
   for (Passed& one : *all) {
     ProgressBar bar("making the envelope of " + one.name);
     auto envelope = edit::envelopeOf(one.silhouette, how, bar.callback());
-    if (!envelope) return report(inInput(envelope.error(), *input));
+    if (!envelope) {
+      Error error = envelope.error();
+      if (how.singlePrecisionAbout && error.remedy == Remedy::None) {
+        error.message += options.center ? "" : "; or write them about the middle, with --center";
+      }
+      return report(inInput(std::move(error), *input));
+    }
     one.envelope = std::move(*envelope);
+    for (const std::string& loss : one.envelope.losses) {
+      losses.push_back(all->size() > 1 ? fmt::format("{}: {}", one.name, loss) : loss);
+    }
     const double error = std::abs(one.silhouette.hypervolume - one.silhouette.hypervolumeByFlux);
     // Coordinates are rounded, however small the solid is.
     constexpr double kMost = 1e-9;
@@ -383,11 +393,10 @@ int run(const EnvelopeArguments& options) {
                        one.silhouette.hypervolume, one.silhouette.hypervolumeByFlux)});
     }
   }
-  std::vector<std::string> losses;
   if (!options.output.empty()) {
     auto written = write(options, *all, center, input->reader.metadata());
     if (!written) return report(written.error());
-    losses = std::move(*written);
+    losses.insert(losses.end(), written->begin(), written->end());
   }
   std::vector<WrittenField> fields;
   if (lattice) {
