@@ -26,8 +26,8 @@ using model::Point3;
 using model::TriangleMesh;
 
 constexpr double kGiB = 1U << 30;
-/// Of the memory, what a default may need: time grows with it, too.
-constexpr double kDefaultShare = 0.25;
+/// The most voxels of a default along an axis: more would take minutes.
+constexpr double kMostByDefault = 4096;
 
 /// A size of two digits.
 double roundedBy(double (*rounding)(double), double value) {
@@ -81,10 +81,7 @@ std::vector<std::string> lossesOf(const Silhouette& silhouette, const Envelope& 
       silhouette.partExtent > 0) {
     losses.push_back(fmt::format(
         "parts of the solid may be missing: one is only {:.3g} wide, and a voxel is {}{}",
-        silhouette.partExtent, size,
-        chosen ? ""
-               : fmt::format(", the smallest for {:.3g} GiB",
-                             kDefaultShare * options.maxBytes / kGiB)));
+        silhouette.partExtent, size, chosen ? "" : ", the smallest by default"));
   }
   constexpr double kVolume = 0.95;
   if (envelope.volume < kVolume * silhouette.solidVolume) {
@@ -275,7 +272,8 @@ double defaultVoxelSize(const Silhouette& silhouette, double maxBytes) {
   const double usual = roundedUp(size);
   const double forParts = sizeForParts(silhouette);
   if (forParts == 0 || usual <= forParts) return usual;
-  return std::min(usual, fittingVoxelSize(silhouette.surface, forParts, kDefaultShare * maxBytes));
+  const double finest = std::max(forParts, roundedUp(extent / kMostByDefault));
+  return std::min(usual, fittingVoxelSize(silhouette.surface, finest, maxBytes));
 }
 
 Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions& options,

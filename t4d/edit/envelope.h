@@ -38,8 +38,8 @@ struct Envelope {
 
 /// A 64th of the solid's extent at its first time, but no less than a 512th of the envelope's;
 /// at most a quarter of the smallest extent of a component of the solid, or, if that needs more
-/// memory than a quarter of `maxBytes`, the smallest that does not. Rounded to two digits. 0 for a
-/// silhouette without extent.
+/// memory than `maxBytes`, the smallest that does not; but no less than a 4096th of the envelope's.
+/// Rounded to two digits. 0 for a silhouette without extent.
 double defaultVoxelSize(const measure::Silhouette& silhouette, double maxBytes);
 
 /// The envelope of a 4D mesh, or of several whose silhouettes have been put together (`add`): where
