@@ -309,7 +309,8 @@ TEST(Oracle, FindsTheSameSolidElsewhere) {
   model::Mesh mesh;
   ASSERT_TRUE(meshBackend()->build(given, {}, mesh));
   EXPECT_THAT(failedOf(verify(mesh, expectation)),
-              ElementsAre("slice: farthest vertex from the true surface"));
+              ElementsAre("slice: farthest vertex from the true surface",
+                          "first contact with the obstacle"));
 }
 
 TEST(Oracle, ComparesWithinTheTolerance) {
