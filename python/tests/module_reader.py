@@ -45,7 +45,7 @@ def describe(path):
             vertices_checksum = by_page.crc32c(vertices.tobytes(), vertices_checksum)
             cells_checksum = by_page.crc32c(cells.tobytes(), cells_checksum)
             hypervolume += float(np.linalg.det(vertices[cells]).sum()) / 24
-            count += len(vertices) - len(slab.lower_layer)
+            count += len(vertices) - (len(slab.lower_layer) if slabs else 0)
             if len(vertices):
                 boxes += [vertices.min(axis=0), vertices.max(axis=0)]
             slabs.append(
