@@ -5,7 +5,7 @@
 
 #include "t4d/model/geometry.h"
 
-/// Two tetrahedra in space-time: whether they meet, when, and how near they come at equal times.
+/// Two tetrahedra in space-time: whether they meet, and when.
 namespace t4d::measure {
 
 /// The corners of a cell; it may be flat.
@@ -40,21 +40,5 @@ std::optional<CellMeeting> meetingOf(const CellCorners& a, const CellCorners& b,
 /// The same with times that are the exact ones, rounded once. Slower by an order of magnitude or
 /// two.
 std::optional<CellMeeting> meetingRoundedOnce(const CellCorners& a, const CellCorners& b);
-
-/// The smallest distance of two cells at equal times.
-struct CellDistance {
-  double distance = 0;    ///< between pointA and pointB
-  double lowerBound = 0;  ///< no two points of the cells at equal times are nearer
-  double time = 0;
-  model::Point3 pointA = model::Point3::Zero();
-  model::Point3 pointB = model::Point3::Zero();
-};
-
-/// Nothing if no time is common to both cells. The differences of points of the cells at equal
-/// times are a convex polytope in space: the section of the difference of the cells by t = 0. Its
-/// point nearest to the origin is found by the algorithm of Gilbert, Johnson and Keerthi (1988),
-/// and the plane through that point, perpendicular to its direction, proves the bound. The distance
-/// of two cells that meet may come out as rounding errors.
-std::optional<CellDistance> distanceOf(const CellCorners& a, const CellCorners& b);
 
 }  // namespace t4d::measure

@@ -13,8 +13,6 @@ using model::Bounds4;
 using model::Cell;
 using model::Point4;
 
-constexpr std::size_t kMostInRun = 16;
-
 /// Where runs of consecutive cells that share a vertex start, and the number of cells at the end.
 std::vector<std::uint32_t> startsOfRuns(std::span<const Cell> cells) {
   std::vector<std::uint32_t> starts;
@@ -23,7 +21,7 @@ std::vector<std::uint32_t> startsOfRuns(std::span<const Cell> cells) {
     std::erase_if(shared, [&](std::uint32_t vertex) {
       return std::ranges::find(cells[i], vertex) == cells[i].end();
     });
-    if (!shared.empty() && i - starts.back() < kMostInRun) continue;
+    if (!shared.empty() && i - starts.back() < CellTree::kMostCells) continue;
     starts.push_back(i);
     shared.assign(cells[i].begin(), cells[i].end());
   }
@@ -37,13 +35,12 @@ void CellTree::fit(const model::Slab& slab, const model::TimeSpan& window) {
   if (connectivity_ != slab.connectivity) build(slab);
   const model::TimeSpan whole{slab.timeBegin, slab.timeEnd};
   tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t leaf) {
-    std::array<Point4, 4 * kMostInRun> points;
-    const std::size_t count = offsets_[leaf + 1] - offsets_[leaf];
-    for (std::size_t i = 0; i < count; ++i) {
-      points[i] = slab.vertices[vertices_[offsets_[leaf] + i]];
-    }
-    MovingBox box = movingBoxOf(std::span(points).first(count), whole);
-    MovingBox& part = nodes_[leaves_[leaf]].box;
+    Node& node = nodes_[leaves_[leaf]];
+    std::array<Point4, kMostVertices> points;
+    std::size_t count = 0;
+    for (const std::uint32_t vertex : verticesOf(node)) points[count++] = slab.vertices[vertex];
+    const MovingBox box = movingBoxOf(std::span(points).first(count), whole);
+    MovingBox& part = node.box;
     part.begin = box.at(window.begin);
     part.end = box.at(window.end);
     part.time = window;
@@ -73,7 +70,6 @@ void CellTree::build(const model::Slab& slab) {
   connectivity_ = slab.connectivity;
   nodes_.clear();
   leaves_.clear();
-  offsets_.assign(1, 0);
   vertices_.clear();
   const std::vector<Cell>& cells = connectivity_->cells;
   if (cells.empty()) return;
@@ -91,9 +87,10 @@ void CellTree::build(const model::Slab& slab) {
   nodes_.reserve(2 * runs.size());
   buildNode(runs, centers, starts);
   for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
-    const Node& node = nodes_[i];
+    Node& node = nodes_[i];
     if (!node.isLeaf()) continue;
     leaves_.push_back(i);
+    node.firstVertex = static_cast<std::uint32_t>(vertices_.size());
     const auto begin = static_cast<std::ptrdiff_t>(vertices_.size());
     for (std::uint32_t k = 0; k < node.cellCount; ++k) {
       const Cell& cell = cells[node.firstCell + k];
@@ -101,7 +98,7 @@ void CellTree::build(const model::Slab& slab) {
     }
     std::sort(vertices_.begin() + begin, vertices_.end());
     vertices_.erase(std::unique(vertices_.begin() + begin, vertices_.end()), vertices_.end());
-    offsets_.push_back(static_cast<std::uint32_t>(vertices_.size()));
+    node.vertexCount = static_cast<std::uint32_t>(vertices_.size()) - node.firstVertex;
   }
 }
 

@@ -19,6 +19,8 @@ class CellTree {
     std::uint32_t second = 0;  ///< the second child, whose sibling is the next node; 0 for a leaf
     std::uint32_t firstCell = 0;  ///< of a leaf
     std::uint32_t cellCount = 0;
+    std::uint32_t firstVertex = 0;  ///< of a leaf, in verticesOf
+    std::uint32_t vertexCount = 0;
 
     bool isLeaf() const { return second == 0; }
   };
@@ -29,6 +31,13 @@ class CellTree {
 
   /// The root comes first. None for a slab without cells.
   std::span<const Node> nodes() const { return nodes_; }
+  /// The vertices of a leaf's cells, each once.
+  std::span<const std::uint32_t> verticesOf(const Node& leaf) const {
+    return std::span(vertices_).subspan(leaf.firstVertex, leaf.vertexCount);
+  }
+  /// The most cells and vertices of a leaf.
+  static constexpr std::size_t kMostCells = 16;
+  static constexpr std::size_t kMostVertices = 1 + 3 * kMostCells;  // one is common to all
   /// Of all cells in the window.
   model::Bounds4 bounds() const;
 
@@ -39,9 +48,8 @@ class CellTree {
 
   std::shared_ptr<const model::Connectivity> connectivity_;
   std::vector<Node> nodes_;
-  std::vector<std::uint32_t> leaves_;    // nodes
-  std::vector<std::uint32_t> offsets_;   // of each leaf in vertices_, one more at the end
-  std::vector<std::uint32_t> vertices_;  // of each leaf, each once
+  std::vector<std::uint32_t> leaves_;  // nodes
+  std::vector<std::uint32_t> vertices_;
 };
 
 }  // namespace t4d::measure

@@ -14,6 +14,7 @@
 #include "t4d/measure/cell_pair.h"
 #include "t4d/measure/cell_tree.h"
 #include "t4d/measure/contact_stretches.h"
+#include "t4d/measure/hull_distance.h"
 #include "t4d/measure/inside_parts.h"
 #include "t4d/measure/moving_box.h"
 #include "t4d/measure/overlap.h"
@@ -172,7 +173,8 @@ class WindowSearch {
   void tryCells(std::uint32_t cellA, std::uint32_t cellB, Clearance& best) const {
     if (cellA >= a_.slab->connectivity->cells.size()) return;
     if (cellB >= b_.slab->connectivity->cells.size()) return;
-    tryCells(cellA, cornersOf(*a_.slab, cellA), cellB, cornersOf(*b_.slab, cellB), best);
+    tryCells(cellA, cornersOf(*a_.slab, cellA), cellB, cornersOf(*b_.slab, cellB),
+             std::numeric_limits<double>::infinity(), best);
   }
 
  private:
@@ -220,7 +222,7 @@ class WindowSearch {
 
   /// The cells of a leaf that last and meet the box, in `into`; returns their number.
   static std::size_t cellsOf(const Slab& slab, const CellTree::Node& leaf, const auto& near,
-                             std::array<LeafCell, 16>& into) {
+                             std::array<LeafCell, CellTree::kMostCells>& into) {
     std::size_t count = 0;
     for (std::uint32_t i = 0; i < leaf.cellCount; ++i) {
       LeafCell& cell = into[count];
@@ -237,8 +239,8 @@ class WindowSearch {
   void forEachCellPair(const NodePair& pair, const Near& near, Visit visit) const {
     const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
     const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
-    std::array<LeafCell, 16> cellsA;
-    std::array<LeafCell, 16> cellsB;
+    std::array<LeafCell, CellTree::kMostCells> cellsA;
+    std::array<LeafCell, CellTree::kMostCells> cellsB;
     const std::size_t countA = cellsOf(
         *a_.slab, nodeA, [&](const MovingBox& p) { return near(p, nodeB.box); }, cellsA);
     if (countA == 0) return;
@@ -258,6 +260,7 @@ class WindowSearch {
     };
     if (!near(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box)) return;
     if (forEachChild(pair, [&](const NodePair& child) { findContacts(child, stretches); })) return;
+    if (areFarther(a_.tree.nodes()[pair.a], b_.tree.nodes()[pair.b], 0)) return;
     forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
       const auto time = meetingTime(p.box, q.box);
       const bool known = time && stretches.includes(time->begin, time->end);
@@ -274,17 +277,33 @@ class WindowSearch {
     });
   }
 
+  /// Whether the hulls of two leaves are certainly farther from each other.
+  bool areFarther(const CellTree::Node& leafA, const CellTree::Node& leafB, double distance) const {
+    using Hull = std::array<model::Point4, CellTree::kMostVertices>;
+    Hull hullA;
+    Hull hullB;
+    const auto pointsOf = [](const Side& side, const CellTree::Node& leaf, Hull& into) {
+      std::size_t count = 0;
+      for (const std::uint32_t vertex : side.tree.verticesOf(leaf)) {
+        into[count++] = side.slab->vertices[vertex];
+      }
+      return std::span<const model::Point4>(into).first(count);
+    };
+    const auto found = distanceOf(pointsOf(a_, leafA, hullA), pointsOf(b_, leafB, hullB), distance);
+    return !found || found->lowerBound > distance;
+  }
+
   static bool isNearer(const Clearance& one, const Clearance& other) {
     if (one.distance != other.distance) return one.distance < other.distance;
     return std::pair(one.a.cell, one.b.cell) < std::pair(other.a.cell, other.b.cell);
   }
 
   void tryCells(std::uint32_t numberA, const CellCorners& a, std::uint32_t numberB,
-                const CellCorners& b, Clearance& best) const {
+                const CellCorners& b, double enough, Clearance& best) const {
     // Below the distance by rounding errors, unless the search for it got stuck.
     constexpr double kProven = 1e-9;
-    const auto found = distanceOf(a, b);
-    if (!found) return;
+    const auto found = distanceOf(a, b, enough);
+    if (!found || found->lowerBound > enough) return;
     const Clearance one{found->distance, found->lowerBound,    found->time,         found->pointA,
                         found->pointB,   {a_.number, numberA}, {b_.number, numberB}};
     const bool stuck = one.lowerBound < one.distance * (1 - kProven) - kProven * size();
@@ -314,8 +333,10 @@ class WindowSearch {
       for (const NodePair& child : children) findNearest(child, bound, best);
       return;
     }
+    if (areFarther(nodeA, nodeB, bound.load(std::memory_order_relaxed))) return;
     forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
-      tryCells(p.number, p.corners, q.number, q.corners, best);
+      tryCells(p.number, p.corners, q.number, q.corners, bound.load(std::memory_order_relaxed),
+               best);
       double known = bound.load(std::memory_order_relaxed);
       while (best.distance < known && !bound.compare_exchange_weak(known, best.distance)) {
       }
