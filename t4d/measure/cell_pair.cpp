@@ -386,6 +386,18 @@ std::vector<std::size_t> spannedAxes(const Whole8& points) {
   return axes;
 }
 
+/// Six times the oriented volume of a cell of a hyperplane, projected along the axis that is left
+/// out.
+BigInt volumeOf(const Whole8& points, std::size_t first, const std::vector<std::size_t>& axes) {
+  std::vector<std::vector<BigInt>> rows;
+  for (std::size_t i = first + 1; i < first + 4; ++i) {
+    rows.emplace_back();
+    for (const std::size_t axis : axes)
+      rows.back().push_back(points[i][axis] - points[first][axis]);
+  }
+  return determinant(rows);
+}
+
 /// The same as for points that span R^4, in the d < 4 dimensions that they span: the smallest
 /// common faces have d + 2 corners. Two cells of the same hyperplane are such, or two that are
 /// flat.
@@ -427,6 +439,9 @@ std::optional<CellMeeting> meetingInHyperplane(const Whole8& points, const Corne
     collected.add(roundedPointOf(combination, corners), support);
   }
   if (!collected.any()) return std::nullopt;
+  if (axes.size() == 3 && collected.inside()) {
+    collected.meeting().coincides = volumeOf(points, 0, axes) * volumeOf(points, 4, axes) > 0;
+  }
   return collected.meeting();
 }
 

@@ -19,6 +19,9 @@ struct CellMeeting {
   /// Neither cell is flat, and they cross: interior points of the two meet in a plane, not in a
   /// common hyperplane. Then the interiors of the solids that they bound meet, too.
   bool crosses = false;
+  /// Interior points of the two meet in a common hyperplane, and outside is on the same side of it
+  /// for both. Then, too, the interiors of the solids meet.
+  bool coincides = false;
 };
 
 /// What the closed cells have in common; nothing if they do not meet. Whether they meet, and

@@ -269,7 +269,8 @@ class WindowSearch {
       ContactStretch stretch;
       stretch.begin = std::clamp(meeting->timeBegin, span_.begin, span_.end);
       stretch.end = std::clamp(meeting->timeEnd, stretch.begin, span_.end);
-      stretch.overlaps = meeting->crosses;
+      // Solids that have an instant in common only have no common interior.
+      stretch.overlaps = (meeting->crosses || meeting->coincides) && lasts(span_);
       stretch.first = {stretch.begin, meeting->point, CellNumber{a_.number, p.number},
                        CellNumber{b_.number, q.number}};
       stretch.last = stretch.first;
@@ -459,7 +460,9 @@ class Collider {
       if (stretch.begin > from) gaps.push_back({from, std::min(stretch.begin, span.end)});
       from = std::max(from, stretch.end);
     }
-    if (from < span.end) gaps.push_back({from, span.end});
+    if (from < span.end || (!lasts(span) && !open_.includes(span.begin, span.end))) {
+      gaps.push_back({from, span.end});
+    }
     for (const TimeSpan& gap : gaps) {
       // Two slabs that are apart in space have nothing inside each other.
       const bool joined = continued && gap.begin == span.begin;
@@ -474,17 +477,17 @@ class Collider {
           });
       if (!ofA) return pass(ofA.error());
       if (!ofB) return pass(ofB.error());
-      for (const SurfacePart& part : *ofA) addInside(part, a_, /*isA=*/true);
-      for (const SurfacePart& part : *ofB) addInside(part, b_, /*isA=*/false);
+      for (const SurfacePart& part : *ofA) addInside(part, a_, /*isA=*/true, span);
+      for (const SurfacePart& part : *ofB) addInside(part, b_, /*isA=*/false, span);
     }
     return {};
   }
 
-  void addInside(const SurfacePart& part, const Side& side, bool isA) {
+  void addInside(const SurfacePart& part, const Side& side, bool isA, const TimeSpan& span) {
     ContactStretch stretch;
     stretch.begin = part.begin;
     stretch.end = part.end;
-    stretch.overlaps = true;
+    stretch.overlaps = lasts(span);
     stretch.beginKnown = stretch.endKnown = true;
     stretch.first.time = part.begin;
     stretch.first.point = pointAt(*side.slab, part.cell, part.begin);

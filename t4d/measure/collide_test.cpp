@@ -149,6 +149,29 @@ TEST(Collide, NeighboursOnlyTouch) {
   EXPECT_EQ(found.intervals[0].overlapVolume, 0);
 }
 
+TEST(Collide, SolidsWhoseLivesMeetInAnInstantOnlyTouch) {
+  const Mesh a = moved(fixtures::cube(2), along({0, 0, 0}));
+  for (const double x : {0, 1, 2}) {
+    const TriangleMesh next = fixtures::translated(fixtures::cube(x == 0 ? 1 : 2), {x, 0, 0});
+    const Collision found = collided(a, moved(next, along({0, 0, 0}), 1, 1, 1));
+    ASSERT_EQ(found.intervals.size(), 1U);
+    EXPECT_EQ(found.intervals[0].begin, 1);
+    EXPECT_EQ(found.intervals[0].end, 1);
+    EXPECT_FALSE(found.intervals[0].overlaps);
+  }
+}
+
+TEST(Collide, AMoteInACornerOverlaps) {
+  const Mesh large = moved(fixtures::cube(2), along({0, 1, 0}));
+  const Mesh mote = moved(fixtures::cube(2e-5), along({0, 1, 0}));
+  for (const bool swapped : {false, true}) {
+    const Collision found = swapped ? collided(mote, large) : collided(large, mote);
+    ASSERT_EQ(found.intervals.size(), 1U);
+    EXPECT_TRUE(found.intervals[0].overlaps);
+    EXPECT_NEAR(found.intervals[0].overlapVolume, 8e-15, 1e-17);
+  }
+}
+
 TEST(Collide, ABulletThatPassesAPlateBetweenTwoFramesIsCaught) {
   const Mesh bullet = moved(fixtures::icosphere(0.1, 2), along({0, 0, -20}), 1, 1);
   TriangleMesh plate = fixtures::cube(2);

@@ -38,7 +38,9 @@ class Sections {
   Result<bool> contains(const Point4& point) {
     const auto [found, added] = at_.try_emplace(point[3]);
     if (added) {
-      convert::Slicer slicer(convert::Hyperplane::atTime(point[3]));
+      const bool atEnd = point[3] == slab_.timeEnd;
+      convert::Slicer slicer(convert::Hyperplane::atTime(point[3]),
+                             atEnd ? convert::OnHyperplane::Above : convert::OnHyperplane::Below);
       if (auto put = slicer.put(slab_); !put) return pass(put.error());
       const convert::Slice slice = slicer.finish();
       if (!slice.mesh.triangles.empty()) found->second.emplace(slice.mesh);

@@ -41,6 +41,7 @@ class Overlaps {
   }
 
   Result<void> measure(ContactInterval& interval) const {
+    if (!interval.overlaps && interval.end == interval.begin) return {};
     double best = interval.begin;
     double most = 0;
     const double step = (interval.end - interval.begin) / kOverlapSamples;
@@ -84,11 +85,16 @@ class Overlaps {
     const auto found = at(best);
     if (!found) return pass(found.error());
     interval.deepestTime = best;
-    // Of solids that only touch, rounding leaves a film.
+    // Where no two cells cross, a part of one solid lies inside the other, or the solids only
+    // touch, and rounding leaves a film.
     constexpr double kFilm = 1e-10;
-    const auto slice = a_.at(best);
-    if (!slice) return pass(slice.error());
-    if (!interval.overlaps && found->volume <= kFilm * std::abs(signedVolume(slice->mesh))) {
+    const auto sliceA = a_.at(best);
+    if (!sliceA) return pass(sliceA.error());
+    const auto sliceB = b_.at(best);
+    if (!sliceB) return pass(sliceB.error());
+    const double smaller =
+        std::min(std::abs(signedVolume(sliceA->mesh)), std::abs(signedVolume(sliceB->mesh)));
+    if (!interval.overlaps && found->volume <= kFilm * smaller) {
       interval.deepestTime = interval.begin;
       return {};
     }
