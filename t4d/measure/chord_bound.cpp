@@ -30,6 +30,34 @@ double longestEdge(const Slab& slab) {
   return longest;
 }
 
+/// The pose of the lower layer, of which a slab that none precedes says nothing, fitted to the
+/// reference of the upper one. Nothing if the layer is not a rigid pose of it.
+std::shared_ptr<const LayerPose> lowerPose(const Slab& slab) {
+  const auto& upper = slab.upperPose;
+  const auto layer = slab.lowerLayer();
+  if (!upper || layer.empty() || upper->reference->size() != layer.size()) return nullptr;
+  const auto count = static_cast<Eigen::Index>(layer.size());
+  Eigen::Matrix3Xd from(3, count);
+  Eigen::Matrix3Xd to(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    from.col(i) = (*upper->reference)[static_cast<std::size_t>(i)];
+    to.col(i) = layer[static_cast<std::size_t>(i)].head<3>();
+  }
+  auto fitted = std::make_shared<LayerPose>(*upper);
+  fitted->pose = Eigen::umeyama(from, to, /*with_scaling=*/false).topRows<3>();
+  if (fitted->pose.leftCols<3>().isApprox(upper->pose.leftCols<3>(), 1e-12)) {
+    fitted->pose.leftCols<3>() = upper->pose.leftCols<3>();  // a translation
+  }
+  const double size = std::max(from.cwiseAbs().maxCoeff(), to.cwiseAbs().maxCoeff());
+  const double largestError =
+      ((fitted->pose.leftCols<3>() * from).colwise() + fitted->pose.col(3) - to)
+          .cwiseAbs()
+          .maxCoeff();
+  const double rounding = upper->float32 ? 1e-6 : 1e-12;
+  if (!(largestError <= rounding * size)) return nullptr;
+  return fitted;
+}
+
 class Bounds {
  public:
   explicit Bounds(std::optional<ChordBound>& worst) : worst_(worst) { worst_ = ChordBound{}; }
@@ -90,6 +118,7 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
     if (!slab) return pass(slab.error());
     const auto& pose = (*slab)->upperPose;
     if (own.end > own.begin && own.end > span.begin) {
+      if (!before) before = lowerPose(**slab);
       if (!before || !pose || before->reference != pose->reference) {
         return std::optional<ChordBound>();
       }

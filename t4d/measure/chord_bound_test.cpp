@@ -81,6 +81,28 @@ TEST(ChordBound, IsZeroForTranslationsAndUnknownForVoxelsAndDeformations) {
   EXPECT_FALSE(*none);
 }
 
+TEST(ChordBound, OfAPartWithoutItsFirstLayerIsThatOfTheWhole) {
+  for (const double degrees : {0.0, 90.0}) {
+    model::ScrewRun run;
+    run.screw = {{0.5, 0, 0}, Vector3d::UnitY(), degrees, {0.3, 0.6, 0.9}};
+    run.duration = 3;
+    const auto motion = model::chainScrews(0, {&run, 1});
+    ASSERT_TRUE(motion);
+    const model::Mesh whole =
+        swept(fixtures::cube(2), *motion, {.steps = mesh4d::StepsPerSegment{3}});
+    model::Mesh part;
+    for (const model::Slab& slab : whole.slabs()) {
+      if (slab.timeEnd <= 1 || slab.timeEnd == slab.timeBegin) continue;
+      ASSERT_TRUE(part.put(slab));
+    }
+    const auto ofWhole = chordBound(whole, {1, 3});
+    const auto ofPart = chordBound(part, {1, 3});
+    ASSERT_TRUE(ofWhole && *ofWhole && ofPart && *ofPart);
+    EXPECT_NEAR((*ofPart)->bound, (*ofWhole)->bound, 1e-12);
+    EXPECT_EQ((*ofPart)->bound == 0, degrees == 0);
+  }
+}
+
 TEST(CollisionVerdict, NamesTheStepsThatDecide) {
   TriangleMesh bar = fixtures::cube(2);
   for (auto& vertex : bar.vertices) vertex = {10 * vertex.x(), 0.25 * vertex.y(), vertex.z()};
