@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <utility>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 namespace t4d::edit {
 namespace {
@@ -15,6 +18,8 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
 using model::Triangle;
+
+using Pair = std::pair<std::uint32_t, std::uint32_t>;
 
 struct Enough {};
 
@@ -57,6 +62,67 @@ class PairTest {
   const std::vector<Point>& points_;
 };
 
+/// Boxes in order of their lower ends along an axis, in parts of equal numbers, and for each part
+/// those before it that reach it: each pair that meets is in one part, or between it and these.
+class Parts {
+ public:
+  explicit Parts(std::vector<Box> boxes) : boxes_(std::move(boxes)) {
+    if (boxes_.empty()) return;
+    CGAL::Bbox_3 all;
+    for (const Box& box : boxes_) all += box.bbox();
+    int axis = 0;
+    for (int k = 1; k < 3; ++k) {
+      if (all.max(k) - all.min(k) > all.max(axis) - all.min(axis)) axis = k;
+    }
+    tbb::parallel_sort(boxes_.begin(), boxes_.end(), [axis](const Box& p, const Box& q) {
+      return std::pair(p.min_coord(axis), p.info()) < std::pair(q.min_coord(axis), q.info());
+    });
+    reaching_.resize((boxes_.size() + kBoxes - 1) / kBoxes);
+    for (std::size_t i = 0; i < boxes_.size(); ++i) {
+      for (std::size_t part = i / kBoxes + 1; part < reaching_.size(); ++part) {
+        if (boxes_[i].max_coord(axis) < boxes_[part * kBoxes].min_coord(axis)) break;
+        reaching_[part].push_back(boxes_[i]);
+      }
+    }
+  }
+
+  std::size_t size() const { return reaching_.size(); }
+
+  /// Calls visit(box, box) for all pairs of a part.
+  template <class Visit>
+  void forEachPair(std::size_t part, const Visit& visit) {
+    const auto begin = boxes_.begin() + static_cast<std::ptrdiff_t>(part * kBoxes);
+    const auto end =
+        boxes_.begin() + static_cast<std::ptrdiff_t>(std::min((part + 1) * kBoxes, boxes_.size()));
+    std::vector<Box>& before = reaching_[part];
+    CGAL::box_intersection_d(before.begin(), before.end(), begin, end, visit);
+    CGAL::box_self_intersection_d(begin, end, visit);
+  }
+
+ private:
+  static constexpr std::size_t kBoxes = 20'000;
+
+  std::vector<Box> boxes_;
+  std::vector<std::vector<Box>> reaching_;
+};
+
+/// All pairs of a part that meet, or `most` of them.
+std::vector<Pair> pairsOf(Parts& parts, std::size_t part, const PairTest& test, std::size_t most) {
+  std::vector<Pair> pairs;
+  if (most == 0) return pairs;
+  try {
+    parts.forEachPair(part, [&](const Box& a, const Box& b) {
+      const auto [low, high] = std::minmax({a.info(), b.info()});
+      if (!test.meet(low, high)) return;
+      pairs.emplace_back(low, high);
+      if (pairs.size() == most) throw Enough();
+    });
+  } catch (const Enough&) {
+    // As many as were asked for.
+  }
+  return pairs;
+}
+
 }  // namespace
 
 bool findsCrossings() { return true; }
@@ -77,19 +143,18 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::siz
     }
   }
   const PairTest test(mesh, points);
-  try {
-    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-      const auto [low, high] = std::minmax({a.info(), b.info()});
-      if (!test.meet(low, high)) return;
-      if (found.pairs.size() == most) {
-        found.complete = false;
-        throw Enough();
-      }
-      found.pairs.emplace_back(low, high);
+  Parts parts(std::move(boxes));
+  // Batches are the same for any number of threads, and so is what is found.
+  constexpr std::size_t kBatch = 64;
+  for (std::size_t begin = 0; begin < parts.size() && found.pairs.size() <= most; begin += kBatch) {
+    std::vector<std::vector<Pair>> pairs(std::min(kBatch, parts.size() - begin));
+    tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t k) {
+      pairs[k] = pairsOf(parts, begin + k, test, most + 1 - found.pairs.size());
     });
-  } catch (const Enough&) {
-    // As many as were asked for.
+    for (const auto& some : pairs) found.pairs.insert(found.pairs.end(), some.begin(), some.end());
   }
+  found.complete = found.pairs.size() <= most;
+  if (!found.complete) found.pairs.resize(most);
   std::ranges::sort(found.pairs);
   return found;
 } catch (const std::exception& error) {

@@ -14,16 +14,16 @@ using Eigen::Vector3d;
 using model::LayerPose;
 using model::Slab;
 
-/// The longest edge of the triangles of the lower layer.
-double longestEdge(const Slab& slab) {
+/// Of the triangles of the lower layer, the edge that is longest across an axis.
+double longestEdge(const Slab& slab, const Vector3d& axis) {
   double longest = 0;
   const std::uint32_t lower = slab.connectivity->lowerCount;
   for (const model::Cell& cell : slab.connectivity->cells) {
     for (int k = 0; k < 4; ++k) {
       for (int l = 0; l < k; ++l) {
         if (cell[k] >= lower || cell[l] >= lower) continue;
-        longest =
-            std::max(longest, (slab.vertices[cell[k]] - slab.vertices[cell[l]]).head<3>().norm());
+        const Vector3d edge = (slab.vertices[cell[k]] - slab.vertices[cell[l]]).head<3>();
+        longest = std::max(longest, axis.cross(edge).norm());
       }
     }
   }
@@ -81,9 +81,13 @@ class Bounds {
       const Vector3d arm = vertex.head<3>() - center;
       here.radius = std::max(here.radius, angleAxis.axis().cross(arm).norm());
     }
-    if (connectivity_ != slab.connectivity) {
+    // In a long screw the axis stays where it is in the solid.
+    constexpr double kSameAxis = 1e-12;
+    const Vector3d axisInSolid = before.transpose() * angleAxis.axis();
+    if (connectivity_ != slab.connectivity || !axisInSolid.isApprox(axisInSolid_, kSameAxis)) {
       connectivity_ = slab.connectivity;
-      edge_ = longestEdge(slab);
+      axisInSolid_ = axisInSolid;
+      edge_ = longestEdge(slab, angleAxis.axis());
     }
     here.edge = edge_;
     here.edgeFactor = slab.connectivity->means.size() > 0 ? 1.0 / 6 : 0.5;
@@ -94,6 +98,7 @@ class Bounds {
  private:
   std::optional<ChordBound>& worst_;
   std::shared_ptr<const model::Connectivity> connectivity_;
+  Vector3d axisInSolid_ = Vector3d::Zero();
   double edge_ = 0;
 };
 

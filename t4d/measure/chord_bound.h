@@ -10,7 +10,8 @@ namespace t4d::measure {
 /// to the next is taken to be a uniform screw of at most half a turn (Chasles' theorem).
 ///
 /// In a step of angle theta, let r be the largest distance of a vertex from the axis, and e the
-/// longest edge. At equal times, no point of the mesh is farther than
+/// length of the edge that is longest across it, the part along it left out. At equal times, no
+/// point of the mesh is farther than
 ///
 ///   r (1 - cos(theta/2)) + k e sin(theta/2)
 ///
@@ -31,7 +32,8 @@ namespace t4d::measure {
 /// them, a cut point on an edge differs from a point of the triangle of the L
 /// (convert/light_slice.h has the weights) by
 ///   s (1/2 - s) D(ij), or (2s/3) (1/2 - s) (D(ij) + D(ik)), for s <= 1/2, and mirrored above it,
-/// where D(ij) = (Q(j) - Q(i)) - (P(j) - P(i)) is an edge's change: at most 2 sin h times the edge.
+/// where D(ij) = (Q(j) - Q(i)) - (P(j) - P(i)) is an edge's change: 2 sin h times the edge's
+/// length across the axis.
 /// The largest is e sin h / 6, at s = 1/4. With prisms of 3 cells the cut point on the diagonal
 /// from P(i) to Q(j) differs by s (1 - s) D(ij), at most e sin h / 2. The points named divide the
 /// triangle as the mesh does, so every point of the section is moved by no more.
