@@ -30,30 +30,29 @@ double longestEdge(const Slab& slab, const Vector3d& axis) {
   return longest;
 }
 
-/// The pose of the lower layer, of which a slab that none precedes says nothing, fitted to the
-/// reference of the upper one. Nothing if the layer is not a rigid pose of it.
-std::shared_ptr<const LayerPose> lowerPose(const Slab& slab) {
-  const auto& upper = slab.upperPose;
-  const auto layer = slab.lowerLayer();
-  if (!upper || layer.empty() || upper->reference->size() != layer.size()) return nullptr;
+/// The pose of a layer that has none stated, fitted to the reference of another one: as `like`, if
+/// it is that but for a translation. Nothing if it is no rigid pose of the reference.
+std::shared_ptr<const LayerPose> fittedPose(std::span<const model::Point4> layer,
+                                            const LayerPose& like) {
+  if (layer.empty() || like.reference->size() != layer.size()) return nullptr;
   const auto count = static_cast<Eigen::Index>(layer.size());
   Eigen::Matrix3Xd from(3, count);
   Eigen::Matrix3Xd to(3, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    from.col(i) = (*upper->reference)[static_cast<std::size_t>(i)];
+    from.col(i) = (*like.reference)[static_cast<std::size_t>(i)];
     to.col(i) = layer[static_cast<std::size_t>(i)].head<3>();
   }
-  auto fitted = std::make_shared<LayerPose>(*upper);
+  auto fitted = std::make_shared<LayerPose>(like);
   fitted->pose = Eigen::umeyama(from, to, /*with_scaling=*/false).topRows<3>();
-  if (fitted->pose.leftCols<3>().isApprox(upper->pose.leftCols<3>(), 1e-12)) {
-    fitted->pose.leftCols<3>() = upper->pose.leftCols<3>();  // a translation
+  if (fitted->pose.leftCols<3>().isApprox(like.pose.leftCols<3>(), 1e-12)) {
+    fitted->pose.leftCols<3>() = like.pose.leftCols<3>();
   }
   const double size = std::max(from.cwiseAbs().maxCoeff(), to.cwiseAbs().maxCoeff());
   const double largestError =
       ((fitted->pose.leftCols<3>() * from).colwise() + fitted->pose.col(3) - to)
           .cwiseAbs()
           .maxCoeff();
-  const double rounding = upper->float32 ? 1e-6 : 1e-12;
+  const double rounding = like.float32 ? 1e-6 : 1e-12;
   if (!(largestError <= rounding * size)) return nullptr;
   return fitted;
 }
@@ -123,11 +122,15 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
     if (!slab) return pass(slab.error());
     const auto& pose = (*slab)->upperPose;
     if (own.end > own.begin && own.end > span.begin) {
-      if (!before) before = lowerPose(**slab);
-      if (!before || !pose || before->reference != pose->reference) {
-        return std::optional<ChordBound>();
+      // The first and the last layer of a part of a sweep are stated as they are.
+      auto from = before;
+      auto to = pose;
+      if (!from && to) from = fittedPose((*slab)->lowerLayer(), *to);
+      if (from && (!to || to->reference != from->reference)) {
+        to = fittedPose((*slab)->upperLayer(), *from);
       }
-      bounds.add(**slab, *before, *pose);
+      if (!from || !to) return std::optional<ChordBound>();
+      bounds.add(**slab, *from, *to);
     }
     before = pose;
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <memory>
-#include <optional>
 #include <unordered_map>
 
 #include "t4d/convert/slice.h"
@@ -42,16 +41,14 @@ class Sections {
       convert::Slicer slicer(convert::Hyperplane::atTime(point[3]),
                              atEnd ? convert::OnHyperplane::Above : convert::OnHyperplane::Below);
       if (auto put = slicer.put(slab_); !put) return pass(put.error());
-      const convert::Slice slice = slicer.finish();
-      if (!slice.mesh.triangles.empty()) found->second.emplace(slice.mesh);
+      found->second = slicer.finish().mesh;
     }
-    if (!found->second) return false;
-    return found->second->exactAt(point.head<3>()) > 0.5;
+    return WindingNumber::exactAt(found->second, point.head<3>()) > 0.5;
   }
 
  private:
   const Slab& slab_;
-  std::map<double, std::optional<WindingNumber>> at_;
+  std::map<double, model::TriangleMesh> at_;
 };
 
 }  // namespace

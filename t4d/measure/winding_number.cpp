@@ -94,6 +94,14 @@ double WindingNumber::exactAt(const Point3& point) const {
   return sum;
 }
 
+double WindingNumber::exactAt(const model::TriangleMesh& mesh, const Point3& point) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    sum += ofTriangle({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}, point);
+  }
+  return sum;
+}
+
 double WindingNumber::at(const Point3& point) const {
   // Halving keeps the tree's depth below 33, and each level leaves at most one pending node.
   constexpr std::size_t kMaxDepth = 40;

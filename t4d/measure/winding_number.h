@@ -24,6 +24,8 @@ class WindingNumber {
 
   /// At a point, by a sum over all triangles: exact up to rounding.
   double exactAt(const model::Point3& point) const;
+  /// Without building the tree, for a few points.
+  static double exactAt(const model::TriangleMesh& mesh, const model::Point3& point);
 
   /// The same with distant groups of triangles replaced by dipoles (Barill et al. 2018). Off by a
   /// few hundredths at most. Triangles near the point add exactly what `ofTriangle` says.

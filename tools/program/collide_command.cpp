@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/convert/light_slice.h"
 #include "t4d/convert/slice.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle_mesh_formats.h"
@@ -331,6 +332,7 @@ model::Mesh standing(const model::TriangleMesh& solid) {
   const auto count = static_cast<std::uint32_t>(solid.vertices.size());
   auto connectivity = std::make_shared<model::Connectivity>();
   connectivity->lowerCount = connectivity->upperCount = count;
+  connectivity->vertexCount = 2 * count;
   model::Slab slab{0, 1, {}, nullptr, {}};
   for (const double time : {0.0, 1.0}) {
     for (const Point3& vertex : solid.vertices) {
@@ -360,6 +362,8 @@ model::Mesh standing(const model::TriangleMesh& solid) {
 /// The distances of the two solids at these times; 0 during contact.
 Result<std::vector<double>> clearancesAt(const BodyPair& pair, std::span<const double> times) {
   std::vector<double> clearances;
+  const convert::LightSlicer slicerA(*pair.a.source);
+  const convert::LightSlicer slicerB(*pair.b.source);
   for (const double time : times) {
     const auto meets = [&](const measure::ContactInterval& interval) {
       return interval.begin <= time && time <= interval.end;
@@ -368,11 +372,12 @@ Result<std::vector<double>> clearancesAt(const BodyPair& pair, std::span<const d
       clearances.push_back(0);
       continue;
     }
-    auto a = convert::sliceAtTime(*pair.a.source, time);
+    const auto a = slicerA.at(time);
     if (!a) return pass(a.error());
-    auto b = convert::sliceAtTime(*pair.b.source, time);
+    const auto b = slicerB.at(time);
     if (!b) return pass(b.error());
-    auto found = measure::collide(standing(a->mesh), standing(b->mesh), {.overlapVolumes = false});
+    const auto found = measure::collide(standing(a->slice.mesh), standing(b->slice.mesh),
+                                        {.overlapVolumes = false});
     if (!found) return pass(found.error());
     clearances.push_back(found->clearance ? found->clearance->distance : 0);
   }

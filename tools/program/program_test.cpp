@@ -1816,6 +1816,16 @@ TEST_F(Program, UnitsCanBeConvertedForCollide) {
   EXPECT_THAT(done.out, testing::HasSubstr("two.html: "));
 }
 
+TEST_F(Program, CollideDrawsTheClearanceOverTime) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("transform cube.t4d --move 25 0 0 -o beside.t4d").exitCode, 0);
+  const Finished done = run("collide cube.t4d beside.t4d --html clear.html");
+  EXPECT_EQ(done.exitCode, 0) << done.err;
+  const std::string page = contents(folder_ / "clear.html");
+  EXPECT_NE(page.find("clear by at least 5"), std::string::npos);
+  EXPECT_NE(page.find("clearance: 5 at 0"), std::string::npos);
+}
+
 TEST_F(Program, UnwritableOutputsAreFoundBeforeTheWork) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   for (const std::string arguments :
