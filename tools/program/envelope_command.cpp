@@ -371,8 +371,10 @@ int run(const EnvelopeArguments& options) {
     auto envelope = edit::envelopeOf(one.silhouette, how, bar.callback());
     if (!envelope) {
       Error error = envelope.error();
-      if (how.singlePrecisionAbout && error.remedy == Remedy::None) {
-        error.message += options.center ? "" : "; or write them about the middle, with --center";
+      if (options.exact && error.remedy == Remedy::None) {
+        error.message += "; leave out --exact to find it on a lattice";
+      } else if (how.singlePrecisionAbout && !options.center && error.remedy == Remedy::None) {
+        error.message += "; or write them about the middle, with --center";
       }
       return report(inInput(std::move(error), *input));
     }

@@ -279,15 +279,16 @@ export class FacesMesh extends NumberedMesh {
   }
 }
 
-/** A section that the worker cut: too large to be cut here. */
+/** A section that the worker cut: too large to be cut here, or with distances. */
 export class CutMesh extends THREE.Mesh {
   /**
    * @param section of the worker's slice(), with its mesh
    * @param {number[][]} axes that it is shown along
    * @param {number[]} center
    * @param {THREE.Color} color
+   * @param {number} [largest] of the section's `distances`, which then are its colours
    */
-  constructor({ points4, triangles }, axes, center, color) {
+  constructor({ points4, triangles, distances }, axes, center, color, largest) {
     const geometry = new THREE.BufferGeometry();
     const positions = new Float32Array(points4.length / 4 * 3);
     for (let i = 0, k = 0; i < points4.length; i += 4) {
@@ -297,9 +298,15 @@ export class CutMesh extends THREE.Mesh {
     }
     geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
     geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
+    if (distances) geometry.setAttribute('value', new THREE.BufferAttribute(distances, 1));
     super(geometry, materialOf(meshVertex));
     this.frustumCulled = false;
-    this.material.uniforms.bodyColor.value.copy(color);
+    const { uniforms } = this.material;
+    uniforms.bodyColor.value.copy(color);
+    if (distances) {
+      uniforms.colorMode.value = 2;
+      uniforms.colorRange.value.set(0, largest);
+    }
   }
 
   dispose() {

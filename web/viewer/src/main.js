@@ -216,10 +216,47 @@ function planesOf() {
   return planes;
 }
 
+/** The distances of the two solids at a time that are shown, or asked for. */
+const comparison = { asked: null, shown: null, largest: 0 };
+
+const showsDistances = () => state.color === 'distance' && state.cut === 't' && panes.length === 2;
+
+/** Colours two solids by their distance from each other; whether that is there. The one before stays meanwhile. */
+function updateDistances(hidden) {
+  const plane = planeOf(state);
+  const files = panes.map(({ info }) => info.file);
+  const key = JSON.stringify([plane.offset, state.hidden, files]);
+  if (comparison.shown === key) return true;
+  if (comparison.asked !== null) return false;
+  comparison.asked = key;
+  const { normal, offset } = plane;
+  client.call('distances', { files, normal, offset, hidden: state.hidden }).then((sections) => {
+    if (!showsDistances()) return;
+    const all = sections.flat().map(({ distances }) => distances ?? []);
+    comparison.largest = all.reduce((most, each) => each.reduce((a, b) => Math.max(a, b || 0), most), 0);
+    panes.forEach((pane, i) => pane.showSections(sections[i], plane, state.timeScale, hidden, comparison.largest));
+    comparison.shown = key;
+  }).catch((error) => {
+    showError(error);
+    comparison.shown = key;
+  }).finally(() => {
+    comparison.asked = null;
+    measureLater();
+    onArrival();
+  });
+  return false;
+}
+
 /** Asks the panes for what the state says. */
 function update() {
   hasArrivals = false;
   const hidden = new Set(state.hidden);
+  if (showsDistances()) {
+    isWhole = updateDistances(hidden);
+    element('busy').hidden = isWhole;
+    return;
+  }
+  comparison.shown = null;
   isWhole = true;
   for (const pane of panes) {
     const faces = state.cut === 'solid' ? facesAxes() : null;
@@ -320,6 +357,8 @@ async function measureNow() {
   fillTable('measures', [
     row('triangles', ({ numTriangles }) => shown(numTriangles)), row('vertices', ({ numPoints }) => shown(numPoints)),
     row('volume', ({ volume }) => shown(volume) + cubed), row('area', ({ area }) => shown(area) + squared),
+    ...(showsDistances() && comparison.shown !== null
+      ? [['largest distance', shown(comparison.largest) + (unit ? ` ${unit}` : '')]] : []),
   ]);
 }
 
@@ -425,6 +464,7 @@ function fillPanel() {
 function fillColors() {
   const names = new Map(panes.flatMap((pane) => [...pane.attributeNames()]));
   const options = [['body', 'body'], ['time', 'time'],
+    ...(panes.length === 2 ? [['distance', 'distance from the other']] : []),
     ...[...names.keys()].map((name) => [`attribute:${name}`, name === 'triangle' ? 'original triangle' : name])];
   const select = element('color');
   if (select.dataset.options !== JSON.stringify(options)) {
@@ -433,10 +473,10 @@ function fillColors() {
   }
   select.value = state.color;
   const attribute = names.get(state.color.slice('attribute:'.length));
-  const isRamp = state.color === 'time' || (attribute?.components === 1 && state.color !== 'attribute:triangle');
+  const isRamp = state.color === 'time' || showsDistances() || (attribute?.components === 1 && state.color !== 'attribute:triangle');
   element('ramp').hidden = !isRamp;
   const range = state.color === 'time' ? [bounds.min[3], bounds.max[3]]
-    : isRamp ? panes[0].rangeOf(state.color.slice('attribute:'.length)) : null;
+    : showsDistances() ? [0, comparison.largest] : isRamp ? panes[0].rangeOf(state.color.slice('attribute:'.length)) : null;
   element('range').textContent = range ? `${shown(range[0])} to ${shown(range[1])}` : '';
   if (isRamp) drawRamp();
 }
@@ -553,8 +593,7 @@ function download(bytes, name, type) {
 }
 
 /** The slice of the first file as .glb, with its exact points. */
-async function sliceAsGlb() {
-  const [{ info, bodyColors }] = panes;
+async function sliceAsGlb({ info, bodyColors } = panes[0]) {
   const { normal, offset, isTime } = planeOf(state);
   const { sections } = await client.call('slice', { file: info.file, normal, offset, meshes: true });
   const meshes = sections.map((section, i) => ({ ...section, color: bodyColors[i].toArray() }))
@@ -564,9 +603,11 @@ async function sliceAsGlb() {
 
 async function save() {
   try {
-    const name = panes[0].info.name.replace(/\.t4d$/, '');
     const key = sliderKey();
-    download(await sliceAsGlb(), `${name}-${key === 't' ? 'at-' : key}${shown(state[key])}.glb`, 'model/gltf-binary');
+    for (const pane of panes) {
+      const name = pane.info.name.replace(/\.t4d$/, '');
+      download(await sliceAsGlb(pane), `${name}-${key === 't' ? 'at-' : key}${shown(state[key])}.glb`, 'model/gltf-binary');
+    }
   } catch (error) {
     showError(error);
   }
@@ -730,6 +771,7 @@ window.t4dViewer = {
   get panes() { return panes; },
   set, whole, measureSpeed, sliceAsGlb, speeds,
   measures: () => panes.map((pane) => pane.measureShown(planeOf(state))),
+  largestDistance: () => comparison.largest,
   open: openFile,
 };
 window.t4dViewer.started = start();

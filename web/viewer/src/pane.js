@@ -258,20 +258,28 @@ export class Pane {
     this.cutting = true;
     const { normal, offset } = plane;
     this.client.call('slice', { file: this.info.file, normal, offset, meshes: true }).then(({ sections }) => {
-      for (const each of [...this.sections.keys()]) this.drop(each);
-      const { axes } = shownAxes(plane, timeScale);
-      sections.forEach((section, body) => {
-        if (hidden.has(section.name) || section.triangles.length === 0) return;
-        const mesh = new CutMesh(section, axes, this.center, this.bodyColors[body]);
-        this.sections.set(`cut/${body}`, mesh);
-        this.group.add(mesh);
-      });
+      this.showSections(sections, plane, timeScale, hidden);
     }).catch((error) => this.onError(error)).finally(() => {
       this.cutting = false;
       this.cutDone = key;
       this.onChange();
     });
     return false;
+  }
+
+  /**
+   * Shows sections of the worker instead of what was shown.
+   * @param {number} [largest] of their distances, which they are coloured by
+   */
+  showSections(sections, plane, timeScale, hidden, largest) {
+    for (const each of [...this.sections.keys()]) this.drop(each);
+    const { axes } = shownAxes(plane, timeScale);
+    sections.forEach((section, body) => {
+      if (hidden.has(section.name) || section.triangles.length === 0) return;
+      const mesh = new CutMesh(section, axes, this.center, this.bodyColors[body], largest);
+      this.sections.set(`cut/${body}`, mesh);
+      this.group.add(mesh);
+    });
   }
 
   drop(key) {

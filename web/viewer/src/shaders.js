@@ -122,10 +122,12 @@ void main() {
 /** Triangles that were cut elsewhere. */
 export const meshVertex = `
 precision highp float;
+precision highp int;
 in vec3 position;
+in float value;
 uniform mat4 modelViewMatrix;
 uniform mat4 projectionMatrix;
-uniform vec3 bodyColor;
+${colors}
 out vec3 vView;
 out vec3 vEdge;
 out vec3 vColor;
@@ -135,7 +137,7 @@ void main() {
   vView = view.xyz;
   gl_Position = projectionMatrix * view;
   vEdge = vec3(1);
-  vColor = bodyColor;
+  vColor = colorMode == 2 ? ofNumber(value) : bodyColor;
 }
 `;
 

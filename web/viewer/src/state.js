@@ -6,7 +6,7 @@ export const defaults = {
   normal: [1, 0, 0, 0], offset: 0, // of any hyperplane
   drop: 'z', // of the solid in space-time: the axis that time takes the place of
   timeScale: 1, // length that a unit of time is shown as
-  color: 'body', // body, time, or attribute:NAME
+  color: 'body', // body, time, distance (from the other file), or attribute:NAME
   wire: false,
   onion: 0, // slices before and after
   onionStep: 1,

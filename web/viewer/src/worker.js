@@ -4,6 +4,7 @@
 import { cut, FetchError, httpSource, hyperplane, Invalid, measure, open } from 't4d-reader';
 
 import { blockCells } from './common.js';
+import { distancesFrom } from './distance.js';
 
 const files = [];
 /** Connectivities whose cells the page has, for each file. */
@@ -94,25 +95,45 @@ const calls = {
   /** Measures of a slice of each body, and its seconds without reading; with the meshes if `meshes`. */
   async slice({ file: index, normal, offset, meshes = false }) {
     const file = files[index];
+    const { sections, milliseconds } = await sectionsOf(file, hyperplane(normal, offset));
+    return {
+      sections: sections.map((section) => ({ ...measure(section), ...(meshes ? section : { name: section.name }) })),
+      milliseconds, read: file.bytesRead, requests: file.requests,
+    };
+  },
+
+  /** Of two files, the sections but for hidden bodies, with the `distances` of their points from the other's. */
+  async distances({ files: [a, b], normal, offset, hidden }) {
     const plane = hyperplane(normal, offset);
-    const sections = [];
-    let milliseconds = 0;
-    for (const [i, records] of file.recordsOf(plane).entries()) {
-      const cutter = cut(plane, plane.isTime && plane.offset === file.bodies[i].end);
-      for (const record of records) {
-        const slab = await file.slab(record);
-        const begin = performance.now();
-        cutter.add(slab);
-        milliseconds += performance.now() - begin;
-      }
-      const begin = performance.now();
-      const section = cutter.finish();
-      milliseconds += performance.now() - begin;
-      sections.push({ name: file.bodies[i].name, ...measure(section), ...(meshes ? section : {}) });
-    }
-    return { sections, milliseconds, read: file.bytesRead, requests: file.requests };
+    const [ofA, ofB] = (await Promise.all([a, b].map((index) => sectionsOf(files[index], plane))))
+      .map(({ sections }) => sections.map((section) => ({ ...section, isHidden: hidden.includes(section.name) })));
+    const isShown = ({ isHidden }) => !isHidden;
+    const withDistances = (sections, others) => {
+      const distances = distancesFrom(sections.filter(isShown), others.filter(isShown));
+      return sections.map((section) => ({ ...section, distances: section.isHidden ? null : distances.shift() }));
+    };
+    return [withDistances(ofA, ofB), withDistances(ofB, ofA)];
   },
 };
+
+/** The sections of all bodies of a file, and the milliseconds that they took without reading. */
+async function sectionsOf(file, plane) {
+  const sections = [];
+  let milliseconds = 0;
+  for (const [i, records] of file.recordsOf(plane).entries()) {
+    const cutter = cut(plane, plane.isTime && plane.offset === file.bodies[i].end);
+    for (const record of records) {
+      const slab = await file.slab(record);
+      const begin = performance.now();
+      cutter.add(slab);
+      milliseconds += performance.now() - begin;
+    }
+    const begin = performance.now();
+    sections.push({ ...cutter.finish(), name: file.bodies[i].name });
+    milliseconds += performance.now() - begin;
+  }
+  return { sections, milliseconds };
+}
 
 self.onmessage = async ({ data: { id, call, args } }) => {
   try {

@@ -30,11 +30,12 @@ before(async () => {
   t4d('sweep', at('fx/two-boxes.obj'), '--motion', at('fx/rest.json'), '--bodies', 'object', '-o', at('boxes.t4d'));
   t4d('sweep', at('fx/torus.obj'), '--motion', at('fx/several-segments.json'), '--backend', 'voxel4d', '--voxel-size', 0.5,
     '--frames', 12, '--compression', 0, '-o', at('large.t4d'));
+  t4d('transform', at('cube.t4d'), '--move', 0.5, 0, 0, '-o', at('beside.t4d'));
   writeFileSync(at('viewer.html'), await makePage());
   const damaged = readFileSync(at('torus.t4d'));
   const { slabs } = (await open(new Uint8Array(damaged))).bodies[0];
   damaged[slabs[4].at + 40] ^= 1;
-  const files = Object.fromEntries(['cube', 'torus', 'boxes', 'large'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
+  const files = Object.fromEntries(['cube', 'torus', 'boxes', 'large', 'beside'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
   site = await serve({
     'index.html': at('viewer.html'), ...files, 'damaged.t4d': damaged, 'cut-off.t4d': damaged.subarray(0, 5000),
     'text.t4d': new TextEncoder().encode('This is no 4D mesh, but some other text.'),
@@ -212,6 +213,49 @@ test('two files side by side', async () => {
   const found = await shownMeasures(page, { t: 0.4 });
   sameAsProgram(found[0], t4d('slice', at('torus.t4d'), '--time', 0.4), 'torus');
   sameAsProgram(found[1], t4d('slice', at('cube.t4d'), '--time', 0.4), 'cube');
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('two files coloured by their distance', async () => {
+  const { page, errors } = await openAt('?file=cube.t4d&file=beside.t4d');
+  const largest = (state) => page.evaluate(async (changes) => {
+    window.t4dViewer.set(changes);
+    await window.t4dViewer.whole();
+    return window.t4dViewer.largestDistance();
+  }, state);
+  // The cube stands along the axes at the start.
+  isNear(await largest({ t: 0, color: 'distance' }), 0.5, 'at the start');
+  const options = await page.$$eval('#color option', (all) => all.map(({ value }) => value));
+  assert.ok(options.includes('distance'));
+  assert.equal(await largest({ color: 'distance', hidden: ['cube'] }), 0);
+  await shownMeasures(page, { color: 'body', hidden: [] });
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('fingers turn and zoom', async () => {
+  const { page, errors } = await openAt('?file=cube.t4d', { hasTouch: true });
+  const session = await page.context().newCDPSession(page);
+  const { x: left, y: top, width, height } = await page.locator('#canvas').boundingBox();
+  // Places as parts of the canvas.
+  const touch = (type, ...points) => session.send('Input.dispatchTouchEvent', {
+    type, touchPoints: points.map(([x, y], id) => ({ x: left + x * width, y: top + y * height, id })),
+  });
+  const camera = () => page.evaluate('window.t4dViewer.state.camera');
+  const distanceOf = ([x, y, z, tx, ty, tz]) => Math.hypot(x - tx, y - ty, z - tz);
+  const before = await page.evaluate('window.t4dViewer.state.camera');
+  await touch('touchStart', [0.4, 0.5]);
+  for (let x = 0.42; x < 0.6; x += 0.02) await touch('touchMove', [x, 0.55]);
+  await touch('touchEnd');
+  await page.waitForFunction((seen) => JSON.stringify(window.t4dViewer.state.camera) !== seen, JSON.stringify(before));
+  const turned = await camera();
+  await touch('touchStart', [0.45, 0.5]);
+  await touch('touchStart', [0.45, 0.5], [0.55, 0.5]);
+  for (let d = 0; d < 0.2; d += 0.02) await touch('touchMove', [0.45 - d, 0.5], [0.55 + d, 0.5]);
+  await touch('touchEnd');
+  await page.waitForFunction((seen) => JSON.stringify(window.t4dViewer.state.camera) !== seen, JSON.stringify(turned));
+  assert.ok(distanceOf(await camera()) < 0.9 * distanceOf(turned));
   assert.deepEqual(errors, []);
   await page.close();
 });
