@@ -263,7 +263,7 @@ function update() {
     const what = { planes: faces ? [] : planesOf(), timeScale: state.timeScale, hidden, look: lookOf(pane), faces };
     const isThere = pane.show(what);
     isWhole = isThere && isWhole;
-    if (isThere && state.cut === 't') pane.prefetch(state.t, direction);
+    if (isThere && state.cut === 't') pane.prefetch(planeOf(state), direction);
   }
   element('busy').hidden = isWhole;
 }
@@ -464,7 +464,7 @@ function fillPanel() {
 function fillColors() {
   const names = new Map(panes.flatMap((pane) => [...pane.attributeNames()]));
   const options = [['body', 'body'], ['time', 'time'],
-    ...(panes.length === 2 ? [['distance', 'distance from the other']] : []),
+    ...(panes.length === 2 ? [['distance', 'distance apart']] : []),
     ...[...names.keys()].map((name) => [`attribute:${name}`, name === 'triangle' ? 'original triangle' : name])];
   const select = element('color');
   if (select.dataset.options !== JSON.stringify(options)) {

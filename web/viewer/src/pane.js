@@ -289,8 +289,10 @@ export class Pane {
     this.sections.delete(key);
   }
 
-  /** Has the slabs around a time read, which play will need: the next ones in its direction. */
-  prefetch(time, direction) {
+  /** Has the slabs read that play will need: the next ones in its direction. */
+  prefetch(plane, direction) {
+    if (!this.fits(plane)) return;
+    const time = plane.offset;
     this.info.bodies.forEach(({ slabs }, body) => {
       const number = answering(slabs, time);
       if (number < 0) return;

@@ -208,6 +208,28 @@ test('a slice is saved as glTF', async () => {
   await page.close();
 });
 
+test('slabs that are not used are forgotten', async () => {
+  const { page, errors } = await openAt('?file=large.t4d');
+  const { slabs, most } = await page.evaluate(async () => {
+    const { set, whole, panes } = window.t4dViewer;
+    const [pane] = panes;
+    const { slabs: records } = pane.info.bodies[0];
+    pane.budget = 32 * Math.max(...records.map(({ numCells }) => numCells)); // one slab
+    let largest = 0;
+    for (const { begin, end } of records) {
+      set({ t: (begin + end) / 2 });
+      await whole();
+      // What was fetched ahead has come, or comes to the next.
+      largest = Math.max(largest, pane.slabs.size);
+    }
+    return { slabs: records.length, most: largest };
+  });
+  assert.ok(slabs > 8, slabs);
+  assert.ok(most <= 4, `${most} slabs at once`);
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
 test('two files side by side', async () => {
   const { page, errors } = await openAt('?file=torus.t4d&file=cube.t4d');
   const found = await shownMeasures(page, { t: 0.4 });
