@@ -99,6 +99,7 @@ class Differences {
         end_(std::min(a_.end(), b_.end())) {}
 
   bool empty() const { return begin_ > end_; }
+  double clampTime(double time) const { return std::clamp(time, begin_, end_); }
   /// No difference is larger.
   double largest() const { return a_.farthestFromOrigin() + b_.farthestFromOrigin(); }
 
@@ -268,8 +269,8 @@ std::optional<HullDistance> distanceOf(std::span<const Point4> a, std::span<cons
   }
   const double distance = nearest.offset.norm();
   const Point3 pointA = nearest.ofA.head<3>() + a[0].head<3>();
-  return HullDistance{distance, std::min(bound, distance), nearest.ofA[3], pointA,
-                      pointA - nearest.offset};
+  return HullDistance{distance, std::min(bound, distance), differences.clampTime(nearest.ofA[3]),
+                      pointA, pointA - nearest.offset};
 }
 
 }  // namespace t4d::measure
