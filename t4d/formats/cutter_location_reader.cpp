@@ -20,10 +20,10 @@ namespace {
 constexpr double kMillimetresInAnInch = 25.4;
 constexpr double kTurnDegreesPerSecond = 36;
 
-constexpr std::array<std::string_view, 27> kHarmless = {
-    "PARTNO", "PPRINT", "MACHIN", "SPINDL", "COOLNT",    "LOADTL", "TOOLNO", "SELCTL", "MULTAX",
-    "CUTTER", "INTOL",  "OUTTOL", "TOLER",  "STOP",      "OPSTOP", "REMARK", "INSERT", "LOADTOOL",
-    "SEQNO",  "PREFUN", "AUXFUN", "CUTCOM", "TOOL PATH", "TLDATA", "MSYS",   "PAINT",  "SPINDLE"};
+constexpr std::array<std::string_view, 25> kHarmless = {
+    "PARTNO", "PPRINT", "MACHIN", "SPINDL", "COOLNT", "TOOLNO",  "SELCTL",   "MULTAX", "CUTTER",
+    "INTOL",  "OUTTOL", "TOLER",  "STOP",   "OPSTOP", "REMARK",  "INSERT",   "SEQNO",  "PREFUN",
+    "AUXFUN", "CUTCOM", "TLDATA", "MSYS",   "PAINT",  "SPINDLE", "TOOL PATH"};
 
 class CutterLocationReader {
  public:
@@ -94,6 +94,7 @@ class CutterLocationReader {
       ended_ = true;
       return {};
     }
+    if (word == "LOADTL" || word == "LOADTOOL") return loadTool(values);
     const auto isThis = [&](std::string_view known) { return word.starts_with(known); };
     if (std::ranges::any_of(kHarmless, isThis)) return {};
     return fail(ErrorCode::Unsupported,
@@ -101,6 +102,19 @@ class CutterLocationReader {
                             "statements that move nothing",
                             inQuotes(word)),
                 file_.atLine(line_));
+  }
+
+  Result<void> loadTool(const std::vector<std::string_view>& values) {
+    const std::string tool(values.empty() ? "" : values[0]);
+    if (moves_ > 0 && tool != tool_) {
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("a second tool is loaded ({}), but one tool mills at a time; divide "
+                              "the file, and mill the parts one after another",
+                              inQuotes(tool)),
+                  file_.atLine(line_));
+    }
+    tool_ = tool;
+    return {};
   }
 
   Result<double> numberOf(std::string_view text) const {
@@ -193,6 +207,7 @@ class CutterLocationReader {
   ToolPathBuilder builder_;
   std::uint64_t line_ = 1;
   std::size_t moves_ = 0;
+  std::string tool_;
   bool ended_ = false;
   bool rapid_ = false;
   double unit_ = 1;  // mm

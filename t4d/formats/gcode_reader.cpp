@@ -232,6 +232,11 @@ class GcodeReader {
                                   : fmt::format("{} is followed by {}, expected a number", letter,
                                                 inQuotes(rest)));
     }
+    constexpr double kLargest = 1e9;
+    if (std::abs(value) > kLargest) {
+      return refused(fmt::format("{} is followed by {:g}, but at most {:g} is possible", letter,
+                                 value, kLargest));
+    }
     rest = digits.substr(static_cast<std::size_t>(stopped - digits.data()));
     return {};
   }

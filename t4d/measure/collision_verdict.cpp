@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <queue>
+#include <vector>
 
 #include "t4d/convert/slice.h"
 #include "t4d/measure/triangle_tree.h"
@@ -20,14 +22,14 @@ class Depth {
   Depth(const model::TriangleMesh& a, const model::TriangleMesh& b)
       : treeA_(a), treeB_(b), windingA_(a), windingB_(b) {}
 
-  /// The lesser of the depths in the two solids, less a length for each; nothing if it is not more
-  /// than `most`.
-  std::optional<double> moreThan(double most, const Point3& point, double lessA,
-                                 double lessB) const {
-    const double depth =
-        std::min(treeA_.nearest(point).distance - lessA, treeB_.nearest(point).distance - lessB);
-    if (depth > most && isInside(windingA_, point) && isInside(windingB_, point)) return depth;
-    return std::nullopt;
+  /// The lesser of the depths in the two solids, less a length for each; negative outside of one.
+  /// Points that are a distance apart have values that differ by that distance at most.
+  double at(const Point3& point, double lessA, double lessB) const {
+    const auto depthIn = [&](const TriangleTree& tree, const WindingNumber& winding) {
+      const double distance = tree.nearest(point).distance;
+      return isInside(winding, point) ? distance : -distance;
+    };
+    return std::min(depthIn(treeA_, windingA_) - lessA, depthIn(treeB_, windingB_) - lessB);
   }
 
  private:
@@ -43,37 +45,38 @@ class Depth {
   WindingNumber windingB_;
 };
 
-/// The greatest depth, less a length for each solid, that a lattice and a search from its best
-/// points find; 0 if none is positive.
-double greatestDepth(const Depth& depth, const model::Bounds3& bounds, double lessA, double lessB) {
-  constexpr int kPoints = 9;  // along each axis
-  constexpr double kFinest = 1.0 / 256;
-  const Point3 size = bounds.max - bounds.min;
-  Point3 best = bounds.min + size / 2;
-  double most = 0;
-  const auto consider = [&](const Point3& point) {
-    const auto found = depth.moreThan(most, point, lessA, lessB);
-    if (!found) return false;
-    most = *found;
-    best = point;
-    return true;
+/// The greatest depth, less a length for each solid, to a hundredth: by branch and bound over
+/// boxes, those that may hold the most first. 0 if none is more than `least`.
+double greatestDepth(const Depth& depth, const model::Bounds3& bounds, double lessA, double lessB,
+                     double least) {
+  constexpr int kMostBoxes = 20'000;
+  constexpr double kEnough = 1.01;
+  struct Box {
+    Point3 center;
+    Point3 half;
+    double mostInIt = 0;
   };
-  consider(best);
-  for (int i = 0; i < kPoints * kPoints * kPoints; ++i) {
-    const Point3 at((i % kPoints + 0.5) / kPoints, (i / kPoints % kPoints + 0.5) / kPoints,
-                    (i / kPoints / kPoints + 0.5) / kPoints);
-    consider(bounds.min + at.cwiseProduct(size));
+  const auto isLess = [](const Box& p, const Box& q) { return p.mostInIt < q.mostInIt; };
+  std::priority_queue<Box, std::vector<Box>, decltype(isLess)> boxes(isLess);
+  double most = least;
+  const auto add = [&](const Point3& center, const Point3& half) {
+    const double here = depth.at(center, lessA, lessB);
+    most = std::max(most, here);
+    boxes.push({center, half, here + half.norm()});
+  };
+  add((bounds.min + bounds.max) / 2, (bounds.max - bounds.min) / 2);
+  for (int count = 1; count < kMostBoxes && boxes.top().mostInIt > kEnough * most; count += 2) {
+    Box box = boxes.top();
+    boxes.pop();
+    // Halved along its longest side.
+    int axis = 0;
+    box.half.maxCoeff(&axis);
+    box.half[axis] /= 2;
+    const Point3 by = box.half[axis] * Point3::Unit(axis);
+    add(box.center - by, box.half);
+    add(box.center + by, box.half);
   }
-  if (most == 0) return 0;
-  for (double step = 0.5 / kPoints; step > kFinest;) {
-    bool moved = false;
-    for (int k = 0; k < 6; ++k) {
-      const Point3 by = size.cwiseProduct(Point3::Unit(k / 2)) * (k % 2 == 0 ? step : -step);
-      moved = consider(best + by) || moved;
-    }
-    if (!moved) step /= 2;
-  }
-  return most;
+  return most > least ? most : 0;
 }
 
 /// The largest steps for which the bounds of both are below `length`.
@@ -109,11 +112,9 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
 
   const convert::TimeSlicer slicesOfA(a);
   const convert::TimeSlicer slicesOfB(b);
-  bool overlaps = false;
   bool certain = false;
   for (const ContactInterval& interval : collision.intervals) {
     if (!interval.overlaps) continue;
-    overlaps = true;
     const auto sliceA = slicesOfA.at(interval.deepestTime);
     if (!sliceA) return pass(sliceA.error());
     const auto sliceB = slicesOfB.at(interval.deepestTime);
@@ -125,15 +126,19 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
     common.max = common.max.cwiseMin(other.max);
     if (common.empty()) continue;
     const Depth depth(sliceA->mesh, sliceB->mesh);
-    certain = certain || greatestDepth(depth, common, chordsA.bound, chordsB.bound) > 0;
-    result.depth = std::max(result.depth, greatestDepth(depth, common, 0, 0));
+    // Faces that are to touch overlap by the rounding of their coordinates.
+    constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+    const double rounding =
+        kRounding * std::max(common.min.cwiseAbs().maxCoeff(), common.max.cwiseAbs().maxCoeff());
+    certain = certain || greatestDepth(depth, common, chordsA.bound, chordsB.bound, rounding) > 0;
+    result.depth = std::max(result.depth, greatestDepth(depth, common, 0, 0, rounding));
   }
   double margin = result.depth;
   if (collision.contact()) {
-    if (bound == 0) {
-      result.verdict = overlaps ? Verdict::Hit : Verdict::Touch;
+    if (certain) {
+      result.verdict = Verdict::Hit;
     } else {
-      result.verdict = certain ? Verdict::Hit : Verdict::WithinTolerance;
+      result.verdict = bound == 0 ? Verdict::Touch : Verdict::WithinTolerance;
     }
   } else if (collision.clearance) {
     margin = collision.clearance->lowerBound;

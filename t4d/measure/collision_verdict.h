@@ -10,8 +10,10 @@ namespace t4d::measure {
 
 /// What the 4D meshes say of the motions that they were made of.
 enum class Verdict : std::uint8_t {
-  Hit,              ///< the solids overlap for certain
-  Touch,            ///< they touch and never overlap; only said if the meshes are exact
+  Hit,  ///< the solids overlap for certain
+  /// They touch, and overlap by no more than the rounding of coordinates; only said if the meshes
+  /// are exact.
+  Touch,
   Clear,            ///< they never meet for certain
   WithinTolerance,  ///< the steps are too coarse to tell
 };

@@ -243,6 +243,11 @@ std::string noticeOfVolume(double voxels, double mesh) {
 
 }  // namespace
 
+Result<void> checkVoxelSize(const TriangleMesh& stock, double voxelSize, double memory) {
+  const auto sized = StockField::sized(stock, voxelSize, memory);
+  return sized ? Result<void>() : pass(sized.error());
+}
+
 Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
                         const model::Motion& motion, const MillOptions& options, model::Sink& sink,
                         const model::Progress& progress) {

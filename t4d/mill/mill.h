@@ -14,6 +14,10 @@
 /// What a tool leaves of a stock, at any time, as a 4D mesh.
 namespace t4d::mill {
 
+/// Fails as mill() does for a voxel size that is too small for the stock: to ask before a tool and
+/// a path are made to its tolerance.
+Result<void> checkVoxelSize(const model::TriangleMesh& stock, double voxelSize, double memory);
+
 /// A solid that moves with the tool and must not touch the stock.
 struct Guard {
   std::string name;  ///< "shank", "holder"

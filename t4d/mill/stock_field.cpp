@@ -150,8 +150,8 @@ class StockField::Sampled {
   }
 };
 
-Result<StockField> StockField::of(const model::TriangleMesh& solid, double voxelSize,
-                                  double memory) {
+Result<StockField> StockField::sized(const model::TriangleMesh& solid, double voxelSize,
+                                     double memory) {
   const auto part = partAbout(model::boundsOf(solid), voxelSize);
   if (!part) return pass(part.error());
   StockField field;
@@ -174,20 +174,29 @@ Result<StockField> StockField::of(const model::TriangleMesh& solid, double voxel
                     voxelSize, bytes / 1e9, memory / 1e9, fitting(voxelSize, bytes, memory)),
         {}, Remedy::VoxelSize);
   }
+  return field;
+}
+
+Result<StockField> StockField::of(const model::TriangleMesh& solid, double voxelSize,
+                                  double memory) {
+  auto field = sized(solid, voxelSize, memory);
+  if (!field) return field;
   const auto sampled = Sampled::of(solid, voxelSize);
   if (!sampled) return pass(sampled.error());
-  field.blocks_.resize(static_cast<std::size_t>(blocks));
-  field.uniform_.assign(field.blocks_.size(), Uniform::Outside);
+  field->blocks_.resize(static_cast<std::size_t>(field->counts_[0]) *
+                        static_cast<std::size_t>(field->counts_[1]) *
+                        static_cast<std::size_t>(field->counts_[2]));
+  field->uniform_.assign(field->blocks_.size(), Uniform::Outside);
   for (const auto& [block, values] : sampled->blocks) {
     auto data = std::make_shared<BlockData>();
     data->values = values;
     for (std::size_t i = 0; i < 512; ++i) {
       if (values[i] < 0) data->inside[i >> 6U] |= std::uint64_t{1} << (i & 63U);
     }
-    field.blocks_[field.indexOf(block)] = std::move(data);
+    field->blocks_[field->indexOf(block)] = std::move(data);
   }
   for (const Index3& block : sampled->inside)
-    field.uniform_[field.indexOf(block)] = Uniform::Inside;
+    field->uniform_[field->indexOf(block)] = Uniform::Inside;
   return field;
 }
 

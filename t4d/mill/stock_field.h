@@ -24,6 +24,10 @@ namespace t4d::mill {
 /// Copies share the blocks that do not differ.
 class StockField {
  public:
+  /// A field of the right size without values: what `of` begins with, and fails with.
+  static Result<StockField> sized(const model::TriangleMesh& solid, double voxelSize,
+                                  double memory);
+
   /// `solid` is closed; inside is where its winding number is 1 or more. Fails for a voxel size at
   /// which more than `memory` bytes are needed, with one that fits.
   static Result<StockField> of(const model::TriangleMesh& solid, double voxelSize, double memory);

@@ -300,6 +300,12 @@ int run(const MillArguments& options) {
   losses = stock->losses;
   const std::string crossings = noticeOfCrossings(options.stock, stock->bodies.front().mesh);
   if (!crossings.empty()) printNotices({crossings});
+  const double memory = 1e9 * options.memory;
+  auto sized = mill::checkVoxelSize(stock->bodies.front().mesh, options.voxelSize, memory);
+  if (!sized) {
+    if (sized.error().where.empty()) sized.error().where = options.stock;
+    return report(sized.error());
+  }
   const auto tool = readTool(options, losses);
   if (!tool) return report(tool.error());
   auto guards = readGuards(options, tool->top, losses);
@@ -328,7 +334,7 @@ int run(const MillArguments& options) {
   how.times = *times;
   how.tolerance = options.toleranceOr();
   how.travel = options.travel.value_or(0);
-  how.memory = 1e9 * options.memory;
+  how.memory = memory;
   how.guards = std::move(*guards);
   how.rapids = path->rapids;
   how.caps = voxelCapStyle(options.caps);

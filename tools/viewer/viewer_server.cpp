@@ -68,6 +68,35 @@ bool isOwnHost(const std::string& host, int port) {
   return host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port);
 }
 
+/// Makes the ranges of a request fit what they are of, as RFC 9110 wants it and httplib leaves to
+/// us: an end beyond the size is cut, and several ranges are answered with the whole. False for a
+/// range outside.
+bool fitRanges(const httplib::Request& request, std::size_t size) {
+  // The request is the server's own, and not const; it applies the ranges after the handler.
+  httplib::Ranges& ranges = const_cast<httplib::Request&>(request).ranges;
+  if (ranges.size() != 1) {
+    ranges.clear();
+    return true;
+  }
+  auto& [first, last] = ranges.front();
+  const auto end = static_cast<ssize_t>(size);
+  if (first < 0) {  // the last bytes, as many as `last`
+    if (last <= 0) return false;
+    first = std::max<ssize_t>(0, end - last);
+    last = end - 1;
+  } else if (last < 0 || last >= end) {
+    last = end - 1;
+  }
+  return first < end;
+}
+
+/// Answers a request for a range outside.
+void refuseRange(const httplib::Request& request, httplib::Response& response, std::size_t size) {
+  const_cast<httplib::Request&>(request).ranges.clear();
+  response.status = 416;
+  response.set_header("Content-Range", fmt::format("bytes */{}", size));
+}
+
 }  // namespace
 
 bool canServe() { return true; }
@@ -100,6 +129,7 @@ Result<void> serveViewer(std::span<const ShownFile> files, int port,
   // Providers answer ranges, and are not compressed.
   server.Get("/.*", [&](const httplib::Request& request, httplib::Response& response) {
     if (request.path == "/") {
+      if (!fitRanges(request, page.size())) return refuseRange(request, response, page.size());
       response.set_content_provider(
           page.size(), "text/html; charset=utf-8",
           [&](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
@@ -120,6 +150,7 @@ Result<void> serveViewer(std::span<const ShownFile> files, int port,
       return;
     }
     response.set_header("ETag", file.tag());
+    if (!fitRanges(request, file.size())) return refuseRange(request, response, file.size());
     response.set_content_provider(
         file.size(), "model/x.t4d",
         [&file](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
