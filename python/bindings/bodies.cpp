@@ -45,6 +45,8 @@ std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole, py:
     body->lengthUnit = metadata.lengthUnit;
     body->timeUnit = metadata.timeUnit;
     body->up = metadata.up;
+    body->backend = metadata.backend;
+    body->detailsJson = metadata.detailsJson;
     body->version = fmt::format("{}.{}", reader->version().major, reader->version().minor);
     body->features = metadata.features;
     bodies.push_back(std::move(body));
@@ -148,6 +150,8 @@ void defineBodies(py::module_& module) {
       .def_readonly("length_unit", &Body::lengthUnit)
       .def_readonly("time_unit", &Body::timeUnit)
       .def_readonly("up", &Body::up)
+      .def_readonly("backend", &Body::backend)
+      .def_readonly("details", &Body::detailsJson)
       .def_readonly("version", &Body::version)
       .def_readonly("features", &Body::features)
       .def_property_readonly("slab_count",

@@ -19,6 +19,8 @@ struct Body {
   std::string lengthUnit;
   std::string timeUnit;
   std::string up = "y";
+  std::string backend = {};
+  std::string detailsJson = "{}";
   std::string version = {};  ///< of the file; "" in memory
   std::vector<std::string> features = {};
 

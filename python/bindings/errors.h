@@ -17,7 +17,12 @@ namespace py = pybind11;
   const py::object type =
       py::module_::import("t4d.errors").attr(kNames[static_cast<int>(error.code)]);
   const py::object offset = error.offset ? py::object(py::int_(*error.offset)) : py::none();
-  const py::object raised = type(error.message, error.where, offset);
+  // They may name a file whose name is not UTF-8.
+  const auto text = [](const std::string& bytes) {
+    const auto size = static_cast<Py_ssize_t>(bytes.size());
+    return py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefaultAndSize(bytes.data(), size));
+  };
+  const py::object raised = type(text(error.message), text(error.where), offset);
   PyErr_SetObject(type.ptr(), raised.ptr());
   throw py::error_already_set();
 }

@@ -68,6 +68,10 @@ class Body:
     @property
     def up(self) -> str: ...
     @property
+    def backend(self) -> str: ...
+    @property
+    def details(self) -> str: ...
+    @property
     def version(self) -> str: ...
     @property
     def features(self) -> List[str]: ...
@@ -88,7 +92,7 @@ class Producer:
     def save(
         self,
         name: str,
-        path: str,
+        path: bytes,
         metadata: Dict[str, str],
         options: Dict[str, Any],
         progress: Optional[Callable[[float], None]],
@@ -96,16 +100,16 @@ class Producer:
     def slabs(self) -> Iterator[Slab]: ...
 
 def read(
-    path: str,
+    path: bytes,
     whole: bool,
     max_cells: Optional[int],
     progress: Optional[Callable[[float], None]],
 ) -> List[Body]: ...
-def read_triangles(path: str) -> Tuple[TriangleMesh, List[str], List[str]]: ...
+def read_triangles(path: bytes) -> Tuple[TriangleMesh, List[str], List[str]]: ...
 def write_triangles(
-    mesh: TriangleMesh, path: str, name: str, attributes: bool
+    mesh: TriangleMesh, path: bytes, name: str, attributes: bool
 ) -> List[str]: ...
-def read_motion(path: str) -> Motion: ...
+def read_motion(path: bytes) -> Motion: ...
 def parse_motion(text: str) -> Motion: ...
 def join_poses(
     times: List[float], positions: np.ndarray, quaternions: np.ndarray
@@ -125,7 +129,7 @@ def weave_frames(
 ) -> Producer: ...
 def save_bodies(
     bodies: List[Body],
-    path: str,
+    path: bytes,
     metadata: Dict[str, str],
     options: Dict[str, Any],
     progress: Optional[Callable[[float], None]],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import List, Optional
+from typing import Any, List, Optional, Tuple
 
 
 class Error(Exception):
@@ -19,6 +19,9 @@ class Error(Exception):
         self.message = message
         self.where = where
         self.offset = offset
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return type(self), (self.message, self.where, self.offset), self.__dict__
 
     @property
     def file(self) -> str:
@@ -51,6 +54,9 @@ class VerbError(Error):
         super().__init__(message)
         self.verb = verb
         self.exit_code = exit_code
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return type(self), (self.message, self.verb, self.exit_code), self.__dict__
 
 
 class Loss(UserWarning):

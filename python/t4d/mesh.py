@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from t4d import _t4d
-from t4d.errors import Loss, warn
+from t4d import _t4d, checks
+from t4d.checks import Path
+from t4d.errors import InvalidInput, Loss, warn
 from t4d.motions import Motion, MotionLike
-from t4d.triangles import Path, TriangleMesh
+from t4d.triangles import TriangleMesh
 
 Progress = Optional[Callable[[float], None]]
 """Called with the fraction done, from 0 to 1, some twenty times a second. What it raises ends the
@@ -83,17 +85,28 @@ class Mesh:
     loads it first.
     """
 
-    def __init__(
-        self,
+    _bodies: List[_t4d.Body]
+    _producer: Optional[_t4d.Producer]
+    _name: str
+    _metadata: Dict[str, str]
+
+    def __init__(self) -> None:
+        raise TypeError("a t4d.Mesh is made by t4d.read, t4d.sweep or t4d.weave")
+
+    @classmethod
+    def _of(
+        cls,
         bodies: Sequence[_t4d.Body] = (),
         producer: Optional[_t4d.Producer] = None,
         name: str = "",
         metadata: Optional[Dict[str, str]] = None,
-    ) -> None:
-        self._bodies = list(bodies)
-        self._producer = producer
-        self._name = name
-        self._metadata = metadata or {}
+    ) -> Mesh:
+        made = cls.__new__(cls)
+        made._bodies = list(bodies)
+        made._producer = producer
+        made._name = name
+        made._metadata = metadata or {}
+        return made
 
     # What it is
 
@@ -101,6 +114,7 @@ class Mesh:
         """Makes the mesh in memory, if it is only described; returns it."""
         if not self._bodies:
             assert self._producer is not None
+            checks.function("progress", progress)
             self._bodies = [self._producer.load(self._name, progress)]
             self._producer = None
         return self
@@ -118,9 +132,22 @@ class Mesh:
         if isinstance(key, str):
             if key not in names:
                 raise KeyError(f"no body '{key}'; the bodies are {', '.join(names)}")
-            key = names.index(key)
+            index = names.index(key)
+        else:
+            try:
+                index = operator.index(key)
+            except TypeError:
+                raise TypeError(
+                    f"mesh[{key!r}]: a body is chosen by its name or its number, one at a time"
+                ) from None
+            if not -len(names) <= index < len(names):
+                raise IndexError(f"there is no body {index}; the mesh has {len(names)}")
         self.load()
-        return Mesh([self._bodies[key]], metadata=self._metadata)
+        return Mesh._of([self._bodies[index]], metadata=self._metadata)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether a body has this name."""
+        return name in self.names
 
     def __iter__(self) -> Iterator[Mesh]:
         return (self[i] for i in range(len(self)))
@@ -177,13 +204,17 @@ class Mesh:
         """Slab number ``index``; negative numbers count from the end."""
         body = self._one()
         count = body.slab_count
+        try:
+            index = operator.index(index)
+        except TypeError:
+            raise TypeError(f"slab({index!r}): slabs are chosen by their number") from None
         if not -count <= index < count:
             raise IndexError(f"there is no slab {index}; the mesh has {count}")
         return Slab(body.slab(index % count))
 
     def flat(self, progress: Progress = None) -> Tuple[np.ndarray, np.ndarray]:
         """All vertices (n, 4) and cells (m, 4); layers between slabs appear once."""
-        return self._one().flat(progress)
+        return self._one().flat(checks.function("progress", progress))
 
     @property
     def vertices(self) -> np.ndarray:
@@ -208,15 +239,14 @@ class Mesh:
         time, in (x, y, z); what passes through a plane x, y or z = constant, for x in (y, z, t);
         or all points with ``hyperplane`` (a, b, c, d, v) a x + b y + c z + d t = v, in coordinates
         that ``t4d slice`` describes."""
+        places = {"x": x, "y": y, "z": z, "time": time}
         planes = [
-            tuple(float(i == axis) for i in range(4)) + (float(value),)
-            for axis, value in enumerate((x, y, z, time))
+            tuple(float(i == axis) for i in range(4)) + (checks.number(name, value),)
+            for axis, (name, value) in enumerate(places.items())
             if value is not None
         ]
         if hyperplane is not None:
-            planes.append(tuple(float(number) for number in hyperplane))
-            if len(planes[-1]) != 5:
-                raise ValueError("a hyperplane has five numbers (a, b, c, d, v)")
+            planes.append(checks.numbers("hyperplane", hyperplane, 5))
         if len(planes) != 1:
             raise TypeError("give one of time, x, y, z and hyperplane")
         return TriangleMesh._of(self._one().slice(planes[0]))
@@ -226,7 +256,8 @@ class Mesh:
     def check(self, deep: bool = False, progress: Progress = None) -> Dict[str, Any]:
         """Whether the mesh is closed, oriented and valid; counts, components and measures; and the
         findings, as ``t4d validate``. ``deep`` checks that every vertex is manifold, too."""
-        return self._one().check(deep, progress)
+        checks.flag("deep", deep)
+        return self._one().check(deep, checks.function("progress", progress))
 
     @property
     def hypervolume(self) -> float:
@@ -249,9 +280,10 @@ class Mesh:
         to ``float32``, or to whole numbers of a ``grid``. Warns (``Loss``) if rounding made cells
         flat or turned them over. ``verbs.convert`` writes other formats of 4D meshes.
         """
-        path = os.fspath(path)
-        if not path.lower().endswith(".t4d"):
-            raise ValueError(f"{path}: save writes .t4d; t4d.verbs.convert writes other formats")
+        name = checks.path_text(path)
+        if not name.lower().endswith(".t4d"):
+            raise ValueError(f"{name}: save writes .t4d; t4d.verbs.convert writes other formats")
+        place = os.fsencode(name)
         metadata = {
             "generator": f"t4d {_t4d.version} (Python)",
             "backend": "",
@@ -261,11 +293,17 @@ class Mesh:
             "details": "{}",
             **self._metadata,
         }
-        options = {"compression": compression, "float32": float32, "grid": grid, "index": index}
+        options = {
+            "compression": checks.whole("compression", compression, 0, 19),
+            "float32": checks.flag("float32", float32),
+            "grid": None if grid is None else checks.positive("grid", grid),
+            "index": checks.flag("index", index),
+        }
+        checks.function("progress", progress)
         if self._producer is not None:
-            size, losses = self._producer.save(self._name, path, metadata, options, progress)
+            size, losses = self._producer.save(self._name, place, metadata, options, progress)
         else:
-            size, losses = _t4d.save_bodies(self._bodies, path, metadata, options, progress)
+            size, losses = _t4d.save_bodies(self._bodies, place, metadata, options, progress)
         warn(Loss, losses)
         return size
 
@@ -282,10 +320,20 @@ def read(
     """Opens a .t4d file by its path or URL. Slabs are read when they are asked for, and checked
     then; ``whole`` checks every byte first. A file with more than 100 million cells, and 10,000 for
     each of its bytes, is refused unless ``max_cells`` allows them."""
-    bodies = _t4d.read(os.fspath(path), whole, max_cells, progress)
+    place = checks.path_bytes(path)
+    if max_cells is not None:
+        max_cells = checks.whole("max_cells", max_cells, 0)
+    checks.function("progress", progress)
+    bodies = _t4d.read(place, checks.flag("whole", whole), max_cells, progress)
     first = bodies[0]
-    metadata = {"length_unit": first.length_unit, "time_unit": first.time_unit, "up": first.up}
-    return Mesh(bodies, metadata=metadata)
+    metadata = {
+        "backend": first.backend,
+        "length_unit": first.length_unit,
+        "time_unit": first.time_unit,
+        "up": first.up,
+        "details": first.details,
+    }
+    return Mesh._of(bodies, metadata=metadata)
 
 
 def sweep(
@@ -314,31 +362,43 @@ def sweep(
     ``caps`` are filled by "tetgen" or closed by a "cone"; each step of a triangle has ``prism`` 14
     or 3 cells. Nothing is computed before the mesh is saved, loaded or asked for something.
     """
-    if caps not in ("tetgen", "cone"):
-        raise ValueError("caps are 'tetgen' or 'cone'")
+    checks.choice("caps", caps, ("tetgen", "cone"))
+    prism = checks.whole("prism", prism, 3, 14)
     if prism not in (14, 3):
-        raise ValueError("a prism has 14 or 3 cells")
-    rules = {"steps": steps, "rv_min": rv_min, "max_deviation": max_deviation}
-    given = {rule: value for rule, value in rules.items() if value is not None}
+        raise ValueError(f"prism is {prism}; a prism has 14 or 3 cells")
+    checks.text("name", name)
+    checks.choice("up", up, ("y", "z"))
+    given: Dict[str, Any] = {}
+    if steps is not None:
+        given["steps"] = checks.whole("steps", steps, 1)
+    if rv_min is not None:
+        given["rv_min"] = checks.number("rv_min", rv_min)
+    if max_deviation is not None:
+        given["max_deviation"] = checks.positive("max_deviation", max_deviation)
     if len(given) > 1:
         raise TypeError("give one of steps, rv_min and max_deviation")
     options: Dict[str, Any] = {"caps": caps, "prism": prism, **given}
     metadata = {"backend": "mesh4d", "up": up}
+    if isinstance(triangles, (Motion, Mapping, str, bytes, os.PathLike)):
+        raise TypeError("the second argument is a motion: write sweep(mesh, motion=...)")
     if isinstance(vertices, TriangleMesh):
+        if triangles is not None:
+            raise TypeError("the mesh has its triangles: write sweep(mesh, motion=...)")
         mesh, keys = vertices, None
     else:
         if triangles is None:
             raise TypeError("triangles are missing: sweep(V, F, motion), or sweep(mesh, motion=...)")
-        keys = np.asarray(vertices)
+        keys = checks.array("vertices", vertices)
         mesh = TriangleMesh(keys[0] if keys.ndim == 3 else keys, triangles)
     if motion is None:
         if times is None or keys is None or keys.ndim != 3:
             raise TypeError("give a motion, or vertices of shape (k, n, 3) and their k times")
         if given:
             raise TypeError("a solid that is deformed goes straight from key to key, without steps")
-        if len(keys) != len(times):
-            raise ValueError(f"there are {len(keys)} keys and {len(times)} times")
-        producer = _t4d.sweep_keys(mesh._mesh, [float(t) for t in times], list(keys), **options)
+        moments = list(checks.numbers("times", times))
+        if len(keys) != len(moments):
+            raise ValueError(f"there are {len(keys)} keys and {len(moments)} times")
+        producer = _t4d.sweep_keys(mesh._mesh, moments, list(keys), **options)
     else:
         if times is not None or (keys is not None and keys.ndim != 2):
             raise TypeError("a motion takes vertices of shape (n, 3), and no times")
@@ -347,7 +407,32 @@ def sweep(
         metadata["time_unit"] = moved.time_unit
         producer = _t4d.sweep_motion(mesh._mesh, moved._motion, **options)
     metadata["details"] = json.dumps({"parameters": {"caps": caps, "prism": prism, **given}})
-    return Mesh(producer=producer, name=name, metadata=metadata)
+    return Mesh._of(producer=producer, name=name, metadata=metadata)
+
+
+class _Frames:
+    """Frames one by one, checked, of which there are ``count``."""
+
+    def __init__(self, frames: Any, count: int, with_iso: bool) -> None:
+        self._source = iter(frames)
+        self._count = count
+        self._with_iso = with_iso
+        self._given = 0
+
+    def __iter__(self) -> _Frames:
+        return self
+
+    def __next__(self) -> np.ndarray:
+        frame = checks.array(f"frame {self._given}", next(self._source))
+        self._given += 1
+        if self._given == self._count:
+            for _ in self._source:
+                raise InvalidInput(
+                    f"there are {self._count} times and at least {self._count + 1} frames"
+                )
+        if self._with_iso and (frame.dtype.kind in "iu" or frame.dtype == np.float16):
+            return frame.astype(np.float32 if frame.dtype.itemsize <= 2 else np.float64)
+        return frame
 
 
 def weave(
@@ -365,25 +450,42 @@ def weave(
 ) -> Mesh:
     """The 4D mesh of a time series of volumes (the voxel method, 4D marching cubes).
 
-    ``frames`` is an array (nt, nx, ny, nz) of float32, float64 or bool, or anything that gives
-    arrays (nx, ny, nz) one by one: of an iterator one frame is in memory at a time, and ``times``
-    says how many there are. Values above ``iso`` are inside; without it, values below zero, and
+    ``frames`` is an array (nt, nx, ny, nz) of float32, float64 or bool (with ``iso`` also of whole
+    numbers or float16), or anything that gives arrays (nx, ny, nz) one by one: of an iterator one
+    frame is in memory at a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it, values below zero, and
     True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
     for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
     """
+    if isinstance(frames, np.ndarray):
+        frames = checks.array("frames", frames)
+        if frames.ndim != 4:
+            raise InvalidInput(
+                f"the frames have the shape {frames.shape}; expected is (nt, nx, ny, nz)"
+            )
     if times is None:
         if not hasattr(frames, "__len__"):
             raise TypeError("the frames come from an iterator: give their times")
         times = range(len(frames))
+    moments = list(checks.numbers("times", times))
+    if hasattr(frames, "__len__") and len(frames) != len(moments):
+        raise InvalidInput(f"there are {len(moments)} times and {len(frames)} frames")
     once = iter(frames) is frames
-    steps = np.broadcast_to(np.asarray(spacing, dtype=np.float64), (3,))
-    if not np.all(steps > 0):
-        raise ValueError("the spacing is positive")
+    if np.ndim(spacing) == 0:
+        steps = [checks.positive("spacing", spacing)] * 3
+    else:
+        checks.numbers("spacing", spacing, 3)
+        steps = [checks.positive("spacing", step) for step in spacing]  # type: ignore[union-attr]
+    if iso is not None:
+        iso = checks.number("iso", iso)
+    checks.choice("caps", caps, ("flat", "graded", "half-step"))
+    for option, value in (("name", name), ("length_unit", length_unit), ("time_unit", time_unit)):
+        checks.text(option, value)
+    checks.choice("up", up, ("y", "z"))
     producer = _t4d.weave_frames(
-        lambda: iter(frames),
-        [float(t) for t in times],
-        tuple(steps.tolist()),
-        tuple(float(x) for x in origin),
+        lambda: _Frames(frames, len(moments), iso is not None),
+        moments,
+        tuple(steps),
+        checks.numbers("origin", origin, 3),
         iso,
         caps,
         once,
@@ -393,6 +495,6 @@ def weave(
         "length_unit": length_unit,
         "time_unit": time_unit,
         "up": up,
-        "details": json.dumps({"parameters": {"spacing": steps.tolist(), "caps": caps}}),
+        "details": json.dumps({"parameters": {"spacing": steps, "caps": caps}}),
     }
-    return Mesh(producer=producer, name=name, metadata=metadata)
+    return Mesh._of(producer=producer, name=name, metadata=metadata)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from typing import Any, Mapping, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from t4d import _t4d
-from t4d.triangles import Path
+from t4d import _t4d, checks
 
-MotionLike = Union["Motion", Mapping[str, Any], str, "os.PathLike[str]"]
+MotionLike = Union["Motion", Mapping[str, Any], str, bytes, "os.PathLike[str]"]
 
 
 class Motion:
@@ -26,9 +26,9 @@ class Motion:
         if isinstance(given, Motion):
             self._motion = given._motion
         elif isinstance(given, Mapping):
-            self._motion = _t4d.parse_motion(json.dumps(given))
+            self._motion = _t4d.parse_motion(json.dumps(_plain(given, "")))
         else:
-            self._motion = _t4d.read_motion(os.fspath(given))
+            self._motion = _t4d.read_motion(checks.path_bytes(given))
 
     @classmethod
     def _of(cls, motion: _t4d.Motion) -> Motion:
@@ -42,9 +42,9 @@ class Motion:
     ) -> Motion:
         """Poses at ``times`` (n,), joined by screws of at most half a turn: ``positions`` (n, 3), and
         ``quaternions`` (n, 4) of unit length as (x, y, z, w), scipy's order."""
-        times = np.asarray(times, dtype=np.float64)
-        positions = np.asarray(positions, dtype=np.float64)
-        quaternions = np.asarray(quaternions, dtype=np.float64)
+        times = _doubles("times", times)
+        positions = _doubles("positions", positions)
+        quaternions = _doubles("quaternions", quaternions)
         if (
             times.ndim != 1
             or positions.shape != (len(times), 3)
@@ -59,7 +59,7 @@ class Motion:
     @classmethod
     def from_matrices(cls, times: ArrayLike, matrices: ArrayLike) -> Motion:
         """Poses as 4 x 4 ``matrices`` (n, 4, 4), rotation and translation, at ``times`` (n,)."""
-        matrices = np.asarray(matrices, dtype=np.float64)
+        matrices = _doubles("matrices", matrices)
         if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
             raise ValueError(f"matrices have the shape {matrices.shape}; expected is (n, 4, 4)")
         rotations = matrices[:, :3, :3]
@@ -89,7 +89,35 @@ class Motion:
 
     def at(self, time: float) -> np.ndarray:
         """The pose at a time, a 4 x 4 matrix; times outside are clamped."""
-        return self._motion.at(time)
+        moment = checks.number("time", time, holds=lambda x: not math.isnan(x))
+        return self._motion.at(moment)
+
+    def __repr__(self) -> str:
+        begin, end = self.time_span
+        units = ", ".join(unit for unit in (self.length_unit, self.time_unit) if unit)
+        return f"<t4d.Motion: from {begin} to {end}{f' ({units})' if units else ''}>"
+
+
+def _doubles(what: str, values: ArrayLike) -> np.ndarray:
+    return checks.array(what, values).astype(np.float64)
+
+
+def _plain(given: Any, place: str) -> Any:
+    """For JSON: numbers and arrays of numpy, and other mappings and sequences, become Python's."""
+    if isinstance(given, (np.generic, np.ndarray)):
+        given = checks.array(place, given).tolist()
+    if isinstance(given, Mapping):
+        return {
+            key: _plain(value, f"{place}.{key}" if place else str(key))
+            for key, value in given.items()
+        }
+    if isinstance(given, (list, tuple)):
+        return [_plain(value, f"{place}[{i}]") for i, value in enumerate(given)]
+    if isinstance(given, float) and not math.isfinite(given):
+        raise ValueError(f"{place} is {given}; expected is a finite number")
+    if given is None or isinstance(given, (bool, int, float, str)):
+        return given
+    raise TypeError(f"{place} is {given!r}; a motion has numbers, texts, lists and dictionaries")
 
 
 def _quaternion(rotation: np.ndarray) -> np.ndarray:

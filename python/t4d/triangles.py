@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from typing import Dict, Iterator, Mapping, Optional, Union
+from typing import Dict, Iterator, Mapping, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from t4d import _t4d
+from t4d import _t4d, checks
+from t4d.checks import Path
 from t4d.errors import Loss, warn
-
-Path = Union[str, "os.PathLike[str]"]
 
 
 class TriangleMesh:
@@ -30,10 +28,10 @@ class TriangleMesh:
         """Copies ``vertices`` (n, 3) and ``triangles`` (m, 3), indices of vertices; attributes have a
         row for each."""
         self._mesh = _t4d.TriangleMesh(
-            np.asarray(vertices),
-            np.asarray(triangles),
-            {name: np.asarray(values) for name, values in (vertex_attributes or {}).items()},
-            {name: np.asarray(values) for name, values in (triangle_attributes or {}).items()},
+            checks.array("vertices", vertices),
+            checks.array("triangles", triangles),
+            _attributes(vertex_attributes),
+            _attributes(triangle_attributes),
         )
 
     @classmethod
@@ -79,7 +77,12 @@ class TriangleMesh:
     def save(self, path: Path, name: str = "", attributes: bool = False) -> None:
         """Writes .stl, .obj, .ply, .off, .vtp, .glb or .gltf, by the extension. Warns (``Loss``) of
         what the format cannot hold."""
-        warn(Loss, _t4d.write_triangles(self._mesh, os.fspath(path), name, attributes))
+        place = checks.path_bytes(path)
+        checks.text("name", name)
+        losses = _t4d.write_triangles(
+            self._mesh, place, name, checks.flag("attributes", attributes)
+        )
+        warn(Loss, losses)
 
     def __iter__(self) -> Iterator[np.ndarray]:
         return iter((self.vertices, self.triangles))
@@ -88,10 +91,17 @@ class TriangleMesh:
         return f"<t4d.TriangleMesh: {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
 
 
+def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, np.ndarray]:
+    return {
+        checks.text("the name of an attribute", name): checks.array(f"attribute '{name}'", values)
+        for name, values in (given or {}).items()
+    }
+
+
 def read_triangles(path: Path) -> TriangleMesh:
     """Reads .stl, .obj, .ply, .off, .gltf or .glb. Vertices with equal coordinates become one.
     Warns of what was changed or is lost."""
-    mesh, notices, losses = _t4d.read_triangles(os.fspath(path))
+    mesh, notices, losses = _t4d.read_triangles(checks.path_bytes(path))
     warn(UserWarning, notices)
     warn(Loss, losses)
     return TriangleMesh._of(mesh)

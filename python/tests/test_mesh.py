@@ -282,7 +282,7 @@ def test_several_bodies(models, tmp_path):
     one = t4d.read(models / "cube.t4d")
     two = t4d.read(models / "screw.t4d")
     assert one.names == ["paper-cube"] and len(one) == 1
-    both = t4d.Mesh([*one._bodies, *t4d.Mesh([*two._bodies])._bodies])
+    both = t4d.Mesh._of([*one._bodies, *two._bodies])
     with pytest.raises(ValueError, match="choose one"):
         both.slice(time=1)
     assert both[1].slice(time=1).closed

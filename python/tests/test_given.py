@@ -1,0 +1,240 @@
+"""What is given is checked, and errors name it."""
+
+import collections
+import json
+import os
+import pickle
+import types
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import t4d
+from t4d import verbs
+
+SLIDE = {"segments": [{"duration": 2, "translation": [4, 0, 0]}]}
+
+
+def boxes(count, kind=np.float32):
+    """A box that is there in every frame: 1 inside, 0 outside."""
+    frames = np.zeros((count, 5, 5, 5), dtype=kind)
+    frames[:, 1:4, 1:4, 1:4] = 1
+    return frames
+
+
+@pytest.mark.parametrize("count, times", [(3, 2), (3, 4), (4, 3), (5, 2)])
+def test_as_many_times_as_frames(count, times):
+    frames = boxes(count)
+    for given in (frames, list(frames)):
+        with pytest.raises(ValueError, match=f"there are {times} times and {count} frames"):
+            t4d.weave(given, times=range(times), iso=0.5)
+    with pytest.raises(ValueError, match=f"there are {times} times and .* frames"):
+        t4d.weave(iter(frames), times=range(times), iso=0.5).load()
+    woven = t4d.weave(iter(frames), times=range(count), iso=0.5)
+    assert woven.time_span == (0, count - 1)
+
+
+WRONG = {
+    "save": [
+        ("compression", ["zstd", 3.5, True, -1, 20, 2**70]),
+        ("float32", ["yes", 2, None]),
+        ("grid", ["a", 0, -1, np.nan, np.inf, 1j]),
+        ("index", [None, "no"]),
+        ("progress", [1]),
+    ],
+    "sweep": [
+        ("steps", [-1, 0, 1.5, "a", True]),
+        ("rv_min", ["a", np.nan, [0.9]]),
+        ("max_deviation", ["a", -1, np.inf]),
+        ("caps", ["round", None, ["cone"]]),
+        ("prism", [5, "14", 14.5]),
+        ("name", [None, 5, b"a"]),
+        ("up", ["x", None]),
+    ],
+    "weave": [
+        ("spacing", [0, -1, "a", (1, 2), (1, 2, 0), np.nan, None]),
+        ("origin", [(0, 0), 0, "abc", (0, 0, np.inf), None]),
+        ("times", [("a", "b"), 5, (0, np.nan)]),
+        ("iso", ["a", np.nan, (1, 2)]),
+        ("caps", ["round", None]),
+        ("name", [None]),
+        ("length_unit", [5]),
+        ("time_unit", [None]),
+        ("up", ["x"]),
+    ],
+    "read": [("max_cells", [-1, 1.5, "a", 2**64]), ("whole", ["a", None]), ("progress", ["a"])],
+    "slice": [("time", ["a", np.nan]), ("x", ["a"]), ("hyperplane", [(1, 2), 3, "abcde"])],
+}
+CASES = [
+    (function, option, value)
+    for function, options in WRONG.items()
+    for option, values in options
+    for value in values
+]
+
+
+@pytest.mark.parametrize("function, option, value", CASES)
+def test_wrong_options_are_named(models, cube, tmp_path, function, option, value):
+    call = {
+        "save": lambda **given: t4d.sweep(*cube, SLIDE).save(tmp_path / "x.t4d", **given),
+        "sweep": lambda **given: t4d.sweep(*cube, SLIDE, **given),
+        "weave": lambda **given: t4d.weave(boxes(2) > 0, **given),
+        "read": lambda **given: t4d.read(models / "cube.t4d", **given),
+        "slice": lambda **given: t4d.read(models / "cube.t4d").slice(**given),
+    }[function]
+    with pytest.raises((TypeError, ValueError), match=rf"^{option}\b.*expected|^prism is 5"):
+        call(**{option: value})
+    assert os.listdir(tmp_path) == []
+
+
+def test_numbers_of_numpy_are_numbers(cube, tmp_path):
+    swept = t4d.sweep(*cube, SLIDE, steps=np.int32(2), prism=np.int64(3))
+    swept.save(tmp_path / "x.t4d", compression=np.uint8(0), float32=np.True_)
+    assert t4d.read(tmp_path / "x.t4d", max_cells=np.int64(10**6)).slab_count == 4
+    woven = t4d.weave(boxes(2), iso=np.float32(0.5), spacing=np.ones(3), origin=np.zeros(3))
+    assert woven.slice(time=np.float32(0.5)).closed
+
+
+def test_masks_and_imaginary_parts_are_not_dropped(cube):
+    vertices, triangles = cube
+    masked = np.ma.masked_greater(vertices, 0.5)
+    for wrong in (masked, vertices + 1j):
+        with pytest.raises(TypeError, match="vertices: the array is"):
+            t4d.sweep(wrong, triangles, SLIDE)
+        with pytest.raises(TypeError, match="vertices: the array is"):
+            t4d.sweep(np.ma.stack([wrong, wrong]), triangles, times=[0, 1])
+    frames = boxes(3)
+    hidden = np.ma.masked_greater(frames, 0.5)
+    for wrong in (hidden, frames + 1j):
+        with pytest.raises(TypeError, match="frames: the array is"):
+            t4d.weave(wrong, iso=0.5)
+        with pytest.raises(TypeError, match="frame 0: the array is"):
+            t4d.weave(iter(wrong), times=range(3), iso=0.5).load()
+    plain = t4d.weave(np.ma.masked_array(frames), iso=0.5)
+    assert plain.hypervolume == t4d.weave(frames, iso=0.5).hypervolume
+    unmasked = np.ma.masked_array(vertices)
+    assert t4d.sweep(unmasked, triangles, SLIDE).hypervolume == pytest.approx(2)
+
+
+def test_a_file_that_is_opened_and_saved_keeps_its_metadata(models, tmp_path):
+    for name in ("cube", "screw"):
+        mesh = t4d.read(models / f"{name}.t4d")
+        mesh.save(tmp_path / "again.t4d")
+        found = verbs.diff(models / f"{name}.t4d", tmp_path / "again.t4d")
+        assert found["same"] and found["level"] in ("mesh", "bytes")
+        first, again = (verbs.info(path) for path in (models / f"{name}.t4d", tmp_path / "again.t4d"))
+        for key in ("backend", "details", "length_unit", "time_unit", "up"):
+            assert first.get(key) == again.get(key)
+    saved = t4d.read(tmp_path / "again.t4d")
+    assert json.loads(saved._metadata["details"]) == json.loads(mesh._metadata["details"]) != {}
+    assert saved._metadata["backend"] == "mesh4d"
+
+
+def test_errors_can_be_pickled(models, tmp_path):
+    errors = []
+    for fails in (
+        lambda: verbs.slice(models / "cube.t4d", time=99),
+        lambda: t4d.read(tmp_path / "missing.t4d"),
+        lambda: t4d.weave(boxes(2)[:, 0:0]).load(),
+    ):
+        with pytest.raises(t4d.Error) as caught:
+            fails()
+        errors.append(caught.value)
+    for error in errors:
+        copy = pickle.loads(pickle.dumps(error))
+        assert type(copy) is type(error) and str(copy) == str(error)
+        assert vars(copy) == vars(error)
+
+
+def test_motions_of_numpy():
+    plain = t4d.Motion(SLIDE)
+    for given in (
+        {"segments": [{"duration": np.float32(2), "translation": np.array([4, 0, 0])}]},
+        {"segments": ({"duration": np.int64(2), "translation": (np.int8(4), 0, 0.0)},)},
+        types.MappingProxyType(SLIDE),
+        collections.ChainMap(SLIDE),
+    ):
+        assert np.array_equal(t4d.Motion(given).at(0.5), plain.at(0.5))
+    for wrong in (np.nan, np.inf, np.float32("-inf")):
+        with pytest.raises(ValueError, match=r"segments\[0\]\.duration is -?(nan|inf)"):
+            t4d.Motion({"segments": [{"duration": wrong}]})
+        with pytest.raises(ValueError, match=r"segments\[0\]\.translation\[1\] is"):
+            t4d.Motion({"segments": [{"translation": np.array([0, wrong, 0])}]})
+    for wrong in (1j, {1, 2}, np.array([1j])):
+        with pytest.raises(TypeError, match=r"segments\[0\]\.duration"):
+            t4d.Motion({"segments": [{"duration": wrong}]})
+    for wrong, kind in ((np.nan, ValueError), ("a", TypeError), (None, TypeError)):
+        with pytest.raises(kind, match="time is"):
+            plain.at(wrong)
+    assert np.array_equal(plain.at(np.inf), plain.at(2))
+    assert repr(plain) == "<t4d.Motion: from 0.0 to 2.0>"
+    assert "(mm, s)" in repr(t4d.Motion({**SLIDE, "length_unit": "mm", "time_unit": "s"}))
+
+
+def test_bodies_are_chosen_by_name_or_number(models):
+    mesh = t4d.read(models / "cube.t4d")
+    assert "paper-cube" in mesh and "bolt" not in mesh and 0 not in mesh
+    assert mesh[np.int64(0)].names == mesh[-1].names == mesh["paper-cube"].names
+    for wrong in (slice(0, 1), 0.0, None, ["paper-cube"]):
+        with pytest.raises(TypeError, match="by its name or its number"):
+            mesh[wrong]
+    with pytest.raises(IndexError, match="there is no body 1; the mesh has 1"):
+        mesh[1]
+    with pytest.raises(TypeError, match="t4d.read, t4d.sweep or t4d.weave"):
+        t4d.Mesh()
+
+
+def test_a_motion_as_second_argument(cube, models):
+    mesh = t4d.TriangleMesh(*cube)
+    for motion in (t4d.Motion(SLIDE), SLIDE, "screw.json", models / "paper-screw.json"):
+        for solid in (mesh, cube[0]):
+            with pytest.raises(TypeError, match="write .*motion=..."):
+                t4d.sweep(solid, motion)
+
+
+KINDS = [np.uint8, np.int8, np.uint16, np.int16, np.uint32, np.int32, np.uint64, np.int64, np.float16]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_whole_numbers_need_an_iso(kind):
+    found = t4d.weave(boxes(2, kind), iso=0.5)
+    assert found.hypervolume == t4d.weave(boxes(2), iso=0.5).hypervolume
+    with pytest.raises(t4d.InvalidInput, match=f"frame 0: the array is of {np.dtype(kind)}"):
+        t4d.weave(boxes(2, kind)).load()
+
+
+@pytest.mark.parametrize("name", [b"plain", "größe".encode(), b"not-utf8-\xff"])
+def test_paths_are_text_bytes_or_path(cube, tmp_path, name):
+    place = os.fsencode(tmp_path) + b"/" + name + b".t4d"
+    for path in (place, os.fsdecode(place), Path(os.fsdecode(place))):
+        t4d.sweep(*cube, SLIDE).save(path)
+        assert os.path.exists(place)
+        assert t4d.read(path).slab_count > 0
+        assert verbs.validate(path)["valid"]
+        os.remove(place)
+        with pytest.raises(t4d.FileError) as caught:
+            t4d.read(path)
+        assert os.fsencode(caught.value.file) == place
+        surface = type(path)(os.fsdecode(path)[:-4] + ".stl") if path is not place else place[:-4] + b".stl"
+        t4d.TriangleMesh(*cube).save(surface)
+        assert len(t4d.read_triangles(surface).triangles) == 12
+    for wrong in (5, None):
+        for use in (t4d.read, t4d.read_triangles, t4d.sweep(*cube, SLIDE).save):
+            with pytest.raises(TypeError):
+                use(wrong)
+    with pytest.raises(ValueError, match="null"):
+        t4d.read("a\0.t4d")
+
+
+def test_verbs_take_lists_and_any_name(models, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    motion = models / "paper-translation.json"
+    for part, name in (("1/2", "-a.t4d"), ("2/2", "b.t4d")):
+        verbs.sweep(models / "paper-cube.obj", motion=motion, part=part, output=name)
+    names = [["-a.t4d", "b.t4d"]], [("-a.t4d", b"b.t4d")], ["-a.t4d", "b.t4d"], [iter(["-a.t4d", "b.t4d"])]
+    for i, files in enumerate(names):
+        verbs.join(*files, **{("o", "output")[i % 2]: f"-{i}.t4d"})
+        assert verbs.diff(f"-{i}.t4d", models / "cube.t4d")["same"]
+    with pytest.raises(TypeError, match="no name of a file"):
+        verbs.join("b.t4d", 5)
