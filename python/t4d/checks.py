@@ -78,6 +78,10 @@ def flag(option: str, value: Any) -> bool:
 def text(option: str, value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError(_says(option, value, "a text"))
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise ValueError(_says(option, value, "a text that can be written as UTF-8")) from None
     return value
 
 
@@ -102,7 +106,12 @@ def array(what: str, values: ArrayLike) -> np.ndarray:
     if any(np.ma.is_masked(part) for part in parts):
         raise TypeError(f"{what}: the array is masked; fill in the masked values, or leave them out")
     found = np.asarray(values)
-    if np.iscomplexobj(found):
+    if found.dtype.kind == "O":
+        try:
+            return found.astype(np.float64)
+        except (TypeError, ValueError):
+            pass
+    if found.dtype.kind not in "biuf":
         raise TypeError(f"{what}: the array is of {found.dtype}; expected are real numbers")
     return found
 

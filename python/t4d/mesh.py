@@ -462,6 +462,10 @@ def weave(
             raise InvalidInput(
                 f"the frames have the shape {frames.shape}; expected is (nt, nx, ny, nz)"
             )
+    elif isinstance(frames, (str, bytes, os.PathLike)) or not hasattr(frames, "__iter__"):
+        raise TypeError(
+            f"frames is {frames!r}; expected is an array (nt, nx, ny, nz), or arrays one by one"
+        )
     if times is None:
         if not hasattr(frames, "__len__"):
             raise TypeError("the frames come from an iterator: give their times")

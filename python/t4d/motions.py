@@ -27,6 +27,8 @@ class Motion:
             self._motion = given._motion
         elif isinstance(given, Mapping):
             self._motion = _t4d.parse_motion(json.dumps(_plain(given, "")))
+        elif not isinstance(given, (str, bytes, os.PathLike)):
+            raise TypeError(f"the motion is {given!r}; expected is a dictionary or a file")
         else:
             self._motion = _t4d.read_motion(checks.path_bytes(given))
 
@@ -99,7 +101,12 @@ class Motion:
 
 
 def _doubles(what: str, values: ArrayLike) -> np.ndarray:
-    return checks.array(what, values).astype(np.float64)
+    found = checks.array(what, values).astype(np.float64)
+    wrong = np.argwhere(~np.isfinite(found))
+    if len(wrong):
+        place = "".join(f"[{i}]" for i in wrong[0])
+        raise ValueError(f"{what}{place} is {found[tuple(wrong[0])]}; expected is a finite number")
+    return found
 
 
 def _plain(given: Any, place: str) -> Any:

@@ -92,6 +92,8 @@ class TriangleMesh:
 
 
 def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, np.ndarray]:
+    if not isinstance(given, (Mapping, type(None))):
+        raise TypeError(f"the attributes are {given!r}; expected is a dictionary of arrays")
     return {
         checks.text("the name of an attribute", name): checks.array(f"attribute '{name}'", values)
         for name, values in (given or {}).items()

@@ -49,10 +49,11 @@ WRONG = {
         ("max_deviation", ["a", -1, np.inf]),
         ("caps", ["round", None, ["cone"]]),
         ("prism", [5, "14", 14.5]),
-        ("name", [None, 5, b"a"]),
+        ("name", [None, 5, b"a", "\udcff"]),
         ("up", ["x", None]),
     ],
     "weave": [
+        ("frames", [5, None, "a", Path("a")]),
         ("spacing", [0, -1, "a", (1, 2), (1, 2, 0), np.nan, None]),
         ("origin", [(0, 0), 0, "abc", (0, 0, np.inf), None]),
         ("times", [("a", "b"), 5, (0, np.nan)]),
@@ -79,7 +80,7 @@ def test_wrong_options_are_named(models, cube, tmp_path, function, option, value
     call = {
         "save": lambda **given: t4d.sweep(*cube, SLIDE).save(tmp_path / "x.t4d", **given),
         "sweep": lambda **given: t4d.sweep(*cube, SLIDE, **given),
-        "weave": lambda **given: t4d.weave(boxes(2) > 0, **given),
+        "weave": lambda **given: t4d.weave(**{"frames": boxes(2) > 0, **given}),
         "read": lambda **given: t4d.read(models / "cube.t4d", **given),
         "slice": lambda **given: t4d.read(models / "cube.t4d").slice(**given),
     }[function]
@@ -99,6 +100,9 @@ def test_numbers_of_numpy_are_numbers(cube, tmp_path):
 def test_masks_and_imaginary_parts_are_not_dropped(cube):
     vertices, triangles = cube
     masked = np.ma.masked_greater(vertices, 0.5)
+    for wrong in (vertices.astype(str), vertices.astype("M8[s]"), [["a"] * 3]):
+        with pytest.raises(TypeError, match="vertices: the array is of"):
+            t4d.sweep(wrong, triangles, SLIDE)
     for wrong in (masked, vertices + 1j):
         with pytest.raises(TypeError, match="vertices: the array is"):
             t4d.sweep(wrong, triangles, SLIDE)
@@ -168,6 +172,13 @@ def test_motions_of_numpy():
         with pytest.raises(kind, match="time is"):
             plain.at(wrong)
     assert np.array_equal(plain.at(np.inf), plain.at(2))
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[1, 0, 2] = np.nan
+    with pytest.raises(ValueError, match=r"matrices\[1\]\[0\]\[2\] is nan"):
+        t4d.Motion.from_matrices([0, 1], poses)
+    for wrong in (5, None, [SLIDE]):
+        with pytest.raises(TypeError, match="the motion is"):
+            t4d.Motion(wrong)
     assert repr(plain) == "<t4d.Motion: from 0.0 to 2.0>"
     assert "(mm, s)" in repr(t4d.Motion({**SLIDE, "length_unit": "mm", "time_unit": "s"}))
 
