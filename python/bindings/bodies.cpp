@@ -147,6 +147,7 @@ void defineBodies(py::module_& module) {
 
   py::class_<Body, std::shared_ptr<Body>>(module, "Body")
       .def_property_readonly("name", [](const Body& body) { return body.info.name; })
+      .def_property_readonly("parent", [](const Body& body) { return body.info.parent; })
       .def_readonly("length_unit", &Body::lengthUnit)
       .def_readonly("time_unit", &Body::timeUnit)
       .def_readonly("up", &Body::up)

@@ -1,5 +1,7 @@
 #include "python/bindings/producers.h"
 
+#include <algorithm>
+
 #include <pybind11/stl.h>
 
 #include "python/bindings/arrays.h"
@@ -173,7 +175,14 @@ py::tuple saveBodies(const std::vector<std::shared_ptr<Body>>& bodies, const std
                      const py::object& callback) {
   std::vector<formats::BodyInfo> infos;
   infos.reserve(bodies.size());
-  for (const auto& body : bodies) infos.push_back(body->info);
+  for (const auto& body : bodies) {
+    infos.push_back(body->info);
+    // A body that is saved without its parent has none.
+    if (std::ranges::none_of(
+            bodies, [&](const auto& other) { return other->info.name == body->info.parent; })) {
+      infos.back().parent.clear();
+    }
+  }
   return save(path, metadataOf(metadata, std::move(infos)), options, callback,
               [&](std::size_t i, model::Sink& sink, const model::Progress& progress) {
                 return model::pump(*bodies[i]->source, sink, progress);

@@ -304,6 +304,11 @@ class Mesh:
             size, losses = self._producer.save(self._name, place, metadata, options, progress)
         else:
             size, losses = _t4d.save_bodies(self._bodies, place, metadata, options, progress)
+            losses += [
+                f"the body '{body.name}' has no parent any more: '{body.parent}' is not in the file"
+                for body in self._bodies
+                if body.parent and body.parent not in self
+            ]
         warn(Loss, losses)
         return size
 

@@ -5,6 +5,7 @@ import json
 import os
 import pickle
 import types
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -133,6 +134,18 @@ def test_a_file_that_is_opened_and_saved_keeps_its_metadata(models, tmp_path):
     saved = t4d.read(tmp_path / "again.t4d")
     assert json.loads(saved._metadata["details"]) == json.loads(mesh._metadata["details"]) != {}
     assert saved._metadata["backend"] == "mesh4d"
+
+
+def test_a_body_that_is_saved_alone_keeps_what_it_can(tmp_path):
+    corpus = Path(__file__).parents[2] / "t4d/conformance/corpus/files/valid"
+    mesh = t4d.read(corpus / "head-bodies-with-all-members.t4d")
+    with pytest.warns(t4d.Loss, match="the body 'part' has no parent any more"):
+        mesh["part"].save(tmp_path / "part.t4d")
+    assert t4d.read(tmp_path / "part.t4d").names == ["part"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mesh.save(tmp_path / "all.t4d")
+    assert verbs.diff(corpus / "head-bodies-with-all-members.t4d", tmp_path / "all.t4d")["same"]
 
 
 def test_errors_can_be_pickled(models, tmp_path):
