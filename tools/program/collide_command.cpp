@@ -59,6 +59,13 @@ struct BodyPair {
     if (!collision.clearance) return false;
     return collision.clearance->lowerBound - verdict.chordBound.value_or(0) >= distance;
   }
+
+  /// Whether it is certain that it is not kept.
+  bool breaks(double distance) const {
+    if (verdict.verdict == Verdict::Hit || verdict.verdict == Verdict::Touch) return distance > 0;
+    return collision.clearance &&
+           collision.clearance->distance + verdict.chordBound.value_or(0) < distance;
+  }
 };
 
 /// The units of the first file count; differences are an error unless they are to be ignored.
@@ -222,7 +229,9 @@ void printText(const BodyPair& pair, const CollideArguments& options) {
   }
   if (options.clearance && collision.common) {
     print("  the clearance of {} is {}\n", *options.clearance,
-          pair.keeps(*options.clearance) ? "kept" : "not kept for certain");
+          pair.keeps(*options.clearance)    ? "kept"
+          : pair.breaks(*options.clearance) ? "not kept"
+                                            : "not kept for certain");
   }
 }
 
