@@ -293,19 +293,21 @@ export function cut(plane, atLast = false) {
 export function measure({ points, triangles }) {
   let volume = 0;
   let area = 0;
+  // Far from the origin triple products about it would cancel: these are about a point of the section.
+  const [ox, oy, oz] = points;
   for (let i = 0; i < triangles.length; i += 3) {
     const a = 3 * triangles[i];
     const b = 3 * triangles[i + 1];
     const c = 3 * triangles[i + 2];
-    const ax = points[a];
-    const ay = points[a + 1];
-    const az = points[a + 2];
-    const bx = points[b];
-    const by = points[b + 1];
-    const bz = points[b + 2];
-    const cx = points[c];
-    const cy = points[c + 1];
-    const cz = points[c + 2];
+    const ax = points[a] - ox;
+    const ay = points[a + 1] - oy;
+    const az = points[a + 2] - oz;
+    const bx = points[b] - ox;
+    const by = points[b + 1] - oy;
+    const bz = points[b + 2] - oz;
+    const cx = points[c] - ox;
+    const cy = points[c + 1] - oy;
+    const cz = points[c + 2] - oz;
     volume += (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6;
     const ux = bx - ax;
     const uy = by - ay;

@@ -39,6 +39,11 @@ function onArrival() {
 
 // Messages ---------------------------------------------------------------------------------------
 
+let messageOf = ''; // what was shown when the message came
+
+/** What is shown, but for the camera and the looks that no message is about. */
+const shownKey = () => JSON.stringify([state.cut, state[sliderKey()], state.normal, state.hidden, state.color, state.drop]);
+
 function showError(error, detail = '') {
   const box = element('message');
   const text = [error.message, detail].filter(Boolean);
@@ -47,6 +52,7 @@ function showError(error, detail = '') {
   close.onclick = () => { box.hidden = true; };
   box.append(close);
   box.hidden = false;
+  messageOf = shownKey();
   if (error.isKnown === false || error.workerStack) console.error(error.workerStack ?? error);
 }
 
@@ -73,6 +79,8 @@ async function openFile(from, { beside = false, name } = {}) {
     speeds.firstPicture = null;
   }
   const pane = new Pane(view.renderer, client, info, center, onArrival, (error, body, slab) => {
+    // Said once of what is shown, also if the box was closed.
+    if (body && messageOf === shownKey()) return;
     showError(new Error(`${info.name}: ${error.message}`),
       body && `Of '${body.name}' the time from ${shown(slab.begin)} to ${shown(slab.end)} cannot be shown; the rest can.`);
   });
@@ -130,6 +138,7 @@ function set(changes) {
 
 function onState() {
   isDirty = true;
+  if (messageOf !== shownKey()) element('message').hidden = true;
   fillControls();
   measureLater();
   linkLater();
@@ -350,6 +359,8 @@ async function measureNow() {
     return;
   }
   if (turn !== measured) return;
+  element('save').disabled = answers.every(({ sections }) =>
+    sections.every(({ name, numTriangles }) => numTriangles === 0 || state.hidden.includes(name)));
   const totals = answers.map(({ sections }) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
   const unit = panes[0].info.head.length_unit ?? '';
   const [squared, cubed] = isSpace() && unit ? [` ${unit}²`, ` ${unit}³`] : ['', ''];
@@ -446,6 +457,7 @@ function fillPanel() {
   element('bodies').replaceChildren(...(bodies.length < 2 ? [] : bodies).map(({ name, color }) => {
     const label = document.createElement('label');
     const box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: !state.hidden.includes(name) });
+    box.dataset.body = name;
     box.onchange = () => set({
       hidden: box.checked ? state.hidden.filter((each) => each !== name) : [...state.hidden, name],
     });
@@ -470,6 +482,10 @@ function fillColors() {
   if (select.dataset.options !== JSON.stringify(options)) {
     select.dataset.options = JSON.stringify(options);
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+  }
+  if (!options.some(([value]) => value === state.color)
+    && (state.color !== 'distance' || areAllOpen) && (!state.color.startsWith('attribute:') || names.size > 0)) {
+    set({ color: 'body' });
   }
   select.value = state.color;
   const attribute = names.get(state.color.slice('attribute:'.length));
@@ -502,6 +518,7 @@ function fillNormal() {
       const normal = [...state.normal];
       normal[i] = Number(slider.value) * (i === 3 ? state.timeScale : 1);
       if (normal.some((each) => each !== 0)) turnTo(normal);
+      else slider.value = state.normal[i] / (i === 3 ? state.timeScale : 1);
     };
     label.append(name, slider, value);
     return label;
@@ -521,6 +538,7 @@ function fillControls() {
   for (const button of document.querySelectorAll('[data-cut]')) {
     button.setAttribute('aria-pressed', button.dataset.cut === state.cut);
   }
+  element('save').disabled = state.cut === 'solid' || panes.length === 0;
   element('normal').hidden = state.cut !== 'any';
   element('dropped').hidden = state.cut !== 'solid';
   element('timeScaleRow').hidden = state.cut === 't';
@@ -530,6 +548,7 @@ function fillControls() {
     if (document.activeElement !== slider) slider.value = value;
     slider.nextSibling.textContent = shown(state.normal[i], 3);
   }
+  for (const box of document.querySelectorAll('[data-body]')) box.checked = !state.hidden.includes(box.dataset.body);
   const put = (id, key, value) => {
     const input = element(id);
     if (document.activeElement !== input) input[key] = value;
@@ -602,6 +621,7 @@ async function sliceAsGlb({ info, bodyColors } = panes[0]) {
 }
 
 async function save() {
+  if (element('save').disabled) return;
   try {
     const key = sliderKey();
     for (const pane of panes) {
@@ -654,8 +674,11 @@ function togglePanel() {
 
 function listen() {
   addEventListener('keydown', (event) => {
-    if (event.target.matches('input[type="number"], select, dialog *') || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target.matches('button') && event.key === ' ') return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    // The keys of form controls are theirs.
+    if (event.target.matches('input[type="number"], input[type="text"], select, dialog *')) return;
+    if (event.target.matches('button, input[type="checkbox"]') && event.key === ' ') return;
+    if (event.target.matches('[data-normal]') && /^(Arrow|Page|Home|End)/.test(event.key)) return;
     if (panes.length === 0 || !Object.hasOwn(keys, event.key)) return;
     event.preventDefault();
     keys[event.key](event);
@@ -664,7 +687,7 @@ function listen() {
     element(id).onchange = () => {
       const value = element(id).valueAsNumber;
       if (isRight(value)) set({ [key]: value });
-      else fillControls();
+      element(id).value = state[key];
     };
   };
   for (const button of document.querySelectorAll('[data-cut]')) button.onclick = () => set({ cut: button.dataset.cut });
@@ -680,8 +703,12 @@ function listen() {
     set({ [sliderKey()]: value });
   };
   element('value').onchange = () => {
-    const value = element('value').valueAsNumber;
-    if (Number.isFinite(value)) set({ [sliderKey()]: value });
+    const input = element('value');
+    const [low, high] = sliderRange();
+    const value = input.valueAsNumber;
+    if (Number.isFinite(value)) set({ [sliderKey()]: Math.min(high, Math.max(low, value)) });
+    // Also while it is focused.
+    input.value = Number(state[sliderKey()].toPrecision(9));
   };
   element('speed').onchange = () => set({ speed: Number(element('speed').value) });
   element('loop').onchange = () => set({ loop: element('loop').checked });
@@ -697,7 +724,12 @@ function listen() {
   element('link').onclick = async () => {
     const url = new URL(location.href);
     url.hash = hashOf(state, base);
-    await navigator.clipboard?.writeText(url.href);
+    try {
+      await navigator.clipboard.writeText(url.href);
+    } catch {
+      showError(new Error('The browser does not let this page copy. This is the link:'), url.href);
+      return;
+    }
     element('link').textContent = 'Copied';
     setTimeout(() => { element('link').textContent = 'Copy link'; }, 1500);
   };
@@ -753,6 +785,8 @@ function ownFiles() {
 
 const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 
+let areAllOpen = false; // the files that the page was asked for
+
 async function start() {
   listen();
   requestAnimationFrame(frame);
@@ -763,6 +797,8 @@ async function start() {
   for (const [i, { url, base64, name }] of files.entries()) {
     await openFile(base64 ? bytesOf(base64) : new URL(url, location.href).href, { beside: i > 0, name });
   }
+  areAllOpen = true;
+  invalidate();
 }
 
 // For tests, and for scripts in the console.

@@ -60,7 +60,7 @@ export class Pane {
     this.loading = 0;
     this.read = info.read;
     this.requests = info.requests;
-    this.failed = new Set();
+    this.failed = new Map(); // the errors of slabs, by 'body/slab'
     this.bodyColors = info.bodies.map(colorOf);
   }
 
@@ -95,8 +95,7 @@ export class Pane {
       this.requests = slab.requests;
     }).catch((error) => {
       if (!this.slabs.delete(key)) return; // another file is shown by now
-      this.failed.add(key);
-      this.onError(error, this.info.bodies[body], this.info.bodies[body].slabs[number]);
+      this.failed.set(key, error);
     }).finally(() => {
       --this.loading;
       this.onChange();
@@ -189,6 +188,7 @@ export class Pane {
     const wanted = new Map();
     const slabKeys = new Set();
     let isWhole = true;
+    let hasFailed = false;
     const keepOthers = new Set(); // where a slab is missing, what was shown before stays
     const want = (layer, body, number, Type, prepare) => {
       if (hidden.has(this.info.bodies[body].name)) return;
@@ -197,7 +197,11 @@ export class Pane {
       const slab = this.slab(body, number);
       if (slab && look.mode === 'attribute' && !this.attribute(slab, body, number, look.name)) isWhole = false;
       if (!slab) {
-        if (!this.failed.has(slabKey)) {
+        if (this.failed.has(slabKey)) {
+          // What was fetched ahead is reported when it is to be shown; of many, the first.
+          if (!hasFailed) this.onError(this.failed.get(slabKey), this.info.bodies[body], this.info.bodies[body].slabs[number]);
+          hasFailed = true;
+        } else {
           isWhole = false;
           keepOthers.add(`${layer}/${body}/`);
         }

@@ -47,12 +47,16 @@ export function stateOf(hash) {
     const isRight = {
       normal: () => isNumbers(value, 4) && value.some((each) => each !== 0),
       camera: () => isNumbers(value, 6),
+      speed: () => Number.isFinite(value) && value > 0,
+      onion: () => Number.isInteger(value) && value >= 0 && value <= 5,
+      onionStep: () => Number.isFinite(value) && value > 0,
+      timeScale: () => Number.isFinite(value) && value > 0,
       hidden: () => Array.isArray(value) && value.every((each) => typeof each === 'string'),
     }[key] ?? (() => typeof value === typeof like && (typeof value !== 'number' || Number.isFinite(value)));
     if (isRight()) state[key] = value;
   }
   if (state.cut && !['t', 'x', 'y', 'z', 'any', 'solid'].includes(state.cut)) delete state.cut;
   if (state.drop && !['x', 'y', 'z'].includes(state.drop)) delete state.drop;
-  if (state.timeScale <= 0) delete state.timeScale;
+  if (state.color && !/^(body|time|distance|attribute:.+)$/s.test(state.color)) delete state.color;
   return state;
 }

@@ -6,7 +6,7 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
-import { open } from 't4d-reader';
+import { measure, open } from 't4d-reader';
 
 import { makePage } from '../build.mjs';
 import { launch, openPage, serve } from '../browser.mjs';
@@ -31,11 +31,12 @@ before(async () => {
   t4d('sweep', at('fx/torus.obj'), '--motion', at('fx/several-segments.json'), '--backend', 'voxel4d', '--voxel-size', 0.5,
     '--frames', 12, '--compression', 0, '-o', at('large.t4d'));
   t4d('transform', at('cube.t4d'), '--move', 0.5, 0, 0, '-o', at('beside.t4d'));
+  t4d('transform', at('torus.t4d'), '--move', 1e6, -1e6, 1e6, '-o', at('far.t4d'));
   writeFileSync(at('viewer.html'), await makePage());
   const damaged = readFileSync(at('torus.t4d'));
   const { slabs } = (await open(new Uint8Array(damaged))).bodies[0];
   damaged[slabs[4].at + 40] ^= 1;
-  const files = Object.fromEntries(['cube', 'torus', 'boxes', 'large', 'beside'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
+  const files = Object.fromEntries(['cube', 'torus', 'boxes', 'large', 'beside', 'far'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
   site = await serve({
     'index.html': at('viewer.html'), ...files, 'damaged.t4d': damaged, 'cut-off.t4d': damaged.subarray(0, 5000),
     'text.t4d': new TextEncoder().encode('This is no 4D mesh, but some other text.'),
@@ -106,6 +107,20 @@ test('the measures on the page are those of the program', async () => {
   await page.waitForFunction((text) => document.getElementById('measures').innerText.includes(text),
     triangles.toLocaleString('en'));
   assert.ok((await page.innerText('#measures')).includes(String(Number(volume.toPrecision(6)))));
+  await page.close();
+});
+
+test('the measures hold far from the origin', async () => {
+  const expected = t4d('slice', at('far.t4d'), '--time', 0.4);
+  const file = await open(new Uint8Array(readFileSync(at('far.t4d'))));
+  const found = measure((await file.slice(0.4))[0]);
+  for (const key of ['volume', 'area']) {
+    assert.ok(Math.abs(found[key] / expected[key] - 1) < 1e-9, `${key}: ${found[key]}, expected ${expected[key]}`);
+  }
+  const { page, errors } = await openAt('?file=far.t4d#t=0.4');
+  await page.waitForFunction((text) => document.getElementById('measures').innerText.includes(text),
+    String(Number(expected.volume.toPrecision(6))));
+  assert.deepEqual(errors, []);
   await page.close();
 });
 
@@ -365,6 +380,51 @@ test('a page without a file asks for one', async () => {
   await page.waitForFunction('window.t4dViewer.panes.length === 1');
   const [found] = await shownMeasures(page, { t: 0.4 });
   sameAsProgram(found, t4d('slice', at('cube.t4d'), '--time', 0.4), 'cube');
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('form controls keep their keys, and wrong values go back', async () => {
+  const { page, errors } = await openAt('?file=boxes.t4d#onion=7&speed=-1&onionStep=0&color=attribute:none&t=1');
+  const state = () => page.evaluate('window.t4dViewer.state');
+  await page.evaluate('window.t4dViewer.whole()');
+  await page.waitForFunction('window.t4dViewer.state.color === "body"');
+  const { onion, speed, onionStep } = await state();
+  assert.deepEqual([onion, speed], [0, 1]);
+  assert.ok(onionStep > 0);
+  await page.focus('#wire');
+  await page.keyboard.press(' ');
+  assert.ok((await state()).wire);
+  assert.notEqual(await page.getAttribute('#play', 'aria-pressed'), 'true');
+  await page.fill('#value', '1000');
+  await page.keyboard.press('Enter');
+  assert.equal((await state()).t, 10);
+  assert.equal(await page.inputValue('#value'), '10');
+  await page.fill('#value', '');
+  await page.keyboard.press('Enter');
+  assert.equal(await page.inputValue('#value'), '10');
+  await page.evaluate('window.t4dViewer.set({ cut: "any" })');
+  const sliders = page.locator('[data-normal]');
+  await sliders.nth(1).focus();
+  await page.keyboard.press('ArrowRight');
+  assert.ok(Math.abs((await state()).normal[1] - 0.01) < 1e-9);
+  await page.evaluate('window.t4dViewer.set({ normal: [1, 0, 0, 0] })');
+  await sliders.nth(0).fill('0');
+  assert.deepEqual((await state()).normal, [1, 0, 0, 0]);
+  assert.equal(await sliders.nth(0).inputValue(), '1');
+  await page.evaluate('window.t4dViewer.set({ cut: "solid" })');
+  assert.ok(await page.isDisabled('#save'));
+  const [name] = await page.evaluate('window.t4dViewer.panes[0].info.bodies.map(({ name }) => name)');
+  await page.evaluate((hidden) => { location.hash = `hidden=${JSON.stringify([hidden])}`; }, name);
+  await page.waitForFunction('!document.querySelector("[data-body]").checked');
+  await page.evaluate('Object.defineProperty(navigator, "clipboard", { value: undefined })');
+  await page.click('#link');
+  assert.match(await page.innerText('#message'), /hidden=/);
+  await page.setViewportSize({ width: 390, height: 844 });
+  const height = () => page.locator('#canvas').boundingBox().then((box) => box.height);
+  const before = await height();
+  await page.click('#hide');
+  assert.ok(await height() > before + 150);
   assert.deepEqual(errors, []);
   await page.close();
 });
