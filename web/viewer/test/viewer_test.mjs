@@ -385,7 +385,7 @@ test('a page without a file asks for one', async () => {
 });
 
 test('form controls keep their keys, and wrong values go back', async () => {
-  const { page, errors } = await openAt('?file=boxes.t4d#onion=7&speed=-1&onionStep=0&color=attribute:none&t=1');
+  const { page, errors } = await openAt('?file=boxes.t4d&file=cube.t4d#onion=7&speed=-1&onionStep=0&color=attribute:none&t=1');
   const state = () => page.evaluate('window.t4dViewer.state');
   await page.evaluate('window.t4dViewer.whole()');
   await page.waitForFunction('window.t4dViewer.state.color === "body"');
