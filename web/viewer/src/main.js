@@ -484,7 +484,7 @@ function fillColors() {
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   }
   if (!options.some(([value]) => value === state.color)
-    && (state.color !== 'distance' || areAllOpen) && (!state.color.startsWith('attribute:') || names.size > 0)) {
+    && areAllOpen && panes.some(({ slabs }) => [...slabs.values()].some(({ gpu }) => gpu))) {
     set({ color: 'body' });
   }
   select.value = state.color;
