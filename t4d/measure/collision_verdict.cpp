@@ -23,34 +23,36 @@ class Depth {
       : treeA_(a), treeB_(b), windingA_(a), windingB_(b) {}
 
   /// The lesser of the depths in the two solids, less a length for each; negative outside of one.
-  /// Points that are a distance apart have values that differ by that distance at most.
-  double at(const Point3& point, double lessA, double lessB) const {
-    const auto depthIn = [&](const TriangleTree& tree, const WindingNumber& winding) {
+  /// Points that are a distance apart have values that differ by that distance at most. A value up
+  /// to `most` may be too large, but not larger than that, where it takes long to tell inside from
+  /// outside: near a surface.
+  double at(const Point3& point, double lessA, double lessB, double most) const {
+    const auto depthIn = [&](const TriangleTree& tree, const WindingNumber& winding, double less) {
+      constexpr double kSure = 0.25;  // far more than `at` is off
       const double distance = tree.nearest(point).distance;
-      return isInside(winding, point) ? distance : -distance;
+      double number = winding.at(point) - 0.5;
+      if (std::abs(number) <= kSure) {
+        if (distance - less <= most) return distance - less;
+        number = winding.exactAt(point) - 0.5;
+      }
+      return (number > 0 ? distance : -distance) - less;
     };
-    return std::min(depthIn(treeA_, windingA_) - lessA, depthIn(treeB_, windingB_) - lessB);
+    return std::min(depthIn(treeA_, windingA_, lessA), depthIn(treeB_, windingB_, lessB));
   }
 
  private:
-  static bool isInside(const WindingNumber& winding, const Point3& point) {
-    constexpr double kSure = 0.25;  // far more than `at` is off
-    const double number = winding.at(point) - 0.5;
-    return (std::abs(number) > kSure ? number : winding.exactAt(point) - 0.5) > 0;
-  }
-
   TriangleTree treeA_;
   TriangleTree treeB_;
   WindingNumber windingA_;
   WindingNumber windingB_;
 };
 
-/// The greatest depth, less a length for each solid, to a hundredth: by branch and bound over
-/// boxes, those that may hold the most first. 0 if none is more than `least`.
+/// The greatest depth, less a length for each solid, to a fiftieth: by branch and bound over boxes,
+/// those that may hold the most first. 0 if none is more than `least`; any that is, if `any`.
 double greatestDepth(const Depth& depth, const model::Bounds3& bounds, double lessA, double lessB,
-                     double least) {
-  constexpr int kMostBoxes = 20'000;
-  constexpr double kEnough = 1.01;
+                     double least, bool any = false) {
+  constexpr int kMostBoxes = 3'000;
+  constexpr double kEnough = 1.02;
   struct Box {
     Point3 center;
     Point3 half;
@@ -60,12 +62,13 @@ double greatestDepth(const Depth& depth, const model::Bounds3& bounds, double le
   std::priority_queue<Box, std::vector<Box>, decltype(isLess)> boxes(isLess);
   double most = least;
   const auto add = [&](const Point3& center, const Point3& half) {
-    const double here = depth.at(center, lessA, lessB);
+    const double here = depth.at(center, lessA, lessB, most);
     most = std::max(most, here);
     boxes.push({center, half, here + half.norm()});
   };
   add((bounds.min + bounds.max) / 2, (bounds.max - bounds.min) / 2);
   for (int count = 1; count < kMostBoxes && boxes.top().mostInIt > kEnough * most; count += 2) {
+    if (any && most > least) break;
     Box box = boxes.top();
     boxes.pop();
     // Halved along its longest side.
@@ -130,7 +133,8 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
     constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
     const double rounding =
         kRounding * std::max(common.min.cwiseAbs().maxCoeff(), common.max.cwiseAbs().maxCoeff());
-    certain = certain || greatestDepth(depth, common, chordsA.bound, chordsB.bound, rounding) > 0;
+    certain = certain || greatestDepth(depth, common, chordsA.bound, chordsB.bound, rounding,
+                                       /*any=*/true) > 0;
     result.depth = std::max(result.depth, greatestDepth(depth, common, 0, 0, rounding));
   }
   double margin = result.depth;
