@@ -457,7 +457,8 @@ def weave(
 
     ``frames`` is an array (nt, nx, ny, nz) of float32, float64 or bool (with ``iso`` also of whole
     numbers or float16), or anything that gives arrays (nx, ny, nz) one by one: of an iterator one
-    frame is in memory at a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it, values below zero, and
+    frame is in memory at a time, and ``times`` says how many there are. Values above ``iso``
+    are inside; without it, values below zero, and
     True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
     for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
     """
