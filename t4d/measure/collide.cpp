@@ -280,6 +280,7 @@ class WindowSearch {
 
   /// Whether the hulls of two leaves are certainly farther from each other.
   bool areFarther(const CellTree::Node& leafA, const CellTree::Node& leafB, double distance) const {
+    static_assert(CellTree::kMostVertices <= kMostHullPoints);
     using Hull = std::array<model::Point4, CellTree::kMostVertices>;
     Hull hullA;
     Hull hullB;

@@ -40,6 +40,15 @@ class Overlaps {
     return found->volume;
   }
 
+  /// The volume of the smaller solid.
+  Result<double> smallerVolumeAt(double time) const {
+    const auto sliceA = a_.at(time);
+    if (!sliceA) return pass(sliceA.error());
+    const auto sliceB = b_.at(time);
+    if (!sliceB) return pass(sliceB.error());
+    return std::min(std::abs(signedVolume(sliceA->mesh)), std::abs(signedVolume(sliceB->mesh)));
+  }
+
   Result<void> measure(ContactInterval& interval) const {
     if (!interval.overlaps && interval.end == interval.begin) return {};
     double best = interval.begin;
@@ -88,15 +97,13 @@ class Overlaps {
     // Where no two cells cross, a part of one solid lies inside the other, or the solids only
     // touch, and rounding leaves a film.
     constexpr double kFilm = 1e-10;
-    const auto sliceA = a_.at(best);
-    if (!sliceA) return pass(sliceA.error());
-    const auto sliceB = b_.at(best);
-    if (!sliceB) return pass(sliceB.error());
-    const double smaller =
-        std::min(std::abs(signedVolume(sliceA->mesh)), std::abs(signedVolume(sliceB->mesh)));
-    if (!interval.overlaps && found->volume <= kFilm * smaller) {
-      interval.deepestTime = interval.begin;
-      return {};
+    if (!interval.overlaps) {
+      const auto smaller = smallerVolumeAt(best);
+      if (!smaller) return pass(smaller.error());
+      if (found->volume <= kFilm * *smaller) {
+        interval.deepestTime = interval.begin;
+        return {};
+      }
     }
     interval.overlaps = true;
     interval.overlapVolume = found->volume;
