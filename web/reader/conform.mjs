@@ -62,7 +62,7 @@ async function slice(source, plane) {
   const file = await open(source);
   return {
     bodies: (await file.slice(plane)).map((section) => {
-      const { numPoints, numTriangles, volume, area, min, max } = measure(section);
+      const { numPoints, numTriangles, volume, area, min, max } = measure(section, [0, 0, 0]);
       return {
         name: section.name, points: String(numPoints), triangles: String(numTriangles), volume: real(volume),
         area: real(area), ...boundsText({ min, max }),

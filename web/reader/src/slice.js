@@ -289,12 +289,15 @@ export function cut(plane, atLast = false) {
   return { add, finish };
 }
 
-/** Counts, volume, area and bounds of a section. */
-export function measure({ points, triangles }) {
+/**
+ * Counts, volume, area and bounds of a section. The volume is the sum of the tetrahedra from `apex` to
+ * the triangles. That of a closed section is the same for every apex, and loses least to cancellation
+ * with one of its own points; for an open section the format's specification has the origin.
+ */
+export function measure({ points, triangles }, apex = points.subarray(0, 3)) {
   let volume = 0;
   let area = 0;
-  // Far from the origin triple products about it would cancel: these are about a point of the section.
-  const [ox, oy, oz] = points;
+  const [ox, oy, oz] = apex;
   for (let i = 0; i < triangles.length; i += 3) {
     const a = 3 * triangles[i];
     const b = 3 * triangles[i + 1];
