@@ -13,7 +13,7 @@ set(t4d_convert_NEEDS formats)
 set(t4d_measure_NEEDS convert)
 set(t4d_mill_NEEDS mesh4d voxel4d measure)
 set(t4d_edit_NEEDS mesh4d measure)
-set(t4d_conformance_NEEDS fixtures mesh4d voxel4d edit)
+set(t4d_conformance_NEEDS fixtures mesh4d voxel4d mill edit)
 
 # t4d_with_needs(<variable> <components>): the components and all that they need, in order.
 function(t4d_with_needs variable)

@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 
 #include "t4d/convert/slice.h"
+#include "t4d/edit/resolve.h"
 #include "t4d/measure/collide.h"
+#include "t4d/measure/mesh_quality.h"
 #include "t4d/measure/silhouette.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/model/sinks.h"
@@ -137,17 +139,49 @@ void checkVisits(const model::Source& mesh, const Measure& expectation,
                                       silhouette.error().text()));
 }
 
+void checkNormalSpeed(const model::Source& mesh, const Measure& expectation,
+                      std::vector<Check>& checks) {
+  const std::string name = "mean normal speed";
+  const model::Body body{{}, &mesh};
+  const auto speed = measure::meanNormalSpeed({&body, 1});
+  checks.push_back(speed ? measureIs(name, expectation, *speed)
+                         : holds(name, true, false, kByDefinition, speed.error().text()));
+}
+
+constexpr measure::CollideOptions kContactsOnly{.clearance = false, .overlapVolumes = false};
+
+/// Moves the mesh out of the way of the obstacle.
+void checkGivesWay(const model::Source& mesh, const model::Source& obstacle,
+                   std::vector<Check>& checks) {
+  const model::Body body{{}, &mesh};
+  const model::Body other{{}, &obstacle};
+  const auto resolved = edit::resolve({&other, 1}, body, {});
+  checks.push_back(holds("gives way to the obstacle", true, resolved.has_value(),
+                         "only a part of the solid is in its way",
+                         resolved ? std::string() : resolved.error().text()));
+  if (!resolved) return;
+  const auto collision = measure::collide(*resolved->source, obstacle, kContactsOnly);
+  checks.push_back(holds("clear of the obstacle then", true, collision && !collision->contact(),
+                         "by the exact test of cells in space-time",
+                         collision ? std::string() : collision.error().text()));
+  measure::MeshChecker checker;
+  const auto read = model::pump(*resolved->source, checker);
+  checks.push_back(holds("closed and oriented then", true,
+                         read && checker.finish().issues.issues.empty(), kByDefinition,
+                         read ? std::string() : read.error().text()));
+}
+
 void checkContact(const model::Source& mesh, const ContactExpectation& expectation,
                   std::vector<Check>& checks) {
   const std::string name = "first contact with the obstacle";
-  const auto collision =
-      measure::collide(mesh, *expectation.obstacle, {.clearance = false, .overlapVolumes = false});
+  const auto collision = measure::collide(mesh, *expectation.obstacle, kContactsOnly);
   if (collision && collision->contact()) {
     checks.push_back(measureIs(name, expectation.time, collision->intervals.front().begin));
   } else {
     checks.push_back(holds(name, true, false, "the moving solid touches it",
                            collision ? "they never touch" : collision.error().text()));
   }
+  if (expectation.canGiveWay) checkGivesWay(mesh, *expectation.obstacle, checks);
 }
 
 }  // namespace
@@ -203,6 +237,7 @@ MeshResult verify(const model::Source& mesh, const Expectation& expectation,
     result.sliceVolumes.push_back(checkSlice(mesh, slice, checks));
   }
   if (expectation.visitsVolume) checkVisits(mesh, *expectation.visitsVolume, checks);
+  if (expectation.meanNormalSpeed) checkNormalSpeed(mesh, *expectation.meanNormalSpeed, checks);
   if (expectation.contact) checkContact(mesh, *expectation.contact, checks);
   return result;
 }

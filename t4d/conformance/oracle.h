@@ -75,6 +75,8 @@ struct BoundsExpectation {
 struct ContactExpectation {
   std::shared_ptr<const model::Source> obstacle;
   Measure time;
+  /// Whether the mesh can be moved out of the way of the obstacle with edit::resolve.
+  bool canGiveWay = false;
 };
 
 /// Expected properties of a 4D mesh.
@@ -85,6 +87,8 @@ struct Expectation {
   std::optional<BoundsExpectation> bounds;
   /// The integral over space of how often each place is visited (measure::Silhouette).
   std::optional<Measure> visitsVolume;
+  /// measure::meanNormalSpeed, the time scale of the quality of cells.
+  std::optional<Measure> meanNormalSpeed;
   std::optional<ContactExpectation> contact;
   std::vector<SliceExpectation> slices;
   std::optional<Counts> counts;
@@ -109,7 +113,7 @@ struct MeshResult {
 /// oriented, a manifold, and without degenerate cells; then that it matches `expectation`. If a
 /// slab cannot be read or is invalid, that check is the last one.
 ///
-/// Reads every slab once, and once more for each slice, the visits volume and the contact.
+/// Reads every slab once, and once more for each slice and each of the other properties.
 MeshResult verify(const model::Source& mesh, const Expectation& expectation,
                   const model::Progress& progress = {});
 

@@ -9,6 +9,7 @@
 
 #include "t4d/conformance/oracle.h"
 #include "t4d/fixtures/fields.h"
+#include "t4d/mill/tool_shape.h"
 #include "t4d/model/motion.h"
 #include "t4d/model/triangle_mesh.h"
 
@@ -34,6 +35,15 @@ struct Obstacle {
   /// The point approaches the face at this speed or more until it is `depth` behind it.
   double leastSpeed = 0;
   double depth = 0;
+  bool canGiveWay = false;  ///< the solid can, as a sweep that keeps its triangles (edit/resolve.h)
+};
+
+/// A field as what a tool leaves of a stock.
+struct Milling {
+  model::TriangleMesh stock;
+  mill::ToolShape tool;
+  model::Point3 start;   ///< of the tip
+  model::Motion motion;  ///< of the tool at the start
 };
 
 /// How voxel4d runs a case.
@@ -64,9 +74,12 @@ struct Case {
   std::optional<fixtures::Field> field;
   /// Surface of the field at a time; an upper bound if there is no single formula.
   std::function<Surface(double time)> fieldSurface;
+  std::optional<Milling> milling;  ///< how the field is made by a tool, if it can be
   /// The integral over space of how often each place is visited, of solids that rest or move
   /// straight.
   std::optional<double> visitsVolume;
+  /// How fast the surface moves along its normal, in the mean over its area, likewise.
+  std::optional<double> meanNormalSpeed;
   std::optional<Obstacle> obstacle;  ///< of a mesh
   /// R_Vmin for mesh4d (t4d/mesh4d/steps.h).
   double minVolumeRatio = 0.998;

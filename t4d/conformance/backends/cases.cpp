@@ -83,6 +83,14 @@ Case meshCase(std::string id, std::string description, Solid solid, const std::v
                   fixtures::motionText(runs), std::move(voxelSizes));
 }
 
+TriangleMesh meshOf(const model::Bounds3& box) {
+  TriangleMesh mesh = fixtures::cube(1);
+  for (Point3& vertex : mesh.vertices) {
+    vertex = box.min + (vertex.array() + 0.5).matrix().cwiseProduct(box.max - box.min);
+  }
+  return mesh;
+}
+
 /// Adds a box whose face at its least x is the first thing that the solid touches. The box moves
 /// straight by `translation` during the case.
 void addObstacle(Case& to, const model::Bounds3& box, const Eigen::Vector3d& translation,
@@ -91,12 +99,9 @@ void addObstacle(Case& to, const model::Bounds3& box, const Eigen::Vector3d& tra
   const ScrewRun run = runOf({.duration = span.end - span.begin, .translation = translation});
   auto motion = model::chainScrews(span.begin, {&run, 1});
   assert(motion);
-  TriangleMesh mesh = fixtures::cube(1);
-  for (Point3& vertex : mesh.vertices) {
-    vertex = box.min + (vertex.array() + 0.5).matrix().cwiseProduct(box.max - box.min);
-  }
   auto source = std::make_shared<model::Mesh>();
-  const auto swept = mesh4d::sweep(mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, *source);
+  const auto swept =
+      mesh4d::sweep(meshOf(box), *motion, {.caps = mesh4d::CapMethod::Cone}, *source);
   assert(swept);
   (void)swept;
   const double faceSpeed = translation.x() / (span.end - span.begin);
@@ -111,6 +116,31 @@ Case fieldCase(Field field, std::function<Surface(double)> surface,
   made.description = field.description;
   made.field = std::move(field);
   made.voxels.voxelSizes = std::move(voxelSizes);
+  return made;
+}
+
+/// A bound on the surface of a box in which a tool has made a hole or a groove of the given area
+/// and of the given integral of curvatures, with edges of the given length that turn by a right
+/// angle. The tool's front takes away what is thinner than a voxel's diameter a little early, which
+/// counts as an edge about it.
+Surface milledSurface(const model::Bounds3& box, double toolRadius, double area, double curved,
+                      double edges) {
+  const Point3 size = box.max - box.min;
+  const double faces = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+  const double front = 4 * std::numbers::pi * toolRadius;
+  return {faces + area, curved + std::numbers::sqrt2 * (4 * size.sum() + edges + front)};
+}
+
+/// A field that is left of a box by a tool, which goes by `direction` during the case.
+Case milledCase(Field field, const model::Bounds3& box, const Surface& surface,
+                const mill::ToolShape& tool, const Point3& start, const Eigen::Vector3d& direction,
+                std::vector<double> voxelSizes) {
+  const ScrewRun run = runOf({.duration = 1, .translation = field.speed * direction});
+  auto motion = model::chainScrews(0, {&run, 1});
+  assert(motion);
+  Case made = fieldCase(
+      std::move(field), [=](double) { return surface; }, std::move(voxelSizes));
+  made.milling = {meshOf(box), tool, start, std::move(*motion)};
   return made;
 }
 
@@ -132,6 +162,7 @@ Case paperTable() {
   made.voxels.maskFrames = 64;
   made.voxels.counts = {197'828, 1'185'280};
   made.visitsVolume = 8000 + 64 * 400;
+  made.meanNormalSpeed = 1.0 / 3;  // of two faces of six
   // The surface passes through the midpoints of lattice edges: 18^3 full voxels, 6 x 18^2 halves on
   // the faces, 12 x 18 eighths along the edges and 8 times 1/48 at the corners.
   made.voxels.maskVolume = 5832 + 972 + 27 + 1.0 / 6;
@@ -195,6 +226,7 @@ std::vector<Case> analyticCases() {
   cases.push_back(meshCase("cube-at-rest", "a cube that does not move", cube(12),
                            std::vector<Turn>{{.duration = 10}}, sizes));
   cases.back().visitsVolume = 12 * 12 * 12;
+  cases.back().meanNormalSpeed = 0;
   // At speed 2, from a distance of 10.
   addObstacle(cases.back(), {Point3(16, -3, -3), Point3(20, 3, 3)}, {-20, 0, 0}, {6, 0, 0}, 5, 2,
               10);
@@ -202,6 +234,7 @@ std::vector<Case> analyticCases() {
                            std::vector<Turn>{{.duration = 2, .translation = {9, 4, -7}}}, sizes));
   // The cube and its length times its shadow.
   cases.back().visitsVolume = 12 * 12 * 12 + 12 * 12 * (9 + 4 + 7);
+  cases.back().meanNormalSpeed = (4.5 + 2 + 3.5) / 3;
   addObstacle(cases.back(), {Point3(9, 0, -4), Point3(11, 2, -2)}, {0, 0, 0}, {6, 0, 0}, 3 / 4.5,
               4.5, 6);
   cases.push_back(meshCase("cube-about-x", "a quarter turn about x", cube(12), quarter(x), sizes));
@@ -214,6 +247,7 @@ std::vector<Case> analyticCases() {
   const double speed = std::numbers::pi / 180 / perDegree * std::sqrt(radius * radius - 8 * 8);
   addObstacle(cases.back(), {Point3(7, -20, -20), Point3(11, 0, 20)}, {0, 0, 0}, {6, -6, 0},
               perDegree * (45 - std::acos(7 / radius) * 180 / std::numbers::pi), speed, 1);
+  cases.back().obstacle->canGiveWay = true;
   cases.push_back(meshCase("cube-about-skew-axis", "a cube about a skew axis that lies outside it",
                            cube(12),
                            std::vector<Turn>{{.duration = 2,
@@ -271,6 +305,24 @@ std::vector<Case> analyticCases() {
         return Surface{4 * kPi * kPi * major * minor, 4 * kPi * kPi * major + 8 * kPi * minor};
       },
       sizes));
+  constexpr double kPi = std::numbers::pi;
+  const model::Bounds3 plate{{-9.3, -8.2, 0.1}, {9.2, 8.8, 6.1}};
+  const double ball = 4;
+  const double thickness = plate.max.z() - plate.min.z();
+  cases.push_back(milledCase(fixtures::drilledPlate(plate, ball), plate,
+                             milledSurface(plate, ball, 2 * kPi * ball * (thickness + ball),
+                                           2 * kPi * thickness + 4 * kPi * ball, 4 * kPi * ball),
+                             {mill::ToolKind::Ball, 2 * ball, 0, 40}, {0, 0, plate.max.z() + 1}, -z,
+                             sizes));
+  const model::Bounds3 block{{-8.3, -8.2, 0.1}, {8.2, 8.8, 6.1}};
+  const double flat = 3;
+  const double height = block.max.z() - block.min.z();
+  const double length = block.max.x() - block.min.x();
+  cases.push_back(milledCase(fixtures::partedBlock(block, flat), block,
+                             milledSurface(block, flat, height * (2 * length + kPi * flat),
+                                           kPi * height, 4 * length + 2 * kPi * flat + 4 * height),
+                             {mill::ToolKind::Flat, 2 * flat, 0, 40},
+                             {block.min.x() - flat - 1, 0, -1}, x, sizes));
   return cases;
 }
 

@@ -164,6 +164,7 @@ struct Rounding {
   double volume = 0;    ///< of a slice
   double hypervolume = 0;
   double visitsVolume = 0;
+  double normalSpeed = 0;
 };
 
 /// A pose is a product of at most one pose per segment and a translation, each accurate to a few
@@ -171,7 +172,7 @@ struct Rounding {
 /// cuts each into at most two triangles: summing their volumes adds one rounding of the largest
 /// partial sum per triangle. Likewise, the hypervolume takes one rounding per cell, of the measure
 /// of the boundary times its reach over four, and the visits volume one, of the volume that the
-/// surface passes through.
+/// surface passes through; the mean normal speed is that over the area and time.
 Rounding roundingOf(const MovingMesh& moving) {
   constexpr double kRoundingsOfAPose = 16;
   Bounds3 bounds;
@@ -199,6 +200,7 @@ Rounding roundingOf(const MovingMesh& moving) {
   rounding.visitsVolume =
       area * rounding.position +
       14 * triangles * kEpsilon * (moving.volume + area * duration * speed.length);
+  rounding.normalSpeed = rounding.visitsVolume / (area * duration);
   return rounding;
 }
 
@@ -254,9 +256,13 @@ Result<Expectation> sweptExpectation(const Case& given, bool cones) {
   if (given.visitsVolume) {
     expectation.visitsVolume = {*given.visitsVolume, rounding.visitsVolume, reason};
   }
+  if (given.meanNormalSpeed) {
+    expectation.meanNormalSpeed = {*given.meanNormalSpeed, rounding.normalSpeed, reason};
+  }
   if (given.obstacle) {
     expectation.contact =
         contactOf(given, contactOnChords(given, *steps), 2 * rounding.position, reason);
+    if (expectation.contact) expectation.contact->canGiveWay = given.obstacle->canGiveWay;
   }
   const auto volumeAt = [&](double time) {
     std::size_t i = 0;
@@ -418,6 +424,10 @@ Expectation solidExpectation(const Case& given, double relativeTolerance) {
   if (given.visitsVolume) {
     expectation.visitsVolume = {*given.visitsVolume, relativeTolerance * *given.visitsVolume,
                                 reason};
+  }
+  if (given.meanNormalSpeed) {
+    expectation.meanNormalSpeed = {*given.meanNormalSpeed, relativeTolerance * speedOf(given),
+                                   reason};
   }
   if (given.obstacle) {
     expectation.contact =

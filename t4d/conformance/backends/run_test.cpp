@@ -66,12 +66,11 @@ TEST(Cases, SquirrelSizeHasThePapersCounts) {
 
 TEST(Backends, PassAllCasesQuickly) {
   const std::vector<Case> cases = analyticCases();
-  const auto mesh = meshBackend();
-  const auto voxels = voxelBackend();
+  const auto backends = ownBackends();
   std::vector<Job> jobs;
   for (const Case& given : cases) {
-    for (const Backend* backend : {mesh.get(), voxels.get()}) {
-      if (backend->supports(given) && !given.large) jobs.push_back({&given, backend});
+    for (const auto& backend : backends) {
+      if (backend->supports(given) && !given.large) jobs.push_back({&given, backend.get()});
     }
   }
   const auto results = runCases(jobs, true);
@@ -169,7 +168,8 @@ TEST(Backends, SweepsThatVisitPlacesTwiceOrComeAtTheWrongTimeAreCaught) {
   const model::Screw toAndFro[2] = {{.translation = {0, 1, 0}}, {.translation = {0, -1, 0}}};
   EXPECT_THAT(
       failed("cube-at-rest", movedBy({{5, toAndFro[0], 1}, {5, toAndFro[1], 1}})),
-      testing::AllOf(testing::Contains("visits volume"), testing::Not(testing::Contains(contact))));
+      testing::AllOf(testing::Contains("visits volume"), testing::Contains("mean normal speed"),
+                     testing::Not(testing::Contains(contact))));
   const model::Screw half{.translation = {4.5, 2, -3.5}};
   EXPECT_THAT(
       failed("cube-translated", movedBy({{0.5, half, 1}, {1.5, half, 1}})),
@@ -178,6 +178,36 @@ TEST(Backends, SweepsThatVisitPlacesTwiceOrComeAtTheWrongTimeAreCaught) {
               testing::Contains(contact));
   EXPECT_THAT(failed("cube-translated", movedBy({{2, {.translation = {-9, 4, -7}}, 1}})),
               testing::Contains(contact));
+}
+
+TEST(Backends, AnObstacleThatGoesThroughTheWholeSolidLeavesNoWayOut) {
+  Case given = caseOf("cube-translated");
+  given.obstacle->canGiveWay = true;
+  EXPECT_THAT(failedOf(runCase(given, *meshBackend(), true)),
+              testing::ElementsAre("gives way to the obstacle"));
+}
+
+TEST(Backends, WrongMillsAreCaught) {
+  const auto milledBy = [](const std::function<void(Case&)>& change) {
+    return OwnBackend(millBackend(), [=](Case given, const Resolution& at, model::Sink& sink) {
+      change(given);
+      return millBackend()->build(given, at, sink);
+    });
+  };
+  const Case given = caseOf("parted-block");
+  const auto failed = [&](const std::function<void(Case&)>& change) {
+    return failedOf(runCase(given, milledBy(change), true));
+  };
+  // A tool that is a tenth too wide, one that does not go through, and one that stops on the way.
+  EXPECT_THAT(failed([](Case& c) { c.milling->tool.diameter *= 1.1; }),
+              testing::Contains("order of convergence of the hypervolume"));
+  EXPECT_THAT(failed([](Case& c) { c.milling->start.z() = 1.1; }),
+              testing::Contains("h = 1: slice at 1: surfaces"));
+  EXPECT_THAT(
+      failed([](Case& c) {
+        c.milling->motion = *model::chainScrews(0, std::vector<model::ScrewRun>{{1, {}, 1}});
+      }),
+      testing::Contains("h = 1: slice at 1: volume"));
 }
 
 /// Woven at the wrong voxel size or the wrong times.

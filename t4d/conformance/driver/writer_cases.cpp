@@ -127,14 +127,14 @@ class MeshWriter {
   std::vector<const Connectivity*> known_;
 };
 
-ordered_json parsed(const std::string& detailsJson) { return ordered_json::parse(detailsJson); }
+ordered_json detailsOf(const std::string& detailsJson) { return ordered_json::parse(detailsJson); }
 
 ordered_json bodyJson(const formats::BodyInfo& info) {
   ordered_json body = {{"name", info.name}};
   if (!info.color.empty()) body["color"] = info.color;
   if (!info.material.empty()) body["material"] = info.material;
   if (!info.parent.empty()) body["parent"] = info.parent;
-  if (info.detailsJson != "{}") body["details"] = parsed(info.detailsJson);
+  if (info.detailsJson != "{}") body["details"] = detailsOf(info.detailsJson);
   return body;
 }
 
@@ -238,7 +238,7 @@ MeshText textOf(const WriterCase& test) {
   if (!head.lengthUnit.empty()) mesh["length_unit"] = head.lengthUnit;
   if (!head.timeUnit.empty()) mesh["time_unit"] = head.timeUnit;
   mesh["up"] = head.up;
-  if (head.detailsJson != "{}") mesh["details"] = parsed(head.detailsJson);
+  if (head.detailsJson != "{}") mesh["details"] = detailsOf(head.detailsJson);
   MeshWriter writer;
   mesh["bodies"] = ordered_json::array();
   for (std::size_t i = 0; i < test.bodies.size(); ++i) {
