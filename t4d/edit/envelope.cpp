@@ -43,17 +43,25 @@ double sizeForParts(const Silhouette& silhouette) {
   return silhouette.partExtent > 0 ? roundedDown(silhouette.partExtent / 4) : 0;
 }
 
-/// The smallest voxels, but no smaller than `size`, that fit into memory and to the coordinates.
-double fittingVoxelSize(const TriangleMesh& surface, double size, double maxBytes) {
+/// The smallest voxels, but no smaller than `size`, that fit into memory and to the coordinates;
+/// nothing if those as large as the whole surface do not.
+std::optional<double> fittingVoxelSize(const TriangleMesh& surface, double size, double maxBytes) {
   const model::Bounds3 bounds = model::boundsOf(surface);
+  const double extent = (bounds.max - bounds.min).maxCoeff();
   while (true) {
     const auto lattice = SpaceLattice::about(bounds, size);
     const double bytes = lattice ? VisitLattice::estimatedBytes(surface, *lattice) : 0;
     if (lattice && bytes <= maxBytes) return size;
+    if (size > extent) return std::nullopt;
     // Memory grows with the inverse square.
     const double factor = lattice ? std::sqrt(bytes / maxBytes) : 2;
     size = roundedUp(size * std::max(factor, 1.02));
   }
+}
+
+std::string fittingText(const TriangleMesh& surface, double size, double maxBytes) {
+  const auto fitting = fittingVoxelSize(surface, size, maxBytes);
+  return fitting ? fmt::format("{} fits", *fitting) : "no voxel size fits";
 }
 
 /// The number of parts of a silhouette, and so the most of an envelope: each part of the solid in
@@ -143,17 +151,16 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
   auto lattice = SpaceLattice::about(model::boundsOf(surface), voxelSize);
   if (!lattice) {
     Error error = lattice.error();
-    error.message +=
-        fmt::format("; {} fits", fittingVoxelSize(surface, voxelSize, options.maxBytes));
+    error.message += "; " + fittingText(surface, voxelSize, options.maxBytes);
     return pass(std::move(error));
   }
   const double bytes = VisitLattice::estimatedBytes(surface, *lattice);
   if (bytes > options.maxBytes) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("a voxel size of {} would need about {:.1f} GiB of memory, more than "
-                            "{:.3g} GiB; {} fits",
+                            "{:.3g} GiB; {}",
                             voxelSize, bytes / kGiB, options.maxBytes / kGiB,
-                            fittingVoxelSize(surface, voxelSize, options.maxBytes)),
+                            fittingText(surface, voxelSize, options.maxBytes)),
                 {}, Remedy::VoxelSize);
   }
   const VisitLattice visits(surface, std::move(*lattice), [&](double done) {
@@ -273,7 +280,7 @@ double defaultVoxelSize(const Silhouette& silhouette, double maxBytes) {
   const double forParts = sizeForParts(silhouette);
   if (forParts == 0 || usual <= forParts) return usual;
   const double finest = std::max(forParts, roundedUp(extent / kMostByDefault));
-  return std::min(usual, fittingVoxelSize(silhouette.surface, finest, maxBytes));
+  return std::min(usual, fittingVoxelSize(silhouette.surface, finest, maxBytes).value_or(usual));
 }
 
 Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions& options,

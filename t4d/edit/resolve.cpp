@@ -524,7 +524,8 @@ Result<ResolvedBody> resolve(std::span<const Body> obstacles, const Body& body,
   const Point3 extent = boundsOf(solid).max - boundsOf(solid).min;
   const double maxMove = options.maxMove.value_or(extent.minCoeff() / 2);
   const model::TimeSpan time = timeSpanOf(*body.source);
-  const Spread by{options.smoothSpace.value_or(2 * meanEdge(solid)),
+  const double twoEdges = 2 * meanEdge(solid);
+  const Spread by{options.smoothSpace.value_or(twoEdges),
                   options.smoothTime.value_or((time.end - time.begin) / 10), options.stay};
 
   Obstacles samples(obstacles);
@@ -543,6 +544,10 @@ Result<ResolvedBody> resolve(std::span<const Body> obstacles, const Body& body,
     if (!why) why = done.error();
   }
   why->message = fmt::format("body '{}' cannot get out of the way: {}", body.name, why->message);
+  if (by.space < twoEdges) {
+    why->message +=
+        fmt::format("; smoothing over two mean edges, {:.4g}, or more may find a way", twoEdges);
+  }
   return pass(*why);
 }
 

@@ -172,6 +172,19 @@ std::string text(const Point3& point) {
   return fmt::format("({:.12g}, {:.12g}, {:.12g})", point.x(), point.y(), point.z());
 }
 
+bool overlaps(const Collision& collision) {
+  return std::any_of(collision.intervals.begin(), collision.intervals.end(),
+                     [](const measure::ContactInterval& interval) { return interval.overlaps; });
+}
+
+/// A positive lower bound with some significant digits, rounded down but for the rounding of the
+/// product here.
+std::string atLeast(double bound, int digits) {
+  const double unit = std::pow(10, std::floor(std::log10(bound)) + 1 - digits);
+  constexpr double kRounding = 1e-12;
+  return fmt::format("{:.{}g}", std::floor(bound / unit * (1 + kRounding)) * unit, digits);
+}
+
 /// What is certain, as a sentence.
 std::string sentenceOf(const BodyPair& pair) {
   const CollisionVerdict& verdict = pair.verdict;
@@ -179,13 +192,15 @@ std::string sentenceOf(const BodyPair& pair) {
   std::string sentence;
   switch (verdict.verdict) {
     case Verdict::Hit:
-      sentence = fmt::format("hit: they overlap, {:.4g} deep at least", verdict.depth);
+      sentence = fmt::format("hit: they overlap, {} deep at least", atLeast(verdict.depth, 4));
       break;
     case Verdict::Touch:
-      sentence = "touch: they touch and never overlap";
+      sentence = overlaps(pair.collision)
+                     ? "touch: they overlap by no more than the rounding of coordinates"
+                     : "touch: they touch and never overlap";
       break;
     case Verdict::Clear:
-      sentence = fmt::format("clear by at least {:.6g}", verdict.clearBy);
+      sentence = fmt::format("clear by at least {}", atLeast(verdict.clearBy, 6));
       break;
     case Verdict::WithinTolerance:
       sentence = "within the tolerance of the steps";
