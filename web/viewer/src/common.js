@@ -4,9 +4,6 @@ export const blockCells = 4096;
 /** Textures have rows of as many texels. */
 export const rowTexels = 4096;
 
-/** The colours of bodies that have none of their own: well apart, also for the colour-blind (Okabe and Ito). */
-export const palette = [0xe69f00, 0x56b4e9, 0x009e73, 0xf0e442, 0x0072b2, 0xd55e00, 0xcc79a7];
-
 export const units4 = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
 
 /** A number with as many digits as people read. */

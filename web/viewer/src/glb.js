@@ -3,7 +3,7 @@
  * @param {{name: string, points: Float64Array, triangles: Uint32Array, color: number[]}[]} meshes
  *   points along three axes, colours linear
  * @param {{isZUp: boolean}} options whether the third axis points up, which glTF's does not
- * @returns {Uint8Array}
+ * @returns {Uint8Array|null} null if there are no triangles
  */
 export function glbOf(meshes, { isZUp }) {
   const parts = [];
@@ -44,7 +44,7 @@ export function glbOf(meshes, { isZUp }) {
     const mesh = json.meshes.push({ name, primitives: [{ attributes: { POSITION: position }, indices, material }] }) - 1;
     json.nodes[0].children.push(json.nodes.push({ name, mesh }) - 1);
   }
-  if (json.meshes.length === 0) throw new Error('the slice is empty');
+  if (json.meshes.length === 0) return null;
   json.buffers.push({ byteLength: length });
   const text = new TextEncoder().encode(JSON.stringify(json));
   const padded = Math.ceil(text.length / 4) * 4;

@@ -150,7 +150,7 @@ class NumberedMesh extends THREE.Mesh {
     this.material.blendSrc = THREE.OneFactor;
     this.material.blendDst = THREE.OneMinusSrcAlphaFactor;
     const attribute = look.mode === 'attribute' ? this.slab.colorTextures.get(look.name) : undefined;
-    let mode = look.mode === 'time' ? 6 : 0;
+    let mode = ['time', 'age'].includes(look.mode) ? 6 : 0;
     if (attribute?.isIds) {
       mode = 1;
       uniforms.ids.value = attribute.texture;

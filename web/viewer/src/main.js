@@ -1,6 +1,8 @@
 import { Client } from './client.js';
+import { colorsOf } from './colors.js';
 import { shown, shownBytes } from './common.js';
 import { glbOf } from './glb.js';
+import { filesOfLink } from './link.js';
 import { Pane, planeOf, shownAxes } from './pane.js';
 import { defaults, hashOf, stateOf } from './state.js';
 import { View } from './view.js';
@@ -44,22 +46,29 @@ let messageOf = ''; // what was shown when the message came
 /** What is shown, but for the camera and the looks that no message is about. */
 const shownKey = () => JSON.stringify([state.cut, state[sliderKey()], state.normal, state.hidden, state.color, state.drop]);
 
-function showError(error, detail = '') {
+function say(...lines) {
   const box = element('message');
-  const text = [error.message, detail].filter(Boolean);
-  box.replaceChildren(...text.map((line) => Object.assign(document.createElement('p'), { textContent: line })));
+  box.replaceChildren(...lines.map((line) => Object.assign(document.createElement('p'), { textContent: line })));
   const close = Object.assign(document.createElement('button'), { textContent: 'Close' });
   close.onclick = () => { box.hidden = true; };
   box.append(close);
   box.hidden = false;
   messageOf = shownKey();
+}
+
+function showError(error, detail = '') {
+  say(...[error.message, detail].filter(Boolean));
   if (error.isKnown === false || error.workerStack) console.error(error.workerStack ?? error);
 }
 
 // Files ------------------------------------------------------------------------------------------
 
-/** Opens a file beside those that are there, or instead of them. */
-async function openFile(from, { beside = false, name } = {}) {
+/**
+ * Opens a file beside those that are there, or instead of them.
+ * @param {string|Blob|Uint8Array} from its address, or the file
+ * @param {{beside: boolean, name: string, isOwn: boolean}} options `isOwn` of a file that the page comes with
+ */
+async function openFile(from, { beside = false, name, isOwn = false } = {}) {
   opened = performance.now();
   element('welcome').hidden = true;
   element('message').hidden = true;
@@ -78,12 +87,14 @@ async function openFile(from, { beside = false, name } = {}) {
     for (const pane of panes.splice(0)) pane.dispose();
     speeds.firstPicture = null;
   }
-  const pane = new Pane(view.renderer, client, info, center, onArrival, (error, body, slab) => {
+  const bodyColors = colorsOf(info.bodies, panes.flatMap((each) => each.namedColors()));
+  const pane = new Pane(view.renderer, client, info, bodyColors, center, onArrival, (error, body, slab) => {
     // Said once of what is shown, also if the box was closed.
     if (body && messageOf === shownKey()) return;
     showError(new Error(`${info.name}: ${error.message}`),
       body && `Of '${body.name}' the time from ${shown(slab.begin)} to ${shown(slab.end)} cannot be shown; the rest can.`);
   });
+  pane.link = { name: info.name, address: typeof from === 'string' ? from : null, isOwn };
   panes.push(pane);
   bounds = joinedBounds(panes.map((each) => each.bounds()));
   if (!beside) {
@@ -147,10 +158,20 @@ function onState() {
 function linkLater() {
   clearTimeout(linkTimer);
   linkTimer = setTimeout(() => {
-    if (panes.length === 0) return;
-    const hash = hashOf(state, base);
-    if (`#${hash}` !== (location.hash || '#')) history.replaceState(null, '', `${location.pathname}${location.search}#${hash}`);
+    // While files are on their way, the address says what to show of them.
+    if (panes.length === 0 || !areAllOpen) return;
+    const { href } = linkNow();
+    if (href !== location.href) history.replaceState(null, '', href);
   }, 250);
+}
+
+const startSearch = location.search;
+
+/** The address that shows the same again, and the names of the files that it does not open. */
+function linkNow() {
+  const { search, missing } = filesOfLink(panes.map(({ link }) => link), startSearch, location.href);
+  const hash = hashOf(state, base);
+  return { href: `${location.href.split(/[?#]/)[0]}${search}${hash && `#${hash}`}`, missing };
 }
 
 const cutNames = {
@@ -204,10 +225,13 @@ let isWhole = false;
 function lookOf(pane) {
   const isAttribute = state.color.startsWith('attribute:');
   const name = state.color.slice('attribute:'.length);
-  const range = isAttribute ? pane.rangeOf(name)
-    : [bounds.min[3] - center[3], bounds.max[3] - center[3]];
-  return { mode: isAttribute ? 'attribute' : state.color, name, range, wireframe: state.wire };
+  const range = isAttribute ? pane.rangeOf(name) : [bounds.min[3] - center[3], bounds.max[3] - center[3]];
+  // Of bodies, age is time from their begin on.
+  const rangeOfBody = ({ begin }) => (state.color === 'age' ? [begin - center[3], begin - center[3] + longestLife()] : range);
+  return { mode: isAttribute ? 'attribute' : state.color, name, rangeOfBody, wireframe: state.wire };
 }
+
+const longestLife = () => Math.max(...panes.flatMap(({ info }) => info.bodies.map(({ begin, end }) => end - begin)));
 
 /** The planes that are shown: that of the state, then those of the onion skin. */
 function planesOf() {
@@ -476,7 +500,7 @@ function fillPanel() {
 function fillColors() {
   const names = new Map(panes.flatMap((pane) => [...pane.attributeNames()]));
   const options = [['body', 'body'], ['time', 'time'],
-    ...(panes.length === 2 ? [['distance', 'distance apart']] : []),
+    ['age', 'age'], ...(panes.length === 2 ? [['distance', 'distance apart']] : []),
     ...[...names.keys()].map((name) => [`attribute:${name}`, name === 'triangle' ? 'original triangle' : name])];
   const select = element('color');
   if (select.dataset.options !== JSON.stringify(options)) {
@@ -489,9 +513,9 @@ function fillColors() {
   }
   select.value = state.color;
   const attribute = names.get(state.color.slice('attribute:'.length));
-  const isRamp = state.color === 'time' || showsDistances() || (attribute?.components === 1 && state.color !== 'attribute:triangle');
+  const isRamp = ['time', 'age'].includes(state.color) || showsDistances() || (attribute?.components === 1 && state.color !== 'attribute:triangle');
   element('ramp').hidden = !isRamp;
-  const range = state.color === 'time' ? [bounds.min[3], bounds.max[3]]
+  const range = state.color === 'time' ? [bounds.min[3], bounds.max[3]] : state.color === 'age' ? [0, longestLife()]
     : showsDistances() ? [0, comparison.largest] : isRamp ? panes[0].rangeOf(state.color.slice('attribute:'.length)) : null;
   element('range').textContent = range ? `${shown(range[0])} to ${shown(range[1])}` : '';
   if (isRamp) drawRamp();
@@ -611,7 +635,7 @@ function download(bytes, name, type) {
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
-/** The slice of the first file as .glb, with its exact points. */
+/** The slice of a file as .glb, with its exact points; null of an empty slice. */
 async function sliceAsGlb({ info, bodyColors } = panes[0]) {
   const { normal, offset, isTime } = planeOf(state);
   const { sections } = await client.call('slice', { file: info.file, normal, offset, meshes: true });
@@ -624,10 +648,14 @@ async function save() {
   if (element('save').disabled) return;
   try {
     const key = sliderKey();
+    const empty = [];
     for (const pane of panes) {
+      const glb = await sliceAsGlb(pane);
       const name = pane.info.name.replace(/\.t4d$/, '');
-      download(await sliceAsGlb(pane), `${name}-${key === 't' ? 'at-' : key}${shown(state[key])}.glb`, 'model/gltf-binary');
+      if (glb) download(glb, `${name}-${key === 't' ? 'at-' : key}${shown(state[key])}.glb`, 'model/gltf-binary');
+      else empty.push(pane.info.name);
     }
+    if (empty.length > 0) say(`Nothing to save of ${empty.join(' and ')}: the slice is empty.`);
   } catch (error) {
     showError(error);
   }
@@ -647,11 +675,28 @@ function step(steps, byMarks) {
   set({ [key]: Math.min(high, Math.max(low, value)) });
 }
 
+const themeKey = 't4d-viewer-theme';
+
+function restoreTheme() {
+  try {
+    const theme = localStorage.getItem(themeKey);
+    if (['dark', 'light'].includes(theme)) document.documentElement.dataset.theme = theme;
+  } catch {
+    // The browser keeps nothing of this page.
+  }
+}
+
 const isLight = () => getComputedStyle(document.documentElement).colorScheme === 'light'
   || (!document.documentElement.dataset.theme && matchMedia('(prefers-color-scheme: light)').matches);
 
 function switchTheme() {
-  document.documentElement.dataset.theme = isLight() ? 'dark' : 'light';
+  const theme = isLight() ? 'dark' : 'light';
+  document.documentElement.dataset.theme = theme;
+  try {
+    localStorage.setItem(themeKey, theme);
+  } catch {
+    // The browser keeps nothing of this page.
+  }
   element('marks').dataset.key = '';
   onState();
 }
@@ -722,14 +767,16 @@ function listen() {
   element('hide').onclick = togglePanel;
   element('save').onclick = save;
   element('link').onclick = async () => {
-    const url = new URL(location.href);
-    url.hash = hashOf(state, base);
+    const { href, missing } = linkNow();
+    const lines = missing.length === 0 ? []
+      : [`The link does not open ${missing.join(' and ')}: it can only name files on a web server. Whoever follows it has to open the rest by hand.`];
     try {
-      await navigator.clipboard.writeText(url.href);
+      await navigator.clipboard.writeText(href);
     } catch {
-      showError(new Error('The browser does not let this page copy. This is the link:'), url.href);
+      say('The browser does not let this page copy. This is the link:', href, ...lines);
       return;
     }
+    if (lines.length > 0) say(...lines);
     element('link').textContent = 'Copied';
     setTimeout(() => { element('link').textContent = 'Copy link'; }, 1500);
   };
@@ -741,7 +788,7 @@ function listen() {
   addEventListener('dragover', (event) => event.preventDefault());
   addEventListener('drop', (event) => {
     event.preventDefault();
-    const [file] = event.dataTransfer.files;
+    const file = event.dataTransfer.files[0] ?? event.dataTransfer.getData('URL');
     if (file) openFile(file, { beside: panes.length > 0 && event.shiftKey });
   });
   addEventListener('hashchange', () => {
@@ -788,17 +835,21 @@ const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.cha
 let areAllOpen = false; // the files that the page was asked for
 
 async function start() {
+  restoreTheme();
   listen();
   requestAnimationFrame(frame);
   const query = new URLSearchParams(location.search);
   const asked = query.getAll('file').map((url) => ({ url: new URL(url, location.href).href }));
   const files = asked.length > 0 ? asked : ownFiles();
+  const { camera } = stateOf(location.hash);
   if (files.length === 0) element('welcome').hidden = false;
   for (const [i, { url, base64, name }] of files.entries()) {
-    await openFile(base64 ? bytesOf(base64) : new URL(url, location.href).href, { beside: i > 0, name });
+    await openFile(base64 ? bytesOf(base64) : new URL(url, location.href).href, { beside: i > 0, name, isOwn: true });
   }
+  // Each file was fitted into the picture.
+  if (camera && panes.length > 1) placeCamera(camera);
   areAllOpen = true;
-  invalidate();
+  onState();
 }
 
 // For tests, and for scripts in the console.

@@ -3,7 +3,7 @@ import * as THREE from 'three';
 
 import { answering, hyperplane } from 't4d-reader';
 
-import { palette, units4 } from './common.js';
+import { units4 } from './common.js';
 import { CutMesh, FacesMesh, GpuSlab, makeCells, measureCorners, mostTexels, readBack, SectionMesh } from './gpu.js';
 
 /**
@@ -35,21 +35,18 @@ export function shownAxes(plane, timeScale) {
   return { axes: axes.map(([a, b, c, d]) => [a, b, c, d * timeScale]), isReversed };
 }
 
-const colorOf = (body, number) => (body.color
-  ? new THREE.Color().setRGB(...body.color.slice(0, 3), THREE.LinearSRGBColorSpace)
-  : new THREE.Color(palette[number % palette.length]));
-
 export class Pane {
   /**
    * @param {THREE.WebGLRenderer} renderer
    * @param {import('./client.js').Client} client
    * @param info of the worker's open()
+   * @param {THREE.Color[]} bodyColors
    * @param {number[]} center x, y, z, t of what is shown
    * @param {() => void} onChange called when there is something new to draw
    * @param {(error: Error) => void} onError
    */
-  constructor(renderer, client, info, center, onChange, onError) {
-    Object.assign(this, { renderer, client, info, center, onChange, onError, budget: slabBudget });
+  constructor(renderer, client, info, bodyColors, center, onChange, onError) {
+    Object.assign(this, { renderer, client, info, bodyColors, center, onChange, onError, budget: slabBudget });
     this.scene = new THREE.Scene();
     this.group = new THREE.Group();
     this.scene.add(this.group);
@@ -61,7 +58,11 @@ export class Pane {
     this.read = info.read;
     this.requests = info.requests;
     this.failed = new Map(); // the errors of slabs, by 'body/slab'
-    this.bodyColors = info.bodies.map(colorOf);
+  }
+
+  /** [name, colour] of each body. */
+  namedColors() {
+    return this.info.bodies.map(({ name }, i) => [name, this.bodyColors[i]]);
   }
 
   /** The names of attributes that slabs had so far, by their domain. */
@@ -190,6 +191,7 @@ export class Pane {
     let isWhole = true;
     let hasFailed = false;
     const keepOthers = new Set(); // where a slab is missing, what was shown before stays
+    const lookOf = (body) => ({ ...look, color: this.bodyColors[body], range: look.rangeOfBody(this.info.bodies[body]) });
     const want = (layer, body, number, Type, prepare) => {
       if (hidden.has(this.info.bodies[body].name)) return;
       const slabKey = `${body}/${number}`;
@@ -224,7 +226,7 @@ export class Pane {
       this.info.bodies.forEach(({ slabs }, body) => slabs.forEach((_, number) => {
         want('faces', body, number, FacesMesh, (mesh) => {
           mesh.setAxes(faces.axes);
-          mesh.setLook({ ...look, color: this.bodyColors[body], opacity: 1, wireframe: false });
+          mesh.setLook({ ...lookOf(body), opacity: 1, wireframe: false });
         });
       }));
     }
@@ -236,7 +238,7 @@ export class Pane {
         const atLast = plane.isTime && plane.offset === this.info.bodies[body].end;
         want(layer, body, number, SectionMesh, (mesh) => {
           mesh.cut(plane, axes, isReversed, atLast);
-          mesh.setLook({ ...look, color: this.bodyColors[body], opacity });
+          mesh.setLook({ ...lookOf(body), opacity });
           mesh.renderOrder = opacity < 1 ? 1 + layer : 0;
         });
       }

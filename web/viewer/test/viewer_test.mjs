@@ -10,6 +10,7 @@ import { measure, open } from 't4d-reader';
 
 import { makePage } from '../build.mjs';
 import { launch, openPage, serve } from '../browser.mjs';
+import { colorsOf } from '../src/colors.js';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
 const root = path.resolve(here, '../../..');
@@ -31,12 +32,14 @@ before(async () => {
   t4d('sweep', at('fx/torus.obj'), '--motion', at('fx/several-segments.json'), '--backend', 'voxel4d', '--voxel-size', 0.5,
     '--frames', 12, '--compression', 0, '-o', at('large.t4d'));
   t4d('transform', at('cube.t4d'), '--move', 0.5, 0, 0, '-o', at('beside.t4d'));
+  t4d('transform', at('cube.t4d'), '--time-shift', 2, '-o', at('late.t4d'));
   t4d('transform', at('torus.t4d'), '--move', 1e6, -1e6, 1e6, '-o', at('far.t4d'));
   writeFileSync(at('viewer.html'), await makePage());
   const damaged = readFileSync(at('torus.t4d'));
   const { slabs } = (await open(new Uint8Array(damaged))).bodies[0];
   damaged[slabs[4].at + 40] ^= 1;
-  const files = Object.fromEntries(['cube', 'torus', 'boxes', 'large', 'beside', 'far'].map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
+  const files = Object.fromEntries(['cube', 'torus', 'boxes', 'large', 'beside', 'late', 'far']
+    .map((name) => [`${name}.t4d`, at(`${name}.t4d`)]));
   site = await serve({
     'index.html': at('viewer.html'), ...files, 'damaged.t4d': damaged, 'cut-off.t4d': damaged.subarray(0, 5000),
     'text.t4d': new TextEncoder().encode('This is no 4D mesh, but some other text.'),
@@ -191,24 +194,162 @@ test('bodies, hidden and not, and their colours', async () => {
   await page.close();
 });
 
+/** How far apart colours look: in OKLab, where black and white are 1 apart. */
+function difference(a, b) {
+  const lab = ({ r: red, g: green, b: blue }) => {
+    const l = Math.cbrt(0.4122214708 * red + 0.5363325363 * green + 0.0514459929 * blue);
+    const m = Math.cbrt(0.2119034982 * red + 0.6806995451 * green + 0.1073969566 * blue);
+    const s = Math.cbrt(0.0883024619 * red + 0.2817188376 * green + 0.6299787005 * blue);
+    return [
+      0.2104542553 * l + 0.793617785 * m - 0.0040720468 * s, 1.9779984951 * l - 2.428592205 * m + 0.4505937099 * s,
+      0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s,
+    ];
+  };
+  const [first, second] = [lab(a), lab(b)];
+  return Math.hypot(...first.map((part, i) => part - second[i]));
+}
+
+test('bodies have colours that differ', () => {
+  const bodies = Array.from({ length: 20 }, (_, i) => ({ name: `body ${i}` }));
+  const colors = colorsOf(bodies);
+  colors.forEach((color, i) => colors.slice(0, i).forEach((other, k) =>
+    assert.ok(difference(color, other) > 0.07, `${i} and ${k}: ${color.getHexString()}, ${other.getHexString()}`)));
+  const many = colorsOf(Array.from({ length: 200 }, (_, i) => ({ name: String(i) })));
+  assert.equal(new Set(many.map((color) => color.getHexString())).size, 200);
+
+  // One of the palette is taken by a body of its own colour, and one by a file that is there.
+  const [first, second, third] = colors;
+  const { r, g, b } = first;
+  const [shown, own, same, another] = colorsOf(
+    [{ name: 'a' }, { name: 'b', color: [r, g, b] }, { name: 'there' }, { name: 'c' }], [['there', second]],
+  );
+  assert.deepEqual([shown, own, same], [third, first, second]);
+  assert.ok([shown, own, same].every((color) => difference(color, another) > 0.07));
+});
+
+test('age is the time since a body began', async () => {
+  const { page, errors } = await openAt('?file=cube.t4d&file=late.t4d#color=age&t=3');
+  await page.evaluate('window.t4dViewer.whole()');
+  const found = await page.evaluate(() => window.t4dViewer.panes.map(({ sections, info, center }) => {
+    const [[key, mesh]] = sections;
+    const { colorMode, colorRange } = mesh.material.uniforms;
+    const { begin } = info.bodies[key.split('/')[1]];
+    return [colorMode.value, colorRange.value.x + center[3] - begin, colorRange.value.y - colorRange.value.x];
+  }));
+  // Cell colours are of time, from the begin of each body on.
+  assert.deepEqual(found, [[6, 0, 10], [6, 0, 10]]);
+  assert.deepEqual(await page.evaluate('window.t4dViewer.panes.map(({ info }) => info.bodies[0].begin)'), [0, 2]);
+  assert.match(await page.innerText('#range'), /^0 to 10$/);
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+/** Turns the camera, and waits until the address says so. */
+async function drag(page) {
+  const camera = () => page.evaluate('window.t4dViewer.state.camera');
+  const before = await camera();
+  const { x, y, width, height } = await page.locator('#canvas').boundingBox();
+  await page.mouse.move(x + width / 2, y + height / 2);
+  await page.mouse.down();
+  await page.mouse.move(x + width / 2 + 80, y + height / 2 + 30, { steps: 4 });
+  await page.mouse.up();
+  await page.waitForTimeout(600);
+  assert.notDeepEqual(await camera(), before);
+}
+
+/** The states of two pages, whose cameras are rounded where they are placed. */
+function sameStates({ camera: found, ...rest }, { camera: expected, ...restExpected }) {
+  assert.deepEqual(rest, restExpected);
+  found.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) < 1e-9 * Math.hypot(...expected), `${found}, expected ${expected}`));
+}
+
 test('a link restores the view', async () => {
   const { page } = await openAt('?file=torus.t4d');
   await page.evaluate(async () => {
     window.t4dViewer.set({ cut: 'y', y: 0.25, wire: true, color: 'time' });
     await window.t4dViewer.whole();
   });
-  await page.mouse.move(300, 300);
-  await page.mouse.down();
-  await page.mouse.move(380, 330, { steps: 4 });
-  await page.mouse.up();
-  await page.waitForFunction('location.hash.includes("camera")');
-  await page.waitForTimeout(600);
+  await drag(page);
   const [hash, state] = await page.evaluate('[location.hash, window.t4dViewer.state]');
   await page.close();
   const { page: other, errors } = await openAt(`?file=torus.t4d${hash}`);
-  assert.deepEqual(await other.evaluate('window.t4dViewer.state'), state);
+  sameStates(await other.evaluate('window.t4dViewer.state'), state);
   assert.deepEqual(errors, []);
   await other.close();
+});
+
+test('a link restores two files and their view', async () => {
+  const { page } = await openAt('?file=torus.t4d');
+  await page.evaluate((url) => window.t4dViewer.open(url, { beside: true }), `${site.url}cube.t4d`);
+  await shownMeasures(page, { t: 0.4, wire: true });
+  await drag(page);
+  const [href, state] = await page.evaluate('[location.href, window.t4dViewer.state]');
+  await page.close();
+  assert.ok(href.startsWith(`${site.url}?file=torus.t4d&file=cube.t4d#`), href);
+  const { page: other, errors } = await openPage(browser, href);
+  assert.equal(await other.innerText('#title'), 'torus.t4d and cube.t4d');
+  await other.waitForTimeout(600);
+  sameStates(await other.evaluate('window.t4dViewer.state'), state);
+  assert.equal(new URL(other.url()).search, new URL(href).search);
+  assert.deepEqual(errors, []);
+  await other.close();
+});
+
+test('of files on this machine, a link says that it cannot open them', async () => {
+  const { page } = await openAt('?file=torus.t4d');
+  await page.evaluate(() => {
+    Object.defineProperty(navigator, 'clipboard', { value: { writeText: async (text) => { window.copied = text; } } });
+  });
+  await page.click('#link');
+  await page.waitForFunction('window.copied');
+  assert.ok(!await page.isVisible('#message'));
+  await page.setInputFiles('#other', at('cube.t4d'));
+  await page.waitForFunction('window.t4dViewer.panes.length === 2');
+  await page.click('#link');
+  const box = await page.waitForSelector('#message:not([hidden])');
+  assert.match(await box.innerText(), /^The link does not open cube.t4d: /);
+  assert.match(await page.evaluate('window.copied'), /\?file=torus\.t4d(#|$)/);
+  await page.close();
+});
+
+test('the theme is remembered', async () => {
+  const context = await browser.newContext({ colorScheme: 'dark' });
+  const { page } = await openPage({ newPage: () => context.newPage() }, `${site.url}?file=cube.t4d`);
+  const background = () => page.evaluate('getComputedStyle(document.body).backgroundColor');
+  const dark = await background();
+  await page.click('#theme');
+  const light = await background();
+  assert.notEqual(light, dark);
+  await page.reload();
+  await page.waitForFunction('window.t4dViewer !== undefined');
+  assert.equal(await background(), light);
+  await context.close();
+});
+
+test('where the browser keeps nothing, the theme can be switched', async () => {
+  const { page, errors } = await openAt('');
+  await page.evaluate(() => {
+    Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('denied', 'SecurityError'); } });
+  });
+  await page.click('#theme');
+  assert.ok(await page.getAttribute('html', 'data-theme'));
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('of two files, the slice that is not empty is saved', async () => {
+  const { page } = await openAt('?file=cube.t4d&file=torus.t4d');
+  const bounds = await page.evaluate('window.t4dViewer.panes.map((pane) => pane.bounds())');
+  const [cube, torus] = bounds.map(({ max }) => max[3]);
+  assert.notEqual(cube, torus);
+  // The one that begins or ends first is empty here.
+  await shownMeasures(page, { t: (cube + torus) / 2 });
+  const [empty, other] = cube < torus ? ['cube', 'torus'] : ['torus', 'cube'];
+  const [saved] = await Promise.all([page.waitForEvent('download'), page.click('#save')]);
+  assert.match(saved.suggestedFilename(), new RegExp(`^${other}-at-`));
+  const box = await page.waitForSelector('#message:not([hidden])');
+  assert.match(await box.innerText(), new RegExp(`^Nothing to save of ${empty}.t4d: the slice is empty`));
+  await page.close();
 });
 
 test('a slice is saved as glTF', async () => {
