@@ -121,6 +121,7 @@ struct Block {
   std::optional<double> tool;
   bool changesTool = false;
   bool dwells = false;
+  bool blends = false;  // G64, with P as its tolerance
   bool ends = false;
 
   bool moves() const {
@@ -147,8 +148,8 @@ class GcodeReader {
     builder_.path.moves = moves_;
     if (dwells_ > 0) {
       builder_.path.notices.push_back(
-          fmt::format("{}: {} (G4) take no time here", file_.path.string(),
-                      dwells_ == 1 ? "1 dwell" : fmt::format("{} dwells", dwells_)));
+          fmt::format("{}: {} no time here (G4)", file_.path.string(),
+                      dwells_ == 1 ? "1 dwell takes" : fmt::format("{} dwells take", dwells_)));
     }
     if (optionalLines_ > 0) {
       builder_.path.notices.push_back(
@@ -308,6 +309,9 @@ class GcodeReader {
       case 40:
         block.dwells = true;
         break;
+      case 640:
+        block.blends = true;
+        break;
       case 170:
         plane_ = {0, 1, 2};
         break;
@@ -372,6 +376,10 @@ class GcodeReader {
       mounted_ = tool_;
     }
     if (block.motion) motion_ = block.motion;
+    const bool isArc = block.moves() && motion_ && *motion_ >= 2;
+    if (block.turns && !block.dwells && !block.blends && !isArc) {
+      return refused(fmt::format("P{} stands without G2, G3, G4 or G64", *block.turns));
+    }
     if (block.dwells) {
       ++dwells_;
       if (block.to != Block{}.to) return refused("G4 (a dwell) stands with coordinates");

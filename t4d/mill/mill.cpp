@@ -241,6 +241,13 @@ std::string noticeOfVolume(double voxels, double mesh) {
       voxels, mesh);
 }
 
+/// A notice if voxels are too large for the groove of the tool.
+std::string noticeOfTool(const TriangleMesh& tool, double voxelSize) {
+  const model::Bounds3 bounds = boundsOf(tool);
+  if ((bounds.max - bounds.min).minCoeff() >= 2 * voxelSize) return {};
+  return "the tool is less than two voxels across; what it cuts may be lost with such voxels";
+}
+
 }  // namespace
 
 Result<void> checkVoxelSize(const TriangleMesh& stock, double voxelSize, double memory) {
@@ -300,6 +307,9 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
   }
   if (auto notice = noticeOfVolume(report.stockVolume, std::abs(model::signedVolume(stock)));
       !notice.empty()) {
+    report.notices.push_back(std::move(notice));
+  }
+  if (auto notice = noticeOfTool(tool, options.voxelSize); !notice.empty()) {
     report.notices.push_back(std::move(notice));
   }
   report.remainingVolume = report.stockVolume - report.removedVolume;

@@ -281,8 +281,9 @@ TEST(Mill, CutsOfLessThanAVoxelAreCuts) {
   // The slot is narrower than the voxels: no lattice point goes, but the surface sinks.
   const Process process = milled(kBlock, toolOf("flat:d=6,l=30", 0.01), gcode(kSlot), 7, 3);
   EXPECT_EQ(process.report.firstCut.has_value(), process.report.removedVolume > 0);
-  ASSERT_EQ(process.report.notices.size(), 1U);
+  ASSERT_EQ(process.report.notices.size(), 2U);
   EXPECT_NE(process.report.notices[0].find("in voxels and of 8000 as a mesh"), std::string::npos);
+  EXPECT_EQ(process.report.notices[1].find("the tool is less than two voxels across"), 0U);
 }
 
 TEST(Mill, VoxelsTooLargeForTheStockOrTooSmallForTheToolAreRefused) {

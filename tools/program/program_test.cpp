@@ -1887,6 +1887,7 @@ TEST_F(Program, MillSaysWhatItRemovesAndWhatIsWrong) {
   EXPECT_EQ(coarse.exitCode, 0);
   EXPECT_EQ(coarse.err.find("never meets the stock"), std::string::npos) << coarse.err;
   EXPECT_NE(coarse.err.find("of 8000 as a mesh"), std::string::npos) << coarse.err;
+  EXPECT_NE(coarse.err.find("the tool is less than two voxels across"), std::string::npos);
   refuses("mill fx/paper-cube.obj --tool flat:d=1e9,l=30 --gcode slot.nc --voxel-size 1 -o out.t4d",
           "too large for voxels of 1");
   misused(mill + "--voxel-size 1 -o out.t4d --html ./out.t4d", "two outputs are the same file");
