@@ -1740,6 +1740,9 @@ TEST_F(Program, EnvelopeOfThePapersCubeIsTheSameInAllFormats) {
   const json part = run("envelope cube.t4d --from 1.5 --to 3 --voxel-size 2 --json").value();
   EXPECT_NEAR(part["volume"].get<double>(), 400 * 21.5, 1e-3);
   EXPECT_NEAR(part["hypervolume"].get<double>(), 1.5 * 8000, 1e-7);
+  const json late = run("envelope cube.t4d --from 62.5 --to 100 --voxel-size 2 --json").value();
+  EXPECT_EQ(late["time_begin"], 62.5);
+  EXPECT_EQ(late["time_end"], 64.0);
 }
 
 TEST_F(Program, EnvelopeWritesFieldsThatWeaveReads) {

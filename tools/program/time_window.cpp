@@ -1,5 +1,7 @@
 #include "tools/program/time_window.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "tools/program/option_checks.h"
@@ -36,7 +38,7 @@ Result<model::TimeSpan> TimeWindow::spanIn(const InputBodies& input) const {
         fmt::format("nothing is left: the mesh lasts from time {} to {}", whole.begin, whole.end),
         input.reader.name());
   }
-  return span;
+  return model::TimeSpan{std::max(span.begin, whole.begin), std::min(span.end, whole.end)};
 }
 
 void keepThoseWithin(const model::TimeSpan& span, InputBodies& input,

@@ -22,8 +22,8 @@ struct TimeWindow {
 
   bool isWhole() const { return !from && !to; }
 
-  /// The span that is asked for; its ends are the nearest layer or end of a body where that is
-  /// meant. Fails if the mesh does not exist then.
+  /// The span that is asked for, as far as the mesh exists; its ends are the nearest layer or end
+  /// of a body where that is meant. Fails if the mesh does not exist then.
   Result<model::TimeSpan> spanIn(const InputBodies& input) const;
 };
 
