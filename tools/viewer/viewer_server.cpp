@@ -62,6 +62,12 @@ class OpenFile {
   std::string tag_;
 };
 
+/// A connection that says nothing holds a thread until its time is over. Browsers open connections
+/// ahead, and another program may leave hundreds half open: with so many threads and so short a
+/// time, nobody waits long behind them. A thread that waits takes next to nothing.
+constexpr std::size_t kThreads = 128;
+constexpr time_t kSilenceSeconds = 1;
+
 /// Only pages of this server may read the files: a page elsewhere whose name was made to lead here
 /// (DNS rebinding) says another host.
 bool isOwnHost(const std::string& host, int port) {
@@ -105,10 +111,15 @@ Result<void> serveViewer(std::span<const ShownFile> files, int port,
                          const std::function<void(const std::string& url)>& onReady) {
   httplib::Server server;
   // Not SO_REUSEPORT, httplib's default: two servers would then share a port.
-  server.set_socket_options([](int socket) {
+  int listening = -1;
+  server.set_socket_options([&](int socket) {
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    listening = socket;
   });
+  server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+  server.set_keep_alive_timeout(kSilenceSeconds);
+  server.set_read_timeout(kSilenceSeconds);
   const std::string page = viewerPage(files);
   std::vector<std::pair<std::string, OpenFile>> opened;
   for (const ShownFile& file : files) {
@@ -166,6 +177,8 @@ Result<void> serveViewer(std::span<const ShownFile> files, int port,
     return fail(ErrorCode::Failed,
                 fmt::format("cannot listen on port {}; another program may use it", port));
   }
+  // httplib lets five connections wait to be accepted; the sixth would try again after a second.
+  ::listen(listening, SOMAXCONN);
   onReady(fmt::format("http://127.0.0.1:{}/", port));
   if (!server.listen_after_bind()) return fail(ErrorCode::Failed, "the server stopped");
   return {};
