@@ -7,6 +7,7 @@
 #include <spawn.h>
 #include <unistd.h>
 
+#include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/url.h"
 #include "tools/program/commands.h"
@@ -78,6 +79,27 @@ int serve(const ViewArguments& options, std::span<const ShownFile> files) {
   return kDone;
 }
 
+/// Whether one page is to be written, and not a folder.
+bool isPage(const std::string& output) {
+  const std::string extension = formats::lowerCaseExtension(output);
+  return output == "-" || extension == ".html" || extension == ".htm";
+}
+
+/// The error message if this must not become a folder with the files.
+std::optional<std::string> misuseOfFolder(const std::string& folder,
+                                          std::span<const ShownFile> files) {
+  std::error_code ignored;
+  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) {
+    return fmt::format("{} is a file; name a page that ends in .html, or a folder", folder);
+  }
+  if (const auto foreign = foreignFileInSite(folder, files)) {
+    return fmt::format(
+        "{} is no part of a site of t4d view and would be overwritten; name another folder",
+        foreign->string());
+  }
+  return std::nullopt;
+}
+
 Result<std::uint64_t> writePage(const std::string& path, std::span<const ShownFile> files) {
   const auto page = pageWithFiles(files);
   if (!page) return pass(page.error());
@@ -98,17 +120,20 @@ int run(const ViewArguments& options) {
         "this t4d was built without the server (cpp-httplib); write the page with -o, or build "
         "with -DT4D_WITH_HTTPLIB=ON");
   }
+  const std::vector<ShownFile> files = shownFiles(options.inputs);
+  const bool writesPage = isPage(options.output);
+  if (!options.output.empty() && !writesPage) {
+    if (const auto misuse = misuseOfFolder(options.output, files)) return wrongUsage(*misuse);
+  }
   for (const std::string& input : options.inputs) {
     InputOptions all;
     all.maxCells = options.maxCells;
     const auto opened = openBodies(input, all);
     if (!opened) return report(opened.error());
   }
-  const std::vector<ShownFile> files = shownFiles(options.inputs);
   if (options.output.empty()) return serve(options, files);
 
-  const bool isPage = fs::path(options.output).extension() == ".html";
-  if (isPage) {
+  if (writesPage) {
     std::uint64_t total = 0;
     for (const ShownFile& file : files) {
       std::error_code ignored;
@@ -120,7 +145,8 @@ int run(const ViewArguments& options) {
           sizeText(total), sizeText(kMostInPage), options.output));
     }
   }
-  const auto bytes = isPage ? writePage(options.output, files) : writeSite(options.output, files);
+  const auto bytes =
+      writesPage ? writePage(options.output, files) : writeSite(options.output, files);
   if (!bytes) return report(bytes.error());
   if (options.json) {
     printJson({{"url", nullptr},
@@ -130,7 +156,7 @@ int run(const ViewArguments& options) {
     return kDone;
   }
   print("{}: {}{}\n", options.output, sizeText(*bytes),
-        isPage ? "; open it in a browser" : "; put the folder on any web server with ranges");
+        writesPage ? "; open it in a browser" : "; put the folder on any web server with ranges");
   return kDone;
 }
 
@@ -153,7 +179,7 @@ void addView(CLI::App& app, int& exitCode) {
   command
       ->add_option("-o,--output", options->output,
                    "Serve nothing; write a folder for any web server or, with .html, one page with "
-                   "the files in it")
+                   "the files in it; - for this page on the standard output")
       ->check(someName());
   addMaxCellsOption(*command, options->maxCells);
   command->add_flag("--json", options->json, "Print JSON");

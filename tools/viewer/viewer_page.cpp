@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
-#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -66,6 +65,14 @@ Result<void> eachPiece(const fs::path& path,
   return {};
 }
 
+/// Whether this is a page of this program, of any version: its licence says so at the beginning.
+bool isViewerPage(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string begin(256, '\0');
+  in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return begin.find("This page is part of t4d,") != std::string::npos;
+}
+
 }  // namespace
 
 std::vector<ShownFile> shownFiles(std::span<const std::string> inputs) {
@@ -110,6 +117,22 @@ Result<std::string> pageWithFiles(std::span<const ShownFile> files) {
     list.push_back({{"name", file.name}, {"base64", formats::base64(bytes)}});
   }
   return pageWith(list);
+}
+
+std::optional<fs::path> foreignFileInSite(const fs::path& folder,
+                                          std::span<const ShownFile> files) {
+  std::error_code ignored;
+  const fs::path index = folder / "index.html";
+  if (fs::exists(index, ignored)) {
+    if (isViewerPage(index)) return std::nullopt;
+    return index;
+  }
+  for (const ShownFile& file : files) {
+    const fs::path copy = folder / file.name;
+    if (!file.url.empty() || !fs::exists(copy, ignored)) continue;
+    if (!fs::equivalent(file.path, copy, ignored)) return copy;
+  }
+  return std::nullopt;
 }
 
 Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFile> files) {

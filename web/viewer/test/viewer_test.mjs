@@ -1,7 +1,8 @@
 // The page in Chromium: what it shows, what it reads, and what it says of damaged files.
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
-import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { execFileSync, spawn, spawnSync } from 'node:child_process';
+import { copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import net from 'node:net';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
@@ -231,15 +232,12 @@ test('age is the time since a body began', async () => {
   const { page, errors } = await openAt('?file=cube.t4d&file=late.t4d#color=age&t=3');
   await page.evaluate('window.t4dViewer.whole()');
   const found = await page.evaluate(() => window.t4dViewer.panes.map(({ sections, info, center }) => {
-    const [[key, mesh]] = sections;
-    const { colorMode, colorRange } = mesh.material.uniforms;
-    const { begin } = info.bodies[key.split('/')[1]];
-    return [colorMode.value, colorRange.value.x + center[3] - begin, colorRange.value.y - colorRange.value.x];
+    const { colorMode, colorRange } = [...sections.values()][0].material.uniforms;
+    return { mode: colorMode.value, begin: info.bodies[0].begin, range: colorRange.value.toArray().map((t) => t + center[3]) };
   }));
-  // Cell colours are of time, from the begin of each body on.
-  assert.deepEqual(found, [[6, 0, 10], [6, 0, 10]]);
-  assert.deepEqual(await page.evaluate('window.t4dViewer.panes.map(({ info }) => info.bodies[0].begin)'), [0, 2]);
-  assert.match(await page.innerText('#range'), /^0 to 10$/);
+  const { time_begin: begin, time_end: end } = t4d('info', at('cube.t4d'));
+  assert.deepEqual(found, [{ mode: 6, begin, range: [begin, end] }, { mode: 6, begin: begin + 2, range: [begin + 2, end + 2] }]);
+  assert.equal(await page.innerText('#range'), `0 to ${end - begin}`);
   assert.deepEqual(errors, []);
   await page.close();
 });
@@ -490,9 +488,16 @@ test('the page in the repository is what its sources give', async () => {
     'run `npm run build --workspace viewer` in web');
 });
 
-test('the program serves, and writes pages that need no server', async () => {
-  const server = spawn(path.join(build, 't4d'), ['view', at('torus.t4d'), '--no-open', '--json']);
+/** The program serving a file: its address, and how to end it. */
+async function serveByProgram(file) {
+  const server = spawn(path.join(build, 't4d'), ['view', file, '--no-open', '--json']);
   const { url } = JSON.parse(await new Promise((resolve) => { server.stdout.once('data', resolve); }));
+  return { url, kill: () => server.kill() };
+}
+
+test('the program serves, and writes pages that need no server', async () => {
+  const server = await serveByProgram(at('torus.t4d'));
+  const { url } = server;
   t4d('view', at('torus.t4d'), '-o', at('torus.html'));
   try {
     const answer = async (name, headers = {}, method = 'GET') => (await fetch(url + name, { headers, method })).status;
@@ -512,6 +517,69 @@ test('the program serves, and writes pages that need no server', async () => {
   } finally {
     server.kill();
   }
+});
+
+test('connections that say nothing hold up nobody for long', async () => {
+  const server = await serveByProgram(at('torus.t4d'));
+  const { port } = new URL(server.url);
+  const silent = [];
+  try {
+    for (let i = 0; i < 300; ++i) {
+      const socket = net.connect(port, '127.0.0.1');
+      socket.on('error', () => {});
+      await new Promise((resolve) => { socket.once('connect', resolve); });
+      if (i % 2 === 0) socket.write('GET / HTTP/1.1\r\n');
+      silent.push(socket);
+    }
+    const begin = performance.now();
+    assert.equal((await fetch(`${server.url}torus.t4d`, { headers: { Range: 'bytes=0-9' } })).status, 206);
+    const seconds = (performance.now() - begin) / 1000;
+    assert.ok(seconds < 10, `${seconds} s`);
+  } finally {
+    for (const socket of silent) socket.destroy();
+    server.kill();
+  }
+});
+
+test('a page or a folder is written, and nothing else is overwritten', () => {
+  const made = at('made');
+  mkdirSync(path.join(made, 'taken'), { recursive: true });
+  mkdirSync(path.join(made, 'other'));
+  mkdirSync(path.join(made, 'notes'));
+  copyFileSync(at('cube.t4d'), path.join(made, 'A.t4d'));
+  copyFileSync(at('torus.t4d'), path.join(made, 'other/A.t4d'));
+  writeFileSync(path.join(made, 'taken/index.html'), 'mine');
+  writeFileSync(path.join(made, 'notes/notes.txt'), 'mine');
+  writeFileSync(path.join(made, 'text.txt'), 'mine');
+  const view = (...args) => spawnSync(path.join(build, 't4d'), ['view', 'A.t4d', ...args], { cwd: made, maxBuffer: 1e8 });
+  const writes = (name) => {
+    const { status, stderr } = view('-o', name);
+    assert.equal(status, 0, `${name}: ${stderr}`);
+  };
+  const refuses = (name, expected) => {
+    const { status, stderr } = view('-o', name);
+    assert.equal(status, 2, name);
+    assert.match(stderr.toString(), expected);
+  };
+  for (const name of ['c.html', 'c.HTML', 'c.htm']) {
+    writes(name);
+    assert.match(readFileSync(path.join(made, name), 'latin1'), /"base64":/);
+  }
+  const { status, stdout } = view('-o', '-');
+  assert.equal(status, 0);
+  assert.ok(stdout.equals(readFileSync(path.join(made, 'c.html'))));
+  assert.ok(!existsSync(path.join(made, '-')));
+
+  // A new folder, one that was written before, and those whose files all stay.
+  for (const name of ['site', 'site/', 'notes', '.']) writes(name);
+  assert.deepEqual(readdirSync(path.join(made, 'notes')).sort(), ['A.t4d', 'index.html', 'notes.txt']);
+  refuses('taken', /taken\/index.html is no part of a site of t4d view and would be overwritten/);
+  refuses('other', /other\/A.t4d is no part of a site of t4d view and would be overwritten/);
+  refuses('text.txt', /text.txt is a file; name a page that ends in .html, or a folder/);
+  refuses('A.t4d', /the output A.t4d is the input itself/);
+  assert.equal(readFileSync(path.join(made, 'taken/index.html'), 'utf8'), 'mine');
+  assert.deepEqual(readdirSync(path.join(made, 'taken')), ['index.html']);
+  assert.ok(readFileSync(path.join(made, 'other/A.t4d')).equals(readFileSync(at('torus.t4d'))));
 });
 
 test('a page without a file asks for one', async () => {
