@@ -209,7 +209,7 @@ function fitCamera() {
   view.labels = state.cut === 'solid' ? facesAxes().names : cutNames[state.cut];
   const half = bounds.max.map((high, i) => (high - bounds.min[i]) / 2);
   const lengths = axes.map((axis) => axis.reduce((sum, part, i) => sum + Math.abs(part) * half[i], 0));
-  view.fit(Math.hypot(...lengths), panes.length);
+  view.fit(Math.hypot(...lengths));
 }
 
 function placeCamera(camera) {
@@ -423,7 +423,7 @@ function fillFacts() {
 
 function fillSpeeds() {
   const lines = [];
-  const ms = (value) => `${value.toPrecision(3)} ms`;
+  const ms = (value) => (value < 1000 ? `${value.toPrecision(3)} ms` : `${shown(value / 1000, 3)} s`);
   if (speeds.firstPicture !== null) lines.push(`first picture after ${ms(speeds.firstPicture)}`);
   if (speeds.gpu !== null) {
     lines.push(`a frame: ${ms(speeds.gpu)}`);
@@ -856,6 +856,7 @@ async function start() {
 window.t4dViewer = {
   get state() { return { ...state }; },
   get panes() { return panes; },
+  get camera() { return view.camera; },
   set, whole, measureSpeed, sliceAsGlb, speeds,
   measures: () => panes.map((pane) => pane.measureShown(planeOf(state))),
   largestDistance: () => comparison.largest,

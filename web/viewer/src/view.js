@@ -2,6 +2,9 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
+/** Of what the camera sees across the shorter side of a pane. */
+const halfAngle = 17.5 * Math.PI / 180;
+
 export class View {
   /**
    * @param {HTMLCanvasElement} canvas
@@ -14,7 +17,7 @@ export class View {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.autoClear = false;
-    this.camera = new THREE.PerspectiveCamera(35, 1, 0.1, 1000);
+    this.camera = new THREE.PerspectiveCamera();
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.zoomToCursor = true;
     this.controls.addEventListener('change', onMove);
@@ -24,18 +27,20 @@ export class View {
   }
 
   /** Moves the camera so that a ball around the middle is seen. */
-  fit(radius, panes) {
+  fit(radius) {
     this.radius = radius > 0 ? radius : 1;
-    const half = (this.camera.fov / 2) * Math.PI / 180;
-    const aspect = this.aspect(panes);
-    const distance = this.radius / Math.sin(Math.atan(Math.tan(half) * Math.min(1, aspect)));
+    const distance = this.radius / Math.sin(halfAngle);
     this.camera.position.set(0.55, 0.42, 0.8).normalize().multiplyScalar(distance);
     this.controls.target.set(0, 0, 0);
     this.controls.update();
   }
 
-  aspect(panes) {
-    return this.canvas.clientWidth / Math.max(1, panes) / Math.max(1, this.canvas.clientHeight);
+  /** The camera sees the same across the shorter side of a pane, so that what was fitted stays in the picture. */
+  setAspect(aspect) {
+    const { camera } = this;
+    camera.aspect = aspect;
+    camera.fov = 2 * Math.atan(Math.tan(halfAngle) / Math.min(1, aspect)) * 180 / Math.PI;
+    camera.updateProjectionMatrix();
   }
 
   /** Which axis of the sections points up: 'y', or 'z' for the third. */
@@ -53,8 +58,7 @@ export class View {
     const distance = camera.position.distanceTo(this.controls.target) + this.controls.target.length();
     camera.near = Math.max(this.radius * 1e-4, (distance - this.radius) * 0.2);
     camera.far = distance + 4 * this.radius;
-    camera.aspect = this.aspect(panes.length);
-    camera.updateProjectionMatrix();
+    this.setAspect(Math.max(1, width / Math.max(1, panes.length)) / Math.max(1, height));
     renderer.setScissorTest(false);
     renderer.setClearColor(new THREE.Color(getComputedStyle(document.body).backgroundColor), 1);
     renderer.clear();

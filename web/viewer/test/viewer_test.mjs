@@ -456,6 +456,20 @@ test('keys and play', async () => {
   await page.close();
 });
 
+test('what fits the picture stays in it when the window changes its shape', async () => {
+  const { page, errors } = await openAt('?file=cube.t4d');
+  for (const [width, height] of [[1280, 800], [390, 844], [844, 390]]) {
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(300);
+    // How many degrees the camera sees across and up.
+    const seen = await page.evaluate(() => [0, 5].map((i) =>
+      2 * Math.atan(1 / window.t4dViewer.camera.projectionMatrix.elements[i]) * 180 / Math.PI));
+    isNear(Math.min(...seen), 35, `${width} x ${height}`);
+  }
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
 test('what is wrong with a file is said', async () => {
   const message = (page) => page.waitForSelector('#message:not([hidden])').then((box) => box.innerText());
   for (const [name, expected] of [
