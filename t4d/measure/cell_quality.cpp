@@ -75,15 +75,17 @@ CellQuality qualityOf(const std::array<model::Point4, 4>& corners, double timeSc
   std::array<double, 4> sides;
   for (int i = 0; i < 4; ++i) sides[i] = normals[i].norm();
   const double areas = sides[0] + sides[1] + sides[2] + sides[3];
-  // From the products of opposite edges, by Crelle's formula: 24 V R is four times the square root.
-  const double x = lengths[0] * lengths[5];
-  const double y = lengths[1] * lengths[4];
-  const double z = lengths[2] * lengths[3];
-  const double heron = std::max(0.0, (x + y + z)) * std::max(0.0, (x + y - z)) *
-                       std::max(0.0, (x - y + z)) * std::max(0.0, (-x + y + z));
-  const double circumradius = std::sqrt(heron) / (24 * volume);
+  // The circumcentre is as far from each corner as from the first: 2 center . p = p . p, solved
+  // from the first axis to the last. (Formulas from the lengths of the edges lose the digits of
+  // needles.)
+  Vector3d center;
+  center[0] = p[1][0] / 2;
+  center[1] = (p[2][0] * (p[2][0] - p[1][0]) + p[2][1] * p[2][1]) / (2 * p[2][1]);
+  center[2] =
+      (p[3][0] * (p[3][0] - p[1][0]) + p[3][1] * (p[3][1] - 2 * center[1]) + p[3][2] * p[3][2]) /
+      (2 * p[3][2]);
   const double inradius = 6 * volume / areas;
-  quality.radiusRatio = std::max(1.0, circumradius / (3 * inradius));
+  quality.radiusRatio = std::max(1.0, center.norm() / (3 * inradius));
   quality.height = 6 * volume / (std::ranges::max(sides) * longestEdge);
 
   // The extreme angles have the extreme cosines.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include <tbb/combinable.h>
@@ -11,15 +12,18 @@
 namespace t4d::measure {
 namespace {
 
-// A bin holds numbers that agree in sign, exponent and the first eight bits after it.
+// A bin holds numbers that agree in exponent and the first eight bits after it.
 constexpr int kBitsAfterExponent = 8;
 constexpr int kShift = 52 - kBitsAfterExponent;
-constexpr std::uint64_t kExponents = 128;  // 2^-64 to 2^64; the ends take what is beyond
-constexpr std::uint64_t kFirstBin = (std::uint64_t{1023 - 64}) << kBitsAfterExponent;
-constexpr std::uint64_t kBins = kExponents << kBitsAfterExponent;
+constexpr std::size_t kBinsOfOctave = std::size_t{1} << kBitsAfterExponent;
+constexpr std::size_t kOctaves = 2048;  // the first has 0, the last infinity
 
-double middleOf(std::uint64_t bin) {
-  return std::bit_cast<double>((kFirstBin + bin) << kShift | std::uint64_t{1} << (kShift - 1));
+/// The middle of a bin.
+double valueOf(std::size_t octave, std::size_t bin) {
+  if (octave == 0) return 0;
+  if (octave == kOctaves - 1) return std::numeric_limits<double>::infinity();
+  const std::uint64_t first = std::uint64_t{octave} << kBitsAfterExponent | bin;
+  return std::bit_cast<double>(first << kShift | std::uint64_t{1} << (kShift - 1));
 }
 
 std::array<model::Point4, 4> cornersOf(const model::Slab& slab, const model::Cell& cell) {
@@ -51,6 +55,19 @@ struct Tally {
     worst.pop_back();
   }
 };
+
+/// How large the volume of a parallelepiped can be by rounding alone, if its corners are rounded
+/// and lie in a plane.
+double roundingOfVolume(const std::array<model::Point4, 4>& corners, const Eigen::Vector3d& u,
+                        const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
+  double largest = 0;
+  for (const model::Point4& corner : corners) {
+    largest = std::max(largest, corner.head<3>().cwiseAbs().maxCoeff());
+  }
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+  const double sides = u.norm() * v.norm() + v.norm() * w.norm() + w.norm() * u.norm();
+  return kRounding * largest * sides;
+}
 
 constexpr std::size_t kPiece = 16384;  // cells of a task
 
@@ -87,55 +104,77 @@ Result<void> eachSlab(std::span<const model::Body> bodies, const model::Progress
 
 }  // namespace
 
-Distribution::Distribution() : bins_(kBins) {}
+Distribution::Distribution() : octaves_(kOctaves) {}
 
-void Distribution::add(double value) {
-  const std::uint64_t bits = std::bit_cast<std::uint64_t>(value) >> kShift;
-  ++bins_[std::clamp(bits, kFirstBin, kFirstBin + kBins - 1) - kFirstBin];
+template <class Visit>
+void Distribution::eachBin(Visit visit) const {
+  for (std::size_t octave = 0; octave < kOctaves; ++octave) {
+    for (std::size_t bin = 0; bin < octaves_[octave].size(); ++bin) {
+      const std::uint64_t count = octaves_[octave][bin];
+      if (count == 0) continue;
+      if (!visit(std::clamp(valueOf(octave, bin), min_, max_), count)) return;
+    }
+  }
+}
+
+void Distribution::add(double value, std::uint64_t count) {
+  const std::uint64_t bin = std::bit_cast<std::uint64_t>(value) >> kShift;
+  std::vector<std::uint64_t>& octave = octaves_[(bin >> kBitsAfterExponent) % kOctaves];
+  octave.resize(kBinsOfOctave);
+  octave[bin % kBinsOfOctave] += count;
   min_ = count_ == 0 ? value : std::min(min_, value);
   max_ = count_ == 0 ? value : std::max(max_, value);
-  ++count_;
+  count_ += count;
 }
 
 void Distribution::add(const Distribution& other) {
   if (other.count_ == 0) return;
-  for (std::size_t i = 0; i < bins_.size(); ++i) bins_[i] += other.bins_[i];
+  for (std::size_t octave = 0; octave < kOctaves; ++octave) {
+    const std::vector<std::uint64_t>& more = other.octaves_[octave];
+    octaves_[octave].resize(std::max(octaves_[octave].size(), more.size()));
+    for (std::size_t i = 0; i < more.size(); ++i) octaves_[octave][i] += more[i];
+  }
   min_ = count_ == 0 ? other.min_ : std::min(min_, other.min_);
   max_ = count_ == 0 ? other.max_ : std::max(max_, other.max_);
   count_ += other.count_;
 }
 
 double Distribution::quantile(double fraction) const {
-  if (count_ == 0) return 0;
   const double wanted = fraction * static_cast<double>(count_);
   std::uint64_t below = 0;
-  std::uint64_t bin = 0;
-  for (; bin + 1 < kBins; ++bin) {
-    below += bins_[bin];
-    if (below > 0 && static_cast<double>(below) >= wanted) break;
-  }
-  // The end bins also hold what is beyond them.
-  if (bin == 0) return min_;
-  if (bin + 1 == kBins) return max_;
-  return std::clamp(middleOf(bin), min_, max_);
+  double found = 0;
+  eachBin([&](double value, std::uint64_t count) {
+    below += count;
+    found = value;
+    return static_cast<double>(below) < wanted;
+  });
+  return found;
 }
 
 std::vector<std::uint64_t> Distribution::histogram(const std::vector<double>& edges) const {
   std::vector<std::uint64_t> counts(edges.empty() ? 0 : edges.size() - 1);
-  for (std::uint64_t bin = 0; bin < kBins; ++bin) {
-    if (bins_[bin] == 0) continue;
-    const double value = std::clamp(middleOf(bin), min_, max_);
+  eachBin([&](double value, std::uint64_t count) {
     const auto after = std::ranges::upper_bound(edges, value);
-    if (after == edges.begin()) continue;
+    if (after == edges.begin()) return true;
     // The last edge belongs to the last interval.
     const auto index = static_cast<std::size_t>(after - edges.begin()) - 1;
     if (index < counts.size()) {
-      counts[index] += bins_[bin];
+      counts[index] += count;
     } else if (!counts.empty() && value == edges.back()) {
-      counts.back() += bins_[bin];
+      counts.back() += count;
     }
-  }
+    return true;
+  });
   return counts;
+}
+
+Distribution Distribution::positiveAndFinite() const {
+  Distribution some;
+  eachBin([&](double value, std::uint64_t count) {
+    if (value > 0 && std::isfinite(value)) some.add(value, count);
+    return true;
+  });
+  return some;
 }
 
 Distribution MeshQuality::all(std::size_t measure) const {
@@ -163,7 +202,8 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
         const Eigen::Vector3d v = edges.col(1).head<3>();
         const Eigen::Vector3d w = edges.col(2).head<3>();
         // The normal, of six times the cell's measure: its part in time, then in space.
-        pieces[piece][0] += std::abs(u.cross(v).dot(w));
+        const double inTime = std::abs(u.cross(v).dot(w));
+        if (inTime > roundingOfVolume(corners, u, v, w)) pieces[piece][0] += inTime;
         pieces[piece][1] +=
             (edges(3, 0) * v.cross(w) + edges(3, 1) * w.cross(u) + edges(3, 2) * u.cross(v)).norm();
       }

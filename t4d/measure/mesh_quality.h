@@ -28,14 +28,14 @@ inline constexpr std::array<QualityMeasure, 6> kQualityMeasures = {
      {"largest_angle", &CellQuality::largestAngle},
      {"height", &CellQuality::height}}};
 
-/// How many cells have which value of a measure. Values are counted in bins of 0.4 per cent, so any
-/// number of cells takes the same memory.
+/// How many cells have which value of a measure. Values are counted in bins of 0.4 per cent, so the
+/// memory is that of the powers of two between them, for any number of cells.
 class Distribution {
  public:
   Distribution();
 
-  /// `value` is not negative and may be infinite.
-  void add(double value);
+  /// `value` is not negative and may be infinite; what is below 2^-1022 counts as 0.
+  void add(double value, std::uint64_t count = 1);
   void add(const Distribution& other);
 
   std::uint64_t count() const { return count_; }
@@ -46,9 +46,17 @@ class Distribution {
   /// How many values lie between consecutive ones of `edges`, which increase; to 0.2 per cent of
   /// the value.
   std::vector<std::uint64_t> histogram(const std::vector<double>& edges) const;
+  /// Without what is 0 or infinite, each of the rest to 0.2 per cent.
+  Distribution positiveAndFinite() const;
 
  private:
-  std::vector<std::uint64_t> bins_;
+  /// Calls visit(value, count) for each bin that counts something, in ascending order, until it
+  /// returns false.
+  template <class Visit>
+  void eachBin(Visit visit) const;
+
+  /// The bins of all values with the same exponent; empty where there are none.
+  std::vector<std::vector<std::uint64_t>> octaves_;
   std::uint64_t count_ = 0;
   double min_ = 0;
   double max_ = 0;

@@ -90,6 +90,26 @@ TEST(CellQuality, KeepsTheHeightOfAThinCell) {
   }
 }
 
+TEST(CellQuality, KeepsTheRatioOfANeedle) {
+  // One edge along t, two corners aside of it by a width w.
+  for (const double width : {1e-2, 1e-5, 1e-8, 1e-10}) {
+    const std::array<Point4, 4> needle = {Point4(0, 0, 0, 0), Point4(0, 0, 0, 1),
+                                          Point4(width, 0, 0, 0.3), Point4(0, width, 0, 0.6)};
+    const double squared = width * width;
+    const double circumradius =
+        std::hypot((squared - 0.21) / (2 * width), (squared - 0.24) / (2 * width), 0.5);
+    const double areas = 1 + 1 + std::sqrt(0.45 + squared) + std::sqrt(0.65 + squared);
+    const double inradius = width / areas;
+    const double expected = circumradius / (3 * inradius);
+    std::mt19937 random(3);
+    for (int round = 0; round < 10; ++round) {
+      std::array<Point4, 4> corners = needle;
+      std::ranges::shuffle(corners, random);
+      EXPECT_NEAR(qualityOf(corners, 1).radiusRatio / expected, 1, 1e-4) << width;
+    }
+  }
+}
+
 TEST(Distribution, HasTheQuantilesOfTheSortedValues) {
   std::mt19937 random(9);
   for (int round = 0; round < 20; ++round) {
@@ -115,6 +135,27 @@ TEST(Distribution, HasTheQuantilesOfTheSortedValues) {
   }
 }
 
+TEST(Distribution, HoldsAllNumbersThatAreNotNegative) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Distribution some;
+  for (const double value : {1e-300, 3e-300, 1e300, 3e300}) some.add(value, 2);
+  EXPECT_NEAR(some.quantile(0.5) / 3e-300, 1, 0.0021);
+  EXPECT_NEAR(some.quantile(0.75) / 1e300, 1, 0.0021);
+  some.add(0);
+  some.add(-0.0);
+  some.add(kInfinity);
+  EXPECT_EQ(some.min(), 0);
+  EXPECT_EQ(some.max(), kInfinity);
+  EXPECT_EQ(some.quantile(0.01), 0);
+  EXPECT_EQ(some.quantile(0.99), kInfinity);
+  EXPECT_EQ(some.count(), 11U);
+  const Distribution inner = some.positiveAndFinite();
+  EXPECT_EQ(inner.count(), 8U);
+  EXPECT_NEAR(inner.min() / 1e-300, 1, 0.0021);
+  EXPECT_NEAR(inner.max() / 3e300, 1, 0.0021);
+  EXPECT_EQ(Distribution().quantile(0.5), 0);
+}
+
 /// A cube of side 2 that moves by `velocity` during t = 0 to 4.
 model::Mesh movingCube(const Eigen::Vector3d& velocity) {
   model::Screw screw;
@@ -132,6 +173,23 @@ TEST(MeanNormalSpeed, OfACubeIsAThirdOfItsSpeedAlongAnAxis) {
     const model::Mesh mesh = movingCube({0, speed, 0});
     const model::Body body{"cube", &mesh};
     EXPECT_NEAR(*meanNormalSpeed({&body, 1}), speed / 3, 1e-13);
+  }
+}
+
+TEST(MeanNormalSpeed, OfASolidAtRestIsNothingWhereverItIs) {
+  for (const double offset : {0.0, 1.0, 1e6, 1e9}) {
+    model::TriangleMesh ball = fixtures::icosphere(1, 3);
+    for (model::Point3& vertex : ball.vertices) vertex.array() += offset;
+    // Posed, so that the layers differ by rounding.
+    const std::vector<model::ScrewRun> runs = {
+        {1, {.axisPoint = {3, 2, 1}, .axisDirection = {0.6, 0, 0.8}, .angleDegrees = 360}, 3}};
+    mesh4d::SweepOptions options;
+    options.steps = mesh4d::StepsPerSegment{1};
+    options.caps = mesh4d::CapMethod::Cone;
+    model::Mesh mesh;
+    ASSERT_TRUE(mesh4d::sweep(ball, *model::chainScrews(0, runs), options, mesh));
+    const model::Body body{"", &mesh};
+    EXPECT_EQ(*meanNormalSpeed({&body, 1}), 0) << offset;
   }
 }
 

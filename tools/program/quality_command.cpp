@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include <fmt/format.h>
@@ -45,6 +46,10 @@ ordered_json numberOrNull(double value) {
 }
 
 ordered_json jsonOf(const measure::Distribution& values) {
+  if (values.count() == 0) {
+    return {
+        {"min", nullptr}, {"p01", nullptr}, {"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}};
+  }
   return {{"min", numberOrNull(values.min())},
           {"p01", numberOrNull(values.quantile(0.01))},
           {"p50", numberOrNull(values.quantile(0.5))},
@@ -208,18 +213,31 @@ Result<Scale> scaleOf(const QualityArguments& options, const InputBodies& input)
   return Scale{size / (span.end - span.begin), "nothing moves; the size divided by the duration"};
 }
 
+/// Whether float32 takes the smallest or the largest value for 0 or for infinite.
+bool exceedsSingle(const measure::Distribution& values) {
+  const measure::Distribution some = values.positiveAndFinite();
+  return some.count() > 0 && (some.min() < std::numeric_limits<float>::min() ||
+                              some.max() > std::numeric_limits<float>::max());
+}
+
 /// Writes the mesh with the measures as attributes. Returns the size of the file.
 Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& input,
-                            double timeScale) {
+                            const measure::MeshQuality& quality) {
   std::set<std::string> replaced;
   std::vector<measure::QualityMeasure> measures;
-  for (const measure::QualityMeasure& one : kQualityMeasures) {
+  for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
+    const measure::QualityMeasure& one = kQualityMeasures[k];
     const bool asked =
         options.attributes.empty()
             ? one.name == "radius_ratio"
             : std::ranges::find(options.attributes, one.name) != options.attributes.end();
-    if (asked) {
-      measures.push_back(one);
+    if (!asked) continue;
+    measures.push_back(one);
+    if (exceedsSingle(quality.all(k))) {
+      printNotices(
+          {fmt::format("{}: some values are too small or too large for float32; they are "
+                       "written as 0 or as infinite",
+                       one.name)});
     }
   }
   auto writer = formats::T4dWriter::create(options.output, metadataOf(input),
@@ -228,7 +246,7 @@ Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& 
   ProgressBar bar("writing " + options.output, slabCountOf(input.bodies), "slabs");
   for (std::size_t b = 0; b < input.bodies.size(); ++b) {
     const model::Source& source = *input.bodies[b].source;
-    measure::QualitySink with(measures, timeScale, writer->body(b));
+    measure::QualitySink with(measures, quality.timeScale, writer->body(b));
     if (auto put = model::pump(source, with, bar.part(source.slabCount())); !put) {
       return pass(put.error());
     }
@@ -282,7 +300,7 @@ int run(const QualityArguments& options) {
   if (!quality) return report(inInput(quality.error(), *input));
   std::optional<std::uint64_t> bytes;
   if (!options.output.empty()) {
-    const auto written = write(options, *input, scale->value);
+    const auto written = write(options, *input, *quality);
     if (!written) return report(inInput(written.error(), *input));
     bytes = *written;
   }

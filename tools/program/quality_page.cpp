@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "t4d/measure/triangle_tree.h"
+#include "tools/program/console.h"
 #include "tools/report/html_page.h"
 #include "tools/report/solid_picture.h"
 #include "tools/report/svg_plot.h"
@@ -31,12 +32,14 @@ figcaption { font-size: 13px; color: var(--soft); }
 )";
 
 /// The share of the cells over the value of a measure, in bars of equal width on a logarithmic axis
-/// or, for angles, a linear one. What lies beyond 99.9 % is not shown.
+/// or, for angles, a linear one. What lies beyond 99.9 % is not shown, nor, on a logarithmic axis,
+/// what is 0 or infinite.
 std::string histogramOf(const std::string& name, const Distribution& sides,
                         const Distribution& caps) {
   const bool isAngle = name.ends_with("angle");
   Distribution all = sides;
   all.add(caps);
+  if (!isAngle) all = all.positiveAndFinite();
   constexpr double kCut = 0.001;
   const auto axis = [&](double value) { return isAngle ? value : std::log10(value); };
   double low = axis(std::max(all.quantile(kCut), 1e-300));
@@ -101,7 +104,12 @@ std::string qualityPage(const QualityPage& page, const measure::MeshQuality& qua
     for (const std::string& cell : row) html += fmt::format("<{0}>{1}</{0}>", tag, escaped(cell));
     html += "</tr>\n";
   }
-  html += "</table></div>\n<h2>Histograms</h2>\n<div class=\"plots\">\n";
+  html += "</table></div>\n<h2>Histograms</h2>\n";
+  if (quality.flat > 0) {
+    html += fmt::format("<p>{} without volume: not shown where a measure is 0 or infinite.</p>\n",
+                        counted(quality.flat, "cell"));
+  }
+  html += "<div class=\"plots\">\n";
   for (std::size_t k = 0; k < measure::kQualityMeasures.size(); ++k) {
     html += histogramOf(std::string(measure::kQualityMeasures[k].name), quality.sides[k],
                         quality.caps[k]);
