@@ -100,7 +100,7 @@ std::string_view meaningOf(char letter) {
     case 'W':
       return "a second linear axis";
     case 'E':
-      return "the filament of a 3D printer";
+      return "the filament of a 3D printer, or an exponent; have plain decimal numbers written";
     case '#':
     case '[':
     case '=':
@@ -382,7 +382,7 @@ class GcodeReader {
     }
     if (block.dwells) {
       ++dwells_;
-      if (block.to != Block{}.to) return refused("G4 (a dwell) stands with coordinates");
+      if (block.moves()) return refused("G4 (a dwell) stands with coordinates or with R");
     } else if (block.moves()) {
       if (!motion_) return refused("coordinates without G0, G1, G2 or G3 before them");
       if (auto moved = move(block); !moved) return moved;

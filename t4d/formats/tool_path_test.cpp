@@ -127,6 +127,8 @@ TEST(Gcode, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
             "a.nc:3: an arc has neither centre (I, J, K) nor radius (R)");
   EXPECT_EQ(refusalOf(gcode(start + "G2 X5 I1")),
             "a.nc:3: the arc begins 1 mm from its centre and ends 4 mm from it");
+  EXPECT_EQ(refusalOf(gcode(start + "G4 P1 I3")),
+            "a.nc:3: G4 (a dwell) stands with coordinates or with R");
   EXPECT_EQ(refusalOf(gcode(start + "G1 X1 P2")), "a.nc:3: P2 stands without G2, G3, G4 or G64");
   EXPECT_EQ(refusalOf(gcode(start + "G4 P0.5\nG64 P0.01\nG2 X2 I1 P1\nG1 X5")), "no error");
   EXPECT_EQ(refusalOf(gcode(start + "(no end")), "a.nc:3: a comment has no closing bracket");

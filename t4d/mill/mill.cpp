@@ -245,7 +245,7 @@ std::string noticeOfVolume(double voxels, double mesh) {
 std::string noticeOfTool(const TriangleMesh& tool, double voxelSize) {
   const model::Bounds3 bounds = boundsOf(tool);
   if ((bounds.max - bounds.min).minCoeff() >= 2 * voxelSize) return {};
-  return "the tool is less than two voxels across; what it cuts may be lost with such voxels";
+  return "the tool is less than two voxels across; what it cuts may be lost, or too wide";
 }
 
 }  // namespace

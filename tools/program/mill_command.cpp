@@ -356,7 +356,9 @@ int run(const MillArguments& options) {
   if (!bytes) return report(bytes.error());
   printNotices(milled->notices);
   if (!milled->firstCut) {
-    printNotices({options.path() + ": the tool never meets the stock; nothing is removed"});
+    printNotices(
+        {options.path() +
+         ": nothing is removed; the tool never meets the stock, or by less than the voxels show"});
   }
   if (!options.html.empty()) {
     if (auto written = writePage(options, *milled, motion); !written) {
