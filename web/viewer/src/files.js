@@ -1,0 +1,82 @@
+// Opens files.
+import { fitCamera, placeCamera, view } from './camera.js';
+import { colorsOf } from './colors.js';
+import { element, shown } from './common.js';
+import { onArrival } from './drawing.js';
+import { showError, wasSaid } from './messages.js';
+import { begin, center, changed, client, measureBounds, panes, setAllOpen, state } from './page.js';
+import { Pane } from './pane.js';
+import { fillPanel } from './panel.js';
+import { forgetFirstPicture, startClock } from './speed.js';
+import { stateOf } from './state.js';
+
+/**
+ * Opens a file beside those that are there, or instead of them.
+ * @param {string|Blob|Uint8Array} from its address, or the file
+ * @param {{beside: boolean, name: string, isOwn: boolean}} options `isOwn` of a file that the page comes with
+ */
+export async function openFile(from, { beside = false, name, isOwn = false } = {}) {
+  startClock();
+  element('welcome').hidden = true;
+  element('message').hidden = true;
+  element('busy').hidden = false;
+  let info;
+  try {
+    info = await client.call('open', { from, name });
+  } catch (error) {
+    element('busy').hidden = true;
+    const isRule = error.rule !== undefined;
+    showError(new Error(`${name ?? (from.name ?? from)}: ${error.message}`), isRule
+      ? 'The file is damaged or is no .t4d file; `t4d recover` saves what is whole of a damaged one.' : '');
+    return null;
+  }
+  if (!beside) {
+    for (const pane of panes.splice(0)) pane.dispose();
+    forgetFirstPicture();
+  }
+  const bodyColors = colorsOf(info.bodies, panes.flatMap((each) => each.namedColors()));
+  const pane = new Pane(view.renderer, client, info, bodyColors, center, onArrival, (error, body, slab) => {
+    // Said once of what is shown.
+    if (body && wasSaid()) return;
+    showError(new Error(`${info.name}: ${error.message}`),
+      body && `Of '${body.name}' the time from ${shown(slab.begin)} to ${shown(slab.end)} cannot be shown; the rest can.`);
+  });
+  pane.link = { name: info.name, address: typeof from === 'string' ? from : null, isOwn };
+  panes.push(pane);
+  measureBounds();
+  if (!beside) {
+    begin(info);
+    pane.center = center;
+  }
+  document.title = `${panes.map((each) => each.info.name).join(' and ')} - t4d viewer`;
+  element('title').textContent = panes.map((each) => each.info.name).join(' and ');
+  fillPanel();
+  const { camera } = state;
+  fitCamera();
+  if (!beside && camera) placeCamera(camera);
+  changed();
+  return pane;
+}
+
+/** The files that the page comes with: [{ name, base64 }] or [{ url }]. */
+function ownFiles() {
+  const script = element('t4d-files');
+  return script ? JSON.parse(script.textContent) : [];
+}
+
+const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+
+/** Opens the files that the page was asked for, or comes with. */
+export async function openFirst() {
+  const asked = new URLSearchParams(location.search).getAll('file').map((url) => ({ url }));
+  const files = asked.length > 0 ? asked : ownFiles();
+  const { camera } = stateOf(location.hash);
+  if (files.length === 0) element('welcome').hidden = false;
+  for (const [i, { url, base64, name }] of files.entries()) {
+    await openFile(base64 ? bytesOf(base64) : new URL(url, location.href).href, { beside: i > 0, name, isOwn: true });
+  }
+  // Each file was fitted into the picture.
+  if (camera && panes.length > 1) placeCamera(camera);
+  setAllOpen();
+  changed();
+}

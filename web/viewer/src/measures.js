@@ -1,0 +1,71 @@
+// Measures of the slice and of the files, as tables.
+import { element, shown, shownBytes } from './common.js';
+import { comparison, showsDistances } from './comparison.js';
+import { client, isSpace, panes, state } from './page.js';
+import { planeOf } from './pane.js';
+import { isPlaying } from './play.js';
+
+let measureTimer = 0;
+/** Counts what was to be measured: answers about anything but the last are too late. */
+let measured = 0;
+
+export function measureLater() {
+  ++measured;
+  clearTimeout(measureTimer);
+  measureTimer = setTimeout(measureNow, isPlaying ? 400 : 120);
+}
+
+/** Measures of the slice, of the bodies that are shown, for each pane. */
+async function measureNow() {
+  const turn = measured;
+  if (state.cut === 'solid' || panes.length === 0) {
+    fillTable('measures', []);
+    return;
+  }
+  const { normal, offset } = planeOf(state);
+  let answers;
+  try {
+    answers = await Promise.all(panes.map(({ info }) => client.call('slice', { file: info.file, normal, offset })));
+  } catch {
+    // What is damaged was said when it was to be shown.
+    if (turn === measured) fillTable('measures', [['', 'not whole']]);
+    return;
+  }
+  if (turn !== measured) return;
+  element('save').disabled = answers.every(({ sections }) =>
+    sections.every(({ name, numTriangles }) => numTriangles === 0 || state.hidden.includes(name)));
+  const totals = answers.map(({ sections }) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
+  const unit = panes[0].info.head.length_unit ?? '';
+  const [squared, cubed] = isSpace() && unit ? [` ${unit}²`, ` ${unit}³`] : ['', ''];
+  const row = (title, pick) => [title, ...totals.map(pick)];
+  fillTable('measures', [
+    row('triangles', ({ numTriangles }) => shown(numTriangles)), row('vertices', ({ numPoints }) => shown(numPoints)),
+    row('volume', ({ volume }) => shown(volume) + cubed), row('area', ({ area }) => shown(area) + squared),
+    ...(showsDistances() && comparison.shown !== null
+      ? [['largest distance', shown(comparison.largest) + (unit ? ` ${unit}` : '')]] : []),
+  ]);
+}
+
+const totalOf = (sections) => sections.reduce((sum, each) => ({
+  numTriangles: sum.numTriangles + each.numTriangles, numPoints: sum.numPoints + each.numPoints,
+  volume: sum.volume + each.volume, area: sum.area + each.area,
+}), { numTriangles: 0, numPoints: 0, volume: 0, area: 0 });
+
+function fillTable(id, rows) {
+  element(id).replaceChildren(...rows.map((cells) => {
+    const row = document.createElement('tr');
+    row.append(...cells.map((text) => Object.assign(document.createElement('td'), { textContent: text })));
+    return row;
+  }));
+}
+
+export function fillFacts() {
+  const facts = (title, pick) => [title, ...panes.map(pick)];
+  if (panes.length === 0) return;
+  fillTable('facts', [
+    facts('size', ({ info }) => shownBytes(info.size)),
+    facts('read', ({ read, requests }) => `${shownBytes(read)}${requests ? ` in ${requests}` : ''}`),
+    facts('cells', ({ info }) => shown(info.bodies.reduce((sum, body) => sum + body.numCells, 0))),
+    facts('slabs', ({ info }) => shown(info.bodies.reduce((sum, body) => sum + body.slabs.length, 0))),
+  ]);
+}
