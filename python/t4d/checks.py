@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import operator
 import os
-from typing import Any, Callable, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, Optional, Sequence, SupportsFloat, Tuple, Union
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 Path = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
+Numbers = Iterable[SupportsFloat]
+"""Of Python or numpy, or an array."""
 
 
 def _says(option: str, value: Any, expected: str) -> str:
@@ -100,10 +102,10 @@ def function(option: str, value: Any) -> Any:
     return value
 
 
-def array(what: str, values: ArrayLike) -> np.ndarray:
+def array(what: str, values: ArrayLike) -> NDArray[Any]:
     """As an array of real numbers: what a mask hides, or an imaginary part, is not dropped."""
     parts = values if isinstance(values, (list, tuple)) else [values]
-    if any(np.ma.is_masked(part) for part in parts):
+    if any(isinstance(part, np.ma.MaskedArray) and np.any(part.mask) for part in parts):
         raise TypeError(f"{what}: the array is masked; fill in the masked values, or leave them out")
     found = np.asarray(values)
     if found.dtype.kind == "O":

@@ -5,13 +5,26 @@ from __future__ import annotations
 import json
 import operator
 import os
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    SupportsFloat,
+    SupportsIndex,
+    Tuple,
+    Union,
+)
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from t4d import _t4d, checks
-from t4d.checks import Path
+from t4d.checks import Numbers, Path
 from t4d.errors import InvalidInput, Loss, warn
 from t4d.motions import Motion, MotionLike
 from t4d.triangles import TriangleMesh
@@ -33,22 +46,22 @@ class Slab:
         return self._slab.time_begin, self._slab.time_end
 
     @property
-    def vertices(self) -> np.ndarray:
+    def vertices(self) -> NDArray[np.float64]:
         """(n, 4) float64: x, y, z, t."""
         return self._slab.vertices
 
     @property
-    def cells(self) -> np.ndarray:
+    def cells(self) -> NDArray[np.uint32]:
         """(m, 4) uint32: tetrahedra, with det[outward normal, b - a, c - a, d - a] > 0."""
         return self._slab.cells
 
     @property
-    def lower_layer(self) -> np.ndarray:
+    def lower_layer(self) -> NDArray[np.float64]:
         """The vertices at the first time."""
         return self._slab.vertices[: self._slab.lower_count]
 
     @property
-    def upper_layer(self) -> np.ndarray:
+    def upper_layer(self) -> NDArray[np.float64]:
         """The vertices at the last time: the lower layer of the next slab."""
         return self._slab.vertices[len(self._slab.vertices) - self._slab.upper_count :]
 
@@ -58,17 +71,17 @@ class Slab:
         return self._slab.mean_count
 
     @property
-    def vertex_attributes(self) -> Dict[str, np.ndarray]:
+    def vertex_attributes(self) -> Dict[str, NDArray[Any]]:
         """By name, (n,) or (n, components)."""
         return self._slab.vertex_attributes
 
     @property
-    def cell_attributes(self) -> Dict[str, np.ndarray]:
+    def cell_attributes(self) -> Dict[str, NDArray[Any]]:
         """By name, (m,) or (m, components)."""
         return self._slab.cell_attributes
 
     @property
-    def attributes(self) -> List[Tuple[str, str, np.ndarray]]:
+    def attributes(self) -> List[Tuple[str, str, NDArray[Any]]]:
         """All as ("vertex" or "cell", name, values), in the order of the file."""
         return self._slab.attributes
 
@@ -127,7 +140,7 @@ class Mesh:
     def __len__(self) -> int:
         return len(self.names)
 
-    def __getitem__(self, key: Union[int, str]) -> Mesh:
+    def __getitem__(self, key: Union[SupportsIndex, str]) -> Mesh:
         names = self.names
         if isinstance(key, str):
             if key not in names:
@@ -200,7 +213,7 @@ class Mesh:
         body = self._one()
         return (Slab(body.slab(i)) for i in range(body.slab_count))
 
-    def slab(self, index: int) -> Slab:
+    def slab(self, index: SupportsIndex) -> Slab:
         """Slab number ``index``; negative numbers count from the end."""
         body = self._one()
         count = body.slab_count
@@ -212,28 +225,28 @@ class Mesh:
             raise IndexError(f"there is no slab {index}; the mesh has {count}")
         return Slab(body.slab(index % count))
 
-    def flat(self, progress: Progress = None) -> Tuple[np.ndarray, np.ndarray]:
+    def flat(self, progress: Progress = None) -> Tuple[NDArray[np.float64], NDArray[np.uint32]]:
         """All vertices (n, 4) and cells (m, 4); layers between slabs appear once."""
         return self._one().flat(checks.function("progress", progress))
 
     @property
-    def vertices(self) -> np.ndarray:
+    def vertices(self) -> NDArray[np.float64]:
         """(n, 4) float64: those of ``flat()``, which gives both at once."""
         return self.flat()[0]
 
     @property
-    def cells(self) -> np.ndarray:
+    def cells(self) -> NDArray[np.uint32]:
         """(m, 4) uint32."""
         return self.flat()[1]
 
     def slice(
         self,
-        time: Optional[float] = None,
+        time: Optional[SupportsFloat] = None,
         *,
-        x: Optional[float] = None,
-        y: Optional[float] = None,
-        z: Optional[float] = None,
-        hyperplane: Optional[Sequence[float]] = None,
+        x: Optional[SupportsFloat] = None,
+        y: Optional[SupportsFloat] = None,
+        z: Optional[SupportsFloat] = None,
+        hyperplane: Optional[Numbers] = None,
     ) -> TriangleMesh:
         """The section by a hyperplane, a closed triangle mesh that faces outward: the solid at a
         time, in (x, y, z); what passes through a plane x, y or z = constant, for x in (y, z, t);
@@ -262,15 +275,15 @@ class Mesh:
     @property
     def hypervolume(self) -> float:
         """Enclosed, in length^3 times time."""
-        return self.check()["hypervolume"]
+        return float(self.check()["hypervolume"])
 
     def save(
         self,
         path: Path,
         *,
-        compression: int = 3,
+        compression: SupportsIndex = 3,
         float32: bool = False,
-        grid: Optional[float] = None,
+        grid: Optional[SupportsFloat] = None,
         index: bool = True,
         progress: Progress = None,
     ) -> int:
@@ -320,7 +333,7 @@ class Mesh:
 
 
 def read(
-    path: Path, *, whole: bool = False, max_cells: Optional[int] = None, progress: Progress = None
+    path: Path, *, whole: bool = False, max_cells: Optional[SupportsIndex] = None, progress: Progress = None
 ) -> Mesh:
     """Opens a .t4d file by its path or URL. Slabs are read when they are asked for, and checked
     then; ``whole`` checks every byte first. A file with more than 100 million cells, and 10,000 for
@@ -346,12 +359,12 @@ def sweep(
     triangles: Optional[ArrayLike] = None,
     motion: Optional[MotionLike] = None,
     *,
-    times: Optional[Sequence[float]] = None,
-    steps: Optional[int] = None,
-    rv_min: Optional[float] = None,
-    max_deviation: Optional[float] = None,
+    times: Optional[Numbers] = None,
+    steps: Optional[SupportsIndex] = None,
+    rv_min: Optional[SupportsFloat] = None,
+    max_deviation: Optional[SupportsFloat] = None,
     caps: str = "tetgen",
-    prism: int = 14,
+    prism: SupportsIndex = 14,
     name: str = "solid",
     up: str = "y",
 ) -> Mesh:
@@ -427,7 +440,7 @@ class _Frames:
     def __iter__(self) -> _Frames:
         return self
 
-    def __next__(self) -> np.ndarray:
+    def __next__(self) -> NDArray[Any]:
         frame = checks.array(f"frame {self._given}", next(self._source))
         self._given += 1
         if self._given == self._count:
@@ -443,10 +456,10 @@ class _Frames:
 def weave(
     frames: Any,
     *,
-    spacing: Union[float, Sequence[float]] = 1.0,
-    origin: Sequence[float] = (0.0, 0.0, 0.0),
-    times: Optional[Sequence[float]] = None,
-    iso: Optional[float] = None,
+    spacing: Union[SupportsFloat, Numbers] = 1.0,
+    origin: Numbers = (0.0, 0.0, 0.0),
+    times: Optional[Numbers] = None,
+    iso: Optional[SupportsFloat] = None,
     caps: str = "flat",
     name: str = "solid",
     length_unit: str = "",
@@ -480,11 +493,11 @@ def weave(
     if hasattr(frames, "__len__") and len(frames) != len(moments):
         raise InvalidInput(f"there are {len(moments)} times and {len(frames)} frames")
     once = iter(frames) is frames
-    if np.ndim(spacing) == 0:
-        steps = [checks.positive("spacing", spacing)] * 3
+    edges: Any = spacing
+    if np.ndim(edges) == 0:
+        steps = [checks.positive("spacing", edges)] * 3
     else:
-        checks.numbers("spacing", spacing, 3)
-        steps = [checks.positive("spacing", step) for step in spacing]  # type: ignore[union-attr]
+        steps = [checks.positive("spacing", edge) for edge in checks.numbers("spacing", edges, 3)]
     if iso is not None:
         iso = checks.number("iso", iso)
     checks.choice("caps", caps, ("flat", "graded", "half-step"))

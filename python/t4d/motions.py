@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import math
 import os
-from typing import Any, Mapping, Tuple, Union
+from typing import Any, Mapping, SupportsFloat, Tuple, Union
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from t4d import _t4d, checks
+from t4d.checks import Path
 
-MotionLike = Union["Motion", Mapping[str, Any], str, bytes, "os.PathLike[str]"]
+MotionLike = Union["Motion", Mapping[str, Any], Path]
 
 
 class Motion:
@@ -89,7 +90,7 @@ class Motion:
     def time_unit(self) -> str:
         return self._motion.time_unit
 
-    def at(self, time: float) -> np.ndarray:
+    def at(self, time: SupportsFloat) -> NDArray[np.float64]:
         """The pose at a time, a 4 x 4 matrix; times outside are clamped."""
         moment = checks.number("time", time, holds=lambda x: not math.isnan(x))
         return self._motion.at(moment)
@@ -100,7 +101,7 @@ class Motion:
         return f"<t4d.Motion: from {begin} to {end}{f' ({units})' if units else ''}>"
 
 
-def _doubles(what: str, values: ArrayLike) -> np.ndarray:
+def _doubles(what: str, values: ArrayLike) -> NDArray[np.float64]:
     found = checks.array(what, values).astype(np.float64)
     wrong = np.argwhere(~np.isfinite(found))
     if len(wrong):
@@ -127,7 +128,7 @@ def _plain(given: Any, place: str) -> Any:
     raise TypeError(f"{place} is {given!r}; a motion has numbers, texts, lists and dictionaries")
 
 
-def _quaternion(rotation: np.ndarray) -> np.ndarray:
+def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """(x, y, z, w) of unit length: the eigenvector of the largest eigenvalue of Bar-Itzhack's
     matrix, which no rotation makes ill-conditioned."""
     r = rotation
@@ -139,4 +140,5 @@ def _quaternion(rotation: np.ndarray) -> np.ndarray:
             [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], r.trace()],
         ]
     )
-    return np.linalg.eigh(k)[1][:, -1]
+    vectors: NDArray[np.float64] = np.linalg.eigh(k)[1]
+    return vectors[:, -1]

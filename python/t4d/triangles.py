@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Dict, Iterator, Mapping, Optional
+from typing import Any, Dict, Iterator, Mapping, Optional
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from t4d import _t4d, checks
 from t4d.checks import Path
@@ -41,22 +41,22 @@ class TriangleMesh:
         return made
 
     @property
-    def vertices(self) -> np.ndarray:
+    def vertices(self) -> NDArray[np.float64]:
         """(n, 3) float64, in length units."""
         return self._mesh.vertices
 
     @property
-    def triangles(self) -> np.ndarray:
+    def triangles(self) -> NDArray[np.uint32]:
         """(m, 3) uint32, indices of vertices."""
         return self._mesh.triangles
 
     @property
-    def vertex_attributes(self) -> Dict[str, np.ndarray]:
+    def vertex_attributes(self) -> Dict[str, NDArray[Any]]:
         """By name, (n,) or (n, components)."""
         return self._mesh.vertex_attributes
 
     @property
-    def triangle_attributes(self) -> Dict[str, np.ndarray]:
+    def triangle_attributes(self) -> Dict[str, NDArray[Any]]:
         """By name, (m,) or (m, components)."""
         return self._mesh.triangle_attributes
 
@@ -84,14 +84,15 @@ class TriangleMesh:
         )
         warn(Loss, losses)
 
-    def __iter__(self) -> Iterator[np.ndarray]:
-        return iter((self.vertices, self.triangles))
+    def __iter__(self) -> Iterator[NDArray[Any]]:
+        yield self.vertices
+        yield self.triangles
 
     def __repr__(self) -> str:
         return f"<t4d.TriangleMesh: {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
 
 
-def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, np.ndarray]:
+def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, NDArray[Any]]:
     if not isinstance(given, (Mapping, type(None))):
         raise TypeError(f"the attributes are {given!r}; expected is a dictionary of arrays")
     return {
