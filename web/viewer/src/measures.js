@@ -36,11 +36,11 @@ async function measureNow() {
     sections.every(({ name, numTriangles }) => numTriangles === 0 || state.hidden.includes(name)));
   const totals = answers.map(({ sections }) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
   const unit = panes[0].info.head.length_unit ?? '';
-  const [squared, cubed] = isSpace() && unit ? [` ${unit}²`, ` ${unit}³`] : ['', ''];
+  const [squared, cubed] = isSpace() && unit ? [`, ${unit}²`, `, ${unit}³`] : ['', ''];
   const row = (title, pick) => [title, ...totals.map(pick)];
   fillTable('measures', [
     row('triangles', ({ numTriangles }) => shown(numTriangles)), row('vertices', ({ numPoints }) => shown(numPoints)),
-    row('volume', ({ volume }) => shown(volume) + cubed), row('area', ({ area }) => shown(area) + squared),
+    row(`volume${cubed}`, ({ volume }) => shown(volume)), row(`area${squared}`, ({ area }) => shown(area)),
     ...(showsDistances() && comparison.shown !== null
       ? [['largest distance', shown(comparison.largest) + (unit ? ` ${unit}` : '')]] : []),
   ]);

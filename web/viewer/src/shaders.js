@@ -195,7 +195,8 @@ void main() {
   float shine = 0.12 * pow(max(dot(n, normalize(normalize(vec3(-0.4, 0.6, 0.9)) + toEye)), 0.0), 40.0);
   vec3 lit = vColor * light + shine;
   if (wireframe) {
-    vec3 width = fwidth(vEdge);
+    // Not 0, as along a diagonal: smoothstep() is undefined there.
+    vec3 width = max(fwidth(vEdge), vec3(1e-5));
     vec3 near = smoothstep(vec3(0), width * 1.2, vEdge);
     // Of triangles of a pixel, edges would leave nothing else.
     float dense = clamp(max(width.x, max(width.y, width.z)) * 1.5, 0.0, 0.75);

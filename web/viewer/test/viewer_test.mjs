@@ -179,6 +179,34 @@ test('a section that is too large for the GPU is cut by the worker', async () =>
   await page.close();
 });
 
+test('edges are lines', async () => {
+  const { page, errors } = await openAt('?file=cube.t4d#t=1.9', { viewport: { width: 1280, height: 800 } });
+  const [edges, solid] = await page.evaluate(async () => {
+    const { whole, set } = window.t4dViewer;
+    const canvas = document.getElementById('canvas');
+    const picture = async (wire) => {
+      set({ wire });
+      await whole();
+      const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+      copy.drawImage(canvas, 0, 0);
+      return copy.getImageData(0, 0, canvas.width, canvas.height).data;
+    };
+    const without = await picture(false);
+    const wired = await picture(true);
+    const differs = (a, i, b, k) => Math.abs(a[i] - b[k]) > 30;
+    let numEdges = 0;
+    let numSolid = 0;
+    for (let i = 0; i < without.length; i += 4) {
+      if (differs(without, i, without, 0)) ++numSolid;
+      if (differs(without, i, wired, i)) ++numEdges;
+    }
+    return [numEdges, numSolid];
+  });
+  assert.ok(solid > 10_000 && edges > solid / 100 && edges < solid / 4, `${edges} of ${solid} pixels`);
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
 test('bodies, hidden and not, and their colours', async () => {
   const { page, errors } = await openAt('?file=boxes.t4d');
   const whole = t4d('slice', at('boxes.t4d'), '--time', 0.5);
