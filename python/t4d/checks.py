@@ -124,8 +124,3 @@ def path_text(path: Path) -> str:
     if "\0" in name:
         raise ValueError(f"the path {name!r} has a null character")
     return name
-
-
-def path_bytes(path: Path) -> bytes:
-    """For the compiled part."""
-    return os.fsencode(path_text(path))

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
-from typing import Any, List, Optional, Tuple
+from typing import Any, Iterator, List, Optional, Tuple
 
 
 class Error(Exception):
     """Anything that t4d cannot do.
 
     ``message`` says what was found, what was expected and what to do; ``where`` is the file, with
-    the line or the byte, the slab or the frame ("" if it is clear), and ``offset`` the byte in the
-    file, if there is one.
+    the line or the byte, the slab or the frame ("" if it is clear), ``file`` the path of the file,
+    or None, and ``offset`` the byte in the file, if there is one.
     """
+
+    file: Optional[str] = None
 
     def __init__(self, message: str, where: str = "", offset: Optional[int] = None) -> None:
         super().__init__(f"{where}: {message}" if where else message)
@@ -24,9 +28,9 @@ class Error(Exception):
         return type(self), (self.message, self.where, self.offset), self.__dict__
 
     @property
-    def file(self) -> str:
-        """The file among ``where``: without its line, byte or part."""
-        return re.split(r":(?=\d+(?::|$)| )", self.where, maxsplit=1)[0]
+    def place(self) -> str:
+        """``where`` without the file: the line or the byte, the slab or the frame."""
+        return self.where.removeprefix(self.file or "").lstrip(": ")
 
 
 class InvalidInput(Error, ValueError):
@@ -34,7 +38,15 @@ class InvalidInput(Error, ValueError):
 
 
 class FileError(Error, OSError):
-    """A file cannot be opened or read."""
+    """A file cannot be opened, read or written."""
+
+    def __init__(self, message: str, where: str = "", offset: Optional[int] = None) -> None:
+        super().__init__(message, where, offset)
+        self.file = re.split(r":(?=\d+(?::|$)| )", where, maxsplit=1)[0] or None
+
+    @property
+    def filename(self) -> Optional[str]:
+        return self.file
 
     __str__ = Exception.__str__
 
@@ -44,7 +56,7 @@ class Unsupported(Error, NotImplementedError):
 
 
 class Failed(Error, RuntimeError):
-    """A failure on valid input, or in writing the output."""
+    """A failure on valid input."""
 
 
 class VerbError(Error):
@@ -57,6 +69,22 @@ class VerbError(Error):
 
     def __reduce__(self) -> Tuple[Any, ...]:
         return type(self), (self.message, self.verb, self.exit_code), self.__dict__
+
+
+@contextlib.contextmanager
+def about(file: Optional[str] = None, output: Optional[str] = None) -> Iterator[None]:
+    """Errors in the block are about ``file``, or about ``output`` where they say so. To the library
+    an output that cannot be written is a failure like others; to Python it is an ``OSError``."""
+    try:
+        yield
+    except Error as error:
+        raised = error
+        if isinstance(error, Failed) and output is not None:
+            if os.path.realpath(error.where) == os.path.realpath(output):
+                raised = FileError(error.message, error.where)
+        named = [path for path in (output, file) if path and f"{error.where}:".startswith(f"{path}:")]
+        raised.file = named[0] if named else raised.file or file
+        raise raised from None
 
 
 class Loss(UserWarning):

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from t4d import _t4d, checks
 from t4d.checks import Numbers, Path
-from t4d.errors import InvalidInput, Loss, warn
+from t4d.errors import InvalidInput, Loss, about, warn
 from t4d.motions import Motion, MotionLike
 from t4d.triangles import TriangleMesh
 
@@ -102,6 +102,7 @@ class Mesh:
     _producer: Optional[_t4d.Producer]
     _name: str
     _metadata: Dict[str, str]
+    _file: Optional[str]
 
     def __init__(self) -> None:
         raise TypeError("a t4d.Mesh is made by t4d.read, t4d.sweep or t4d.weave")
@@ -113,12 +114,14 @@ class Mesh:
         producer: Optional[_t4d.Producer] = None,
         name: str = "",
         metadata: Optional[Dict[str, str]] = None,
+        file: Optional[str] = None,
     ) -> Mesh:
         made = cls.__new__(cls)
         made._bodies = list(bodies)
         made._producer = producer
         made._name = name
         made._metadata = metadata or {}
+        made._file = file
         return made
 
     # What it is
@@ -156,7 +159,7 @@ class Mesh:
             if not -len(names) <= index < len(names):
                 raise IndexError(f"there is no body {index}; the mesh has {len(names)}")
         self.load()
-        return Mesh._of([self._bodies[index]], metadata=self._metadata)
+        return Mesh._of([self._bodies[index]], metadata=self._metadata, file=self._file)
 
     def __contains__(self, name: object) -> bool:
         """Whether a body has this name."""
@@ -210,24 +213,28 @@ class Mesh:
         """The slabs in time order, of which one or two are in memory."""
         if self._producer is not None:
             return (Slab(slab) for slab in self._producer.slabs())
-        body = self._one()
-        return (Slab(body.slab(i)) for i in range(body.slab_count))
+        return (self._slab(i) for i in range(self.slab_count))
 
     def slab(self, index: SupportsIndex) -> Slab:
         """Slab number ``index``; negative numbers count from the end."""
-        body = self._one()
-        count = body.slab_count
+        count = self.slab_count
         try:
             index = operator.index(index)
         except TypeError:
             raise TypeError(f"slab({index!r}): slabs are chosen by their number") from None
         if not -count <= index < count:
             raise IndexError(f"there is no slab {index}; the mesh has {count}")
-        return Slab(body.slab(index % count))
+        return self._slab(index % count)
+
+    def _slab(self, index: int) -> Slab:
+        with about(self._file):
+            return Slab(self._one().slab(index))
 
     def flat(self, progress: Progress = None) -> Tuple[NDArray[np.float64], NDArray[np.uint32]]:
         """All vertices (n, 4) and cells (m, 4); layers between slabs appear once."""
-        return self._one().flat(checks.function("progress", progress))
+        checks.function("progress", progress)
+        with about(self._file):
+            return self._one().flat(progress)
 
     @property
     def vertices(self) -> NDArray[np.float64]:
@@ -262,7 +269,8 @@ class Mesh:
             planes.append(checks.numbers("hyperplane", hyperplane, 5))
         if len(planes) != 1:
             raise TypeError("give one of time, x, y, z and hyperplane")
-        return TriangleMesh._of(self._one().slice(planes[0]))
+        with about(self._file):
+            return TriangleMesh._of(self._one().slice(planes[0]))
 
     # What is done with it
 
@@ -270,7 +278,9 @@ class Mesh:
         """Whether the mesh is closed, oriented and valid; counts, components and measures; and the
         findings, as ``t4d validate``. ``deep`` checks that every vertex is manifold, too."""
         checks.flag("deep", deep)
-        return self._one().check(deep, checks.function("progress", progress))
+        checks.function("progress", progress)
+        with about(self._file):
+            return self._one().check(deep, progress)
 
     @property
     def hypervolume(self) -> float:
@@ -296,7 +306,6 @@ class Mesh:
         name = checks.path_text(path)
         if not name.lower().endswith(".t4d"):
             raise ValueError(f"{name}: save writes .t4d; t4d.verbs.convert writes other formats")
-        place = os.fsencode(name)
         metadata = {
             "generator": f"t4d {_t4d.version} (Python)",
             "backend": "",
@@ -313,15 +322,17 @@ class Mesh:
             "index": checks.flag("index", index),
         }
         checks.function("progress", progress)
-        if self._producer is not None:
-            size, losses = self._producer.save(self._name, place, metadata, options, progress)
-        else:
-            size, losses = _t4d.save_bodies(self._bodies, place, metadata, options, progress)
-            losses += [
-                f"the body '{body.name}' has no parent any more: '{body.parent}' is not in the file"
-                for body in self._bodies
-                if body.parent and body.parent not in self
-            ]
+        place = os.fsencode(name)
+        with about(self._file, output=name):
+            if self._producer is not None:
+                size, losses = self._producer.save(self._name, place, metadata, options, progress)
+            else:
+                size, losses = _t4d.save_bodies(self._bodies, place, metadata, options, progress)
+        losses += [
+            f"the body '{body.name}' has no parent any more: '{body.parent}' is not in the file"
+            for body in self._bodies
+            if body.parent and body.parent not in self
+        ]
         warn(Loss, losses)
         return size
 
@@ -338,11 +349,13 @@ def read(
     """Opens a .t4d file by its path or URL. Slabs are read when they are asked for, and checked
     then; ``whole`` checks every byte first. A file with more than 100 million cells, and 10,000 for
     each of its bytes, is refused unless ``max_cells`` allows them."""
-    place = checks.path_bytes(path)
+    name = checks.path_text(path)
     if max_cells is not None:
         max_cells = checks.whole("max_cells", max_cells, 0)
     checks.function("progress", progress)
-    bodies = _t4d.read(place, checks.flag("whole", whole), max_cells, progress)
+    checks.flag("whole", whole)
+    with about(name):
+        bodies = _t4d.read(os.fsencode(name), whole, max_cells, progress)
     first = bodies[0]
     metadata = {
         "backend": first.backend,
@@ -351,7 +364,7 @@ def read(
         "up": first.up,
         "details": first.details,
     }
-    return Mesh._of(bodies, metadata=metadata)
+    return Mesh._of(bodies, metadata=metadata, file=name)
 
 
 def sweep(

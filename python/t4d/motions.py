@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from t4d import _t4d, checks
 from t4d.checks import Path
+from t4d.errors import about
 
 MotionLike = Union["Motion", Mapping[str, Any], Path]
 
@@ -31,7 +32,9 @@ class Motion:
         elif not isinstance(given, (str, bytes, os.PathLike)):
             raise TypeError(f"the motion is {given!r}; expected is a dictionary or a file")
         else:
-            self._motion = _t4d.read_motion(checks.path_bytes(given))
+            place = checks.path_text(given)
+            with about(place):
+                self._motion = _t4d.read_motion(os.fsencode(place))
 
     @classmethod
     def _of(cls, motion: _t4d.Motion) -> Motion:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any, Dict, Iterator, Mapping, Optional
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from t4d import _t4d, checks
 from t4d.checks import Path
-from t4d.errors import Loss, warn
+from t4d.errors import Loss, about, warn
 
 
 class TriangleMesh:
@@ -77,11 +78,11 @@ class TriangleMesh:
     def save(self, path: Path, name: str = "", attributes: bool = False) -> None:
         """Writes .stl, .obj, .ply, .off, .vtp, .glb or .gltf, by the extension. Warns (``Loss``) of
         what the format cannot hold."""
-        place = checks.path_bytes(path)
+        place = checks.path_text(path)
         checks.text("name", name)
-        losses = _t4d.write_triangles(
-            self._mesh, place, name, checks.flag("attributes", attributes)
-        )
+        checks.flag("attributes", attributes)
+        with about(place, output=place):
+            losses = _t4d.write_triangles(self._mesh, os.fsencode(place), name, attributes)
         warn(Loss, losses)
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
@@ -104,7 +105,9 @@ def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, NDArray[A
 def read_triangles(path: Path) -> TriangleMesh:
     """Reads .stl, .obj, .ply, .off, .gltf or .glb. Vertices with equal coordinates become one.
     Warns of what was changed or is lost."""
-    mesh, notices, losses = _t4d.read_triangles(checks.path_bytes(path))
+    place = checks.path_text(path)
+    with about(place):
+        mesh, notices, losses = _t4d.read_triangles(os.fsencode(place))
     warn(UserWarning, notices)
     warn(Loss, losses)
     return TriangleMesh._of(mesh)

@@ -164,6 +164,63 @@ def test_errors_can_be_pickled(models, tmp_path):
         assert vars(copy) == vars(error)
 
 
+def test_what_cannot_be_written_is_an_os_error(cube, models, tmp_path):
+    mesh = t4d.TriangleMesh(*cube)
+    swept, opened = t4d.sweep(mesh, motion=SLIDE), t4d.read(models / "cube.t4d")
+    (tmp_path / "folder.t4d").mkdir()
+    (tmp_path / "full.t4d").symlink_to("/dev/full")
+    (tmp_path / "full.stl").symlink_to("/dev/full")
+    (tmp_path / "link.t4d").symlink_to(tmp_path / "missing" / "x.t4d")
+    cases = [
+        (mesh, "missing/x.stl", "there is no folder"),
+        (mesh, "full.stl", "No space left"),
+        (swept, "missing/x.t4d", "there is no folder"),
+        (swept, "folder.t4d", "is a folder"),
+        (swept, "full.t4d", "No space left"),
+        (opened, "link.t4d", "there is no folder"),
+        (opened, "full.t4d", "No space left"),
+        (opened, "missing: 1/x.t4d", "there is no folder"),
+    ]
+    for given, name, message in cases:
+        with pytest.raises(OSError, match=message) as caught:
+            given.save(tmp_path / name)
+        error = caught.value
+        assert type(error) is t4d.FileError and error.place == ""
+        assert error.filename == error.file == str(tmp_path / name)
+        copy = pickle.loads(pickle.dumps(error))
+        assert copy.filename == error.filename and str(copy) == str(error)
+
+
+def test_a_file_in_an_error_is_a_path_or_none(cube, models, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    mesh = t4d.read(models / "cube.t4d")
+    opened = str(models / "cube.t4d")
+    data = (models / "cube.t4d").read_bytes()
+    Path("cut: 1.t4d").write_bytes(data[: len(data) // 2])
+    Path("x.obj").write_text("v 0 0 zero\n")
+    box = boxes(2)
+    cases = [
+        (lambda: mesh.slice(time=99), opened, ""),
+        (lambda: mesh[0].slice(time=99), opened, ""),
+        (lambda: mesh.save("x.t4d", grid=1e-300), "x.t4d", "slab 0"),
+        (lambda: t4d.read("cut: 1.t4d"), "cut: 1.t4d", "byte "),
+        (lambda: t4d.read_triangles("x.obj"), "x.obj", "1"),
+        (lambda: t4d.Motion("x.obj"), "x.obj", ""),
+        (lambda: t4d.TriangleMesh(*cube).save("x.foo"), "x.foo", ""),
+        (lambda: t4d.weave([box[0], box[0][1:]]).load(), None, "frame 1"),
+        (lambda: t4d.weave([box[0], box[0][1:]]).save("x.t4d"), None, "frame 1"),
+        (lambda: t4d.Motion({"segments": [{}]}), None, "motion"),
+        (lambda: t4d.Motion.from_matrices([0, 0], [np.eye(4)] * 2), None, "pose 1"),
+        (lambda: t4d.sweep(cube[0], cube[1][1:], SLIDE).save("x.t4d"), None, ""),
+        (lambda: verbs.info("missing.t4d"), None, ""),
+    ]
+    for fails, file, place in cases:
+        with pytest.raises(t4d.Error) as caught:
+            fails()
+        assert caught.value.file == file
+        assert caught.value.place.startswith(place) and bool(caught.value.place) == bool(place)
+
+
 def test_motions_of_numpy():
     plain = t4d.Motion(SLIDE)
     for given in (
