@@ -490,10 +490,10 @@ class GcodeReader {
     const double height = to[w] - at_[w];
     const double seconds = 60 * std::hypot(radius * angle, height) / feed_ / chords;
     const model::Point3 start = at_;
-    for (double i = 1; i <= chords; ++i) {
-      const double part = i / chords;
+    for (std::uint64_t i = 1; i <= static_cast<std::uint64_t>(chords); ++i) {
+      const double part = static_cast<double>(i) / chords;
       model::Point3 next = to;
-      if (i < chords) {
+      if (part < 1) {
         const double turn = part * angle;
         const double scale = (1 - part) + part * endRadius / radius;
         next[u] = centre->x() + scale * (std::cos(turn) * begin.x() - std::sin(turn) * begin.y());
