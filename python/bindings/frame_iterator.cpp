@@ -38,7 +38,8 @@ Result<voxel4d::Frame> FrameIterator::frame(std::size_t index) {
     const auto next = py::reinterpret_steal<py::object>(PyIter_Next(frames_.ptr()));
     if (next) return frameOf(next, index);
     if (PyErr_Occurred() != nullptr) throw py::error_already_set();
-    return invalid(fmt::format("there are {} times and only {} frames", times_.size(), index));
+    return invalid(
+        fmt::format("{} times for only {} frame{}", times_.size(), index, index == 1 ? "" : "s"));
   } catch (py::error_already_set& error) {
     raised = error;
     return fail(ErrorCode::Failed, "the iterator of frames raised an exception");
@@ -72,8 +73,9 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
       return frameFrom<double>(array, times_[index], options);
     }
     if (type.equal(py::dtype::of<bool>())) return frameFrom<bool>(array, times_[index], options);
-    return invalid(fmt::format("the array is of {}; expected is float32, float64 or bool",
-                               std::string(py::str(py::object(type)))));
+    return invalid(
+        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso",
+                    std::string(py::str(py::object(type)))));
   }();
   if (!made) {
     Error error = made.error();

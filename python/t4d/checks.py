@@ -118,6 +118,21 @@ def array(what: str, values: ArrayLike) -> NDArray[Any]:
     return found
 
 
+def indices(what: str, values: ArrayLike) -> NDArray[Any]:
+    """As an array of whole numbers: floats and objects are not converted, even if they are whole."""
+    found = np.asarray(values)
+    if found.dtype.kind in "bfO":
+        raise TypeError(
+            f"{what}: the array is of {found.dtype}; expected are whole numbers: convert it with "
+            ".astype(np.uint32)"
+        )
+    return array(what, values)
+
+
+def counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
 def path_text(path: Path) -> str:
     """With bytes that are not UTF-8 as Python keeps them in names of files."""
     name = os.fsdecode(path)

@@ -428,7 +428,9 @@ def sweep(
             raise TypeError("a solid that is deformed goes straight from key to key, without steps")
         moments = list(checks.numbers("times", times))
         if len(keys) != len(moments):
-            raise ValueError(f"there are {len(keys)} keys and {len(moments)} times")
+            raise ValueError(
+                f"{checks.counted(len(moments), 'time')} for {checks.counted(len(keys), 'key')}"
+            )
         producer = _t4d.sweep_keys(mesh._mesh, moments, list(keys), **options)
     else:
         if times is not None or (keys is not None and keys.ndim != 2):
@@ -458,11 +460,11 @@ class _Frames:
         self._given += 1
         if self._given == self._count:
             for _ in self._source:
-                raise InvalidInput(
-                    f"there are {self._count} times and at least {self._count + 1} frames"
-                )
-        if self._with_iso and (frame.dtype.kind in "iu" or frame.dtype == np.float16):
-            return frame.astype(np.float32 if frame.dtype.itemsize <= 2 else np.float64)
+                raise InvalidInput(f"{self._count} times for at least {self._count + 1} frames")
+        kind, size = frame.dtype.kind, frame.dtype.itemsize
+        if kind == "f" or (kind in "iu" and self._with_iso):
+            fits = size <= (4 if kind == "f" else 2)  # into float32, without rounding
+            return frame.astype(np.float32 if fits else np.float64, copy=False)
         return frame
 
 
@@ -481,11 +483,10 @@ def weave(
 ) -> Mesh:
     """The 4D mesh of a time series of volumes (the voxel method, 4D marching cubes).
 
-    ``frames`` is an array (nt, nx, ny, nz) of float32, float64 or bool (with ``iso`` also of whole
-    numbers or float16), or anything that gives arrays (nx, ny, nz) one by one: of an iterator one
-    frame is in memory at a time, and ``times`` says how many there are. Values above ``iso``
-    are inside; without it, values below zero, and
-    True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
+    ``frames`` is an array (nt, nx, ny, nz) of floats or bool (with ``iso`` also of whole numbers),
+    or anything that gives arrays (nx, ny, nz) one by one: of an iterator one frame is in memory at
+    a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it,
+    values below zero, and True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
     for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
     """
     if isinstance(frames, np.ndarray):
@@ -504,7 +505,11 @@ def weave(
         times = range(len(frames))
     moments = list(checks.numbers("times", times))
     if hasattr(frames, "__len__") and len(frames) != len(moments):
-        raise InvalidInput(f"there are {len(moments)} times and {len(frames)} frames")
+        raise InvalidInput(
+            f"{checks.counted(len(moments), 'time')} for {checks.counted(len(frames), 'frame')}"
+        )
+    if len(moments) < 2:
+        raise InvalidInput(f"{checks.counted(len(moments), 'time')}; a motion has at least 2")
     once = iter(frames) is frames
     edges: Any = spacing
     if np.ndim(edges) == 0:

@@ -30,7 +30,7 @@ class TriangleMesh:
         row for each."""
         self._mesh = _t4d.TriangleMesh(
             checks.array("vertices", vertices),
-            checks.array("triangles", triangles),
+            checks.indices("triangles", triangles),
             _attributes(vertex_attributes),
             _attributes(triangle_attributes),
         )
@@ -96,9 +96,13 @@ class TriangleMesh:
 def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, NDArray[Any]]:
     if not isinstance(given, (Mapping, type(None))):
         raise TypeError(f"the attributes are {given!r}; expected is a dictionary of arrays")
-    return {
+    found = {
         checks.text("the name of an attribute", name): checks.array(f"attribute '{name}'", values)
         for name, values in (given or {}).items()
+    }
+    return {
+        name: values.astype(values.dtype.newbyteorder("="), copy=False)
+        for name, values in found.items()
     }
 
 

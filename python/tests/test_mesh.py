@@ -186,14 +186,14 @@ def test_wrong_frames_are_named(tmp_path):
     cases = [
         ([good, good[:3]], r"frame 1: the array has the shape \(3, 4, 4\), frame 0 \(4, 4, 4\)"),
         ([good, good[0]], r"frame 1: the array has the shape \(4, 4\); expected is \(nx, ny, nz\)"),
-        ([good, good.astype(int)], "frame 1: the array is of int64; expected is float32"),
+        ([good, good.astype(int)], "frame 1: the array is of int64; expected are floats"),
         ([good, good * np.nan], "frame 1: value 0 is nan"),
     ]
     for frames, message in cases:
         with pytest.raises(t4d.InvalidInput, match=message):
             t4d.weave(frames).save(tmp_path / "x.t4d")
         assert not (tmp_path / "x.t4d").exists()
-    with pytest.raises(t4d.InvalidInput, match="there are 3 times and only 2 frames"):
+    with pytest.raises(t4d.InvalidInput, match="3 times for only 2 frames"):
         t4d.weave(iter([good, good]), times=range(3)).load()
 
     def broken():
@@ -256,8 +256,6 @@ def test_errors_say_where_and_why(models, tmp_path, cube):
         t4d.TriangleMesh(vertices[:, :2], triangles)
     with pytest.raises(ValueError, match="triangle 0 has the vertex 99; there are 8"):
         t4d.TriangleMesh(vertices, [[0, 1, 99]])
-    with pytest.raises(ValueError, match="whole numbers"):
-        t4d.TriangleMesh(vertices, triangles.astype(float))
     with pytest.raises(t4d.InvalidInput, match="closed|edge"):
         t4d.sweep(vertices, triangles[:-1], SCREW).load()
     with pytest.raises(ValueError, match="writes .t4d"):
