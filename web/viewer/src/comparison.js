@@ -24,7 +24,8 @@ export function updateDistances(hidden, onDone) {
     if (!showsDistances()) return;
     const all = sections.flat().map(({ distances }) => distances ?? []);
     comparison.largest = all.reduce((most, each) => each.reduce((a, b) => Math.max(a, b || 0), most), 0);
-    panes.forEach((pane, i) => pane.showSections(sections[i], plane, state.timeScale, hidden, comparison.largest));
+    const look = { mode: 'distance', rangeOfBody: () => [0, comparison.largest] };
+    panes.forEach((pane, i) => pane.showSections(sections[i], plane, state.timeScale, hidden, look));
     comparison.shown = key;
   }).catch((error) => {
     showError(error);

@@ -285,10 +285,8 @@ export class CutMesh extends THREE.Mesh {
    * @param section of the worker's slice(), with its mesh
    * @param {number[][]} axes that it is shown along
    * @param {number[]} center
-   * @param {THREE.Color} color
-   * @param {number} [largest] of the section's `distances`, which then are its colours
    */
-  constructor({ points4, triangles, distances }, axes, center, color, largest) {
+  constructor({ points4, triangles, distances }, axes, center) {
     const geometry = new THREE.BufferGeometry();
     const positions = new Float32Array(points4.length / 4 * 3);
     for (let i = 0, k = 0; i < points4.length; i += 4) {
@@ -298,15 +296,20 @@ export class CutMesh extends THREE.Mesh {
     }
     geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
     geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
-    if (distances) geometry.setAttribute('value', new THREE.BufferAttribute(distances, 1));
+    const timeOf = (_, i) => points4[4 * i + 3] - center[3];
+    const values = distances ?? Float32Array.from({ length: points4.length / 4 }, timeOf);
+    geometry.setAttribute('value', new THREE.BufferAttribute(values, 1));
     super(geometry, materialOf(meshVertex));
     this.frustumCulled = false;
+    this.modesOfValues = distances ? ['distance'] : ['time', 'age'];
+  }
+
+  /** Colours it by the distances that it has; without them by time or age; or by body. */
+  setLook({ mode, color, range }) {
     const { uniforms } = this.material;
     uniforms.bodyColor.value.copy(color);
-    if (distances) {
-      uniforms.colorMode.value = 2;
-      uniforms.colorRange.value.set(0, largest);
-    }
+    uniforms.colorRange.value.set(...range);
+    uniforms.colorMode.value = this.modesOfValues.includes(mode) ? 2 : 0;
   }
 
   dispose() {

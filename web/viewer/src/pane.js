@@ -184,7 +184,7 @@ export class Pane {
    * @returns {boolean} whether all of it is there
    */
   show({ planes, timeScale, hidden, look, faces }) {
-    if (!faces && !this.fits(planes[0].plane)) return this.showCut(planes[0].plane, timeScale, hidden);
+    if (!faces && !this.fits(planes[0].plane)) return this.showCut(planes[0].plane, timeScale, hidden, look);
     this.cutKey = null;
     const wanted = new Map();
     const slabKeys = new Set();
@@ -255,16 +255,19 @@ export class Pane {
    * Shows a section that the worker cuts, in the memory of a few slabs; the one before stays meanwhile.
    * @returns {boolean} whether it is there
    */
-  showCut(plane, timeScale, hidden) {
+  showCut(plane, timeScale, hidden, look) {
     const key = JSON.stringify([plane.normal, plane.offset, timeScale, [...hidden]]);
-    if (this.cutKey === key) return this.cutDone === key;
+    if (this.cutKey === key) {
+      this.lookCut(look);
+      return this.cutDone === key;
+    }
     // One at a time: the slider moves on while it is cut.
     if (this.cutting) return false;
     this.cutKey = key;
     this.cutting = true;
     const { normal, offset } = plane;
     this.client.call('slice', { file: this.info.file, normal, offset, meshes: true }).then(({ sections }) => {
-      this.showSections(sections, plane, timeScale, hidden);
+      this.showSections(sections, plane, timeScale, hidden, look);
     }).catch((error) => this.onError(error)).finally(() => {
       this.cutting = false;
       this.cutDone = key;
@@ -275,17 +278,27 @@ export class Pane {
 
   /**
    * Shows sections of the worker instead of what was shown.
-   * @param {number} [largest] of their distances, which they are coloured by
+   * @param {object} look as of show()
    */
-  showSections(sections, plane, timeScale, hidden, largest) {
+  showSections(sections, plane, timeScale, hidden, look) {
     for (const each of [...this.sections.keys()]) this.drop(each);
     const { axes } = shownAxes(plane, timeScale);
     sections.forEach((section, body) => {
       if (hidden.has(section.name) || section.triangles.length === 0) return;
-      const mesh = new CutMesh(section, axes, this.center, this.bodyColors[body], largest);
+      const mesh = new CutMesh(section, axes, this.center);
       this.sections.set(`cut/${body}`, mesh);
       this.group.add(mesh);
     });
+    this.lookCut(look);
+  }
+
+  /** Colours the sections of the worker. */
+  lookCut({ mode, rangeOfBody }) {
+    for (const [key, mesh] of this.sections) {
+      if (!(mesh instanceof CutMesh)) continue;
+      const body = Number(key.slice('cut/'.length));
+      mesh.setLook({ mode, color: this.bodyColors[body], range: rangeOfBody(this.info.bodies[body]) });
+    }
   }
 
   drop(key) {

@@ -154,8 +154,8 @@ test('a slice at a time takes at most twice the bytes of its slab and parts', as
   await page.close();
 });
 
-test('a section that is too large for the GPU is cut by the worker', async () => {
-  const { page, errors } = await openAt('?file=torus.t4d#cut=x');
+for (const color of ['body', 'time']) test(`a section that is too large for the GPU is cut by the worker, coloured by ${color}`, async () => {
+  const { page, errors } = await openAt(`?file=torus.t4d#cut=x&color=${color}`);
   const [pixels, without, kinds] = await page.evaluate(async () => {
     const { panes, whole, set } = window.t4dViewer;
     const canvas = document.getElementById('canvas');
