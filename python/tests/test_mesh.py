@@ -9,6 +9,7 @@ import signal
 import subprocess
 import threading
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -274,6 +275,28 @@ def test_attributes_travel(cube, tmp_path):
         assert np.array_equal(section.triangle_attributes["heat"], heat[number])
     with pytest.raises(ValueError, match="attribute 'heat' has the shape"):
         t4d.TriangleMesh(vertices, triangles, triangle_attributes={"heat": heat[:3]})
+
+
+@pytest.mark.parametrize("kind", ["ply", "vtp", "glb", "gltf", "stl", "obj", "off"])
+def test_attributes_that_a_format_cannot_hold_are_listed(cube, tmp_path, kind):
+    vertices, triangles = cube
+    mesh = t4d.TriangleMesh(
+        vertices, triangles, {"heat": np.arange(8, dtype=np.float32)}, {"part": np.arange(12)}
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mesh.save(tmp_path / f"x.{kind}")
+    lost = {word for loss in caught for word in ("heat", "part") if f"'{word}'" in str(loss.message)}
+    assert all(loss.category is t4d.Loss for loss in caught)
+    assert lost == {"ply": set(), "vtp": set(), "glb": {"part"}, "gltf": {"part"}}.get(
+        kind, {"heat", "part"}
+    )
+    data = (tmp_path / f"x.{kind}").read_bytes().lower()
+    assert (b"heat" in data) == ("heat" not in lost) and (b"part" in data) == ("part" not in lost)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mesh.save(tmp_path / f"y.{kind}", attributes=False)
+    assert b"heat" not in (tmp_path / f"y.{kind}").read_bytes().lower()
 
 
 def test_several_bodies(models, tmp_path):
