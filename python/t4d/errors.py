@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from typing import Any, Iterator, List, Optional, Tuple
+import warnings
+from typing import Any, Iterator, List, Optional, Tuple, Type
 
 
 class Error(Exception):
@@ -91,8 +92,6 @@ class Loss(UserWarning):
     """Done, with a loss: each warning is a sentence that names what was lost."""
 
 
-def warn(kind: type, sentences: List[str]) -> None:
-    import warnings
-
+def warn(kind: Type[Warning], sentences: List[str], stacklevel: int = 3) -> None:
     for sentence in sentences:
-        warnings.warn(sentence, kind, stacklevel=3)
+        warnings.warn(sentence, kind, stacklevel=stacklevel)

@@ -353,6 +353,52 @@ def test_paths_are_text_bytes_or_path(cube, tmp_path, name):
         t4d.read("a\0.t4d")
 
 
+@pytest.mark.parametrize(
+    "verb, option, needs",
+    [
+        ("quality", "time_scale", True),
+        ("quality", "o", True),
+        ("quality", "attributes", True),
+        ("flipbook", "n", True),
+        ("slice", "hyperplane", True),
+        ("slice", "coplanar", True),
+        ("mend", "max_hole", True),
+        ("convert", "from_", True),
+        ("slice", "light", False),
+        ("slice", "meshopt", False),
+        ("slice", "attributes", False),
+        ("flipbook", "rigid", False),
+        ("info", "quiet", False),
+        ("info", "q", False),
+    ],
+)
+def test_an_option_of_a_verb_that_needs_a_value_is_not_true(verb, option, needs):
+    """Flags come as far as the program, which has no such file."""
+    error, message = (TypeError, f"^{option} is True; expected is a value") if needs else (t4d.VerbError, "")
+    with pytest.raises(error, match=message):
+        getattr(verbs, verb)("missing.t4d", **{option: True})
+
+
+def test_hints_of_verbs_are_no_warnings(models, tmp_path):
+    data = bytearray((models / "cube.t4d").read_bytes())
+    data[300] ^= 255
+    (tmp_path / "damaged.t4d").write_bytes(data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not verbs.validate(tmp_path / "damaged.t4d")["valid"]
+    with pytest.raises(t4d.VerbError, match="try: t4d recover"):
+        verbs.slice(tmp_path / "damaged.t4d", time=1)
+    far = t4d.TriangleMesh(1e9 + np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    far.save(tmp_path / "far.obj")
+    motion = tmp_path / "slide.json"
+    motion.write_text(json.dumps(SLIDE))
+    verbs.sweep(tmp_path / "far.obj", motion=motion, output=tmp_path / "far.t4d")
+    with pytest.warns(t4d.Loss) as caught:
+        verbs.slice(tmp_path / "far.t4d", time=1, output=tmp_path / "far.stl")
+    assert "; try: --center" in str(caught[-1].message)
+    assert caught[0].filename == __file__
+
+
 def test_verbs_take_lists_and_any_name(models, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     motion = models / "paper-translation.json"
