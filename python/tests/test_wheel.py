@@ -22,6 +22,13 @@ def test_the_wheel_works_by_itself(tmp_path):
     assert "none-any" not in wheel.name
     folder = tmp_path / "site"
     zipfile.ZipFile(wheel).extractall(folder)
+    (info,) = folder.glob("*.dist-info")
+    metadata = (info / "METADATA").read_text()
+    assert "\nLicense: Apache-2.0; with TetGen" in metadata
+    for name in ("LICENSE", "NOTICE"):
+        assert f"\nLicense-File: {name}\n" in metadata
+        (packed,) = info.rglob(name)
+        assert packed.read_bytes() == (Path(__file__).parents[2] / name).read_bytes()
     (folder / "t4d" / "bin" / "t4d").chmod(0o755)
     env = {name: value for name, value in os.environ.items() if not name.startswith("T4D")}
     script = "import t4d; from t4d import verbs; print(verbs.program()); print(verbs.version()['version'])"
