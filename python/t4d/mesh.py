@@ -28,15 +28,18 @@ from t4d.checks import Numbers, Path
 from t4d.errors import InvalidInput, Loss, about, warn
 from t4d.motions import Motion, MotionLike
 from t4d.triangles import TriangleMesh
+from t4d.unchanging import Unchanging
 
 Progress = Optional[Callable[[float], None]]
 """Called with the fraction done, from 0 to 1, some twenty times a second. What it raises ends the
 work, as Ctrl-C does."""
 
 
-class Slab:
+class Slab(Unchanging):
     """The part of a 4D mesh between two consecutive times. All arrays are read-only, and none is a
     copy. Vertices are ordered: lower layer, interior, upper layer."""
+
+    _instead = "pickle its arrays, or the mesh's file and the slab's number"
 
     def __init__(self, slab: _t4d.Slab) -> None:
         self._slab = slab
@@ -90,7 +93,7 @@ class Slab:
         return f"<t4d.Slab: {len(self.cells)} cells from {begin} to {end}>"
 
 
-class Mesh:
+class Mesh(Unchanging):
     """A 4D mesh of one body or several: ``mesh["nut"]`` or ``mesh[0]`` is a mesh of one of them.
 
     It is in a file (``read``), in memory (``load``), or only described (``sweep``, ``weave``): then
@@ -98,6 +101,7 @@ class Mesh:
     loads it first.
     """
 
+    _instead = "save it, pass on the path, and open that by t4d.read"
     _bodies: List[_t4d.Body]
     _producer: Optional[_t4d.Producer]
     _name: str

@@ -13,13 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from t4d import _t4d, checks
 from t4d.checks import Path
 from t4d.errors import about
+from t4d.unchanging import Unchanging
 
 MotionLike = Union["Motion", Mapping[str, Any], Path]
 
 
-class Motion:
+class Motion(Unchanging):
     """A sequence of screw motions: rotations about an axis with a translation, both uniform."""
 
+    _instead = "pickle what it is made of, or the path of its file"
     _motion: _t4d.Motion
 
     def __init__(self, given: MotionLike) -> None:

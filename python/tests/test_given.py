@@ -1,6 +1,7 @@
 """What is given is checked, and errors name it."""
 
 import collections
+import copy
 import json
 import os
 import pickle
@@ -159,9 +160,33 @@ def test_errors_can_be_pickled(models, tmp_path):
             fails()
         errors.append(caught.value)
     for error in errors:
-        copy = pickle.loads(pickle.dumps(error))
-        assert type(copy) is type(error) and str(copy) == str(error)
-        assert vars(copy) == vars(error)
+        again = pickle.loads(pickle.dumps(error))
+        assert type(again) is type(error) and str(again) == str(error)
+        assert vars(again) == vars(error)
+
+
+def test_what_cannot_be_pickled_says_what_to_do(cube, models):
+    mesh = t4d.read(models / "cube.t4d")
+    cases = [
+        (mesh, "a t4d.Mesh cannot be pickled: save it"),
+        (t4d.sweep(*cube, SLIDE), "a t4d.Mesh cannot be pickled: save it"),
+        (mesh.slab(1), "a t4d.Slab cannot be pickled: pickle its arrays"),
+        (t4d.Motion(SLIDE), "a t4d.Motion cannot be pickled: pickle what it is made of"),
+    ]
+    for given, message in cases:
+        with pytest.raises(TypeError, match=message):
+            pickle.dumps(given)
+        assert copy.copy(given) is given and copy.deepcopy([given])[0] is given
+
+
+def test_triangle_meshes_can_be_pickled(cube):
+    mesh = t4d.TriangleMesh(*cube, {"heat": np.arange(8.0)}, {"part": np.arange(24).reshape(12, 2)})
+    for again in (pickle.loads(pickle.dumps(mesh)), copy.deepcopy(mesh), copy.copy(mesh)):
+        assert again.volume == 1
+        for name in ("vertices", "triangles"):
+            assert np.array_equal(getattr(again, name), getattr(mesh, name))
+        assert np.array_equal(again.vertex_attributes["heat"], np.arange(8.0))
+        assert np.array_equal(again.triangle_attributes["part"], np.arange(24).reshape(12, 2))
 
 
 def test_what_cannot_be_written_is_an_os_error(cube, models, tmp_path):
@@ -187,8 +212,8 @@ def test_what_cannot_be_written_is_an_os_error(cube, models, tmp_path):
         error = caught.value
         assert type(error) is t4d.FileError and error.place == ""
         assert error.filename == error.file == str(tmp_path / name)
-        copy = pickle.loads(pickle.dumps(error))
-        assert copy.filename == error.filename and str(copy) == str(error)
+        again = pickle.loads(pickle.dumps(error))
+        assert again.filename == error.filename and str(again) == str(error)
 
 
 def test_a_file_in_an_error_is_a_path_or_none(cube, models, tmp_path, monkeypatch):
