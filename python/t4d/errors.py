@@ -80,7 +80,7 @@ def about(file: Optional[str] = None, output: Optional[str] = None) -> Iterator[
         yield
     except Error as error:
         raised = error
-        if isinstance(error, Failed) and output is not None:
+        if isinstance(error, Failed) and error.where and output:
             if os.path.realpath(error.where) == os.path.realpath(output):
                 raised = FileError(error.message, error.where)
         named = [path for path in (output, file) if path and f"{error.where}:".startswith(f"{path}:")]
