@@ -20,8 +20,8 @@ const convert::TimeSlicer& Body::slicer() const {
 
 namespace {
 
-std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole, py::object maxCells,
-                                        py::object callback) {
+std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole,
+                                        const py::object& maxCells, py::object callback) {
   Watch watch(std::move(callback));
   std::optional<std::uint64_t> most;
   if (!maxCells.is_none()) most = maxCells.cast<std::uint64_t>();

@@ -222,7 +222,7 @@ class Slabs {
     use(*producer);
     queue_ = std::make_unique<SlabQueue>(producer);
   }
-  ~Slabs() {
+  ~Slabs() {  // NOLINT(bugprone-exception-escape): giving up the lock of Python throws nothing
     const py::gil_scoped_release released;
     queue_.reset();
   }

@@ -75,12 +75,11 @@ class TriangleMesh:
         """Whether every edge is traversed equally often in both directions."""
         return self._mesh.closed
 
-    def save(self, path: Path, name: str = "", attributes: bool = True) -> None:
+    def save(self, path: Path, name: str = "", attributes: bool = False) -> None:
         """Writes .stl, .obj, .ply, .off, .vtp, .glb or .gltf, by the extension.
 
-        Attributes are written, too: .ply and .vtp hold all of them, .glb and .gltf those of
-        vertices, the others none; each one that is lost is a warning (``Loss``). ``attributes=False``
-        leaves them out, without a warning.
+        With ``attributes``, those are written, too: .ply and .vtp hold all of them, .glb and .gltf
+        those of vertices, the others none; each one that is lost is a warning (``Loss``).
         """
         place = checks.path_text(path)
         checks.text("name", name)

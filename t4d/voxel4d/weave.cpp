@@ -57,7 +57,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
                           const model::Progress& progress) {
   const std::size_t count = frames.frameCount();
   if (count < 2) {
-    return invalid(fmt::format("there are {} frames; a motion has at least two", count));
+    return invalid(fmt::format("a motion has at least two frames, this one {}", count));
   }
   const Lattice lattice = frames.lattice();
   SlabWriter slabs(lattice, sink);
