@@ -266,7 +266,7 @@ TEST(Weave, TooFewFramesAndNothingInsideAreRefused) {
   model::Mesh mesh;
   const auto solid = [](int, int, int, int) { return -1.0; };
   BoxFrames one({3, 3, 3}, 1, solid, false);
-  EXPECT_NE(weave(one, {}, mesh).error().message.find("1 frames"), std::string::npos);
+  EXPECT_NE(weave(one, {}, mesh).error().message.find("this one 1"), std::string::npos);
   BoxFrames none({3, 3, 3}, 0, solid, false);
   EXPECT_FALSE(weave(none, {}, mesh));
   BoxFrames empty(
