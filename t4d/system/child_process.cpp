@@ -300,15 +300,18 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
   }
   const Spawning spawning(theirInput.get(), state->output.theirs(), state->message.theirs());
   state->begun = Clock::now();
-  pid_t child = 0;
-  if (const int failed = spawning.start(words, child); failed != 0) {
-    return cannotStart(words[0], failed);
+  {
+    const StartingProcess held;
+    pid_t child = 0;
+    if (const int failed = spawning.start(words, child); failed != 0) {
+      return cannotStart(words[0], failed);
+    }
+    state->child = child;
+    state->note = Cleanup::process(held, -child);
   }
-  state->child = child;
-  state->note = Cleanup::process(-child);
   state->output.closeTheirs();
   state->message.closeTheirs();
-  state->process.reset(static_cast<int>(syscall(SYS_pidfd_open, child, 0)));
+  state->process.reset(static_cast<int>(syscall(SYS_pidfd_open, state->child, 0)));
   if (state->process.get() < 0) return cannot("watch a process", errno);
   return ChildProcess(std::move(state));
 }

@@ -40,8 +40,9 @@ using Kind = Entry::Kind;
 
 std::atomic<Entry*> entries = nullptr;
 std::atomic<bool> cleaning = false;
+std::atomic<int> starting = 0;  // how many StartingProcess there are
 static_assert(std::atomic<Entry*>::is_always_lock_free && std::atomic<State>::is_always_lock_free &&
-                  std::atomic<bool>::is_always_lock_free,
+                  std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
               "signal handlers read these");
 
 constexpr int kLookMilliseconds = 5;
@@ -149,6 +150,23 @@ void remove(const Entry& entry) {
 
 }  // namespace
 
+StartingProcess::StartingProcess() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, &before_);
+  while (true) {
+    ++starting;
+    if (!cleaning) return;
+    --starting;
+    waitWhileCleaning();
+  }
+}
+
+StartingProcess::~StartingProcess() {
+  --starting;
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
 Cleanup Cleanup::file(const std::filesystem::path& path) {
   return Cleanup(addEntry(Kind::File, path.string()));
 }
@@ -161,9 +179,7 @@ Cleanup Cleanup::emptyFolder(const std::filesystem::path& path) {
   return Cleanup(addEntry(Kind::EmptyFolder, path.string()));
 }
 
-Cleanup Cleanup::process(pid_t number) {
-  if (cleaning) ::kill(number, SIGKILL);
-  waitWhileCleaning();
+Cleanup Cleanup::process(const StartingProcess& /*held*/, pid_t number) {
   return Cleanup(addEntry(Kind::Process, {}, number));
 }
 
@@ -185,6 +201,10 @@ void Cleanup::release() noexcept {
 void cleanUp() noexcept {
   const int reason = errno;
   cleaning = true;
+  for (int waited = 0; starting > 0 && waited < kPatienceMilliseconds;
+       waited += kLookMilliseconds) {
+    ::poll(nullptr, 0, kLookMilliseconds);
+  }
   // All at a time: each has the same second then.
   for (const Entry* entry = entries.load(); entry != nullptr; entry = entry->next) {
     if (entry->kind == Kind::Process && entry->state == State::Used) {

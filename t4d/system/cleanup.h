@@ -1,10 +1,24 @@
 #pragma once
 
+#include <csignal>
 #include <filesystem>
 
 #include <sys/types.h>
 
 namespace t4d::system {
+
+/// Held from before a process is started until it is registered, so that none is forgotten: a
+/// cleanUp in another thread waits for that, and this thread takes no signals meanwhile.
+class StartingProcess {
+ public:
+  StartingProcess();
+  ~StartingProcess();
+  StartingProcess(const StartingProcess&) = delete;
+  StartingProcess& operator=(const StartingProcess&) = delete;
+
+ private:
+  sigset_t before_{};
+};
 
 /// Registers something that must not outlive this process, for cleanUp: no destructor runs if a
 /// signal ends the process. In all other cases the owner removes it, and then releases the note.
@@ -19,7 +33,7 @@ class Cleanup {
   static Cleanup emptyFolder(const std::filesystem::path& path);
   /// A child process or, if the number is negative, the process group that a child leads. Release
   /// it before waiting for the child, after which the number may belong to another process.
-  static Cleanup process(pid_t number);
+  static Cleanup process(const StartingProcess& held, pid_t number);
 
   Cleanup(Cleanup&& other) noexcept;
   Cleanup& operator=(Cleanup&& other) noexcept;

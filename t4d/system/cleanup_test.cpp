@@ -1,5 +1,7 @@
 #include "t4d/system/cleanup.h"
 
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <string>
@@ -81,12 +83,47 @@ TEST_F(Cleanups, LeaveWhatTheyHaveBeenReleasedFrom) {
 TEST_F(Cleanups, EndProcessesAlsoThoseThatWillNot) {
   const pid_t willing = sleeper(false);
   const pid_t stubborn = sleeper(true);
-  const Cleanup one = Cleanup::process(willing);
-  const Cleanup group = Cleanup::process(-stubborn);
+  Cleanup one;
+  Cleanup group;
+  {
+    const StartingProcess held;
+    one = Cleanup::process(held, willing);
+    group = Cleanup::process(held, -stubborn);
+  }
   cleanUp();
   const int willingBy = signalOf(willing);
   EXPECT_TRUE(willingBy == SIGTERM || willingBy == SIGKILL) << willingBy;
   EXPECT_EQ(signalOf(stubborn), SIGKILL);
+}
+
+TEST_F(Cleanups, WaitForAProcessThatIsBeingStarted) {
+  std::atomic<bool> begun = false;
+  std::atomic<pid_t> started = 0;
+  Cleanup note;
+  std::thread other([&] {
+    const StartingProcess held;
+    begun = true;
+    const pid_t child = sleeper(false);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    note = Cleanup::process(held, child);
+    started = child;
+  });
+  while (!begun) std::this_thread::yield();
+  cleanUp();
+  EXPECT_NE(started, 0);
+  other.join();
+  EXPECT_NE(signalOf(started), 0);
+}
+
+TEST_F(Cleanups, TakeNoSignalsWhileAProcessIsStarted) {
+  sigset_t blocked;
+  {
+    const StartingProcess held;
+    pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
+    EXPECT_EQ(sigismember(&blocked, SIGTERM), 1);
+  }
+  pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
+  EXPECT_EQ(sigismember(&blocked, SIGTERM), 0);
 }
 
 }  // namespace

@@ -100,13 +100,18 @@ Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
   const int result = memfd_create("t4d", MFD_CLOEXEC);
   if (result < 0) return cannotIsolate("keep the result of a process");
   const pid_t parent = getpid();
-  const pid_t child = fork();
-  if (child == 0) workAsChild(work, limits, parent, result);
+  pid_t child = 0;
+  Cleanup note;
+  {
+    const StartingProcess held;
+    child = fork();
+    if (child == 0) workAsChild(work, limits, parent, result);
+    if (child > 0) note = Cleanup::process(held, child);
+  }
   if (child < 0) {
     close(result);
     return cannotIsolate("start a process");
   }
-  Cleanup note = Cleanup::process(child);
   // Wait without reaping it, so that its number stays its own until the note is released.
   siginfo_t ended{};
   while (waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOWAIT) != 0 &&
