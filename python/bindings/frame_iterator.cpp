@@ -26,7 +26,7 @@ FrameIterator::FrameIterator(py::iterator frames, std::vector<double> times,
                              const voxel4d::Lattice& lattice, std::optional<double> iso)
     : frames_(std::move(frames)), times_(std::move(times)), lattice_(lattice), iso_(iso) {}
 
-// NOLINTNEXTLINE(bugprone-exception-escape): to take the lock of Python and to forget throws nothing
+// NOLINTNEXTLINE(bugprone-exception-escape): to take the lock of Python throws nothing
 FrameIterator::~FrameIterator() {
   const py::gil_scoped_acquire acquired;
   frames_ = {};
