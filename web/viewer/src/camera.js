@@ -29,6 +29,13 @@ export function placeCamera(camera) {
   view.controls.update();
 }
 
+/** Places the camera as the state says, or else fits the picture. */
+export function restoreCamera() {
+  const { camera } = state;
+  fitCamera();
+  if (camera) placeCamera(camera);
+}
+
 /** Fits the picture if the axes are others than before. */
 export function fitOtherSpace(before) {
   if (['cut', 'drop', 'timeScale'].some((key) => state[key] !== before[key])) fitCamera();

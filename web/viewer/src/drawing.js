@@ -26,7 +26,7 @@ export function onArrival() {
 function lookOf(pane) {
   const isAttribute = state.color.startsWith('attribute:');
   const name = state.color.slice('attribute:'.length);
-  const range = isAttribute ? pane.rangeOf(name) : [bounds.min[3] - center[3], bounds.max[3] - center[3]];
+  const range = isAttribute ? pane.rangeOf(name) ?? [0, 1] : [bounds.min[3] - center[3], bounds.max[3] - center[3]];
   // Of bodies, age is time from their begin on.
   const rangeOfBody = ({ begin }) => (state.color === 'age' ? [begin - center[3], begin - center[3] + longestLife()] : range);
   return { mode: isAttribute ? 'attribute' : state.color, name, rangeOfBody, wireframe: state.wire };

@@ -1,10 +1,10 @@
 // Opens files.
-import { fitCamera, placeCamera, view } from './camera.js';
+import { fitCamera, placeCamera, restoreCamera, view } from './camera.js';
 import { colorsOf } from './colors.js';
 import { element, shown } from './common.js';
 import { onArrival } from './drawing.js';
-import { showError, wasSaid } from './messages.js';
-import { begin, center, changed, client, measureBounds, panes, setAllOpen, state } from './page.js';
+import { say, showError, wasSaid } from './messages.js';
+import { begin, center, changed, client, measureBounds, panes, setAllOpen } from './page.js';
 import { Pane } from './pane.js';
 import { fillPanel } from './panel.js';
 import { forgetFirstPicture, startClock } from './speed.js';
@@ -14,26 +14,27 @@ import { stateOf } from './state.js';
  * Opens a file beside those that are there, or instead of them.
  * @param {string|Blob|Uint8Array} from its address, or the file
  * @param {{beside: boolean, name: string, isOwn: boolean}} options `isOwn` of a file that the page comes with
+ * @returns {Promise<string[]>} what is wrong if it cannot be opened
  */
-export async function openFile(from, { beside = false, name, isOwn = false } = {}) {
+async function add(from, { beside = false, name, isOwn = false }) {
   startClock();
   element('welcome').hidden = true;
-  element('message').hidden = true;
   element('busy').hidden = false;
   let info;
   try {
     info = await client.call('open', { from, name });
   } catch (error) {
     element('busy').hidden = true;
-    const isRule = error.rule !== undefined;
-    showError(new Error(`${name ?? (from.name ?? from)}: ${error.message}`), isRule
-      ? 'The file is damaged or is no .t4d file; `t4d recover` saves what is whole of a damaged one.' : '');
-    return null;
+    const wrong = `${name ?? (from.name ?? from)}: ${error.message}`;
+    return error.rule === undefined ? [wrong]
+      : [wrong, 'The file is damaged or is no .t4d file; `t4d recover` saves what is whole of a damaged one.'];
   }
-  if (!beside) {
+  const isReplacing = !beside && panes.length > 0;
+  if (isReplacing) {
     for (const pane of panes.splice(0)) pane.dispose();
     forgetFirstPicture();
   }
+  const isFirst = panes.length === 0;
   const bodyColors = colorsOf(info.bodies, panes.flatMap((each) => each.namedColors()));
   const pane = new Pane(view.renderer, client, info, bodyColors, center, onArrival, (error, body, slab) => {
     // Said once of what is shown.
@@ -44,18 +45,24 @@ export async function openFile(from, { beside = false, name, isOwn = false } = {
   pane.link = { name: info.name, address: typeof from === 'string' ? from : null, isOwn };
   panes.push(pane);
   measureBounds();
-  if (!beside) {
-    begin(info);
+  if (isFirst) {
+    begin(info, isReplacing);
     pane.center = center;
   }
   document.title = `${panes.map((each) => each.info.name).join(' and ')} - t4d viewer`;
   element('title').textContent = panes.map((each) => each.info.name).join(' and ');
   fillPanel();
-  const { camera } = state;
-  fitCamera();
-  if (!beside && camera) placeCamera(camera);
+  if (isFirst) restoreCamera();
+  else fitCamera();
   changed();
-  return pane;
+  return [];
+}
+
+/** Opens a file as add() does, and says what is wrong with it. */
+export async function openFile(from, options = {}) {
+  element('message').hidden = true;
+  const wrong = await add(from, options);
+  if (wrong.length > 0) say(...wrong);
 }
 
 /** The files that the page comes with: [{ name, base64 }] or [{ url }]. */
@@ -72,11 +79,15 @@ export async function openFirst() {
   const files = asked.length > 0 ? asked : ownFiles();
   const { camera } = stateOf(location.hash);
   if (files.length === 0) element('welcome').hidden = false;
-  for (const [i, { url, base64, name }] of files.entries()) {
-    await openFile(base64 ? bytesOf(base64) : new URL(url, location.href).href, { beside: i > 0, name, isOwn: true });
+  const wrong = [];
+  for (const { url, base64, name } of files) {
+    // The worker refuses what is not an address.
+    const from = base64 ? bytesOf(base64) : URL.canParse(url, location.href) ? new URL(url, location.href).href : url;
+    wrong.push(...await add(from, { beside: true, name, isOwn: true }));
   }
   // Each file was fitted into the picture.
   if (camera && panes.length > 1) placeCamera(camera);
   setAllOpen();
   changed();
+  if (wrong.length > 0) say(...wrong);
 }

@@ -1,9 +1,10 @@
 // Keys, buttons, files that are dropped, and the pointer.
-import { fitCamera, placeCamera } from './camera.js';
+import { fitCamera, restoreCamera } from './camera.js';
 import { element } from './common.js';
 import { invalidate } from './drawing.js';
 import { openFile } from './files.js';
 import { copyLink } from './link.js';
+import { showError } from './messages.js';
 import { changed, panes, restore, set, sliderKey, sliderRange, state, turnTo } from './page.js';
 import { planeOf, shownAxes } from './pane.js';
 import { drawMarks } from './panel.js';
@@ -32,10 +33,10 @@ export function listen() {
   addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     // The keys of form controls are theirs.
-    if (event.target.matches('input[type="number"], input[type="text"], select, dialog *')) return;
+    if (event.target.matches('input[type="number"], input[type="text"], select')) return;
     if (event.target.matches('button, input[type="checkbox"]') && event.key === ' ') return;
     if (event.target.matches('[data-normal]') && /^(Arrow|Page|Home|End)/.test(event.key)) return;
-    if (panes.length === 0 || !Object.hasOwn(keys, event.key)) return;
+    if (panes.length === 0 || element('keys').open || !Object.hasOwn(keys, event.key)) return;
     event.preventDefault();
     keys[event.key](event);
   });
@@ -68,30 +69,35 @@ export function listen() {
   };
   element('speed').onchange = () => set({ speed: Number(element('speed').value) });
   element('loop').onchange = () => set({ loop: element('loop').checked });
-  element('play').onclick = () => {
-    setDirection(1);
-    play(!isPlaying);
-  };
+  element('play').onclick = () => play(!isPlaying);
   element('fit').onclick = fitCamera;
   element('theme').onclick = switchTheme;
   element('help').onclick = () => element('keys').showModal();
   element('hide').onclick = togglePanel;
   element('save').onclick = save;
   element('link').onclick = copyLink;
-  element('measureSpeed').onclick = () => measureSpeed();
+  element('measureSpeed').onclick = () => measureSpeed().catch(showError);
   element('compare').onclick = () => element('other').click();
-  element('other').onchange = () => openFile(element('other').files[0], { beside: true });
+  const opens = (id, options) => {
+    element(id).onchange = () => {
+      const [file] = element(id).files;
+      // So that the same file can be chosen again.
+      element(id).value = '';
+      if (file) openFile(file, options);
+    };
+  };
+  opens('other', { beside: true });
   element('choose').onclick = () => element('chooser').click();
-  element('chooser').onchange = () => openFile(element('chooser').files[0]);
+  opens('chooser');
   addEventListener('dragover', (event) => event.preventDefault());
   addEventListener('drop', (event) => {
     event.preventDefault();
     const file = event.dataTransfer.files[0] ?? event.dataTransfer.getData('URL');
-    if (file) openFile(file, { beside: panes.length > 0 && event.shiftKey });
+    if (file) openFile(file, { beside: event.shiftKey });
   });
   addEventListener('hashchange', () => {
     restore();
-    if (state.camera) placeCamera(state.camera);
+    restoreCamera();
     changed();
   });
   new ResizeObserver(() => {
@@ -117,5 +123,7 @@ export function listen() {
     const length = Math.hypot(...state.normal);
     turnTo(state.normal.map((n, i) => n / length + dx * axes[0][i] + dy * axes[1][i]));
   }, { capture: true });
-  canvas.addEventListener('pointerup', () => { turning = null; }, { capture: true });
+  for (const type of ['pointerup', 'pointercancel']) {
+    canvas.addEventListener(type, () => { turning = null; }, { capture: true });
+  }
 }

@@ -38,6 +38,17 @@ export function set(changes) {
 /** Changes the state to that of the link. */
 export function restore() {
   state = { ...base, ...stateOf(location.hash) };
+  if (areAllOpen) clamp();
+}
+
+/** A slice of a file, by the worker. */
+export async function sliceOf({ file, name }, { normal, offset }, meshes = false) {
+  try {
+    return await client.call('slice', { file, normal, offset, meshes });
+  } catch (error) {
+    error.message = `${name}: ${error.message}`;
+    throw error;
+  }
 }
 
 /** The panes have changed. */
@@ -49,8 +60,8 @@ export function measureBounds() {
   };
 }
 
-/** Shows the only file, from the beginning or as the link says. */
-export function begin({ head }) {
+/** Shows the only file: as the link says, or from its beginning if it replaces another. */
+export function begin({ head }, isReplacing) {
   center = bounds.min.map((low, i) => (low + bounds.max[i]) / 2);
   const [width, depth, height, time] = bounds.max.map((high, i) => high - bounds.min[i]);
   const size = Math.max(width, depth, height);
@@ -60,11 +71,13 @@ export function begin({ head }) {
     ...defaults, t: bounds.min[3], x, y, z, offset: x, timeScale,
     onionStep: Number(((time || 1) / 20).toPrecision(2)), drop: head.up === 'z' ? 'y' : 'z',
   };
-  restore();
+  state = { ...base };
+  if (!isReplacing) restore();
 }
 
 export function setAllOpen() {
   areAllOpen = true;
+  clamp();
 }
 
 /** The member of the state that the slider moves. */
@@ -76,11 +89,22 @@ function offsetRange(normal) {
   return [0, 1].map((k) => terms.reduce((sum, term) => sum + term[k], 0));
 }
 
-/** The values between which the slider moves. */
-export function sliderRange() {
-  if (state.cut === 'any') return offsetRange(state.normal);
-  const axis = ['x', 'y', 'z', 't'].indexOf(sliderKey());
+/** The values of x, y, z, t or offset that cut what is shown. */
+function rangeOf(key) {
+  if (key === 'offset') return offsetRange(state.normal);
+  const axis = ['x', 'y', 'z', 't'].indexOf(key);
   return [bounds.min[axis], bounds.max[axis]];
+}
+
+/** The values between which the slider moves. */
+export const sliderRange = () => rangeOf(sliderKey());
+
+/** Keeps the cuts within what is shown. */
+function clamp() {
+  for (const key of ['x', 'y', 'z', 't', 'offset']) {
+    const [low, high] = rangeOf(key);
+    state = { ...state, [key]: Math.min(high, Math.max(low, state[key])) };
+  }
 }
 
 /** The axes of the solid in space-time, time in the place of one, the others in order. */

@@ -321,7 +321,7 @@ export class Pane {
     });
   }
 
-  /** The smallest and the largest number of an attribute in the slabs that are shown; [0, 1] without one. */
+  /** The smallest and the largest number of an attribute in the slabs that are shown; null without one. */
   rangeOf(name) {
     let low = Infinity;
     let high = -Infinity;
@@ -332,7 +332,7 @@ export class Pane {
       low = Math.min(low, found.range[0]);
       high = Math.max(high, found.range[1]);
     }
-    return low <= high ? [low, high] : [0, 1];
+    return low <= high ? [low, high] : null;
   }
 
   /** What the GPU cuts, measured along the true axes of the hyperplane: of the first of the planes. */

@@ -53,7 +53,8 @@ function rangeOf(color, attribute) {
   if (color === 'time') return [bounds.min[3], bounds.max[3]];
   if (color === 'age') return [0, longestLife()];
   if (showsDistances()) return [0, comparison.largest];
-  const isNumber = attribute?.components === 1 && color !== 'attribute:triangle';
+  // The solid in space-time has colours of whole numbers only.
+  const isNumber = attribute?.components === 1 && color !== 'attribute:triangle' && state.cut !== 'solid';
   return isNumber ? panes[0].rangeOf(color.slice('attribute:'.length)) : null;
 }
 

@@ -3,7 +3,7 @@ import { element } from './common.js';
 import { marks, panes, set, sliderKey, sliderRange, state } from './page.js';
 
 export let isPlaying = false;
-/** Where the slider goes: 1 or -1. */
+/** Where the slider moved last: 1 or -1. Play moves it forward. */
 export let direction = 1;
 
 export function setDirection(change) {
@@ -16,15 +16,16 @@ export function advance(seconds) {
   const [low, high] = sliderRange();
   const isRealTime = state.cut === 't' && panes[0].info.head.time_unit === 's';
   const rate = (isRealTime ? 1 : (high - low) / 10) * state.speed;
-  let value = state[key] + direction * rate * seconds;
-  if (value > high || value < low) {
+  let value = state[key] + rate * seconds;
+  if (value > high) {
     if (state.loop) {
-      value = low + (((value - low) % (high - low)) + (high - low)) % (high - low);
+      value = low + (value - low) % (high - low);
     } else {
-      value = Math.min(high, Math.max(low, value));
+      value = high;
       play(false);
     }
   }
+  setDirection(1);
   set({ [key]: value });
 }
 

@@ -2,7 +2,7 @@
 import { element, shown } from './common.js';
 import { glbOf } from './glb.js';
 import { say, showError } from './messages.js';
-import { client, panes, sliderKey, state } from './page.js';
+import { panes, sliceOf, sliderKey, state } from './page.js';
 import { planeOf } from './pane.js';
 
 function download(bytes, name, type) {
@@ -13,11 +13,11 @@ function download(bytes, name, type) {
 
 /** The slice of a file as .glb, with its exact points; null of an empty slice. */
 export async function sliceAsGlb({ info, bodyColors } = panes[0]) {
-  const { normal, offset, isTime } = planeOf(state);
-  const { sections } = await client.call('slice', { file: info.file, normal, offset, meshes: true });
+  const plane = planeOf(state);
+  const { sections } = await sliceOf(info, plane, true);
   const meshes = sections.map((section, i) => ({ ...section, color: bodyColors[i].toArray() }))
     .filter(({ name }) => !state.hidden.includes(name));
-  return glbOf(meshes, { isZUp: isTime && info.head.up === 'z' });
+  return glbOf(meshes, { isZUp: plane.isTime && info.head.up === 'z' });
 }
 
 export async function save() {
@@ -28,7 +28,8 @@ export async function save() {
     for (const pane of panes) {
       const glb = await sliceAsGlb(pane);
       const name = pane.info.name.replace(/\.t4d$/, '');
-      if (glb) download(glb, `${name}-${key === 't' ? 'at-' : key}${shown(state[key])}.glb`, 'model/gltf-binary');
+      const value = shown(state[key]).replaceAll(',', '');
+      if (glb) download(glb, `${name}-${key === 't' ? 'at-' : key}${value}.glb`, 'model/gltf-binary');
       else empty.push(pane.info.name);
     }
     if (empty.length > 0) say(`Nothing to save of ${empty.join(' and ')}: the slice is empty.`);

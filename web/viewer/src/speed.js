@@ -2,7 +2,7 @@
 import { view } from './camera.js';
 import { element, shown } from './common.js';
 import { draw, update, whole } from './drawing.js';
-import { client, panes, set, sliderKey, sliderRange, state } from './page.js';
+import { panes, set, sliceOf, sliderKey, sliderRange, state } from './page.js';
 import { planeOf } from './pane.js';
 
 /** Milliseconds. */
@@ -47,25 +47,28 @@ export async function measureSpeed(count = 11) {
   const [low, high] = sliderRange();
   const gpu = [];
   const cpu = [];
-  for (let i = 0; i < count; ++i) {
-    const value = low + (high - low) * (i + 0.37) / count;
-    set({ [key]: value });
-    await whole();
-    // The slabs are there now; the frame of another value of the same slab.
-    set({ [key]: value + (high - low) * 1e-4 });
-    const begin = performance.now();
-    update();
-    draw();
-    view.finish();
-    gpu.push(performance.now() - begin);
-    const { normal, offset } = planeOf(state);
-    const answers = await Promise.all(panes.map(({ info }) => client.call('slice', { file: info.file, normal, offset })));
-    cpu.push(answers.reduce((sum, { milliseconds }) => sum + milliseconds, 0));
+  try {
+    for (let i = 0; i < count; ++i) {
+      const value = low + (high - low) * (i + 0.37) / count;
+      set({ [key]: value });
+      await whole();
+      // The slabs are there now; the frame of another value of the same slab.
+      set({ [key]: value + (high - low) * 1e-4 });
+      const begin = performance.now();
+      update();
+      draw();
+      view.finish();
+      gpu.push(performance.now() - begin);
+      const plane = planeOf(state);
+      const answers = await Promise.all(panes.map(({ info }) => sliceOf(info, plane)));
+      cpu.push(answers.reduce((sum, { milliseconds }) => sum + milliseconds, 0));
+    }
+  } finally {
+    set({ [key]: at });
   }
   const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
   speeds.gpu = median(gpu);
   speeds.cpu = median(cpu);
-  set({ [key]: at });
   fillSpeeds();
   return { ...speeds };
 }

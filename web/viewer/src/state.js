@@ -47,8 +47,9 @@ export function stateOf(hash) {
     const isRight = {
       normal: () => isNumbers(value, 4) && value.some((each) => each !== 0),
       camera: () => isNumbers(value, 6),
-      speed: () => Number.isFinite(value) && value > 0,
-      onion: () => Number.isInteger(value) && value >= 0 && value <= 5,
+      // Those of the select boxes.
+      speed: () => [0.1, 0.25, 0.5, 1, 2, 4, 10].includes(value),
+      onion: () => [0, 1, 2, 4].includes(value),
       onionStep: () => Number.isFinite(value) && value > 0,
       timeScale: () => Number.isFinite(value) && value > 0,
       hidden: () => Array.isArray(value) && value.every((each) => typeof each === 'string'),

@@ -12,6 +12,7 @@ import { measure, open } from 't4d-reader';
 import { makePage } from '../build.mjs';
 import { launch, openPage, serve } from '../browser.mjs';
 import { colorsOf } from '../src/colors.js';
+import { stateOf } from '../src/state.js';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
 const root = path.resolve(here, '../../..');
@@ -223,6 +224,20 @@ test('bodies, hidden and not, and their colours', async () => {
   await page.close();
 });
 
+test('a ramp stands where the colours of an attribute are', async () => {
+  const { page, errors } = await openAt('?file=boxes.t4d#color=attribute:kind');
+  for (const [cut, budget, isThere] of [['t', 1e9, true], ['solid', 1e9, false], ['x', 1e9, true], ['x', 1, false]]) {
+    await page.evaluate(async ([state, bytes]) => {
+      window.t4dViewer.panes[0].budget = bytes;
+      window.t4dViewer.set(state);
+      await window.t4dViewer.whole();
+    }, [{ cut, t: 0.5 }, budget]);
+    assert.equal(await page.isVisible('#ramp'), isThere, `${cut}, ${budget}`);
+  }
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
 /** How far apart colours look: in OKLab, where black and white are 1 apart. */
 function difference(a, b) {
   const lab = ({ r: red, g: green, b: blue }) => {
@@ -321,6 +336,64 @@ test('a link restores two files and their view', async () => {
   await other.close();
 });
 
+/** The state of a page, once it shows it all. */
+const stateAt = (page) => page.evaluate(async () => {
+  await window.t4dViewer.whole();
+  return window.t4dViewer.state;
+});
+
+test('a file that replaces another begins anew', async () => {
+  const { page, errors } = await openAt('?file=torus.t4d#t=0.4&cut=x&wire=true&hidden=["cube"]');
+  await drag(page);
+  await page.evaluate((url) => window.t4dViewer.open(url), `${site.url}late.t4d`);
+  const { page: other } = await openAt('?file=late.t4d');
+  sameStates(await stateAt(page), await stateAt(other));
+  assert.deepEqual(errors, []);
+  await page.close();
+  await other.close();
+});
+
+test('the first file that can be opened is the first', async () => {
+  const { page } = await openAt('?file=missing.t4d&file=late.t4d#t=3&cut=x');
+  const { page: other } = await openAt('?file=late.t4d#t=3&cut=x');
+  sameStates(await stateAt(page), await stateAt(other));
+  assert.match(await page.innerText('#message'), /missing.t4d: the server answers 404/);
+  const { page: empty, errors } = await openAt('#t=3&cut=x');
+  await empty.evaluate(() => document.getElementById('other').dispatchEvent(new Event('change')));
+  await empty.setInputFiles('#other', at('late.t4d'));
+  await empty.waitForFunction('window.t4dViewer.panes.length === 1');
+  sameStates(await stateAt(empty), await stateAt(other));
+  // The same file can be chosen again.
+  await empty.setInputFiles('#other', at('late.t4d'));
+  await empty.waitForFunction('window.t4dViewer.panes.length === 2');
+  assert.equal(await empty.inputValue('#other'), '');
+  assert.deepEqual(errors, []);
+  for (const each of [page, other, empty]) await each.close();
+});
+
+test('a link that changes shows what it shows on a new page', async () => {
+  const { page } = await openAt('?file=cube.t4d');
+  await drag(page);
+  const { page: other } = await openAt('?file=cube.t4d#cut=x');
+  await page.evaluate(() => { location.hash = 'cut=x'; });
+  await page.waitForFunction('window.t4dViewer.state.cut === "x"');
+  sameStates(await stateAt(page), await stateAt(other));
+  await page.close();
+  await other.close();
+});
+
+test('a link says no more than the page can show', async () => {
+  const { page } = await openAt('?file=cube.t4d#t=99&x=1e300&offset=-1e308&speed=3&onion=3');
+  const { bounds, state: { t, x, offset, speed, onion } } = await page.evaluate(
+    '({ bounds: window.t4dViewer.panes[0].bounds(), state: window.t4dViewer.state })');
+  assert.deepEqual([t, x, offset, speed, onion], [bounds.max[3], bounds.max[0], bounds.min[0], 1, 0]);
+  for (const key of ['speed', 'onion']) {
+    const values = await page.$$eval(`#${key} option`, (all) => all.map(({ value }) => Number(value)));
+    for (const value of values) assert.equal(stateOf(`#${key}=${value}`)[key], value);
+  }
+  await page.close();
+});
+
 test('of files on this machine, a link says that it cannot open them', async () => {
   const { page } = await openAt('?file=torus.t4d');
   await page.evaluate(() => {
@@ -387,6 +460,13 @@ test('a slice is saved as glTF', async () => {
   const { triangles, vertices } = t4d('slice', at('torus.t4d'), '--time', 0.4);
   assert.equal(json.accessors[json.meshes[0].primitives[0].indices].count, 3 * triangles);
   assert.equal(json.accessors[json.meshes[0].primitives[0].attributes.POSITION].count, vertices);
+  await page.close();
+});
+
+test('a saved file has a name without commas', async () => {
+  const { page } = await openAt('?file=far.t4d#cut=x&x=1000000');
+  const [saved] = await Promise.all([page.waitForEvent('download'), page.click('#save')]);
+  assert.equal(saved.suggestedFilename(), 'far-x1000000.glb');
   await page.close();
 });
 
@@ -480,6 +560,29 @@ test('keys and play', async () => {
   await page.keyboard.press(' ');
   await page.waitForFunction('window.t4dViewer.state.t > 0.3');
   await page.keyboard.press(' ');
+  await page.evaluate('window.t4dViewer.set({ loop: false })');
+  await page.keyboard.press('ArrowLeft');
+  await page.keyboard.press('End');
+  await page.keyboard.press(' ');
+  await page.waitForFunction('window.t4dViewer.state.t > 0.3 && window.t4dViewer.state.t < 9');
+  await page.keyboard.press(' ');
+  await page.keyboard.press('?');
+  await page.click('#keys h2');
+  await page.keyboard.press('x');
+  assert.equal((await state()).cut, 't');
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('h');
+  await page.keyboard.down('Shift');
+  const { x, y } = await page.locator('#canvas').boundingBox();
+  await page.mouse.move(x + 100, y + 100);
+  await page.mouse.down();
+  await page.mouse.move(x + 120, y + 100);
+  const { normal } = await state();
+  assert.notDeepEqual(normal, [1, 0, 0, 0]);
+  await page.evaluate(() => document.getElementById('canvas').dispatchEvent(new PointerEvent('pointercancel', { pointerId: 1 })));
+  await page.mouse.move(x + 140, y + 100);
+  assert.deepEqual((await state()).normal, normal);
+  await page.mouse.up();
   assert.deepEqual(errors, []);
   await page.close();
 });
@@ -509,10 +612,14 @@ test('what is wrong with a file is said', async () => {
     assert.match(await message(page), expected);
     await page.close();
   }
+  const { page, errors } = await openAt('?file=http://[bad');
+  assert.match(await message(page), /^http:\/\/\[bad: /);
+  assert.deepEqual(errors, []);
+  await page.close();
 });
 
 test('of a damaged file, what is whole is shown', async () => {
-  const { page } = await openAt('?file=damaged.t4d');
+  const { page, errors } = await openAt('?file=damaged.t4d');
   const { slab_list: slabs } = t4d('info', at('torus.t4d'), '--slabs').bodies[0];
   const whole = (slabs[2].begin + slabs[2].end) / 2;
   const [found] = await shownMeasures(page, { t: whole });
@@ -522,6 +629,18 @@ test('of a damaged file, what is whole is shown', async () => {
   const message = await (await page.waitForSelector('#message:not([hidden])')).innerText();
   assert.match(message, /damaged.t4d: byte \d+: C5: front checksum/);
   assert.match(message, /cannot be shown; the rest can/);
+  const said = () => page.waitForFunction(() => {
+    const { hidden, innerText } = document.getElementById('message');
+    return !hidden && /^damaged.t4d: byte/.test(innerText) && !innerText.includes('cannot be shown');
+  });
+  await page.click('#save');
+  await said();
+  await shownMeasures(page, { cut: 'x' });
+  const before = await page.evaluate('window.t4dViewer.state.x');
+  await page.click('#measureSpeed');
+  await said();
+  assert.equal(await page.evaluate('window.t4dViewer.state.x'), before);
+  assert.deepEqual(errors, []);
   await page.close();
 });
 
