@@ -99,8 +99,9 @@ function rangeOf(key) {
 /** The values between which the slider moves. */
 export const sliderRange = () => rangeOf(sliderKey());
 
-/** Keeps the cuts within what is shown. */
+/** Keeps the state to what the files have. */
 function clamp() {
+  if (panes.length !== 2 && state.color === 'distance') state = { ...state, color: 'body' };
   for (const key of ['x', 'y', 'z', 't', 'offset']) {
     const [low, high] = rangeOf(key);
     state = { ...state, [key]: Math.min(high, Math.max(low, state[key])) };

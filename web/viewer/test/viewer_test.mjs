@@ -354,9 +354,10 @@ test('a file that replaces another begins anew', async () => {
 });
 
 test('the first file that can be opened is the first', async () => {
-  const { page } = await openAt('?file=missing.t4d&file=late.t4d#t=3&cut=x');
+  const { page } = await openAt('?file=missing.t4d&file=late.t4d#t=3&cut=x&color=distance');
   const { page: other } = await openAt('?file=late.t4d#t=3&cut=x');
   sameStates(await stateAt(page), await stateAt(other));
+  assert.ok(await page.isVisible('#message'));
   assert.match(await page.innerText('#message'), /missing.t4d: the server answers 404/);
   const { page: empty, errors } = await openAt('#t=3&cut=x');
   await empty.evaluate(() => document.getElementById('other').dispatchEvent(new Event('change')));
