@@ -26,6 +26,15 @@ install(FILES ${T4D_PAGES}/completions/zsh/site-functions/_t4d OPTIONAL
   DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
 install(DIRECTORY ${T4D_PAGES}/site/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/html OPTIONAL)
 
+# What Python has compiled goes with the module.
+file(WRITE ${T4D_PAGES}/prerm "#!/bin/sh
+set -e
+if command -v py3clean >/dev/null; then py3clean --package t4d; fi
+")
+file(CHMOD ${T4D_PAGES}/prerm PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ
+  GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${T4D_PAGES}/prerm)
+
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "${T4D_CONTACT}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "4D meshes: the boundary of a moving solid in space-time")
