@@ -5,7 +5,7 @@ import { invalidate } from './drawing.js';
 import { openFile } from './files.js';
 import { copyLink } from './link.js';
 import { showError } from './messages.js';
-import { changed, panes, restore, set, sliderKey, sliderRange, state, turnTo } from './page.js';
+import { changed, panes, restore, set, sliderKey, sliderRange, slideTo, state, turnTo } from './page.js';
 import { planeOf, shownAxes } from './pane.js';
 import { drawMarks } from './panel.js';
 import { isPlaying, play, setDirection, step } from './play.js';
@@ -61,9 +61,7 @@ export function listen() {
   };
   element('value').onchange = () => {
     const input = element('value');
-    const [low, high] = sliderRange();
-    const value = input.valueAsNumber;
-    if (Number.isFinite(value)) set({ [sliderKey()]: Math.min(high, Math.max(low, value)) });
+    if (Number.isFinite(input.valueAsNumber)) slideTo(input.valueAsNumber);
     // Also while it is focused.
     input.value = Number(state[sliderKey()].toPrecision(9));
   };

@@ -96,16 +96,24 @@ function rangeOf(key) {
   return [bounds.min[axis], bounds.max[axis]];
 }
 
+/** The nearest value that cuts what is shown. */
+function within(key, value) {
+  const [low, high] = rangeOf(key);
+  return Math.min(high, Math.max(low, value));
+}
+
 /** The values between which the slider moves. */
 export const sliderRange = () => rangeOf(sliderKey());
+
+/** Moves the slider to the value, or as far as it goes. */
+export function slideTo(value) {
+  set({ [sliderKey()]: within(sliderKey(), value) });
+}
 
 /** Keeps the state to what the files have. */
 function clamp() {
   if (panes.length !== 2 && state.color === 'distance') state = { ...state, color: 'body' };
-  for (const key of ['x', 'y', 'z', 't', 'offset']) {
-    const [low, high] = rangeOf(key);
-    state = { ...state, [key]: Math.min(high, Math.max(low, state[key])) };
-  }
+  for (const key of ['x', 'y', 'z', 't', 'offset']) state = { ...state, [key]: within(key, state[key]) };
 }
 
 /** The axes of the solid in space-time, time in the place of one, the others in order. */

@@ -1,6 +1,6 @@
 // Moves the slider.
 import { element } from './common.js';
-import { marks, panes, set, sliderKey, sliderRange, state } from './page.js';
+import { marks, panes, set, sliderKey, sliderRange, slideTo, state } from './page.js';
 
 export let isPlaying = false;
 /** Where the slider moved last: 1 or -1. Play moves it forward. */
@@ -48,5 +48,5 @@ export function step(steps, byMarks) {
     value = (steps > 0 ? times.find((time) => time > state.t) : times.findLast((time) => time < state.t)) ?? state.t;
   }
   setDirection(steps);
-  set({ [key]: Math.min(high, Math.max(low, value)) });
+  slideTo(value);
 }
