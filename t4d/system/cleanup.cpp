@@ -46,7 +46,7 @@ static_assert(std::atomic<Entry*>::is_always_lock_free && std::atomic<State>::is
               "signal handlers read these");
 
 constexpr int kLookMilliseconds = 5;
-/// What a process has to end itself.
+/// What a process has to end itself, or a thread to start one.
 constexpr int kPatienceMilliseconds = 1000;
 
 bool change(Entry& entry, State from, State to) {
@@ -80,15 +80,22 @@ Entry* addEntry(Kind kind, const std::string& path, pid_t process = 0) {
   return entry;
 }
 
+/// Waits until `holds` does, but not for ever.
+template <class Condition>
+void await(Condition holds) {
+  for (int waited = 0; waited < kPatienceMilliseconds && !holds(); waited += kLookMilliseconds) {
+    ::poll(nullptr, 0, kLookMilliseconds);
+  }
+}
+
 /// Waits for a child to end, and leaves it to be waited for.
 void awaitEnd(pid_t child) {
-  for (int waited = 0; waited < kPatienceMilliseconds; waited += kLookMilliseconds) {
+  await([=] {
     siginfo_t ended{};
     const int failed =
         ::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
-    if (failed != 0 || ended.si_pid != 0) return;
-    ::poll(nullptr, 0, kLookMilliseconds);
-  }
+    return failed != 0 || ended.si_pid != 0;
+  });
 }
 
 void removeFolder(int parent, const char* name, int depth);
@@ -201,10 +208,7 @@ void Cleanup::release() noexcept {
 void cleanUp() noexcept {
   const int reason = errno;
   cleaning = true;
-  for (int waited = 0; starting > 0 && waited < kPatienceMilliseconds;
-       waited += kLookMilliseconds) {
-    ::poll(nullptr, 0, kLookMilliseconds);
-  }
+  await([] { return starting == 0; });
   // All at a time: each has the same second then.
   for (const Entry* entry = entries.load(); entry != nullptr; entry = entry->next) {
     if (entry->kind == Kind::Process && entry->state == State::Used) {

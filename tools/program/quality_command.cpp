@@ -46,15 +46,14 @@ ordered_json numberOrNull(double value) {
 }
 
 ordered_json jsonOf(const measure::Distribution& values) {
-  if (values.count() == 0) {
-    return {
-        {"min", nullptr}, {"p01", nullptr}, {"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}};
-  }
-  return {{"min", numberOrNull(values.min())},
-          {"p01", numberOrNull(values.quantile(0.01))},
-          {"p50", numberOrNull(values.quantile(0.5))},
-          {"p99", numberOrNull(values.quantile(0.99))},
-          {"max", numberOrNull(values.max())}};
+  const auto ofCells = [&](double value) {
+    return values.count() == 0 ? ordered_json() : numberOrNull(value);
+  };
+  return {{"min", ofCells(values.min())},
+          {"p01", ofCells(values.quantile(0.01))},
+          {"p50", ofCells(values.quantile(0.5))},
+          {"p99", ofCells(values.quantile(0.99))},
+          {"max", ofCells(values.max())}};
 }
 
 ordered_json jsonOf(const measure::MeshQuality& quality, const InputBodies& input) {
