@@ -93,7 +93,7 @@ void TriangleTree::build(std::uint32_t begin, std::uint32_t end,
   build(middle, end, centres);
 }
 
-TriangleTree::Nearest TriangleTree::nearest(const Point3& point) const {
+TriangleTree::Nearest TriangleTree::nearest(const Point3& point, double most) const {
   // Halving keeps the tree's depth below 33, and each level leaves at most one pending node.
   constexpr std::size_t kMaxDepth = 40;
   struct Waiting {
@@ -104,7 +104,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Point3& point) const {
   std::size_t count = 0;
   waiting[count++] = {0, squaredDistance(nodes_[0].bounds, point)};
   std::uint32_t nearest = 0;
-  double best = std::numeric_limits<double>::infinity();
+  double best = most * most;
   while (count > 0) {
     const auto [index, squared] = waiting[--count];
     if (squared >= best) continue;

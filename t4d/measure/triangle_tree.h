@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "t4d/model/triangle_mesh.h"
@@ -20,8 +21,10 @@ class TriangleTree {
     double distance = 0;         ///< exact up to rounding
   };
 
-  /// The triangle nearest to a point; any of them if several are equally near.
-  Nearest nearest(const model::Point3& point) const;
+  /// The triangle nearest to a point; any of them if several are equally near. Without one nearer
+  /// than `most`, the distance is `most`: that is found out sooner.
+  Nearest nearest(const model::Point3& point,
+                  double most = std::numeric_limits<double>::infinity()) const;
 
   /// Distance from a point to one triangle.
   double distanceTo(std::uint32_t triangle, const model::Point3& point) const;

@@ -272,7 +272,7 @@ std::vector<bool> contactOf(const model::TriangleMesh& mesh, const model::Triang
     bool found = own.distanceTo(i, point) <= reach;
     Point3 center = Point3::Zero();
     for (const std::uint32_t vertex : mesh.triangles[i]) center += mesh.vertices[vertex] / 3;
-    found = found || tree.nearest(center).distance <= near || winding.at(center) > 0.75;
+    found = found || tree.nearest(center, 2 * near).distance <= near || winding.at(center) > 0.75;
     flags[i] = found;
   }
   return flags;
