@@ -14,14 +14,15 @@
 
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/texts.h"
-#include "t4d/formats/output_file.h"
+#include "t4d/formats/output_folder.h"
+#include "t4d/system/replaceable.h"
 
 namespace t4d::conformance {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr const char* kSpecVersion = "1.0";
+constexpr const char* kSpecVersion = "1.1";
 /// Larger files may be missing when the corpus is verified: they are generated, and not kept in the
 /// source tree.
 constexpr std::size_t kKeptBytes = std::size_t{1} << 20;
@@ -110,6 +111,10 @@ std::string manifestText(const std::vector<CorpusFile>& files) {
          {"fault", file.fault},
          {"offset", orNull(file.offset.value_or(0), file.offset.has_value())},
          {"expected", orNull(file.id + ".json", file.describe.has_value())}});
+    if (file.validity != Validity::Invalid || file.slices.empty()) continue;
+    for (const ExpectedSlice& slice : file.slices) {
+      manifest["files"].back()["refused_slices"].push_back(decimal(slice.time));
+    }
   }
   return manifest.dump(1) + "\n";
 }
@@ -146,18 +151,13 @@ std::string expectedText(const CorpusFile& file) {
 }
 
 Result<void> writeCorpus(const std::filesystem::path& directory) {
-  for (const auto& [name, text] : allTexts()) {
-    const std::filesystem::path path = directory / name;
-    std::error_code error;
-    std::filesystem::create_directories(path.parent_path(), error);
-    if (error) {
-      return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(),
-                  path.parent_path().string());
-    }
-    auto file = formats::OutputFile::create(path);
-    if (!file) return pass(file.error());
-    auto done = file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
-    if (!done) return done;
+  const auto texts = allTexts();
+  std::vector<std::string> names;
+  for (const auto& [name, text] : texts) names.push_back(name);
+  const auto any = [](const std::filesystem::path&) { return true; };
+  if (auto good = system::checkReplaceable(directory, names, any); !good) return good;
+  for (const auto& [name, text] : texts) {
+    if (auto done = formats::writeInFolder(directory, name, text); !done) return done;
   }
   return {};
 }

@@ -52,11 +52,12 @@ struct CorpusFile {
   std::optional<std::uint64_t> offset;  ///< of the fault, in bytes
   std::string bytes;                    ///< the file
   std::optional<Answer> describe;       ///< if a reader may accept the file
+  /// Of an invalid file, the times, without an answer, of slices that must be refused as well.
   std::vector<ExpectedSlice> slices;
   std::vector<ExpectedSection> sections;
 };
 
-inline constexpr const char* kCorpusVersion = "1.0.0";
+inline constexpr const char* kCorpusVersion = "1.1.0";
 
 /// All files, ordered by id. Every call returns the same files.
 std::vector<CorpusFile> makeCorpus();

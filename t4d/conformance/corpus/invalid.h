@@ -56,6 +56,9 @@ class InvalidCases {
   void addFlip(const std::string& name, const std::string& fault, const Base& base,
                const std::string& place, std::size_t at = 0);
 
+  /// A slice of the last file at this time must be refused, too.
+  void refusedAt(double time) { cases_.back().file.slices.push_back({time, {}, {}}); }
+
   std::vector<InvalidCase> finish() { return std::move(cases_); }
 
  private:

@@ -152,9 +152,13 @@ void addFrameFaults(InvalidCases& cases) {
   repeated("A11-larger-than-the-array", "The content has 25 numbers for 20 distances.",
            numbers + std::string(80, '\0'));
   // Column after column: scalar 0 is byte 0, scalar 1 byte 5, scalar 4 byte 1.
-  repeated("A14-first-scalar", "The first scalar repeats the one before it.", changed(0, 1));
+  // What is not repeated is as many numbers as before, less one.
+  const auto oneLess = [&](std::size_t at, char to) {
+    return changed(at, to).substr(0, 20) + transposed(std::string(16, '\2'), 4);
+  };
+  repeated("A14-first-scalar", "The first scalar repeats the one before it.", oneLess(0, 1));
   repeated("A14-second-scalar", "The second scalar repeats the one two places before it.",
-           changed(5, 2));
+           oneLess(5, 2));
   repeated("A14-255", "A scalar of the second row repeats the one 255 places before it.",
            changed(1, '\xFF'));
   repeated("A15-number-missing", "A number that is not repeated is missing.",
@@ -249,6 +253,25 @@ void addArrayFaults(InvalidCases& cases) {
                         arrayRecord(5, 4, 0, 5, {payload.contents("cells/stored") + '\0'}));
       },
       cells + "rows");
+
+  cases.add(
+      "A7-a-byte-too-many-of-attribute", "A block of 5 rows of one byte has 6.", attribute,
+      [](Image& image) {
+        image.chunk("SLAB 0").payload.replace("attribute 0/values",
+                                              arrayRecord(1, 1, 0, 5, {std::string(6, '\0')}));
+      },
+      values + "rows");
+  const auto compressed = [](std::size_t bytes) {
+    Image image = Image::of({{"simplex", simplexWith({numbers("a", Domain::Cell, 5)})}}, {},
+                            headJson({"zstd"}, {"simplex"}));
+    image.chunk("SLAB 0").payload.replace(
+        "attribute 0/values", arrayRecord(1, 1, 1, 5, {zstdFrame(std::string(bytes, '\7'))}));
+    return image;
+  };
+  cases.add(
+      "A11-more-rows-of-attribute", "The frame declares and holds 6 bytes, of an array of 5.",
+      {compressed(5), {"zstd", "index"}}, [&](Image& image) { image = compressed(6); },
+      values + "rows");
 
   const Base step = [] {
     const Solid solid = cornerTetrahedron();

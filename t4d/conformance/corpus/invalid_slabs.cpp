@@ -32,6 +32,26 @@ void storeInterior(Image& image, std::span<const Point4> vertices) {
   }
 }
 
+/// The payload `of` a chunk with another number in the field `counted` and `bytes` in front of its
+/// first array, for what is there.
+Record withCounted(const Record& of, const std::string& counted, std::uint32_t count,
+                   const std::string& bytes, const std::vector<std::string>& fields,
+                   const std::vector<std::string>& arrays) {
+  Record record;
+  for (const std::string& field : fields) record.putBytes(field, of.contents(field));
+  record.overwrite(counted, bytesOf(count));
+  record.putBytes("counted", bytes);
+  for (const std::string& array : arrays) record.add(array, of.part(array));
+  return record;
+}
+
+/// CONN 0 with `count` ranges, these.
+void storeRanges(Image& image, std::uint32_t count, const std::string& ranges) {
+  Record& payload = image.chunk("CONN 0").payload;
+  payload = withCounted(payload, "ranges", count, ranges,
+                        {"vertices", "lower", "upper", "means", "attributes", "ranges"}, {"cells"});
+}
+
 struct NotFinite {
   const char* name;
   double value;
@@ -84,9 +104,21 @@ void addConnectivityFaults(InvalidCases& cases) {
   set("N2-last-vertex", "The range of a block ends a vertex too early.", two, "range 0", 65535, 12);
   set("N2-of-a-layer", "A block has a range of the lower layer, which is empty.", two, "range 0", 1,
       4);
-  set("N2-ranges-missing", "Two blocks of cells have one range.", two, "ranges", 1);
-  set("N2-range-of-one-block", "A range is there, of one block of cells.", base, "ranges", 1);
-  set("N2-2-to-the-32-less-1", "There are 2^32 - 1 ranges.", base, "ranges", ~0U);
+  const auto storing = [&](const std::string& name, const std::string& fault, const Base& of,
+                           std::uint32_t count, const std::string& ranges) {
+    cases.add(
+        name, fault, of, [&](Image& image) { storeRanges(image, count, ranges); }, "CONN 0/ranges");
+  };
+  const Record ofTwo = Image(two.image).chunk("CONN 0").payload;
+  const std::string first = ofTwo.contents("range 0");
+  storing("N2-range-missing", "Two blocks of cells have one range.", two, 1, first);
+  storing("N2-no-ranges", "Two blocks of cells have no ranges.", two, 0, "");
+  storing("N2-range-too-many", "Two blocks of cells have three ranges.", two, 3,
+          first + ofTwo.contents("range 1") + first);
+  storing("N2-range-of-one-block", "A range is there, right, of one block of cells.", base, 1,
+          zeros(12) + bytesOf(5U) + zeros(8));
+  set("N11-range-missing", "A range is counted that is not there.", base, "ranges", 1);
+  set("N11-ranges-2-to-the-32-less-1", "2^32 - 1 ranges are counted.", base, "ranges", ~0U);
 
   std::string indices;
   std::string wide;
@@ -176,6 +208,17 @@ void addConnectivityFaults(InvalidCases& cases) {
       "N10-vertex-attribute", "A CONN has a vertex attribute.", ofDomain(Domain::Cell),
       [&](Image& image) { image = ofDomain(Domain::Vertex).image; }, "CONN 0/attribute 0/domain");
   cases.add(
+      "N10-of-no-vertex", "A CONN has a vertex attribute of no rows; its slab has no interior.",
+      between(),
+      [](Image& image) {
+        image.chunk("CONN 0").payload.add(
+            "attribute 0",
+            attributeRecord(model::makeAttribute<std::uint8_t>("a", Domain::Vertex, {}),
+                            Storage::Raw));
+        image.set("CONN 0/attributes", 1U);
+      },
+      "CONN 0/attribute 0/domain");
+  cases.add(
       "N11-bytes-after", "Eight bytes follow the last part of the payload.", base,
       [](Image& image) { image.chunk("CONN 0").payload.putBytes("extra", zeros(8)); },
       "CONN 0/extra");
@@ -219,6 +262,10 @@ void addLayerFaults(InvalidCases& cases) {
   for (const auto& [name, value] : kNotFinite) {
     cases.add(
         fmt::format("L1-time-{}", name), fmt::format("The time is {}.", value), base,
+        [v = value](Image& image) { image.set("LAYR 1/time", v); }, "LAYR 1/time");
+    cases.add(
+        fmt::format("L1-time-of-posed-{}", name),
+        fmt::format("The time of a LAYR that only POSEs name is {}.", value), withPoses(),
         [v = value](Image& image) { image.set("LAYR 1/time", v); }, "LAYR 1/time");
   }
   const auto replace = [&](const std::string& name, const std::string& fault, const Record& record,
@@ -286,6 +333,18 @@ void addLayerFaults(InvalidCases& cases) {
       "L5-cell-attribute", "An attribute of a LAYR is one of cells.", warm,
       [](Image& image) { image.set("LAYR 0/attribute 1/domain", std::uint8_t{2}); },
       "LAYR 0/attribute 1/domain");
+  cases.add(
+      "L5-of-no-cell", "The LAYRs of a slab have an attribute of cells, of no rows.", base,
+      [](Image& image) {
+        for (const std::string layer : {"LAYR 0", "LAYR 1"}) {
+          image.chunk(layer).payload.add(
+              "attribute 0",
+              attributeRecord(model::makeAttribute<std::uint8_t>("b", Domain::Cell, {}),
+                              Storage::Raw));
+          image.set(layer + "/attributes", 1U);
+        }
+      },
+      "LAYR 0/attribute 0/domain");
   for (const int byte : {0, 3}) {
     cases.add(
         fmt::format("L6-reserved-byte-{}", byte), "A reserved byte is not zero.", base,
@@ -513,6 +572,7 @@ void addSlabFaults(InvalidCases& cases) {
        kLargest);
 
   set("S4-body-1-of-1", "The slab is of body 1, of 1.", base, "SLAB 0/body", 1U);
+  set("S4-body-1-of-1-no-index", "The slab is of body 1, of 1.", unindexed(), "SLAB 0/body", 1U);
   set("S4-body-2-to-the-32-less-1", "The slab is of body 2^32 - 1.", base, "SLAB 0/body", ~0U);
 
   const auto replace = [&](const std::string& name, const std::string& fault,
@@ -698,8 +758,21 @@ void addSlabFaults(InvalidCases& cases) {
       "S9-block-left", "A block belongs to no array.", base,
       [](Image& image) { image.chunk("SLAB 0").payload.putBlock("extra", zeros(8)); },
       "SLAB 0/extra");
-  set("S10-bounds-of-one-block", "Bounds are there, of one block of cells.", base, "SLAB 0/bounds",
-      1U);
+  std::string ofSimplex;
+  for (const double corner : {0.0, 1.0}) {
+    for (int axis = 0; axis < 4; ++axis) ofSimplex += bytesOf(corner);
+  }
+  cases.add(
+      "S10-bounds-of-one-block", "Bounds are there, right, of one block of cells.", base,
+      [&](Image& image) {
+        Record& payload = image.chunk("SLAB 0").payload;
+        payload = withCounted(payload, "bounds", 1, ofSimplex,
+                              {"begin", "end", "connectivity", "lower", "upper", "body",
+                               "attributes", "bounds", "reserved"},
+                              {"interior positions", "interior times"});
+      },
+      "SLAB 0/bounds");
+  set("S9-bounds-missing", "Bounds are counted that are not there.", base, "SLAB 0/bounds", 1U);
   const Base blocks = baseOf({{"simplices", {manySimplices()}}}, {.storage = Storage::Repeats});
   for (const auto& [name, at] :
        {std::pair<const char*, std::size_t>{"minimum", 16}, {"maximum", 56}}) {
@@ -708,7 +781,7 @@ void addSlabFaults(InvalidCases& cases) {
         blocks, [&, at = at](Image& image) { image.setBytes("SLAB 0/bounds 1", bytesOf(0.5), at); },
         "SLAB 0/bounds 1", at);
   }
-  set("S10-2-to-the-32-less-1", "There are 2^32 - 1 bounds.", base, "SLAB 0/bounds", ~0U);
+  set("S9-bounds-2-to-the-32-less-1", "2^32 - 1 bounds are counted.", base, "SLAB 0/bounds", ~0U);
   for (const int byte : {0, 3}) {
     cases.add(
         fmt::format("S11-reserved-byte-{}", byte), "A reserved byte is not zero.", base,

@@ -140,11 +140,19 @@ void addStructureFaults(InvalidCases& cases) {
 
   cases.addBytes("O1-nothing-after-the-header", "The file ends after its header.", open,
                  open.image.bytes().substr(0, 24), 24);
+  cases.addBytes("O1-nothing-after-the-header-with-index",
+                 "The file ends after its header, which promises an index.", indexed,
+                 indexed.image.bytes().substr(0, 24), 24);
   cases.add(
       "O1-no-head", "There is no HEAD.", indexed, [](Image& image) { image.remove("HEAD"); },
       "CONN 0/header");
   cases.add(
       "O1-head-second", "An optional chunk stands before HEAD.", annotated,
+      [](Image& image) { image.move("note", "HEAD"); }, "note/header");
+  Base openAnnotated = unindexed();
+  openAnnotated.image.add(noteChunk(5), "CONN 0");
+  cases.add(
+      "O1-head-second-no-index", "An optional chunk stands before HEAD.", openAnnotated,
       [](Image& image) { image.move("note", "HEAD"); }, "note/header");
   cases.add(
       "O1-head-after-parts", "HEAD comes after a CONN.", indexed,
@@ -466,6 +474,21 @@ void addChunkFaults(InvalidCases& cases) {
         "CONN 0/cells/stored size", 16 * 8 + 8);
   front("C9-block-8-shorter", "Eight bytes follow the last block.", base,
         "CONN 0/cells/stored size", 16 * 8 - 8);
+  // After SLAB, to which no distance leads.
+  for (const auto& [name, of] : {std::pair<const char*, Base>{"", plain()}, {"-no-index", open}}) {
+    const std::size_t size = of.image.size("SLAB 0");
+    const std::uint64_t end = of.image.offset("SLAB 0") + size;
+    Image longer = of.image;
+    longer.set("SLAB 0/header/length", std::uint64_t{size + 8});
+    if (of.features.back() == "index") {
+      longer.set("footer/index", of.image.offset("INDX/header") + 8);
+      longer.set("footer/done", of.image.offset("DONE/header") + 8);
+      longer.set("footer/file length", of.image.bytes().size() + 8);
+    }
+    cases.addBytes(fmt::format("C9-zeros-after-blocks{}", name),
+                   "Eight zero bytes follow the last block, which the length counts.", of,
+                   longer.bytes().insert(end, 8, '\0'), end);
+  }
   front("C9-block-of-2-to-the-32-less-1", "A block has 2^32 - 1 bytes.", base,
         "CONN 0/cells/stored size", ~0U);
   for (const char* name :
@@ -482,6 +505,20 @@ void addChunkFaults(InvalidCases& cases) {
   Image::Chunk optional = noteChunk(8);
   optional.payload.putBlock("block", "five!");
   blocks.image.add(optional, "SLAB 0");
+  // Padding ends at a multiple of 8 of the payload, or takes a block of 8 bytes to have none.
+  for (const std::uint64_t bytes : {24, 20}) {
+    cases.add(
+        fmt::format("C9-front-of-optional-chunk-at-4-of-{}", bytes),
+        "An optional chunk has a block of 8 bytes behind a front of 12.", blocks,
+        [&](Image& image) {
+          Record& payload = image.chunk("note").payload;
+          payload = Record();
+          payload.putBytes("text", "note");
+          payload.putBlock("block", "8 bytes!");
+          image.set("note/header/length", bytes);
+        },
+        "note/header/front");
+  }
   cases.addFlip("C10-block-of-optional-chunk", "A block of an optional chunk is damaged.", blocks,
                 "note/block", 2);
   cases.add(

@@ -207,7 +207,9 @@ void addIndexFaults(InvalidCases& cases) {
       std::uint16_t{1}, 10);
   set("I1-file-header-zero", "The copy of the file header is zero.", "file header",
       std::uint64_t{0}, 0);
-  set("I1-name", "The copy of HEAD has another name.", "head/stored", 'C', 27);
+  const std::string head = Image(base.image).chunk("HEAD").payload.bytes();
+  set("I1-name", "The copy of HEAD has another name.", "head/stored", 'C', head.find("cross"));
+  cases.refusedAt(0.5);
   const std::uint64_t headBytes = base.image.size("HEAD");
   replace("I1-head-cut-off", "The copy of HEAD lacks its last byte.", base, "head", 1, 1,
           headBytes - 1, fewer(1));
@@ -240,6 +242,36 @@ void addIndexFaults(InvalidCases& cases) {
           "chunks", 1, 28, 7, [](const std::string& content) {
             return content.substr(0, 5 * 28) + content.substr(6 * 28);
           });
+
+  // A chunk is exchanged for another of its size; all checksums are right, and INDX is as before. A
+  // slice that reads the chunk must be refused.
+  const auto exchanged = [&](const std::string& name, const std::string& what, const Base& of,
+                             const std::string& chunk, double time,
+                             const std::function<void(Image&)>& change) {
+    cases.add(
+        "I2-" + name,
+        "A " + what + " is exchanged for another, and INDX is that of the file before.", of,
+        [&](Image& image) {
+          image.freeze("INDX");
+          change(image);
+        },
+        chunk + "/header/front checksum");
+    cases.refusedAt(time);
+  };
+  exchanged("slab-exchanged", "SLAB", plain(), "SLAB 0", 0.5, [](Image& image) {
+    image.setBytes("SLAB 0/interior positions/stored",
+                   bytesOf(0.25) + bytesOf(0.25) + bytesOf(0.25));
+  });
+  exchanged("connectivity-exchanged", "CONN", plain(), "CONN 0", 0.5,
+            [](Image& image) { image.setBytes("CONN 0/cells/stored", bytesOf(2U) + bytesOf(1U)); });
+  exchanged("layer-exchanged", "LAYR", base, "LAYR 0", 0.5,
+            [](Image& image) { image.setBytes("LAYR 0/positions/stored", bytesOf(0.5), 8); });
+  exchanged("pose-exchanged", "POSE", withPoses(), "POSE 1", 1.5, [](Image& image) {
+    for (const char* field : {"m00", "m11"}) image.set("POSE 1/" + std::string(field), 0.0);
+    for (const char* field : {"m01", "m10"}) image.set("POSE 1/" + std::string(field), 1.0);
+  });
+  exchanged("end-mark-exchanged", "DONE", base, "DONE", 0.5,
+            [](Image& image) { image.set("DONE/body 0/maximum 0", 2.0); });
 
   set("I3-one-less", "One slab is counted, two are there.", "slabs", std::uint32_t{1});
   set("I3-one-more", "Three slabs are counted, two are there.", "slabs", std::uint32_t{3});

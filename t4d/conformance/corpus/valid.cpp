@@ -799,6 +799,18 @@ void addContainer(AcceptedCases& cases) {
       .encloses(2.0 / 3, [](double t) { return 4.0 / 3 * cubed(1 - std::abs(t)); });
   simplexFile(cases, "latest-minor-version", "Version 1.65535.", {.minorVersion = 65535});
 
+  simplexFile(
+      cases, "space-and-attributes",
+      "Version 1.1: HEAD has a space, and kinds of attributes, one of them of a later version.",
+      {.minorVersion = 1},
+      headJson({}, {"simplex"},
+               R"("space":"LPS","attributes":{"velocity":{"kind":"vector",)"
+               R"("unit":"length/time"},"example:stress":{"kind":"tensor"}})"));
+  simplexFile(cases, "space-and-attributes-of-another-form",
+              "A space that is a number, and attributes that are an array: members to be ignored.",
+              {.minorVersion = 1},
+              headJson({}, {"simplex"}, R"("space":7,"attributes":[{"kind":"vector"}])"));
+
   const auto optional = [](const std::string& type, std::size_t bytes) {
     Image::Chunk chunk;
     chunk.name = fmt::format("{} {}", type, bytes);

@@ -1,6 +1,6 @@
 meta:
   id: t4d
-  title: .t4d 4D mesh, version 1.0
+  title: .t4d 4D mesh, version 1.1
   file-extension: t4d
   license: Apache-2.0
   ks-version: 0.11

@@ -96,8 +96,8 @@ class Chunk:
         data = file.read(at + 32, self.size - 32, "C3")
         self.front = data[:front]
         check(crc32c(self.front) == front_sum, at + 24, "C5", "front checksum")
-        check(flags == 1 or self.type not in TYPES, at + 4, "C7", f"{self.type} not critical")
-        check(flags == 0 or self.type in TYPES, at, "C8", f"unknown critical chunk {self.type}")
+        check(flags & 1 or self.type not in TYPES, at + 4, "C7", f"{self.type} not critical")
+        check(not flags & 1 or self.type in TYPES, at, "C8", f"unknown critical chunk {self.type}")
         check(front % 8 == 0 or blocks == 0, at + 16, "C9", f"{front} bytes in front of blocks")
         check(blocks == 0 or self.type not in (b"HEAD", b"DONE"), at + 20, "C11", "blocks")
         self.rule, self.blocks, self.taken, end = TYPES.get(self.type, "C8"), [], 0, front
@@ -134,7 +134,7 @@ class Chunk:
 
     def end(self):
         left = len(self.front) - self.taken
-        check(left == 0 and not self.blocks, self.place(), self.rule,
+        check(left == 0 and (not self.blocks or self.type == b"DONE"), self.place(), self.rule,
               f"{left} bytes and {len(self.blocks)} blocks too many")
 
 
@@ -147,7 +147,7 @@ def read_file_header(file):
     check(major == 1, 8, "H3", f"version {major}.{minor}, this reader knows 1.0")
     check(flags <= 1, 12, "H4", "reserved flags set")
     check(reserved == 0, 16, "H5", "reserved bytes not zero")
-    return f"{major}.{minor}", flags == 1
+    return f"{major}.{minor}", flags & 1 == 1
 
 
 def read_ends(file):
@@ -198,7 +198,7 @@ class Array:
         check(blocks <= len(chunk.blocks), at + 8, "A5", f"{len(chunk.blocks)} blocks are left")
         check(codec == 0 or self.rows > 0, at + 2, "A6", "an array of no rows is compressed")
         check(codec != 2 or self.type == U32, at + 2, "A8", f"scalar type {self.type}")
-        check(codec == 0 or "zstd" in features, at + 2, "A13", "HEAD does not name zstd")
+        check(codec not in (1, 2) or "zstd" in features, at + 2, "A13", "HEAD does not name zstd")
         row = self.components * struct.calcsize("<" + SCALARS[self.type])
         self.data = bytearray()
         for i in range(blocks):
@@ -335,7 +335,7 @@ class Head:
         check(not data.startswith(b"\xef\xbb\xbf"), at, "M2", "byte order mark")
         try:
             # Integers become doubles, for int() refuses those of more than 4,300 digits.
-            head = json.loads(data.decode("utf-8"), parse_int=float,
+            head = json.loads(data.decode("utf-8-sig"), parse_int=float,
                               parse_constant=lambda name: check(False, at, "M3", f"{name} in JSON"))
         except UnicodeDecodeError as error:
             check(False, at + error.start, "M2", "not UTF-8")
