@@ -68,9 +68,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.send_header('Content-Length', '0')
         self.end_headers()
 
-    def send_without_end(self, content):
-        self.note(200, len(content))
-        self.send_response(200)
+    def send_without_end(self, content, status=200, **fields):
+        self.note(status, len(content))
+        self.send_response(status)
+        for name, value in fields.items():
+            self.send_header(name, value)
         self.send_header('Content-Length', str(2**40))
         self.end_headers()
         try:
@@ -78,6 +80,16 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 self.wfile.write(content)
         except OSError:
             self.close_connection = True
+
+    def trickle(self, content, seconds):
+        """A byte at a time."""
+        try:
+            for i in range(len(content)):
+                self.wfile.write(content[i:i + 1])
+                time.sleep(seconds)
+        except OSError:
+            pass
+        self.close_connection = True
 
     def do_GET(self):
         _, fault, name = self.path.partition('?')[0].split('/', 2)
@@ -90,6 +102,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
             return self.refuse(302, Location=f'/plain/{name}')
         if fault == 'redirect-for-ever':
             return self.refuse(302, Location=self.path)
+        if fault == 'redirect-without-end':
+            return self.send_without_end(bytes(1 << 16), 302, Location=f'/plain/{name}')
+        if fault == 'trickle-header':
+            self.note(206, 0)
+            return self.trickle(b'HTTP/1.1 206 Partial Content\r\nX: ' + b'x' * 1000, 0.1)
         if fault == 'redirect-to-file':
             return self.refuse(302, Location='file:///etc/hostname')
         if fault == 'login':
@@ -121,6 +138,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 self.send_header(field, value)
         self.send_header('Content-Length', str(length))
         self.end_headers()
+        if fault == 'trickle':
+            return self.trickle(body, 0.1)
         try:
             self.wfile.write(body)
         except OSError:

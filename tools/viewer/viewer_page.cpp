@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <iterator>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/base64.h"
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/output_folder.h"
 #include "t4d/formats/t4d/url.h"
+#include "t4d/system/replaceable.h"
 #include "tools/viewer/page_text.h"
 
 namespace t4d::tools {
@@ -19,6 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr std::string_view kFilesPlace = "<!-- files -->";
+constexpr const char* kIndex = "index.html";
 
 /// A relative address: anything but letters, digits and "-._~" as %xx.
 std::string addressOf(std::string_view name) {
@@ -65,12 +70,33 @@ Result<void> eachPiece(const fs::path& path,
   return {};
 }
 
-/// Whether this is a page of this program, of any version: its licence says so at the beginning.
-bool isViewerPage(const fs::path& path) {
+/// The files beside a page of this program, of any version: its licence says so at the beginning.
+/// Nothing if this is another page, or none.
+std::optional<std::vector<std::string>> filesOfSite(const fs::path& path) {
+  constexpr std::size_t kLicenceWithin = 256;
+  constexpr std::string_view kList = R"(<script type="application/json" id="t4d-files">)";
   std::ifstream in(path, std::ios::binary);
-  std::string begin(256, '\0');
-  in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return begin.find("This page is part of t4d,") != std::string::npos;
+  const std::string page(std::istreambuf_iterator<char>(in), {});
+  if (page.find("This page is part of t4d,") > kLicenceWithin) return std::nullopt;
+  std::vector<std::string> names;
+  // The list comes before the program of the page, which may have the same words.
+  const std::size_t begin = page.find(kList);
+  if (begin == page.npos) return names;
+  const std::size_t end = page.find('<', begin + kList.size());
+  const auto list = ordered_json::parse(
+      page.substr(begin + kList.size(), end - begin - kList.size()), nullptr, false);
+  if (!list.is_array()) return names;
+  for (const auto& file : list) {
+    if (!file.is_object()) continue;
+    const auto textOf = [&](const char* key) {
+      const auto found = file.find(key);
+      return found != file.end() && found->is_string() ? found->get<std::string>() : "";
+    };
+    // Files inside the page have no address, those of other sites another.
+    const std::string name = textOf("name");
+    if (textOf("url") == addressOf(name)) names.push_back(name);
+  }
+  return names;
 }
 
 }  // namespace
@@ -84,7 +110,7 @@ std::vector<ShownFile> shownFiles(std::span<const std::string> inputs) {
     if (!isUrl) file.path = input;
     // The page itself is beside them, too.
     const auto isTaken = [&] {
-      return file.name == "index.html" ||
+      return file.name == kIndex ||
              std::ranges::find(files, file.name, &ShownFile::name) != files.end();
     };
     for (int i = 2; isTaken(); ++i) {
@@ -119,23 +145,23 @@ Result<std::string> pageWithFiles(std::span<const ShownFile> files) {
   return pageWith(list);
 }
 
-std::optional<fs::path> foreignFileInSite(const fs::path& folder,
-                                          std::span<const ShownFile> files) {
+Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files) {
+  std::vector<std::string> names = {kIndex};
   std::error_code ignored;
-  const fs::path index = folder / "index.html";
-  if (fs::exists(index, ignored)) {
-    if (isViewerPage(index)) return std::nullopt;
-    return index;
-  }
   for (const ShownFile& file : files) {
-    const fs::path copy = folder / file.name;
-    if (!file.url.empty() || !fs::exists(copy, ignored)) continue;
-    if (!fs::equivalent(file.path, copy, ignored)) return copy;
+    // A file that is in the folder already stays as it is.
+    const bool stays = fs::equivalent(file.path, folder / file.name, ignored);
+    if (file.url.empty() && !stays) names.push_back(file.name);
   }
-  return std::nullopt;
+  const auto old = filesOfSite(folder / kIndex);
+  return system::checkReplaceable(folder, names, [&](const fs::path& path) {
+    return old && (path.filename() == kIndex ||
+                   std::ranges::find(*old, path.filename().string()) != old->end());
+  });
 }
 
 Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFile> files) {
+  if (auto good = checkSite(folder, files); !good) return pass(good.error());
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
@@ -145,7 +171,6 @@ Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFil
   std::uint64_t total = 0;
   for (const ShownFile& file : files) {
     if (!file.url.empty()) continue;
-    // A file that is in the folder already stays as it is.
     if (fs::equivalent(file.path, folder / file.name, error)) continue;
     auto copy = formats::OutputFile::create(folder / file.name);
     if (!copy) return pass(copy.error());
@@ -157,10 +182,7 @@ Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFil
     total += copy->size();
   }
   const std::string page = viewerPage(files);
-  auto index = formats::OutputFile::create(folder / "index.html");
-  if (!index) return pass(index.error());
-  if (auto put = index->write(page.data(), page.size()); !put) return pass(put.error());
-  if (auto done = index->commit(); !done) return pass(done.error());
+  if (auto put = formats::writeInFolder(folder, kIndex, page); !put) return pass(put.error());
   return total + page.size();
 }
 

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,14 +27,13 @@ std::string viewerPage(std::span<const ShownFile> files);
 /// The page with the files in it, but for those with a URL. Errors: a file cannot be read.
 Result<std::string> pageWithFiles(std::span<const ShownFile> files);
 
-/// A file that `writeSite` would overwrite and that is none of a site it wrote before, if there is
-/// one.
-std::optional<std::filesystem::path> foreignFileInSite(const std::filesystem::path& folder,
-                                                       std::span<const ShownFile> files);
+/// Fails if `writeSite` would replace a symbolic link, or a file that is not of a site it wrote
+/// before: an index.html that is not its own, or a file that its own does not list.
+Result<void> checkSite(const std::filesystem::path& folder, std::span<const ShownFile> files);
 
 /// Writes a folder that any web server can hold: index.html and copies of the files. It may be
-/// there already; its other files stay. Returns the bytes written. Errors: a file cannot be read or
-/// written.
+/// there already; its other files stay. Returns the bytes written. Errors: checkSite's; a file
+/// cannot be read or written.
 Result<std::uint64_t> writeSite(const std::filesystem::path& folder,
                                 std::span<const ShownFile> files);
 

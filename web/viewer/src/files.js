@@ -58,11 +58,17 @@ async function add(from, { beside = false, name, isOwn = false }) {
   return [];
 }
 
+/** Where no file could be opened, there is a way to open another. */
+function offerToOpen() {
+  element('welcome').hidden = panes.length > 0;
+}
+
 /** Opens a file as add() does, and says what is wrong with it. */
 export async function openFile(from, options = {}) {
   element('message').hidden = true;
   const wrong = await add(from, options);
   if (wrong.length > 0) say(...wrong);
+  offerToOpen();
 }
 
 /** The files that the page comes with: [{ name, base64 }] or [{ url }]. */
@@ -78,7 +84,6 @@ export async function openFirst() {
   const asked = new URLSearchParams(location.search).getAll('file').map((url) => ({ url }));
   const files = asked.length > 0 ? asked : ownFiles();
   const { camera } = stateOf(location.hash);
-  if (files.length === 0) element('welcome').hidden = false;
   const wrong = [];
   for (const { url, base64, name } of files) {
     // The worker refuses what is not an address.
@@ -90,4 +95,5 @@ export async function openFirst() {
   setAllOpen();
   changed();
   if (wrong.length > 0) say(...wrong);
+  offerToOpen();
 }

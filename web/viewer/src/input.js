@@ -85,7 +85,7 @@ export function listen() {
     };
   };
   opens('other', { beside: true });
-  element('choose').onclick = () => element('chooser').click();
+  for (const id of ['choose', 'open']) element(id).onclick = () => element('chooser').click();
   opens('chooser');
   addEventListener('dragover', (event) => event.preventDefault());
   addEventListener('drop', (event) => {

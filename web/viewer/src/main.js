@@ -43,6 +43,7 @@ function frame(now) {
 
 async function start() {
   restoreTheme();
+  fillControls();
   listen();
   requestAnimationFrame(frame);
   await openFirst();

@@ -1,7 +1,7 @@
 // Measures of the slice and of the files, as tables.
 import { element, shown, shownBytes } from './common.js';
 import { comparison, showsDistances } from './comparison.js';
-import { client, isSpace, panes, state } from './page.js';
+import { client, panes, state } from './page.js';
 import { planeOf } from './pane.js';
 import { isPlaying } from './play.js';
 
@@ -11,6 +11,8 @@ let measured = 0;
 
 export function measureLater() {
   ++measured;
+  // They are of what was shown before.
+  element('measures').ariaBusy = 'true';
   clearTimeout(measureTimer);
   measureTimer = setTimeout(measureNow, isPlaying ? 400 : 120);
 }
@@ -35,8 +37,8 @@ async function measureNow() {
   element('save').disabled = answers.every(({ sections }) =>
     sections.every(({ name, numTriangles }) => numTriangles === 0 || state.hidden.includes(name)));
   const totals = answers.map(({ sections }) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
-  const unit = panes[0].info.head.length_unit ?? '';
-  const [squared, cubed] = isSpace() && unit ? [`, ${unit}²`, `, ${unit}³`] : ['', ''];
+  const { length_unit: unit = '', time_unit: time = '' } = panes[0].info.head;
+  const [squared, cubed] = unitsOf(state.cut, unit, time);
   const row = (title, pick) => [title, ...totals.map(pick)];
   fillTable('measures', [
     row('triangles', ({ numTriangles }) => shown(numTriangles)), row('vertices', ({ numPoints }) => shown(numPoints)),
@@ -46,12 +48,19 @@ async function measureNow() {
   ]);
 }
 
+/** The units of area and volume of a section. One along x has two lengths and a time; its area mixes them. */
+function unitsOf(cut, length, time) {
+  if (cut === 't' && length) return [`, ${length}²`, `, ${length}³`];
+  return ['', cut !== 'any' && length && time ? `, ${length}²·${time}` : ''];
+}
+
 const totalOf = (sections) => sections.reduce((sum, each) => ({
   numTriangles: sum.numTriangles + each.numTriangles, numPoints: sum.numPoints + each.numPoints,
   volume: sum.volume + each.volume, area: sum.area + each.area,
 }), { numTriangles: 0, numPoints: 0, volume: 0, area: 0 });
 
 function fillTable(id, rows) {
+  element(id).ariaBusy = 'false';
   element(id).replaceChildren(...rows.map((cells) => {
     const row = document.createElement('tr');
     row.append(...cells.map((text) => Object.assign(document.createElement('td'), { textContent: text })));

@@ -86,12 +86,27 @@ function fillNormal() {
   }));
 }
 
+const meanings = {
+  t: 'The solid at one time. Marks on the time line show where slabs, the steps of the file, begin and end.',
+  x: 'What passes through the plane at this x: y and z in the picture, and time as the third axis.',
+  y: 'What passes through the plane at this y: x and z in the picture, and time as the third axis.',
+  z: 'What passes through the plane at this z: x and y in the picture, and time as the third axis.',
+  any: 'A section by any hyperplane of space-time. The sliders turn its normal; offset moves it along the normal.',
+  solid: 'The whole motion as one object in space-time, with time in the place of one axis.',
+};
+
 /** What the state says. */
 export function fillControls() {
+  const isEmpty = panes.length === 0;
+  for (const control of document.querySelectorAll('fieldset, #fit, #time :is(button, input, select)')) {
+    control.disabled = isEmpty;
+  }
+  element('meaning').textContent = meanings[state.cut];
+  document.body.dataset.files = panes.length;
   for (const button of document.querySelectorAll('[data-cut]')) {
     button.setAttribute('aria-pressed', button.dataset.cut === state.cut);
   }
-  element('save').disabled = state.cut === 'solid' || panes.length === 0;
+  element('save').disabled = state.cut === 'solid';
   element('normal').hidden = state.cut !== 'any';
   element('dropped').hidden = state.cut !== 'solid';
   element('timeScaleRow').hidden = state.cut === 't';
@@ -119,7 +134,7 @@ export function fillControls() {
   slider.min = low;
   slider.max = high;
   slider.value = state[sliderKey()];
-  slider.disabled = state.cut === 'solid';
+  slider.disabled = isEmpty || state.cut === 'solid';
   put('value', 'value', Number(state[sliderKey()].toPrecision(9)));
   element('axisName').textContent = state.cut === 'any' ? 'offset' : sliderKey();
   const { length_unit: length = '', time_unit: time = '' } = panes[0]?.info.head ?? {};
