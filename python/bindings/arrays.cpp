@@ -1,6 +1,8 @@
 #include "python/bindings/arrays.h"
 
 #include <limits>
+#include <new>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -72,6 +74,7 @@ model::Attribute attributeOf(const std::string& name, model::Domain domain, cons
   for (const model::ScalarType type : kScalarTypes) {
     if (!array.dtype().equal(dtypeOf(type))) continue;
     const auto packed = py::array::ensure(array, py::array::c_style);
+    if (!packed) throw std::bad_alloc();
     model::Attribute attribute{name, domain, type, 1, {}};
     if (array.ndim() == 2) attribute.components = static_cast<std::uint32_t>(array.shape(1));
     const auto* bytes = static_cast<const std::byte*>(packed.data());
@@ -84,20 +87,49 @@ model::Attribute attributeOf(const std::string& name, model::Domain domain, cons
                   name, std::string(py::str(py::object(array.dtype())))));
 }
 
-std::vector<model::Point3> pointsOf(const py::array& array, const char* what) {
+std::vector<model::Point3> pointsOf(const py::array& array, const std::string& what) {
   if (array.ndim() != 2 || array.shape(1) != 3) {
     throw py::value_error(
         fmt::format("{} have the shape {}; expected is (n, 3)", what, shapeText(array)));
   }
-  const auto packed = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(array);
-  if (!packed) throw py::error_already_set();
+  const py::array_t<double, py::array::c_style | py::array::forcecast> packed(array);
   std::vector<model::Point3> points(static_cast<std::size_t>(packed.shape(0)));
   const auto rows = packed.unchecked<2>();
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
-    points[static_cast<std::size_t>(i)] = {rows(i, 0), rows(i, 1), rows(i, 2)};
+    model::Point3& point = points[static_cast<std::size_t>(i)];
+    point = {rows(i, 0), rows(i, 1), rows(i, 2)};
+    if (!point.allFinite()) {
+      throw py::value_error(fmt::format("{}[{}] is ({}, {}, {}); expected are finite numbers", what,
+                                        i, point[0], point[1], point[2]));
+    }
   }
   return points;
 }
+
+namespace {
+
+template <class Index>
+std::vector<model::Triangle> trianglesFrom(const py::array& array, std::size_t vertexCount) {
+  const py::array_t<Index, py::array::c_style | py::array::forcecast> packed(array);
+  const auto rows = packed.template unchecked<2>();
+  std::vector<model::Triangle> triangles(static_cast<std::size_t>(rows.shape(0)));
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+    for (py::ssize_t k = 0; k < 3; ++k) {
+      const Index index = rows(i, k);
+      if (std::cmp_less(index, 0) || std::cmp_greater_equal(index, vertexCount) ||
+          std::cmp_greater(index, std::numeric_limits<std::uint32_t>::max())) {
+        throw py::value_error(fmt::format(
+            "triangles[{}][{}] is {}; expected is the index of one of {} vert{}, from 0", i, k,
+            index, vertexCount, vertexCount == 1 ? "ex" : "ices"));
+      }
+      triangles[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] =
+          static_cast<std::uint32_t>(index);
+    }
+  }
+  return triangles;
+}
+
+}  // namespace
 
 std::vector<model::Triangle> trianglesOf(const py::array& array, std::size_t vertexCount) {
   if (array.ndim() != 2 || array.shape(1) != 3) {
@@ -105,27 +137,9 @@ std::vector<model::Triangle> trianglesOf(const py::array& array, std::size_t ver
         fmt::format("triangles have the shape {}; expected is (m, 3)", shapeText(array)));
   }
   const char kind = array.dtype().kind();
-  if (kind != 'i' && kind != 'u') {
-    throw py::value_error("triangles are whole numbers, the indices of vertices");
-  }
-  const auto packed =
-      py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
-  if (!packed) throw py::error_already_set();
-  const auto rows = packed.unchecked<2>();
-  std::vector<model::Triangle> triangles(static_cast<std::size_t>(rows.shape(0)));
-  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
-    for (py::ssize_t k = 0; k < 3; ++k) {
-      const std::int64_t index = rows(i, k);
-      if (index < 0 || static_cast<std::uint64_t>(index) >= vertexCount ||
-          index > std::numeric_limits<std::uint32_t>::max()) {
-        throw py::value_error(
-            fmt::format("triangle {} has the vertex {}; there are {}", i, index, vertexCount));
-      }
-      triangles[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] =
-          static_cast<std::uint32_t>(index);
-    }
-  }
-  return triangles;
+  if (kind == 'i') return trianglesFrom<std::int64_t>(array, vertexCount);
+  if (kind == 'u') return trianglesFrom<std::uint64_t>(array, vertexCount);
+  throw py::value_error("triangles are whole numbers, the indices of vertices");
 }
 
 }  // namespace t4d::python

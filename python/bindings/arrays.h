@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <pybind11/numpy.h>
@@ -49,8 +50,8 @@ py::dict viewsOf(std::span<const model::Attribute> attributes, model::Domain dom
 model::Attribute attributeOf(const std::string& name, model::Domain domain, const py::array& array,
                              std::size_t rows);
 
-/// From (n, 3) numbers.
-std::vector<model::Point3> pointsOf(const py::array& array, const char* what);
+/// From (n, 3) finite numbers.
+std::vector<model::Point3> pointsOf(const py::array& array, const std::string& what);
 /// From (n, 3) whole numbers that are not negative.
 std::vector<model::Triangle> trianglesOf(const py::array& array, std::size_t vertexCount);
 

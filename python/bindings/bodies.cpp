@@ -49,6 +49,7 @@ std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole,
     body->detailsJson = metadata.detailsJson;
     body->version = fmt::format("{}.{}", reader->version().major, reader->version().minor);
     body->features = metadata.features;
+    body->file = reader;
     bodies.push_back(std::move(body));
   }
   return bodies;
@@ -59,7 +60,7 @@ convert::Slice sliceOf(const Body& body, const std::array<double, 5>& hyperplane
   for (int i = 0; i < 4; ++i) plane.normal[i] = hyperplane[static_cast<std::size_t>(i)];
   plane.offset = hyperplane[4];
   auto made = [&]() -> Result<convert::Slice> {
-    const py::gil_scoped_release released;
+    const Unlocked unlocked;
     if (plane.normal.isApprox(Eigen::Vector4d::UnitW(), 0)) return body.slicer().at(plane.offset);
     return convert::slice(*body.source, plane);
   }();
@@ -155,6 +156,20 @@ void defineBodies(py::module_& module) {
       .def_readonly("details", &Body::detailsJson)
       .def_readonly("version", &Body::version)
       .def_readonly("features", &Body::features)
+      .def_property_readonly(
+          "space",
+          [](const Body& body) { return body.file ? body.file->metadata().space : std::string(); })
+      .def_property_readonly(
+          "attribute_kinds",
+          [](const Body& body) {
+            py::dict kinds;
+            if (!body.file) return kinds;
+            for (const auto& [name, meaning] : body.file->metadata().attributes) {
+              kinds[py::str(name)] =
+                  py::make_tuple(meaning.kind.empty() ? "scalar" : meaning.kind, meaning.unit);
+            }
+            return kinds;
+          })
       .def_property_readonly("slab_count",
                              [](const Body& body) { return body.source->slabCount(); })
       .def_property_readonly("time_span",
@@ -171,7 +186,7 @@ void defineBodies(py::module_& module) {
           "slab",
           [](const Body& body, std::size_t index) {
             auto read = [&] {
-              const py::gil_scoped_release released;
+              const Unlocked unlocked;
               return body.source->slab(index);
             }();
             // Python sees it through read-only arrays alone.

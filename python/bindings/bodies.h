@@ -8,7 +8,7 @@
 
 #include "python/bindings/watch.h"
 #include "t4d/convert/slice.h"
-#include "t4d/formats/t4d/metadata.h"
+#include "t4d/formats/t4d/reader.h"
 
 namespace t4d::python {
 
@@ -23,6 +23,7 @@ struct Body {
   std::string detailsJson = "{}";
   std::string version = {};  ///< of the file; "" in memory
   std::vector<std::string> features = {};
+  std::shared_ptr<const formats::T4dReader> file = nullptr;  ///< null in memory
 
   /// Keeps what it has found of the connectivity, so that the next slice is faster.
   const convert::TimeSlicer& slicer() const;

@@ -14,7 +14,7 @@ Result<voxel4d::Frame> frameFrom(const py::array& packed, double time,
                                  const voxel4d::ArrayOptions& options) {
   const voxel4d::ArrayFrame<T> frame{
       time, {static_cast<const T*>(packed.data()), static_cast<std::size_t>(packed.size())}};
-  const py::gil_scoped_release released;
+  const Unlocked unlocked;
   auto source = voxel4d::arrayFrames<T>(std::span(&frame, 1), options);
   if (!source) return t4d::pass(source.error());
   return (*source)->frame(0);
@@ -22,21 +22,26 @@ Result<voxel4d::Frame> frameFrom(const py::array& packed, double time,
 
 }  // namespace
 
-FrameIterator::FrameIterator(py::iterator frames, std::vector<double> times,
+FrameIterator::FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
                              const voxel4d::Lattice& lattice, std::optional<double> iso)
-    : frames_(std::move(frames)), times_(std::move(times)), lattice_(lattice), iso_(iso) {}
+    : begun_(begun),
+      frames_(std::move(frames)),
+      times_(std::move(times)),
+      lattice_(lattice),
+      iso_(iso) {}
 
 // NOLINTNEXTLINE(bugprone-exception-escape): to take the lock of Python throws nothing
 FrameIterator::~FrameIterator() {
-  const py::gil_scoped_acquire acquired;
+  const Locked locked(begun_);
   frames_ = {};
   raised.reset();
 }
 
 Result<voxel4d::Frame> FrameIterator::frame(std::size_t index) {
-  const py::gil_scoped_acquire acquired;
+  const Locked locked(begun_);
   try {
-    const auto next = py::reinterpret_steal<py::object>(PyIter_Next(frames_.ptr()));
+    const auto next =
+        py::reinterpret_steal<py::object>(usingPython([&] { return PyIter_Next(frames_.ptr()); }));
     if (next) return frameOf(next, index);
     if (PyErr_Occurred() != nullptr) throw py::error_already_set();
     return invalid(
@@ -50,7 +55,10 @@ Result<voxel4d::Frame> FrameIterator::frame(std::size_t index) {
 Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size_t index) {
   const std::string where = fmt::format("frame {}", index);
   const auto array = py::array::ensure(given, py::array::c_style);
-  if (!array) throw py::error_already_set();
+  if (!array) {
+    PyErr_NoMemory();
+    throw py::error_already_set();
+  }
   const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
   if (shape.size() != 3) {
     return invalid(fmt::format("the array has the shape ({}); expected is (nx, ny, nz)",

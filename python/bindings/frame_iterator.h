@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "python/bindings/errors.h"
+#include "python/bindings/ending.h"
 #include "t4d/voxel4d/frame.h"
 
 namespace t4d::python {
@@ -14,9 +14,9 @@ namespace t4d::python {
 /// shape: one is in memory at a time.
 class FrameIterator : public voxel4d::FrameSource {
  public:
-  /// Takes the first frame from the iterator. Needs the GIL.
-  FrameIterator(py::iterator frames, std::vector<double> times, const voxel4d::Lattice& lattice,
-                std::optional<double> iso);
+  /// Of work that began at `begun`. Needs the GIL.
+  FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
+                const voxel4d::Lattice& lattice, std::optional<double> iso);
   ~FrameIterator() override;
 
   const voxel4d::Lattice& lattice() const override { return lattice_; }
@@ -29,6 +29,7 @@ class FrameIterator : public voxel4d::FrameSource {
  private:
   Result<voxel4d::Frame> frameOf(const py::object& given, std::size_t index);
 
+  Era begun_;
   py::iterator frames_;
   std::vector<double> times_;
   voxel4d::Lattice lattice_;

@@ -16,6 +16,8 @@ void defineMotions(py::module_& module) {
           [](const Motion& motion) { return py::make_tuple(motion.timeBegin(), motion.timeEnd()); })
       .def_readonly("length_unit", &Motion::lengthUnit)
       .def_readonly("time_unit", &Motion::timeUnit)
+      .def_property_readonly(
+          "notice", [](const Motion& motion) { return model::noticeOfHalfTurns(motion.halfTurns); })
       .def("at", [](const Motion& motion, double time) {
         Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
         matrix.topRows<3>() = motion.at(time).matrix();

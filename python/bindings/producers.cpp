@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <pybind11/stl.h>
 
 #include "python/bindings/arrays.h"
@@ -9,7 +10,6 @@
 #include "python/bindings/slab_queue.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/mesh4d/sweep.h"
-#include "t4d/model/transformed.h"
 #include "t4d/voxel4d/weave.h"
 
 namespace t4d::python {
@@ -51,7 +51,8 @@ std::shared_ptr<Producer> sweepKeys(const std::shared_ptr<TriangleMesh>& mesh,
                                     const py::kwargs& options) {
   std::vector<model::StoredKeys::Key> keys;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    keys.push_back({times[i], pointsOf(py::array::ensure(positions[i]), "the vertices of a key")});
+    keys.push_back(
+        {times[i], pointsOf(py::array::ensure(positions[i]), fmt::format("vertices[{}]", i))});
     if (keys.back().positions.size() != mesh->vertices.size()) {
       throw py::value_error("every key has as many vertices as the first");
     }
@@ -81,33 +82,33 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
                                       std::optional<double> iso, const std::string& caps,
                                       bool once) {
   // Python objects must be let go of with the GIL.
-  const std::shared_ptr<py::function> begin(new py::function(again), [](py::function* function) {
-    const py::gil_scoped_acquire acquired;
-    delete function;
-  });
-  const bool cubes = spacing[0] == spacing[1] && spacing[1] == spacing[2];
+  const std::shared_ptr<py::function> begin(new py::function(again),
+                                            [begun = currentEra()](py::function* function) {
+                                              const Locked locked(begun);
+                                              delete function;
+                                            });
   voxel4d::Lattice lattice;
-  model::Transform stretch;
-  const model::Point3 from(origin[0], origin[1], origin[2]);
-  if (cubes) {
-    lattice = {spacing[0], from};
-  } else {
-    stretch.space << model::Point3(spacing[0], spacing[1], spacing[2]).asDiagonal().toDenseMatrix(),
-        from;
-  }
   voxel4d::WeaveOptions how;
   how.caps = capStyleOf(caps);
+  const model::Point3 from(origin[0], origin[1], origin[2]);
+  if (spacing[0] == spacing[1] && spacing[1] == spacing[2]) {
+    lattice = {spacing[0], from};
+  } else {
+    how.toSpace.emplace()
+        << model::Point3(spacing[0], spacing[1], spacing[2]).asDiagonal().toDenseMatrix(),
+        from;
+  }
   auto producer = std::make_shared<Producer>();
   producer->once = once;
   producer->run = [=, raised = &producer->raised](model::Sink& sink,
                                                   const model::Progress& progress) -> Result<void> {
     std::optional<FrameIterator> frames;
+    const Era begun = currentEra();
     {
-      const py::gil_scoped_acquire acquired;
-      frames.emplace(py::iter((*begin)()), times, lattice, iso);
+      const Locked locked(begun);
+      frames.emplace(begun, usingPython([&] { return py::iter((*begin)()); }), times, lattice, iso);
     }
-    model::Transformed stretched(sink, stretch);
-    auto done = voxel4d::weave(*frames, how, cubes ? sink : stretched, progress);
+    auto done = voxel4d::weave(*frames, how, sink, progress);
     if (frames->raised) *raised = std::exchange(frames->raised, std::nullopt);
     return done ? Result<void>() : t4d::pass(done.error());
   };
@@ -141,6 +142,7 @@ formats::Metadata metadataOf(const py::dict& given, std::vector<formats::BodyInf
   metadata.timeUnit = given["time_unit"].cast<std::string>();
   metadata.up = given["up"].cast<std::string>();
   metadata.detailsJson = given["details"].cast<std::string>();
+  metadata.space = given["space"].cast<std::string>();
   metadata.bodies = std::move(bodies);
   return metadata;
 }
@@ -154,20 +156,29 @@ formats::T4dWriteOptions writeOptions(const py::dict& given) {
   return how;
 }
 
-/// Writes bodies from `put(i, sink, progress)`.
+/// Writes bodies from `put(i, sink, progress)`; of the file that they are from, if there is one,
+/// also the chunks that this version does not know.
 template <class Put>
 py::tuple save(const std::string& path, const formats::Metadata& metadata, const py::dict& options,
-               py::object callback, Put put) {
+               py::object callback, const formats::T4dReader* file, Put put) {
   Watch watch(std::move(callback));
-  auto writer = valueOf(formats::T4dWriter::create(path, metadata, writeOptions(options)));
-  const auto bytes = watch.run([&](const model::Progress& progress) -> Result<std::uint64_t> {
+  const auto how = writeOptions(options);
+  using Written = std::pair<std::uint64_t, std::vector<std::string>>;
+  const auto written = watch.run([&](const model::Progress& progress) -> Result<Written> {
+    auto writer = formats::T4dWriter::create(path, metadata, how);
+    if (!writer) return t4d::pass(writer.error());
     for (std::size_t i = 0; i < metadata.bodies.size(); ++i) {
-      Watch::Sink sink(watch, writer.body(i));
+      Watch::Sink sink(watch, writer->body(i));
       if (auto done = put(i, sink, progress); !done) return t4d::pass(done.error());
     }
-    return writer.finish();
+    if (file != nullptr) {
+      if (auto kept = writer->keep(file->optionalChunks()); !kept) return t4d::pass(kept.error());
+    }
+    const auto bytes = writer->finish();
+    if (!bytes) return t4d::pass(bytes.error());
+    return Written{*bytes, writer->losses()};
   });
-  return py::make_tuple(bytes, writer.losses());
+  return py::make_tuple(written.first, written.second);
 }
 
 py::tuple saveBodies(const std::vector<std::shared_ptr<Body>>& bodies, const std::string& path,
@@ -183,7 +194,13 @@ py::tuple saveBodies(const std::vector<std::shared_ptr<Body>>& bodies, const std
       infos.back().parent.clear();
     }
   }
-  return save(path, metadataOf(metadata, std::move(infos)), options, callback,
+  formats::Metadata head = metadataOf(metadata, std::move(infos));
+  const formats::T4dReader* const file = bodies.front()->file.get();
+  if (file != nullptr) {
+    head.attributes = file->metadata().attributes;
+    head.otherJson = file->metadata().otherJson;
+  }
+  return save(path, head, options, callback, file,
               [&](std::size_t i, model::Sink& sink, const model::Progress& progress) {
                 return model::pump(*bodies[i]->source, sink, progress);
               });
@@ -194,7 +211,7 @@ py::tuple saveProduced(Producer& producer, const std::string& name, const std::s
                        const py::object& callback) {
   use(producer);
   return rethrowing(producer, [&] {
-    return save(path, metadataOf(metadata, {{name}}), options, callback,
+    return save(path, metadataOf(metadata, {{name}}), options, callback, nullptr,
                 [&](std::size_t, model::Sink& sink, const model::Progress& progress) {
                   return producer.run(sink, progress);
                 });
@@ -222,14 +239,14 @@ class Slabs {
     use(*producer);
     queue_ = std::make_unique<SlabQueue>(producer);
   }
-  ~Slabs() {  // NOLINT(bugprone-exception-escape): giving up the lock of Python throws nothing
-    const py::gil_scoped_release released;
+  ~Slabs() {
+    const Unlocked unlocked;
     queue_.reset();
   }
 
   std::shared_ptr<model::Slab> next() {
     auto taken = [&] {
-      const py::gil_scoped_release released;
+      const Unlocked unlocked;
       return queue_->take();
     }();
     auto slab = rethrowing(*producer_, [&] { return valueOf(std::move(taken)); });

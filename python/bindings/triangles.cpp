@@ -1,5 +1,6 @@
 #include "python/bindings/triangles.h"
 
+#include "python/bindings/ending.h"
 #include "t4d/formats/triangle_mesh_reader.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 
@@ -28,6 +29,15 @@ void defineTriangles(py::module_& module) {
   using model::TriangleMesh;
   py::class_<TriangleMesh, std::shared_ptr<TriangleMesh>>(module, "TriangleMesh")
       .def(py::init(&make))
+      .def(py::pickle(
+          [](const py::object& self) {
+            return py::make_tuple(self.attr("vertices"), self.attr("triangles"),
+                                  self.attr("vertex_attributes"), self.attr("triangle_attributes"));
+          },
+          [](const py::tuple& state) {
+            return make(state[0].cast<py::array>(), state[1].cast<py::array>(),
+                        state[2].cast<py::dict>(), state[3].cast<py::dict>());
+          }))
       .def_property_readonly(
           "vertices",
           [](const py::object& self) { return viewOf(self.cast<TriangleMesh&>().vertices, self); })
@@ -50,7 +60,7 @@ void defineTriangles(py::module_& module) {
 
   module.def("read_triangles", [](const std::string& path) {
     auto loaded = [&] {
-      const py::gil_scoped_release released;
+      const Unlocked unlocked;
       return formats::readTriangleMesh(path);
     }();
     auto value = valueOf(std::move(loaded));
@@ -61,7 +71,7 @@ void defineTriangles(py::module_& module) {
                                    const std::string& name, bool attributes) {
     const formats::NamedMesh named{name, mesh};
     auto written = [&] {
-      const py::gil_scoped_release released;
+      const Unlocked unlocked;
       return formats::writeTriangleMeshes(path, {&named, 1}, {.attributes = attributes});
     }();
     return valueOf(std::move(written));

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <optional>
 
-#include "python/bindings/errors.h"
+#include "python/bindings/ending.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::python {
@@ -22,7 +22,7 @@ class Watch {
   template <class Work>
   auto run(Work work) {
     auto result = [&] {
-      const py::gil_scoped_release released;
+      const Unlocked unlocked;
       return work(progress());
     }();
     if (raised_) throw *std::exchange(raised_, std::nullopt);
@@ -51,10 +51,11 @@ class Watch {
  private:
   model::Progress progress() {
     return [this](double fraction) {
+      goOn(begun_);
       if (callback_.is_none() || !isDue(fraction >= 1)) return;
-      const py::gil_scoped_acquire acquired;
+      const Locked locked(begun_);
       try {
-        if (!raised_) callback_(fraction);
+        if (!raised_) usingPython([&] { callback_(fraction); });
       } catch (py::error_already_set& error) {
         raised_ = error;
         stop_ = true;
@@ -63,9 +64,10 @@ class Watch {
   }
 
   bool stops() {
+    goOn(begun_);
     if (!stop_ && isDue(false)) {
-      const py::gil_scoped_acquire acquired;
-      if (PyErr_CheckSignals() != 0) {
+      const Locked locked(begun_);
+      if (usingPython(PyErr_CheckSignals) != 0) {
         raised_ = py::error_already_set();
         stop_ = true;
       }
@@ -82,6 +84,7 @@ class Watch {
     return true;
   }
 
+  const Era begun_ = currentEra();
   py::object callback_;
   std::optional<py::error_already_set> raised_;
   std::atomic<bool> stop_ = false;

@@ -9,13 +9,19 @@
 program can do. Lengths and times are in the units of the mesh.
 """
 
+import os
+
 from t4d import _t4d
+from t4d.ending import at_end
 from t4d.errors import Error, Failed, FileError, InvalidInput, Loss, Unsupported, VerbError
 from t4d.mesh import Mesh, Slab, read, sweep, weave
 from t4d.motions import Motion
 from t4d.triangles import TriangleMesh, read_triangles
 
 __version__ = _t4d.version
+
+os.register_at_fork(after_in_child=_t4d.forget_work)
+at_end(_t4d.end_work)
 
 __all__ = [
     "Error",

@@ -191,6 +191,17 @@ class Mesh(Unchanging):
         return self._metadata.get("time_unit", "")
 
     @property
+    def space(self) -> str:
+        """Where the axes point in a patient: "RAS" or "LPS"; "" if that is not said."""
+        return self._metadata.get("space", "")
+
+    @property
+    def attribute_kinds(self) -> Dict[str, Tuple[str, str]]:
+        """Kind and unit of attributes, by their names, as far as a file says so: a ``("vector",
+        "length/time")`` turns and is scaled with the solid."""
+        return self._bodies[0].attribute_kinds if self._bodies else {}
+
+    @property
     def version(self) -> str:
         """Of the format, if the mesh is in a file; else ""."""
         return self._bodies[0].version if self._bodies else ""
@@ -305,7 +316,8 @@ class Mesh(Unchanging):
 
         ``compression`` is the level of zstd, 1 to 19, or 0; positions are kept as they are, rounded
         to ``float32``, or to whole numbers of a ``grid``. Warns (``Loss``) if rounding made cells
-        flat or turned them over. ``verbs.convert`` writes other formats of 4D meshes.
+        flat or turned them over, and names chunks of a file it was read from that this version does
+        not know and that may not be copied. ``verbs.convert`` writes other formats of 4D meshes.
         """
         name = checks.path_text(path)
         if not name.lower().endswith(".t4d"):
@@ -316,6 +328,7 @@ class Mesh(Unchanging):
             "length_unit": "",
             "time_unit": "",
             "up": "y",
+            "space": "",
             "details": "{}",
             **self._metadata,
         }
@@ -366,6 +379,7 @@ def read(
         "length_unit": first.length_unit,
         "time_unit": first.time_unit,
         "up": first.up,
+        "space": first.space,
         "details": first.details,
     }
     return Mesh._of(bodies, metadata=metadata, file=name)
@@ -389,8 +403,8 @@ def sweep(
 
     ``sweep(V, F, motion)`` or ``sweep(mesh, motion=motion)``: a closed triangle mesh, ``V`` (n, 3)
     and ``F`` (m, 3), along a motion (anything that ``Motion`` takes), in ``steps`` of each segment,
-    or such that the volume of every slice stays above ``rv_min`` of the solid's (0.998), or no
-    point leaves its path by more than ``max_deviation``.
+    or such that the volume of every slice stays above ``rv_min`` of the solid's (0.998), or every
+    slice stays within ``max_deviation`` of the true solid.
 
     ``sweep(V, F, times=times)`` with ``V`` (k, n, 3): a solid that is deformed, from key to key.
 
@@ -468,8 +482,8 @@ class _Frames:
         kind, size = frame.dtype.kind, frame.dtype.itemsize
         if kind == "f" or (kind in "iu" and self._with_iso):
             fits = size <= (4 if kind == "f" else 2)  # into float32, without rounding
-            return frame.astype(np.float32 if fits else np.float64, copy=False)
-        return frame
+            frame = frame.astype(np.float32 if fits else np.float64, copy=False)
+        return np.ascontiguousarray(frame)
 
 
 def weave(
@@ -492,6 +506,10 @@ def weave(
     a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it,
     values below zero, and True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
     for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
+
+    Nothing is computed before the mesh is used, and then from what the arrays hold at that time:
+    they are not copied here. What is changed in an array until then, or between two uses, changes
+    the mesh; give a copy if it must not. ``.load()`` keeps the mesh as it is now.
     """
     if isinstance(frames, np.ndarray):
         frames = checks.array("frames", frames)

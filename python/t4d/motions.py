@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from t4d import _t4d, checks
 from t4d.checks import Path
-from t4d.errors import about
+from t4d.errors import about, warn
 from t4d.unchanging import Unchanging
 
 MotionLike = Union["Motion", Mapping[str, Any], Path]
@@ -26,23 +26,31 @@ class Motion(Unchanging):
 
     def __init__(self, given: MotionLike) -> None:
         """From the members of a motion file as a dictionary (docs/motion.md), or from a file: .json,
-        or a table of poses (.csv, .tsv, .txt)."""
+        or a table of poses (.csv, .tsv, .txt). Warns of poses that are half a turn apart, which do
+        not tell the direction of the turn."""
         if isinstance(given, Motion):
             self._motion = given._motion
         elif isinstance(given, Mapping):
             self._motion = _t4d.parse_motion(json.dumps(_plain(given, "")))
+            self._warn()
         elif not isinstance(given, (str, bytes, os.PathLike)):
             raise TypeError(f"the motion is {given!r}; expected is a dictionary or a file")
         else:
             place = checks.path_text(given)
             with about(place):
                 self._motion = _t4d.read_motion(os.fsencode(place))
+            self._warn()
 
     @classmethod
     def _of(cls, motion: _t4d.Motion) -> Motion:
         made = cls.__new__(cls)
         made._motion = motion
+        made._warn()
         return made
+
+    def _warn(self) -> None:
+        if self._motion.notice:
+            warn(UserWarning, [self._motion.notice], stacklevel=4)
 
     @classmethod
     def from_quaternions(

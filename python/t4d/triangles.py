@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Iterator, Mapping, Optional, Tuple
+from typing import Any, Dict, Iterator, Mapping, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -87,10 +87,6 @@ class TriangleMesh:
         with about(place, output=place):
             losses = _t4d.write_triangles(self._mesh, os.fsencode(place), name, attributes)
         warn(Loss, losses)
-
-    def __reduce__(self) -> Tuple[Any, ...]:
-        arrays = self.vertices, self.triangles, self.vertex_attributes, self.triangle_attributes
-        return TriangleMesh, arrays
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         yield self.vertices

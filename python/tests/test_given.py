@@ -189,6 +189,87 @@ def test_triangle_meshes_can_be_pickled(cube):
         assert np.array_equal(again.triangle_attributes["part"], np.arange(24).reshape(12, 2))
 
 
+class Part(t4d.TriangleMesh):
+    __slots__ = ("weight",)
+
+    def __init__(self, vertices, triangles, material):
+        super().__init__(vertices, triangles, {"heat": np.arange(8.0)})
+        self.material = material
+        self.weight = 3
+
+
+class Path3(t4d.Motion):
+    pass
+
+
+def test_copies_of_subclasses_have_their_class_and_attributes(cube):
+    part = Part(*cube, ["steel"])
+    copies = [copy.copy(part), copy.deepcopy(part)]
+    copies += [pickle.loads(pickle.dumps(part, protocol)) for protocol in range(2, 6)]
+    for again in copies:
+        assert type(again) is Part and again.material == ["steel"] and again.weight == 3
+        assert again.volume == 1 and np.array_equal(again.vertex_attributes["heat"], np.arange(8.0))
+    path = Path3(SLIDE)
+    path.notes = ["slow"]
+    shallow, deep = copy.copy(path), copy.deepcopy(path)
+    for again in (shallow, deep):
+        assert type(again) is Path3 and again is not path and again.notes == ["slow"]
+        assert np.array_equal(again.at(1), path.at(1))
+    shallow.speed = 1
+    deep.notes.append("deep")
+    assert not hasattr(path, "speed") and path.notes == ["slow"]
+    with pytest.raises(TypeError, match=rf"^a {__name__}.Path3 cannot be pickled"):
+        pickle.dumps(path)
+
+
+def test_numbers_that_are_not_finite_are_named(cube):
+    vertices, triangles = cube
+    for wrong in (np.nan, np.inf, -np.inf):
+        bad = vertices.copy()
+        bad[5, 1] = wrong
+        named = rf"vertices\[5\] is \(1(\.0)?, {wrong}, 1(\.0)?\)"
+        for use in (
+            lambda: t4d.TriangleMesh(bad, triangles),
+            lambda: t4d.TriangleMesh(bad.astype(np.float32).tolist(), triangles),
+            lambda: t4d.sweep(bad, triangles, SLIDE),
+        ):
+            with pytest.raises(ValueError, match=named + "; expected are finite numbers"):
+                use()
+        with pytest.raises(ValueError, match=r"vertices\[1\]\[5\] is \("):
+            t4d.sweep(np.stack([vertices, bad]), triangles, times=[0, 1])
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.int64, ">i4", np.uint8, np.uint32, np.uint64])
+def test_an_index_out_of_range_is_shown_as_it_was_given(cube, kind):
+    vertices, triangles = cube
+    last = int(np.iinfo(kind).max)
+    for wrong in [8, last] + ([-1] if np.dtype(kind).kind == "i" else []):
+        bad = triangles.astype(kind)
+        bad[3, 1] = wrong
+        with pytest.raises(ValueError, match=rf"^triangles\[3\]\[1\] is {wrong}; expected .* 8 vertices"):
+            t4d.TriangleMesh(vertices, bad)
+    mesh = t4d.sweep(vertices, triangles, SLIDE, steps=1).load()
+    with pytest.raises(IndexError, match="no slab -9; the mesh has 3"):
+        mesh.slab(-9)
+    with pytest.raises(IndexError, match="no body -2; the mesh has 1"):
+        mesh[-2]
+
+
+def test_an_array_that_is_too_large_is_a_memory_error(cube):
+    vertices, triangles = cube
+    far = np.broadcast_to(vertices[:1], (2**44, 3))
+    many = np.broadcast_to(triangles[:1], (2**44, 3))
+    for use in (
+        lambda: t4d.TriangleMesh(far, triangles),
+        lambda: t4d.TriangleMesh(vertices, many),
+        lambda: t4d.TriangleMesh(vertices, triangles, {"a": np.broadcast_to(1.0, (8, 2**44))}),
+        lambda: t4d.sweep(far, triangles, SLIDE),
+        lambda: t4d.sweep(far[None], triangles, times=[0]),
+    ):
+        with pytest.raises(MemoryError):
+            use()
+
+
 def test_what_cannot_be_written_is_an_os_error(cube, models, tmp_path):
     mesh = t4d.TriangleMesh(*cube)
     swept, opened = t4d.sweep(mesh, motion=SLIDE), t4d.read(models / "cube.t4d")

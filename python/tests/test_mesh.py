@@ -188,8 +188,13 @@ def test_wrong_frames_are_named(tmp_path):
         ([good, good[:3]], r"frame 1: the array has the shape \(3, 4, 4\), frame 0 \(4, 4, 4\)"),
         ([good, good[0]], r"frame 1: the array has the shape \(4, 4\); expected is \(nx, ny, nz\)"),
         ([good, good.astype(int)], "frame 1: the array is of int64; expected are floats"),
-        ([good, good * np.nan], "frame 1: value 0 is nan"),
+        ([good, good * np.nan], r"frame 1: the value at \(0, 0, 0\) is nan"),
     ]
+    for order in "CF":
+        spoilt = np.array(np.stack([good, good]), order=order)
+        spoilt[1, 3, 0, 2] = np.nan
+        cases.append((spoilt, r"frame 1: the value at \(3, 0, 2\) is nan"))
+        cases.append((spoilt.transpose(0, 3, 2, 1), r"the value at \(2, 0, 3\) is nan"))
     for frames, message in cases:
         with pytest.raises(t4d.InvalidInput, match=message):
             t4d.weave(frames).save(tmp_path / "x.t4d")
@@ -204,6 +209,40 @@ def test_wrong_frames_are_named(tmp_path):
     for use in (lambda mesh: mesh.load(), lambda mesh: list(mesh.slabs())):
         with pytest.raises(KeyError, match="no more"):
             use(t4d.weave(broken(), times=range(3)))
+
+
+def test_an_array_too_large_is_a_memory_error(tmp_path):
+    for kind in (bool, np.float32, np.float64, np.int16):
+        huge = np.broadcast_to(kind(0), (2, 2**19, 2**19, 2**19))
+        for use in (lambda mesh: mesh.load(), lambda mesh: mesh.save(tmp_path / "x.t4d")):
+            with pytest.raises(MemoryError):
+                use(t4d.weave(huge, iso=None if kind is not np.int16 else 0.5))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_mesh_that_is_woven_later_sees_the_arrays_as_they_are_then():
+    box = np.zeros((2, 6, 6, 6), dtype=bool)
+    box[:, 1:3, 1:3, 1:3] = True
+    small = t4d.weave(box.copy()).load().hypervolume
+    lazy, loaded = t4d.weave(box), t4d.weave(box).load()
+    box[:, 1:5, 1:5, 1:5] = True
+    assert loaded.hypervolume == small < t4d.weave(box).hypervolume == lazy.hypervolume
+
+
+@pytest.mark.parametrize("spacing", [1, 0.1, (1, 2, 3), 1e-20])
+def test_far_arrays_are_refused(spacing):
+    box = np.zeros((2, 6, 6, 6), dtype=bool)
+    box[:, 1:5, 1:4, 1:3] = True
+    expected = t4d.weave(box, spacing=spacing).hypervolume
+    assert expected > 0
+    for away in (1e3, 1e8):
+        near = t4d.weave(box, spacing=spacing, origin=away * np.min(spacing) * np.ones(3))
+        assert near.hypervolume == pytest.approx(expected, rel=1e-6)
+    for away in (1e10, 1e16, 1e17, 1e40, 1e80):
+        for axis in range(3):
+            far = t4d.weave(box, spacing=spacing, origin=away * np.max(spacing) * np.eye(3)[axis])
+            with pytest.raises(t4d.InvalidInput, match="frame 0: lies up to .* voxels from the origin"):
+                far.load()
 
 
 def test_motions_are_the_same_however_given():
@@ -255,7 +294,7 @@ def test_errors_say_where_and_why(models, tmp_path, cube):
     vertices, triangles = cube
     with pytest.raises(ValueError, match="shape"):
         t4d.TriangleMesh(vertices[:, :2], triangles)
-    with pytest.raises(ValueError, match="triangle 0 has the vertex 99; there are 8"):
+    with pytest.raises(ValueError, match=r"triangles\[0\]\[2\] is 99; expected is the index of one of 8 vertices"):
         t4d.TriangleMesh(vertices, [[0, 1, 99]])
     with pytest.raises(t4d.InvalidInput, match="closed|edge"):
         t4d.sweep(vertices, triangles[:-1], SCREW).load()
