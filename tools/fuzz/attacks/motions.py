@@ -1,0 +1,222 @@
+"""Motions: segments, tables of poses and tool paths."""
+
+import json
+import math
+
+from .attack import Run, input_class
+
+
+def unit(v):
+    length = math.hypot(*v)
+    return [c / length for c in v]
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def turned(p, axis, degrees):
+    """Rodrigues' formula."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    along, across = dot(axis, p), cross(axis, p)
+    return [c * p[k] + s * across[k] + (1 - c) * along * axis[k] for k in range(3)]
+
+
+def read_obj(path):
+    """Vertices, and the triangles of fans."""
+    vertices, triangles = [], []
+    for line in path.read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            vertices.append([float(c) for c in words[1:4]])
+        elif words[:1] == ["f"]:
+            corners = [int(w.split("/")[0]) for w in words[1:]]
+            corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
+            triangles += [(corners[0], *pair) for pair in zip(corners[1:], corners[2:])]
+    return vertices, triangles
+
+
+def distance(p, vertices, triangles):
+    """From a point to a surface."""
+    least = math.inf
+    for triangle in triangles:
+        v = [[c - q for c, q in zip(vertices[i], p)] for i in triangle]
+        # No nearer than the box.
+        box = math.hypot(*(max(0, min(a, b, c), -max(a, b, c)) for a, b, c in zip(*v)))
+        if box >= least:
+            continue
+        sides = [[v[(k + 1) % 3][i] - v[k][i] for i in range(3)] for k in range(3)]
+        normal = cross(sides[0], sides[1])
+        inside = all(dot(cross(normal, sides[k]), v[k]) <= 0 for k in range(3))
+        if inside and dot(normal, normal) > 0:
+            least = min(least, abs(dot(normal, v[0])) / math.hypot(*normal))
+            continue
+        for k in range(3):
+            length = dot(sides[k], sides[k])
+            part = min(1, max(0, -dot(v[k], sides[k]) / length)) if length > 0 else 0
+            least = min(least, math.hypot(*(v[k][i] + part * sides[k][i] for i in range(3))))
+    return least
+
+
+@input_class(weight=6)
+def motions(attack):
+    """motions with numbers at the ends of floating point, swept by either backend"""
+    rng = attack.rng
+    segment = {"duration": abs(attack.extreme()) or 1, "axis_point": [attack.extreme(), 0, 1],
+               "axis_direction": [attack.extreme(), 1, 0], "angle_degrees": attack.extreme(),
+               "translation": [0, attack.extreme(), 0]}
+    for key in rng.sample(list(segment)[1:], rng.randrange(5)):
+        del segment[key]
+    if "angle_degrees" in segment and "axis_direction" not in segment:
+        segment["axis_direction"] = [0, 0, 1]
+    motion = attack.path("motion.json")
+    motion.write_text(json.dumps({"start_time": rng.choice([0, attack.extreme()]),
+                                  "segments": [segment]}))
+    mesh = attack.pick("obj")
+    output = attack.path("out.t4d")
+    options = rng.choice([["--steps", "2"], ["--max-deviation", repr(abs(attack.extreme()) or 1)],
+                          ["--backend", "voxel4d", "--frames", "2", "--voxel-size", "4"]])
+    return Run(["sweep", mesh, "-m", motion, *options, "-o", output], [mesh, motion], output)
+
+
+@input_class(weight=2)
+def poses(attack):
+    """tables and files of poses that are half a turn apart, exactly or nearly: each must be
+    noted"""
+    rng = attack.rng
+    axis = unit([rng.gauss(0, 1) for _ in range(3)]) if rng.random() < 0.5 else \
+        rng.choice([[1, 0, 0], [0, 1, 0], [0, 0, -1]])
+    degrees = [0.0]
+    half = 0
+    for _ in range(rng.randrange(1, 6)):
+        turn = rng.choice([180, -180, 180 + rng.uniform(-0.01, 0.01), rng.uniform(-175, 175)])
+        half += abs(abs(turn) - 180) < 0.05
+        degrees.append(degrees[-1] + turn)
+    digits = rng.choice([5, 9, 17])
+    rows = []
+    for i, angle in enumerate(degrees):
+        sine = math.sin(math.radians(angle / 2))
+        q = [sine * axis[0], sine * axis[1], sine * axis[2], math.cos(math.radians(angle / 2))]
+        if rng.random() < 0.5:
+            q = [-c for c in q]
+        rows.append([float(i), *(rng.uniform(-5, 5) for _ in range(3)), *q])
+    form = rng.choice(["csv", "tum", "json"])
+    if form == "json":
+        motion = attack.path("motion.json")
+        motion.write_text(json.dumps({"poses": [
+            {"time": r[0], "position": r[1:4], "quaternion": r[4:]} for r in rows]}))
+    else:
+        motion = attack.path("motion.csv" if form == "csv" else "motion.txt")
+        join = "," if form == "csv" else " "
+        head = join.join(["time", "x", "y", "z", "qx", "qy", "qz", "qw"])
+        motion.write_text(("# " if form == "tum" else "") + head + "\n" + "".join(
+            join.join(f"{c:.{digits}g}" for c in r) + "\n" for r in rows))
+    mesh, output = attack.pick("obj"), attack.path("out.t4d")
+
+    def check(result):
+        if not result.succeeded:
+            return []
+        turns = result.json.get("half_turns", {"count": 0, "first": []})
+        problems = []
+        if turns["count"] != half or len(turns["first"]) != half:
+            problems.append(f"{half} half turns, but half_turns is {turns}")
+        if ("half a turn apart" in result.err) != (half > 0):
+            problems.append(f"{half} half turns, but the note is {result.err.strip()[:300]!r}")
+        return problems
+    return Run(["sweep", mesh, "-m", motion, "--caps", "cone", "--steps", 2, "--json", "-o",
+                output], [mesh, motion], output, check=check)
+
+
+@input_class(weight=2)
+def deviations(attack):
+    """`--max-deviation` at any magnitude, on real meshes: points of slices are measured against the
+    posed solid"""
+    rng = attack.rng
+    mesh = rng.choice(attack.seeds["real"] + attack.seeds["obj"])
+    vertices, triangles = read_obj(mesh)
+    size = math.dist([min(c) for c in zip(*vertices)], [max(c) for c in zip(*vertices)])
+    allowed = size * 10 ** rng.uniform(-9, -1)
+    axis = unit([rng.gauss(0, 1) for _ in range(3)])
+    point = [size * rng.uniform(-1, 1) for _ in range(3)]
+    shift = [size * rng.uniform(-1, 1) for _ in range(3)]
+    # A few steps if edges are as long as the solid.
+    degrees = math.degrees(min(10, rng.uniform(0.5, 20) * 12 * allowed / size))
+    motion = attack.path("motion.json")
+    motion.write_text(json.dumps({"segments": [
+        {"duration": 1, "axis_point": point, "axis_direction": axis, "angle_degrees": degrees,
+         "translation": shift}]}))
+    output, prism = attack.path("out.t4d"), rng.choice([3, 14])
+
+    def check(result):
+        if not result.succeeded:
+            return []
+        report = result.json
+        bound = report["chord_bound"]
+        problems = [] if bound <= allowed else [f"chord_bound is {bound}, above {allowed}"]
+        step = rng.randrange(report["steps"])
+        moment = (step + rng.choice([0.25, 0.5, rng.random()])) / report["steps"]
+        cut = attack.path("cut.obj")
+        sliced = attack.t4d("slice", output, "-t", repr(moment), "-o", cut)
+        if not sliced.succeeded:
+            return problems + [f"no slice at {moment}: {sliced.err.strip()[:300]}"]
+        corners, faces = read_obj(cut)
+        # In the coordinates of the solid: turned back.
+        back = [turned([p[k] - moment * shift[k] - point[k] for k in range(3)], axis,
+                       -moment * degrees) for p in rng.sample(corners, min(40, len(corners)))]
+        back = [[p[k] + point[k] for k in range(3)] for p in back]
+        worst = max(distance(p, vertices, triangles) for p in back)
+        if worst > bound + 1e-12 * size:
+            problems.append(f"a slice is {worst} off, more than {bound}")
+        return problems
+    return Run(["sweep", mesh, "-m", motion, "--caps", "cone", "--prism", prism,
+                f"--max-deviation={allowed!r}", "--json", "-o", output], [mesh, motion],
+               output, check=check)
+
+
+@input_class(weight=3)
+def paths(attack):
+    """`mill` with tool paths in every format that lead far away, in tiny steps, or round and
+    round"""
+    rng = attack.rng
+    far = lambda: rng.choice([-1, 1]) * 10 ** rng.uniform(0, rng.choice([3, 9, 9, 20, 70]))
+    near = lambda: rng.uniform(-15, 15)
+    place = lambda: [rng.choice([far, near, near])() for _ in range(3)]
+    form = rng.choice(["nc", "cl", "json", "csv"])
+    path = attack.path("path." + form)
+    count = rng.choice([2, 5, 40, 5000 if form in ("nc", "cl") else 300])
+    if form == "nc":
+        spot = lambda: " ".join(f"{a}{c:.3f}" for a, c in zip("XYZ", place()))
+        lines = [f"G0 {spot()}", f"F{abs(far()):.6f}"]
+        for _ in range(count):
+            kind = rng.choice(["G0", "G1", "G1", "arc"])
+            if kind == "arc":
+                lines.append(f"G{rng.choice([2, 3])} I{far():.3f} J{near():.3f}")
+            else:
+                lines.append(f"{kind} {spot()}")
+    elif form == "cl":
+        lines = [f"FEDRAT/{abs(far())!r},MMPM"]
+        for _ in range(count):
+            tilt = unit([rng.gauss(0, 0.3), rng.gauss(0, 0.3), 1])
+            lines.append("GOTO/" + ",".join(repr(c) for c in place() + tilt))
+            if rng.random() < 0.3:
+                lines.append("RAPID")
+    elif form == "json":
+        lines = [json.dumps({"segments": [
+            {"duration": abs(far()), "translation": place(), "axis_point": place(),
+             "axis_direction": [near(), near(), 1], "repeat": rng.choice([1, 1, 3, 1000]),
+             "angle_degrees": rng.choice([0, 0, near(), far()])} for _ in range(count)]})]
+    else:
+        lines = ["time,x,y,z"] + [",".join(repr(c) for c in [i, *place()])
+                                  for i in range(count)]
+    path.write_text("\n".join(lines) + "\n")
+    mesh, output = attack.seeds["cube"][0], attack.path("out.t4d")
+    option = {"nc": "--gcode", "cl": "--locations"}.get(form, "--motion")
+    extra = rng.choice([[], ["--shank", "d=8,l=20"], ["--tolerance", "0.05"],
+                        ["--max-memory", "0.2"]])
+    return Run(["mill", mesh, "--tool", rng.choice(["ball:d=6,l=30", "flat:d=4,l=12"]), option,
+                path, "--voxel-size", rng.choice([2, 4]), "--frames", rng.choice([2, 5]), *extra,
+                "-o", output], [mesh, path], output)

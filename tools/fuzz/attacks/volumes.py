@@ -1,0 +1,161 @@
+"""Volumes: frames of voxels, and four-dimensional arrays of samples."""
+
+import gzip
+import math
+import struct
+
+from .attack import Run, input_class
+
+# Letter of `struct`, names in NRRD and NumPy, and number in NIfTI.
+SAMPLE_TYPES = {"uint8": ("B", "uchar", "u1", 2), "int16": ("h", "short", "i2", 4),
+                "float32": ("f", "float", "f4", 16), "float64": ("d", "double", "f8", 64)}
+
+
+@input_class(weight=6)
+def vdb(attack):
+    """`.vdb` with flipped bits, cuts, overwritten, doubled or missing parts"""
+    source = attack.pick("vdb")
+    file, _ = attack.altered(source, "frame.vdb")
+    other = attack.rng.choice(attack.seeds["vdb"])
+    output = attack.path("out.t4d")
+    return Run(["weave", file, other, "--frame-time", "1", "-o", output], [file, other], output)
+
+
+def samples(kind, order, sizes):
+    """A ball that moves, 100 inside and -100 outside, with the axes in this order, the first
+    fastest."""
+    letter = SAMPLE_TYPES[kind][0]
+    values = []
+    for i in range(math.prod(sizes[a] for a in order)):
+        at = {}
+        for axis in order:
+            i, at[axis] = divmod(i, sizes[axis])
+        x, y, z, t = (at.get(a, 0) for a in "xyzt")
+        inside = (x - 2 - t / 4) ** 2 + (y - 2) ** 2 + (z - 2) ** 2 < 3
+        values.append(100 if inside else 0 if kind == "uint8" else -100)
+    return struct.pack(f"<{len(values)}{letter}", *values)
+
+
+def volume(attack, number):
+    """A volume in one of the formats; `number` gives the numbers of its header from those of a
+    volume at the origin, and whether they are a position."""
+    rng = attack.rng
+    sizes = {"x": 6, "y": 5, "z": 5, "t": 3}
+    kind = rng.choice(list(SAMPLE_TYPES))
+    _, nrrd, npy, nifti = SAMPLE_TYPES[kind]
+    order = "".join(rng.sample("xyzt", 4)) if rng.random() < 0.5 else "xyzt"
+    form = rng.choice(["nrrd", "nrrd", "nhdr", "npy", "nii", "nii.gz", "hdr", "raw"])
+    if form not in ("nrrd", "nhdr", "npy"):
+        order = "xyzt"
+    data = samples(kind, order, sizes)
+    path = attack.path(f"volume.{form}")
+    options = ["--iso", 50]
+    if form in ("nrrd", "nhdr"):
+        packing = rng.choice(["raw", "gzip"])
+        steps = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+        directions = " ".join(
+            "none" if a == "t" else f"({','.join(number(c) for c in steps[a])})" for a in order)
+        head = [f"type: {nrrd}", "dimension: 4",
+                f"sizes: {' '.join(str(sizes[a]) for a in order)}",
+                f"space: {rng.choice(['RAS', 'LPS', 'left-anterior-superior', '3D-left-handed'])}",
+                f"space directions: {directions}",
+                f"space origin: ({','.join(number(0, True) for _ in 'xyz')})",
+                f"spacings: {' '.join(number(0.5) if a == 't' else 'nan' for a in order)}",
+                f"encoding: {packing}", "endian: little"]
+        if rng.random() < 0.2:
+            del head[3:6]
+            head[3] = "spacings: " + " ".join(number(0.5 if a == "t" else 1) for a in order)
+        if rng.random() < 0.2:
+            at = rng.randrange(len(head))
+            head[at] = rng.choice([head[at].upper(), head[at].replace(": ", ":"), head[at] * 2,
+                                   head[at].replace("e", "\u00e9"), head[at].split(":")[0] + ": "])
+        packed = gzip.compress(data) if packing == "gzip" else data
+        if form == "nhdr":
+            head.append("data file: volume.raw")
+            attack.path("volume.raw").write_bytes(packed)
+        path.write_bytes(("NRRD0005\n" + "\n".join(head) + "\n\n").encode()
+                         + (packed if form == "nrrd" else b""))
+    elif form == "npy":
+        head = (f"{{'descr': '<{npy}', 'fortran_order': True, 'shape': "
+                f"({', '.join(str(sizes[a]) for a in order)}), }}").ljust(117) + "\n"
+        path.write_bytes(b"\x93NUMPY\1\0" + struct.pack("<H", len(head)) + head.encode() + data)
+        options += ["--axes", order, f"--frame-time={number(0.5)}"]
+    elif form == "raw":
+        path.write_bytes(f"raw {kind} 6 5 5 3 little\n".encode() + data)
+        options += [f"--spacing={number(1)}", "--origin", *(number(0, True) for _ in "xyz"),
+                    f"--frame-time={number(0.5)}"]
+    else:
+        head = bytearray(352)
+        def put(at, form, *values):
+            try:
+                struct.pack_into("<" + form, head, at, *values)
+            except (OverflowError, struct.error):
+                pass  # too large for a float32
+        put(0, "i", 348)
+        put(40, "8h", 4, 6, 5, 5, 3, 1, 1, 1)
+        put(70, "2h", nifti, 8 * struct.calcsize(SAMPLE_TYPES[kind][0]))
+        put(76, "8f", 1, *(float(number(1)) for _ in "xyz"), float(number(0.5)), 0, 0, 0)
+        put(108, "f", 0 if form == "hdr" else 352)
+        code = rng.choice([0, 1, 2])
+        put(252, "2h", int(code == 1), int(code == 2))
+        put(268, "3f", *(float(number(0, True)) for _ in "xyz"))
+        for row in range(3):
+            put(280 + 16 * row, "4f", *(float(number(int(row == i), i == 3)) for i in range(4)))
+        head[344:347] = b"ni1" if form == "hdr" else b"n+1"
+        whole = bytes(head) + (b"" if form == "hdr" else data)
+        path.write_bytes(gzip.compress(whole) if form == "nii.gz" else whole)
+        if form == "hdr":
+            attack.path("volume.img").write_bytes(data)
+    return path, options
+
+
+@input_class(weight=8)
+def volumes(attack):
+    """NRRD, NIfTI, `.npy` and `.raw` far away, tiny and huge, altered, with pipes, devices and
+    links in place of their files, and packed a thousandfold, with the axes in every order"""
+    rng = attack.rng
+    output = attack.path("out.t4d")
+    kind = rng.choice(["far", "far", "numbers", "altered", "odd", "bomb"])
+    if kind == "far":
+        scale, offset = 10 ** rng.uniform(-90, 90), rng.choice([0, 10 ** rng.uniform(-90, 90)])
+        path, options = volume(
+            attack, lambda n, is_place=False: repr(float(offset if is_place else n * scale)))
+    elif kind == "bomb":
+        frames = rng.choice([1, 50, 2000])
+        sizes = {"t": frames, "x": 20, "y": 4_000_000 // 400 // frames + 1, "z": 20}
+        order = "".join(rng.sample("xyzt", 4))
+        count = math.prod(sizes.values())
+        announced = " ".join(str(sizes[a] * rng.choice([1, 1, 1, 1000])) for a in order)
+        path, options = attack.path("volume.nrrd"), ["--iso", 0]
+        path.write_bytes(
+            f"NRRD0004\ntype: uint8\ndimension: 4\nsizes: {announced}\nkinds: "
+            f"{' '.join('time' if a == 't' else 'domain' for a in order)}\nencoding: gzip\n\n"
+            .encode() + gzip.compress(bytes([rng.choice([0, 1])]) * count, 9))
+    else:
+        def number(n, _=False):
+            if kind == "numbers" and rng.random() < 0.1:
+                return repr(attack.extreme())
+            return repr(float(n))
+        path, options = volume(attack, number)
+    files = [p for p in attack.scene.iterdir()]
+    if kind == "altered":
+        victim = rng.choice(files)
+        content, _ = attack.altered(victim, "altered")
+        content.rename(victim)
+    elif kind == "odd":
+        victim = rng.choice(files)
+        content = victim.read_bytes()
+        victim.unlink()
+        way = rng.choice(["fifo", "zeros", "null", "folder", "link", "loop", "missing"])
+        if way != "link":
+            attack.make_odd(victim, way)
+        elif victim != path:
+            # Samples are read from the folder of their header only.
+            outside = attack.folder / f"{attack.scene.name}-outside"
+            outside.write_bytes(content)
+            attack.ending.callback(outside.unlink)
+            victim.symlink_to(outside)
+        return Run(["weave", path, *options, "-o", output], [path], output, expect={1, 2, 4})
+    if rng.random() < 0.2:
+        options += ["--caps", rng.choice(["graded", "half-step"])]
+    return Run(["weave", path, *options, "-o", output], files, output)
