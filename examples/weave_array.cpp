@@ -17,7 +17,8 @@ int main() {
   for (int f = 0; f <= 10; ++f) {
     auto& values = arrays.emplace_back();
     for (std::size_t i = 0; i < n * n * n; ++i) {
-      const Eigen::Vector3d point(i / n / n, i / n % n, i % n);
+      const Eigen::Vector3d point =
+          Eigen::Array<std::size_t, 3, 1>(i / n / n, i / n % n, i % n).cast<double>();
       const Eigen::Vector3d centre(0.05 * f, 0, 0);
       values.push_back(static_cast<float>((lattice(point) - centre).norm() - 1.5));
     }

@@ -25,7 +25,7 @@ formats::Color distinctColor(std::uint64_t number);
 /// What has no colour is grey: numbers that are not finite, and, of the attribute "triangle", the
 /// cells of caps.
 struct AttributeColors {
-  std::string attribute;
+  std::string attribute = {};
   bool distinct = false;
   std::uint32_t components = 1;
   double low = 0;  ///< of one component that is not distinct

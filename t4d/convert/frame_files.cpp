@@ -8,9 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
-#include "t4d/formats/output_file.h"
+#include "t4d/formats/output_folder.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/xml_text.h"
 #include "t4d/system/cleanup.h"
+#include "t4d/system/replaceable.h"
 
 namespace t4d::convert {
 namespace {
@@ -48,7 +50,8 @@ Result<void> checkWritableExtension(const FrameNames& names) {
                           formats::writableTriangleMeshExtensions()));
 }
 
-/// Makes the folder, or checks that the one that exists has nothing that would pass for a frame.
+/// Makes the folder, or checks that the one that exists has nothing that would pass for a frame,
+/// and no file of others under the names to write.
 Result<std::optional<system::Cleanup>> prepareFolder(const FrameNames& names, std::uint64_t count) {
   const fs::path folder = names.folder.empty() ? fs::path(".") : names.folder;
   std::error_code error;
@@ -62,8 +65,12 @@ Result<std::optional<system::Cleanup>> prepareFolder(const FrameNames& names, st
   if (!fs::is_directory(folder, error)) {
     return fail(ErrorCode::Failed, "is not a folder", folder.string());
   }
+  std::vector<std::string> files = {names.manifest, names.collection};
   std::set<std::string> ours;
-  for (std::uint64_t i = 0; i < count; ++i) ours.insert(names.fileName(i, count));
+  for (std::uint64_t i = 0; i < count; ++i) {
+    files.push_back(names.fileName(i, count));
+    ours.insert(files.back());
+  }
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
     const std::string_view view = name;
@@ -83,34 +90,8 @@ Result<std::optional<system::Cleanup>> prepareFolder(const FrameNames& names, st
   if (error) {
     return fail(ErrorCode::Failed, "cannot read the folder: " + error.message(), folder.string());
   }
+  if (auto good = system::checkReplaceable(folder, files); !good) return pass(good.error());
   return std::nullopt;
-}
-
-Result<void> writeText(const fs::path& path, std::string_view text) {
-  auto file = formats::OutputFile::create(path);
-  if (!file) return pass(file.error());
-  if (auto done = file->write(text.data(), text.size()); !done) return done;
-  return file->commit();
-}
-
-std::string xmlEscaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
 }
 
 /// Losses of frames, each once, and no more than anyone reads.
@@ -215,7 +196,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     report.bytes += bytes;
     manifest.frames.push_back({name, times[frame], vertices, triangles, volume, bytes});
     collection += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", times[frame],
-                              xmlEscaped(name));
+                              formats::xmlEscaped(name));
     return {};
   };
   auto sliced = forEachFrame(bodies, times, options.detail, take, options.paint, progress);
@@ -233,7 +214,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" "
         "byte_order=\"LittleEndian\">\n<!-- written by t4d -->\n<Collection>\n" +
         collection + "</Collection>\n</VTKFile>\n";
-    if (auto done = writeText(names.folder / names.collection, text); !done) {
+    if (auto done = formats::writeInFolder(names.folder, names.collection, text); !done) {
       return pass(done.error());
     }
   }
@@ -276,7 +257,7 @@ Result<void> writeManifest(const fs::path& path, const FramesManifest& manifest)
   } catch (const nlohmann::json::exception&) {
     return invalid("a unit or the name of a file is not UTF-8 text", path.string());
   }
-  return writeText(path, text);
+  return formats::writeInFolder(path.parent_path(), path.filename().string(), text);
 }
 
 Result<void> removeOldManifest(const fs::path& path) {

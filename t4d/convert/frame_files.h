@@ -16,10 +16,10 @@ namespace t4d::convert {
 
 /// The names of numbered files.
 struct FrameNames {
-  std::filesystem::path folder;
+  std::filesystem::path folder = {};
   std::string stem = "frame_";  ///< before the number
   std::size_t digits = 4;       ///< at least; as many as the last number needs
-  std::string extension;        ///< that of a triangle mesh format that is written
+  std::string extension = {};   ///< that of a triangle mesh format that is written
   std::string manifest = "manifest.json";
   std::string collection = "frames.pvd";  ///< of .vtp files
 
@@ -36,8 +36,8 @@ Result<FrameNames> frameNames(const std::string& output, std::string_view extens
 
 /// What a manifest says of all frames.
 struct FrameSpace {
-  std::string lengthUnit;  ///< "" if unknown
-  std::string timeUnit;
+  std::string lengthUnit = {};  ///< "" if unknown
+  std::string timeUnit = {};
   std::string up = "y";
 };
 
@@ -65,7 +65,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
 
 /// A file of a series, in its manifest.
 struct FrameEntry {
-  std::string file;  ///< its name, beside the manifest
+  std::string file = {};  ///< its name, beside the manifest
   double time = 0;
   std::optional<std::uint64_t> vertices = {};  ///< nothing for a grid, as for triangles
   std::optional<std::uint64_t> triangles = {};

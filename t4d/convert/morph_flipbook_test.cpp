@@ -44,7 +44,7 @@ class MorphFlipbook : public testing::Test {
   Result<formats::AnimatedScene> read() const {
     const auto file = formats::readInputFile(path_);
     if (!file) return pass(file.error());
-    return formats::readGltfAnimation(*file, {"", "", 1e-5});
+    return formats::readGltfAnimation(*file, {"", "", 1e-5, /*edgeFactor=*/0});
   }
 
  private:

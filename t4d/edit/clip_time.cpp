@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/edit/split_cells.h"
+#include "t4d/model/attribute_rows.h"
 
 namespace t4d::edit {
 namespace {
@@ -130,32 +131,10 @@ class ClippedSlab {
     }
   }
 
-  Attribute ofCells(const Attribute& attribute) const {
-    Attribute made{attribute.name, Domain::Cell, attribute.type, attribute.components, {}};
-    const std::size_t bytes = attribute.rowBytes();
-    made.values.reserve(cellOf_.size() * bytes);
-    for (const std::uint32_t cell : cellOf_) {
-      made.values.insert(made.values.end(), attribute.row(cell), attribute.row(cell) + bytes);
-    }
-    return made;
-  }
+  Attribute ofCells(const Attribute& attribute) const { return rowsOf(attribute, cellOf_); }
 
   Attribute ofVertices(const Attribute& attribute) const {
-    // A cut edge may end at a vertex that is new itself.
-    Attribute all = attribute;
-    const std::size_t bytes = all.rowBytes();
-    all.values.resize(vertices_.size() * bytes);
-    std::byte* row = all.values.data() + whole_.vertexCount * bytes;
-    for (const auto& [from, to, fraction] : splitter_.cutEdges()) {
-      interpolateRow(all, from, to, fraction, row);
-      row += bytes;
-    }
-    Attribute made{attribute.name, Domain::Vertex, attribute.type, attribute.components, {}};
-    made.values.reserve(chosen_.size() * bytes);
-    for (const std::uint32_t vertex : chosen_) {
-      made.values.insert(made.values.end(), all.row(vertex), all.row(vertex) + bytes);
-    }
-    return made;
+    return rowsOf(splitter_.withNewRows(attribute), chosen_);
   }
 
   const Slab& slab_;

@@ -45,13 +45,14 @@ std::vector<std::uint32_t> apexesOf(const TriangleMesh& mesh, const SurfaceEdges
 
 }  // namespace
 
-Result<void> fillHoles(TriangleMesh& mesh, const MendSurfaceOptions& options, Changes& changes) {
+Result<void> fillHoles(TriangleMesh& mesh, const MendSurfaceOptions& options,
+                       const model::UnitScale& scale, Changes& changes) {
   const SurfaceEdges edges = edgesOf(mesh);
   const auto loops = boundaryLoops(mesh, edges);
   double widest = 0;
   std::size_t tooWide = 0;
   for (const auto& loop : loops) {
-    const double width = widthOf(mesh, loop);
+    const double width = scale.fromUnit(widthOf(mesh, loop));
     widest = std::max(widest, width);
     if (options.maxHole && width > *options.maxHole) ++tooWide;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "t4d/edit/split_cells.h"
+#include "t4d/model/attribute_rows.h"
 
 namespace t4d::edit {
 namespace {
@@ -131,9 +132,11 @@ class CellPlaces {
 };
 
 /// The slabs of a mesh whose cells no cut splits any more, sorted by slab.
-Result<model::Mesh> assembled(const std::vector<Point4>& vertices,
-                              std::vector<std::vector<Cell>> cells,
+/// `cellsOf` are the cells of `mesh` that they were, in each slab, if it has attributes.
+Result<model::Mesh> assembled(const Mesh4d& mesh, std::vector<std::vector<Cell>> cells,
+                              const std::vector<std::vector<std::uint32_t>>& cellsOf,
                               const std::vector<double>& bounds) {
+  const std::vector<Point4>& vertices = mesh.vertices;
   constexpr std::uint32_t kUnused = ~std::uint32_t{0};
   const std::size_t count = cells.size();
   // The layer between two slabs: the vertices at its time that either of them has.
@@ -158,15 +161,18 @@ Result<model::Mesh> assembled(const std::vector<Point4>& vertices,
     }
   }
   for (auto& layer : layers) std::ranges::sort(layer);
-  model::Mesh mesh;
+  model::Mesh made;
   std::vector<std::uint32_t> number(vertices.size());
+  std::vector<std::uint32_t> chosen;
   for (std::size_t i = 0; i < count; ++i) {
     std::ranges::sort(inside[i]);
     auto connectivity = std::make_shared<model::Connectivity>();
     model::Slab slab;
     slab.timeBegin = bounds[i];
     slab.timeEnd = bounds[i + 1];
+    chosen.clear();
     for (const auto* some : {&layers[i], &inside[i], &layers[i + 1]}) {
+      chosen.insert(chosen.end(), some->begin(), some->end());
       for (const std::uint32_t vertex : *some) {
         number[vertex] = static_cast<std::uint32_t>(slab.vertices.size());
         slab.vertices.push_back(vertices[vertex]);
@@ -180,9 +186,13 @@ Result<model::Mesh> assembled(const std::vector<Point4>& vertices,
       for (std::uint32_t& corner : cell) corner = number[corner];
     }
     slab.connectivity = std::move(connectivity);
-    if (auto put = mesh.put(slab); !put) return pass(put.error());
+    for (const model::Attribute& attribute : mesh.attributes) {
+      const bool ofCells = attribute.domain == model::Domain::Cell;
+      slab.attributes.push_back(rowsOf(attribute, ofCells ? cellsOf[i] : chosen));
+    }
+    if (auto put = made.put(slab); !put) return pass(put.error());
   }
-  return mesh;
+  return made;
 }
 
 Result<model::Mesh> oneSlab(Mesh4d mesh, const std::vector<double>& times) {
@@ -190,7 +200,8 @@ Result<model::Mesh> oneSlab(Mesh4d mesh, const std::vector<double>& times) {
   connectivity->vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
   connectivity->cells = std::move(mesh.cells);
   model::Mesh slabs;
-  auto put = slabs.put({times.front(), times.back(), std::move(mesh.vertices), connectivity, {}});
+  auto put = slabs.put({times.front(), times.back(), std::move(mesh.vertices), connectivity,
+                        std::move(mesh.attributes)});
   if (!put) return pass(put.error());
   return slabs;
 }
@@ -227,10 +238,17 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
   CellSplitter splitter(mesh.vertices);
   std::vector<Cell> parts;
   std::vector<Cell> after;
-  for (const Cell& cell : mesh.cells) {
+  std::vector<std::vector<std::uint32_t>> cellsOf(cells.size());
+  const auto noteCell = [&](std::size_t slab, std::size_t cell) {
+    if (mesh.attributes.empty()) return;
+    cellsOf[slab].resize(cells[slab].size(), static_cast<std::uint32_t>(cell));
+  };
+  for (std::size_t i = 0; i < mesh.cells.size(); ++i) {
+    const Cell& cell = mesh.cells[i];
     std::size_t slab = places.slabOf(cell);
     if (!places.isSplit(cell)) {
       cells[slab].push_back(cell);
+      noteCell(slab, i);
       continue;
     }
     parts = {cell};
@@ -246,15 +264,22 @@ Result<CutMesh> cutIntoSlabs(Mesh4d mesh, const SlabCuts& cuts) {
         }
       }
       parts = after;
+      noteCell(slab, i);
     }
     cells[slab].insert(cells[slab].end(), parts.begin(), parts.end());
+    noteCell(slab, i);
   }
   mesh.cells = std::vector<Cell>();  // half of the memory
   result.newVertices = splitter.cutEdges().size();
   std::vector<double> bounds = {times.front()};
   bounds.insert(bounds.end(), at.begin(), at.end());
   bounds.push_back(times.back());
-  auto slabs = assembled(mesh.vertices, std::move(cells), bounds);
+  for (model::Attribute& attribute : mesh.attributes) {
+    if (attribute.domain == model::Domain::Vertex) {
+      attribute = splitter.withNewRows(std::move(attribute));
+    }
+  }
+  auto slabs = assembled(mesh, std::move(cells), cellsOf, bounds);
   if (!slabs) return pass(slabs.error());
   result.mesh = std::move(*slabs);
   return result;

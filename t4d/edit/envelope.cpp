@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -11,6 +12,8 @@
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/measure/lattice_surface.h"
+#include "t4d/measure/offset_surface.h"
+#include "t4d/measure/parallel_for.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/measure/visit_lattice.h"
 #include "t4d/model/union_find.h"
@@ -43,24 +46,74 @@ double sizeForParts(const Silhouette& silhouette) {
   return silhouette.partExtent > 0 ? roundedDown(silhouette.partExtent / 4) : 0;
 }
 
-/// The smallest voxels, but no smaller than `size`, that fit into memory and to the coordinates;
-/// nothing if those as large as the whole surface do not.
-std::optional<double> fittingVoxelSize(const TriangleMesh& surface, double size, double maxBytes) {
+/// How far coordinates are off, at most: computed ones, and those that are written.
+double roundingOf(const model::Bounds3& bounds, const EnvelopeOptions& options) {
+  constexpr double kDouble = 0x1p-46;
+  const auto largest = [&](const Point3& from) {
+    return std::max((bounds.max - from).cwiseAbs().maxCoeff(),
+                    (bounds.min - from).cwiseAbs().maxCoeff());
+  };
+  const double computed = kDouble * largest(Point3::Zero());
+  if (!options.singlePrecisionAbout) return computed;
+  constexpr double kSingle = 0x1p-23;  // half a unit in the last place, along three axes
+  return computed + kSingle * largest(*options.singlePrecisionAbout);
+}
+
+/// The distance that the envelope keeps.
+double reachOf(const model::Bounds3& bounds, const EnvelopeOptions& options) {
+  return *options.reach + roundingOf(bounds, options);
+}
+
+Result<SpaceLattice> latticeFor(const TriangleMesh& surface, double size,
+                                const EnvelopeOptions& options) {
+  model::Bounds3 bounds = model::boundsOf(surface);
+  if (options.reach) {
+    const double margin = measure::offsetMargin(reachOf(bounds, options), size);
+    bounds.min.array() -= margin;
+    bounds.max.array() += margin;
+  }
+  return SpaceLattice::about(bounds, size);
+}
+
+/// What a surface about the silhouette takes, in times of what the one through it does.
+constexpr double kOffsetBytes = 2;
+constexpr double kOffsetSeconds = 4;
+
+double bytesFor(const TriangleMesh& surface, const SpaceLattice& lattice,
+                const EnvelopeOptions& options) {
+  return VisitLattice::estimatedBytes(surface, lattice) * (options.reach ? kOffsetBytes : 1);
+}
+
+double secondsFor(const TriangleMesh& surface, const SpaceLattice& lattice,
+                  const EnvelopeOptions& options) {
+  return VisitLattice::estimatedSeconds(surface, lattice) * (options.reach ? kOffsetSeconds : 1);
+}
+
+/// The smallest voxels, but no smaller than `size`, that fit into memory, this time and to the
+/// coordinates; nothing if those as large as the whole surface do not.
+std::optional<double> fittingVoxelSize(const TriangleMesh& surface, double size,
+                                       const EnvelopeOptions& options,
+                                       double seconds = std::numeric_limits<double>::infinity()) {
   const model::Bounds3 bounds = model::boundsOf(surface);
   const double extent = (bounds.max - bounds.min).maxCoeff();
+  // Smaller ones are more than there can be, however small.
+  size = std::max(size, extent / SpaceLattice::kMostPoints);
   while (true) {
-    const auto lattice = SpaceLattice::about(bounds, size);
-    const double bytes = lattice ? VisitLattice::estimatedBytes(surface, *lattice) : 0;
-    if (lattice && bytes <= maxBytes) return size;
+    const auto lattice = latticeFor(surface, size, options);
+    double excess = 4;
+    if (lattice) {
+      excess = std::max(bytesFor(surface, *lattice, options) / options.maxBytes,
+                        secondsFor(surface, *lattice, options) / seconds);
+      if (excess <= 1) return size;
+    }
     if (size > extent) return std::nullopt;
-    // Memory grows with the inverse square.
-    const double factor = lattice ? std::sqrt(bytes / maxBytes) : 2;
-    size = roundedUp(size * std::max(factor, 1.02));
+    // Memory and time grow with the inverse square.
+    size = roundedUp(size * std::max(std::sqrt(excess), 1.02));
   }
 }
 
-std::string fittingText(const TriangleMesh& surface, double size, double maxBytes) {
-  const auto fitting = fittingVoxelSize(surface, size, maxBytes);
+std::string fittingText(const TriangleMesh& surface, double size, const EnvelopeOptions& options) {
+  const auto fitting = fittingVoxelSize(surface, size, options);
   return fitting ? fmt::format("{} fits", *fitting) : "no voxel size fits";
 }
 
@@ -77,34 +130,6 @@ std::uint64_t partsOf(const TriangleMesh& surface) {
   std::uint64_t count = 0;
   for (std::uint32_t i = 0; i < used.size(); ++i) count += used[i] && parts.root(i) == i ? 1 : 0;
   return count;
-}
-
-/// Why an envelope on a lattice is not all there.
-std::vector<std::string> lossesOf(const Silhouette& silhouette, const Envelope& envelope,
-                                  const EnvelopeOptions& options) {
-  std::vector<std::string> losses;
-  const double size = envelope.voxelSize;
-  const bool chosen = options.voxelSize > 0;
-  if (size > (chosen ? silhouette.partExtent : silhouette.partExtent / 4) &&
-      silhouette.partExtent > 0) {
-    losses.push_back(fmt::format(
-        "parts of the solid may be missing: one is only {:.3g} wide, and a voxel is {}{}",
-        silhouette.partExtent, size, chosen ? "" : ", the smallest by default"));
-  }
-  constexpr double kVolume = 0.95;
-  if (envelope.volume < kVolume * silhouette.solidVolume) {
-    losses.push_back(
-        fmt::format("voxels of {} are too large: the envelope has a volume of {:.6g}, but the "
-                    "solid has {:.6g} already at one time",
-                    size, envelope.volume, silhouette.solidVolume));
-  }
-  const std::uint64_t parts = partsOf(silhouette.surface);
-  if (envelope.components > parts) {
-    losses.push_back(fmt::format(
-        "voxels of {} are too large: the envelope is in {} pieces, but no more than {} can be",
-        size, envelope.components, parts));
-  }
-  return losses;
 }
 
 /// Counts parts and cavities by the volumes that connected surfaces enclose.
@@ -140,6 +165,34 @@ TriangleMesh roundedTo(const EnvelopeOptions& options, TriangleMesh mesh) {
   return mesh;
 }
 
+/// Why an envelope is too fine.
+Error tooFine(double voxelSize, const EnvelopeOptions& options) {
+  const bool single = options.singlePrecisionAbout.has_value();
+  return {ErrorCode::Unsupported,
+          fmt::format("rounding the vertices to {} makes triangles cross: a voxel size of {} is "
+                      "too small for coordinates of this size",
+                      single ? "float32" : "float64", voxelSize),
+          {},
+          {},
+          single ? Remedy::None : Remedy::VoxelSize};
+}
+
+/// The surface about the places within the reach, as it will be written.
+Result<void> makeOffset(const TriangleMesh& surface, const VisitLattice& visits,
+                        const EnvelopeOptions& options, Envelope& envelope,
+                        const model::Progress& progress) {
+  const double reach = reachOf(model::boundsOf(surface), options);
+  auto offset = measure::offsetSurface(surface, visits, reach, progress);
+  envelope.errorBound = offset.farthest;
+  envelope.mesh = roundedTo(options, std::move(offset.mesh));
+  if (!findsCrossings()) return {};
+  const auto crossings = findCrossings(envelope.mesh, 1);
+  if (!crossings) return pass(crossings.error());
+  if (!crossings->none()) return pass(tooFine(envelope.voxelSize, options));
+  envelope.selfIntersections = 0;
+  return {};
+}
+
 /// Fails, without saying what to do, if rounding makes triangles cross. Empty if no point of the
 /// lattice is within.
 Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
@@ -148,26 +201,31 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
   envelope.voxelSize = voxelSize;
   envelope.errorBound = std::numbers::sqrt3 * voxelSize;
   const TriangleMesh& surface = silhouette.surface;
-  auto lattice = SpaceLattice::about(model::boundsOf(surface), voxelSize);
+  auto lattice = latticeFor(surface, voxelSize, options);
   if (!lattice) {
     Error error = lattice.error();
-    error.message += "; " + fittingText(surface, voxelSize, options.maxBytes);
+    error.message += "; " + fittingText(surface, voxelSize, options);
     return pass(std::move(error));
   }
-  const double bytes = VisitLattice::estimatedBytes(surface, *lattice);
+  const double bytes = bytesFor(surface, *lattice, options);
   if (bytes > options.maxBytes) {
     return fail(ErrorCode::Unsupported,
                 fmt::format("a voxel size of {} would need about {:.1f} GiB of memory, more than "
                             "{:.3g} GiB; {}",
                             voxelSize, bytes / kGiB, options.maxBytes / kGiB,
-                            fittingText(surface, voxelSize, options.maxBytes)),
+                            fittingText(surface, voxelSize, options)),
                 {}, Remedy::VoxelSize);
   }
-  const VisitLattice visits(surface, std::move(*lattice), [&](double done) {
-    if (progress) progress(0.7 * done);
-  });
+  const VisitLattice visits(surface, std::move(*lattice),
+                            measure::partOf(progress, 0, options.reach ? 0.2 : 0.5),
+                            /*withCrossings=*/!options.reach);
+  if (options.reach) {
+    auto done = makeOffset(surface, visits, options, envelope, measure::partOf(progress, 0.2, 0.8));
+    if (!done) return pass(done.error());
+    return envelope;
+  }
   LatticeSurface made(visits);
-  if (progress) progress(0.8);
+  if (progress) progress(0.6);
   while (true) {
     envelope.mesh = roundedTo(options, made.mesh());
     if (!findsCrossings()) break;
@@ -181,27 +239,77 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
     std::vector<std::uint32_t> crossing = crossings->flat;
     for (const auto& [a, b] : crossings->pairs) crossing.insert(crossing.end(), {a, b});
     if (!made.makePlain(crossing)) {
-      const bool single = options.singlePrecisionAbout.has_value();
-      return fail(
-          ErrorCode::Unsupported,
-          fmt::format("rounding the vertices to {} makes triangles cross: a voxel size of {} "
-                      "is too small for coordinates of this size",
-                      single ? "float32" : "float64", voxelSize),
-          {}, single ? Remedy::None : Remedy::VoxelSize);
+      return pass(tooFine(voxelSize, options));
     }
   }
   return envelope;
 }
 
-/// The first size from `from` on, each `factor` times that before, with which there is an envelope;
-/// 0 if there is none as far as `last`, or as memory allows.
-double workingVoxelSize(const Silhouette& silhouette, const EnvelopeOptions& options, double from,
-                        double factor, double last) {
-  for (double size = from; factor < 1 ? size >= last : size <= last;
-       size = roundedUp(size * factor)) {
+/// What a voxel size takes, if that is too much for a default.
+std::string costText(const TriangleMesh& surface, double size, const EnvelopeOptions& options) {
+  const auto lattice = latticeFor(surface, size, options);
+  if (!lattice) return "more voxels than are possible";
+  return fmt::format("about {:.0f} s of one core and {:.1f} GiB of memory",
+                     secondsFor(surface, *lattice, options),
+                     bytesFor(surface, *lattice, options) / kGiB);
+}
+
+bool fitsDefault(const TriangleMesh& surface, double size, const EnvelopeOptions& options) {
+  return fittingVoxelSize(surface, size, options, kDefaultSeconds) == size;
+}
+
+/// Which voxels smaller than those that found nothing do: tried as long as that takes no longer
+/// than a default.
+std::string finerText(const Silhouette& silhouette, const EnvelopeOptions& options, double from) {
+  for (double size = from;; size = roundedUp(size / 2)) {
+    if (!fitsDefault(silhouette.surface, size, options)) {
+      return fmt::format("{} may find it, but takes {}", size,
+                         costText(silhouette.surface, size, options));
+    }
+    const auto tried = withVoxels(size, silhouette, options, {});
+    if (tried && !tried->mesh.triangles.empty()) return fmt::format("{} finds it", size);
+  }
+}
+
+/// Why an envelope on a lattice is not all there.
+std::vector<std::string> lossesOf(const Silhouette& silhouette, const Envelope& envelope,
+                                  const EnvelopeOptions& options) {
+  std::vector<std::string> losses;
+  const double size = envelope.voxelSize;
+  const bool chosen = options.voxelSize > 0;
+  if (size > (chosen ? silhouette.partExtent : silhouette.partExtent / 4) &&
+      silhouette.partExtent > 0) {
+    const double fine = sizeForParts(silhouette);
+    losses.push_back(fmt::format(
+        "parts of the solid may be missing: one is only {:.3g} wide, and a voxel is {}{}",
+        silhouette.partExtent, size,
+        chosen ? ""
+               : fmt::format(", since {} takes {}", fine,
+                             costText(silhouette.surface, fine, options))));
+  }
+  constexpr double kVolume = 0.95;
+  if (envelope.volume < kVolume * silhouette.solidVolume) {
+    losses.push_back(
+        fmt::format("voxels of {} are too large: the envelope has a volume of {:.6g}, but the "
+                    "solid has {:.6g} already at one time",
+                    size, envelope.volume, silhouette.solidVolume));
+  }
+  const std::uint64_t parts = partsOf(silhouette.surface);
+  if (envelope.components > parts) {
+    losses.push_back(fmt::format(
+        "voxels of {} are too large: the envelope is in {} pieces, but no more than {} can be",
+        size, envelope.components, parts));
+  }
+  return losses;
+}
+
+/// The first size of twice, four times ... as large voxels that float32 can hold; 0 if none does
+/// that still finds the solid.
+double coarserForFloat32(const Silhouette& silhouette, const EnvelopeOptions& options, double size,
+                         double last) {
+  for (size = roundedUp(2 * size); size <= last; size = roundedUp(2 * size)) {
     const auto tried = withVoxels(size, silhouette, options, {});
     if (tried && !tried->mesh.triangles.empty()) return size;
-    if (!tried && factor < 1) return 0;
   }
   return 0;
 }
@@ -209,13 +317,13 @@ double workingVoxelSize(const Silhouette& silhouette, const EnvelopeOptions& opt
 Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& options,
                            const model::Progress& progress) {
   const double size =
-      options.voxelSize > 0 ? options.voxelSize : defaultVoxelSize(silhouette, options.maxBytes);
+      options.voxelSize > 0 ? options.voxelSize : defaultVoxelSize(silhouette, options);
   auto envelope = withVoxels(size, silhouette, options, progress);
   const double forParts = sizeForParts(silhouette);
   if (!envelope) {
     Error error = envelope.error();
     if (options.singlePrecisionAbout && error.remedy == Remedy::None) {
-      const double works = workingVoxelSize(silhouette, options, roundedUp(2 * size), 2, forParts);
+      const double works = coarserForFloat32(silhouette, options, size, forParts);
       error.message += works > 0 ? fmt::format("; {} works", works)
                                  : std::string("; none that finds the solid is large enough");
     }
@@ -223,11 +331,9 @@ Result<Envelope> onLattice(const Silhouette& silhouette, const EnvelopeOptions& 
   }
   if (envelope->mesh.triangles.empty() && silhouette.visitsVolume > 0) {
     const double first = forParts > 0 ? std::min(forParts, size / 2) : size / 2;
-    const double works = workingVoxelSize(silhouette, options, roundedDown(first), 0.5, 0);
     return fail(ErrorCode::Failed,
                 fmt::format("a voxel size of {} finds nothing of the solid; {}", size,
-                            works > 0 ? fmt::format("{} finds it", works)
-                                      : std::string("it is too thin for this much memory")),
+                            finerText(silhouette, options, roundedDown(first))),
                 {}, Remedy::VoxelSize);
   }
   return envelope;
@@ -270,7 +376,7 @@ Result<Envelope> exactly(const Silhouette& silhouette, const EnvelopeOptions& op
 
 }  // namespace
 
-double defaultVoxelSize(const Silhouette& silhouette, double maxBytes) {
+double defaultVoxelSize(const Silhouette& silhouette, const EnvelopeOptions& options) {
   const model::Bounds3 bounds = model::boundsOf(silhouette.surface);
   if (bounds.empty()) return 0;
   const double extent = (bounds.max - bounds.min).maxCoeff();
@@ -278,19 +384,24 @@ double defaultVoxelSize(const Silhouette& silhouette, double maxBytes) {
   if (!(size > 0)) return 0;
   const double usual = roundedUp(size);
   const double forParts = sizeForParts(silhouette);
-  if (forParts == 0 || usual <= forParts) return usual;
-  const double finest = std::max(forParts, roundedUp(extent / kMostByDefault));
-  return std::min(usual, fittingVoxelSize(silhouette.surface, finest, maxBytes).value_or(usual));
+  const double finest =
+      forParts == 0 ? usual
+                    : std::min(usual, std::max(forParts, roundedUp(extent / kMostByDefault)));
+  return fittingVoxelSize(silhouette.surface, finest, options, kDefaultSeconds).value_or(usual);
 }
 
 Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions& options,
                             const model::Progress& progress) {
+  if (options.exact && options.reach) {
+    return fail(ErrorCode::Unsupported,
+                "an exact envelope cannot be made to contain what is in reach of it");
+  }
   if (silhouette.surface.triangles.empty()) return Envelope{};
   auto envelope =
       options.exact ? exactly(silhouette, options) : onLattice(silhouette, options, progress);
   if (!envelope) return envelope;
   measureParts(*envelope);
-  if (!options.exact) envelope->losses = lossesOf(silhouette, *envelope, options);
+  if (!options.exact && !options.reach) envelope->losses = lossesOf(silhouette, *envelope, options);
   if (progress) progress(1);
   return envelope;
 }

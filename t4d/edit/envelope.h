@@ -13,6 +13,10 @@ namespace t4d::edit {
 struct EnvelopeOptions {
   /// The spacing of the lattice on which visits are counted; 0 for defaultVoxelSize.
   double voxelSize = 0;
+  /// Make an envelope that contains every place no farther than this from where the solid has been,
+  /// in length units: with the bound of chords (measure/chord_bound.h), every place of the true
+  /// motion. Not with `exact`.
+  std::optional<double> reach = {};
   /// The most memory to use.
   double maxBytes = 4.0 * (1U << 30);
   /// Cut the triangles of the silhouette where they meet, instead of counting on a lattice.
@@ -25,7 +29,8 @@ struct EnvelopeOptions {
 struct Envelope {
   model::TriangleMesh mesh;  ///< closed, oriented, manifold; empty if nothing has a volume
   double voxelSize = 0;      ///< 0 if it is exact
-  /// Every place that is farther than this from the true boundary is on its true side.
+  /// Every place that is farther than this from the true boundary is on its true side. With a
+  /// reach, no place within is farther than this from where the solid has been.
   double errorBound = 0;
   double volume = 0;
   std::uint64_t components = 0;  ///< connected parts of the solid
@@ -36,11 +41,15 @@ struct Envelope {
   std::vector<std::string> losses = {};  ///< what is missing, or may be, each a sentence
 };
 
+/// The time that the default voxel size is made for, in seconds of one core
+/// (VisitLattice::estimatedSeconds).
+inline constexpr double kDefaultSeconds = 20;
+
 /// A 64th of the solid's extent at its first time, but no less than a 512th of the envelope's;
-/// at most a quarter of the smallest extent of a component of the solid, or, if that needs more
-/// memory than `maxBytes`, the smallest that does not; but no less than a 4096th of the envelope's.
-/// Rounded to two digits. 0 for a silhouette without extent.
-double defaultVoxelSize(const measure::Silhouette& silhouette, double maxBytes);
+/// at most a quarter of the smallest extent of a component of the solid, but no less than a 4096th
+/// of the envelope's. Larger if that takes more than `maxBytes` or kDefaultSeconds. Rounded to two
+/// digits. 0 for a silhouette without extent.
+double defaultVoxelSize(const measure::Silhouette& silhouette, const EnvelopeOptions& options);
 
 /// The envelope of a 4D mesh, or of several whose silhouettes have been put together (`add`): where
 /// the winding number of the silhouette is 1 or more.
@@ -51,6 +60,9 @@ double defaultVoxelSize(const measure::Silhouette& silhouette, double maxBytes);
 /// solid, and where it has more components than the silhouette. Smooth boundaries converge
 /// with the second order, and edges stay sharp. Where vertices that are rounded make triangles
 /// cross, the cubes there are made plain.
+///
+/// With a reach it is an OffsetSurface of the lattice (measure/offset_surface.h), with the rounding
+/// of coordinates added to the reach. What is thin is in it, too.
 ///
 /// The exact one is the outer surface (outer_surface.h), with its vertices rounded and what touches
 /// itself moved apart.

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "t4d/edit/surface_crossings.h"
@@ -12,6 +13,8 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion_reader.h"
 #include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/measure/chord_bound.h"
+#include "t4d/measure/visit_lattice.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/surface_check.h"
@@ -178,6 +181,11 @@ TEST(Envelope, RefusesAVoxelSizeThatNeedsTooMuchMemoryAndSaysOneThatFits) {
   const auto tooMany = envelopeOf(silhouette, {.voxelSize = 1e-7});
   ASSERT_FALSE(tooMany);
   EXPECT_TRUE(tooMany.error().text().ends_with("; 0.038 fits")) << tooMany.error().text();
+  for (const double size : {1e-30, 1e-308, 5e-324}) {
+    const auto far = envelopeOf(silhouette, {.voxelSize = size});
+    ASSERT_FALSE(far);
+    EXPECT_TRUE(far.error().text().ends_with(" fits")) << far.error().text();
+  }
 }
 
 TEST(Envelope, OfASmallSolidThatMovesFarIsFound) {
@@ -227,6 +235,135 @@ TEST(Envelope, OfAMeshWithoutVolumeIsEmpty) {
   const auto envelope = envelopeOf({}, {});
   ASSERT_TRUE(envelope);
   EXPECT_TRUE(envelope->mesh.triangles.empty());
+}
+
+/// A solid, swept, and its envelope that contains the motion.
+struct Outside {
+  model::Motion motion;
+  Envelope envelope;
+  double chordBound = 0;
+};
+
+Outside outsideOf(const TriangleMesh& solid, const model::Screw& screw, std::uint64_t steps,
+                  EnvelopeOptions options) {
+  const model::ScrewRun run{1, screw, 1};
+  auto motion = model::chainScrews(0, {&run, 1});
+  EXPECT_TRUE(motion);
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(
+      solid, *motion, {.steps = mesh4d::StepsPerSegment{steps}, .caps = mesh4d::CapMethod::Cone},
+      mesh));
+  const auto silhouette = measure::silhouetteOf(mesh);
+  EXPECT_TRUE(silhouette) << silhouette.error().text();
+  const auto bound = measure::chordBound(mesh, {0, 1});
+  EXPECT_TRUE(bound && *bound);
+  options.reach = (*bound)->bound + (*bound)->rounding;
+  return {std::move(*motion), made(*silhouette, options), *options.reach};
+}
+
+/// Looks for places of the true motion that are not within, among the corners, the middles of edges
+/// and places on faces of the solid, at many times.
+void expectWithin(const Outside& outside, const TriangleMesh& solid, int times,
+                  std::size_t stride = 1) {
+  const measure::WindingNumber winding(outside.envelope.mesh);
+  std::size_t out = 0;
+  for (int k = 0; k <= times; ++k) {
+    const double time = static_cast<double>(k) / times;
+    const auto pose = outside.motion.at(time);
+    for (std::size_t i = k % stride; i < solid.triangles.size(); i += stride) {
+      const auto& [a, b, c] = solid.triangles[i];
+      const Point3& p = solid.vertices[a];
+      const Point3& q = solid.vertices[b];
+      const Point3& r = solid.vertices[c];
+      for (const Point3& point : {p, Point3((p + q) / 2), Point3((p + q + r) / 3),
+                                  Point3(0.8 * p + 0.15 * q + 0.05 * r)}) {
+        const Point3 place = pose(point);
+        if (std::abs(winding.at(place)) > 0.75) continue;
+        out += winding.exactAt(place) > 0.5 ? 0 : 1;
+      }
+    }
+  }
+  EXPECT_EQ(out, 0);
+}
+
+TEST(Envelope, OutsideContainsTheTrueMotion) {
+  TriangleMesh plate = fixtures::cube(2);
+  for (Point3& v : plate.vertices) v = {5 * v.x(), 3 * v.y(), 0.01 * v.z() + 2};
+  const TriangleMesh bar = fixtures::translated(fixtures::cube(1), {4, 0, 0});
+  const model::Screw turn{{0, 0, 0}, Point3::UnitZ(), 90, {0, 0, 1}};
+  const model::Screw skew{{0.5, 1, 0}, Point3(1, 2, -1).normalized(), 300, {2, 1, 0.5}};
+  const model::Screw straight{{0, 0, 0}, Point3::UnitZ(), 0, {3, 1, -2}};
+  for (const TriangleMesh& solid :
+       {bar, plate, fixtures::pebble(1.5, 60), fixtures::torus(2, 0.5, 9, 6)}) {
+    for (const auto& [screw, steps] :
+         {std::pair(turn, 1U), std::pair(turn, 7U), std::pair(skew, 5U), std::pair(straight, 1U)}) {
+      for (const double voxelSize : {0.6, 1.3}) {
+        for (const bool single : {false, true}) {
+          SCOPED_TRACE(testing::Message() << steps << " " << voxelSize << " " << single);
+          EnvelopeOptions options{.voxelSize = voxelSize};
+          if (single) options.singlePrecisionAbout = Point3(0.1, 0, 0);
+          const Outside outside = outsideOf(solid, screw, steps, options);
+          expectWithin(outside, solid, 31);
+          // As near as it says, and no nearer than it must be.
+          EXPECT_GE(outside.envelope.errorBound, outside.chordBound);
+          EXPECT_LE(outside.envelope.errorBound,
+                    outside.chordBound + 1.85 * outside.envelope.voxelSize);
+        }
+      }
+    }
+  }
+}
+
+TEST(Envelope, OutsideContainsTheTrueMotionOfRealMeshes) {
+  const model::Screw screw{{0, 1, 0}, Point3(1, 3, 2).normalized(), 140, {0.3, 0.1, 0.2}};
+  for (const char* name : {"fish_low_resolution.obj", "spot_low_resolution.obj", "wingnut.obj"}) {
+    const std::filesystem::path path = std::filesystem::path(T4D_SHARED_MESHES) / name;
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no file " << path;
+    const auto read = formats::readTriangleMesh(path);
+    ASSERT_TRUE(read) << read.error().text();
+    SCOPED_TRACE(name);
+    const model::Bounds3 bounds = model::boundsOf(read->mesh);
+    const double size = (bounds.max - bounds.min).maxCoeff();
+    const Outside outside = outsideOf(read->mesh, screw, 5, {.voxelSize = size / 20});
+    expectWithin(outside, read->mesh, 20, 1 + read->mesh.triangles.size() / 100);
+  }
+}
+
+TEST(Envelope, OutsideHasWhatIsThinnerThanVoxels) {
+  TriangleMesh sheet = fixtures::cube(2);
+  for (Point3& v : sheet.vertices) v = {10 * v.x(), 7 * v.y(), 1e-6 * v.z()};
+  const Outside outside = outsideOf(sheet, {.translation = {0.5, 0, 0}}, 1, {.voxelSize = 0.5});
+  expectWithin(outside, sheet, 5);
+  EXPECT_EQ(outside.envelope.components, 1);
+  EXPECT_TRUE(outside.envelope.losses.empty());
+  const auto lost =
+      envelopeOf(silhouetteOfScrew(sheet, {.translation = {0.5, 0, 0}}), {.voxelSize = 0.5});
+  ASSERT_FALSE(lost);
+  EXPECT_THAT(lost.error().message, testing::HasSubstr("5e-07 may find it"));
+}
+
+TEST(Envelope, OfASheetTakesADefaultThatFitsItsTime) {
+  // Quarters of their thickness would take minutes or hours.
+  for (const double thickness : {1.0, 0.002}) {
+    TriangleMesh sheet = fixtures::cube(1);
+    for (Point3& v : sheet.vertices) v = {300 * v.x(), 200 * v.y(), thickness * v.z()};
+    const Silhouette silhouette =
+        silhouetteOfScrew(sheet, {{0, 0, 0}, Point3(1, 2, 3).normalized(), 90, {0, 0, 20}});
+    const double size = defaultVoxelSize(silhouette, {});
+    EXPECT_GT(size, thickness / 4);
+    auto lattice = measure::SpaceLattice::about(model::boundsOf(silhouette.surface), size);
+    ASSERT_TRUE(lattice);
+    EXPECT_LE(measure::VisitLattice::estimatedSeconds(silhouette.surface, *lattice),
+              kDefaultSeconds);
+    EXPECT_EQ(size, defaultVoxelSize(silhouette, {.maxBytes = 1e12}));
+  }
+}
+
+TEST(Envelope, ExactAndOutsideExcludeEachOther) {
+  const auto refused = envelopeOf(silhouetteOfScrew(fixtures::cube(1), {.translation = {1, 0, 0}}),
+                                  {.reach = 0, .exact = true});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::Unsupported);
 }
 
 }  // namespace

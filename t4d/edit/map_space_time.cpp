@@ -1,7 +1,6 @@
 #include "t4d/edit/map_space_time.h"
 
-#include <Eigen/LU>
-
+#include "t4d/model/exact_sum.h"
 #include "t4d/model/flat_mesh.h"
 #include "t4d/model/sinks.h"
 
@@ -9,8 +8,8 @@ namespace t4d::edit {
 
 Result<MappedMesh> mapSpaceTime(const model::Source& source, const Eigen::Matrix4d& map,
                                 const model::Progress& progress) {
-  const double determinant = map.determinant();
-  if (determinant == 0) return invalid("the map leaves no solid: its determinant is 0");
+  const int sign = model::determinantSign(map);
+  if (sign == 0) return invalid("the map leaves no solid: its determinant is 0");
   MappedMesh result;
   model::NullSink nothing;
   model::AttributeNames names(nothing);
@@ -26,7 +25,7 @@ Result<MappedMesh> mapSpaceTime(const model::Source& source, const Eigen::Matrix
   mesh.cells.reserve(static_cast<std::size_t>(flat->cells.rows()));
   for (const auto& row : flat->cells.rowwise()) {
     mesh.cells.push_back({row[0], row[1], row[2], row[3]});
-    if (determinant < 0) std::swap(mesh.cells.back()[2], mesh.cells.back()[3]);
+    if (sign < 0) std::swap(mesh.cells.back()[2], mesh.cells.back()[3]);
   }
   auto cut = cutIntoSlabs(std::move(mesh));
   if (!cut) return pass(cut.error());

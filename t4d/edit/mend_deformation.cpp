@@ -110,11 +110,13 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   weld(work, options.weld, report.changes);
   auto merged = mergedPairs(before, work, options.weld);
   dropDuplicates(work, report.changes);
+  const model::UnitScale scale = model::UnitScale::of({&work});
+  if (scale.changes()) work = scale.toUnit(work);
   if (work.triangles.empty()) return invalid("no triangle has three different corners");
   dropStray(work, report.changes);
   auto kept = dropUnusedVertices(work);
   auto done = orient(work, report.changes);
-  if (done) done = fillHoles(work, options, report.changes);
+  if (done) done = fillHoles(work, options, scale, report.changes);
   if (!done) {
     Error error = done.error();
     if (error.remedy == Remedy::Remesh) error.remedy = Remedy::None;
@@ -122,6 +124,8 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   }
   const bool nested = faceOutward(work, report.changes);
   if (auto good = checkNothingToMove(work, nested); !good) return pass(good.error());
+  report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
+  for (std::size_t i = 0; i < kept.size(); ++i) work.vertices[i] = before.vertices[kept[i]];
   if (!report.changes.empty()) {
     constexpr double kTolerance = 1e-4;
     report.hausdorff = measure::surfaceDistance(before, work, kTolerance).hausdorff();
@@ -129,7 +133,6 @@ Result<MendSurfaceReport> mendDeformation(TriangleMesh& mesh,
   report.volumeAfter = signedVolume(work);
   report.closed = report.manifold = true;
   if (findsCrossings()) report.selfIntersections = 0;
-  report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
   keys = std::make_unique<KeysOfSome>(std::move(keys), mesh.vertices.size(), std::move(kept),
                                       std::move(merged));
   mesh = std::move(work);

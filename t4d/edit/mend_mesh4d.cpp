@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "t4d/measure/slab_measure.h"
+#include "t4d/model/attribute_rows.h"
 #include "t4d/model/facets.h"
 #include "t4d/model/union_find.h"
 
@@ -69,40 +71,36 @@ std::size_t weld(Mesh4d& mesh, double tolerance) {
     }
   }
   std::vector<std::uint32_t> number(count);
-  std::uint32_t kept = 0;
+  std::vector<std::uint32_t> kept;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t root = sets.root(i);  // not above i
-    number[i] = root == i ? kept++ : number[root];
-    if (root == i) mesh.vertices[number[i]] = mesh.vertices[i];
+    number[i] = root == i ? static_cast<std::uint32_t>(kept.size()) : number[root];
+    if (root != i) continue;
+    mesh.vertices[number[i]] = mesh.vertices[i];
+    kept.push_back(i);
   }
-  mesh.vertices.resize(kept);
+  mesh.vertices.resize(kept.size());
+  if (kept.size() < count) selectRows(mesh.attributes, model::Domain::Vertex, kept);
   for (Cell& cell : mesh.cells) {
     for (std::uint32_t& corner : cell) corner = number[corner];
   }
-  return count - kept;
+  return count - kept.size();
 }
 
 /// Removes cells with two equal corners. Returns how many.
 std::size_t dropCollapsed(Mesh4d& mesh) {
-  return std::erase_if(mesh.cells, [](Cell cell) {
+  const auto collapsed = [](Cell cell) {
     std::ranges::sort(cell);
     return std::ranges::adjacent_find(cell) != cell.end();
-  });
-}
-
-/// 24 times what the cells enclose, about the first vertex, where few digits are lost.
-double signedHypervolume(const Mesh4d& mesh, const std::vector<Cell>& cells) {
-  constexpr std::size_t kAtOnce = std::size_t{1} << 16;
-  const Point4 origin = mesh.vertices.front();
-  std::vector<double> sums((cells.size() + kAtOnce - 1) / kAtOnce);
-  tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t part) {
-    for (std::size_t i = part * kAtOnce; i < std::min((part + 1) * kAtOnce, cells.size()); ++i) {
-      Eigen::Matrix4d corners;
-      for (int k = 0; k < 4; ++k) corners.row(k) = mesh.vertices[cells[i][k]] - origin;
-      sums[part] += corners.determinant();
+  };
+  if (!mesh.attributes.empty()) {
+    std::vector<std::uint32_t> kept;
+    for (std::uint32_t i = 0; i < mesh.cells.size(); ++i) {
+      if (!collapsed(mesh.cells[i])) kept.push_back(i);
     }
-  });
-  return std::accumulate(sums.begin(), sums.end(), 0.0);
+    selectRows(mesh.attributes, model::Domain::Cell, kept);
+  }
+  return std::erase_if(mesh.cells, collapsed);
 }
 
 void turn(Cell& cell) { std::swap(cell[2], cell[3]); }
@@ -174,7 +172,7 @@ std::optional<std::size_t> orient(Mesh4d& mesh) {
       if (state[cell] == State::Turned) turn(result[cell]);
       partCells.push_back(result[cell]);
     }
-    const bool inverted = signedHypervolume(mesh, partCells) < 0;
+    const bool inverted = measure::hypervolumeSign(mesh.vertices, partCells) < 0;
     for (const std::uint32_t cell : part) {
       if (inverted) turn(result[cell]);
       turned += (state[cell] == State::Turned) != inverted ? 1 : 0;
@@ -269,11 +267,11 @@ Result<Mend4dReport> mendMesh4d(Mesh4d& mesh, const Mend4dOptions& options) {
     }
   }
   if (!report.closed || !report.oriented) return report;
-  const double hypervolume = signedHypervolume(mesh, mesh.cells);
-  if (hypervolume < 0 && wasOriented) {
+  const int sign = measure::hypervolumeSign(mesh.vertices, mesh.cells);
+  if (sign < 0 && wasOriented) {
     for (Cell& cell : mesh.cells) turn(cell);
     report.changes.emplace_back("turned the mesh inside out: it enclosed a negative hypervolume");
-  } else if (!(hypervolume > 0)) {
+  } else if (sign <= 0) {
     if (!options.allowOpen) return notSolid(mesh);
     report.changes.emplace_back("encloses no hypervolume, so validation will call it invalid");
   }

@@ -1,10 +1,14 @@
 #include "t4d/edit/mend_mesh4d.h"
 
+#include <cmath>
+#include <cstring>
+
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/polytopes.h"
+#include "t4d/measure/slab_measure.h"
 
 namespace t4d::edit {
 namespace {
@@ -32,6 +36,68 @@ TEST(MendMesh4d, ChangesNothingInAMeshThatIsSound) {
   ASSERT_TRUE(report) << report.error().text();
   EXPECT_TRUE(report->closed && report->oriented && report->changes.empty());
   EXPECT_EQ(mesh.cells, cells);
+}
+
+TEST(MendMesh4d, KeepsAMeshThatFacesOutwardWhateverItsCoordinates) {
+  const Mesh4d simplex = bodyOf(fixtures::cell16());
+  for (const double far : {1e20, 1e40, 1e69}) {
+    for (std::size_t moved = 0; moved < simplex.vertices.size(); ++moved) {
+      for (int axis = 0; axis < 4; ++axis) {
+        Mesh4d mesh = simplex;
+        mesh.vertices[moved][axis] += far;
+        const auto found = measure::hypervolumeSign(mesh.vertices, mesh.cells);
+        const auto cells = mesh.cells;
+        const auto report = mendMesh4d(mesh);
+        if (found == 0) continue;
+        ASSERT_TRUE(report) << report.error().text();
+        EXPECT_EQ(mesh.cells == cells, found > 0) << far << " " << moved << " " << axis;
+        EXPECT_EQ(measure::hypervolumeSign(mesh.vertices, mesh.cells), 1);
+      }
+    }
+  }
+}
+
+TEST(MendMesh4d, MendsAtAnySize) {
+  for (const int exponent : {-465, -100, 0, 100, 465}) {
+    Mesh4d mesh = bodyOf(fixtures::cell600());
+    const auto cells = mesh.cells;
+    for (model::Point4& vertex : mesh.vertices) vertex *= std::ldexp(1.0, exponent);
+    for (std::size_t i = 0; i < mesh.cells.size(); i += 3) {
+      std::swap(mesh.cells[i][2], mesh.cells[i][3]);
+    }
+    const auto report = mendMesh4d(mesh);
+    ASSERT_TRUE(report) << report.error().text();
+    EXPECT_EQ(mesh.cells, cells) << exponent;
+  }
+}
+
+TEST(MendMesh4d, AttributesFollowWhatIsMerged) {
+  // Every tetrahedron with corners of its own.
+  const Mesh4d given = bodyOf(fixtures::cell16());
+  Mesh4d mesh;
+  std::vector<std::int32_t> ofVertices;
+  std::vector<std::int32_t> ofCells;
+  for (const model::Cell& cell : given.cells) {
+    model::Cell own{};
+    for (int i = 0; i < 4; ++i) {
+      own[i] = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.vertices.push_back(given.vertices[cell[i]]);
+      ofVertices.push_back(static_cast<std::int32_t>(cell[i]));
+    }
+    mesh.cells.push_back(own);
+    ofCells.push_back(static_cast<std::int32_t>(ofCells.size()));
+  }
+  mesh.attributes = {model::makeAttribute("v", model::Domain::Vertex, ofVertices),
+                     model::makeAttribute("c", model::Domain::Cell, ofCells)};
+  ASSERT_TRUE(mendMesh4d(mesh));
+  ASSERT_EQ(mesh.vertices.size(), given.vertices.size());
+  ASSERT_EQ(mesh.attributes[0].rows(), mesh.vertices.size());
+  ASSERT_EQ(mesh.attributes[1].rows(), mesh.cells.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    std::int32_t vertex = 0;
+    std::memcpy(&vertex, mesh.attributes[0].row(i), sizeof vertex);
+    EXPECT_EQ(mesh.vertices[i], given.vertices[static_cast<std::size_t>(vertex)]);
+  }
 }
 
 TEST(MendMesh4d, OrientsEachPartOutward) {

@@ -9,6 +9,7 @@
 #include "t4d/edit/mend_surface.h"
 #include "t4d/model/error.h"
 #include "t4d/model/triangle_mesh.h"
+#include "t4d/model/unit_scale.h"
 
 /// The steps of mendSurface, in their order. Each notes what it changed.
 namespace t4d::edit {
@@ -72,9 +73,9 @@ bool faceOutward(model::TriangleMesh& mesh, Changes& changes);
 
 // close_holes.cpp
 
-/// Closes the surface, or fails if a hole is too wide.
+/// Closes the surface, which is in the unit of `scale`, or fails if a hole is too wide.
 Result<void> fillHoles(model::TriangleMesh& mesh, const MendSurfaceOptions& options,
-                       Changes& changes);
+                       const model::UnitScale& scale, Changes& changes);
 
 // take_outer_surface.cpp
 

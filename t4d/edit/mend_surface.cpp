@@ -39,10 +39,10 @@ Result<void> separate(TriangleMesh& mesh, Changes& changes) {
   return apart;
 }
 
-/// Steps 4 to 7 of mendSurface, on an oriented mesh.
+/// Steps 4 to 7 of mendSurface, on an oriented mesh in the unit of `scale`.
 Result<void> closeAndSeparate(TriangleMesh& mesh, const MendSurfaceOptions& options,
-                              Changes& changes) {
-  if (auto filled = fillHoles(mesh, options, changes); !filled) return filled;
+                              const model::UnitScale& scale, Changes& changes) {
+  if (auto filled = fillHoles(mesh, options, scale, changes); !filled) return filled;
   const bool nested = faceOutward(mesh, changes);
   if (auto outer = takeOuterSurface(mesh, nested, changes); !outer) return outer;
   if (auto apart = separate(mesh, changes); !apart) return apart;
@@ -55,16 +55,17 @@ Result<void> closeAndSeparate(TriangleMesh& mesh, const MendSurfaceOptions& opti
 }
 
 /// The last resort.
-Result<void> remesh(TriangleMesh& mesh, double voxelSize, Changes& changes,
-                    const model::Progress& progress) {
+Result<void> remesh(TriangleMesh& mesh, double voxelSize, const model::UnitScale& scale,
+                    Changes& changes, const model::Progress& progress) {
   // Of an open surface the sign is that of its cone from the middle.
   if (signedVolume(mesh) < 0) {
     for (Triangle& triangle : mesh.triangles) reverse(triangle);
     note(changes, SurfaceFault::InsideOut, 1, "turned the surface outward");
   }
+  for (Point3& vertex : mesh.vertices) vertex = scale.fromUnit(vertex);
   auto made = remeshSurface(mesh, voxelSize, progress);
   if (!made) return pass(made.error());
-  mesh = std::move(*made);
+  mesh = scale.toUnit(*made);
   note(changes, SurfaceFault::Remeshed, mesh.triangles.size(),
        fmt::format("made a new surface of {} from voxels of {}",
                    numberOf(mesh.triangles.size(), "triangle", "triangles"), voxelSize));
@@ -79,7 +80,8 @@ Result<void> measureMove(const TriangleMesh& before, const TriangleMesh& after,
     model::Bounds3 bounds = boundsOf(before);
     bounds.add(boundsOf(after));
     constexpr double kOfMove = 1.0 / 16;
-    tolerance = std::min(tolerance, kOfMove * *options.maxMove / (bounds.max - bounds.min).norm());
+    tolerance =
+        std::min(tolerance, kOfMove * *options.maxMove / (bounds.max - bounds.min).stableNorm());
   }
   const measure::SurfaceDistance moved = measure::surfaceDistance(before, after, tolerance);
   report.hausdorff = moved.hausdorff();
@@ -155,22 +157,26 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
   weld(work, options.weld, report.changes);
   dropDuplicates(work, report.changes);
   if (work.triangles.empty()) return invalid("no triangle has three different corners");
+  const model::UnitScale scale = model::UnitScale::of({&work});
+  if (scale.changes()) work = scale.toUnit(work);
   dropStray(work, report.changes);
   dropUnusedVertices(work);
   auto done = orient(work, report.changes);
   TriangleMesh beforeHoles = work;
   const std::size_t changesBefore = report.changes.size();
-  if (done) done = closeAndSeparate(work, options, report.changes);
+  if (done) done = closeAndSeparate(work, options, scale, report.changes);
   if (!done) {
     if (!options.remesh || done.error().remedy != Remedy::Remesh) return pass(done.error());
     work = std::move(beforeHoles);
     report.changes.resize(changesBefore);
-    done = remesh(work, *options.remesh, report.changes, progress);
+    done = remesh(work, *options.remesh, scale, report.changes, progress);
     if (!done) return pass(done.error());
     const auto sound = isSound(work);
     if (!sound) return pass(sound.error());
     if (!*sound) return fail(ErrorCode::Failed, "the new surface has faults");
   }
+  report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
+  for (Point3& vertex : work.vertices) vertex = scale.fromUnit(vertex);
   if (!report.changes.empty()) {
     if (auto near = measureMove(mesh, work, options, report); !near) return pass(near.error());
   }
@@ -178,7 +184,6 @@ Result<MendSurfaceReport> mendSurface(TriangleMesh& mesh, const MendSurfaceOptio
   report.closed = true;
   report.manifold = true;
   if (findsCrossings()) report.selfIntersections = 0;
-  report.components = componentsOf(work, matesOf(work, edgesOf(work))).size();
   mesh = std::move(work);
   return report;
 }

@@ -1,6 +1,8 @@
 #include "t4d/edit/mend_surface.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <random>
@@ -110,6 +112,36 @@ Remedy remedyOf(const TriangleMesh& given, const MendSurfaceOptions& options) {
   EXPECT_FALSE(report);
   EXPECT_EQ(mesh.triangles, given.triangles);
   return report ? Remedy::None : report.error().remedy;
+}
+
+TEST(MendSurface, MendsAtAnySizeAsAtSizeOne) {
+  const std::array<TriangleMesh, 4> damaged = {
+      insideOut(fixtures::torus(3, 1, 12, 8)),
+      both(fixtures::cube(2), translated(fixtures::cube(2), {0.5, 0.3, 0.7})),
+      both(fixtures::cube(4), fixtures::cube(2)), [] {
+        TriangleMesh open = fixtures::torus(3, 1, 12, 8);
+        open.triangles.erase(open.triangles.begin() + 7, open.triangles.begin() + 11);
+        return open;
+      }()};
+  for (const TriangleMesh& given : damaged) {
+    TriangleMesh expected = given;
+    const auto wanted = mendSurface(expected);
+    ASSERT_TRUE(wanted) << wanted.error().text();
+    for (const int exponent : {-465, -190, -100, 100, 180, 465}) {
+      const double scale = std::ldexp(1.0, exponent);
+      TriangleMesh mesh = given;
+      for (Point3& vertex : mesh.vertices) vertex *= scale;
+      const auto report = mendSurface(mesh);
+      ASSERT_TRUE(report) << report.error().text();
+      ASSERT_EQ(mesh.triangles, expected.triangles) << exponent;
+      for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        EXPECT_EQ(mesh.vertices[i], expected.vertices[i] * scale);
+      }
+      ASSERT_EQ(report->changes.size(), wanted->changes.size());
+      EXPECT_EQ(report->hausdorff, wanted->hausdorff * scale);
+      EXPECT_EQ(report->volumeAfter, std::ldexp(wanted->volumeAfter, 3 * exponent));
+    }
+  }
 }
 
 TEST(MendSurface, ChangesNothingInASolid) {

@@ -9,6 +9,7 @@
 #include "t4d/edit/surface_edges.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/model/union_find.h"
+#include "t4d/model/volume.h"
 
 namespace t4d::edit {
 namespace {
@@ -116,14 +117,11 @@ std::vector<Component> componentsOf(const TriangleMesh& mesh,
     }
     components[number[sets.root(i)]].triangles.push_back(i);
   }
+  std::vector<Triangle> triangles;
   for (Component& component : components) {
-    const Point3 origin = mesh.vertices[mesh.triangles[component.triangles.front()][0]];
-    for (const std::uint32_t i : component.triangles) {
-      const auto& [a, b, c] = mesh.triangles[i];
-      component.volume += (mesh.vertices[a] - origin)
-                              .dot((mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin)) /
-                          6;
-    }
+    triangles.clear();
+    for (const std::uint32_t i : component.triangles) triangles.push_back(mesh.triangles[i]);
+    component.volume = model::signedVolume(mesh.vertices, triangles);
   }
   return components;
 }
@@ -136,9 +134,7 @@ bool faceOutward(TriangleMesh& mesh, Changes& changes) {
     ++turned;
   };
   auto components = componentsOf(mesh, matesOf(mesh, edgesOf(mesh)));
-  double whole = 0;
-  for (const Component& component : components) whole += component.volume;
-  if (whole < 0) std::ranges::for_each(components, turnAll);
+  if (signedVolume(mesh) < 0) std::ranges::for_each(components, turnAll);
   // From the largest on, so that what a component is in has its final orientation.
   std::ranges::sort(components, std::greater(),
                     [](const Component& component) { return std::abs(component.volume); });

@@ -104,6 +104,8 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
       }
     }
   }
+  if (auto kept = writer->keep(salvage->optionalChunks()); !kept) return pass(kept.error());
+  for (std::string& line : writer->losses()) report.lost.push_back({0, std::move(line), {}});
   if (auto bytes = writer->finish(); !bytes) return pass(bytes.error());
   std::stable_sort(report.lost.begin(), report.lost.end(),
                    [](const auto& a, const auto& b) { return a.offset < b.offset; });

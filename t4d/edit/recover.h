@@ -13,7 +13,7 @@
 namespace t4d::edit {
 
 struct RecoverOptions {
-  std::string generator;  ///< program and version, for the file's metadata
+  std::string generator = {};  ///< program and version, for the file's metadata
 };
 
 /// A layer of a recovered body that was closed by a cap.

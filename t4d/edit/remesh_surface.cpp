@@ -11,6 +11,7 @@
 
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/measure/winding_number.h"
+#include "t4d/model/unit_scale.h"
 
 namespace t4d::edit {
 namespace {
@@ -34,8 +35,13 @@ std::uint64_t keyOf(const Lattice& at) {
 
 class Remesher {
  public:
-  Remesher(const TriangleMesh& mesh, double step)
-      : winding_(mesh), tree_(mesh), bounds_(boundsOf(mesh)), step_(step) {
+  /// `mesh` is in the unit of `scale`, `step` is not.
+  Remesher(const TriangleMesh& mesh, double step, const model::UnitScale& scale)
+      : winding_(mesh),
+        tree_(mesh),
+        bounds_(boundsOf(mesh)),
+        step_(scale.toUnit(step)),
+        givenStep_(step) {
     // Not at round numbers, so that faces of a mesh seldom lie in a plane of the lattice.
     origin_ = bounds_.min - step_ * Point3(0.7312, 0.6171, 0.5689);
   }
@@ -50,7 +56,7 @@ class Remesher {
       if (seen_.size() > static_cast<std::size_t>(kMostRemeshedCells)) {
         return fail(ErrorCode::Unsupported,
                     fmt::format("the surface passes through more than {:.3g} voxels of size {}",
-                                kMostRemeshedCells, step_),
+                                kMostRemeshedCells, givenStep_),
                     {}, Remedy::RemeshSize);
       }
       if (!addCell(cell)) {
@@ -62,9 +68,10 @@ class Remesher {
       }
     }
     if (result_.triangles.empty()) {
-      return fail(ErrorCode::Unsupported,
-                  fmt::format("the triangles enclose nothing that voxels of size {} show", step_),
-                  {}, Remedy::RemeshSize);
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("the triangles enclose nothing that voxels of size {} show", givenStep_), {},
+          Remedy::RemeshSize);
     }
     return std::move(result_);
   }
@@ -217,6 +224,7 @@ class Remesher {
   measure::TriangleTree tree_;
   model::Bounds3 bounds_;
   double step_;
+  double givenStep_;
   Point3 origin_;
   std::unordered_set<std::uint64_t> seen_;
   std::vector<Lattice> waiting_;
@@ -230,12 +238,15 @@ class Remesher {
 Result<TriangleMesh> remeshSurface(const TriangleMesh& mesh, double voxelSize,
                                    const model::Progress& progress) {
   if (mesh.triangles.empty()) return invalid("the mesh has no triangles");
-  const model::Bounds3 bounds = boundsOf(mesh);
+  const model::UnitScale scale = model::UnitScale::of({&mesh});
+  const TriangleMesh inUnit = scale.toUnit(mesh);
+  const model::Bounds3 bounds = boundsOf(inUnit);
   const double longest = (bounds.max - bounds.min).maxCoeff();
-  const double cells = surfaceArea(mesh) / voxelSize / voxelSize;
-  if (!(voxelSize > 0) || !(longest / voxelSize < kMostSteps) || !(cells < kMostRemeshedCells)) {
-    const double least =
-        std::max(std::sqrt(surfaceArea(mesh) / kMostRemeshedCells), longest / kMostSteps);
+  const double size = scale.toUnit(voxelSize);
+  const double cells = surfaceArea(inUnit) / size / size;
+  if (!(size > 0) || !(longest / size < kMostSteps) || !(cells < kMostRemeshedCells)) {
+    const double least = scale.fromUnit(
+        std::max(std::sqrt(surfaceArea(inUnit) / kMostRemeshedCells), longest / kMostSteps));
     return fail(
         ErrorCode::Unsupported,
         fmt::format("voxels of size {} are too small: the surface would pass through {:.2g} "
@@ -243,7 +254,11 @@ Result<TriangleMesh> remeshSurface(const TriangleMesh& mesh, double voxelSize,
                     voxelSize, cells, kMostRemeshedCells, 1.5 * least),
         {}, Remedy::RemeshSize);
   }
-  return Remesher(mesh, voxelSize).remesh(progress);
+  auto made = Remesher(inUnit, voxelSize, scale).remesh(progress);
+  if (made) {
+    for (Point3& vertex : made->vertices) vertex = scale.fromUnit(vertex);
+  }
+  return made;
 }
 
 }  // namespace t4d::edit

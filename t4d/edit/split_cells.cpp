@@ -48,6 +48,19 @@ void CellSplitter::split(const Cell& cell, double time, std::vector<Cell>& befor
   splitPart(cell, side, 1, time, after);
 }
 
+model::Attribute CellSplitter::withNewRows(model::Attribute attribute) const {
+  const std::size_t bytes = attribute.rowBytes();
+  const std::size_t before = attribute.values.size();
+  attribute.values.resize(before + cutEdges_.size() * bytes);
+  std::byte* row = attribute.values.data() + before;
+  for (const auto& [from, to, fraction] : cutEdges_) {
+    // A cut edge may end at a vertex that is new itself.
+    interpolateRow(attribute, from, to, fraction, row);
+    row += bytes;
+  }
+  return attribute;
+}
+
 void CellSplitter::splitPart(const Cell& cell, const std::array<int, 4>& side, int which,
                              double time, std::vector<Cell>& into) {
   // The four triangles of the cell, clipped, and the section.

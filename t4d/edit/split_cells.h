@@ -41,6 +41,8 @@ class CellSplitter {
 
   /// One for each new vertex, in their order.
   std::span<const CutEdge> cutEdges() const { return cutEdges_; }
+  /// An attribute of the vertices given, with rows for the new ones.
+  model::Attribute withNewRows(model::Attribute attribute) const;
 
  private:
   void splitPart(const model::Cell& cell, const std::array<int, 4>& side, int which, double time,

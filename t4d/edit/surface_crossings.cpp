@@ -62,25 +62,38 @@ class PairTest {
   const std::vector<Point>& points_;
 };
 
-/// Boxes in order of their lower ends along an axis, in parts of equal numbers, and for each part
-/// those before it that reach it: each pair that meets is in one part, or between it and these.
+/// Boxes in order of their lower ends along the longest axis, in parts of equal numbers, and for
+/// each part those before it that reach it: each pair that meets is in one part, or between it and
+/// these.
 class Parts {
  public:
   explicit Parts(std::vector<Box> boxes) : boxes_(std::move(boxes)) {
     if (boxes_.empty()) return;
     CGAL::Bbox_3 all;
     for (const Box& box : boxes_) all += box.bbox();
-    int axis = 0;
-    for (int k = 1; k < 3; ++k) {
-      if (all.max(k) - all.min(k) > all.max(axis) - all.min(axis)) axis = k;
+    std::array<int, 3> axes = {0, 1, 2};
+    std::ranges::stable_sort(axes, {}, [&](int axis) { return all.min(axis) - all.max(axis); });
+    // CGAL divides along its last axis first, and looks at all pairs where that divides nothing:
+    // along the thickness of a sheet, or across a part. Its first axis is the shortest one.
+    const std::array<int, 3> order = {axes[2], axes[0], axes[1]};
+    constexpr int kLongest = 1;
+    for (Box& box : boxes_) {
+      std::array<double, 3> low{};
+      std::array<double, 3> high{};
+      for (int k = 0; k < 3; ++k) {
+        low[k] = box.min_coord(order[k]);
+        high[k] = box.max_coord(order[k]);
+      }
+      box = Box(low.data(), high.data(), box.info());
     }
-    tbb::parallel_sort(boxes_.begin(), boxes_.end(), [axis](const Box& p, const Box& q) {
-      return std::pair(p.min_coord(axis), p.info()) < std::pair(q.min_coord(axis), q.info());
+    tbb::parallel_sort(boxes_.begin(), boxes_.end(), [](const Box& p, const Box& q) {
+      return std::pair(p.min_coord(kLongest), p.info()) <
+             std::pair(q.min_coord(kLongest), q.info());
     });
     reaching_.resize((boxes_.size() + kBoxes - 1) / kBoxes);
     for (std::size_t i = 0; i < boxes_.size(); ++i) {
       for (std::size_t part = i / kBoxes + 1; part < reaching_.size(); ++part) {
-        if (boxes_[i].max_coord(axis) < boxes_[part * kBoxes].min_coord(axis)) break;
+        if (boxes_[i].max_coord(kLongest) < boxes_[part * kBoxes].min_coord(kLongest)) break;
         reaching_[part].push_back(boxes_[i]);
       }
     }

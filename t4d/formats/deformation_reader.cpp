@@ -10,6 +10,7 @@
 #include "t4d/formats/mdd_reader.h"
 #include "t4d/formats/numbered_files.h"
 #include "t4d/formats/pc2_reader.h"
+#include "t4d/formats/triangle_mesh_formats.h"
 
 namespace t4d::formats {
 namespace {
@@ -165,6 +166,7 @@ Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> 
   if (files.size() < 2) return invalid("a series has at least two meshes");
   auto ordered = inNumberOrder(files);
   if (!ordered) return pass(ordered.error());
+  if (auto known = checkMeshExtension(ordered->front()); !known) return pass(known.error());
   auto keyTimes = timesOf(times, files.size(), {}, ordered->front().string());
   if (!keyTimes) return pass(keyTimes.error());
   auto first = readTriangleMesh(ordered->front());

@@ -21,8 +21,8 @@ struct LoadedDeformation {
 /// The times of keys: evenly spaced between two times, or apart by `step` from 0 on. Without
 /// either, the file's own.
 struct KeyTimes {
-  std::optional<model::TimeSpan> between;
-  std::optional<double> step;
+  std::optional<model::TimeSpan> between = {};
+  std::optional<double> step = {};
 };
 
 /// Reads meshes of the same triangles in the order of their numbers (inNumberOrder), one key each.

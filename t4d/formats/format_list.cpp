@@ -21,20 +21,21 @@ std::vector<std::string> keptBy(const Mesh4dKeeps& keeps) {
   add(keeps.doubles, "double precision");
   add(keeps.bodies, "bodies");
   add(keeps.names, "names of bodies");
-  add(keeps.attributes, "attributes");
+  add(keeps.attributes != nullptr, "attributes");
   add(keeps.metadata, "metadata");
   return names;
 }
 
 void addMeshes4d(std::vector<ListedFormat>& list) {
-  list.push_back({"t4d",
-                  "t4d",
-                  {".t4d"},
-                  "4D mesh",
-                  true,
-                  true,
-                  "the signature",
-                  keptBy({.attributes = true, .metadata = true})});
+  list.push_back(
+      {"t4d",
+       "t4d",
+       {".t4d"},
+       "4D mesh",
+       true,
+       true,
+       "the signature",
+       keptBy({.attributes = [](const model::Attribute&) { return true; }, .metadata = true})});
   list.back().keeps.emplace_back("slabs");
   for (const Mesh4dFormat& format : mesh4dFormats()) {
     list.push_back({std::string(format.name),

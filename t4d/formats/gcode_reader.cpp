@@ -180,6 +180,8 @@ class GcodeReader {
         comment = c != ')';
       } else if (c == '(') {
         comment = true;
+      } else if (c == ')' && !words.starts_with('%')) {
+        return refused("a closing bracket has no opening one: comments cannot be nested");
       } else if (c == ';') {
         break;
       } else if (c != ' ' && c != '\t') {

@@ -124,6 +124,7 @@ class AnimationReader {
       scene_.notices.push_back(fmt::format("left out {}, whose scale is zero",
                                            counted(hiddenInstances_, "hidden instance")));
     }
+    addHalfTurns();
     scene_.losses = gltfLosses(model_, used_);
     if (moving_->otherChannels > 0) {
       scene_.losses.push_back(fmt::format("{} of the animation that move neither nodes nor weights",
@@ -319,13 +320,31 @@ class AnimationReader {
       if (isHidden(*shape, begin, end)) continue;
       std::vector<double> times = {begin};
       for (auto key = keys.upper_bound(begin); key != keys.end() && *key <= end; ++key) {
-        if (auto done = divide(*shape, {times.back(), *key}, times); !done) {
+        if (auto done = divide(body, {times.back(), *key}, times); !done) {
           return pass(done.error());
         }
       }
       runs.push_back(std::make_unique<Run>(moving_, shape, std::move(times), mirrored_[body]));
     }
     return runs;
+  }
+
+  void addHalfTurns() {
+    std::set<const GltfCurve*> curves;
+    for (const auto& shape : shapes_) curves.merge(curvesOf(*shape));
+    for (const GltfNode& node : order_) {
+      const GltfCurve* rotations = moving_->node(node.index).rotations;
+      if (!curves.contains(rotations)) continue;
+      const std::string& name = model_.nodes[static_cast<std::size_t>(node.index)].name;
+      for (model::HalfTurn turn : rotations->halfTurns()) {
+        turn.between += name.empty() ? fmt::format(" of node {}", node.index)
+                                     : fmt::format(" of node '{}'", asName(name));
+        scene_.halfTurns.push_back(std::move(turn));
+      }
+    }
+    if (auto notice = model::noticeOfHalfTurns(scene_.halfTurns); !notice.empty()) {
+      scene_.notices.push_back(std::move(notice));
+    }
   }
 
   bool isHidden(const GltfShape& shape, double begin, double end) const {
@@ -337,18 +356,47 @@ class AnimationReader {
            isZero(end, Side::Before);
   }
 
+  /// How far slices are from their vertices in the worst of `count` steps of a span.
+  double edgesOff(std::size_t body, const model::TimeSpan& span, std::uint64_t count) {
+    const GltfShape& shape = *shapes_[body];
+    from_.resize(shape.base.size());
+    to_.resize(shape.base.size());
+    shape.place(*moving_, span.begin, Side::Behind, from_);
+    double worst = 0;
+    for (std::uint64_t i = 1; i <= count; ++i) {
+      const Side side = i == count ? Side::Before : Side::Behind;
+      shape.place(*moving_, model::dividedTime(span, i, count), side, to_);
+      worst = std::max(worst, model::edgeDeviation(from_, to_, scene_.bodies[body].mesh.triangles,
+                                                   options_.edgeFactor));
+      std::swap(from_, to_);
+    }
+    double reach = 0;
+    for (const Point3& position : from_) reach = std::max(reach, position.cwiseAbs().maxCoeff());
+    // A solid that only moves changes its edges by rounding.
+    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+    return worst > kRounding * reach ? worst : 0;
+  }
+
   /// Adds the ends of steps that are short enough for the tolerance. Halves the span where its
   /// bound asks for many steps, since bounds of shorter spans are better.
-  Result<void> divide(const GltfShape& shape, const model::TimeSpan& span,
-                      std::vector<double>& times) {
+  Result<void> divide(std::size_t body, const model::TimeSpan& span, std::vector<double>& times) {
     constexpr double kManySteps = 8;
     const double duration = span.end - span.begin;
-    const double acceleration = shape.accelerationBound(*moving_, span.begin, span.end);
+    const double acceleration = shapes_[body]->accelerationBound(*moving_, span.begin, span.end);
     // Without a bound, products of infinities may be no number.
-    const double steps =
+    double steps =
         std::isfinite(acceleration)
             ? std::max(1.0, std::ceil(duration * std::sqrt(acceleration / (8 * scene_.tolerance))))
             : std::numeric_limits<double>::infinity();
+    while (steps <= kManySteps) {
+      const double step = duration / steps;
+      const double left = scene_.tolerance - step * step * acceleration / 8;
+      const double edges = edgesOff(body, span, static_cast<std::uint64_t>(steps));
+      if (edges <= left) break;
+      // What edges add shrinks with the step, more or less.
+      const double more = left > 0 ? std::ceil(steps * edges / left) : 0;
+      steps = std::max(steps + 1, std::min(more, kManySteps + 1));
+    }
     const double middle = model::dividedTime(span, 1, 2);
     if (!(steps <= kManySteps)) {
       if (!(middle > span.begin && middle < span.end)) {
@@ -357,8 +405,8 @@ class AnimationReader {
                                    span.begin, scene_.tolerance),
                        gltfElement(file_, "animations", animation_));
       }
-      if (auto done = divide(shape, {span.begin, middle}, times); !done) return done;
-      return divide(shape, {middle, span.end}, times);
+      if (auto done = divide(body, {span.begin, middle}, times); !done) return done;
+      return divide(body, {middle, span.end}, times);
     }
     const auto count = static_cast<std::uint64_t>(steps);
     for (std::uint64_t i = 1; i <= count; ++i) {
@@ -378,6 +426,8 @@ class AnimationReader {
   const GltfAnimationOptions& options_;
   int animation_ = 0;
   std::size_t keys_ = 0;  // of the present body
+  std::vector<Point3> from_;
+  std::vector<Point3> to_;
   std::size_t hiddenInstances_ = 0;
   GltfUse used_;
   std::vector<GltfNode> order_;

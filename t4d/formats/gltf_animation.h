@@ -8,18 +8,23 @@
 
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/model/chords.h"
+#include "t4d/model/motion.h"
 #include "t4d/model/vertex_keys.h"
 
 namespace t4d::formats {
 
 struct GltfAnimationOptions {
   /// The name of the animation, or its number from 0; "" for the first.
-  std::string animation;
+  std::string animation = {};
   /// The name of the scene, or its number from 0; "" for the default one.
-  std::string scene;
-  /// No vertex is farther from its true place at the same time than this, in metres; without it,
-  /// a thousandth of the largest extent of all bodies at the start.
-  std::optional<double> tolerance;
+  std::string scene = {};
+  /// No point of a slice is farther than this from the true solid at the same time, nor the other
+  /// way round, in metres; without it, a thousandth of the largest extent of all bodies at the
+  /// start.
+  std::optional<double> tolerance = {};
+  /// Of the prisms that bodies are swept with (model::Chords).
+  double edgeFactor = model::kEdgeFactorOf14;
 };
 
 /// A mesh of a node, as it moves.
@@ -33,6 +38,8 @@ struct AnimatedBody {
 struct AnimatedScene {
   std::vector<AnimatedBody> bodies;
   double tolerance = 0;
+  /// Keys of a rotation that slerp could join either way round, by node.
+  std::vector<model::HalfTurn> halfTurns;
   std::vector<std::string> notices;
   std::vector<std::string> losses;
   std::vector<std::filesystem::path> otherFiles;  ///< as LoadedMesh::otherFiles
@@ -43,10 +50,11 @@ struct AnimatedScene {
 /// meshes deformed by skins and morph targets. All instances of a node (EXT_mesh_gpu_instancing)
 /// are one body, as all primitives of a mesh are.
 ///
-/// Layers are at all keys that move a body, and between them such that no vertex is farther from
-/// its true place than the tolerance. This is proved and not sampled: of a function with a second
-/// derivative of at most a, the chord over a time h is at most h^2 a / 8 away, and a is bounded
-/// from the control points of the curves, along the chain of nodes by Leibniz's rule.
+/// Layers are at all keys that move a body, and between them such that slices are within the
+/// tolerance. This is proved and not sampled: of a function with a second derivative of at most a,
+/// the chord over a time h is at most h^2 a / 8 away, and a is bounded from the control points of
+/// the curves, along the chain of nodes by Leibniz's rule; model::edgeDeviation of the layers
+/// bounds what slices are off their vertices.
 ///
 /// Where a STEP curve changes its value, the body ends and begins anew, each time closed by a cap.
 /// It is left out for as long as its scale is zero. A body whose transform mirrors is read

@@ -1,5 +1,6 @@
 #include "t4d/formats/gltf_animation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -65,8 +66,9 @@ class Gltf {
   int channels_ = 0;
 };
 
-AnimatedScene readOf(const InputFile& file, double tolerance) {
-  auto scene = readGltfAnimation(file, {"", "", tolerance});
+/// With the tolerance of vertices alone, unless edges count, too.
+AnimatedScene readOf(const InputFile& file, double tolerance, double edgeFactor = 0) {
+  auto scene = readGltfAnimation(file, {"", "", tolerance, edgeFactor});
   EXPECT_TRUE(scene) << scene.error().text();
   return scene ? std::move(*scene) : AnimatedScene{};
 }
@@ -115,6 +117,41 @@ TEST(GltfAnimation, RotationsStayWithinTheTolerance) {
   for (const double tolerance : {0.3, 0.01, 1e-4}) {
     expectWithinTolerance(gltf.file(), tolerance, 0.3);
   }
+}
+
+TEST(GltfAnimation, SlicesStayWithinTheTolerance) {
+  Gltf gltf;
+  gltf.nodes = R"({"name":"parent","children":[1],"scale":[1,2,3]},{"name":"body","mesh":0})";
+  gltf.animate(0, "rotation", "LINEAR", {0, 2}, {0, 0, 0, 1, 0, 0, kHalf, kHalf});
+  gltf.animate(1, "scale", "LINEAR", {0, 2}, {1, 1, 1, 2, 1, 1});
+  const AnimatedScene fine = readOf(gltf.file(), 1e-6);
+  for (const double tolerance : {0.3, 0.01, 1e-3}) {
+    for (const double factor : {model::kEdgeFactorOf14, model::kEdgeFactorOf3}) {
+      const AnimatedScene scene = readOf(gltf.file(), tolerance, factor);
+      const AnimatedBody& body = scene.bodies.at(0);
+      double edges = 0;
+      for (std::uint64_t key = 1; key < body.runs[0]->count(); ++key) {
+        edges =
+            std::max(edges, model::edgeDeviation(positionsAt(body, key - 1), positionsAt(body, key),
+                                                 body.mesh.triangles, factor));
+      }
+      EXPECT_LE(edges + deviation(body, fine.bodies[0]), tolerance);
+      EXPECT_GE(edges, 0.1 * tolerance) << body.runs[0]->count() << " keys";
+    }
+  }
+}
+
+TEST(GltfAnimation, HalfTurnsAreListed) {
+  Gltf gltf;
+  gltf.animate(0, "rotation", "LINEAR", {0, 1, 2, 4},
+               {0, 0, 0, 1, 0, 0, 1, 0, 0, 0, kHalf, kHalf, kHalf, 0, kHalf, 1e-4});
+  const AnimatedScene scene = readOf(gltf.file(), 0.1);
+  ASSERT_EQ(scene.halfTurns.size(), 1U);
+  EXPECT_EQ(scene.halfTurns[0].between, "keys 0 and 1 of node 'body'");
+  EXPECT_EQ(scene.halfTurns[0].time.end, 1);
+  EXPECT_TRUE(std::ranges::any_of(scene.notices, [](const std::string& notice) {
+    return notice.starts_with("keys 0 and 1 of node 'body' are half a turn apart");
+  }));
 }
 
 TEST(GltfAnimation, SplinesStayWithinTheTolerance) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -104,6 +105,24 @@ std::vector<double> GltfCurve::jumps() const {
   if (interpolation_ != Interpolation::Step) return found;
   for (std::size_t key = 1; key < times_.size(); ++key) {
     if (value(key) != value(key - 1)) found.push_back(times_[key]);
+  }
+  return found;
+}
+
+std::vector<model::HalfTurn> GltfCurve::halfTurns() const {
+  std::vector<model::HalfTurn> found;
+  if (!rotation_ || interpolation_ != Interpolation::Linear) return found;
+  for (std::size_t key = 0; key + 1 < times_.size(); ++key) {
+    const Eigen::Quaterniond from(Eigen::Vector4d(value(key)));
+    Eigen::Quaterniond turn = Eigen::Quaterniond(Eigen::Vector4d(value(key + 1))) * from.inverse();
+    // slerp takes the shorter way.
+    if (turn.w() < 0) turn.coeffs() *= -1;
+    constexpr double kRadians = std::numbers::pi / 180;
+    if (turn.w() > std::cos(model::kHalfTurnDegrees * kRadians / 2)) continue;
+    found.push_back({key,
+                     {times_[key], times_[key + 1]},
+                     turn.vec().normalized(),
+                     fmt::format("keys {} and {}", key, key + 1)});
   }
   return found;
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "t4d/formats/gltf_model.h"
+#include "t4d/model/motion.h"
 
 namespace t4d::formats {
 
@@ -45,6 +46,8 @@ class GltfCurve {
   /// The times at which a STEP curve changes.
   std::vector<double> jumps() const;
   Eigen::VectorXd at(double time, Side side) const;
+  /// Of a LINEAR rotation, keys that are half a turn apart; of anything else, none.
+  std::vector<model::HalfTurn> halfTurns() const;
 
   /// The control points of the curve on [begin, end], which holds no key but at its ends, as
   /// columns: a Bezier curve lies in their hull. The same of its derivatives. Not of a LINEAR

@@ -15,7 +15,7 @@ namespace t4d::formats {
 
 /// A mesh that moves without changing its shape.
 struct RigidBody {
-  NamedMesh mesh;  ///< about the origin of its node
+  NamedMesh mesh = {};  ///< about the origin of its node
   struct Key {
     double seconds = 0;
     Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
@@ -23,9 +23,9 @@ struct RigidBody {
   };
   /// In order of time, at least one. Players turn at a constant speed the shorter way, and move
   /// straight, from one to the next.
-  std::vector<Key> keys;
+  std::vector<Key> keys = {};
   /// From when on it is shown (true) or hidden, the first from 0 on; empty: always shown.
-  std::vector<std::pair<double, bool>> shown;
+  std::vector<std::pair<double, bool>> shown = {};
 };
 
 /// Writes one animated glTF 2.0 file, .glb or .gltf, with a node and a mesh for each body, moved by

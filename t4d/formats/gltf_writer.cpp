@@ -9,6 +9,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf_builder.h"
 #include "t4d/formats/written_mesh.h"
+#include "t4d/system/replaceable.h"
 
 namespace t4d::formats {
 
@@ -200,6 +201,8 @@ Result<void> FlipbookWriter::State::endPart() {
   std::filesystem::path part = path;
   part.replace_filename(
       fmt::format("{}-{}{}", path.stem().string(), parts.size() + 1, path.extension().string()));
+  const std::string name = part.filename().string();
+  if (auto good = system::checkReplaceable(part.parent_path(), {&name, 1}); !good) return good;
   auto created = OutputFile::create(part);
   if (!created) return pass(created.error());
   parts.push_back(std::move(*created));

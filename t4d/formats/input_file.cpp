@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/system/regular_file.h"
+
 namespace t4d::formats {
 
 std::string InputFile::atLine(std::uint64_t line) const {
@@ -19,27 +21,20 @@ Result<InputFile> readInputFile(const std::filesystem::path& path) {
   const auto ioError = [&](std::string message) {
     return fail(ErrorCode::Io, std::move(message), path.string());
   };
-  std::error_code problem;
-  const auto status = std::filesystem::status(path, problem);
-  if (status.type() == std::filesystem::file_type::not_found) return ioError("no such file");
-  if (problem) return ioError(fmt::format("cannot open: {}", problem.message()));
-  if (std::filesystem::is_directory(status)) return ioError("is a folder; name a file in it");
-  // A device or a pipe may never end.
-  if (!std::filesystem::is_regular_file(status)) return ioError("is not a regular file");
-  const std::uintmax_t size = std::filesystem::file_size(path, problem);
-  if (problem) return ioError(fmt::format("cannot read: {}", problem.message()));
-  if (size == 0) return invalid("is empty", path.string());
+  const auto size = system::sizeOfRegularFile(path);
+  if (!size) return pass(size.error());
+  if (*size == 0) return invalid("is empty", path.string());
 
   std::ifstream in(path, std::ios::binary);
   if (!in) return ioError(fmt::format("cannot open: {}", std::strerror(errno)));
   InputFile file{path, {}};
   try {
-    file.bytes.resize(size);
+    file.bytes.resize(*size);
   } catch (const std::exception&) {
-    return ioError(fmt::format("its {} bytes do not fit in memory", size));
+    return ioError(fmt::format("its {} bytes do not fit in memory", *size));
   }
   errno = 0;
-  if (!in.read(file.bytes.data(), static_cast<std::streamsize>(size))) {
+  if (!in.read(file.bytes.data(), static_cast<std::streamsize>(*size))) {
     return ioError(fmt::format("cannot read: {}",
                                errno == 0 ? "the file has become shorter" : std::strerror(errno)));
   }

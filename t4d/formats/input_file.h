@@ -12,8 +12,8 @@ namespace t4d::formats {
 
 /// A whole file in memory.
 struct InputFile {
-  std::filesystem::path path;
-  std::string bytes;
+  std::filesystem::path path = {};
+  std::string bytes = {};
 
   /// The two forms of `Error::where`: `path:LINE` (from 1) and `path: byte N` (from 0).
   std::string atLine(std::uint64_t line) const;

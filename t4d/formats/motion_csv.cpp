@@ -117,18 +117,24 @@ class TableReader {
     if (auto done = findDecimalComma(); !done) return pass(done.error());
     if (form_ != nullptr) *form_ = form();
     std::vector<model::KeyPose> poses;
+    std::vector<std::uint64_t> lines;
     if (first_) {
       auto pose = readPose(*first_);
       if (!pose) return pass(pose.error());
       poses.push_back(*pose);
+      lines.push_back(firstLine_);
     }
     while (scanner_.nextLine()) {
       auto pose = readPose(scanner_.rest());
       if (!pose) return pass(pose.error());
       poses.push_back(*pose);
+      lines.push_back(scanner_.line());
     }
     auto motion = joinPoses(poses);
     if (!motion) return invalid(motion.error().text(), file_.path.string());
+    for (model::HalfTurn& turn : motion->halfTurns) {
+      turn.between = fmt::format("lines {} and {}", lines[turn.pose], lines[turn.pose + 1]);
+    }
     return motion;
   }
 

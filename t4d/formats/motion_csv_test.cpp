@@ -97,6 +97,27 @@ TEST(MotionCsv, MatricesArePoses) {
   }
 }
 
+TEST(MotionCsv, HalfTurnsAreListedWithTheirLines) {
+  const auto turns = read(
+      "# a comment\n# t qx qy qz qw\n0 0 0 0 1\n1 0 0 1 0\n\n2 0 0 0 -1\n"
+      "3 0 0.7071 0 0.7071\n4 0.7071 0 -0.7071 -0.0001\n");
+  ASSERT_TRUE(turns) << turns.error().text();
+  ASSERT_EQ(turns->halfTurns.size(), 3U);
+  EXPECT_EQ(turns->halfTurns[0].between, "lines 3 and 4");
+  EXPECT_EQ(turns->halfTurns[1].between, "lines 4 and 6");
+  EXPECT_EQ(turns->halfTurns[2].between, "lines 7 and 8");
+  EXPECT_EQ(model::noticeOfHalfTurns(turns->halfTurns),
+            "3 pairs of poses, the first lines 3 and 4, are half a turn apart, so the direction of "
+            "the turn is not known: from time 0 to 1 it is taken right-handed about (0, 0, 1). Add "
+            "a pose in between to choose it");
+  const auto json = parseMotion(R"({"poses": [{"time": 0}, {"time": 1, "quaternion": [1, 0, 0, 0]},
+      {"time": 2}]})",
+                                "a.json");
+  ASSERT_TRUE(json);
+  ASSERT_EQ(json->halfTurns.size(), 2U);
+  EXPECT_EQ(json->halfTurns[1].between, "poses[1] and poses[2]");
+}
+
 TEST(MotionCsv, PositionsOrRotationsAloneAreEnough) {
   const auto moved = read("t,x,y,z\n0,0,0,0\n2,1,2,3\n");
   ASSERT_TRUE(moved);

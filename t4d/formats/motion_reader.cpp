@@ -171,6 +171,9 @@ Result<model::Motion> motionOf(const json& value, const std::string& name) {
   if (!motion) {
     return invalid(motion.error().text(), name);
   }
+  for (model::HalfTurn& turn : motion->halfTurns) {
+    turn.between = fmt::format("poses[{}] and poses[{}]", turn.pose, turn.pose + 1);
+  }
   motion->lengthUnit = file.text("length_unit");
   motion->timeUnit = file.text("time_unit");
   return motion;

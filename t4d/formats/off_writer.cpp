@@ -17,11 +17,12 @@ Result<std::vector<std::string>> writeOff(OutputFile& file, std::span<const Name
     vertices += named.mesh.vertices.size();
     triangles += named.mesh.triangles.size();
   }
-  const std::string origin = originComment(options);
+  std::string origin = originComment(options);
+  if (!origin.empty()) origin += ", ";
   const bool vertexColors = hasColors(meshes, Domain::Vertex, Domain::Cell);
   const bool triangleColors = hasColors(meshes, Domain::Cell, Domain::Cell);
-  std::string text = fmt::format("{}OFF\n# {}\n{} {} 0\n", vertexColors ? "C" : "",
-                                 origin.empty() ? "written by t4d" : origin, vertices, triangles);
+  std::string text = fmt::format("{}OFF\n# {}written by t4d\n{} {} 0\n", vertexColors ? "C" : "",
+                                 origin, vertices, triangles);
   const auto putColor = [&](const NamedMesh& named, Domain domain, std::size_t row) {
     for (const int number : sRgbOf(named, domain, row)) {
       fmt::format_to(std::back_inserter(text), " {}", number);

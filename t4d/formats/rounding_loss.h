@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -17,6 +18,12 @@ class RoundingLoss {
  public:
   /// Rounding to multiples of `step`, or to float32.
   explicit RoundingLoss(std::optional<double> step = {}) : step_(step) {}
+  /// Rounding to double, by moving a mesh far from the origin.
+  static RoundingLoss ofMoving() {
+    RoundingLoss loss;
+    loss.moved_ = true;
+    return loss;
+  }
 
   void add(const model::TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& rounded);
   void add(const model::Slab& slab, const model::Slab& rounded);
@@ -36,6 +43,8 @@ class RoundingLoss {
   void addParts(const std::vector<Part>& parts);
 
   std::optional<double> step_;
+  std::array<double, 2> unit_ = {};  // factors for lengths and times, once they are known
+  bool moved_ = false;
   const char* elements_ = "triangles";
   std::uint64_t elementCount_ = 0;
   std::uint64_t lostCount_ = 0;

@@ -18,7 +18,7 @@ constexpr std::size_t kStlHeaderBytes = 80;
 std::string headerOf(const MeshWriteOptions& options) {
   std::string header = "binary STL, written by t4d";
   const std::string origin = originComment(options);
-  if (!origin.empty()) header = origin;
+  if (!origin.empty()) header = origin + ", written by t4d";
   header.resize(kStlHeaderBytes);
   return header;
 }

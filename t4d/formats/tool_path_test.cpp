@@ -115,6 +115,8 @@ TEST(Gcode, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
             "written");
   EXPECT_EQ(refusalOf(gcode(start + "M77")),
             "a.nc:3: M77 is not supported: it is not among the words that are known");
+  EXPECT_EQ(refusalOf(gcode(start + "G1 X1 (TOOL (6 MM) O.K)")),
+            "a.nc:3: a closing bracket has no opening one: comments cannot be nested");
   EXPECT_EQ(refusalOf(gcode(start + "G1 Xa")), "a.nc:3: X is followed by 'A', expected a number");
   EXPECT_EQ(refusalOf(gcode(start + "G0 G1 X1")),
             "a.nc:3: G1: another word in the line says the same or the opposite");

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf_reader.h"
 #include "t4d/formats/gltf_writer.h"
@@ -46,6 +48,23 @@ const TriangleMeshFormat* triangleMeshFormat(const std::filesystem::path& path) 
   const auto found =
       std::ranges::find(kFormats, lowerCaseExtension(path), &TriangleMeshFormat::extension);
   return found == kFormats.end() ? nullptr : &*found;
+}
+
+Result<void> checkMeshExtension(const std::filesystem::path& path) {
+  const TriangleMeshFormat* format = triangleMeshFormat(path);
+  if (format != nullptr && format->read != nullptr) return {};
+  if (format != nullptr) {
+    return fail(ErrorCode::Unsupported,
+                fmt::format("{} ({}) is written, not read; triangle meshes are read from {}",
+                            format->extension, format->name, readableTriangleMeshExtensions()),
+                path.string());
+  }
+  const std::string extension = path.extension().string();
+  return fail(
+      ErrorCode::Unsupported,
+      fmt::format("{} is not the extension of a triangle mesh: {}",
+                  extension.empty() ? "(none)" : extension, readableTriangleMeshExtensions()),
+      path.string(), Remedy::OtherFormat);
 }
 
 std::string readableTriangleMeshExtensions() {

@@ -41,6 +41,9 @@ std::span<const TriangleMeshFormat> triangleMeshFormats();
 /// The format of a file with this name, by its extension; null when there is none.
 const TriangleMeshFormat* triangleMeshFormat(const std::filesystem::path& path);
 
+/// Fails for a file that is no triangle mesh by its extension, or one that is written, not read.
+Result<void> checkMeshExtension(const std::filesystem::path& path);
+
 /// The extensions that can be read and those that can be written, for messages: ".stl, .obj or
 /// .ply".
 std::string readableTriangleMeshExtensions();

@@ -20,12 +20,12 @@ using Color = std::array<double, 4>;
 /// A colour for each vertex or for each triangle of a mesh: numbers as those of Color.
 struct MeshColors {
   model::Domain domain = model::Domain::Vertex;
-  std::vector<std::array<float, 4>> colors;
+  std::vector<std::array<float, 4>> colors = {};
 };
 
 struct NamedMesh {
-  std::string name;
-  model::TriangleMesh mesh;
+  std::string name = {};
+  model::TriangleMesh mesh = {};
   std::optional<Color> color = {};
   std::optional<MeshColors> colors = {};  ///< instead of `color`
   /// Attributes of corners (model::kCornersOf) are those of the corners of these triangles, as in a

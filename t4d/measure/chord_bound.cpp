@@ -5,6 +5,7 @@
 #include <memory>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 namespace t4d::measure {
 namespace {
@@ -30,8 +31,8 @@ double longestEdge(const Slab& slab, const Vector3d& axis) {
   return longest;
 }
 
-/// The pose of a layer that has none stated, fitted to the reference of another one: as `like`, if
-/// it is that but for a translation. Nothing if it is no rigid pose of the reference.
+/// The pose of a layer that has none stated: that of another layer, `like`, moved rigidly; as
+/// `like`, if it is that but for a translation. Nothing if the layer is not that one, moved.
 std::shared_ptr<const LayerPose> fittedPose(std::span<const model::Point4> layer,
                                             const LayerPose& like) {
   if (layer.empty() || like.reference->size() != layer.size()) return nullptr;
@@ -39,21 +40,24 @@ std::shared_ptr<const LayerPose> fittedPose(std::span<const model::Point4> layer
   Eigen::Matrix3Xd from(3, count);
   Eigen::Matrix3Xd to(3, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    from.col(i) = (*like.reference)[static_cast<std::size_t>(i)];
+    from.col(i) = like.at(static_cast<std::size_t>(i));
     to.col(i) = layer[static_cast<std::size_t>(i)].head<3>();
   }
-  auto fitted = std::make_shared<LayerPose>(like);
-  fitted->pose = Eigen::umeyama(from, to, /*with_scaling=*/false).topRows<3>();
-  if (fitted->pose.leftCols<3>().isApprox(like.pose.leftCols<3>(), 1e-12)) {
-    fitted->pose.leftCols<3>() = like.pose.leftCols<3>();
+  const Eigen::Matrix4d moved = Eigen::umeyama(from, to, /*with_scaling=*/false);
+  Matrix3d turn = moved.topLeftCorner<3, 3>();
+  Vector3d shift = moved.topRightCorner<3, 1>();
+  if (turn.isApprox(Matrix3d::Identity(), 1e-12)) {
+    turn.setIdentity();
+    shift = to.rowwise().mean() - from.rowwise().mean();
   }
   const double size = std::max(from.cwiseAbs().maxCoeff(), to.cwiseAbs().maxCoeff());
-  const double largestError =
-      ((fitted->pose.leftCols<3>() * from).colwise() + fitted->pose.col(3) - to)
-          .cwiseAbs()
-          .maxCoeff();
+  const double largestError = ((turn * from).colwise() + shift - to).cwiseAbs().maxCoeff();
   const double rounding = like.float32 ? 1e-6 : 1e-12;
   if (!(largestError <= rounding * size)) return nullptr;
+  auto fitted = std::make_shared<LayerPose>(like);
+  fitted->pose = turn * like.pose;
+  fitted->pose.col(3) += shift;
+  if (turn.isIdentity(0)) fitted->pose.leftCols<3>() = like.pose.leftCols<3>();
   return fitted;
 }
 
@@ -61,15 +65,35 @@ class Bounds {
  public:
   explicit Bounds(std::optional<ChordBound>& worst) : worst_(worst) { worst_ = ChordBound{}; }
 
-  void add(const Slab& slab, const LayerPose& from, const LayerPose& to) {
+  /// False if the motion from one pose to the other is not rigid, such as in a mesh that was
+  /// scaled along an axis.
+  bool add(const Slab& slab, const LayerPose& from, const LayerPose& to) {
     const Matrix3d before = from.pose.leftCols<3>();
     const Matrix3d after = to.pose.leftCols<3>();
-    if (before == after) return;  // a translation
-    const Matrix3d turn = after * before.transpose();
+    if (from.float32 || to.float32) {
+      // Half a unit in the last place along three axes, of the reference and of the result.
+      constexpr double kRounding = 0x1p-23;
+      double largest = 0;
+      for (const model::Point3& point : *from.reference) {
+        largest = std::max(largest, point.cwiseAbs().maxCoeff());
+      }
+      double moved = 0;
+      for (const model::Point4& vertex : slab.vertices) {
+        moved = std::max(moved, vertex.head<3>().cwiseAbs().maxCoeff());
+      }
+      rounding_ = std::max(rounding_, kRounding * (largest * before.norm() + moved));
+      worst_->rounding = rounding_;
+    }
+    if (before == after) return true;  // a translation
+    // Poses of a mesh that was scaled scale, too.
+    const Matrix3d toSolid = before.inverse();
+    const Matrix3d turn = after * toSolid;
+    constexpr double kRigid = 1e-9;
+    if (!((turn * turn.transpose()).isIdentity(kRigid) && turn.determinant() > 0)) return false;
     const Eigen::AngleAxisd angleAxis(turn);
     const Vector3d shift = to.pose.col(3) - turn * from.pose.col(3);
     const double half = angleAxis.angle() / 2;
-    if (!(half > 0)) return;
+    if (!(half > 0)) return true;
     // The axis of the screw from pose to pose goes through this point.
     const Vector3d across = shift - shift.dot(angleAxis.axis()) * angleAxis.axis();
     const Vector3d center =
@@ -82,16 +106,19 @@ class Bounds {
     }
     // In a long screw the axis stays where it is in the solid.
     constexpr double kSameAxis = 1e-12;
-    const Vector3d axisInSolid = before.transpose() * angleAxis.axis();
+    const Vector3d axisInSolid = toSolid * angleAxis.axis();
     if (connectivity_ != slab.connectivity || !axisInSolid.isApprox(axisInSolid_, kSameAxis)) {
       connectivity_ = slab.connectivity;
       axisInSolid_ = axisInSolid;
       edge_ = longestEdge(slab, angleAxis.axis());
     }
     here.edge = edge_;
-    here.edgeFactor = slab.connectivity->means.size() > 0 ? 1.0 / 6 : 0.5;
+    here.edgeFactor =
+        slab.connectivity->means.size() > 0 ? model::kEdgeFactorOf14 : model::kEdgeFactorOf3;
     here.bound = here.forAngle(here.angleRadians);
+    here.rounding = rounding_;
     if (here.bound > worst_->bound) worst_ = here;
+    return true;
   }
 
  private:
@@ -99,16 +126,14 @@ class Bounds {
   std::shared_ptr<const model::Connectivity> connectivity_;
   Vector3d axisInSolid_ = Vector3d::Zero();
   double edge_ = 0;
+  double rounding_ = 0;
 };
 
 }  // namespace
 
-double ChordBound::forAngle(double radians) const {
-  return radius * (1 - std::cos(radians / 2)) + edgeFactor * edge * std::sin(radians / 2);
-}
-
 Result<std::optional<ChordBound>> chordBound(const model::Source& source,
-                                             const model::TimeSpan& span) {
+                                             const model::TimeSpan& span,
+                                             const model::Progress& progress) {
   std::optional<ChordBound> worst;
   Bounds bounds(worst);
   std::shared_ptr<const LayerPose> before;
@@ -130,9 +155,12 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
         to = fittedPose((*slab)->upperLayer(), *from);
       }
       if (!from || !to) return std::optional<ChordBound>();
-      bounds.add(**slab, *from, *to);
+      if (!bounds.add(**slab, *from, *to)) return std::optional<ChordBound>();
     }
     before = pose;
+    if (progress) {
+      progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
+    }
   }
   return worst;
 }

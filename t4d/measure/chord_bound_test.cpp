@@ -10,6 +10,8 @@
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/mesh4d/test_motion.h"
+#include "t4d/model/sinks.h"
+#include "t4d/model/transformed.h"
 
 namespace t4d::measure {
 namespace {
@@ -104,6 +106,33 @@ TEST(ChordBound, OfAPartIsThatOfTheWhole) {
   }
 }
 
+TEST(ChordBound, ScalesWithAMeshThatIsScaled) {
+  const model::Mesh mesh =
+      swept(fixtures::cube(2), mesh4d::turnAbout(Vector3d(1, 2, 3).normalized(), 100), {});
+  const auto whole = chordBound(mesh, {0, 1});
+  ASSERT_TRUE(whole && *whole);
+  const Eigen::AngleAxisd turn(0.7, Vector3d(2, -1, 1).normalized());
+  for (const double scale : {1e-3, 0.5, 1e3}) {
+    model::Transform by;
+    by.space << scale * turn.toRotationMatrix(), Vector3d(1, 2, 3);
+    model::Mesh scaled;
+    model::Transformed into(scaled, by);
+    ASSERT_TRUE(model::pump(mesh, into));
+    const auto found = chordBound(scaled, {0, 1});
+    ASSERT_TRUE(found && *found) << scale;
+    EXPECT_NEAR((*found)->bound / (scale * (*whole)->bound), 1, 1e-9) << scale;
+  }
+  // Scaled along an axis it does not turn rigidly.
+  model::Transform by;
+  by.space << Vector3d(1, 2, 1).asDiagonal().toDenseMatrix(), Vector3d::Zero();
+  model::Mesh scaled;
+  model::Transformed into(scaled, by);
+  ASSERT_TRUE(model::pump(mesh, into));
+  const auto found = chordBound(scaled, {0, 1});
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(*found);
+}
+
 TEST(CollisionVerdict, NamesTheStepsThatDecide) {
   TriangleMesh bar = fixtures::cube(2);
   for (auto& vertex : bar.vertices) vertex = {10 * vertex.x(), 0.25 * vertex.y(), vertex.z()};
@@ -150,6 +179,58 @@ TEST(CollisionVerdict, SaysHitForWhatIsDeeperThanTheBound) {
   EXPECT_EQ(verdict->verdict, Verdict::Hit);
   ASSERT_TRUE(verdict->chordBound);
   EXPECT_GT(verdict->depth, *verdict->chordBound);
+}
+
+TEST(ClearanceVerdict, NeverContradictsTheTrueDistance) {
+  // A bar that turns before a wall: its tip comes as near as 0.1 whatever the steps.
+  TriangleMesh bar = fixtures::cube(2);
+  for (auto& vertex : bar.vertices) vertex = {10 * vertex.x(), 0.25 * vertex.y(), vertex.z()};
+  TriangleMesh wall = fixtures::cube(2);
+  constexpr double kTrue = 0.1;
+  for (auto& vertex : wall.vertices) {
+    vertex = {20 * vertex.x(), vertex.y() + 1 + kTrue + std::hypot(10, 0.25), 2 * vertex.z()};
+  }
+  const model::Mesh still = swept(wall, mesh4d::turnAbout(Vector3d::UnitZ(), 0), {});
+  using Answer = ClearanceVerdict::Answer;
+  for (const std::uint64_t steps : {7U, 40U, 300U}) {
+    const model::Mesh turning = swept(bar, mesh4d::turnAbout(Vector3d::UnitZ(), 180),
+                                      {.steps = mesh4d::StepsPerSegment{steps}});
+    const auto found = collide(turning, still);
+    ASSERT_TRUE(found);
+    const auto verdict = verdictOn(*found, turning, still);
+    ASSERT_TRUE(verdict);
+    for (const double factor : {0.0, 0.5, 0.9, 0.999, 1.001, 1.1, 2.0, 10.0}) {
+      SCOPED_TRACE(factor);
+      const auto clearance = clearanceVerdict(*found, *verdict, factor * kTrue);
+      EXPECT_LE(clearance.least, kTrue);
+      EXPECT_GE(clearance.most, kTrue);
+      EXPECT_EQ(clearance.answer == Answer::Kept, clearance.least >= factor * kTrue);
+      EXPECT_EQ(clearance.answer == Answer::NotKept, clearance.most < factor * kTrue);
+    }
+    EXPECT_EQ(clearanceVerdict(*found, *verdict, 10).answer, Answer::NotKept);
+  }
+}
+
+TEST(ClearanceVerdict, CountsTheBoundThatIsKnownWhereTheOtherIsNot) {
+  const TriangleMesh bar = fixtures::translated(fixtures::cube(2), {3, 0, 0});
+  const model::Mesh turning =
+      swept(bar, mesh4d::turnAbout(Vector3d::UnitZ(), 90), {.steps = mesh4d::StepsPerSegment{6}});
+  model::Mesh unknown;
+  const model::Mesh still = swept(fixtures::translated(fixtures::cube(2), {3, 0, 2.2}),
+                                  mesh4d::turnAbout(Vector3d::UnitZ(), 0), {});
+  for (model::Slab slab : still.slabs()) {
+    slab.upperPose = nullptr;
+    ASSERT_TRUE(unknown.put(slab));
+  }
+  const auto found = collide(turning, unknown);
+  ASSERT_TRUE(found && found->clearance);
+  const auto verdict = verdictOn(*found, turning, unknown);
+  ASSERT_TRUE(verdict);
+  EXPECT_FALSE(verdict->chordBound);
+  ASSERT_GT(verdict->knownBound(), 0);
+  const auto clearance = clearanceVerdict(*found, *verdict, found->clearance->distance);
+  EXPECT_NE(clearance.answer, ClearanceVerdict::Answer::Kept);
+  EXPECT_EQ(clearance.least, verdict->clearBy);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "t4d/measure/moving_box.h"
 #include "t4d/measure/overlap.h"
 #include "t4d/model/times.h"
+#include "t4d/model/unit_scale.h"
 
 namespace t4d::measure {
 namespace {
@@ -569,11 +570,48 @@ class Collider {
   double lastWindowEnd_ = std::numeric_limits<double>::quiet_NaN();
 };
 
+void scaleBack(Collision& collision, const model::UnitScale& space, const model::UnitScale& time) {
+  const auto span = [&](TimeSpan& times) {
+    times = {time.fromUnit(times.begin), time.fromUnit(times.end)};
+  };
+  if (collision.common) span(*collision.common);
+  for (ContactInterval& interval : collision.intervals) {
+    for (double* t :
+         {&interval.begin, &interval.end, &interval.deepestTime, &interval.first.time}) {
+      *t = time.fromUnit(*t);
+    }
+    interval.first.point = space.fromUnit(interval.first.point);
+    interval.overlapVolume = space.fromUnit(interval.overlapVolume, 3);
+    interval.volumeError = space.fromUnit(interval.volumeError, 3);
+  }
+  if (collision.clearance) {
+    Clearance& clearance = *collision.clearance;
+    clearance.distance = space.fromUnit(clearance.distance);
+    clearance.lowerBound = space.fromUnit(clearance.lowerBound);
+    clearance.time = time.fromUnit(clearance.time);
+    clearance.pointA = space.fromUnit(clearance.pointA);
+    clearance.pointB = space.fromUnit(clearance.pointB);
+  }
+  for (ClearanceOver& over : collision.clearanceOverTime) {
+    span(over.span);
+    over.distance = space.fromUnit(over.distance);
+  }
+}
+
 }  // namespace
 
 Result<Collision> collide(const Source& a, const Source& b, const CollideOptions& options,
                           const model::Progress& progress) {
-  return Collider(a, b, options).run(progress);
+  const std::array<const Source*, 2> both = {&a, &b};
+  const auto space = model::spaceScaleOf(both);
+  if (!space) return pass(space.error());
+  const model::UnitScale time = model::timeScaleOf(both);
+  if (!space->changes() && !time.changes()) return Collider(a, b, options).run(progress);
+  const model::UnitSource unitA(a, *space, time);
+  const model::UnitSource unitB(b, *space, time);
+  auto collision = Collider(unitA, unitB, options).run(progress);
+  if (collision) scaleBack(*collision, *space, time);
+  return collision;
 }
 
 }  // namespace t4d::measure

@@ -108,9 +108,11 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
   if (!boundA) return pass(boundA.error());
   const auto boundB = chordBound(b, *collision.common);
   if (!boundB) return pass(boundB.error());
+  result.chordsA = *boundA;
+  result.chordsB = *boundB;
   const ChordBound chordsA = boundA->value_or(ChordBound{});
   const ChordBound chordsB = boundB->value_or(ChordBound{});
-  const double bound = chordsA.bound + chordsB.bound;
+  const double bound = result.knownBound();
   if (*boundA && *boundB) result.chordBound = bound;
 
   const convert::TimeSlicer slicesOfA(a);
@@ -152,6 +154,41 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
   if (result.verdict == Verdict::WithinTolerance && margin > 0) {
     // Finer meshes may be nearer by their own bound, and must still be apart by more than that.
     result.minVolumeRatio = ratioFor(chordsA, chordsB, margin / 2);
+  }
+  return result;
+}
+
+ClearanceVerdict clearanceVerdict(const Collision& collision, const CollisionVerdict& verdict,
+                                  double distance) {
+  using Answer = ClearanceVerdict::Answer;
+  ClearanceVerdict result;
+  if (!collision.common) {
+    result.least = result.most = std::numeric_limits<double>::infinity();
+    result.answer = Answer::Kept;
+    return result;
+  }
+  if (verdict.verdict == Verdict::Hit) {
+    result.answer = Answer::NotKept;
+    return result;
+  }
+  result.least = verdict.clearBy;
+  if (verdict.verdict != Verdict::Touch) {
+    result.most = (collision.clearance ? collision.clearance->distance : 0) + verdict.knownBound();
+  }
+  const bool known = collision.clearance || verdict.verdict == Verdict::Touch;
+  if (known && result.least >= distance) {
+    result.answer = Answer::Kept;
+  } else if (result.most < distance) {
+    result.answer = Answer::NotKept;
+  } else if (collision.clearance) {
+    const double margin = std::max(collision.clearance->lowerBound - distance,
+                                   distance - collision.clearance->distance);
+    if (margin > 0) {
+      result.minVolumeRatio = ratioFor(verdict.chordsA.value_or(ChordBound{}),
+                                       verdict.chordsB.value_or(ChordBound{}), margin / 2);
+    }
+  } else {
+    result.minVolumeRatio = verdict.minVolumeRatio;
   }
   return result;
 }

@@ -20,9 +20,16 @@ enum class Verdict : std::uint8_t {
 
 struct CollisionVerdict {
   Verdict verdict = Verdict::Clear;
-  /// How far the two meshes together can be from the motions; nothing if that is not known, and
-  /// then the verdict is that on the meshes as they are.
+  /// How far the two meshes together can be from the motions; nothing if that is not known of one
+  /// of them, which then counts as it is.
   std::optional<double> chordBound;
+  std::optional<ChordBound> chordsA = {};
+  std::optional<ChordBound> chordsB = {};
+
+  /// The sum of those that are known.
+  double knownBound() const {
+    return (chordsA ? chordsA->bound : 0) + (chordsB ? chordsB->bound : 0);
+  }
   /// Of solids that overlap: a lower bound of the largest distance of a point in both from both
   /// surfaces, at the deepest time of an interval.
   double depth = 0;
@@ -33,6 +40,25 @@ struct CollisionVerdict {
   /// smaller than half of it. If it is not, the finer mesh names the next. Nothing if no steps do.
   std::optional<double> minVolumeRatio;
 };
+
+/// Whether a distance between the true solids is kept at all times.
+struct ClearanceVerdict {
+  enum class Answer : std::uint8_t {
+    Kept,
+    NotKept,
+    Unknown,  ///< the steps, or the search for the smallest distance, are too coarse to tell
+  };
+  Answer answer = Answer::Unknown;
+  /// The true solids are apart by at least `least` and, at some time, by at most `most`.
+  double least = 0;
+  double most = 0;
+  /// As CollisionVerdict::minVolumeRatio, for Unknown.
+  std::optional<double> minVolumeRatio;
+};
+
+/// Bodies that never exist together keep any distance; those that overlap keep none.
+ClearanceVerdict clearanceVerdict(const Collision& collision, const CollisionVerdict& verdict,
+                                  double distance);
 
 /// A point of both meshes that is deeper in each than the bound of this is a point of both true
 /// solids. Slices the bodies at the deepest time of each interval. Fails if a source does.

@@ -73,6 +73,34 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
   return comparisons;
 }
 
+std::vector<double> timesAmidSteps(std::span<const model::Body> bodies, const model::TimeSpan& span,
+                                   std::uint64_t count) {
+  std::vector<double> times = model::evenTimes(span, count);
+  if (count < 3) return times;
+  const double apart = (span.end - span.begin) / static_cast<double>(count - 1);
+  std::vector<model::TimeSpan> steps(times.size());  // of each time, the longest
+  for (const model::Body& body : bodies) {
+    std::size_t next = 1;
+    for (std::size_t i = 0; i < body.source->slabCount(); ++i) {
+      const model::TimeSpan step = body.source->timeSpan(i);
+      while (next + 1 < times.size() && times[next] < step.begin) ++next;
+      for (; next + 1 < times.size() && times[next] < step.end; ++next) {
+        model::TimeSpan& longest = steps[next];
+        if (step.end - step.begin > longest.end - longest.begin) longest = step;
+      }
+    }
+  }
+  // Steps that are as long as times are apart may be longer by rounding.
+  constexpr double kRounding = 1e-9;
+  for (std::size_t i = 1; i + 1 < times.size(); ++i) {
+    const double length = steps[i].end - steps[i].begin;
+    if (length > 0 && length <= apart * (1 + kRounding)) {
+      times[i] = model::dividedTime(steps[i], 1, 2);
+    }
+  }
+  return times;
+}
+
 std::size_t timesOnLayers(std::span<const model::Body> bodies, std::span<const double> times) {
   std::vector<std::vector<double>> layers;  // per body, in increasing order
   for (const model::Body& body : bodies) {

@@ -1,18 +1,20 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "t4d/measure/solid_difference.h"
 #include "t4d/measure/surface_distance.h"
 #include "t4d/model/body.h"
+#include "t4d/model/times.h"
 #include "t4d/model/triangle_mesh.h"
 
 /// Compares two 4D meshes by the solids they represent at given times.
 namespace t4d::measure {
 
 struct CompareOptions {
-  SolidDifferenceOptions difference;
+  SolidDifferenceOptions difference = {};
   double distanceTolerance = 1e-3;  ///< for surfaceDistance
 };
 
@@ -43,6 +45,14 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
                                                std::span<const double> times,
                                                const CompareOptions& options = {},
                                                const model::Progress& progress = {});
+
+/// `count` times from the first to the last of `span`, as evenly spaced as goes without a beat: the
+/// slices of a sweep are smallest half way between two layers, so times that fall now on a layer
+/// and now between two would make a zigzag of a constant volume. Each time but the first and the
+/// last is moved to the middle of the longest step of the bodies that it falls into, where steps
+/// are not longer than times are apart.
+std::vector<double> timesAmidSteps(std::span<const model::Body> bodies, const model::TimeSpan& span,
+                                   std::uint64_t count);
 
 /// How many of `times` fall within some body, and on a layer or an end of every body that exists
 /// then. If all do, the comparison says nothing about the time between layers.

@@ -1,10 +1,14 @@
 #include "t4d/measure/compare.h"
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "t4d/convert/flipbook.h"
+#include "t4d/convert/slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
@@ -78,6 +82,35 @@ TEST(Compare, TimesThatFallOnLayersAreCounted) {
   EXPECT_EQ(timesOnLayers(one, std::vector<double>{std::nextafter(1.0, 2), 4.000000000000001}), 2U);
   // Where both exist, only one of them has a layer.
   EXPECT_EQ(timesOnLayers(two, std::vector<double>{0, 1, 2, 4.5}), 2U);
+}
+
+TEST(Compare, TimesAmidStepsDoNotBeatWithThem) {
+  for (const std::uint64_t steps : {1, 4, 8, 9, 12, 20, 25, 355}) {
+    SCOPED_TRACE(steps);
+    model::ScrewRun run;
+    run.duration = 3;
+    run.screw.angleDegrees = 40.0 * static_cast<double>(steps);
+    model::Mesh mesh;
+    ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(-1, {&run, 1}),
+                              {.steps = mesh4d::StepsPerSegment{steps}}, mesh));
+    const model::Body body{"turning", &mesh};
+    const auto times = timesAmidSteps({&body, 1}, {-1, 2}, 9);
+    ASSERT_EQ(times.size(), 9U);
+    EXPECT_EQ(times.front(), -1);
+    EXPECT_EQ(times.back(), 2);
+    EXPECT_TRUE(std::ranges::is_sorted(times, std::less_equal<>()));
+    if (steps < 8) {
+      EXPECT_EQ(times, model::evenTimes({-1, 2}, 9));
+      continue;
+    }
+    for (std::size_t i = 1; i + 1 < times.size(); ++i) {
+      EXPECT_NEAR(times[i], -1 + 3.0 * static_cast<double>(i) / 8,
+                  3.0 / static_cast<double>(steps));
+      const auto slice = convert::sliceAtTime(mesh, times[i]);
+      ASSERT_TRUE(slice);
+      EXPECT_NEAR(signedVolume(slice->mesh), 8 * (1 + std::cos(40 * M_PI / 180)) / 2, 1e-9);
+    }
+  }
 }
 
 TEST(Compare, AMeshInOtherUnitsIsTheSame) {

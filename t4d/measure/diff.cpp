@@ -60,6 +60,13 @@ void compareMetadata(const formats::Metadata& a, const formats::Metadata& b,
   compare("generator", a.generator, b.generator);
   compare("backend", a.backend, b.backend);
   compare("upward axis", a.up, b.up);
+  compare("space", a.space, b.space);
+  if (a.attributes != b.attributes) {
+    messages.emplace_back("the kinds or units of attributes differ");
+  }
+  if (a.otherJson != b.otherJson) {
+    messages.emplace_back("members of the metadata that this version does not know differ");
+  }
   if (nlohmann::json::parse(a.detailsJson, nullptr, false) !=
       nlohmann::json::parse(b.detailsJson, nullptr, false)) {
     messages.emplace_back("the details of the metadata differ");
@@ -136,7 +143,7 @@ Result<bool> compareSolids(const T4dReader& a, const T4dReader& b, const DiffOpt
   for (const T4dReader* reader : {&a, &b}) {
     for (std::size_t i = 0; i < reader->bodyCount(); ++i) bounds.add(reader->summary(i).bounds);
   }
-  const double diagonal = bounds.empty() ? 0 : (bounds.max - bounds.min).norm();
+  const double diagonal = bounds.empty() ? 0 : (bounds.max - bounds.min).stableNorm();
   const double tolerance = options.tolerance.value_or(diagonal / 1000);
   std::vector<model::Body> all = bodiesA;
   all.insert(all.end(), bodiesB.begin(), bodiesB.end());

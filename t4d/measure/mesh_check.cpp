@@ -248,6 +248,13 @@ void MeshChecker::add(const SlabMeasure& measured, const model::Slab& slab) {
                         {}});
   }
   report_.boundaryVolume += measured.boundaryVolume;
+  hypervolumeMagnitude_ += std::abs(measured.hypervolume);
+  hasPositive_ = hasPositive_ || measured.sign > 0;
+  hasNegative_ = hasNegative_ || measured.sign < 0;
+  if (!std::isfinite(measured.hypervolume) || !std::isfinite(report_.hypervolume)) {
+    report_.hypervolume += measured.hypervolume;
+    return;
+  }
   // Slabs partly cancel, so the sum over them is compensated (Kahan).
   const double corrected = measured.hypervolume - hypervolumeCarry_;
   const double sum = report_.hypervolume + corrected;
@@ -263,12 +270,20 @@ void MeshChecker::keepUpperLayer(const model::Slab& slab) {
       vertexRows(slab.attributes, connectivity.firstUpper(), connectivity.upperCount);
 }
 
+/// Whether the hypervolume is positive for certain.
+bool MeshChecker::enclosesSomething() const {
+  if (!hasNegative_) return hasPositive_;
+  // Each slab's is rounded once or so.
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  return report_.hypervolume > kRounding * hypervolumeMagnitude_;
+}
+
 MeshReport MeshChecker::finish() {
   checkSeam(nullptr, nullptr);
   report_.components = components_.count();
   if (report_.tetrahedra == 0) {
     report_.issues.add({"no-cells", Severity::Error, "the mesh has no cells", {}, {}});
-  } else if (report_.closed && report_.oriented && !(report_.hypervolume > 0)) {
+  } else if (report_.closed && report_.oriented && !enclosesSomething()) {
     report_.issues.add({"inside-out",
                         Severity::Error,
                         fmt::format("the enclosed hypervolume is {}: the mesh is inside out or "

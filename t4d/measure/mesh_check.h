@@ -92,6 +92,7 @@ class MeshChecker : public model::Sink {
   void compareLayers(const model::Slab& slab);
   void add(const SlabMeasure& measured, const model::Slab& slab);
   void keepUpperLayer(const model::Slab& slab);
+  bool enclosesSomething() const;
 
   CheckOptions options_;
   MeshReport report_;
@@ -99,6 +100,9 @@ class MeshChecker : public model::Sink {
   std::unique_ptr<Seam> seam_;
   ComponentCounter components_;
   double hypervolumeCarry_ = 0;
+  double hypervolumeMagnitude_ = 0;  // of all slabs
+  bool hasPositive_ = false;         // a slab of positive hypervolume
+  bool hasNegative_ = false;
   std::vector<model::Point4> upperLayer_;
   std::vector<model::Attribute> upperAttributes_;
 };

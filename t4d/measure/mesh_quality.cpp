@@ -9,6 +9,8 @@
 #include <tbb/combinable.h>
 #include <tbb/parallel_for.h>
 
+#include "t4d/model/unit_scale.h"
+
 namespace t4d::measure {
 namespace {
 
@@ -187,6 +189,10 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
                                const model::Progress& progress) {
   double alongTime = 0;
   double inSpace = 0;
+  std::vector<const model::Source*> sources;
+  for (const model::Body& body : bodies) sources.push_back(body.source);
+  const auto scale = model::spaceScaleOf(sources);
+  if (!scale) return pass(scale.error());
   const auto add = [&](std::size_t, std::size_t, const model::Slab& slab) {
     if (!(slab.timeEnd > slab.timeBegin)) return;
     const std::vector<model::Cell>& cells = slab.connectivity->cells;
@@ -195,7 +201,10 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
     tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
       const std::size_t end = std::min(cells.size(), (piece + 1) * kPiece);
       for (std::size_t i = piece * kPiece; i < end; ++i) {
-        const auto corners = cornersOf(slab, cells[i]);
+        auto corners = cornersOf(slab, cells[i]);
+        for (model::Point4& corner : corners) {
+          corner.head<3>() = scale->toUnit(model::Point3(corner.head<3>()));
+        }
         Eigen::Matrix<double, 4, 3> edges;
         for (int k = 0; k < 3; ++k) edges.col(k) = corners[k + 1] - corners[0];
         const Eigen::Vector3d u = edges.col(0).head<3>();
@@ -214,7 +223,7 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
     }
   };
   if (auto done = eachSlab(bodies, progress, add); !done) return pass(done.error());
-  return inSpace > 0 ? alongTime / inSpace : 0;
+  return inSpace > 0 ? scale->fromUnit(alongTime / inSpace) : 0;
 }
 
 Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
@@ -233,7 +242,7 @@ Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
         for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
           distributions[k].add(cell.quality.*kQualityMeasures[k].value);
         }
-        if (!(cell.quality.volume > 0)) ++tally.flat;
+        if (std::isinf(cell.quality.radiusRatio)) ++tally.flat;
         cell.center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
         tally.rank(cell, options.worst);
       }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "t4d/model/union_find.h"
+#include "t4d/model/unit_scale.h"
 
 namespace t4d::measure {
 namespace {
@@ -336,6 +337,12 @@ Result<SolidDifference> integralOf(const TriangleMesh& a, const TriangleMesh& b,
                                    const SolidDifferenceOptions& options) {
   if (!isClosed(a)) return invalid("the first surface is not closed: it bounds no solid");
   if (!isClosed(b)) return invalid("the second surface is not closed: it bounds no solid");
+  const model::UnitScale scale = model::UnitScale::of({&a, &b});
+  if (scale.changes()) {
+    auto scaled = integralOf(scale.toUnit(a), scale.toUnit(b), integrand, options);
+    if (!scaled) return scaled;
+    return SolidDifference{scale.fromUnit(scaled->volume, 3), scale.fromUnit(scaled->error, 3)};
+  }
   SolidDifference integral;
   for (const Group& group : groupsOf(a, b)) {
     const SolidDifference part = integralOf(group, integrand, options.resolution);

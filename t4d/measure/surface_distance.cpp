@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "t4d/measure/triangle_tree.h"
+#include "t4d/model/unit_scale.h"
 
 namespace t4d::measure {
 namespace {
@@ -114,6 +115,13 @@ std::optional<double> oneSided(const TriangleMesh& mesh, const TriangleTree& oth
   return farthest;
 }
 
+tl::unexpected<Error> tooLong(double distance) {
+  return fail(ErrorCode::Unsupported,
+              fmt::format("whether the surfaces are within {} of each other takes too long to find "
+                          "out; allow a larger distance",
+                          distance));
+}
+
 }  // namespace
 
 SurfaceDistance surfaceDistance(const TriangleMesh& a, const TriangleMesh& b,
@@ -122,6 +130,12 @@ SurfaceDistance surfaceDistance(const TriangleMesh& a, const TriangleMesh& b,
   if (a.triangles.empty() || b.triangles.empty()) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     return {a.triangles.empty() ? 0 : kInfinity, b.triangles.empty() ? 0 : kInfinity, 0};
+  }
+  const model::UnitScale scale = model::UnitScale::of({&a, &b});
+  if (scale.changes()) {
+    const auto [fromA, fromB, tolerance] =
+        surfaceDistance(scale.toUnit(a), scale.toUnit(b), relativeTolerance);
+    return {scale.fromUnit(fromA), scale.fromUnit(fromB), scale.fromUnit(tolerance)};
   }
   model::Bounds3 bounds;
   for (const TriangleMesh* mesh : {&a, &b}) {
@@ -138,16 +152,18 @@ Result<std::optional<double>> fartherThan(double distance, const TriangleMesh& a
                                           const TriangleMesh& b) {
   if (a.triangles.empty() && b.triangles.empty()) return std::nullopt;
   if (a.triangles.empty() || b.triangles.empty()) return std::numeric_limits<double>::infinity();
+  const model::UnitScale scale = model::UnitScale::of({&a, &b});
+  if (scale.changes()) {
+    auto found = fartherThan(scale.toUnit(distance), scale.toUnit(a), scale.toUnit(b));
+    if (!found && found.error().code == ErrorCode::Unsupported) return tooLong(distance);
+    if (found && *found) **found = scale.fromUnit(**found);
+    return found;
+  }
   constexpr double kFraction = 1e-3;
   const Search search{distance, distance, 4'000'000};
   for (const auto& [mesh, other] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
     const auto found = oneSided(*mesh, TriangleTree(*other), kFraction * distance, search);
-    if (!found) {
-      return fail(ErrorCode::Unsupported,
-                  fmt::format("whether the surfaces are within {} of each other takes too long to "
-                              "find out; allow a larger distance",
-                              distance));
-    }
+    if (!found) return tooLong(distance);
     if (*found > distance) return found;
   }
   return std::nullopt;

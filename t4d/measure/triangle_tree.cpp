@@ -49,14 +49,17 @@ double squaredDistance(const std::array<Point3, 3>& t, const Point3& p) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const model::TriangleMesh& mesh) {
+TriangleTree::TriangleTree(const model::TriangleMesh& mesh)
+    : scale_(model::UnitScale::of({&mesh})) {
   assert(!mesh.triangles.empty());
   std::vector<Point3> centres;
   centres.reserve(mesh.triangles.size());
   corners_.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    corners_.push_back({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
-    centres.push_back((mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3);
+    const auto& [p, q, r] = corners_.emplace_back(
+        std::array<Point3, 3>{scale_.toUnit(mesh.vertices[a]), scale_.toUnit(mesh.vertices[b]),
+                              scale_.toUnit(mesh.vertices[c])});
+    centres.push_back((p + q + r) / 3);
   }
   order_.resize(corners_.size());
   std::iota(order_.begin(), order_.end(), 0U);
@@ -94,6 +97,13 @@ void TriangleTree::build(std::uint32_t begin, std::uint32_t end,
 }
 
 TriangleTree::Nearest TriangleTree::nearest(const Point3& point, double most) const {
+  if (!scale_.changes()) return nearestInUnit(point, most);
+  Nearest found = nearestInUnit(scale_.toUnit(point), scale_.toUnit(most));
+  found.distance = scale_.fromUnit(found.distance);
+  return found;
+}
+
+TriangleTree::Nearest TriangleTree::nearestInUnit(const Point3& point, double most) const {
   // Halving keeps the tree's depth below 33, and each level leaves at most one pending node.
   constexpr std::size_t kMaxDepth = 40;
   struct Waiting {
@@ -129,7 +139,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Point3& point, double most) co
 }
 
 double TriangleTree::distanceTo(std::uint32_t triangle, const Point3& point) const {
-  return std::sqrt(squaredDistance(corners_[triangle], point));
+  return scale_.fromUnit(std::sqrt(squaredDistance(corners_[triangle], scale_.toUnit(point))));
 }
 
 }  // namespace t4d::measure

@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "t4d/model/triangle_mesh.h"
+#include "t4d/model/unit_scale.h"
 
 namespace t4d::measure {
 
-/// A bounding box tree over the triangles of a mesh that finds the triangle nearest to a point.
+/// A bounding box tree over the triangles of a mesh that finds the triangle nearest to a point,
+/// whatever their size.
 /// Each node's triangles are split at the median along the longest axis of their centres.
 class TriangleTree {
  public:
@@ -38,7 +40,11 @@ class TriangleTree {
 
   void build(std::uint32_t begin, std::uint32_t end, const std::vector<model::Point3>& centres);
 
-  std::vector<std::array<model::Point3, 3>> corners_;
+  Nearest nearestInUnit(const model::Point3& point, double most) const;
+
+  model::UnitScale scale_;
+  std::vector<std::array<model::Point3, 3>>
+      corners_;  // in the unit of the scale, as all that follows
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
 };

@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include "t4d/measure/exact_signs.h"
+#include "t4d/measure/parallel_for.h"
 
 namespace t4d::measure {
 namespace {
@@ -48,6 +49,23 @@ class LineTriangle {
       if (sideOf(flat_[i], flat_[(i + 1) % 3], line, uFirst) != facing_) return false;
     }
     return true;
+  }
+
+  /// The least and the largest second coordinate of the lines with this first one that may go
+  /// through the triangle, up to rounding.
+  std::pair<double, double> rangeAt(double u) const {
+    double least = std::numeric_limits<double>::infinity();
+    double most = -least;
+    for (int i = 0; i < 3; ++i) {
+      const Point2& a = flat_[i];
+      const Point2& b = flat_[(i + 1) % 3];
+      if (!(std::min(a.x(), b.x()) <= u && u <= std::max(a.x(), b.x()))) continue;
+      const double part = a.x() == b.x() ? 0 : (u - a.x()) / (b.x() - a.x());
+      const double v = a.y() + part * (b.y() - a.y());
+      least = std::min({least, v, a.x() == b.x() ? b.y() : v});
+      most = std::max({most, v, a.x() == b.x() ? b.y() : v});
+    }
+    return {least, most};
   }
 
   /// Whether a point of a line that goes through the triangle comes after it.
@@ -155,12 +173,13 @@ struct VisitLattice::Edge {
 };
 
 std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& surface, int axis,
-                                                           std::span<const Edge> wanted) const {
+                                                           std::span<const Edge> wanted,
+                                                           const model::Progress& progress) const {
   const int u = (axis + 1) % 3;
   const int v = (axis + 2) % 3;
   const std::size_t groups = (surface.triangles.size() + kTogether - 1) / kTogether;
   std::vector<std::vector<Event>> found(groups);
-  tbb::parallel_for(std::size_t{0}, groups, [&](std::size_t group) {
+  parallelFor(groups, progress, [&](std::size_t group) {
     const std::size_t end = std::min((group + 1) * kTogether, surface.triangles.size());
     for (std::size_t i = group * kTogether; i < end; ++i) {
       const std::array<Point3, 3> corners = cornersOf(surface, i);
@@ -176,7 +195,11 @@ std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& s
       const std::uint32_t from = lattice_.firstFrom(axis, least[axis]);
       const std::uint32_t to = lattice_.firstAfter(axis, most[axis]);
       for (std::uint32_t j = uBegin; j < uEnd; ++j) {
-        for (std::uint32_t k = vBegin; k < vEnd; ++k) {
+        // One line farther to either side, since the range is rounded.
+        const auto [lowest, highest] = triangle.rangeAt(lattice_.at[u][j]);
+        const std::uint32_t kBegin = std::max(vBegin + 1, lattice_.firstFrom(v, lowest)) - 1;
+        const std::uint32_t kEnd = std::min(vEnd - 1, lattice_.firstAfter(v, highest)) + 1;
+        for (std::uint32_t k = kBegin; k < kEnd; ++k) {
           const Point2 line(lattice_.at[u][j], lattice_.at[v][k]);
           if (!triangle.covers(line)) continue;
           Point3 point;
@@ -247,6 +270,20 @@ std::span<const VisitLattice::Run> VisitLattice::column(std::uint32_t x, std::ui
   const std::size_t number = x * lattice_.at[1].size() + y;
   const std::uint64_t begin = number == 0 ? 0 : columnEnds_[number - 1];
   return std::span(runs_).subspan(begin, columnEnds_[number] - begin);
+}
+
+bool VisitLattice::allInside(const LatticeIndex& low, const LatticeIndex& high) const {
+  for (std::uint32_t x = low[0]; x <= high[0]; ++x) {
+    for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
+      const auto runs = column(x, y);
+      auto after = std::ranges::upper_bound(runs, low[2], {}, &Run::from);
+      if (after == runs.begin() || (after - 1)->winding < 1) return false;
+      for (; after != runs.end() && after->from <= high[2]; ++after) {
+        if (after->winding < 1) return false;
+      }
+    }
+  }
+  return true;
 }
 
 int VisitLattice::winding(const LatticeIndex& point) const {
@@ -331,44 +368,71 @@ std::vector<LatticeCrossing> VisitLattice::crossingsOf(const TriangleMesh& surfa
 }
 
 VisitLattice::VisitLattice(const TriangleMesh& surface, SpaceLattice lattice,
-                           const model::Progress& progress)
+                           const model::Progress& progress, bool withCrossings)
     : lattice_(std::move(lattice)) {
-  const auto done = [&](double fraction) {
-    if (progress) progress(fraction);
-  };
-  const std::vector<Event> upward = eventsAlong(surface, 2, {});
+  const auto third = [&](int which) { return partOf(progress, which / 3.0, (which + 1) / 3.0); };
+  const std::vector<Event> upward =
+      eventsAlong(surface, 2, {}, withCrossings ? third(0) : progress);
   setColumns(upward);
-  done(0.4);
+  if (!withCrossings) return;
   crossings_[2] = crossingsOf(surface, 2, edgesAlong(2), upward);
   for (int axis = 0; axis < 2; ++axis) {
     const std::vector<Edge> edges = edgesAlong(axis);
     if (edges.empty()) continue;
-    crossings_[axis] = crossingsOf(surface, axis, edges, eventsAlong(surface, axis, edges));
-    done(0.7 + 0.3 * axis);
+    crossings_[axis] =
+        crossingsOf(surface, axis, edges, eventsAlong(surface, axis, edges, third(1 + axis)));
   }
 }
 
-double VisitLattice::estimatedBytes(const TriangleMesh& surface, const SpaceLattice& lattice) {
-  double crossings = 0;
+namespace {
+
+/// What there is to do, counted.
+struct LatticeWork {
+  double rows = 0;       ///< planes of lines that triangles meet
+  double crossings = 0;  ///< of lines and triangles
+  /// Crossings of the surface that is made. A silhouette may have many layers within it; a surface
+  /// of more than four times the area of its bounds is rare.
+  double outer = 0;
+};
+
+LatticeWork workOf(const TriangleMesh& surface, const SpaceLattice& lattice) {
+  LatticeWork work;
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     const auto [a, b, c] = cornersOf(surface, i);
-    crossings += ((b - a) / lattice.spacing).cross((c - a) / lattice.spacing).lpNorm<1>() / 2;
+    const Point3 u = (b - a) / lattice.spacing;
+    const Point3 v = (c - a) / lattice.spacing;
+    work.crossings += u.cross(v).lpNorm<1>() / 2;
+    work.rows += (u.cwiseMax(v).cwiseMax(0) - u.cwiseMin(v).cwiseMin(0)).sum();
   }
+  for (int axis = 0; axis < 3; ++axis) {
+    work.outer += 8.0 * static_cast<double>(lattice.at[(axis + 1) % 3].size()) *
+                  static_cast<double>(lattice.at[(axis + 2) % 3].size());
+  }
+  work.outer = std::min(work.outer, work.crossings);
+  return work;
+}
+
+}  // namespace
+
+double VisitLattice::estimatedBytes(const TriangleMesh& surface, const SpaceLattice& lattice) {
+  const LatticeWork work = workOf(surface, lattice);
   // All crossings of the lines in one direction are sorted, and take twice that while they are
   // collected.
   constexpr double kBytesACrossing = 48;
   // The surface has about as many cubes and four triangles for each of its crossings, and they are
-  // searched for self-intersections. A silhouette may have many layers within it; a surface of more
-  // than four times the area of its bounds is rare.
+  // searched for self-intersections.
   constexpr double kBytesOfSurface = 752;
-  double most = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    most += 8.0 * static_cast<double>(lattice.at[(axis + 1) % 3].size()) *
-            static_cast<double>(lattice.at[(axis + 2) % 3].size());
-  }
-  return kBytesACrossing * crossings + kBytesOfSurface * std::min(crossings, most) +
+  return kBytesACrossing * work.crossings + kBytesOfSurface * work.outer +
          8.0 * static_cast<double>(lattice.at[0].size()) *
              static_cast<double>(lattice.at[1].size());
+}
+
+double VisitLattice::estimatedSeconds(const TriangleMesh& surface, const SpaceLattice& lattice) {
+  const LatticeWork work = workOf(surface, lattice);
+  constexpr double kARow = 1e-7;
+  constexpr double kACrossing = 1e-6;
+  constexpr double kOfSurface = 1e-5;
+  return kARow * work.rows + kACrossing * work.crossings + kOfSurface * work.outer;
 }
 
 }  // namespace t4d::measure

@@ -97,6 +97,21 @@ TEST(VisitLattice, FindsACrossingOnEveryEdgeWithOneEndInside) {
   }
 }
 
+TEST(VisitLattice, FindsSliversThatLieAcrossTheLines) {
+  // Long thin triangles in all directions, whose boxes hold far more lines than they do.
+  for (const Point3& along : {Point3(9, 8, 7), Point3(-7, 9, 0.01), Point3(0.02, -0.01, 9)}) {
+    TriangleMesh bar = fixtures::pebble(0.4, 60);
+    for (Point3& v : bar.vertices) v += along * v.x();
+    const VisitLattice visits = latticeOf(bar, 0.21);
+    const WindingNumber winding(bar);
+    std::mt19937 random(3);
+    eachPoint(visits.lattice(), [&](const LatticeIndex& index, const Point3& point) {
+      if (random() % 16 != 0 && !visits.isInside(index)) return;
+      EXPECT_EQ(visits.winding(index), std::lround(winding.exactAt(point)));
+    });
+  }
+}
+
 TEST(VisitLattice, KeepsItsPlanesOffTheSidesOfTheBounds) {
   for (const double size : {0.1, 0.49, 0.5, 1.0, 1.5, 2.75, 3.0, 17.999}) {
     const model::Bounds3 bounds = {Point3::Constant(-3), Point3::Constant(-3 + size)};

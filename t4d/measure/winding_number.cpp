@@ -39,11 +39,13 @@ double WindingNumber::ofTriangle(const std::array<Point3, 3>& corners, const Poi
   return std::atan2(triple, rest) / (2 * std::numbers::pi);
 }
 
-WindingNumber::WindingNumber(const model::TriangleMesh& mesh) {
+WindingNumber::WindingNumber(const model::TriangleMesh& mesh)
+    : scale_(model::UnitScale::of({&mesh})) {
   assert(!mesh.triangles.empty());
   corners_.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    corners_.push_back({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
+    corners_.push_back({scale_.toUnit(mesh.vertices[a]), scale_.toUnit(mesh.vertices[b]),
+                        scale_.toUnit(mesh.vertices[c])});
   }
   build(0, static_cast<std::uint32_t>(corners_.size()));
 }
@@ -88,7 +90,8 @@ void WindingNumber::build(std::uint32_t begin, std::uint32_t end) {
   build(middle, end);
 }
 
-double WindingNumber::exactAt(const Point3& point) const {
+double WindingNumber::exactAt(const Point3& given) const {
+  const Point3 point = scale_.toUnit(given);
   double sum = 0;
   for (const auto& corners : corners_) sum += ofTriangle(corners, point);
   return sum;
@@ -102,7 +105,8 @@ double WindingNumber::exactAt(const model::TriangleMesh& mesh, const Point3& poi
   return sum;
 }
 
-double WindingNumber::at(const Point3& point) const {
+double WindingNumber::at(const Point3& given) const {
+  const Point3 point = scale_.toUnit(given);
   // Halving keeps the tree's depth below 33, and each level leaves at most one pending node.
   constexpr std::size_t kMaxDepth = 40;
   std::array<std::uint32_t, kMaxDepth> waiting;

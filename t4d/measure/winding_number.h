@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "t4d/model/triangle_mesh.h"
+#include "t4d/model/unit_scale.h"
 
 namespace t4d::measure {
 
@@ -42,7 +43,9 @@ class WindingNumber {
 
   void build(std::uint32_t begin, std::uint32_t end);
 
-  std::vector<std::array<model::Point3, 3>> corners_;  // in the order of the tree
+  model::UnitScale scale_;
+  /// In the order of the tree, and in the unit of the scale.
+  std::vector<std::array<model::Point3, 3>> corners_;
   std::vector<Node> nodes_;
 };
 

@@ -234,6 +234,13 @@ TEST(Deformation, RefusesWhatIsNoDeformation) {
     EXPECT_NE(errorOf({{0, solid.vertices}, {1, moved}}).find("doubles"), std::string::npos);
     EXPECT_NE(errorOf({{0, moved}, {1, moved}}).find("doubles"), std::string::npos);
   }
+  // What is wrong at a key names the key and its time, not the mesh.
+  const auto placeOf = [&](std::vector<StoredKeys::Key> keys) {
+    model::Mesh swept;
+    return sweep(solid, StoredKeys(std::move(keys)), kCones, swept).error().where;
+  };
+  EXPECT_EQ(placeOf({{0.5, flat}, {1, solid.vertices}}), "key 0, at time 0.5");
+  EXPECT_EQ(placeOf({{0, solid.vertices}, {1.25, far}}), "key 1, at time 1.25");
   // But it may shrink to a point.
   EXPECT_EQ(errorOf({{0, solid.vertices}, {1, std::vector<Point3>(8, Point3(1e6, 0, 0))}}), "none");
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -15,16 +16,6 @@ constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 double stepsFor(double angleDegrees, double stepDegrees) {
   constexpr double kRounding = 1e-12;
   return std::ceil(std::abs(angleDegrees) / stepDegrees * (1 - kRounding));
-}
-
-/// The largest distance of a point of the posed mesh from the segment's axis.
-double radiusAbout(const model::Segment& segment, const std::vector<model::Point3>& points) {
-  double largest = 0;
-  for (const model::Point3& point : points) {
-    const Eigen::Vector3d arm = segment.start(point) - segment.screw.axisPoint;
-    largest = std::max(largest, arm.cross(segment.screw.axisDirection).norm());
-  }
-  return largest;
 }
 
 Result<void> checkRule(const StepRule& rule) {
@@ -42,45 +33,110 @@ Result<void> checkRule(const StepRule& rule) {
   return {};
 }
 
-/// The largest angle of one step of `segment`, in degrees.
-double stepDegrees(const StepRule& rule, const model::Segment& segment,
-                   const std::vector<model::Point3>& points) {
+/// The steps of a segment that turns.
+double stepsFor(const StepRule& rule, double angleDegrees, const model::Chords& chords) {
   if (const auto* volume = std::get_if<MinVolumeRatio>(&rule)) {
-    return std::acos(2 * volume->ratio - 1) * kDegreesPerRadian;
+    return stepsFor(angleDegrees, std::acos(2 * volume->ratio - 1) * kDegreesPerRadian);
   }
-  const double radius = radiusAbout(segment, points);
-  const double sagitta = std::get<MaxDeviation>(rule).length;
-  if (sagitta >= radius) return 180;
-  // 1 - cos(angle / 2) = sagitta / radius, solved without cancellation at small angles.
-  return 4 * std::asin(std::sqrt(sagitta / (2 * radius))) * kDegreesPerRadian;
+  const double allowed = std::get<MaxDeviation>(rule).length;
+  const double steps = stepsFor(angleDegrees, chords.angleFor(allowed) * kDegreesPerRadian);
+  // The angle is rounded, too.
+  const bool more = chords.forAngle(angleDegrees / steps / kDegreesPerRadian) > allowed;
+  return more ? steps + 1 : steps;
+}
+
+/// A deviation that kMaxSteps can keep, rounded up to two digits; nothing if there is none.
+std::optional<double> possibleDeviation(const model::Motion& motion,
+                                        std::span<const model::Chords> chords) {
+  double degrees = 0;
+  for (const model::Segment& segment : motion.segments) {
+    degrees += std::abs(segment.screw.angleDegrees);
+  }
+  // Each segment may have two steps more, by rounding up.
+  const double radians =
+      degrees / kDegreesPerRadian / static_cast<double>(kMaxSteps - 2 * motion.segments.size());
+  if (!(radians <= std::numbers::pi)) return std::nullopt;
+  double deviation = 0;
+  for (const model::Chords& one : chords) deviation = std::max(deviation, one.forAngle(radians));
+  const double digit = std::pow(10, std::floor(std::log10(deviation)) - 1);
+  return (std::floor(deviation / digit) + 1) * digit;
 }
 
 }  // namespace
 
+std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::TriangleMesh& mesh,
+                                    PrismSplit split) {
+  std::vector<Eigen::Vector3d> edges;
+  std::vector<model::Chords> all(motion.segments.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const model::Segment& segment = motion.segments[i];
+    if (segment.screw.angleDegrees == 0) continue;
+    if (edges.empty()) {
+      for (const model::Triangle& triangle : mesh.triangles) {
+        for (int k = 0; k < 3; ++k) {
+          // Each edge of a closed mesh is in two triangles, in opposite directions.
+          const std::uint32_t from = triangle[k];
+          const std::uint32_t to = triangle[(k + 1) % 3];
+          if (from < to) edges.emplace_back(mesh.vertices[to] - mesh.vertices[from]);
+        }
+      }
+    }
+    // In the coordinates of the mesh.
+    const Eigen::Vector3d axis = segment.start.rotation.transpose() * segment.screw.axisDirection;
+    const model::Point3 center =
+        segment.start.rotation.transpose() * (segment.screw.axisPoint - segment.start.translation);
+    double radius = 0;
+    for (const model::Point3& vertex : mesh.vertices) {
+      radius = std::max(radius, axis.cross(vertex - center).squaredNorm());
+    }
+    double edge = 0;
+    for (const Eigen::Vector3d& one : edges) edge = std::max(edge, axis.cross(one).squaredNorm());
+    all[i] = {std::sqrt(radius), std::sqrt(edge),
+              split == PrismSplit::Fourteen ? model::kEdgeFactorOf14 : model::kEdgeFactorOf3};
+  }
+  return all;
+}
+
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
-                                           const std::vector<model::Point3>& points) {
+                                           std::span<const model::Chords> chords) {
   if (auto checked = checkRule(rule); !checked) return pass(checked.error());
   std::vector<std::uint64_t> counts;
   counts.reserve(motion.segments.size());
   double total = 0;
-  for (const model::Segment& segment : motion.segments) {
+  for (std::size_t i = 0; i < motion.segments.size(); ++i) {
+    const double degrees = motion.segments[i].screw.angleDegrees;
     double steps = 1;
     if (const auto* fixed = std::get_if<StepsPerSegment>(&rule)) {
       steps = static_cast<double>(fixed->steps);
-    } else if (segment.screw.angleDegrees != 0) {
-      steps =
-          std::max(1.0, stepsFor(segment.screw.angleDegrees, stepDegrees(rule, segment, points)));
+    } else if (degrees != 0) {
+      const model::Chords here = i < chords.size() ? chords[i] : model::Chords{};
+      steps = std::max(1.0, stepsFor(rule, degrees, here));
     }
     total += steps;
     if (!(total <= static_cast<double>(kMaxSteps))) {
-      return invalid(fmt::format("the motion needs {:.4g} steps or more, at most {} are possible; "
-                                 "allow larger steps, or shorten the motion",
-                                 total, kMaxSteps),
-                     {}, Remedy::StepRule);
+      const auto possible = std::holds_alternative<MaxDeviation>(rule)
+                                ? possibleDeviation(motion, chords)
+                                : std::nullopt;
+      return invalid(
+          fmt::format("the motion needs {:.4g} steps or more, at most {} are possible; {}", total,
+                      kMaxSteps,
+                      possible ? fmt::format("a deviation of {:.2g} is possible", *possible)
+                               : "allow larger steps, or shorten the motion"),
+          {}, Remedy::StepRule);
     }
     counts.push_back(static_cast<std::uint64_t>(steps));
   }
   return counts;
+}
+
+double largestDeviation(const model::Motion& motion, std::span<const std::uint64_t> steps,
+                        std::span<const model::Chords> chords) {
+  double largest = 0;
+  for (std::size_t i = 0; i < chords.size(); ++i) {
+    const double degrees = motion.segments[i].screw.angleDegrees / static_cast<double>(steps[i]);
+    largest = std::max(largest, chords[i].forAngle(degrees / kDegreesPerRadian));
+  }
+  return largest;
 }
 
 }  // namespace t4d::mesh4d

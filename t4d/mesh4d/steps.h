@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <variant>
 #include <vector>
 
+#include "t4d/mesh4d/prism.h"
+#include "t4d/model/chords.h"
 #include "t4d/model/error.h"
 #include "t4d/model/motion.h"
 
@@ -20,9 +23,8 @@ struct StepsPerSegment {
   std::uint64_t steps = 1;
 };
 
-/// Keep every point within this distance, in length units, of its true screw path at the same time.
-/// At the middle of a step, a point at distance r from the axis deviates from its path by r (1 -
-/// cos(angle / 2)).
+/// Keep every slice within this distance, in length units, of the true solid at the same time, and
+/// the solid of it: model::Chords bounds both the paths of vertices and what lies between them.
 struct MaxDeviation {
   double length = 0;
 };
@@ -32,11 +34,20 @@ using StepRule = std::variant<MinVolumeRatio, StepsPerSegment, MaxDeviation>;
 /// The maximum number of steps of a motion.
 inline constexpr std::uint64_t kMaxSteps = 100'000'000;
 
+/// Of each segment, what bounds the deviation of its steps: the largest distance of a vertex from
+/// its axis, and the longest edge across it. Zero where nothing turns.
+std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::TriangleMesh& mesh,
+                                    PrismSplit split);
+
 /// The number of steps of each segment: at least 1, and enough that no step turns by more than half
-/// a turn (unless StepsPerSegment asks for it). `points` are the vertices of the mesh before the
-/// motion; only MaxDeviation uses them. Fails for a ratio outside [0, 1), zero steps, a deviation
-/// that is not positive, and more than kMaxSteps.
+/// a turn (unless StepsPerSegment asks for it). `chords` are those of chordsOf; only MaxDeviation
+/// uses them. Fails for a ratio outside [0, 1), zero steps, a deviation that is not positive, and
+/// more than kMaxSteps.
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
-                                           const std::vector<model::Point3>& points);
+                                           std::span<const model::Chords> chords = {});
+
+/// The largest bound of any step, in length units.
+double largestDeviation(const model::Motion& motion, std::span<const std::uint64_t> steps,
+                        std::span<const model::Chords> chords);
 
 }  // namespace t4d::mesh4d

@@ -1,7 +1,9 @@
 #include "t4d/mesh4d/steps.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -12,8 +14,7 @@ namespace {
 
 TEST(Steps, ThePapersScrewHas65) {
   // Section 5.2: 360 degrees with R_Vmin = 0.9976 are 65 steps of 5.538 degrees.
-  const auto steps =
-      stepsOf(turnAbout(Eigen::Vector3d::UnitX(), 360, 100), MinVolumeRatio{0.9976}, {});
+  const auto steps = stepsOf(turnAbout(Eigen::Vector3d::UnitX(), 360, 100), MinVolumeRatio{0.9976});
   EXPECT_EQ(steps->front(), 65U);
   EXPECT_NEAR(360.0 / 65, 5.538, 5e-4);
 }
@@ -22,7 +23,7 @@ TEST(Steps, EveryStepKeepsTheVolumeAndOneFewerWouldNot) {
   for (const double ratio : {0.0, 0.3, 0.5, 0.75, 0.9, 0.998, 0.99999}) {
     for (const double degrees : {-720.0, 1.0, 90.0, 180.0, 359.0, 360.0}) {
       const auto steps =
-          stepsOf(turnAbout(Eigen::Vector3d::UnitX(), degrees), MinVolumeRatio{ratio}, {});
+          stepsOf(turnAbout(Eigen::Vector3d::UnitX(), degrees), MinVolumeRatio{ratio});
       const auto volume = [&](double n) {
         return (1 + std::cos(std::abs(degrees) / n * M_PI / 180)) / 2;
       };
@@ -38,8 +39,48 @@ TEST(Steps, EveryStepKeepsTheVolumeAndOneFewerWouldNot) {
 
 TEST(Steps, WholeMultiplesAreNotRoundedUp) {
   // acos(0) is a quarter turn.
-  EXPECT_EQ(stepsOf(turnAbout(Eigen::Vector3d::UnitX(), 360), MinVolumeRatio{0.5}, {})->front(),
-            4U);
+  EXPECT_EQ(stepsOf(turnAbout(Eigen::Vector3d::UnitX(), 360), MinVolumeRatio{0.5})->front(), 4U);
+}
+
+TEST(Steps, KeepADeviationAndOneFewerWouldNot) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int seed = 0; seed < 2000; ++seed) {
+    const model::Chords chords{std::pow(10, 6 * unit(random) - 3),
+                               std::pow(10, 6 * unit(random) - 3),
+                               seed % 2 == 0 ? model::kEdgeFactorOf14 : model::kEdgeFactorOf3};
+    const double degrees = 1000 * unit(random);
+    const double allowed = std::pow(10, 8 * unit(random) - 5) * chords.radius;
+    const model::Motion motion = turnAbout(Eigen::Vector3d::UnitX(), degrees);
+    const auto steps = stepsOf(motion, MaxDeviation{allowed}, {&chords, 1});
+    if (!steps) continue;
+    const auto bound = [&](double n) { return chords.forAngle(degrees / n * M_PI / 180); };
+    const auto n = static_cast<double>(steps->front());
+    SCOPED_TRACE(testing::Message() << chords.radius << " " << chords.edge << " " << allowed);
+    if (degrees / n < 180 * (1 - 1e-12)) {
+      EXPECT_LE(bound(n), allowed);
+      EXPECT_NEAR(largestDeviation(motion, *steps, {&chords, 1}), bound(n), 1e-12 * bound(n));
+    }
+    EXPECT_LE(degrees / n, 180 + 1e-9);
+    if (n > 1 && degrees / (n - 1) <= 180) {
+      EXPECT_GT(bound(n - 1), allowed * (1 - 1e-9));
+    }
+  }
+}
+
+TEST(Steps, ADeviationThatIsTooSmallIsRefusedWithOneThatIsPossible) {
+  const model::Motion motion = turnAbout(Eigen::Vector3d::UnitX(), 7200);
+  for (const double edge : {0.0, 0.3, 40.0}) {
+    const model::Chords chords{5, edge};
+    const auto refused = stepsOf(motion, MaxDeviation{1e-300}, {&chords, 1});
+    ASSERT_FALSE(refused);
+    const std::string& message = refused.error().message;
+    const auto at = message.find("a deviation of ");
+    ASSERT_NE(at, std::string::npos) << message;
+    const double possible = std::stod(message.substr(at + 15));
+    EXPECT_TRUE(stepsOf(motion, MaxDeviation{possible}, {&chords, 1})) << message;
+    EXPECT_FALSE(stepsOf(motion, MaxDeviation{possible / 2}, {&chords, 1})) << message;
+  }
 }
 
 TEST(Steps, RulesOutOfRangeAreRefused) {
@@ -50,7 +91,7 @@ TEST(Steps, RulesOutOfRangeAreRefused) {
         StepRule(StepsPerSegment{0}), StepRule(MaxDeviation{0}), StepRule(MaxDeviation{nan}),
         StepRule(MinVolumeRatio{1 - 1e-16}), StepRule(StepsPerSegment{~std::uint64_t{0}}),
         StepRule(MaxDeviation{1e-300})}) {
-    const auto steps = stepsOf(motion, rule, {{0, 1, 0}});
+    const auto steps = stepsOf(motion, rule, std::array{model::Chords{1, 1}});
     ASSERT_FALSE(steps);
     EXPECT_EQ(steps.error().code, ErrorCode::InvalidInput);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -63,42 +64,9 @@ double farthestOf(const model::Bounds3& bounds) {
   return bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
 }
 
-/// Checks that the coordinates that the motion reaches are neither so large that the solid's shape
-/// is lost in their rounding, nor beyond what can be measured.
-Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
-  const model::Bounds3 bounds = boundsOf(mesh);
-  const model::Point3 extent = bounds.max - bounds.min;
-  const double width = extent.minCoeff();
-  const Point3 middle = bounds.min / 2 + bounds.max / 2;
-  const double farthest = farthestOf(bounds);
-  if (!(farthest <= model::kLargestCoordinate)) {
-    return invalid(fmt::format("has coordinates of {:.3g}; the largest that can be swept is {}",
-                               farthest, model::kLargestCoordinate));
-  }
-  if (!(width >= model::kSmallestExtent)) {
-    return invalid(fmt::format("is {:.3g} wide; the smallest solid that can be swept is {} wide",
-                               width, model::kSmallestExtent));
-  }
-  for (std::size_t i = 0; i < motion.segments.size(); ++i) {
-    const model::Segment& segment = motion.segments[i];
-    // Both ends, and eighths of the first turn.
-    const double eighth = 45 / std::max(45.0, std::abs(segment.screw.angleDegrees));
-    double reach = std::max(segment.start(middle).norm(), segment.end(middle).norm());
-    for (int k = 1; k <= 8 && segment.screw.angleDegrees != 0; ++k) {
-      reach = std::max(reach, segment.at(std::min(1.0, k * eighth))(middle).norm());
-    }
-    if (spacing(reach) <= kFinestFraction * width) continue;
-    return invalid(fmt::format("segment {} moves the solid about coordinates of {:.3g}, where "
-                               "doubles are {:.3g} apart; the solid is only {:.3g} wide. Move it "
-                               "nearer to the origin",
-                               i, reach, spacing(reach), width),
-                   {}, Remedy::Motion);
-  }
-  return {};
-}
-
-/// The same for the vertices at one key. `width` is that of the solid along its longest axis at the
-/// keys before, and grows to that of this one: a solid may shrink to nothing, but not by rounding.
+/// checkReach for the vertices at one key. `width` is that of the solid along its longest axis at
+/// the keys before, and grows to that of this one: a solid may shrink to nothing, but not by
+/// rounding.
 Result<void> checkKey(double time, std::span<const Point3> positions, double& width) {
   model::Bounds3 bounds;
   for (const Point3& position : positions) {
@@ -119,6 +87,12 @@ Result<void> checkKey(double time, std::span<const Point3> positions, double& wi
                  {}, Remedy::Motion);
 }
 
+/// An error that is that of a key, not of the mesh whose triangles move.
+tl::unexpected<Error> atKey(const VertexKeys& keys, std::uint64_t key, Error error) {
+  error.where = fmt::format("key {}, at time {}", key, keys.time(key));
+  return pass(std::move(error));
+}
+
 /// A notice about the first step with an angle so large that it hardly follows the motion.
 std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
                                              const std::vector<std::uint64_t>& counts) {
@@ -134,6 +108,29 @@ std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
         i, degrees);
   }
   return std::nullopt;
+}
+
+/// A notice where long edges are what asks for many steps.
+std::optional<std::string> noticeOfLongEdges(const model::Motion& motion, const StepRule& rule,
+                                             const std::vector<std::uint64_t>& counts,
+                                             std::vector<model::Chords> chords) {
+  constexpr std::uint64_t kMany = 10'000;
+  constexpr double kTimes = 10;
+  const std::uint64_t total = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  if (!std::holds_alternative<MaxDeviation>(rule) || total < kMany) return std::nullopt;
+  double longest = 0;
+  for (model::Chords& one : chords) {
+    longest = std::max(longest, one.edge);
+    one.edge /= kTimes;
+  }
+  const auto fewer = stepsOf(motion, rule, chords);
+  if (!fewer) return std::nullopt;
+  const std::uint64_t others = std::accumulate(fewer->begin(), fewer->end(), std::uint64_t{0});
+  if (static_cast<double>(total) < 0.5 * kTimes * static_cast<double>(others)) return std::nullopt;
+  return fmt::format(
+      "{} steps, because of long edges: between two layers a slice deviates in proportion to the "
+      "longest edge, {:.3g}. With edges a tenth as long, {} steps would do",
+      total, longest, others);
 }
 
 class Sweeper {
@@ -201,7 +198,8 @@ class Sweeper {
   /// Reads the positions of a key and checks them.
   Result<void> load(std::uint64_t key) {
     if (auto read = keys_.positions(key, positions_); !read) return read;
-    return checkKey(keys_.time(key), positions_, width_);
+    auto good = checkKey(keys_.time(key), positions_, width_);
+    return good || keys_.pose(key) ? good : atKey(keys_, key, good.error());
   }
 
   /// Puts the layer of a key at `into`.
@@ -224,7 +222,8 @@ class Sweeper {
     const auto pose = keys_.pose(key);
     if (!pose) {
       if (auto loaded = load(key); !loaded) return pass(loaded.error());
-      return fillSolid({positions_, mesh_.triangles, {}}, options_.caps);
+      auto filled = fillSolid({positions_, mesh_.triangles, {}}, options_.caps);
+      return filled ? filled : atKey(keys_, key, filled.error());
     }
     if (known != nullptr && keys_.pose(0)) return *known;
     return fillSolid(mesh_, options_.caps);
@@ -402,6 +401,38 @@ void addNotices(const SweepOptions& options, bool flipped, SweepReport& report) 
 
 }  // namespace
 
+Result<void> checkReach(const TriangleMesh& mesh, const model::Motion& motion) {
+  const model::Bounds3 bounds = boundsOf(mesh);
+  const model::Point3 extent = bounds.max - bounds.min;
+  const double width = extent.minCoeff();
+  const Point3 middle = bounds.min / 2 + bounds.max / 2;
+  const double farthest = farthestOf(bounds);
+  if (!(farthest <= model::kLargestCoordinate)) {
+    return invalid(fmt::format("has coordinates of {:.3g}; the largest that can be swept is {}",
+                               farthest, model::kLargestCoordinate));
+  }
+  if (!(width >= model::kSmallestExtent)) {
+    return invalid(fmt::format("is {:.3g} wide; the smallest solid that can be swept is {} wide",
+                               width, model::kSmallestExtent));
+  }
+  for (std::size_t i = 0; i < motion.segments.size(); ++i) {
+    const model::Segment& segment = motion.segments[i];
+    // Both ends, and eighths of the first turn.
+    const double eighth = 45 / std::max(45.0, std::abs(segment.screw.angleDegrees));
+    double reach = std::max(segment.start(middle).norm(), segment.end(middle).norm());
+    for (int k = 1; k <= 8 && segment.screw.angleDegrees != 0; ++k) {
+      reach = std::max(reach, segment.at(std::min(1.0, k * eighth))(middle).norm());
+    }
+    if (spacing(reach) <= kFinestFraction * width) continue;
+    return invalid(fmt::format("segment {} moves the solid about coordinates of {:.3g}, where "
+                               "doubles are {:.3g} apart; the solid is only {:.3g} wide. Move it "
+                               "nearer to the origin",
+                               i, reach, spacing(reach), width),
+                   {}, Remedy::Motion);
+  }
+  return {};
+}
+
 Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
                           const SweepOptions& options, model::Sink& sink,
                           const model::Progress& progress) {
@@ -411,12 +442,17 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
   const auto flipped = flippedIfInsideOut(mesh);
   if (!flipped) return pass(flipped.error());
   const TriangleMesh& solid = *flipped ? **flipped : mesh;
-  const auto steps = stepsOf(motion, options.steps, solid.vertices);
+  const auto chords = chordsOf(motion, solid, options.prism);
+  const auto steps = stepsOf(motion, options.steps, chords);
   if (!steps) return pass(steps.error());
   auto report =
       Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress).run(false);
   if (!report) return report;
+  report->chordBound = largestDeviation(motion, *steps, chords);
   if (auto notice = noticeOfLargeTurn(motion, *steps)) {
+    report->notices.push_back(std::move(*notice));
+  }
+  if (auto notice = noticeOfLongEdges(motion, options.steps, *steps, chords)) {
     report->notices.push_back(std::move(*notice));
   }
   addNotices(options, flipped->has_value(), *report);
@@ -436,9 +472,11 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const VertexKeys& keys,
   TriangleMesh first{std::vector<Point3>(mesh.vertices.size()), mesh.triangles, {}};
   if (auto read = keys.positions(0, first.vertices); !read) return pass(read.error());
   double width = 0;
-  if (auto good = checkKey(keys.time(0), first.vertices, width); !good) return pass(good.error());
+  if (auto good = checkKey(keys.time(0), first.vertices, width); !good) {
+    return atKey(keys, 0, good.error());
+  }
   const auto flipped = flippedIfInsideOut(first);
-  if (!flipped) return pass(flipped.error());
+  if (!flipped) return atKey(keys, 0, flipped.error());
   TriangleMesh solid = mesh;
   if (*flipped) flip(solid);
   auto report = Sweeper(solid, keys, options, sink, progress).run(true);

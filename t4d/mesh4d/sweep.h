@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,10 @@ struct SweepReport {
   std::uint64_t tetrahedra = 0;  ///< 14 F steps (or 3 F steps), plus the caps
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< at start and end
+  /// No point of a slice is farther from the true solid at that time, nor the other way round, in
+  /// length units (model::Chords). Nothing if keys were swept: what is true between them is not
+  /// known.
+  std::optional<double> chordBound;
   /// Prisms that fold, and the steps that have such; only looked for when keys are swept.
   std::uint64_t foldedPrisms = 0;
   std::uint64_t foldedSteps = 0;
@@ -51,6 +56,10 @@ struct SweepReport {
 };
 
 inline constexpr std::size_t kMostFolds = 100;
+
+/// Fails if `mesh` is so large, or so small, or `motion` takes it so far away, that its shape is
+/// lost in the rounding of its coordinates: what `sweep` begins with.
+Result<void> checkReach(const model::TriangleMesh& mesh, const model::Motion& motion);
 
 /// Sweeps a solid through space-time and puts the boundary of the region it covers, a 4D mesh, into
 /// `sink`, slab by slab: the start cap, one slab per step, the end cap (paper, section 4.1). Keeps
@@ -69,8 +78,8 @@ inline constexpr std::size_t kMostFolds = 100;
 /// Of a part, only its slabs are put, and counted. Layers where parts meet come without
 /// Slab::upperPose, so that the files of parts can be joined (formats::joinT4d).
 ///
-/// Fails if checkClosedSurface, stepsOf, fillSolid or the sink does, and if there are fewer steps
-/// than parts.
+/// Fails if checkClosedSurface, checkReach, stepsOf, fillSolid or the sink does, and if there are
+/// fewer steps than parts.
 Result<SweepReport> sweep(const model::TriangleMesh& mesh, const model::Motion& motion,
                           const SweepOptions& options, model::Sink& sink,
                           const model::Progress& progress = {});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -51,8 +52,63 @@ Result<void> sweepThrough(const TriangleMesh& solid, const model::Motion& motion
   how.prism = straight ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
   Envelopes sink(take);
   const auto swept = mesh4d::sweep(solid, motion, how, sink);
-  if (!swept) return pass(swept.error());
-  return {};
+  if (swept) return {};
+  Error error = swept.error();
+  // The tolerance sets the steps.
+  if (error.remedy == Remedy::StepRule) error.remedy = Remedy::Motion;
+  return pass(error);
+}
+
+double travelOf(const MillOptions& options) {
+  return options.travel > 0 ? options.travel : 4 * options.voxelSize;
+}
+
+/// The largest distance from the tip of a point that moves with the tool.
+double reachOf(const TriangleMesh& tool, const std::vector<Guard>& guards) {
+  double reach = 0;
+  const auto add = [&](const TriangleMesh& mesh) {
+    for (const model::Point3& vertex : mesh.vertices) reach = std::max(reach, vertex.norm());
+  };
+  add(tool);
+  for (const Guard& guard : guards) add(guard.mesh);
+  return reach;
+}
+
+/// Whether a ball can meet the stock.
+Near nearTo(const StockField& field) {
+  return [&field](const model::Point3& center, double radius) {
+    const model::Point3 half = model::Point3::Constant(radius);
+    return field.mayMeet({center - half, center + half});
+  };
+}
+
+/// More steps, of a thousandth of a second and more each, would take hours: a wrong unit, or a
+/// spindle that turns.
+constexpr std::uint64_t kMostSteps = 10'000'000;
+
+/// Fails if a motion goes so far that nothing is exact there, or asks for too many steps near the
+/// stock.
+Result<void> checkMotion(const TriangleMesh& tool, const model::Motion& motion,
+                         const StockField& field, const MillOptions& options) {
+  if (auto good = mesh4d::checkReach(tool, motion); !good) return good;
+  for (const Guard& guard : options.guards) {
+    auto good = mesh4d::checkReach(guard.mesh, motion);
+    if (!good) return good;
+  }
+  double steps = 0;
+  return visitParts(
+      motion, {options.times.front(), options.times.back()}, travelOf(options),
+      reachOf(tool, options.guards), nearTo(field), [&](const model::Motion& part) -> Result<void> {
+        for (const model::Segment& segment : part.segments) {
+          steps += std::max(1.0, std::abs(segment.screw.angleDegrees));
+        }
+        if (steps <= static_cast<double>(kMostSteps)) return {};
+        return fail(ErrorCode::Unsupported,
+                    fmt::format("the tool moves or turns near the stock for more than {} steps of "
+                                "{:g} or a degree; is it in the length units of the stock?",
+                                kMostSteps, travelOf(options)),
+                    {}, Remedy::Motion);
+      });
 }
 
 /// The workpiece at each time, made by going from frame to frame.
@@ -65,7 +121,8 @@ class Workpiece : public voxel4d::FrameSource {
         tool_(tool),
         motion_(motion),
         options_(options),
-        travel_(options.travel > 0 ? options.travel : 4 * options.voxelSize),
+        travel_(travelOf(options)),
+        reach_(reachOf(tool, options.guards)),
         report_(report) {}
 
   const voxel4d::Lattice& lattice() const override { return lattice_; }
@@ -92,24 +149,27 @@ class Workpiece : public voxel4d::FrameSource {
   Result<void> millUntil(const TimeSpan& span) {
     const StockField before = field_;
     std::vector<Cut> cuts;
-    const model::Motion part = partOf(motion_, span, travel_);
-    if (options_.guards.empty()) {
-      if (auto cut = cutAlong(part, cuts); !cut) return cut;
-    } else {
-      // Guards follow the tool step by step.
-      for (const model::Segment& segment : part.segments) {
-        model::Motion step;
-        step.segments = {segment};
-        if (auto cut = cutAlong(step, cuts); !cut) return cut;
-        if (auto guarded = guardAlong(step); !guarded) return guarded;
-      }
-    }
+    auto cut = visitParts(motion_, span, travel_, reach_, nearTo(field_),
+                          [&](const model::Motion& part) { return cutAndGuard(part, cuts); });
+    if (!cut) return cut;
     if (cuts.empty()) return {};
     const std::uint64_t parts = countParts(field_);
     if (parts > components_) {
       if (auto found = findSeparations(before, cuts, parts); !found) return found;
     }
     components_ = parts;
+    return {};
+  }
+
+  Result<void> cutAndGuard(const model::Motion& part, std::vector<Cut>& cuts) {
+    if (options_.guards.empty()) return cutAlong(part, cuts);
+    // Guards follow the tool step by step.
+    for (const model::Segment& segment : part.segments) {
+      model::Motion step;
+      step.segments = {segment};
+      if (auto cut = cutAlong(step, cuts); !cut) return cut;
+      if (auto guarded = guardAlong(step); !guarded) return guarded;
+    }
     return {};
   }
 
@@ -146,9 +206,8 @@ class Workpiece : public voxel4d::FrameSource {
 
   bool isRapid(const TimeSpan& time) const {
     const double middle = 0.5 * (time.begin + time.end);
-    return std::ranges::any_of(options_.rapids, [&](const TimeSpan& rapid) {
-      return rapid.begin <= middle && middle < rapid.end;
-    });
+    const auto after = std::ranges::upper_bound(options_.rapids, middle, {}, &TimeSpan::begin);
+    return after != options_.rapids.begin() && middle < std::prev(after)->end;
   }
 
   /// Steps that follow each other are one collision.
@@ -204,6 +263,7 @@ class Workpiece : public voxel4d::FrameSource {
   const model::Motion& motion_;
   const MillOptions& options_;
   double travel_;
+  double reach_;
   MillReport& report_;
   std::uint64_t components_ = 0;
 };
@@ -290,6 +350,8 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
   for (const Guard& guard : options.guards) {
     if (auto good = checkSize(guard.mesh, guard.name); !good) return pass(good.error());
   }
+
+  if (auto good = checkMotion(tool, motion, *field, options); !good) return pass(good.error());
 
   Workpiece frames(std::move(*field), tool, motion, options, report);
   std::vector<ProjectedVolume> volumes;

@@ -20,21 +20,21 @@ Result<void> checkVoxelSize(const model::TriangleMesh& stock, double voxelSize, 
 
 /// A solid that moves with the tool and must not touch the stock.
 struct Guard {
-  std::string name;  ///< "shank", "holder"
-  model::TriangleMesh mesh;
+  std::string name = {};  ///< "shank", "holder"
+  model::TriangleMesh mesh = {};
 };
 
 struct MillOptions {
   double voxelSize = 1;  ///< length units; lattice points are its multiples
   /// The times of the frames, increasing, within the motion: at least two.
-  std::vector<double> times;
+  std::vector<double> times = {};
   /// Length units; the farthest that points of the tool are from their true paths as it turns.
   double tolerance = 0.01;
   /// How far the tip goes at most in a step, in length units; 0: four voxels.
   double travel = 0;
-  double memory = 4e9;                  ///< the most bytes for the stock's field
-  std::vector<Guard> guards;            ///< in the pose of the tool
-  std::vector<model::TimeSpan> rapids;  ///< times at which the tool must not cut
+  double memory = 4e9;                       ///< the most bytes for the stock's field
+  std::vector<Guard> guards = {};            ///< in the pose of the tool
+  std::vector<model::TimeSpan> rapids = {};  ///< times at which the tool must not cut
   voxel4d::CapStyle caps = voxel4d::CapStyle::Graded;
 };
 

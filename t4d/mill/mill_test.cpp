@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,6 +13,7 @@
 #include "t4d/formats/gcode_reader.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/solid_difference.h"
+#include "t4d/mill/motion_parts.h"
 #include "t4d/mill/tool_shape.h"
 #include "t4d/model/times.h"
 
@@ -306,6 +308,100 @@ TEST(Mill, VoxelsTooLargeForTheStockOrTooSmallForTheToolAreRefused) {
     EXPECT_EQ(refused.error().where, "tool");
     EXPECT_NE(refused.error().message.find("too large for voxels of 0.5"), std::string::npos);
   }
+}
+
+TEST(MotionParts, ThatComeNearAreTakenAndNoOthers) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto point = [&] { return Point3(unit(random), unit(random), unit(random)); };
+  for (int seed = 0; seed < 200; ++seed) {
+    SCOPED_TRACE(seed);
+    std::vector<model::ScrewRun> runs(5);
+    for (model::ScrewRun& run : runs) {
+      run.duration = 1 + unit(random) * 0.9;
+      run.screw = {20 * point(), point(), seed % 3 == 0 ? 0 : 200 * unit(random), 40 * point()};
+    }
+    const auto motion = model::chainScrews(unit(random), runs);
+    ASSERT_TRUE(motion);
+    const double begin = motion->timeBegin() + 0.3;
+    const model::TimeSpan span = {begin, motion->timeEnd() - 0.2};
+    const double travel = 0.7;
+    const double reach = 3;
+    const double size = 5;
+    const auto partsOf = [&](const Near& near) {
+      std::vector<model::Segment> parts;
+      EXPECT_TRUE(visitParts(*motion, span, travel, reach, near, [&](const model::Motion& run) {
+        for (std::size_t i = 0; i < run.segments.size(); ++i) {
+          parts.push_back(run.segments[i]);
+          if (i > 0) {
+            EXPECT_EQ(run.segments[i].start.translation, run.segments[i - 1].end.translation);
+            EXPECT_EQ(run.segments[i].timeBegin, run.segments[i - 1].timeEnd);
+          }
+        }
+        return Result<void>();
+      }));
+      return parts;
+    };
+    const auto all = partsOf([](const Point3&, double) { return true; });
+    const auto some = partsOf(
+        [&](const Point3& center, double radius) { return center.norm() <= size + radius; });
+    EXPECT_EQ(all.front().timeBegin, span.begin);
+    EXPECT_EQ(all.back().timeEnd, span.end);
+    auto next = some.begin();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (i > 0) {
+        EXPECT_EQ(all[i].timeBegin, all[i - 1].timeEnd);
+      }
+      EXPECT_LE((all[i].end.translation - all[i].start.translation).norm(), travel);
+      if (next != some.end() && next->timeBegin == all[i].timeBegin) {
+        EXPECT_EQ(next->timeEnd, all[i].timeEnd);
+        EXPECT_EQ(next->start.matrix(), all[i].start.matrix());
+        EXPECT_EQ(next->end.matrix(), all[i].end.matrix());
+        ++next;
+        continue;
+      }
+      for (const double s : {0.0, 0.3, 0.6, 1.0}) {
+        EXPECT_GT(all[i].at(s).translation.norm(), size + reach);
+      }
+    }
+    EXPECT_EQ(next, some.end());
+  }
+}
+
+TEST(Mill, FarMovesCostNothingAndChangeNothing) {
+  const std::string cut = "G0 X-5 Y10 Z6\nG1 X45 F300\n";
+  const std::string away = "G0 Z30\nG1 X1000000000 F900000000\nG2 I-300000 F900000000\n";
+  const Process near = milled(kBlock, toolOf("ball:d=6,l=30", 0.005), gcode(cut), 1, 2);
+  const Process far = milled(kBlock, toolOf("ball:d=6,l=30", 0.005), gcode(cut + away), 1, 2);
+  EXPECT_EQ(far.report.removedVolume, near.report.removedVolume);
+  EXPECT_LT(far.report.steps, near.report.steps + 20);
+  for (const double seconds : {0.01, 1e6}) {
+    const auto path = formats::readCutterLocations(
+        formats::InputFile{"a.cl", "FEDRAT/600\nGOTO/-16,0,4\nGOTO/1e70,0,4\nGOTO/16,0,4\n"}, {});
+    ASSERT_TRUE(path);
+    MillOptions options;
+    options.voxelSize = 1;
+    options.times = {path->motion.timeBegin(), path->motion.timeBegin() + seconds};
+    model::Mesh mesh;
+    const auto refused = mill(kBlock, toolOf("ball:d=6,l=30", 0.01), path->motion, options, mesh);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().remedy, Remedy::Motion);
+  }
+}
+
+TEST(Mill, TurningOnAndOnNearTheStockIsRefused) {
+  model::ScrewRun spin;
+  spin.duration = 1;
+  spin.screw.angleDegrees = 1e12;
+  const auto motion = model::chainScrews(0, {&spin, 1});
+  MillOptions options;
+  options.voxelSize = 1;
+  options.times = {0, 1};
+  model::Mesh mesh;
+  const auto refused = mill(kBlock, toolOf("ball:d=6,l=30", 0.01), *motion, options, mesh);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().remedy, Remedy::Motion);
+  EXPECT_NE(refused.error().message.find("more than 10000000 steps"), std::string::npos);
 }
 
 TEST(ToolShape, VolumesConvergeFromBelow) {

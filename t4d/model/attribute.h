@@ -30,12 +30,12 @@ enum class Domain : std::uint8_t { Vertex = 1, Cell = 2 };
 
 /// A named array of numbers with one row per vertex or per cell.
 struct Attribute {
-  std::string name;
+  std::string name = {};
   Domain domain = Domain::Cell;
   ScalarType type = ScalarType::Float64;
   std::uint32_t components = 1;
   /// Row after row, `rowBytes()` each, in the machine's byte order.
-  std::vector<std::byte> values;
+  std::vector<std::byte> values = {};
 
   std::size_t rowBytes() const { return scalarSize(type) * components; }
   std::size_t rows() const { return rowBytes() == 0 ? 0 : values.size() / rowBytes(); }

@@ -9,7 +9,7 @@ namespace t4d::model {
 
 /// A named 4D mesh, one of those in a file.
 struct Body {
-  std::string name;
+  std::string name = {};
   const Source* source = nullptr;
 };
 

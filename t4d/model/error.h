@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include <tl/expected.hpp>
@@ -42,9 +43,9 @@ enum class Remedy : std::uint8_t {
 struct Error {
   ErrorCode code = ErrorCode::Failed;
   /// What was found, what was expected, and what to do.
-  std::string message;
+  std::string message = {};
   /// Where: a file, with line or byte offset; a slab; an element. Empty if the caller knows.
-  std::string where;
+  std::string where = {};
   /// Byte offset in the file, if there is one.
   std::optional<std::uint64_t> offset = {};
   Remedy remedy = Remedy::None;
@@ -53,20 +54,43 @@ struct Error {
   std::string text() const { return where.empty() ? message : where + ": " + message; }
 };
 
+/// A value or an Error: a tl::expected that the compiler warns about where it is ignored.
 template <class T>
-using Result = tl::expected<T, Error>;
+class [[nodiscard]] Result : public tl::expected<T, Error> {
+ public:
+  using tl::expected<T, Error>::expected;
+  Result(tl::expected<T, Error> other) : tl::expected<T, Error>(std::move(other)) {}
+  Result() = default;
+  Result(const Result&) = default;
+  /// Of a variable: if T is bool, it would otherwise be a value made of the Result.
+  Result(Result& other) : Result(std::as_const(other)) {}
+  Result(Result&&) = default;
+  Result& operator=(const Result&) = default;
+  Result& operator=(Result&&) = default;
+};
 
-inline tl::unexpected<Error> fail(ErrorCode code, std::string message, std::string where = {},
-                                  Remedy remedy = Remedy::None) {
+}  // namespace t4d
+
+/// So that and_then takes functions that return a Result.
+template <class T>
+struct tl::detail::is_expected_impl<t4d::Result<T>> : std::true_type {};
+
+namespace t4d {
+
+[[nodiscard]] inline tl::unexpected<Error> fail(ErrorCode code, std::string message,
+                                                std::string where = {},
+                                                Remedy remedy = Remedy::None) {
   return tl::unexpected<Error>(Error{code, std::move(message), std::move(where), {}, remedy});
 }
 
-inline tl::unexpected<Error> invalid(std::string message, std::string where = {},
-                                     Remedy remedy = Remedy::None) {
+[[nodiscard]] inline tl::unexpected<Error> invalid(std::string message, std::string where = {},
+                                                   Remedy remedy = Remedy::None) {
   return fail(ErrorCode::InvalidInput, std::move(message), std::move(where), remedy);
 }
 
 /// Passes an error on to the caller's Result.
-inline tl::unexpected<Error> pass(Error error) { return tl::unexpected<Error>(std::move(error)); }
+[[nodiscard]] inline tl::unexpected<Error> pass(Error error) {
+  return tl::unexpected<Error>(std::move(error));
+}
 
 }  // namespace t4d

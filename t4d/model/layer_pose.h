@@ -21,7 +21,7 @@ Point3 posed(const Affine3x4& pose, const Point3& point);
 /// The vertices of a layer as those of a reference, moved: what is to be stored of a solid that
 /// keeps its shape.
 struct LayerPose {
-  std::shared_ptr<const std::vector<Point3>> reference;
+  std::shared_ptr<const std::vector<Point3>> reference = {};
   Affine3x4 pose = Affine3x4::Identity();
   /// The reference is rounded to float32 first, and the result again.
   bool float32 = false;

@@ -228,9 +228,29 @@ Result<Motion> joinPoses(std::span<const KeyPose> poses) {
     segment.start = placements[i];
     segment.end = placements[i + 1];
     segment.screw = screwBetween(segment.start, segment.end);
+    if (segment.screw.angleDegrees >= kHalfTurnDegrees) {
+      motion.halfTurns.push_back({i,
+                                  {segment.timeBegin, segment.timeEnd},
+                                  segment.screw.axisDirection,
+                                  fmt::format("poses {} and {} (counted from 0)", i, i + 1)});
+    }
     motion.segments.push_back(segment);
   }
   return motion;
+}
+
+std::string noticeOfHalfTurns(std::span<const HalfTurn> turns) {
+  if (turns.empty()) return {};
+  const HalfTurn& first = turns.front();
+  // Without the noise, and without -0.
+  const Eigen::Vector3d axis = (1e4 * first.axis).array().round() / 1e4 + 0.0;
+  const std::string where = turns.size() == 1 ? first.between + " are"
+                                              : fmt::format("{} pairs of poses, the first {}, are",
+                                                            turns.size(), first.between);
+  return fmt::format(
+      "{} half a turn apart, so the direction of the turn is not known: from time {} to {} it is "
+      "taken right-handed about ({}, {}, {}). Add a pose in between to choose it",
+      where, first.time.begin, first.time.end, axis.x(), axis.y(), axis.z());
 }
 
 }  // namespace t4d::model

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 #include "t4d/model/error.h"
 #include "t4d/model/geometry.h"
 #include "t4d/model/layer_pose.h"
+#include "t4d/model/times.h"
 
 namespace t4d::model {
 
@@ -51,10 +53,26 @@ struct Segment {
   Pose at(double fraction) const;
 };
 
+/// Two poses that are half a turn apart, up to the rounding of tables: the turn the other way round
+/// is as short, so they do not tell its direction.
+struct HalfTurn {
+  std::size_t pose = 0;  ///< the first of the two, counted from 0
+  TimeSpan time;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of the turn taken, which is right-handed
+  std::string between;  ///< the two poses as their file counts them, "lines 3 and 4"
+};
+
+/// Rotations from this angle on are half turns. Quaternions of three decimals are that far off.
+inline constexpr double kHalfTurnDegrees = 179.8;
+
+/// A sentence for the user about turns whose direction is not told; empty if there are none.
+std::string noticeOfHalfTurns(std::span<const HalfTurn> turns);
+
 /// A rigid motion: a sequence of screws without gaps.
 struct Motion {
-  std::vector<Segment> segments;  ///< at least one
-  std::string lengthUnit;         ///< "" if unknown
+  std::vector<Segment> segments;    ///< at least one
+  std::vector<HalfTurn> halfTurns;  ///< of poses; segments say how they turn
+  std::string lengthUnit;           ///< "" if unknown
   std::string timeUnit;
 
   double timeBegin() const { return segments.front().timeBegin; }
@@ -86,8 +104,8 @@ struct KeyPose {
 };
 
 /// Joins consecutive poses by the unique screw of at most half a turn (Chasles' theorem), whose
-/// translation is along its axis. Fails for fewer than two poses, times that do not increase, and
-/// quaternions that are not of unit length (to 1e-6).
+/// translation is along its axis, and lists half turns. Fails for fewer than two poses, times that
+/// do not increase, and quaternions that are not of unit length (to 1e-6).
 Result<Motion> joinPoses(std::span<const KeyPose> poses);
 
 }  // namespace t4d::model

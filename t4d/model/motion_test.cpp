@@ -118,6 +118,34 @@ TEST(Motion, NearlyEqualPosesStayNearTheStraightLine) {
   EXPECT_LT((motion.at(0.5)(Point3::Zero()) - Point3(2.5, 4.5, 2)).norm(), 1e-8);
 }
 
+TEST(Motion, TurnsOfHalfATurnUpToRoundingAreListed) {
+  Random random(5);
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3d axis = random.vector(1).normalized();
+    const Eigen::Quaterniond from = random.quaternion();
+    const double off = std::pow(10, random.number(-12, 1.5));
+    const Eigen::Quaterniond to =
+        Eigen::Quaterniond(Eigen::AngleAxisd((180 - off) * std::numbers::pi / 180, axis)) * from;
+    KeyPose first{1, random.vector(3), from};
+    KeyPose second{2, random.vector(3), to};
+    second.quaternion.normalize();
+    const auto motion = joinPoses(std::array{first, second});
+    ASSERT_TRUE(motion);
+    const bool listed = !motion->halfTurns.empty();
+    EXPECT_EQ(listed, off < 180 - kHalfTurnDegrees) << off;
+    if (!listed) continue;
+    EXPECT_EQ(motion->halfTurns[0].between, "poses 0 and 1 (counted from 0)");
+    EXPECT_NEAR(std::abs(motion->halfTurns[0].axis.dot(axis)), 1, 1e-9);
+    EXPECT_EQ(motion->halfTurns[0].axis, motion->segments[0].screw.axisDirection);
+  }
+  // Segments say which way they turn.
+  ScrewRun half;
+  half.duration = 1;
+  half.screw.angleDegrees = 180;
+  EXPECT_TRUE(chainScrews(0, {&half, 1})->halfTurns.empty());
+  EXPECT_EQ(noticeOfHalfTurns({}), "");
+}
+
 TEST(Motion, OppositeQuaternionsAreTheSameRotation) {
   const Eigen::Quaterniond q(0.5, 0.5, 0.5, 0.5);
   const KeyPose poses[] = {{0, {0, 0, 0}, q},

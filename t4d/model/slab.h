@@ -38,8 +38,8 @@ using Cell = std::array<std::uint32_t, 4>;
 /// sources in this order, in double precision, divided by their number. `offsets` is empty (no
 /// means) or has one more entry than there are means.
 struct Means {
-  std::vector<std::uint32_t> offsets;
-  std::vector<std::uint32_t> sources;
+  std::vector<std::uint32_t> offsets = {};
+  std::vector<std::uint32_t> sources = {};
 
   std::uint32_t size() const {
     return offsets.empty() ? 0 : static_cast<std::uint32_t>(offsets.size() - 1);
@@ -62,11 +62,11 @@ struct VertexCounts {
 /// Everything in a slab except positions. Slabs with the same connectivity share one object, so
 /// results that depend on the connectivity alone can be computed once.
 struct Connectivity : VertexCounts {
-  std::vector<Cell> cells;
+  std::vector<Cell> cells = {};
   /// The last of the interior are means of vertices that are not means themselves.
-  Means means;
+  Means means = {};
   /// Attributes of domain Cell that all slabs with this connectivity have.
-  std::vector<Attribute> cellAttributes;
+  std::vector<Attribute> cellAttributes = {};
 
   std::uint32_t firstMean() const { return firstUpper() - means.size(); }
 
@@ -87,11 +87,11 @@ Result<void> checkConnectivity(const Connectivity& connectivity);
 struct Slab {
   double timeBegin = 0;
   double timeEnd = 0;
-  std::vector<Point4> vertices;
-  std::shared_ptr<const Connectivity> connectivity;
+  std::vector<Point4> vertices = {};
+  std::shared_ptr<const Connectivity> connectivity = {};
   /// Attributes of this slab alone, per vertex or per cell. Slabs that share a layer have the same
   /// values there, and setMeans computes those of means.
-  std::vector<Attribute> attributes;
+  std::vector<Attribute> attributes = {};
   /// How the upper layer has been made, if that is known. Only a hint: the vertices count.
   std::shared_ptr<const LayerPose> upperPose = nullptr;
 

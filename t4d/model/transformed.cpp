@@ -25,6 +25,18 @@ void mirror(std::span<Cell> cells) {
   for (Cell& cell : cells) std::swap(cell[2], cell[3]);
 }
 
+/// Rows and columns scaled to about 1, so that nothing overflows and no large entry hides others.
+Eigen::Matrix3d balanced(Eigen::Matrix3d linear) {
+  const auto factor = [](double largest) { return largest > 0 ? largest : 1; };
+  for (int row = 0; row < 3; ++row) {
+    linear.row(row) /= factor(linear.row(row).cwiseAbs().maxCoeff());
+  }
+  for (int column = 0; column < 3; ++column) {
+    linear.col(column) /= factor(linear.col(column).cwiseAbs().maxCoeff());
+  }
+  return linear;
+}
+
 class TransformedSlab : public StreamedSlab {
  public:
   TransformedSlab(const StreamedSlab& slab, const Transform& by, bool mirrors)
@@ -55,7 +67,19 @@ Point4 Transform::operator()(const Point4& point) const {
   return {moved[0], moved[1], moved[2], time(point[3])};
 }
 
-bool Transform::mirrors() const { return space.leftCols<3>().determinant() < 0; }
+bool Transform::mirrors() const {
+  return Eigen::FullPivLU<Eigen::Matrix3d>(balanced(space.leftCols<3>())).determinant() < 0;
+}
+
+/// By the sum of |inverse(j, i) A(i, j)|, the factor by which relative errors of the entries grow
+/// in the determinant. It does not depend on the units of the axes before and after.
+bool Transform::flattens() const {
+  constexpr double kMostGrowth = 1e12;
+  const Eigen::Matrix3d linear = balanced(space.leftCols<3>());
+  const Eigen::FullPivLU<Eigen::Matrix3d> lu(linear);
+  return !lu.isInvertible() ||
+         !(lu.inverse().transpose().cwiseProduct(linear).cwiseAbs().sum() <= kMostGrowth);
+}
 
 Result<void> Transformed::put(const Slab& slab) {
   Slab moved = slab;
@@ -72,16 +96,53 @@ Result<void> Transformed::put(const Slab& slab) {
     moveLayers(slab, moved);
     setMeans(*slab.connectivity, moved.vertices);
   }
-  if (slab.connectivity && mirrors_) {
-    if (slab.connectivity != given_) {
-      auto mirrored = std::make_shared<Connectivity>(*slab.connectivity);
-      mirror(mirrored->cells);
-      given_ = slab.connectivity;
-      mirrored_ = std::move(mirrored);
+  if (slab.connectivity) {
+    if (auto done = mapAttributes(moved.attributes, *slab.connectivity); !done) {
+      return pass(done.error());
     }
-    moved.connectivity = mirrored_;
+    if (auto done = mapConnectivity(moved); !done) return done;
   }
   return into_.put(moved);
+}
+
+/// Returns whether any of them has changed or is gone.
+Result<bool> Transformed::mapAttributes(std::vector<Attribute>& attributes,
+                                        const Connectivity& connectivity) {
+  bool changed = false;
+  std::vector<Attribute> kept;
+  for (Attribute& attribute : attributes) {
+    const auto mapped = mapValues(attribute, meaningOf(attribute, meanings_), by_);
+    if (!mapped && mapped.error().code != ErrorCode::Unsupported) {
+      return invalid(fmt::format("attribute '{}': {}", attribute.name, mapped.error().message));
+    }
+    changed = changed || !mapped || *mapped;
+    if (!mapped) {
+      lost_.emplace(attribute.name, mapped.error().message);
+      continue;
+    }
+    if (*mapped && attribute.domain == Domain::Vertex) setMeans(connectivity, attribute);
+    kept.push_back(std::move(attribute));
+  }
+  attributes = std::move(kept);
+  return changed;
+}
+
+Result<void> Transformed::mapConnectivity(Slab& moved) {
+  if (moved.connectivity != given_) {
+    std::vector<Attribute> attributes = moved.connectivity->cellAttributes;
+    const auto changed = mapAttributes(attributes, *moved.connectivity);
+    if (!changed) return pass(changed.error());
+    given_ = moved.connectivity;
+    mapped_ = moved.connectivity;
+    if (*changed || mirrors_) {
+      auto mapped = std::make_shared<Connectivity>(*given_);
+      mapped->cellAttributes = std::move(attributes);
+      if (mirrors_) mirror(mapped->cells);
+      mapped_ = std::move(mapped);
+    }
+  }
+  moved.connectivity = mapped_;
+  return {};
 }
 
 /// Where all is moved by a vector, so is the reference: far from the origin float32 could not hold

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "t4d/model/attribute_meaning.h"
 #include "t4d/model/layer_pose.h"
 #include "t4d/model/streamed_slab.h"
 
@@ -18,31 +21,42 @@ struct Transform {
   Point4 operator()(const Point4& point) const;
   double time(double t) const { return timeScale * t + timeShift; }
   bool mirrors() const;
+  /// Whether A is singular, or so nearly that a solid would be flat up to rounding.
+  bool flattens() const;
 };
 
 /// Maps all vertices. Where space is mirrored, the last two vertices of each cell are exchanged, so
 /// that the mesh stays outward. Layers that are a reference moved (Slab::upperPose) stay that.
-/// Attributes are passed on as they are.
+/// Attributes are mapped by their meanings (mapValues); those that cannot follow are left out.
 ///
-/// `put` fails if two times become one.
+/// `put` fails if two times become one, and if a value of an attribute becomes infinite or
+/// vanishes.
 class Transformed : public Sink {
  public:
   /// `into` must outlive this sink. The determinant of A is not zero.
-  Transformed(Sink& into, const Transform& by) : into_(into), by_(by), mirrors_(by.mirrors()) {}
+  Transformed(Sink& into, const Transform& by, AttributeMeanings meanings = {})
+      : into_(into), by_(by), meanings_(std::move(meanings)), mirrors_(by.mirrors()) {}
 
   Result<void> put(const Slab& slab) override;
   Result<void> putStreamed(const StreamedSlab& slab) override;
 
+  /// Why attributes were left out, by their names.
+  const std::map<std::string, std::string>& lostAttributes() const { return lost_; }
+
  private:
+  Result<bool> mapAttributes(std::vector<Attribute>& attributes, const Connectivity& connectivity);
+  Result<void> mapConnectivity(Slab& moved);
   void moveLayers(const Slab& slab, Slab& moved);
   LayerPose poseOf(const LayerPose& given);
 
   Sink& into_;
   Transform by_;
+  AttributeMeanings meanings_;
+  std::map<std::string, std::string> lost_;
   bool mirrors_;
-  // The last connectivity and its mirror image, which slabs share as they shared the first.
+  // The last connectivity and its image, which slabs share as they shared the first.
   std::shared_ptr<const Connectivity> given_;
-  std::shared_ptr<const Connectivity> mirrored_;
+  std::shared_ptr<const Connectivity> mapped_;
   // The same of the reference of posed layers.
   std::shared_ptr<const std::vector<Point3>> givenReference_;
   std::shared_ptr<const std::vector<Point3>> movedReference_;

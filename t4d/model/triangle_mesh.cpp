@@ -1,10 +1,63 @@
 #include "t4d/model/triangle_mesh.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include <Eigen/Geometry>
 
+#include "t4d/model/exact_sum.h"
+#include "t4d/model/unit_scale.h"
+#include "t4d/model/volume.h"
+
 namespace t4d::model {
+namespace {
+
+/// What the terms of a cross product of two vectors add up to without their signs.
+Point3 sizeOfCross(const Point3& u, const Point3& v) {
+  return {u.y() * v.z() + u.z() * v.y(), u.z() * v.x() + u.x() * v.z(),
+          u.x() * v.y() + u.y() * v.x()};
+}
+
+double exactVolume(std::span<const Point3> vertices, std::span<const Triangle> triangles,
+                   const Point3& middle) {
+  ExactSum sum;
+  std::array<std::array<ExactSum::Factor, 3>, 3> rows;
+  for (const Triangle& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Point3& vertex = vertices[triangle[i]];
+      for (int axis = 0; axis < 3; ++axis) {
+        rows[i][static_cast<std::size_t>(axis)] =
+            ExactSum::Factor::difference(vertex[axis], middle[axis]);
+      }
+    }
+    addDeterminant(sum, rows);
+  }
+  return sum.dividedBy(6);
+}
+
+double volumeAbout(std::span<const Point3> vertices, std::span<const Triangle> triangles,
+                   const Bounds3& bounds) {
+  const Point3 middle = 0.5 * bounds.min + 0.5 * bounds.max;
+  double sum = 0;
+  double magnitude = 0;  // of the terms of all determinants
+  for (const auto& [a, b, c] : triangles) {
+    const Point3 p = vertices[a] - middle;
+    const Point3 q = vertices[b] - middle;
+    const Point3 r = vertices[c] - middle;
+    sum += p.dot(q.cross(r));
+    magnitude += p.cwiseAbs().dot(sizeOfCross(q.cwiseAbs(), r.cwiseAbs()));
+  }
+  // Rounding leaves this part of the value unknown; products below the range of doubles leave no
+  // more than kVanished.
+  constexpr double kUnknown = 1e-10;
+  constexpr double kVanished = 1e-290;
+  const double unknown = std::numeric_limits<double>::epsilon() * magnitude + kVanished;
+  if (std::isfinite(sum) && unknown <= kUnknown * std::abs(sum)) return sum / 6;
+  return exactVolume(vertices, triangles, middle);
+}
+
+}  // namespace
 
 Bounds3 boundsOf(const TriangleMesh& mesh) {
   Bounds3 bounds;
@@ -14,17 +67,21 @@ Bounds3 boundsOf(const TriangleMesh& mesh) {
 
 double signedVolume(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return 0;
-  const Bounds3 bounds = boundsOf(mesh);
-  const Point3 middle = 0.5 * (bounds.min + bounds.max);
-  double sum = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Point3 p = mesh.vertices[a] - middle;
-    sum += p.dot((mesh.vertices[b] - middle).cross(mesh.vertices[c] - middle));
+  return volumeAbout(mesh.vertices, mesh.triangles, boundsOf(mesh));
+}
+
+double signedVolume(std::span<const Point3> vertices, std::span<const Triangle> triangles) {
+  if (triangles.empty()) return 0;
+  Bounds3 bounds;
+  for (const Triangle& triangle : triangles) {
+    for (const std::uint32_t corner : triangle) bounds.add(vertices[corner]);
   }
-  return sum / 6;
+  return volumeAbout(vertices, triangles, bounds);
 }
 
 double surfaceArea(const TriangleMesh& mesh) {
+  const UnitScale scale = UnitScale::of({&mesh});
+  if (scale.changes()) return scale.fromUnit(surfaceArea(scale.toUnit(mesh)), 2);
   double sum = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const Point3& p = mesh.vertices[a];

@@ -15,10 +15,10 @@ using Triangle = std::array<std::uint32_t, 3>;
 /// A triangle mesh in space: the input of a sweep, or a slice. Triangles of a solid's surface are
 /// counter-clockwise seen from outside.
 struct TriangleMesh {
-  std::vector<Point3> vertices;
-  std::vector<Triangle> triangles;
+  std::vector<Point3> vertices = {};
+  std::vector<Triangle> triangles = {};
   /// Domain::Cell means one row per triangle.
-  std::vector<Attribute> attributes;
+  std::vector<Attribute> attributes = {};
 };
 
 Bounds3 boundsOf(const TriangleMesh& mesh);

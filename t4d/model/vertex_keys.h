@@ -36,7 +36,7 @@ class StoredKeys : public VertexKeys {
  public:
   struct Key {
     double time = 0;
-    std::vector<Point3> positions;
+    std::vector<Point3> positions = {};
   };
   explicit StoredKeys(std::vector<Key> keys) : keys_(std::move(keys)) {}
 

@@ -4,11 +4,14 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <optional>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -179,6 +182,33 @@ class WithoutSigpipe {
   bool wasPending_ = false;
 };
 
+/// The processor time of the processes of a group so far, and of those that they have waited for.
+double processorSecondsOf(pid_t group) {
+  long ticks = 0;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator("/proc", error)) {
+    const std::string name = entry.path().filename();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream file(entry.path() / "stat");
+    std::string stat;
+    std::getline(file, stat, '\0');
+    // The name of the program, in parentheses, may have any characters.
+    std::istringstream fields(stat.substr(std::min(stat.rfind(')'), stat.size() - 1) + 1));
+    std::string skipped;
+    long parent = 0;
+    long its = 0;
+    fields >> skipped >> parent >> its;
+    if (!fields || its != group) continue;
+    for (int i = 0; i < 8; ++i) fields >> skipped;
+    for (int i = 0; i < 4; ++i) {
+      long time = 0;
+      fields >> time;
+      ticks += time;
+    }
+  }
+  return static_cast<double>(ticks) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
 bool executable(const fs::path& path) {
   std::error_code error;
   return fs::is_regular_file(path, error) && access(path.c_str(), X_OK) == 0;
@@ -330,19 +360,30 @@ bool ChildProcess::send(const std::string& text) {
   return size == static_cast<ssize_t>(text.size());
 }
 
-ChildProcess::Wait ChildProcess::wait(double timeoutSeconds, const std::atomic<bool>* stop,
+TimeLimit TimeLimit::ofProcessor(double seconds) {
+  constexpr double kByTheClock = 10;
+  TimeLimit limit(kByTheClock * seconds);
+  limit.processorSeconds = seconds;
+  return limit;
+}
+
+ChildProcess::Wait ChildProcess::wait(const TimeLimit& limit, const std::atomic<bool>* stop,
                                       const std::function<bool()>& done) {
-  constexpr double kLongest = 1e9;  // some thirty years; what the clock's type can hold
-  const auto deadline =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                         std::chrono::duration<double>(std::min(timeoutSeconds, kLongest)));
+  const auto begun = Clock::now();
+  const bool counts = std::isfinite(limit.processorSeconds);
+  const double before = counts ? processorSecondsOf(state_->child) : 0;
   while (true) {
     std::array<pollfd, 3> waiting = {pollfd{state_->process.get(), POLLIN, 0},
                                      {state_->output.ours(), POLLIN, 0},
                                      {state_->message.ours(), POLLIN, 0}};
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    const int wait = left <= 0 ? 0 : static_cast<int>(std::min<long>(left + 1, kLookMilliseconds));
+    const double passed = std::chrono::duration<double>(Clock::now() - begun).count();
+    const bool late = passed >= limit.seconds ||
+                      (passed >= limit.processorSeconds &&
+                       processorSecondsOf(state_->child) - before >= limit.processorSeconds);
+    const double left = 1000 * (std::min(limit.seconds, limit.processorSeconds) - passed);
+    const int wait = late       ? 0
+                     : left > 0 ? static_cast<int>(std::min(left + 1, double{kLookMilliseconds}))
+                                : kLookMilliseconds;
     poll(waiting.data(), waiting.size(), wait);
     // Whatever it wrote before it ended is there when its end can be seen.
     state_->output.drain();
@@ -350,7 +391,7 @@ ChildProcess::Wait ChildProcess::wait(double timeoutSeconds, const std::atomic<b
     if (done && done()) return Wait::Done;
     if (waiting[0].revents != 0) return Wait::Ended;
     if (stop != nullptr && *stop) return Wait::Stopped;
-    if (left <= 0) return Wait::TimedOut;
+    if (late) return Wait::TimedOut;
   }
 }
 
@@ -369,7 +410,7 @@ Result<ProgramRun> runProgram(const std::vector<std::string>& words, const RunOp
   auto child = ChildProcess::start(
       words, {.captureMessage = options.captureMessage, .outputBytes = options.outputBytes});
   if (!child) return pass(child.error());
-  const auto waited = child->wait(options.timeoutSeconds, options.stop);
+  const auto waited = child->wait(options.limit, options.stop);
   ProgramRun run = child->finish();
   if (waited == ChildProcess::Wait::TimedOut) run.end = ProgramRun::End::TimedOut;
   if (waited == ChildProcess::Wait::Stopped) run.end = ProgramRun::End::Stopped;

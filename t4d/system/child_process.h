@@ -14,8 +14,22 @@
 /// Runs other programs, and reports how they end whatever they do.
 namespace t4d::system {
 
+/// How long a program may take.
+struct TimeLimit {
+  // NOLINTNEXTLINE(google-explicit-constructor): a number of seconds is a limit
+  TimeLimit(double bySeconds = std::numeric_limits<double>::infinity()) : seconds(bySeconds) {}
+  /// `seconds` of processor time, however busy the machine is; ten times that by the clock, so that
+  /// a program that sleeps ends, too.
+  static TimeLimit ofProcessor(double seconds);
+
+  double seconds;  ///< by the clock
+  /// Of the processor, by the program and the processes of its group. Not before as many seconds
+  /// have passed by the clock: a program may work with many threads.
+  double processorSeconds = std::numeric_limits<double>::infinity();
+};
+
 struct RunOptions {
-  double timeoutSeconds = std::numeric_limits<double>::infinity();
+  TimeLimit limit = {};
   std::size_t outputBytes = std::size_t{16} << 20;  ///< kept of each stream; the rest is dropped
   /// The program is killed when this becomes true.
   const std::atomic<bool>* stop = nullptr;
@@ -28,7 +42,7 @@ struct ProgramRun {
   enum class End : std::uint8_t {
     Exited,     ///< with the exit code `code`
     Signalled,  ///< by the signal `code`
-    TimedOut,   ///< killed after RunOptions::timeoutSeconds
+    TimedOut,   ///< killed after RunOptions::limit
     Stopped,    ///< killed because of RunOptions::stop
   };
   End end = End::Exited;
@@ -83,9 +97,9 @@ class ChildProcess {
   bool send(const std::string& text);
 
   enum class Wait : std::uint8_t { Done, Ended, TimedOut, Stopped };
-  /// Collects output until `done` returns true, the process has ended, `timeoutSeconds` have passed
+  /// Collects output until `done` returns true, the process has ended, the time from now on is over
   /// or `stop` becomes true. With 0 seconds it takes what is there.
-  Wait wait(double timeoutSeconds, const std::atomic<bool>* stop = nullptr,
+  Wait wait(const TimeLimit& limit, const std::atomic<bool>* stop = nullptr,
             const std::function<bool()>& done = {});
 
   /// Kills what is left of its process group and returns how the process ended: by its own exit or

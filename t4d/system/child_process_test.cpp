@@ -80,7 +80,7 @@ bool hasEnded(int process) {
 
 TEST(RunProgram, WhatTakesTooLongIsEndedWithAllThatItStarted) {
   RunOptions options;
-  options.timeoutSeconds = 1;
+  options.limit = 1;
   const ProgramRun run = shell("trap '' TERM; sleep 600 & echo $!; wait", options);
   EXPECT_EQ(run.end, ProgramRun::End::TimedOut);
   EXPECT_GE(run.seconds, 1);
@@ -90,6 +90,24 @@ TEST(RunProgram, WhatTakesTooLongIsEndedWithAllThatItStarted) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   EXPECT_TRUE(hasEnded(started));
+}
+
+TEST(RunProgram, ALimitOfProcessorTimeCountsWhatTheProgramAndItsChildrenCompute) {
+  RunOptions options;
+  options.limit = TimeLimit::ofProcessor(0.2);
+  // Time that passes is not counted, as long as it is not ten times as much.
+  const ProgramRun sleeping = shell("sleep 0.5; echo late", options);
+  EXPECT_EQ(sleeping.end, ProgramRun::End::Exited);
+  EXPECT_EQ(sleeping.output, "late\n");
+  const std::string endless = "while :; do :; done";
+  options.limit.seconds = 60;
+  for (const std::string& script : {endless, "sh -c '" + endless + "' & wait"}) {
+    const ProgramRun busy = shell(script, options);
+    EXPECT_EQ(busy.end, ProgramRun::End::TimedOut) << script;
+    EXPECT_LT(busy.seconds, 30) << script;
+  }
+  options.limit = TimeLimit::ofProcessor(0.05);
+  EXPECT_EQ(shell("sleep 60", options).end, ProgramRun::End::TimedOut);
 }
 
 TEST(RunProgram, WhatItLeavesBehindIsNotWaitedFor) {
@@ -127,7 +145,7 @@ TEST(RunProgram, IsEndedOnRequest) {
   std::atomic<bool> stop = false;
   RunOptions options;
   options.stop = &stop;
-  options.timeoutSeconds = 60;
+  options.limit = 60;
   std::thread later([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     stop = true;
@@ -157,7 +175,7 @@ TEST(RunProgram, ManyRunAtATimeAndNoneIsLeft) {
 }
 
 TEST(RunProgram, TimesOutWhileItPrintsWithoutEnd) {
-  const ProgramRun run = shell("yes", {.timeoutSeconds = 0.3, .outputBytes = 1000});
+  const ProgramRun run = shell("yes", {.limit = 0.3, .outputBytes = 1000});
   EXPECT_EQ(run.end, ProgramRun::End::TimedOut);
   EXPECT_LT(run.seconds, 30);
 }

@@ -27,6 +27,7 @@ struct Cleanup::Entry {
   std::atomic<State> state = State::Filling;
   Kind kind = Kind::File;
   pid_t process = 0;
+  pid_t owner = 0;  ///< a fork has the list, too, but nothing in it is its own
   std::unique_ptr<char[]> path;
   std::size_t capacity = 0;
   Entry* next = nullptr;
@@ -76,6 +77,7 @@ Entry* addEntry(Kind kind, const std::string& path, pid_t process = 0) {
   std::memcpy(entry->path.get(), path.c_str(), size);
   entry->kind = kind;
   entry->process = process;
+  entry->owner = ::getpid();
   entry->state.store(State::Used);
   return entry;
 }
@@ -207,18 +209,22 @@ void Cleanup::release() noexcept {
 
 void cleanUp() noexcept {
   const int reason = errno;
+  const pid_t self = ::getpid();
   cleaning = true;
   await([] { return starting == 0; });
   // All at a time: each has the same second then.
   for (const Entry* entry = entries.load(); entry != nullptr; entry = entry->next) {
-    if (entry->kind == Kind::Process && entry->state == State::Used) {
+    if (entry->kind == Kind::Process && entry->owner == self && entry->state == State::Used) {
       ::kill(entry->process, SIGTERM);
     }
   }
   // What writes files goes before them, and files before the folder that is to be empty.
   for (const Kind kind : {Kind::Process, Kind::File, Kind::Folder, Kind::EmptyFolder}) {
     for (Entry* entry = entries.load(); entry != nullptr; entry = entry->next) {
-      if (entry->kind == kind && change(*entry, State::Used, State::Removing)) remove(*entry);
+      if (entry->kind == kind && entry->owner == self &&
+          change(*entry, State::Used, State::Removing)) {
+        remove(*entry);
+      }
     }
   }
   cleaning = false;

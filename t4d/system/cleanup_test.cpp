@@ -80,6 +80,19 @@ TEST_F(Cleanups, LeaveWhatTheyHaveBeenReleasedFrom) {
   EXPECT_TRUE(fs::exists(folder_ / "a" / "b" / "c" / "file"));
 }
 
+TEST_F(Cleanups, OfAForkLeaveWhatItsParentHas) {
+  const Cleanup file = Cleanup::file(folder_ / "a" / "file");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const Cleanup own = Cleanup::file(folder_ / "a" / "b" / "c" / "file");
+    cleanUp();
+    ::_exit(0);
+  }
+  ::waitpid(child, nullptr, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "a" / "file"));
+  EXPECT_FALSE(fs::exists(folder_ / "a" / "b" / "c" / "file"));
+}
+
 TEST_F(Cleanups, EndProcessesAlsoThoseThatWillNot) {
   const pid_t willing = sleeper(false);
   const pid_t stubborn = sleeper(true);

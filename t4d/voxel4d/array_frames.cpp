@@ -80,7 +80,10 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
     for (std::size_t k = 0; k < values.size(); ++k) {
       const double distance = std::abs(field(values[k]));
       if (!std::isfinite(distance)) {
-        return invalid(fmt::format("value {} is {}", k, static_cast<double>(values[k])),
+        const std::size_t ny = options.size[1];
+        const std::size_t nz = options.size[2];
+        return invalid(fmt::format("the value at ({}, {}, {}) is {}", k / nz / ny, k / nz % ny,
+                                   k % nz, static_cast<double>(values[k])),
                        fmt::format("frame {}", i));
       }
       most = std::max(most, distance);

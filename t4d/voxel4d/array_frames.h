@@ -15,12 +15,12 @@ namespace t4d::voxel4d {
 template <class T>
 struct ArrayFrame {
   double time = 0;
-  std::span<const T> values;
+  std::span<const T> values = {};
 };
 
 struct ArrayOptions {
   std::array<std::size_t, 3> size = {0, 0, 0};  ///< nx, ny, nz, the same for all frames
-  Lattice lattice;                              ///< its origin is the position of point (0, 0, 0)
+  Lattice lattice = {};                         ///< its origin is the position of point (0, 0, 0)
   /// Values above this are inside. Without it, values below zero are.
   std::optional<double> iso = {};
 };

@@ -130,7 +130,7 @@ TEST(ArrayFrames, SayWhatIsWrongWithTheirInput) {
             "the values differ from the iso value "
             "1.000000000000001e+30 by too little");
   values[5] = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(faultOf({{2, 2, 2}, {}}), "frame 0: value 5 is inf");
+  EXPECT_EQ(faultOf({{2, 2, 2}, {}}), "frame 0: the value at (1, 0, 1) is inf");
 }
 
 }  // namespace

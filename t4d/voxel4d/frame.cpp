@@ -4,9 +4,13 @@
 #include <bit>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "t4d/voxel4d/frame_file.h"
 
 namespace t4d::voxel4d {
+
+std::string FrameSource::nameOf(std::size_t index) const { return fmt::format("frame {}", index); }
 
 BlockValues valuesOf(const Frame& frame, std::size_t i, ValueBuffer& buffer) {
   const Block& block = frame.blocks[i];

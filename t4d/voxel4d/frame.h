@@ -11,6 +11,7 @@
 
 #include "t4d/model/error.h"
 #include "t4d/model/geometry.h"
+#include "t4d/model/layer_pose.h"
 
 namespace t4d::voxel4d {
 
@@ -59,9 +60,9 @@ using ValueBuffer = std::array<double, 512>;
 
 /// 512 points that are partly inside, or that have values.
 struct Block {
-  Coord coord;  ///< in units of blocks
+  Coord coord = {};  ///< in units of blocks
   BlockMask inside{};
-  BlockValues values;        ///< may be empty; see valuesOf for those in a file
+  BlockValues values = {};   ///< may be empty; see valuesOf for those in a file
   std::uint32_t inFile = 0;  ///< the number of its values there
 };
 
@@ -74,7 +75,7 @@ class FrameFile;
 /// A cube of points that are all inside: `size` blocks along each axis, starting with the block
 /// `coord`. Frame::blocks has no blocks within it.
 struct InsideTile {
-  Coord coord;            ///< in units of blocks, a multiple of `size`
+  Coord coord = {};       ///< in units of blocks, a multiple of `size`
   std::int32_t size = 1;  ///< a power of two
   double value = 0;       ///< of the field, negative; 0 without values
 };
@@ -83,13 +84,13 @@ struct InsideTile {
 /// points are outside.
 struct Frame {
   double time = 0;
-  std::vector<Block> blocks;          ///< increasing by coord
-  std::vector<InsideTile> tiles;      ///< disjoint; increasing by coord
-  double outsideValue = 0;            ///< of the field where nothing is stored; 0: no values
-  std::shared_ptr<const void> owner;  ///< of the memory that BlockValues point to
+  std::vector<Block> blocks = {};          ///< increasing by coord
+  std::vector<InsideTile> tiles = {};      ///< disjoint; increasing by coord
+  double outsideValue = 0;                 ///< of the field where nothing is stored; 0: no values
+  std::shared_ptr<const void> owner = {};  ///< of the memory that BlockValues point to
   /// Where the values of all blocks are, if they are not in memory, and the bytes of each: of
   /// BlockValues only `sign` and `iso` are set.
-  std::shared_ptr<const FrameFile> file;
+  std::shared_ptr<const FrameFile> file = {};
   std::size_t valueSizeInFile = 0;
 
   bool hasValues() const { return outsideValue != 0; }
@@ -100,6 +101,11 @@ struct Frame {
 /// coordinates; a tile whose size is not a power of two or whose coordinates are not multiples of
 /// it; values that are missing, or that contradict the bits or the tiles about what is inside.
 Result<void> checkFrame(const Frame& frame);
+
+/// Fails if doubles are too coarse for a frame whose lattice points `place` maps to space: if a
+/// voxel is not between model::kSmallestExtent and model::kLargestCoordinate wide, or if what is
+/// inside is more than 2^28 voxels from the origin of space, along any axis of the lattice.
+Result<void> checkPlace(const Frame& frame, const model::Affine3x4& place);
 
 /// The values of block number i, wherever they are, as long as `buffer` is left alone.
 BlockValues valuesOf(const Frame& frame, std::size_t i, ValueBuffer& buffer);
@@ -123,6 +129,12 @@ struct Lattice {
   }
   /// One coordinate of it.
   double along(int axis, double index) const { return origin[axis] + voxelSize * index; }
+  /// The same as a map: (voxelSize I | origin).
+  model::Affine3x4 place() const {
+    model::Affine3x4 map;
+    map << voxelSize * Eigen::Matrix3d::Identity(), origin;
+    return map;
+  }
   friend bool operator==(const Lattice&, const Lattice&) = default;
 };
 
@@ -132,6 +144,10 @@ class FrameSource {
   virtual ~FrameSource() = default;
   virtual const Lattice& lattice() const = 0;
   virtual std::size_t frameCount() const = 0;
+  /// What errors say of a frame: its number, or its file.
+  virtual std::string nameOf(std::size_t index) const;
+  /// Whether nothing says how long it is from frame to frame, so that they are taken as 1 apart.
+  virtual bool isOneApart() const { return false; }
   /// Called once for each frame, in order.
   virtual Result<Frame> frame(std::size_t index) = 0;
 };

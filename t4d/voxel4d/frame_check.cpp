@@ -1,12 +1,16 @@
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <map>
 #include <unordered_set>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "t4d/model/limits.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/occupancy.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -141,6 +145,48 @@ Result<void> checkFrame(const Frame& frame) {
     return invalid(fmt::format("{} {}", named("block", frame.blocks[i].coord), faults[i]));
   }
   return {};
+}
+
+Result<void> checkPlace(const Frame& frame, const model::Affine3x4& place) {
+  const Eigen::Matrix3d axes = place.leftCols<3>();
+  const Eigen::RowVector3d edges = axes.colwise().norm();
+  if (!place.allFinite() || !(edges.minCoeff() >= model::kSmallestExtent) ||
+      !(edges.maxCoeff() <= model::kLargestCoordinate)) {
+    return invalid(fmt::format("its voxels are {:.4g} x {:.4g} x {:.4g}; {} to {} are possible",
+                               edges[0], edges[1], edges[2], model::kSmallestExtent,
+                               model::kLargestCoordinate));
+  }
+  model::Bounds3 box;  // of what is inside, in lattice points
+  const auto add = [&](const Coord& coord, std::int32_t size) {
+    const Eigen::Vector3d first = Eigen::Vector3d(coord.x, coord.y, coord.z) * kBlockSize;
+    box.add(first);
+    box.add(first + Eigen::Vector3d::Constant(size * kBlockSize));
+  };
+  for (const Block& block : frame.blocks) {
+    if (std::ranges::any_of(block.inside, [](std::uint64_t word) { return word != 0; })) {
+      add(block.coord, 1);
+    }
+  }
+  for (const InsideTile& tile : frame.tiles) add(tile.coord, tile.size);
+  if (!(box.min[0] <= box.max[0])) return {};
+  Eigen::Array3d farthest = Eigen::Array3d::Zero();
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    const auto side = [&](unsigned axis) {
+      return (corner >> axis & 1U) != 0 ? box.max[axis] : box.min[axis];
+    };
+    const Eigen::Vector3d at = axes * Eigen::Vector3d(side(0), side(1), side(2)) + place.col(3);
+    farthest = farthest.max(at.array().abs());
+  }
+  // A rounding of coordinates becomes one along the axes of the lattice.
+  const double scale = edges.maxCoeff();
+  const Eigen::Matrix3d toVoxels = (axes / scale).inverse().cwiseAbs();
+  const double voxels = (toVoxels * (farthest.matrix() / scale)).maxCoeff();
+  if (voxels <= kMaxCoordinate && farthest.maxCoeff() <= model::kLargestCoordinate) return {};
+  return invalid(
+      fmt::format("lies up to {:.4g} voxels from the origin of space, where doubles "
+                  "are too coarse for its voxels; at most {} are possible: move it "
+                  "closer, or use larger voxels",
+                  voxels, kMaxCoordinate));
 }
 
 }  // namespace t4d::voxel4d

@@ -12,8 +12,8 @@ namespace t4d::voxel4d {
 
 /// A field at the points of a lattice with indices from 0 on, of those points that have a value.
 struct PointField {
-  std::string name;  ///< of the grid
-  Lattice lattice;
+  std::string name = {};  ///< of the grid
+  Lattice lattice = {};
   std::array<std::uint32_t, 3> counts = {0, 0, 0};
   /// Whether the point has a value, and the value. Called by one thread.
   std::function<bool(const std::array<std::uint32_t, 3>&, double&)> value;

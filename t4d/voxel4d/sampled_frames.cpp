@@ -4,7 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
+
+#include "t4d/voxel4d/occupancy.h"
 
 namespace t4d::voxel4d {
 
@@ -36,8 +39,12 @@ class SampledFrames : public FrameSource {
     if (!(options_.band > 0)) options_.band = 3 * lattice.voxelSize;
     for (int axis = 0; axis < 3; ++axis) {
       const auto index = [&](double x) { return (x - lattice.origin[axis]) / lattice.voxelSize; };
-      first_[axis] = static_cast<std::int32_t>(std::ceil(index(box.min[axis])));
-      last_[axis] = static_cast<std::int32_t>(std::floor(index(box.max[axis])));
+      const double first = std::ceil(index(box.min[axis]));
+      const double last = std::floor(index(box.max[axis]));
+      isNear_ = isNear_ && first >= -kMaxCoordinate && last <= kMaxCoordinate;
+      if (!isNear_) break;
+      first_[axis] = static_cast<std::int32_t>(first);
+      last_[axis] = static_cast<std::int32_t>(last);
     }
   }
 
@@ -45,6 +52,12 @@ class SampledFrames : public FrameSource {
   std::size_t frameCount() const override { return times_.size(); }
 
   Result<Frame> frame(std::size_t index) override {
+    if (!isNear_) {
+      return invalid(
+          fmt::format("the box of the field is more than {} voxels from the lattice's "
+                      "origin",
+                      kMaxCoordinate));
+    }
     const double time = times_[index];
     std::vector<Coord> cubes;
     constexpr std::int32_t kPoints = kBlockSize * kLargestCube;
@@ -171,6 +184,7 @@ class SampledFrames : public FrameSource {
   Lattice lattice_;
   std::array<std::int32_t, 3> first_{};  // lattice points of the box
   std::array<std::int32_t, 3> last_{};
+  bool isNear_ = true;  // near enough for 32-bit coordinates
   std::vector<double> times_;
   SampleOptions options_;
 };

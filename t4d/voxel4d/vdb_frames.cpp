@@ -104,7 +104,7 @@ std::optional<double> numberOf(const openvdb::GridBase& grid, const char* name) 
   return std::nullopt;
 }
 
-Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& options) {
+Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& options, bool oneApart) {
   if (options.frameTime && !(*options.frameTime > 0 && std::isfinite(*options.frameTime))) {
     return invalid(fmt::format("the time between frames is {}; it must be a positive number",
                                *options.frameTime));
@@ -114,8 +114,8 @@ Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& option
   }
   for (std::size_t i = 0; i < places.size(); ++i) {
     Place& place = places[i];
-    if (options.frameTime) {
-      place.time = model::steppedTime(options.startTime, *options.frameTime, i);
+    if (options.frameTime || oneApart) {
+      place.time = model::steppedTime(options.startTime, options.frameTime.value_or(1), i);
     } else {
       const auto time = numberOf(*place.header, kTimeMetadata);
       if (!time) {
@@ -196,14 +196,18 @@ Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOp
 
 class VdbFrames : public FrameSource {
  public:
-  VdbFrames(std::vector<Place> places, const Lattice& lattice, const VdbFramesOptions& options)
+  VdbFrames(std::vector<Place> places, const Lattice& lattice, const VdbFramesOptions& options,
+            bool oneApart)
       : places_(std::move(places)),
+        oneApart_(oneApart),
         lattice_(lattice),
         iso_(options.iso),
         largeFrame_(options.largeFrame) {}
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return places_.size(); }
+  std::string nameOf(std::size_t index) const override { return places_[index].where; }
+  bool isOneApart() const override { return oneApart_; }
 
   Result<Frame> frame(std::size_t index) override {
     const Place& place = places_[index];
@@ -240,6 +244,7 @@ class VdbFrames : public FrameSource {
 
  private:
   std::vector<Place> places_;
+  bool oneApart_;
   Lattice lattice_;
   std::optional<double> iso_;
   std::size_t largeFrame_;
@@ -271,8 +276,11 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
   if (places->size() == 1) {
     return invalid("one frame only; a 4D mesh needs two or more", places->front().where);
   }
-  if (auto set = setTimes(*places, options); !set) return pass(set.error());
-  return std::make_unique<VdbFrames>(std::move(*places), *lattice, options);
+  const bool oneApart = !options.frameTime && std::ranges::none_of(*places, [](const Place& place) {
+    return numberOf(*place.header, kTimeMetadata).has_value();
+  });
+  if (auto set = setTimes(*places, options, oneApart); !set) return pass(set.error());
+  return std::make_unique<VdbFrames>(std::move(*places), *lattice, options, oneApart);
 }
 
 }  // namespace t4d::voxel4d

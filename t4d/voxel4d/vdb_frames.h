@@ -16,7 +16,7 @@ inline constexpr const char* kTimeMetadata = "t4d_time";
 struct VdbFramesOptions {
   /// For densities: values above this are inside. Without it, values below zero are (level sets).
   std::optional<double> iso = {};
-  /// Time between two frames; overrides the times in the metadata.
+  /// Time between two frames; overrides the times in the metadata. Where no grid has one, it is 1.
   std::optional<double> frameTime = {};
   double startTime = 0;   ///< of the first frame, with `frameTime`
   std::string grid = {};  ///< use only grids with this name; "" for all

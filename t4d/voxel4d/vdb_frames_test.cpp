@@ -473,6 +473,14 @@ TEST_F(VdbFrames, RefusesATransformThatCannotBeUndone) {
             "frame2.vdb: grid 'ball': its transform takes a voxel's axes to (0, 0, ");
 }
 
+TEST_F(VdbFrames, WithoutAnyTimesAreOneApart) {
+  const auto frames = openVdbFrames(std::vector{write("a.vdb", {sphere(10), sphere(9)})});
+  ASSERT_TRUE(frames) << frames.error().text();
+  EXPECT_TRUE((*frames)->isOneApart());
+  EXPECT_EQ((*frames)->frame(0)->time, 0);
+  EXPECT_EQ((*frames)->frame(1)->time, 1);
+}
+
 TEST_F(VdbFrames, RefusesTimesThatAreMissingOrDoNotIncrease) {
   EXPECT_EQ(refusal({write("a.vdb", {sphereAt(0), sphere(10)})}),
             "a.vdb: grid 'ball[1]': has no time: no number 't4d_time' in its metadata");

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 
+#include "t4d/system/replaceable.h"
 #include "t4d/voxel4d/vdb_grid.h"
 
 namespace t4d::voxel4d {
@@ -103,6 +104,9 @@ Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) 
                               "of this series; remove them or name another folder",
                               *others.begin(), others.size() > 1 ? ", ..." : ""),
                   folder.string());
+    }
+    if (auto good = system::checkReplaceable(folder, series.names_); !good) {
+      return pass(good.error());
     }
   } else {
     fs::create_directories(folder, error);

@@ -20,7 +20,8 @@ Result<std::uint64_t> writeVdbPart(const system::PartFile& part,
 /// `commit`; without it nothing remains.
 class VdbSeries {
  public:
-  /// Creates the folder if it is missing. Fails for a folder with .vdb files of other names.
+  /// Creates the folder if it is missing. Fails for a folder with .vdb files of other names,
+  /// or with files of these names that t4d did not write.
   static Result<VdbSeries> create(const std::filesystem::path& folder, std::size_t frames);
 
   VdbSeries(VdbSeries&& other) noexcept;

@@ -57,7 +57,7 @@ struct VoxelSeries {
   std::uint64_t emptyFrames = 0;       ///< without inside points
   std::uint64_t mostActiveVoxels = 0;  ///< in any one frame
   struct File {
-    std::string name;  ///< beside the others
+    std::string name = {};  ///< beside the others
     std::uint64_t bytes = 0;
   };
   std::vector<File> files = {};  ///< of the frames, in their order

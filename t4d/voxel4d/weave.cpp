@@ -1,7 +1,12 @@
 #include "t4d/voxel4d/weave.h"
 
+#include <cmath>
+
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "t4d/model/limits.h"
+#include "t4d/model/transformed.h"
 #include "t4d/system/freed_memory.h"
 #include "t4d/voxel4d/frame_layer.h"
 #include "t4d/voxel4d/graded_cap.h"
@@ -53,13 +58,21 @@ class SlabWriter {
 
 }  // namespace
 
-Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink,
+Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& into,
                           const model::Progress& progress) {
   const std::size_t count = frames.frameCount();
   if (count < 2) {
     return invalid(fmt::format("a motion has at least two frames, this one {}", count));
   }
   const Lattice lattice = frames.lattice();
+  model::Affine3x4 place = lattice.place();
+  std::optional<model::Transformed> placed;
+  if (options.toSpace) {
+    place.col(3) = *options.toSpace * place.col(3).homogeneous();
+    place.leftCols<3>() = options.toSpace->leftCols<3>() * place.leftCols<3>();
+    placed.emplace(into, model::Transform{*options.toSpace});
+  }
+  model::Sink& sink = placed ? *placed : into;
   SlabWriter slabs(lattice, sink);
   const bool graded = options.caps == CapStyle::Graded;
   const bool half = options.caps == CapStyle::HalfStep;
@@ -75,12 +88,17 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   for (std::size_t i = 0; i < count; ++i) {
     auto frame = frames.frame(i);
     if (!frame) return pass(frame.error());
-    if (auto checked = checkFrame(*frame); !checked) {
-      return invalid(checked.error().message, fmt::format("frame {}", i));
+    auto checked = checkFrame(*frame);
+    if (checked) checked = checkPlace(*frame, place);
+    if (!checked) return invalid(checked.error().message, frames.nameOf(i));
+    if (!(std::abs(frame->time) <= model::kLargestCoordinate)) {
+      return invalid(fmt::format("is at time {}; the largest possible is {}", frame->time,
+                                 model::kLargestCoordinate),
+                     frames.nameOf(i));
     }
     auto layer = FrameLayer::of(std::move(*frame), lattice, options.largeFrame);
     if (!layer) {
-      layer.error().where = fmt::format("frame {}", i);
+      layer.error().where = frames.nameOf(i);
       return pass(layer.error());
     }
     FrameLayer& after = *layer;
@@ -89,6 +107,11 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     if (i > 0 && !(end > begin)) {
       return invalid(
           fmt::format("frame {} is at time {}, not after frame {}, at {}", i, end, i - 1, begin));
+    }
+    if (i > 0 && end - begin < model::kSmallestExtent) {
+      return invalid(fmt::format("is {} after the frame before it; at least {} is possible",
+                                 end - begin, model::kSmallestExtent),
+                     frames.nameOf(i));
     }
     // A cap of half a step waits for the second frame, which says how long a step is.
     if (half && i == 1) {

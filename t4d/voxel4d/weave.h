@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "t4d/model/slab.h"
 #include "t4d/voxel4d/frame.h"
@@ -20,6 +21,8 @@ enum class CapStyle : std::uint8_t {
 
 struct WeaveOptions {
   CapStyle caps = CapStyle::Flat;
+  /// Maps positions of the lattice to space. It may turn, skew and mirror; the mesh stays outward.
+  std::optional<model::Affine3x4> toSpace = {};
   /// From how many bytes of values on a frame keeps them in a temporary file.
   std::size_t largeFrame = kLargeFrame;
 };
@@ -42,9 +45,10 @@ struct WeaveReport {
 /// float32 values it is rounded to a millionth (2^-20) of the edge, about what they tell.
 /// Blocks are distributed over threads (oneTBB); the result is the same for any number of them.
 ///
-/// Fails for fewer than two frames, a frame that checkFrame refuses, times that do not increase,
-/// more than 2^32 - 1 vertices or cells in a slab, no frame with anything inside, and a temporary
-/// file that cannot be written; and if the source or the sink does.
+/// Fails for fewer than two frames, a frame that checkFrame or checkPlace refuses, times that do
+/// not increase by model::kSmallestExtent or are beyond model::kLargestCoordinate, more than 2^32 -
+/// 1 vertices or cells in a slab, no frame with anything inside, and a temporary file that cannot
+/// be written; and if the source or the sink does.
 Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink,
                           const model::Progress& progress = {});
 

@@ -308,5 +308,72 @@ TEST(Weave, TilesOfBillionsOfPointsAreRefusedAtOnce) {
   EXPECT_EQ(errorOf(8, false), "");
 }
 
+/// However a lattice comes to its place, doubles must be fine enough for its voxels there: what is
+/// woven is sound, and measures what it measures at the origin; everything else is refused.
+TEST(Weave, WhatLiesTooFarFromTheOriginIsRefused) {
+  class Placed : public BoxFrames {
+   public:
+    Placed(const Lattice& lattice)
+        : BoxFrames(
+              {9, 9, 9}, 2,
+              [](int x, int y, int z, int frame) {
+                return std::hypot(x - 4 - 0.2 * frame, y - 4.1, z - 3.9) - 2.6;
+              },
+              true),
+          lattice_(lattice) {}
+    const Lattice& lattice() const override { return lattice_; }
+
+   private:
+    Lattice lattice_;
+  };
+  Placed atOrigin({1, Point3::Zero()});
+  const double expected = woven(atOrigin, {}, false).judged.hypervolume;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> exponent(-20, 20);
+  std::normal_distribution<double> normal;
+  int sound = 0;
+  int refused = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    SCOPED_TRACE(trial);
+    const double size = std::pow(10, exponent(random));
+    const Point3 origin = size * std::pow(10, std::abs(exponent(random))) *
+                          Point3(normal(random), normal(random), normal(random));
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    if (trial % 3 == 2) {
+      for (double& entry : turn.reshaped()) entry = normal(random);
+      if (std::abs(turn.determinant()) < 0.3) continue;
+    }
+    model::Affine3x4 toSpace;
+    toSpace << size * turn, origin;
+    Placed frames(trial % 3 == 0 ? Lattice{size, origin} : Lattice{});
+    WeaveOptions options;
+    if (trial % 3 != 0) options.toSpace = toSpace;
+    model::Mesh mesh;
+    const auto report = weave(frames, options, mesh);
+    const double away = origin.cwiseAbs().maxCoeff() / size;
+    if (!report) {
+      ++refused;
+      EXPECT_GT(away, 1e6);
+      EXPECT_EQ(report.error().where, "frame 0");
+      EXPECT_NE(report.error().message.find("voxels from the origin of space"), std::string::npos)
+          << report.error().message;
+      continue;
+    }
+    ++sound;
+    EXPECT_LT(away, 1e9);
+    const auto judged = measure::checkMesh(mesh);
+    ASSERT_TRUE(judged && judged->closed && judged->oriented);
+    const double scale = std::abs((size * turn).determinant());
+    EXPECT_NEAR(judged->hypervolume, expected * scale, 1e-5 * expected * scale);
+  }
+  EXPECT_GT(sound, 50);
+  EXPECT_GT(refused, 50);
+  for (const double size : {1e-71, 1e71, 0.0, double(NAN), double(INFINITY)}) {
+    Placed frames({size, Point3::Zero()});
+    model::Mesh mesh;
+    EXPECT_FALSE(weave(frames, {}, mesh)) << size;
+  }
+}
+
 }  // namespace
 }  // namespace t4d::voxel4d

@@ -8,6 +8,7 @@ string(FIND "${readme}" "${example}" found)
 if(found EQUAL -1)
   message(FATAL_ERROR "the example in README.md is not examples/sweep_and_slice.cpp")
 endif()
+set(flags "${flags} ${strict}")
 configure(${t4d_source}/examples -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_BUILD_TYPE=${build_type})
 run(${CMAKE_COMMAND} --build build)
 

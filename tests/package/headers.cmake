@@ -1,5 +1,5 @@
-# Compiles each installed header alone: one source file a header, with the include folders that the
-# package gives and no others.
+# Compiles each installed header alone and without a warning: one source file a header, with the
+# include folders that the package gives and no others.
 cmake_minimum_required(VERSION 3.25)
 include(${settings})
 start()
@@ -21,8 +21,24 @@ find_package(t4d REQUIRED)
 set(targets \${t4d_INSTALLED_COMPONENTS})
 list(TRANSFORM targets PREPEND t4d::)
 add_library(headers STATIC ${sources})
+# As if they were this project's own: system headers give no warnings.
+set_target_properties(\${targets} PROPERTIES SYSTEM OFF)
 target_link_libraries(headers PRIVATE \${targets})
 ")
+set(flags "${flags} ${strict}")
 # Nothing is run, so nothing needs to be optimised.
 configure(project -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_BUILD_TYPE=)
 run(${CMAKE_COMMAND} --build build)
+
+# A Result that is ignored is a warning.
+file(WRITE ${work_dir}/ignored.cpp "#include <t4d/model/error.h>
+t4d::Result<void> work();
+void ignore() { work(); }
+")
+execute_process(
+  COMMAND ${compiler} -std=c++20 -fsyntax-only -I${prefix}/include -isystem
+    ${prefix}/include/t4d/third_party ignored.cpp
+  WORKING_DIRECTORY ${work_dir} ERROR_VARIABLE warning)
+if(NOT warning MATCHES "nodiscard")
+  message(FATAL_ERROR "an ignored Result gives no warning, but '${warning}'")
+endif()

@@ -29,6 +29,7 @@ namespace t4d::tools {
 namespace {
 
 using formats::Metadata;
+using measure::ClearanceVerdict;
 using measure::Collision;
 using measure::CollisionVerdict;
 using measure::Contact;
@@ -52,19 +53,10 @@ struct BodyPair {
   model::Body b;
   Collision collision;
   CollisionVerdict verdict;
+  std::optional<ClearanceVerdict> clearance;  // on --clearance
 
-  /// Whether the distance asked for is kept for certain.
-  bool keeps(double distance) const {
-    if (!collision.common) return true;
-    if (!collision.clearance) return false;
-    return collision.clearance->lowerBound - verdict.chordBound.value_or(0) >= distance;
-  }
-
-  /// Whether it is certain that it is not kept.
-  bool breaks(double distance) const {
-    if (verdict.verdict == Verdict::Hit || verdict.verdict == Verdict::Touch) return distance > 0;
-    return collision.clearance &&
-           collision.clearance->distance + verdict.chordBound.value_or(0) < distance;
+  bool keepsClearance() const {
+    return !clearance || clearance->answer == ClearanceVerdict::Answer::Kept;
   }
 };
 
@@ -117,7 +109,13 @@ ordered_json jsonOf(const std::optional<measure::CellNumber>& cell) {
   return {{"slab", cell->slab}, {"cell", cell->cell}};
 }
 
-ordered_json jsonOf(const BodyPair& pair, const CollideArguments& options) {
+/// The smallest steps that a verdict asks for, as `--rv-min`.
+std::optional<double> decidingRatio(const BodyPair& pair) {
+  const auto& clearance = pair.clearance ? pair.clearance->minVolumeRatio : std::nullopt;
+  return std::max(pair.verdict.minVolumeRatio, clearance);
+}
+
+ordered_json jsonOf(const BodyPair& pair) {
   const Collision& collision = pair.collision;
   ordered_json value = {{"a", pair.a.name},
                         {"b", pair.b.name},
@@ -162,9 +160,11 @@ ordered_json jsonOf(const BodyPair& pair, const CollideArguments& options) {
   value["chord_bound"] = orNull(pair.verdict.chordBound);
   value["depth"] = pair.verdict.depth;
   value["clear_by"] = collision.common ? ordered_json(pair.verdict.clearBy) : ordered_json();
-  value["rv_min"] = orNull(pair.verdict.minVolumeRatio);
-  value["keeps_clearance"] =
-      options.clearance ? ordered_json(pair.keeps(*options.clearance)) : ordered_json();
+  value["rv_min"] = orNull(decidingRatio(pair));
+  value["keeps_clearance"] = pair.clearance ? ordered_json(pair.keepsClearance()) : ordered_json();
+  value["breaks_clearance"] =
+      pair.clearance ? ordered_json(pair.clearance->answer == ClearanceVerdict::Answer::NotKept)
+                     : ordered_json();
   return value;
 }
 
@@ -177,16 +177,43 @@ bool overlaps(const Collision& collision) {
                      [](const measure::ContactInterval& interval) { return interval.overlaps; });
 }
 
-/// A positive lower bound with some significant digits, rounded down but for the rounding of the
-/// product here.
-std::string atLeast(double bound, int digits) {
-  const double unit = std::pow(10, std::floor(std::log10(bound)) + 1 - digits);
+/// A positive number with some significant digits, or as many as keep it on its side of a limit,
+/// rounded down or up but for the rounding of the product here.
+std::string rounded(bool down, double number, int digits, double limit) {
   constexpr double kRounding = 1e-12;
-  return fmt::format("{:.{}g}", std::floor(bound / unit * (1 + kRounding)) * unit, digits);
+  for (; digits < 16; ++digits) {
+    const double unit = std::pow(10, std::floor(std::log10(number)) + 1 - digits);
+    const double units = down ? std::floor(number / unit * (1 + kRounding))
+                              : std::ceil(number / unit * (1 - kRounding));
+    const std::string text = fmt::format("{:.{}g}", units * unit, digits);
+    const double shown = std::stod(text);
+    if (down ? shown >= limit : shown < limit) return text;
+  }
+  return fmt::format("{}", number);
+}
+std::string atLeast(double bound, int digits, double limit = 0) {
+  return bound > 0 ? rounded(true, bound, digits, limit) : "0";
+}
+std::string atMost(double bound, int digits,
+                   double limit = std::numeric_limits<double>::infinity()) {
+  return bound > 0 ? rounded(false, bound, digits, limit) : "0";
+}
+
+std::string ratioText(double ratio) {
+  constexpr double kDigits = 1e9;
+  return fmt::format("--rv-min {}", std::ceil(ratio * kDigits) / kDigits);
+}
+
+/// What the meshes do where the verdict is open, by how much.
+std::string howNear(const BodyPair& pair) {
+  if (!pair.collision.contact()) {
+    return fmt::format("come as near as {:.4g}", pair.collision.clearance->distance);
+  }
+  return pair.verdict.depth > 0 ? fmt::format("overlap by {:.4g}", pair.verdict.depth) : "touch";
 }
 
 /// What is certain, as a sentence.
-std::string sentenceOf(const BodyPair& pair) {
+std::string sentenceOf(const BodyPair& pair, const std::optional<double>& clearance) {
   const CollisionVerdict& verdict = pair.verdict;
   if (!pair.collision.common) return "clear: they never exist at the same time";
   std::string sentence;
@@ -200,31 +227,69 @@ std::string sentenceOf(const BodyPair& pair) {
                      : "touch: they touch and never overlap";
       break;
     case Verdict::Clear:
-      sentence = fmt::format("clear by at least {}", atLeast(verdict.clearBy, 6));
+      sentence = fmt::format(
+          "clear by at least {}",
+          atLeast(verdict.clearBy, 6, clearance && pair.keepsClearance() ? *clearance : 0));
       break;
     case Verdict::WithinTolerance:
-      sentence = "within the tolerance of the steps";
+      sentence = fmt::format("cannot be decided with these steps: the meshes {}", howNear(pair));
       break;
   }
-  if (!verdict.chordBound) {
+  if (!verdict.chordsA && !verdict.chordsB) {
     return sentence +
            "; for the meshes as they are, since nothing is known of the motion between "
            "their layers";
   }
-  if (*verdict.chordBound > 0) {
-    sentence += fmt::format("; the meshes are within {:.4g} of the motion", *verdict.chordBound);
+  if (const double bound = verdict.knownBound(); bound > 0) {
+    sentence += verdict.chordBound
+                    ? fmt::format("; the meshes are within {:.4g} of the motion", bound)
+                    : fmt::format("; the mesh of {} is within {:.4g} of the motion",
+                                  verdict.chordsA ? pair.a.name : pair.b.name, bound);
+  }
+  if (!verdict.chordBound) {
+    sentence += fmt::format(
+        "; {} counts as it is, since nothing is known of its motion between "
+        "its layers",
+        verdict.chordsA ? pair.b.name : pair.a.name);
   }
   if (verdict.minVolumeRatio) {
-    sentence += fmt::format("; sweep with --rv-min {} to decide it",
-                            std::ceil(*verdict.minVolumeRatio * 1e9) / 1e9);
+    sentence += fmt::format("; sweep with {} to decide it", ratioText(*verdict.minVolumeRatio));
+  } else if (verdict.verdict == Verdict::WithinTolerance) {
+    sentence += "; no finer sweep decides it: change the motion so that they overlap or stay apart";
   }
   return sentence;
+}
+
+/// What is certain of the clearance.
+std::string clearanceSentence(const ClearanceVerdict& verdict, double clearance) {
+  using Answer = ClearanceVerdict::Answer;
+  std::string sentence = fmt::format("the clearance of {} is ", clearance);
+  switch (verdict.answer) {
+    case Answer::Kept:
+      return sentence + "kept";
+    case Answer::NotKept:
+      sentence += "not kept";
+      if (verdict.most > 0) {
+        sentence +=
+            fmt::format(": they come within {} of each other", atMost(verdict.most, 6, clearance));
+      }
+      return sentence;
+    case Answer::Unknown:
+      break;
+  }
+  sentence += fmt::format("not kept for certain: they come within {} to {} of each other",
+                          atLeast(verdict.least, 6), atMost(verdict.most, 6));
+  if (verdict.minVolumeRatio) {
+    return sentence +
+           fmt::format("; sweep with {} to decide it", ratioText(*verdict.minVolumeRatio));
+  }
+  return sentence + "; no finer sweep is known to decide it";
 }
 
 void printText(const BodyPair& pair, const CollideArguments& options) {
   const Collision& collision = pair.collision;
   print("{} and {}\n", pair.a.name, pair.b.name);
-  print("  {}\n", sentenceOf(pair));
+  print("  {}\n", sentenceOf(pair, options.clearance));
   if (collision.contact()) {
     const Contact& first = collision.intervals.front().first;
     print("  first contact at t = {}, {}\n", first.time, text(first.point));
@@ -242,11 +307,8 @@ void printText(const BodyPair& pair, const CollideArguments& options) {
     print("  nearest at t = {:.12g}: {:.9g} apart, {} and {}\n", nearest.time, nearest.distance,
           text(nearest.pointA), text(nearest.pointB));
   }
-  if (options.clearance && collision.common) {
-    print("  the clearance of {} is {}\n", *options.clearance,
-          pair.keeps(*options.clearance)    ? "kept"
-          : pair.breaks(*options.clearance) ? "not kept"
-                                            : "not kept for certain");
+  if (pair.clearance && collision.common) {
+    print("  {}\n", clearanceSentence(*pair.clearance, *options.clearance));
   }
 }
 
@@ -329,7 +391,10 @@ Result<std::vector<std::string>> writeContacts(const CollideArguments& options,
                                                const std::vector<BodyPair>& pairs,
                                                const Metadata& metadata) {
   const BodyPair& pair = pairToShow(pairs);
-  auto shown = shownOf(pair);
+  auto shown = [&] {
+    const ProgressBar bar("drawing");
+    return shownOf(pair);
+  }();
   if (!shown) return pass(shown.error());
   if (!*shown) {
     printNotices(
@@ -348,6 +413,7 @@ Result<std::vector<std::string>> writeContacts(const CollideArguments& options,
       colouredMesh(pair.a.name, std::move((*shown)->a), (*shown)->contactA,
                    {0.26F, 0.46F, 0.79F, 1}),
       colouredMesh(nameB, std::move((*shown)->b), (*shown)->contactB, {0.89F, 0.48F, 0.21F, 1})};
+  const ProgressBar bar("writing " + options.output);
   return formats::writeTriangleMeshes(options.output, meshes, how);
 }
 
@@ -425,7 +491,7 @@ Result<void> writePage(const CollideArguments& options, const std::vector<BodyPa
     CollidePair one;
     one.a = pair.a.name;
     one.b = pair.b.name;
-    one.verdict = sentenceOf(pair);
+    one.verdict = sentenceOf(pair, options.clearance);
     if (pair.collision.common) {
       one.times = model::evenTimes(*pair.collision.common, kSamples);
       auto clearances = clearancesAt(pair, one.times);
@@ -462,7 +528,7 @@ std::vector<BodyPair> pairsOf(const std::vector<InputBodies>& inputs) {
   const std::vector<model::Body>& last = inputs.back().bodies;
   for (std::size_t i = 0; i < first.size(); ++i) {
     for (std::size_t j = inputs.size() == 1 ? i + 1 : 0; j < last.size(); ++j) {
-      pairs.push_back({first[i], last[j], {}, {}});
+      pairs.push_back({first[i], last[j], {}, {}, {}});
     }
   }
   return pairs;
@@ -505,6 +571,10 @@ int run(const CollideArguments& options) {
       auto verdict = measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source);
       if (!verdict) return report(inInput(verdict.error(), inputs.front()));
       pair.verdict = *verdict;
+      if (options.clearance) {
+        pair.clearance =
+            measure::clearanceVerdict(pair.collision, pair.verdict, *options.clearance);
+      }
     }
   }
   const Metadata& metadata = inputs.front().reader.metadata();
@@ -521,7 +591,7 @@ int run(const CollideArguments& options) {
   }
   if (options.json) {
     ordered_json value = {{"pairs", ordered_json::array()}};
-    for (const BodyPair& pair : pairs) value["pairs"].push_back(jsonOf(pair, options));
+    for (const BodyPair& pair : pairs) value["pairs"].push_back(jsonOf(pair));
     printJson(value);
   } else {
     for (const BodyPair& pair : pairs) printText(pair, options);
@@ -534,7 +604,7 @@ int run(const CollideArguments& options) {
   const int done = reportLosses(losses);
   const bool contact = std::ranges::any_of(pairs, [&](const BodyPair& pair) {
     return pair.collision.contact() || pair.verdict.verdict == Verdict::WithinTolerance ||
-           (options.clearance && !pair.keeps(*options.clearance));
+           !pair.keepsClearance();
   });
   return options.failOnContact && contact ? kFailed : done;
 }

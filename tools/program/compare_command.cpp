@@ -23,6 +23,7 @@
 #include "t4d/model/converted_source.h"
 #include "t4d/model/times.h"
 #include "t4d/system/child_process.h"
+#include "t4d/system/replaceable.h"
 #include "t4d/system/temporary_folder.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "tools/program/centering.h"
@@ -56,7 +57,7 @@ struct CompareArguments {
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
   std::string up = "y";
-  std::uint64_t slices = 9;
+  std::optional<std::uint64_t> slices;
   std::string times;
   std::optional<std::uint64_t> maxCells;
   std::string keep;
@@ -96,7 +97,10 @@ struct Truth {
 };
 
 Result<Truth> truthOf(const CompareArguments& options) {
-  auto loaded = formats::readTriangleMesh(options.input);
+  auto loaded = [&] {
+    const ProgressBar bar("reading " + options.input);
+    return formats::readTriangleMesh(options.input);
+  }();
   if (!loaded) return pass(loaded.error());
   auto motion = formats::readMotion(options.motion);
   if (!motion) return pass(motion.error());
@@ -117,6 +121,13 @@ std::string asOperand(const std::string& path) {
   return path.starts_with('-') ? "./" + path : path;
 }
 
+/// The name of the file that a backend makes.
+std::string builtName(const CompareArguments& options, std::optional<double> voxelSize) {
+  std::string name = fs::path(options.input).stem().string() + (voxelSize ? "-voxel4d" : "-mesh4d");
+  if (voxelSize && options.voxelSizes.size() > 1) name += fmt::format("-{}", *voxelSize);
+  return name + ".t4d";
+}
+
 /// Runs a backend in a separate process to make its mesh. If that fails, the backend has printed
 /// why, and the result is its exit code. `voxelSize` is for voxel4d, nothing for mesh4d.
 Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const Truth& truth,
@@ -124,9 +135,7 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
                                           std::vector<std::string>& notes) {
   const std::string backend = voxelSize ? "voxel4d" : "mesh4d";
   MeshFile file;
-  std::string name = fs::path(options.input).stem().string() + "-" + backend;
-  if (voxelSize && options.voxelSizes.size() > 1) name += fmt::format("-{}", *voxelSize);
-  file.path = (folder / (name + ".t4d")).string();
+  file.path = (folder / builtName(options, voxelSize)).string();
   std::vector<std::string> arguments = {"sweep",     asOperand(options.input),
                                         "--motion",  asOperand(options.motion),
                                         "--backend", backend,
@@ -302,6 +311,17 @@ Result<void> measureCells(Side& side, std::optional<double> timeScale) {
   return {};
 }
 
+/// The times to compare at. Without options, in the middle of steps: of a swept mesh, since the
+/// volume of a woven one changes little between its frames.
+std::vector<double> timesOf(const CompareArguments& options, const Side& a, const Side& b,
+                            const model::TimeSpan& span) {
+  constexpr std::uint64_t kDefaultSlices = 9;
+  if (!options.times.empty()) return *tools::timesOf(options.times, kMaxSlices);
+  if (options.slices) return model::evenTimes(span, *options.slices);
+  const bool ofB = a.mesh.backend == "voxel4d" && b.mesh.backend != "voxel4d";
+  return measure::timesAmidSteps(ofB ? b.bodies : a.bodies, span, kDefaultSlices);
+}
+
 /// If all times fall on layers of a mesh: what that misses, and a number of slices that would not.
 std::optional<std::string> aliasing(const CompareArguments& options, const Side& a, const Side& b,
                                     const model::TimeSpan& span, const std::vector<double>& times) {
@@ -316,7 +336,7 @@ std::optional<std::string> aliasing(const CompareArguments& options, const Side&
                                  fmt::join(where, " and "));
   if (!options.times.empty()) return note + "; choose other --times";
   constexpr std::uint64_t kTries = 20;
-  for (std::uint64_t n = options.slices + 1; n < options.slices + kTries; ++n) {
+  for (std::uint64_t n = times.size() + 1; n < times.size() + kTries; ++n) {
     const std::vector<double> others = model::evenTimes(span, n);
     if (2 * measure::timesOnLayers(a.bodies, others) > n) continue;
     if (2 * measure::timesOnLayers(b.bodies, others) > n) continue;
@@ -394,8 +414,7 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
     std::vector<model::Body> all = a.bodies;
     all.insert(all.end(), b.bodies.begin(), b.bodies.end());
     const model::TimeSpan span = model::timeSpanOf(all);
-    const std::vector<double> times = options.times.empty() ? model::evenTimes(span, options.slices)
-                                                            : *timesOf(options.times, kMaxSlices);
+    const std::vector<double> times = timesOf(options, a, b, span);
     for (const double time : times) {
       if (model::timeWithin(span, time)) continue;
       return tools::report(Error{ErrorCode::InvalidInput,
@@ -424,6 +443,7 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
     }
   }
   if (outputs.html) {
+    const ProgressBar bar("drawing");
     if (auto written = writeAll(outputs.html, comparePage(report)); !written) {
       return tools::report(written.error());
     }
@@ -466,6 +486,12 @@ int buildAndCompare(const CompareArguments& options, Outputs& outputs) {
   std::vector<std::optional<double>> sizes = {std::nullopt};  // mesh4d first
   std::set<double, std::greater<>> unique(options.voxelSizes.begin(), options.voxelSizes.end());
   sizes.insert(sizes.end(), unique.begin(), unique.end());
+  for (const std::optional<double>& size : sizes) {
+    const std::string name = builtName(options, size);
+    if (auto good = system::checkReplaceable(folder, {&name, 1}); !good) {
+      return report(good.error());
+    }
+  }
   CompareReport made;
   std::vector<MeshFile> files;
   for (const std::optional<double>& size : sizes) {
@@ -552,9 +578,8 @@ void addCompare(CLI::App& app, int& exitCode) {
   auto* slices = command
                      ->add_option("--slices", options->slices,
                                   "Number of times to compare at, evenly spaced from first to "
-                                  "last")
-                     ->check(wholeNumber(1, kMaxSlices))
-                     ->capture_default_str();
+                                  "last (default: 9 in the middle of steps)")
+                     ->check(wholeNumber(1, kMaxSlices));
   command
       ->add_option("--times", options->times,
                    "Compare at N times evenly spaced from A to B, both included")

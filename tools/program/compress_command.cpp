@@ -39,7 +39,7 @@ int run(const CompressArguments& options) {
       if (!done) return report(done.error());
     }
   }
-  const auto bytes = writer->finish();
+  const auto bytes = finishEdited(*writer, *input);
   if (!bytes) return report(bytes.error());
   const std::uint64_t before = input->reader.fileBytes();
   const double seconds =

@@ -11,6 +11,7 @@
 #include "t4d/conformance/backends/program_backend.h"
 #include "t4d/conformance/backends/run.h"
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/output_folder.h"
 #include "tools/program/commands.h"
 #include "tools/program/conform_page.h"
 #include "tools/program/console.h"
@@ -163,12 +164,7 @@ int run(const ConformBackendsArguments& options) {
   }
   if (options.list) return list(cases, *backends, options);
   if (!options.keep.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(options.keep, error);
-    if (error) {
-      return report(
-          {ErrorCode::Failed, "cannot create the folder: " + error.message(), options.keep, {}});
-    }
+    if (auto made = formats::makeKeptFolder(options.keep); !made) return report(made.error());
   }
   std::optional<formats::OutputFile> page;
   if (!options.html.empty()) {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "t4d/conformance/driver/reader_report.h"
+#include "t4d/formats/output_folder.h"
 #include "tools/program/commands.h"
 #include "tools/program/conform_run.h"
 #include "tools/program/console.h"
@@ -34,6 +35,9 @@ int run(const ConformReaderArguments& options) {
   std::vector<ReaderCase> cases = readerCases(files, options.cases);
   if (auto done = selectCases(cases, run.only, run.skip); !done) {
     return wrongUsage(done.error().text() + "; `t4d conform list` lists them");
+  }
+  if (!run.keep.empty()) {
+    if (auto made = formats::makeKeptFolder(run.keep); !made) return report(made.error());
   }
   disableCoreDumps();
   Result<std::vector<ReaderResult>> results;

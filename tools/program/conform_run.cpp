@@ -41,8 +41,9 @@ void addConformOptions(CLI::App& command, ConformArguments& arguments, const Con
       ->type_name("N");
   command
       .add_option("--timeout", arguments.timeoutSeconds,
-                  fmt::format("Timeout per {}, in seconds (default: {})", help.timeout,
-                              arguments.timeoutSeconds))
+                  fmt::format("Timeout per {}, in seconds of processor time (default: {}); by the "
+                              "clock, ten times as long",
+                              help.timeout, arguments.timeoutSeconds))
       ->check(CLI::Range(0.01, 86400.0))
       ->type_name("SECONDS");
   command.add_option("--junit", arguments.junit, "Write the results as JUnit XML")

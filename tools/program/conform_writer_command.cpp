@@ -2,6 +2,7 @@
 
 #include "t4d/conformance/driver/case_choice.h"
 #include "t4d/conformance/driver/writer_suite.h"
+#include "t4d/formats/output_folder.h"
 #include "tools/program/commands.h"
 #include "tools/program/conform_run.h"
 #include "tools/program/console.h"
@@ -23,6 +24,9 @@ int run(const ConformWriterArguments& options) {
   std::vector<WriterCase> cases = writerCases();
   if (auto done = selectCases(cases, run.only, run.skip); !done) {
     return wrongUsage(done.error().text());
+  }
+  if (!run.keep.empty()) {
+    if (auto made = formats::makeKeptFolder(run.keep); !made) return report(made.error());
   }
   disableCoreDumps();
   Result<std::vector<CaseReport>> reports;

@@ -12,7 +12,9 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/mesh4d/mesh4d_formats.h"
 #include "t4d/formats/t4d/names.h"
+#include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_check.h"
@@ -63,7 +65,7 @@ struct ConvertInput {
 bool isT4d(const ConvertArguments& options) {
   if (!options.from.empty()) return options.from == kT4d;
   return formats::lowerCaseExtension(options.input) == ".t4d" ||
-         !formats::schemeOf(options.input).empty();
+         !formats::schemeOf(options.input).empty() || formats::isT4d(options.input);
 }
 
 Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
@@ -124,6 +126,9 @@ Result<void> openOther(const ConvertArguments& options, bool cut, ConvertInput& 
   const std::size_t count = loaded->bodies.size();
   for (std::size_t i = 0; i < count; ++i) {
     formats::Mesh4d& body = loaded->bodies[i];
+    for (const model::Attribute& attribute : body.attributes) {
+      input.attributes.insert(attribute.name);
+    }
     const std::string name = freeBodyName(body, i, count, options.input, taken);
     const std::string where =
         count > 1 ? fmt::format("{}: body '{}'", options.input, name) : options.input;
@@ -186,6 +191,9 @@ Result<void> writeT4d(const ConvertArguments& options, ConvertInput& input) {
                             bar.part(input.bodies[i].source->slabCount()));
     if (!done) return done;
   }
+  if (input.reader) {
+    if (auto kept = writer->keep(input.reader->optionalChunks()); !kept) return kept;
+  }
   auto finished = writer->finish();
   if (!finished) return pass(finished.error());
   for (std::string& loss : writer->losses()) input.losses.push_back(std::move(loss));
@@ -194,24 +202,34 @@ Result<void> writeT4d(const ConvertArguments& options, ConvertInput& input) {
 
 Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFormat& format,
                         ConvertInput& input) {
-  const auto mesh = formats::FlatBodies::of(input.bodies);
+  auto mesh = formats::FlatBodies::of(input.bodies);
   if (!mesh) return pass(mesh.error());
+  std::set<std::string> lost = input.attributes;
+  if (format.keeps.attributes != nullptr && !lost.empty()) {
+    if (auto found = mesh->findAttributes(format.keeps.attributes); !found) return found;
+    for (const model::Attribute& kept : mesh->attributes()) lost.erase(kept.name);
+  }
   for (std::string& loss : formats::mesh4dLosses(format, *mesh)) {
     input.losses.push_back(std::move(loss));
   }
   const std::string& name = input.bodies.front().name;
-  // VTU names bodies only if there are several.
-  if ((!format.keeps.names || format.id == "vtu") && input.bodies.size() == 1 && input.named &&
+  if (!format.keeps.names && input.bodies.size() == 1 && input.named &&
       name != formats::asName(std::filesystem::path(options.output).stem().string())) {
     input.losses.push_back(fmt::format("name of the body not kept by {}: '{}'", format.id, name));
   }
-  if (!format.keeps.attributes && !input.attributes.empty()) {
+  if (!lost.empty()) {
     input.losses.push_back(
-        fmt::format("attributes not kept by {}: {}", format.id, fmt::join(input.attributes, ", ")));
+        fmt::format("attributes not kept by {}: {}", format.id, fmt::join(lost, ", ")));
   }
   if (!format.keeps.metadata && input.format == kT4d) {
     input.losses.push_back(fmt::format(
         "metadata not kept by {}: units, the upward axis, how the mesh was made", format.id));
+    std::set<std::string> types;
+    for (const auto& chunk : input.reader->optionalChunks().headers()) types.insert(chunk.name());
+    if (!types.empty()) {
+      input.losses.push_back(
+          fmt::format("chunks not kept by {}: {}", format.id, fmt::join(types, ", ")));
+    }
   }
   return format.write(options.output, *mesh);
 }

@@ -12,6 +12,7 @@
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/formats/triangle_mesh_writer.h"
+#include "t4d/measure/chord_bound.h"
 #include "t4d/measure/visit_fields.h"
 #include "t4d/voxel4d/point_field.h"
 #include "tools/program/centering.h"
@@ -40,6 +41,7 @@ struct EnvelopeArguments {
   std::optional<double> voxelSize;
   double maxMemoryGiB = 4;
   bool exact = false;
+  bool outside = false;
   std::array<std::string, 4> fields;  // files, as in kFields
   std::string html;
   bool center = false;
@@ -64,10 +66,14 @@ constexpr std::array<FieldKind, 4> kFields = {{
      [](const measure::VisitFields& f, std::size_t row) { return f.last[row]; }, false},
 }};
 
+/// The most triangles of a silhouette for which --exact is named: a thousand may take minutes.
+constexpr std::size_t kFewTriangles = 500;
+
 /// What one or several bodies pass through.
 struct Passed {
   std::string name;
   Silhouette silhouette;
+  std::optional<double> chordBound = {};  // nothing if that is not known of a body
   Envelope envelope = {};
 };
 
@@ -82,7 +88,8 @@ Result<void> putPart(const model::Body& body, const TimeWindow& window, const mo
 
 Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
                                           const InputBodies& input, const model::TimeSpan& span) {
-  ProgressBar bar("finding the silhouette", slabCountOf(input.bodies), "slabs");
+  // Bounds of chords are read off the same slabs again.
+  ProgressBar bar("finding the silhouette", 2 * slabCountOf(input.bodies), "slabs");
   std::vector<Passed> all;
   for (const model::Body& body : input.bodies) {
     const auto inBody = [&](Error error) {
@@ -97,10 +104,16 @@ Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
     }
     auto silhouette = builder.finish();
     if (!silhouette) return inBody(silhouette.error());
+    const auto chords = measure::chordBound(*body.source, span, bar.part(body.source->slabCount()));
+    if (!chords) return inBody(chords.error());
+    std::optional<double> bound;
+    if (*chords) bound = (*chords)->bound + (*chords)->rounding;
     if (options.each || all.empty()) {
-      all.push_back({body.name, std::move(*silhouette)});
+      all.push_back({body.name, std::move(*silhouette), bound});
     } else {
       edit::add(all[0].silhouette, *silhouette);
+      all[0].chordBound =
+          all[0].chordBound && bound ? std::max(all[0].chordBound, bound) : std::nullopt;
       all[0].name = "envelope";
     }
   }
@@ -131,6 +144,7 @@ Result<std::vector<std::string>> write(const EnvelopeArguments& options,
     how.placement = placementOf(metadata, notices);
     printNotices(notices);
   }
+  const ProgressBar bar("writing " + options.output);
   return formats::writeTriangleMeshes(options.output, meshes, how);
 }
 
@@ -175,6 +189,7 @@ Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
     }
   }
   const measure::VisitFields fields = builder.finish();
+  const ProgressBar bar("writing fields");
   std::vector<WrittenField> written;
   for (std::size_t i = 0; i < kFields.size(); ++i) {
     if (options.fields[i].empty()) continue;
@@ -215,10 +230,30 @@ std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
   if (options.each && wantsFields(options)) {
     return "--each: fields are of all bodies together; choose one by --body";
   }
+  if (options.outside && options.exact) {
+    return "--outside: an envelope that contains the motion for certain is made on a lattice, not "
+           "with --exact";
+  }
   return options.window.misuse();
 }
 
-ordered_json jsonOf(const std::vector<Passed>& all) {
+/// No place of an envelope made with --outside is farther than this from the motion; null where the
+/// motion is not known.
+std::optional<double> outsideBy(const Passed& one) {
+  if (!one.chordBound) return std::nullopt;
+  return one.envelope.errorBound + *one.chordBound;
+}
+
+/// What else finds a thin solid, or takes less time.
+std::string otherWays(const EnvelopeArguments& options, const Silhouette& silhouette) {
+  const bool few = silhouette.surface.triangles.size() <= kFewTriangles;
+  std::string ways;
+  if (!options.exact && !options.outside && few) ways = "--exact";
+  if (!options.outside) ways += std::string(ways.empty() ? "" : " or ") + "--outside";
+  return ways;
+}
+
+ordered_json jsonOf(const EnvelopeArguments& options, const std::vector<Passed>& all) {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t silhouette = 0;
@@ -233,7 +268,11 @@ ordered_json jsonOf(const std::vector<Passed>& all) {
   double errorBound = 0;
   bool closed = true;
   std::optional<std::uint64_t> crossings = 0;
-  for (const auto& [name, passed, envelope] : all) {
+  std::optional<double> chords = 0;
+  std::optional<double> outside = 0;
+  for (const Passed& one : all) {
+    const Silhouette& passed = one.silhouette;
+    const Envelope& envelope = one.envelope;
     vertices += envelope.mesh.vertices.size();
     triangles += envelope.mesh.triangles.size();
     silhouette += passed.surface.triangles.size();
@@ -248,7 +287,10 @@ ordered_json jsonOf(const std::vector<Passed>& all) {
     voxelSize = std::max(voxelSize, envelope.voxelSize);
     errorBound = std::max(errorBound, envelope.errorBound);
     if (!envelope.selfIntersections) crossings.reset();
+    chords = chords && one.chordBound ? std::max(chords, one.chordBound) : std::nullopt;
+    outside = outside && outsideBy(one) ? std::max(outside, outsideBy(one)) : std::nullopt;
   }
+  if (!options.outside) outside.reset();
   return {{"vertices", vertices},
           {"triangles", triangles},
           {"closed", closed},
@@ -262,6 +304,9 @@ ordered_json jsonOf(const std::vector<Passed>& all) {
           {"hypervolume_by_flux", byFlux},
           {"voxel_size", voxelSize > 0 ? ordered_json(voxelSize) : ordered_json()},
           {"error_bound", errorBound},
+          {"chord_bound", orNull(chords)},
+          {"outside", options.outside},
+          {"outside_by", orNull(outside)},
           {"silhouette_triangles", silhouette}};
 }
 
@@ -278,15 +323,26 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
     print("  {}{}, genus {:g}\n", counted(envelope.components, "component"),
           envelope.cavities > 0 ? ", " + counted(envelope.cavities, "cavity", "cavities") : "",
           envelope.genus);
-    if (envelope.voxelSize > 0) {
+    const char* chosen = options.voxelSize ? "" : " (by the size of the solid)";
+    if (options.outside && envelope.voxelSize > 0) {
+      const auto by = outsideBy(one);
+      print(
+          "  voxel size {:g}{}; contains the {} for certain, and nothing farther than {:.3g} "
+          "from it\n",
+          envelope.voxelSize, chosen, by ? "motion" : "mesh", by.value_or(envelope.errorBound));
+    } else if (envelope.voxelSize > 0) {
       print("  voxel size {:g}{}; right farther than {:.3g} from the boundary\n",
-            envelope.voxelSize, options.voxelSize ? "" : " (by the size of the solid)",
-            envelope.errorBound);
+            envelope.voxelSize, chosen, envelope.errorBound);
     } else if (options.exact) {
       print(
           "  exact, but for rounding and what touches: right farther than {:.3g} from the "
           "boundary\n",
           envelope.errorBound);
+    }
+    if (!one.chordBound) {
+      print("  how far the mesh is from the motion is not known: its layers have no poses\n");
+    } else if (*one.chordBound > 0) {
+      print("  the mesh is within {:.4g} of the motion\n", *one.chordBound);
     }
     print("  volume of all visits {:.12g}, hypervolume {:.12g}\n", one.silhouette.visitsVolume,
           one.silhouette.hypervolume);
@@ -296,6 +352,7 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
 /// The page: the envelope, and the solids at some times.
 Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passed>& all,
                        const InputBodies& input, const model::TimeSpan& span) {
+  const ProgressBar bar("drawing");
   auto file = formats::OutputFile::create(options.html);
   if (!file) return pass(file.error());
   const formats::Metadata& metadata = input.reader.metadata();
@@ -323,7 +380,7 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
     }
     page.solids.emplace_back(fmt::format("t = {:.6g}", time), std::move(solid));
   }
-  const ordered_json numbers = jsonOf(all);
+  const ordered_json numbers = jsonOf(options, all);
   for (const auto& [name, value] : numbers.items()) {
     std::string title = name;
     std::ranges::replace(title, '_', ' ');
@@ -361,16 +418,21 @@ int run(const EnvelopeArguments& options) {
   std::optional<measure::SpaceLattice> lattice;
   if (wantsFields(options) && !bounds.empty()) {
     const double voxelSize =
-        options.voxelSize.value_or(edit::defaultVoxelSize(all->front().silhouette, how.maxBytes));
+        options.voxelSize.value_or(edit::defaultVoxelSize(all->front().silhouette, how));
     auto made = fieldLattice(options, bounds, voxelSize);
     if (!made) return report(inInput(made.error(), *input));
     lattice = std::move(*made);
   }
   for (Passed& one : *all) {
     ProgressBar bar("making the envelope of " + one.name);
+    if (options.outside) how.reach = one.chordBound.value_or(0);
     auto envelope = edit::envelopeOf(one.silhouette, how, bar.callback());
     if (!envelope) {
       Error error = envelope.error();
+      const std::string ways = otherWays(options, one.silhouette);
+      if (error.remedy == Remedy::VoxelSize && !ways.empty()) {
+        error.message += fmt::format("; {} needs no voxels as small", ways);
+      }
       if (options.exact && error.remedy == Remedy::None) {
         error.message += "; leave out --exact to find it on a lattice";
       } else if (how.singlePrecisionAbout && !options.center && error.remedy == Remedy::None) {
@@ -379,7 +441,16 @@ int run(const EnvelopeArguments& options) {
       return report(inInput(std::move(error), *input));
     }
     one.envelope = std::move(*envelope);
-    for (const std::string& loss : one.envelope.losses) {
+    std::vector<std::string> own = one.envelope.losses;
+    if (!own.empty() && !otherWays(options, one.silhouette).empty()) {
+      own.back() += fmt::format("; {} finds what is thin", otherWays(options, one.silhouette));
+    }
+    if (options.outside && !one.chordBound) {
+      own.emplace_back(
+          "it is certain for the mesh as it is, straight between its layers: how far "
+          "that is from the motion is not known, since layers have no poses");
+    }
+    for (const std::string& loss : own) {
       losses.push_back(all->size() > 1 ? fmt::format("{}: {}", one.name, loss) : loss);
     }
     const double error = std::abs(one.silhouette.hypervolume - one.silhouette.hypervolumeByFlux);
@@ -414,11 +485,11 @@ int run(const EnvelopeArguments& options) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    ordered_json value = jsonOf(*all);
+    ordered_json value = jsonOf(options, *all);
     value["bodies"] = ordered_json::array();
     for (const Passed& one : *all) {
       ordered_json body = {{"name", one.name}};
-      body.update(jsonOf({one}));
+      body.update(jsonOf(options, {one}));
       value["bodies"].push_back(std::move(body));
     }
     value["fields"] = ordered_json::array();
@@ -461,8 +532,10 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->check(numberAboveZero());
   command
       ->add_flag("--exact", options->exact,
-                 "Cut the triangles of the silhouette instead, for thousands of triangles")
+                 "Cut the triangles of the silhouette instead, for hundreds of them")
       ->excludes("--voxel-size");
+  command->add_flag("--outside", options->outside,
+                    "Make an envelope that contains the motion for certain, a little larger");
   for (std::size_t i = 0; i < kFields.size(); ++i) {
     command
         ->add_option(fmt::format("--{}", kFields[i].name), options->fields[i],

@@ -75,7 +75,7 @@ int run(const FilterArguments& options) {
       }
     }
   }
-  const auto bytes = writer->finish();
+  const auto bytes = finishEdited(*writer, *input);
   if (!bytes) return report(bytes.error());
   printNotices(notices);
 

@@ -8,6 +8,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/compare.h"
+#include "t4d/system/replaceable.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
@@ -76,6 +77,10 @@ int runGrids(const FramesArguments& options) {
     return report(inInput(checked.error(), *input));
   }
   const auto path = std::filesystem::path(options.output) / convert::FrameNames().manifest;
+  const std::string manifestName = path.filename().string();
+  if (auto good = system::checkReplaceable(options.output, {&manifestName, 1}); !good) {
+    return report(good.error());
+  }
   convert::FramesManifest manifest{spaceOf(metadata), originOf(metadata)};
   const auto solidAt = [&](double time) {
     auto solid = measure::solidAt(input->bodies, time);

@@ -14,6 +14,7 @@
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
+#include "tools/program/t4d_output.h"
 
 namespace t4d::tools {
 namespace {
@@ -38,7 +39,7 @@ std::string quoted(std::string word) {
 /// `PATH` with another suffix, such that no file of that name exists.
 std::string freeName(const std::string& path, const std::string& suffix,
                      const std::string& extension) {
-  std::string name = fs::path(path).stem().string();
+  std::string name = nameWithoutExtension(path);
   // Part files left behind are hidden.
   name.erase(0, name.find_first_not_of('.'));
   const std::string base = (fs::path(path).parent_path() / (name + suffix)).string();
@@ -57,27 +58,30 @@ std::string recoveryHint(const std::string& path) {
 
 /// How to convert a file of one kind to the required kind.
 std::string conversionHint(const std::string& path) {
+  const std::string extension = formats::lowerCaseExtension(path);
+  const auto* format = formats::triangleMeshFormat(path);
+  if (format != nullptr && format->read == nullptr) {  // some begin as 4D meshes do
+    return "such files are written, not read; write .ply, .stl or .obj instead";
+  }
   if (formats::mesh4dFormatOfFile(path) != nullptr) {
     return fmt::format("it is a 4D mesh in another format; convert it first: t4d convert {} {}",
                        quoted(path), freeName(path, "", ".t4d"));
   }
-  const auto* format = formats::triangleMeshFormat(path);
-  if (format != nullptr && format->read != nullptr) {
+  if (format != nullptr) {
     return fmt::format(
         "it is a triangle mesh; sweep it first: t4d sweep {} --motion MOTION.json -o {}",
         quoted(path), freeName(path, "", ".t4d"));
   }
-  if (formats::lowerCaseExtension(path) == ".json") {
-    return fmt::format(
-        "if it is a motion, sweep a solid by it first: t4d sweep SOLID --motion {} -o {}",
-        quoted(path), freeName(path, "", ".t4d"));
+  if (extension == ".json" || extension == ".csv") {
+    return fmt::format("if it is a motion, sweep a solid by it: t4d sweep SOLID --motion {} -o {}",
+                       quoted(path), freeName(path, "", ".t4d"));
   }
-  if (formats::lowerCaseExtension(path) == ".vdb") {
-    return fmt::format("it is a VDB file; weave it first: t4d weave {} -o {}", quoted(path),
-                       freeName(path, "", ".t4d"));
+  if (extension == ".vdb") {
+    return fmt::format("it is a VDB file; make a 4D mesh of frames: t4d weave {} -o {}",
+                       quoted(path), freeName(path, "", ".t4d"));
   }
   if (voxel4d::isVolumeFile(path)) {
-    return fmt::format("it is a volume; weave it first: t4d weave {} -o {}", quoted(path),
+    return fmt::format("it is a volume; make a 4D mesh of frames: t4d weave {} -o {}", quoted(path),
                        freeName(path, "", ".t4d"));
   }
   const auto mesh = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
@@ -105,7 +109,8 @@ std::string fileOf(const Error& error) {
 std::string hintForFile(const std::string& path) {
   if (!formats::schemeOf(path).empty() || formats::isPipe(path)) return {};
   const std::string hint = recoveryHint(path);
-  return hint.empty() ? conversionHint(path) : hint;
+  // What has the signature is a .t4d file, however damaged: nothing converts it.
+  return hint.empty() && !formats::isT4d(path) ? conversionHint(path) : hint;
 }
 
 std::string hintFor(const Error& error) {

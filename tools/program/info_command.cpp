@@ -125,8 +125,14 @@ void printInfo(const File& reader, const SlabLists& slabs, bool json) {
                           {"time_unit", metadata.timeUnit},
                           {"bytes", reader.fileBytes()},
                           {"up", metadata.up},
+                          {"space", metadata.space},
+                          {"attributes", ordered_json::object()},
                           {"indexed", reader.indexed()},
                           {"details", ordered_json::parse(metadata.detailsJson)}};
+    for (const auto& [name, meaning] : metadata.attributes) {
+      value["attributes"][name] = {{"kind", meaning.kind.empty() ? "scalar" : meaning.kind},
+                                   {"unit", meaning.unit}};
+    }
     for (const formats::T4dChunks& chunks : reader.chunks()) {
       value["chunks"].push_back(
           {{"type", chunks.type}, {"count", chunks.count}, {"bytes", chunks.bytes}});
@@ -164,6 +170,11 @@ void printInfo(const File& reader, const SlabLists& slabs, bool json) {
   const model::Point3& high = all.bounds.max;
   print("  x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}{}; {} is up\n", low.x(),
         high.x(), low.y(), high.y(), low.z(), high.z(), unit(metadata.lengthUnit), metadata.up);
+  if (!metadata.space.empty()) print("  axes point as in {}\n", metadata.space);
+  for (const auto& [name, meaning] : metadata.attributes) {
+    print("  attribute '{}': {}{}\n", name, meaning.kind.empty() ? "scalar" : meaning.kind,
+          meaning.unit.empty() ? "" : " in " + meaning.unit);
+  }
   for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
     const formats::BodySummary& body = reader.summary(i);
     print("  body '{}': {}, time {} to {}\n", metadata.bodies[i].name,

@@ -45,7 +45,7 @@ int run(const JoinArguments& options) {
     print("  {}, {}\n", counted(vertices, "vertex", "vertices"),
           counted(tetrahedra, "tetrahedron", "tetrahedra"));
   }
-  return kDone;
+  return reportLosses(joined->losses);
 }
 
 }  // namespace

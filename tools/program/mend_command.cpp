@@ -37,7 +37,10 @@ int run(const MendArguments& options) {
     vertices += body.mesh.vertices.size();
     triangles += body.mesh.triangles.size();
   }
-  auto lost = formats::writeTriangleMeshes(options.output, loaded->bodies);
+  auto lost = [&] {
+    const ProgressBar bar("writing " + options.output);
+    return formats::writeTriangleMeshes(options.output, loaded->bodies);
+  }();
   if (!lost) return report(lost.error());
 
   const double seconds =

@@ -64,6 +64,7 @@ Result<edit::MendSurfaceReport> mendDeformation(model::TriangleMesh& mesh,
                                                 std::unique_ptr<model::VertexKeys>& keys,
                                                 const MendingOptions& options,
                                                 const std::string& path) {
+  const ProgressBar bar("mending");
   return placed(edit::mendDeformation(mesh, keys, options.limits), path);
 }
 

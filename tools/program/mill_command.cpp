@@ -133,6 +133,9 @@ Result<formats::ToolPath> readPath(const MillArguments& options) {
   auto motion = formats::readMotion(options.motion, &form);
   if (!motion) return pass(motion.error());
   if (!form.empty()) path.notices.push_back(options.motion + ": " + form);
+  if (const std::string notice = model::noticeOfHalfTurns(motion->halfTurns); !notice.empty()) {
+    path.notices.push_back(options.motion + ": " + notice);
+  }
   path.motion = std::move(*motion);
   return path;
 }
@@ -232,6 +235,7 @@ Result<void> writePage(const MillArguments& options, const mill::MillReport& rep
                 report,
                 {},
                 options.output.up == "z"};
+  const ProgressBar bar("drawing");
   auto meshes = workpieces(options.output.path, {motion.timeBegin(), motion.timeEnd()});
   if (!meshes) return pass(meshes.error());
   page.workpieces = std::move(*meshes);
@@ -245,6 +249,7 @@ Result<void> writePage(const MillArguments& options, const mill::MillReport& rep
 /// A notice if the surface crosses itself; nothing if it does not, or where nobody can tell.
 std::string noticeOfCrossings(const std::string& path, const model::TriangleMesh& mesh) {
   constexpr std::size_t kMost = 1000;
+  const ProgressBar bar("checking " + path);
   const auto found = edit::findCrossings(mesh, kMost);
   if (!found || found->pairs.empty()) return {};
   return fmt::format(
@@ -344,6 +349,7 @@ int run(const MillArguments& options) {
   }();
   if (!milled) {
     Error error = milled.error();
+    if (error.where.empty() && error.remedy == Remedy::Motion) error.where = options.path();
     if (error.where.empty() || error.where == "stock") error.where = options.stock;
     for (const auto& [name, given] :
          {std::pair{"tool", &options.tool}, std::pair{"shank", &options.shank},

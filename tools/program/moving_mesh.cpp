@@ -24,6 +24,9 @@ Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
   auto poses = formats::readMotion(motion, &form);
   if (!poses) return pass(poses.error());
   if (!form.empty()) printNotices({motion + ": " + form});
+  if (const std::string notice = model::noticeOfHalfTurns(poses->halfTurns); !notice.empty()) {
+    printNotices({motion + ": " + notice});
+  }
   std::vector<std::string> files = {model, motion};
   files.insert(files.end(), loaded->otherFiles.begin(), loaded->otherFiles.end());
   return Loaded{std::move(loaded->bodies), std::move(*poses),         std::move(loaded->losses),

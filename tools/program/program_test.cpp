@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <sstream>
 #include <string>
 
@@ -277,6 +278,110 @@ TEST_F(Program, LightSlicesAreTheSolidAndAsLargeAsExactOnes) {
               testing::HasSubstr("is exact, because its slab does not consist of prisms"));
   EXPECT_THAT(run("flipbook three.t4d -n 3 -o three.glb").err,
               testing::HasSubstr("has exact slices, because a slab does not consist of prisms"));
+}
+
+/// Every verb that writes files under names of its own.
+TEST_F(Program, FilesOfOthersInAnOutputFolderAreNeverTouched) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json --caps cone -o cube.t4d").exitCode, 0);
+  write("backend", "#!/bin/sh\ncp ../cube.t4d \"$3\"\n");
+  fs::permissions(folder_ / "backend", fs::perms::owner_all);
+  const std::string fixtures = T4D_FIXTURES_PROGRAM;
+  struct Writer {
+    std::string command;  ///< with the folder at its end
+    std::string name;     ///< a file that it writes there
+    bool again = true;    ///< its own files are replaced without --force
+  };
+  const std::string grids = " --voxel-size 4 --frames 2 -o ";
+  const std::vector<Writer> writers = {
+      {"frames cube.t4d --count 2 --format ply -o ", "frame_0001.ply"},
+      {"frames cube.t4d --count 2 --format stl --center -o ", "frame_0001.stl"},
+      {"frames cube.t4d --count 2 --format off -o ", "frame_0000.off"},
+      {"frames cube.t4d --count 2 --format obj -o ", "manifest.json"},
+      {"frames cube.t4d --count 2 --format glb -o ", "frame_0000.glb"},
+      {"frames cube.t4d --count 2 --format gltf -o ", "frame_0001.gltf"},
+      {"frames cube.t4d --count 2 --format vtp -o ", "frames.pvd"},
+      {"frames cube.t4d --count 2 --format vdb --voxel-size 4 -o ", "manifest.json"},
+      {"rasterize cube.t4d" + grids, "frame_0001.vdb"},
+      {"voxelize fx/cube.obj -m fx/rest.json" + grids, "frame_0000.vdb"},
+      {"view cube.t4d -o ", "cube.t4d"},
+      {"view cube.t4d -o ", "index.html"},
+      {"compare fx/cube.obj -m fx/rest.json --voxel-size 4 --frames 2 --keep ", "cube-voxel4d.t4d"},
+      {"conform copy ", "valid/one-simplex.t4d", false},
+      {"conform backends --backend-program ./backend --case cube-at-rest --keep ",
+       "cube-at-rest.obj"},
+      {"conform reader --reader true --only valid/one-simplex --keep ", "valid/one-simplex.t4d"},
+      {"conform writer --writer true --only plain/one-simplex --keep ", "plain/one-simplex.json"},
+      {"fixtures ", "cube.obj"},
+  };
+  int number = 0;
+  for (const auto& [command, name, again] : writers) {
+    SCOPED_TRACE(command + name);
+    const std::string folder = "folder-" + std::to_string(++number);
+    const auto writeTo = [&](const std::string& where) {
+      return command == "fixtures " ? shell(fixtures + " " + where + " > log 2>&1")
+                                    : run(command + where).exitCode;
+    };
+    const int done = writeTo(folder);
+    if (again) {
+      EXPECT_EQ(writeTo(folder), done);
+    }
+    const auto isRefused = [&](const std::string& where) {
+      const int code = writeTo(where);
+      EXPECT_TRUE(code == 1 || code == 2) << code;
+    };
+    // A file of somebody else with such a name, a link out of the folder, and one to nowhere.
+    for (const std::string kind : {"file", "link", "dangling"}) {
+      SCOPED_TRACE(kind);
+      const fs::path into = folder_ / (folder + "-" + kind);
+      fs::create_directories((into / name).parent_path());
+      write("mine", "mine");
+      if (kind == "file") std::ofstream(into / name) << "mine";
+      if (kind == "link") fs::create_symlink(folder_ / "mine", into / name);
+      if (kind == "dangling") fs::create_symlink(folder_ / "nothing", into / name);
+      isRefused(into.filename());
+      EXPECT_EQ(contents(folder_ / "mine"), "mine");
+      EXPECT_FALSE(fs::exists(folder_ / "nothing"));
+      EXPECT_EQ(fs::is_symlink(into / name), kind != "file");
+      if (kind == "file") {
+        EXPECT_EQ(contents(into / name), "mine");
+      }
+    }
+    // In a folder that was written before, too.
+    fs::remove(folder_ / folder / name);
+    fs::create_directories((folder_ / folder / name).parent_path());
+    fs::create_symlink(folder_ / "mine", folder_ / folder / name);
+    const int code = writeTo(folder + (command.starts_with("conform copy") ? " --force" : ""));
+    EXPECT_NE(code, done == 0 ? 0 : -1);
+    EXPECT_EQ(contents(folder_ / "mine"), "mine");
+    EXPECT_TRUE(fs::is_symlink(folder_ / folder / name));
+  }
+}
+
+TEST_F(Program, ASiteKeepsFilesThatItsPageDoesNotList) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json --caps cone -o cube.t4d").exitCode, 0);
+  ASSERT_EQ(run("sweep fx/torus.obj -m fx/rest.json --caps cone -o torus.t4d").exitCode, 0);
+  ASSERT_EQ(run("view cube.t4d -o site").exitCode, 0);
+  write("site/torus.t4d", "mine");
+  misused("view cube.t4d torus.t4d -o site", "torus.t4d: exists and was not written by t4d");
+  EXPECT_EQ(contents(folder_ / "site/torus.t4d"), "mine");
+  fs::remove(folder_ / "site/torus.t4d");
+  EXPECT_EQ(run("view cube.t4d torus.t4d -o site").exitCode, 0);
+  // What the page lists is replaced.
+  ASSERT_EQ(run("sweep fx/torus.obj -m fx/rest.json --steps 2 --caps cone -o torus.t4d").exitCode,
+            0);
+  EXPECT_EQ(run("view torus.t4d cube.t4d -o site").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "site/torus.t4d"), contents(folder_ / "torus.t4d"));
+  // A page with its files inside lists none beside it.
+  fs::create_directory(folder_ / "page");
+  ASSERT_EQ(run("view cube.t4d -o page/index.html").exitCode, 0);
+  write("page/cube.t4d", "mine");
+  misused("view cube.t4d -o page", "cube.t4d: exists");
+  EXPECT_EQ(contents(folder_ / "page/cube.t4d"), "mine");
+  // A link to the file itself stays as it is.
+  fs::remove(folder_ / "page/cube.t4d");
+  fs::create_symlink("../cube.t4d", folder_ / "page/cube.t4d");
+  EXPECT_EQ(run("view cube.t4d -o page").exitCode, 0);
+  EXPECT_TRUE(fs::is_symlink(folder_ / "page/cube.t4d"));
 }
 
 TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
@@ -683,6 +788,23 @@ TEST_F(Program, SaysWhatToDoWithAFileOfAnotherKind) {
     refuses(std::string(verb) + " cube.t4d",
             "t4d: it is a 4D mesh; slice it first: t4d slice cube.t4d --time 0 -o cube-slice.ply");
   }
+  // Nor is a damaged .t4d one that could be sliced, nor what is written and never read a 4D mesh.
+  std::ifstream swept(folder_ / "cube.t4d", std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(swept), {}};
+  for (const std::size_t at : {bytes.size() / 3, bytes.size() / 2}) {
+    bytes[at] = static_cast<char>(bytes[at] ^ 16);
+    write("flipped.t4d", bytes);
+    EXPECT_THAT(run("validate flipped.t4d").err, testing::Not(testing::HasSubstr("slice it")));
+    bytes[at] = static_cast<char>(bytes[at] ^ 16);
+  }
+  ASSERT_EQ(run("slice cube.t4d --time 0 -o slice.vtp").exitCode, 0);
+  for (const char* verb : {"sweep -m fx/rest.json -o out.t4d", "info", "mend -o out.ply"}) {
+    refuses(std::string(verb) + " slice.vtp", "written, not read");
+  }
+  refuses("convert slice.vtp out.t4d", "is not a VTKFile of type UnstructuredGrid");
+  // What begins as a .t4d is one, whatever its name.
+  write("cube.dat", bytes);
+  EXPECT_EQ(run("convert cube.dat out.off --accept-loss").exitCode, 0);
   // A damaged mesh is not mistaken for another format.
   write("broken.glb", "no glTF");
   EXPECT_THAT(run("sweep broken.glb -m fx/rest.json -o out.t4d").err,
@@ -1313,6 +1435,37 @@ TEST_F(Program, CompareSaysWhenTimesFallOnFrames) {
   EXPECT_EQ(run("compare cube.t4d cube.t4d --slices 10").err, "");
 }
 
+TEST_F(Program, CompareTakesTimesThatDoNotBeatWithSteps) {
+  write("turn.json", R"({"segments": [{"duration": 1, "axis_direction": [0, 0, 1],
+                                       "angle_degrees": 360}]})");
+  ASSERT_EQ(run("sweep fx/cube.obj -m turn.json --steps 12 -o turn.t4d").exitCode, 0);
+  const json slices = run("compare turn.t4d turn.t4d --json").value()["slices"];
+  ASSERT_EQ(slices.size(), 9U);
+  EXPECT_EQ(slices[0]["time"], 0);
+  EXPECT_EQ(slices[8]["time"], 1);
+  for (std::size_t i = 2; i < 8; ++i) {
+    EXPECT_NEAR(slices[i]["volume_a"].get<double>(), slices[1]["volume_a"].get<double>(), 1e-6);
+  }
+}
+
+TEST_F(Program, SweepStatesItsDeviationAndHalfTurns) {
+  write("turns.csv", "t,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,1,0\n2,0,0,0,-1\n");
+  const Finished done =
+      run("sweep fx/cube.obj -m turns.csv --max-deviation 0.5 --json -o turns.t4d");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  EXPECT_THAT(done.err, testing::HasSubstr("turns.csv: 2 pairs of poses, the first lines 2 and 3, "
+                                           "are half a turn apart"));
+  const json value = done.value();
+  EXPECT_LE(value["chord_bound"].get<double>(), 0.5);
+  EXPECT_GT(value["chord_bound"].get<double>(), 0.25);
+  EXPECT_EQ(value["half_turns"]["count"], 2);
+  EXPECT_EQ(value["half_turns"]["first"][1]["between"], "lines 3 and 4");
+  EXPECT_THAT(run("sweep fx/cube.obj -m turns.csv --max-deviation 0.5 -o turns.t4d").out,
+              testing::HasSubstr("every slice within 0."));
+  refuses("sweep fx/cube.obj -m turns.csv --max-deviation 1e-300 -o none.t4d",
+          "turns.csv: the motion needs");
+}
+
 /// Section 5.1, the voxel method.
 TEST_F(Program, PaperVoxelCubeByWayOfFiles) {
   ASSERT_EQ(run("voxelize fx/paper-cube.obj -m fx/paper-voxel.json --voxel-size 1 --frames 64 "
@@ -1517,6 +1670,125 @@ TEST_F(Program, VolumesAreWoven) {
   misused("weave fx/labels.nrrd --label 3 3 -o out.t4d", "--label: a label is given twice");
   misused("weave fx/labels.nrrd --axes xxyz -o out.t4d", "is not an order of x, y, z and t");
   misused("weave fx/labels.nrrd --spacing 1 2 -o out.t4d", "--spacing is one length, or three");
+}
+
+/// However the place of a lattice is given, one too far for doubles is refused, and the file named.
+TEST_F(Program, FarVolumesAreRefused) {
+  const std::string weave = "weave fx/labels.nrrd --label 1 ";
+  ASSERT_EQ(run(weave + "-o near.t4d").exitCode, 0);
+  const double expected = run("validate near.t4d --json").value()["hypervolume"];
+  ASSERT_EQ(run(weave + "--origin 1e6 -1e7 1e6 -o away.t4d").exitCode, 0);
+  EXPECT_NEAR(run("validate away.t4d --json").value()["hypervolume"], expected, 1e-6 * expected);
+  for (const char* away : {"1e11", "1e16", "1e17", "1e40"}) {
+    for (const std::string& origin : {std::string(away) + " 0 0", "0 0 -" + std::string(away)}) {
+      refuses(weave + "--origin " + origin + " -o out.t4d", "fx/labels.nrrd: frame 0: lies up to");
+    }
+  }
+  refuses(weave + "--spacing 1e-12 -o out.t4d", "voxels from the origin of space");
+  refuses(weave + "--spacing 1e-80 --origin 0 0 0 -o out.t4d", "fx/labels.nrrd");
+  refuses("weave fx/cube.obj fx/cube.obj --voxel-size 1e-9 -o out.t4d", "fx/cube.obj");
+}
+
+TEST_F(Program, VolumesOfPatientsSayWhereTheAxesPoint) {
+  const auto withSpace = [&](const std::string& space, const std::string& name) {
+    std::string header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 3 3 2\n";
+    if (!space.empty()) header += "space: " + space + "\n";
+    header += "space directions: (1,0,0) (0,1,0) (0,0,2) none\nencoding: text\n\n";
+    for (int i = 0; i < 54; ++i) header += i % 27 == 13 ? "1 " : "0 ";
+    write(name, header);
+  };
+  withSpace("LPS", "brain.nrrd");
+  withSpace("left-anterior-superior", "las.nrrd");
+  withSpace("", "none.nrrd");
+  const auto woven = [&](const std::string& name, const std::string& options = "") {
+    return run("weave " + name + " --label 1 -o out.t4d " + options);
+  };
+  EXPECT_THAT(woven("brain.nrrd").out,
+              testing::HasSubstr("positions are LPS: x to the left, y posterior, z superior"));
+  EXPECT_EQ(run("info out.t4d --json").value()["up"], "z");
+  EXPECT_EQ(run("info out.t4d --json").value()["bodies"][0]["name"], "brain");
+  EXPECT_THAT(contents(folder_ / "out.t4d"), testing::HasSubstr(R"("space": "LPS")"));
+  EXPECT_EQ(woven("brain.nrrd", "--up y --json").value()["space"], "LPS");
+  EXPECT_EQ(run("info out.t4d --json").value()["up"], "y");
+  EXPECT_THAT(woven("las.nrrd").err, testing::HasSubstr("x is negated"));
+  EXPECT_THAT(contents(folder_ / "out.t4d"), testing::HasSubstr(R"("space": "RAS")"));
+  EXPECT_EQ(woven("none.nrrd", "--json").value()["space"], nullptr);
+  EXPECT_EQ(run("info out.t4d --json").value()["up"], "y");
+  EXPECT_THAT(woven("none.nrrd").err,
+              testing::HasSubstr("frames are 1 apart; --frame-time sets another time"));
+  EXPECT_EQ(woven("none.nrrd", "--frame-time 2").err, "");
+  EXPECT_THAT(contents(folder_ / "out.t4d"), testing::Not(testing::HasSubstr("\"space\"")));
+}
+
+TEST_F(Program, BodiesAreNamedWithoutAllExtensions) {
+  ASSERT_EQ(run("weave fx/labels.nrrd --label 1 -o labels.t4d").exitCode, 0);
+  // A header of 352 bytes, three axes, bytes: see the tests of volumes.
+  std::string nifti(352, '\0');
+  const auto put = [&](std::size_t at, std::string bytes) {
+    nifti.replace(at, bytes.size(), bytes);
+  };
+  put(0, {"\x5C\1\0\0", 4});
+  put(40, {"\4\0\3\0\3\0\3\0\2\0", 10});
+  put(70, {"\2\0\x8\0", 4});
+  for (const std::size_t at : {80, 84, 88, 92}) put(at, {"\0\0\x80\x3F", 4});
+  put(108, {"\0\0\xB0\x43", 4});
+  put(344, "n+1");
+  for (int i = 0; i < 54; ++i) nifti += i % 27 == 13 ? '\1' : '\0';
+  write("brain.nii", nifti);
+  write("a.b.nii", nifti);
+  ASSERT_EQ(shell("gzip -k brain.nii && cp brain.nii.gz a.tar.nii.gz && cp brain.nii.gz T.NII.GZ"),
+            0);
+  for (const auto& [file, name] : std::map<std::string, std::string>{{"brain.nii", "brain"},
+                                                                     {"brain.nii.gz", "brain"},
+                                                                     {"a.b.nii", "a.b"},
+                                                                     {"a.tar.nii.gz", "a.tar"},
+                                                                     {"T.NII.GZ", "T"}}) {
+    ASSERT_EQ(run("weave " + file + " --label 1 -o out.t4d").exitCode, 0) << file;
+    EXPECT_EQ(run("info out.t4d --json").value()["bodies"][0]["name"], name);
+  }
+  fs::remove(folder_ / "out.t4d");
+  refuses("slice brain.nii.gz --time 0", "t4d weave brain.nii.gz -o brain.t4d");
+}
+
+/// Nobody writes into these pipes: a verb that opened one would wait for ever.
+TEST_F(Program, PipesAreNoInputsButOfFilesThatAreReadOnce) {
+  ASSERT_EQ(run("sweep fx/cube.obj --motion fx/rest.json -o mesh.t4d").exitCode, 0);
+  for (const char* extension : {"obj",  "stl", "ply",  "off", "gltf",   "glb", "vtp", "vtu", "msh",
+                                "fbx",  "dae", "json", "csv", "nc",     "cl",  "pc2", "mdd", "nrrd",
+                                "nhdr", "npy", "raw",  "nii", "nii.gz", "hdr", "vdb", "t4d"}) {
+    const std::string pipe = std::string("pipe.") + extension;
+    SCOPED_TRACE(pipe);
+    ASSERT_EQ(shell("mkfifo " + pipe), 0);
+    for (const std::string command :
+         {"weave P -o out.t4d", "weave P fx/cube.obj --voxel-size 1 -o out.t4d",
+          "sweep P --motion fx/rest.json -o out.t4d", "sweep fx/cube.obj --motion P -o out.t4d",
+          "sweep fx/cube.obj P --frame-time 1 -o out.t4d", "convert P out.t4d",
+          "slice P --time 0 -o out.stl", "diff P mesh.t4d", "diff mesh.t4d P", "mend P -o out.ply",
+          "compare P mesh.t4d"}) {
+      std::string line = command;
+      line.replace(line.find('P'), 1, pipe);
+      EXPECT_GT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 0) << line;
+      EXPECT_LT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 124) << line;
+    }
+  }
+}
+
+TEST_F(Program, AMeshThatIsOnlyWrittenIsNamedAsThat) {
+  ASSERT_EQ(run("sweep fx/cube.obj --motion fx/rest.json -o mesh.t4d").exitCode, 0);
+  ASSERT_EQ(run("slice mesh.t4d --time 0 -o a.vtp").exitCode, 0);
+  ASSERT_EQ(shell("cp a.vtp b.vtp"), 0);
+  for (const char* command :
+       {"weave a.vtp b.vtp -o out.t4d", "weave a.vtp b.vtp --voxel-size 1 -o out.t4d",
+        "sweep a.vtp --motion fx/rest.json -o out.t4d", "sweep a.vtp b.vtp -o out.t4d"}) {
+    const Finished refused = run(command);
+    EXPECT_EQ(refused.exitCode, 4) << command;
+    EXPECT_EQ(
+        refused.err.substr(0, 84),
+        "t4d: a.vtp: .vtp (VTK polygonal data) is written, not read; triangle meshes are read")
+        << command;
+    EXPECT_EQ(refused.err.find("convert"), std::string::npos) << refused.err;
+    EXPECT_EQ(refused.err.find("--frame-time"), std::string::npos) << refused.err;
+  }
 }
 
 /// A sphere as .obj, of `around` by `across` quadrilaterals and triangles at the poles.
@@ -1803,6 +2075,119 @@ TEST_F(Program, EnvelopeRefusesWhatItCannotDo) {
   misused("envelope cube.t4d --exact --voxel-size 1", "--exact");
   EXPECT_FALSE(fs::exists(folder_ / "no.ply"));
   EXPECT_FALSE(fs::exists(folder_ / "no.vdb"));
+}
+
+/// A box as .obj.
+std::string boxText(const std::array<double, 3>& low, const std::array<double, 3>& high) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) {
+    text += fmt::format("v {} {} {}\n", (i & 1) != 0 ? high[0] : low[0],
+                        (i & 2) != 0 ? high[1] : low[1], (i & 4) != 0 ? high[2] : low[2]);
+  }
+  return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+constexpr const char* kTurn =
+    R"({"segments": [{"duration": 1, "axis_direction": [0, 0, 1], "angle_degrees": 170}]})";
+
+TEST_F(Program, EnvelopeStatesHowFarTheMeshIsFromTheMotion) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/skew-axis.json --steps 6 -o turning.t4d").exitCode, 0);
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o still.t4d").exitCode, 0);
+  ASSERT_EQ(run("transform still.t4d --move 500 0 0 -o far.t4d").exitCode, 0);
+  const json pair = run("collide turning.t4d far.t4d --ignore-units --json").value()["pairs"][0];
+  const json near = run("envelope turning.t4d --json").value();
+  EXPECT_GT(near["chord_bound"].get<double>(), 0);
+  EXPECT_EQ(near["chord_bound"], pair["chord_bound"]);
+  EXPECT_EQ(near["outside"], false);
+  EXPECT_TRUE(near["outside_by"].is_null());
+  EXPECT_EQ(run("envelope still.t4d --json").value()["chord_bound"], 0);
+  EXPECT_THAT(run("envelope turning.t4d").out, testing::HasSubstr("of the motion"));
+  for (const std::string format : {"ply", "stl", "glb"}) {
+    const Finished made = run("envelope turning.t4d --outside --json -o out2." + format);
+    EXPECT_EQ(made.exitCode, 0) << made.err;
+    const json outside = made.value();
+    EXPECT_GT(outside["volume"], near["volume"]);
+    EXPECT_GT(outside["outside_by"], outside["chord_bound"]);
+    EXPECT_EQ(outside["self_intersections"], 0);
+    EXPECT_EQ(run("mend out2." + format + " -o again.ply --json").value()["changes"].size(), 0U);
+  }
+  EXPECT_THAT(run("envelope turning.t4d --outside").out,
+              testing::HasSubstr("contains the motion for certain"));
+  misused("envelope turning.t4d --outside --exact", "--outside");
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/skew-axis.json --backend voxel4d --voxel-size 4 "
+                "--frames 3 -o voxels.t4d")
+                .exitCode,
+            0);
+  const Finished unknown = run("envelope voxels.t4d --outside --json");
+  EXPECT_EQ(unknown.exitCode, 3);
+  EXPECT_THAT(unknown.err, testing::HasSubstr("lost: it is certain for the mesh as it is"));
+  EXPECT_TRUE(unknown.value()["chord_bound"].is_null());
+  EXPECT_TRUE(unknown.value()["outside_by"].is_null());
+}
+
+TEST_F(Program, EnvelopeOfAThinSheetSaysWhatElseFindsIt) {
+  write("sheet.obj", boxText({0, 0, 0}, {300, 200, 0.002}));
+  ASSERT_EQ(run("sweep sheet.obj -m fx/rest.json -o sheet.t4d").exitCode, 0);
+  const Finished none = run("envelope sheet.t4d --voxel-size 1 -o no.ply");
+  EXPECT_EQ(none.exitCode, 1);
+  EXPECT_THAT(none.err, testing::HasSubstr("0.0005 may find it, but takes "));
+  EXPECT_THAT(none.err, testing::HasSubstr("--exact or --outside needs no voxels as small"));
+  EXPECT_NEAR(run("envelope sheet.t4d --exact --json").value()["volume"].get<double>(), 120, 1e-6);
+  EXPECT_EQ(run("envelope sheet.t4d --outside --voxel-size 3 --json").value()["components"], 1);
+}
+
+TEST_F(Program, CollideNeverContradictsItsClearance) {
+  write("turn.json", kTurn);
+  write("stay.json", R"({"segments": [{"duration": 1}]})");
+  write("bar.obj", boxText({-5, -1, -1}, {5, 1, 1}));
+  // The corners of the bar come as near as 0.2 to the wall, whatever the steps.
+  const double gap = 0.2;
+  const double near = std::sqrt(26) + gap;
+  write("wall.obj", boxText({-20, near, -2}, {20, near + 2, 2}));
+  ASSERT_EQ(run("sweep wall.obj -m stay.json -o wall.t4d").exitCode, 0);
+  for (const std::string steps : {"12", "60", "400"}) {
+    ASSERT_EQ(run("sweep bar.obj -m turn.json --steps " + steps + " -o bar.t4d").exitCode, 0);
+    for (const double clearance : {0.01, 0.15, 0.19, 0.1999, 0.2001, 0.21, 0.3, 1.0}) {
+      const std::string command =
+          fmt::format("collide bar.t4d wall.t4d --fail-on-contact --clearance {} ", clearance);
+      SCOPED_TRACE(steps + ": " + command);
+      const Finished done = run(command);
+      const json pair = run(command + "--json").value()["pairs"][0];
+      const bool keeps = pair["keeps_clearance"];
+      EXPECT_FALSE(keeps && clearance > gap);
+      EXPECT_FALSE(pair["breaks_clearance"] && clearance < gap);
+      EXPECT_FALSE(keeps && pair["breaks_clearance"]);
+      EXPECT_EQ(done.exitCode, keeps ? 0 : 1);
+      // What is printed supports the answer.
+      const std::string clear = "clear by at least ";
+      const std::size_t at = done.out.find(clear);
+      const double printed =
+          at == std::string::npos ? 0 : std::stod(done.out.substr(at + clear.size()));
+      EXPECT_EQ(printed >= clearance, keeps) << done.out;
+      EXPECT_EQ(done.out.find("is kept\n") != std::string::npos, keeps) << done.out;
+    }
+  }
+}
+
+TEST_F(Program, ResolveSaysWhichClearanceDecides) {
+  write("turn.json", kTurn);
+  write("stay.json", R"({"segments": [{"duration": 1}]})");
+  write("bar.obj", boxText({-5, -1, -1}, {5, 1, 1}));
+  ASSERT_EQ(run("sweep bar.obj -m turn.json --steps 12 -o bar.t4d").exitCode, 0);
+  write("wall.obj", boxText({-20, 5.12, -2}, {20, 7, 2}));
+  ASSERT_EQ(run("sweep wall.obj -m stay.json -o wall.t4d").exitCode, 0);
+  const Finished open = run("resolve bar.t4d wall.t4d -o apart.t4d --json");
+  ASSERT_EQ(open.exitCode, 0) << open.err;
+  const double enough = open.value()["deciding_clearance"];
+  EXPECT_GT(enough, open.value()["chord_bound"].get<double>());
+  EXPECT_THAT(open.err, testing::HasSubstr(fmt::format("--clearance {} ", enough)));
+  EXPECT_EQ(run("collide bar.t4d apart.t4d --fail-on-contact").exitCode, 1);
+  const Finished sure =
+      run(fmt::format("resolve bar.t4d wall.t4d -o apart.t4d --json --clearance {}", enough));
+  ASSERT_EQ(sure.exitCode, 0) << sure.err;
+  EXPECT_TRUE(sure.value()["deciding_clearance"].is_null());
+  EXPECT_EQ(sure.err.find("note"), std::string::npos) << sure.err;
+  EXPECT_EQ(run("collide bar.t4d apart.t4d --fail-on-contact").exitCode, 0);
 }
 
 TEST_F(Program, UnitsCanBeConvertedForCollide) {

@@ -1,5 +1,6 @@
 #include "tools/program/progress_bar.h"
 
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -12,6 +13,8 @@ namespace t4d::tools {
 namespace {
 
 bool silent = false;
+/// The one that draws itself: the last of those that exist.
+std::atomic<const ProgressBar*> beating = nullptr;
 
 /// Two digits or more, with commas: "0.25", "3.4", "12,345", "1.2 million".
 std::string roundedNumber(double number) {
@@ -38,20 +41,46 @@ ProgressBar::Console ProgressBar::standardError() {
           [](const std::string& text) {
             std::fwrite(text.data(), 1, text.size(), stderr);
             std::fflush(stderr);
-          }};
+          },
+          /*beats=*/true};
 }
 
 ProgressBar::ProgressBar(std::string title, Console console)
-    : title_(std::move(title)), console_(std::move(console)), begun_(console_.now()) {}
+    : title_(std::move(title)), console_(std::move(console)), begun_(console_.now()) {
+  start();
+}
 
 ProgressBar::ProgressBar(std::string title, std::uint64_t total, std::string units, Console console)
     : ProgressBar(std::move(title), std::move(console)) {
+  const std::scoped_lock lock(mutex_);
   total_ = total;
   units_ = std::move(units);
 }
 
 ProgressBar::~ProgressBar() {
+  if (thread_.joinable()) {
+    thread_.request_stop();
+    thread_.join();
+    beating = outer_;
+  }
   if (console_.terminal && shown_ > 0) console_.print("\r\033[K");
+}
+
+void ProgressBar::start() {
+  if (silent || !console_.terminal || !console_.beats) return;
+  outer_ = beating.exchange(this);
+  thread_ = std::jthread([this](const std::stop_token& stop) {
+    constexpr std::chrono::milliseconds kBeat(250);
+    std::unique_lock lock(mutex_);
+    while (!ends_.wait_for(lock, stop, kBeat, [&] { return stop.stop_requested(); })) {
+      if (beating == this) draw();
+    }
+  });
+}
+
+void ProgressBar::beat() {
+  const std::scoped_lock lock(mutex_);
+  draw();
 }
 
 model::Progress ProgressBar::callback() {
@@ -74,24 +103,27 @@ std::string ProgressBar::rate(double fraction, double seconds) const {
 }
 
 void ProgressBar::show(double fraction) {
-  if (silent) return;
-  const double hidden = console_.terminal ? 0.5 : 10;
-  const double between = console_.terminal ? 0.1 : 10;
+  const std::scoped_lock lock(mutex_);
+  fraction_ = fraction;
+  draw();
+}
+
+void ProgressBar::draw() {
+  if (silent || !console_.terminal) return;
+  constexpr double kHidden = 0.5;
+  constexpr double kBetween = 0.1;
+  const double fraction = fraction_;
   const double time = console_.now();
-  if (time - begun_ < hidden || time - shown_ < between) return;
+  if (time - begun_ < kHidden || time - shown_ < kBetween) return;
   shown_ = time;
-  const double left = fraction > 0 ? (time - begun_) * (1 - fraction) / fraction : 0;
-  if (!console_.terminal) {
-    console_.print(fmt::format("t4d: {}: {:.0f} %{}, {:.0f} s left\n", title_, fraction * 100,
-                               rate(fraction, time - begun_), left));
-    return;
-  }
+  const std::string left =
+      fraction > 0 ? fmt::format("{:.0f} s left", (time - begun_) * (1 - fraction) / fraction)
+                   : fmt::format("{:.0f} s so far", time - begun_);
   // All of it in a line of 80 columns.
   const int width = total_ > 0 ? 20 : 40;
   const int filled = static_cast<int>(fraction * width);
-  console_.print(fmt::format("\r\033[K{} [{:=<{}}{:{}}] {:3.0f} %{}, {:.0f} s left", title_, "",
-                             filled, "", width - filled, fraction * 100,
-                             rate(fraction, time - begun_), left));
+  console_.print(fmt::format("\r\033[K{} [{:=<{}}{:{}}] {:3.0f} %{}, {}", title_, "", filled, "",
+                             width - filled, fraction * 100, rate(fraction, time - begun_), left));
 }
 
 }  // namespace t4d::tools

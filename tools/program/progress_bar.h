@@ -1,16 +1,20 @@
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <string>
+#include <thread>
 
 #include "t4d/model/slab.h"
 
 namespace t4d::tools {
 
 /// Shows the progress of a long job on standard error, with the mean rate so far where it is known
-/// how much there is to do. On a terminal: a bar, after half a second, erased at the end.
-/// Elsewhere, such as in a log: a line every ten seconds.
+/// how much there is to do. On a terminal: a bar, after half a second, erased at the end; it is
+/// drawn again while the job reports nothing, so that its time goes on. Elsewhere, such as in a
+/// log: nothing.
 class ProgressBar {
  public:
   /// Output and clock (in seconds).
@@ -18,6 +22,7 @@ class ProgressBar {
     bool terminal;
     std::function<double()> now;
     std::function<void(const std::string&)> print;
+    bool beats = false;  ///< draw it again from a thread of its own
   };
   static Console standardError();
   /// From now on no bar prints anything.
@@ -33,11 +38,15 @@ class ProgressBar {
 
   /// To pass as a model::Progress; valid as long as the bar exists.
   model::Progress callback();
+  /// Draws what is known, as the thread does.
+  void beat();
   /// The same for the next of several parts of the job, which has so many of its units.
   model::Progress part(std::uint64_t units);
 
  private:
+  void start();
   void show(double fraction);
+  void draw();
   /// ", 12,345 frames a second"; empty if unknown.
   std::string rate(double fraction, double seconds) const;
 
@@ -47,7 +56,12 @@ class ProgressBar {
   std::uint64_t parted_ = 0;  // units of the parts up to now
   Console console_;
   double begun_;
-  double shown_ = 0;  // time of the last output; 0 if none
+  double fraction_ = 0;
+  double shown_ = 0;                    // time of the last output; 0 if none
+  const ProgressBar* outer_ = nullptr;  // the one that drew itself before
+  std::mutex mutex_;                    // of all that changes
+  std::condition_variable_any ends_;
+  std::jthread thread_;  // last, so that it ends first
 };
 
 }  // namespace t4d::tools

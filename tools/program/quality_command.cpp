@@ -221,7 +221,7 @@ bool exceedsSingle(const measure::Distribution& values) {
 
 /// Writes the mesh with the measures as attributes. Returns the size of the file.
 Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& input,
-                            const measure::MeshQuality& quality) {
+                            const measure::MeshQuality& quality, std::vector<std::string>& losses) {
   std::set<std::string> replaced;
   std::vector<measure::QualityMeasure> measures;
   for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
@@ -255,7 +255,9 @@ Result<std::uint64_t> write(const QualityArguments& options, const InputBodies& 
     printNotices({fmt::format("the file had {}; {} replaced", fmt::join(replaced, ", "),
                               replaced.size() == 1 ? "it is" : "they are")});
   }
-  return writer->finish();
+  auto bytes = finishEdited(*writer, input);
+  losses = writer->losses();
+  return bytes;
 }
 
 int run(const QualityArguments& options) {
@@ -298,8 +300,9 @@ int run(const QualityArguments& options) {
   }();
   if (!quality) return report(inInput(quality.error(), *input));
   std::optional<std::uint64_t> bytes;
+  std::vector<std::string> losses;
   if (!options.output.empty()) {
-    const auto written = write(options, *input, *quality);
+    const auto written = write(options, *input, *quality, losses);
     if (!written) return report(inInput(written.error(), *input));
     bytes = *written;
   }
@@ -312,11 +315,11 @@ int run(const QualityArguments& options) {
     ordered_json value = jsonOf(*quality, *input);
     value["bytes"] = orNull(bytes);
     printJson(value);
-    return kDone;
+    return reportLosses(losses);
   }
   printText(*quality, scale->reason, *input);
   if (bytes) print("  {}: {}\n", options.output, sizeText(*bytes));
-  return kDone;
+  return reportLosses(losses);
 }
 
 }  // namespace

@@ -1,18 +1,25 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
+#include <memory>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/edit/contact_times.h"
 #include "t4d/edit/resolve.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/measure/chord_bound.h"
 #include "t4d/measure/compare.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/or_null.h"
+#include "tools/program/progress_bar.h"
 #include "tools/program/resolve_page.h"
 #include "tools/program/t4d_output.h"
 
@@ -123,21 +130,103 @@ Result<std::string> pageOf(const ResolveInput& input,
   return resolvePage(page);
 }
 
+/// Passes slabs on without directions and places that were those of the surface before it gave way.
+class WithoutStale : public model::Sink {
+ public:
+  WithoutStale(model::Sink& next, const model::AttributeMeanings& meanings,
+               std::set<std::string>& dropped)
+      : next_(next), meanings_(meanings), dropped_(dropped) {}
+
+  Result<void> put(const model::Slab& slab) override {
+    model::Slab kept = slab;
+    drop(kept.attributes);
+    if (slab.connectivity != given_) {
+      auto connectivity = std::make_shared<model::Connectivity>(*slab.connectivity);
+      given_ = slab.connectivity;
+      kept_ = given_;
+      if (drop(connectivity->cellAttributes)) kept_ = std::move(connectivity);
+    }
+    kept.connectivity = kept_;
+    return next_.put(kept);
+  }
+
+ private:
+  bool drop(std::vector<model::Attribute>& attributes) {
+    return std::erase_if(attributes, [&](const model::Attribute& attribute) {
+             const bool stale = attribute.name != "displacement" &&
+                                model::isSpatial(model::meaningOf(attribute, meanings_));
+             if (stale) dropped_.insert(attribute.name);
+             return stale;
+           }) > 0;
+  }
+
+  model::Sink& next_;
+  const model::AttributeMeanings& meanings_;
+  std::set<std::string>& dropped_;
+  std::shared_ptr<const model::Connectivity> given_;
+  std::shared_ptr<const model::Connectivity> kept_;
+};
+
 Result<std::uint64_t> write(const ResolveArguments& options, const ResolveInput& input,
-                            const std::vector<edit::ResolvedBody>& resolved) {
+                            const std::vector<edit::ResolvedBody>& resolved,
+                            std::vector<std::string>& losses) {
   auto writer = formats::T4dWriter::create(options.output, metadataOf(input.all),
                                            {.compression = options.compression});
   if (!writer) return pass(writer.error());
   std::uint64_t slabs = 0;
   for (const edit::ResolvedBody& body : resolved) slabs += body.source->slabCount();
   ProgressBar bar("writing " + options.output, slabs, "slabs");
+  std::set<std::string> dropped;
   for (std::size_t i = 0; i < resolved.size(); ++i) {
     const model::Source& source = *resolved[i].source;
-    if (auto put = model::pump(source, writer->body(i), bar.part(source.slabCount())); !put) {
+    WithoutStale current(writer->body(i), input.all.reader.metadata().attributes, dropped);
+    model::Sink& sink = resolved[i].report.changed ? current : writer->body(i);
+    if (auto put = model::pump(source, sink, bar.part(source.slabCount())); !put) {
       return pass(put.error());
     }
   }
-  return writer->finish();
+  for (const std::string& name : dropped) {
+    losses.push_back(fmt::format("attribute '{}': the surface that it was of has given way", name));
+  }
+  auto bytes = finishEdited(*writer, input.all);
+  for (std::string& line : writer->losses()) losses.push_back(std::move(line));
+  return bytes;
+}
+
+/// What the true motions need.
+struct Deciding {
+  double chordBound = 0;  ///< the largest of a body and an obstacle together
+  bool known = true;      ///< whether that is known of all
+  /// The clearance that makes it certain that no body meets an obstacle; nothing if it is already.
+  std::optional<double> clearance = {};
+};
+
+/// Looks whether a resolved body is clear of the obstacles by more than the bounds of chords: that
+/// of the body is the one it had before, since what is known of its motion was known then.
+Result<void> decide(const ResolveArguments& options, const ResolveInput& input,
+                    const model::Body& before, const edit::ResolvedBody& resolved,
+                    Deciding& deciding, const model::Progress& progress) {
+  const model::TimeSpan span = model::timeSpanOf(*before.source);
+  const auto own = measure::chordBound(*before.source, span);
+  if (!own) return pass(own.error());
+  for (const model::Body& obstacle : input.obstacles.bodies) {
+    const auto other = measure::chordBound(*obstacle.source, span);
+    if (!other) return pass(other.error());
+    deciding.known = deciding.known && *own && *other;
+    const double bound = (*own ? (*own)->bound : 0) + (*other ? (*other)->bound : 0);
+    deciding.chordBound = std::max(deciding.chordBound, bound);
+    if (bound == 0 || bound < options.resolve.clearance) continue;
+    // With some digits, and certainly more.
+    constexpr double kDigits = 1e3;
+    const double unit = std::pow(10, std::floor(std::log10(bound))) / kDigits;
+    const double enough = std::stod(fmt::format("{:.4g}", std::ceil(bound / unit + 0.5) * unit));
+    if (deciding.clearance && *deciding.clearance >= enough) continue;
+    const auto contacts =
+        edit::contactTimes({&obstacle, 1}, {before.name, resolved.source.get()}, enough, progress);
+    if (!contacts) return pass(contacts.error());
+    if (!contacts->empty()) deciding.clearance = enough;
+  }
+  return {};
 }
 
 ordered_json jsonOf(const edit::ResolveReport& report) {
@@ -204,6 +293,7 @@ int run(const ResolveArguments& options) {
   std::vector<edit::ResolvedBody> resolved;
   std::vector<std::string> notices;
   edit::ResolveReport all;
+  Deciding deciding;
   ordered_json bodies = ordered_json::array();
   for (const model::Body& body : input->all.bodies) {
     if (std::ranges::count(input->change, body.name) == 0) {
@@ -228,22 +318,39 @@ int run(const ResolveArguments& options) {
     all.hypervolumeChange += one->report.hypervolumeChange;
     all.rounds = std::max(all.rounds, one->report.rounds);
     all.movedVertices += one->report.movedVertices;
+    {
+      ProgressBar check("checking " + body.name);
+      if (auto done = decide(options, *input, body, *one, deciding, check.callback()); !done) {
+        return report(inInput(done.error(), input->all));
+      }
+    }
     ordered_json json = {{"name", body.name}};
     json.update(jsonOf(one->report));
     bodies.push_back(std::move(json));
     resolved.push_back(std::move(*one));
   }
-  const auto bytes = write(options, *input, resolved);
+  std::vector<std::string> losses;
+  const auto bytes = write(options, *input, resolved, losses);
   if (!bytes) return report(inInput(bytes.error(), input->all));
   if (html) {
+    const ProgressBar bar("drawing");
     const auto page = pageOf(*input, resolved);
     if (!page) return report(page.error());
     if (auto done = html->write(page->data(), page->size()); !done) return report(done.error());
     if (auto done = html->commit(); !done) return report(done.error());
   }
+  if (deciding.clearance) {
+    notices.push_back(
+        fmt::format("the meshes are clear, but the motions that they were swept from may still "
+                    "meet: with their "
+                    "steps, --clearance {} makes it certain",
+                    *deciding.clearance));
+  }
   printNotices(notices);
   if (options.json) {
     printJson({{"clear", true},
+               {"chord_bound", deciding.known ? ordered_json(deciding.chordBound) : ordered_json()},
+               {"deciding_clearance", orNull(deciding.clearance)},
                {"changed", all.changed},
                {"max_displacement", all.maxDisplacement},
                {"volume_change_max", all.volumeChangeMax},
@@ -252,14 +359,14 @@ int run(const ResolveArguments& options) {
                {"moved_vertices", all.movedVertices},
                {"bodies", bodies},
                {"bytes", *bytes}});
-    return kDone;
+    return reportLosses(losses);
   }
   print("{}: clear of {}, {}\n", options.output, input->obstacles.reader.name(), sizeText(*bytes));
   for (std::size_t i = 0; i < resolved.size(); ++i) {
     const std::string& name = input->all.bodies[i].name;
     if (std::ranges::count(input->change, name) > 0) printReport(name, resolved[i].report);
   }
-  return kDone;
+  return reportLosses(losses);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 #include "t4d/convert/merge_coplanar.h"
 #include "t4d/convert/slice.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/model/transformed.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -148,10 +150,40 @@ Merged mergeCoplanar(const SliceArguments& options, Sections& sections) {
   return merged;
 }
 
+/// Moves attributes that are points with the slice, and leaves out directions and points of space
+/// where the slice has other axes. Returns a line for each that is left out.
+Result<std::vector<std::string>> placeAttributes(Sections& sections,
+                                                 const model::AttributeMeanings& meanings,
+                                                 bool inSpace, const model::Point3& center) {
+  model::Transform moved;
+  moved.space.col(3) = -center;
+  std::set<std::string> dropped;
+  for (formats::NamedMesh& section : sections.meshes) {
+    std::vector<model::Attribute>& attributes = section.mesh.attributes;
+    std::erase_if(attributes, [&](const model::Attribute& attribute) {
+      const bool drops = !inSpace && model::isSpatial(model::meaningOf(attribute, meanings));
+      if (drops) dropped.insert(attribute.name);
+      return drops;
+    });
+    for (model::Attribute& attribute : attributes) {
+      const model::AttributeMeaning meaning = model::meaningOf(attribute, meanings);
+      if (meaning.kind != "point") continue;
+      if (auto done = model::mapValues(attribute, meaning, moved); !done) return pass(done.error());
+    }
+  }
+  std::vector<std::string> losses;
+  for (const std::string& name : dropped) {
+    losses.push_back(fmt::format(
+        "attribute '{}': its values are in x, y and z, and the slice has other axes", name));
+  }
+  return losses;
+}
+
 Result<std::vector<std::string>> write(const SliceArguments& options, const Sections& sections,
                                        const convert::Hyperplane& hyperplane,
                                        const formats::Metadata& metadata,
-                                       const formats::GltfEncoding& encoding) {
+                                       const formats::GltfEncoding& encoding,
+                                       const model::Point3& center) {
   formats::MeshWriteOptions how{.attributes = options.attributes};
   model::Point4 origin;
   origin << originOf(metadata), 0;
@@ -159,7 +191,7 @@ Result<std::vector<std::string>> write(const SliceArguments& options, const Sect
   how.normals = options.appearance.normalStyle();
   how.time = options.time;
   how.gltf = encoding;
-  if (options.center) how.center = roundCenterOf(boundsOf(sections));
+  how.center = center;
   if (formats::triangleMeshFormat(options.output)->placed) {
     std::vector<std::string> notices;
     const formats::GltfPlacement placement = placementOf(metadata, notices);
@@ -202,7 +234,16 @@ int run(const SliceArguments& options) {
   std::vector<std::string> losses;
   if (options.attributes) losses = sections->losses;
   if (!options.output.empty()) {
-    auto written = write(options, *sections, hyperplane, input->reader.metadata(), encoding);
+    const formats::Metadata& metadata = input->reader.metadata();
+    const model::Point3 center =
+        options.center ? roundCenterOf(boundsOf(*sections)) : model::Point3(0, 0, 0);
+    if (options.attributes) {
+      auto placed =
+          placeAttributes(*sections, metadata.attributes, options.time.has_value(), center);
+      if (!placed) return report(inInput(placed.error(), *input));
+      losses.insert(losses.end(), placed->begin(), placed->end());
+    }
+    auto written = write(options, *sections, hyperplane, metadata, encoding, center);
     if (!written) return report(written.error());
     losses.insert(losses.end(), written->begin(), written->end());
   }

@@ -38,7 +38,10 @@ void addBody(const edit::MendSurfaceReport& body, const std::string& name,
 Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
   SolidInput::Loaded loaded;
   if (input.bodies.empty()) {
-    auto read = formats::readTriangleMesh(input.path);
+    auto read = [&] {
+      const ProgressBar bar("reading " + input.path);
+      return formats::readTriangleMesh(input.path);
+    }();
     if (!read) return pass(read.error());
     printNotices(read->notices);
     if (input.attributes) {

@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <optional>
 
@@ -69,6 +72,7 @@ struct Made {
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};
   std::vector<std::string> notices;
+  std::optional<double> chordBound = {};       // where a motion was swept
   std::optional<ordered_json> folds = {};      // where keys were swept
   std::optional<ordered_json> crossings = {};  // likewise; null if not searched for
   std::optional<ordered_json> bodies = {};     // of an animation
@@ -227,7 +231,8 @@ mesh4d::SweepOptions meshOptions(const SweepArguments& options) {
 }
 
 Made madeOf(const mesh4d::SweepReport& report) {
-  return {report.vertices, report.tetrahedra, report.steps, report.capTetrahedra, report.notices};
+  return {report.vertices,      report.tetrahedra, report.steps,
+          report.capTetrahedra, report.notices,    report.chordBound};
 }
 
 Result<Made> sweepMesh(const SweepArguments& options, const model::TriangleMesh& mesh,
@@ -284,8 +289,9 @@ Result<Made> sweepKeys(const SweepArguments& options,
           mesh4d::sweep(body.mesh, *run, meshOptions(options), file, bar.part(run->count()));
       if (!report) {
         Error error = report.error();
-        if (options.animates() && error.where.empty()) {
-          error.where = fmt::format("{}: body '{}'", options.models.front(), body.name);
+        if (options.animates() && (error.where.empty() || error.where.starts_with("key "))) {
+          error.where = fmt::format("{}: body '{}'{}{}", options.models.front(), body.name,
+                                    error.where.empty() ? "" : ": ", error.where);
         }
         return pass(error);
       }
@@ -366,7 +372,8 @@ struct Loaded {
   std::vector<formats::NamedMesh> solids;
   model::Motion motion;
   std::vector<formats::AnimatedBody> bodies;
-  std::optional<double> tolerance;  // of an animation
+  std::optional<double> tolerance;         // of an animation
+  std::vector<model::HalfTurn> halfTurns;  // likewise, and of poses
   std::string lengthUnit;
   std::string timeUnit;
   std::vector<std::string> losses;
@@ -402,6 +409,9 @@ Result<Made> sweepSolids(const SweepArguments& options, const Loaded& loaded, T4
     all.tetrahedra += made->tetrahedra;
     all.steps += made->steps;
     for (const int end : {0, 1}) all.capTetrahedra[end] += made->capTetrahedra[end];
+    if (made->chordBound) {
+      all.chordBound = std::max(all.chordBound.value_or(0), *made->chordBound);
+    }
     for (const std::string& notice : made->notices) {
       all.notices.push_back(fmt::format("body '{}': {}", solid.name, notice));
     }
@@ -434,6 +444,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
   if (options.animates()) {
     formats::GltfAnimationOptions how = options.animation;
     how.tolerance = options.maxDeviation;
+    if (options.prism == 3) how.edgeFactor = model::kEdgeFactorOf3;
     auto file = formats::readInputFile(options.models.front());
     if (!file) return pass(file.error());
     std::vector<std::string> converted;
@@ -449,6 +460,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
     printNotices(read->notices);
     loaded.bodies = std::move(read->bodies);
     loaded.tolerance = read->tolerance;
+    loaded.halfTurns = std::move(read->halfTurns);
     loaded.losses = std::move(read->losses);
     loaded.losses.insert(loaded.losses.begin(), converted.begin(), converted.end());
     loaded.addFiles(read->otherFiles);
@@ -480,6 +492,7 @@ Result<Loaded> readInput(const SweepArguments& options) {
   if (!read) return pass(read.error());
   loaded.solids = std::move(read->bodies);
   loaded.motion = std::move(read->motion);
+  loaded.halfTurns = loaded.motion.halfTurns;
   loaded.lengthUnit = loaded.motion.lengthUnit;
   loaded.timeUnit = loaded.motion.timeUnit;
   loaded.losses = std::move(read->losses);
@@ -487,6 +500,26 @@ Result<Loaded> readInput(const SweepArguments& options) {
   loaded.mended = std::move(read->mended);
   loaded.materials = std::move(read->materials);
   return loaded;
+}
+
+/// The file of the key that the place of an error begins with: a point cache, or one mesh of a
+/// series.
+std::string fileOfKey(const SweepArguments& options, const std::string& where) {
+  if (formats::isPointCache(options.models.back())) return options.models.back();
+  const std::size_t key = std::strtoull(where.c_str() + std::strlen("key "), nullptr, 10);
+  return options.models[std::min(key, options.models.size() - 1)];
+}
+
+ordered_json halfTurnsJson(const std::vector<model::HalfTurn>& turns) {
+  constexpr std::size_t kMost = 100;
+  ordered_json first = ordered_json::array();
+  for (const model::HalfTurn& turn : turns) {
+    if (first.size() == kMost) break;
+    first.push_back({{"time", {turn.time.begin, turn.time.end}},
+                     {"between", turn.between},
+                     {"axis", {turn.axis.x(), turn.axis.y(), turn.axis.z()}}});
+  }
+  return {{"count", turns.size()}, {"first", first}};
 }
 
 int run(const SweepArguments& options) {
@@ -530,6 +563,8 @@ int run(const SweepArguments& options) {
     if (error.where.empty()) {
       const std::string& moving = options.hasKeys() ? options.models.back() : options.motion;
       error.where = motionsFault ? moving : options.models.front();
+    } else if (error.where.starts_with("key ")) {
+      error.where = fmt::format("{}: {}", fileOfKey(options, error.where), error.where);
     }
     return report(error);
   }
@@ -544,10 +579,12 @@ int run(const SweepArguments& options) {
                         {"tetrahedra", made->tetrahedra},
                         {"steps", made->steps},
                         {"cap_tetrahedra", made->capTetrahedra}};
+    if (made->chordBound) result["chord_bound"] = *made->chordBound;
     if (made->bodies) {
       if (loaded->tolerance) result["tolerance"] = *loaded->tolerance;
       result["bodies"] = *made->bodies;
     }
+    if (!loaded->halfTurns.empty()) result["half_turns"] = halfTurnsJson(loaded->halfTurns);
     if (made->folds) result["folds"] = *made->folds;
     if (made->crossings) result["crossings"] = *made->crossings;
     if (loaded->mended) result["mend"] = mendJson(*loaded->mended);
@@ -561,13 +598,16 @@ int run(const SweepArguments& options) {
     if (made->bodies) {
       const std::string count = counted(made->bodies->size(), "body", "bodies");
       if (loaded->tolerance) {
-        print("  {}, no vertex farther than {:.3g} from its place\n", count, *loaded->tolerance);
+        print("  {}, nowhere farther than {:.3g} from the animation\n", count, *loaded->tolerance);
       } else {
         print("  {}\n", count);
       }
     }
     print("  {}, caps of {} and {} tetrahedra\n", counted(made->steps, "step"),
           grouped(made->capTetrahedra[0]), grouped(made->capTetrahedra[1]));
+    if (options.maxDeviation && made->chordBound) {
+      print("  every slice within {:.3g} of the solid in motion\n", *made->chordBound);
+    }
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
     if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
   }
@@ -618,12 +658,12 @@ void addSweep(CLI::App& app, int& exitCode) {
                     ->check(wholeNumber(1, mesh4d::kMaxSteps));
   auto* deviation = command
                         ->add_option("--max-deviation", options->maxDeviation,
-                                     "Largest distance of a point from its true path")
+                                     "Maximum distance between a slice and the true solid")
                         ->check(numberAboveZero());
   // Another name, which messages repeat.
   command
       ->add_option("--tolerance", options->maxDeviation,
-                   "The same; for an animated glTF a thousandth of its size by default")
+                   "Same as --max-deviation (animated glTF: default 0.001 of its size)")
       ->check(numberAboveZero())
       ->excludes(rvMin)
       ->excludes(steps)

@@ -1,18 +1,38 @@
 #include "tools/program/t4d_output.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
+#include "t4d/formats/file_extension.h"
 #include "t4d/formats/t4d/names.h"
+#include "t4d/voxel4d/volumes/volume_frames.h"
 #include "tools/program/centering.h"
+#include "tools/program/input_bodies.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/version.h"
 
 namespace t4d::tools {
 
+Result<std::uint64_t> finishEdited(formats::T4dWriter& writer, const InputBodies& input) {
+  if (auto kept = writer.keep(input.reader.optionalChunks()); !kept) return pass(kept.error());
+  return writer.finish();
+}
+
 std::filesystem::path nameIn(const std::string& path) {
   std::error_code error;
   const auto whole = std::filesystem::absolute(path, error).lexically_normal();
   return whole.has_filename() ? whole.filename() : whole.parent_path().filename();
+}
+
+std::string nameWithoutExtension(const std::filesystem::path& path) {
+  const std::filesystem::path stem = path.filename().stem();
+  const std::string both = formats::lowerCaseExtension(stem) + formats::lowerCaseExtension(path);
+  const auto formats = voxel4d::volumeFormats();
+  const bool isDouble =
+      stem.has_extension() &&
+      std::ranges::find(formats, both, &voxel4d::VolumeFormat::extension) != formats.end();
+  return (isDouble ? stem.stem() : stem).string();
 }
 
 void addT4dOutputOption(CLI::App& command, std::string& path) {
@@ -68,9 +88,11 @@ std::optional<std::string> T4dCoding::rounding() const {
 void T4dOutput::addTo(CLI::App& command) {
   addT4dOutputOption(command, path);
   coding.addTo(command);
-  command.add_option("--up", up, "Axis that points up in glTF: y or z")
-      ->check(CLI::IsMember({"y", "z"}))
-      ->capture_default_str();
+  command
+      .add_option("--up", up,
+                  "Axis that points up in glTF: y or z (default: y; z where the input says that it "
+                  "points from the feet to the head)")
+      ->check(CLI::IsMember({"y", "z"}));
   addCenterOption(command, center, "The file's metadata say where it was");
   command.add_option("--body", body, "Name of the body (default: that of the input file)")
       ->check(someName());
@@ -84,9 +106,11 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
   metadata.backend = about.backend;
   metadata.lengthUnit = about.lengthUnit;
   metadata.timeUnit = about.timeUnit;
-  metadata.up = output.up;
-  metadata.bodies = {
-      {output.body.empty() ? formats::asName(nameIn(about.model).stem().string()) : output.body}};
+  metadata.up = !output.up.empty() ? output.up : about.space.empty() ? "y" : "z";
+  metadata.space = about.space;
+  metadata.bodies = {{output.body.empty()
+                          ? formats::asName(nameWithoutExtension(nameIn(about.model)))
+                          : output.body}};
   if (!about.bodies.empty()) {
     metadata.bodies.clear();
     for (const std::string& name : about.bodies) metadata.bodies.push_back({name});

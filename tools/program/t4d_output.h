@@ -12,8 +12,17 @@
 
 namespace t4d::tools {
 
+struct InputBodies;
+
+/// Keeps what may be kept of the chunks of the input that this version does not know, and finishes
+/// the file. Returns its size in bytes.
+Result<std::uint64_t> finishEdited(formats::T4dWriter& writer, const InputBodies& input);
+
 /// The last component of a path, also of "frames/" and ".".
 std::filesystem::path nameIn(const std::string& path);
+
+/// The name of a file without its extension, or extensions: "brain" of "brain.nii.gz".
+std::string nameWithoutExtension(const std::filesystem::path& path);
 
 /// Adds `-o`, the .t4d file to write.
 void addT4dOutputOption(CLI::App& command, std::string& path);
@@ -38,7 +47,7 @@ struct T4dCoding {
 struct T4dOutput {
   std::string path;
   T4dCoding coding;
-  std::string up = "y";
+  std::string up;  ///< "y" or "z"; "" if it is not given
   std::string body;
   bool center = false;
 
@@ -58,6 +67,7 @@ class T4dFile : public model::Sink {
     std::string timeUnit;
     std::string detailsJson;
     std::vector<std::string> bodies = {};  ///< names of several bodies
+    std::string space = {};                ///< as formats::Metadata::space; z points up in it
   };
 
   static Result<T4dFile> create(const T4dOutput& output, const About& about);

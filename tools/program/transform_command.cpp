@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -11,8 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/edit/map_space_time.h"
+#include "t4d/formats/rounding_loss.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/model/limits.h"
+#include "t4d/model/sinks.h"
 #include "t4d/model/transformed.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -40,6 +43,7 @@ struct TransformArguments {
   std::optional<std::string> lengthUnit;
   std::optional<std::string> timeUnit;
   std::optional<std::string> up;
+  std::optional<std::string> space;
   int compression = 3;
   bool json = false;
 };
@@ -122,20 +126,18 @@ std::optional<std::string> misuseOf(const TransformArguments& options) {
   const auto& r = options.rotate;
   if (!r.empty() && r[0] == 0 && r[1] == 0 && r[2] == 0) return "--rotate: the axis is 0 0 0";
   if (options.matrix.empty()) return misuseOfOutput(options.output, {&options.input, 1});
-  const Eigen::Matrix3d linear =
-      Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(options.matrix.data())
-          .leftCols<3>();
-  const double longest = linear.colwise().norm().maxCoeff();
-  constexpr double kFlat = 1e-12;
-  if (!(std::abs(linear.determinant()) > kFlat * longest * longest * longest)) {
-    return "--matrix leaves no solid: its determinant is 0";
-  }
+  model::Transform matrix;
+  matrix.space =
+      Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(options.matrix.data());
+  if (matrix.flattens()) return "--matrix leaves no solid: its determinant is 0, up to rounding";
   return misuseOfOutput(options.output, {&options.input, 1});
 }
 
-/// Fails if the solid would be so far from the origin, for its width, that doubles flatten it.
-Result<void> checkBounds(const model::Bounds3& bounds, const model::Transform& transform,
-                         const std::string& where) {
+/// Fails if the solid would be so far from the origin, for its width, that doubles flatten it, or
+/// so small that products of its extents vanish. `moves` is set if doubles are much coarser where
+/// it will be than they need be for its size, so that parts of it may become flat.
+Result<void> checkBounds(const model::Bounds3& bounds, const model::TimeSpan& span,
+                         const model::Transform& transform, const std::string& where, bool& moves) {
   model::Bounds3 moved;
   for (unsigned corner = 0; corner < 8; ++corner) {
     model::Point3 point;
@@ -148,6 +150,29 @@ Result<void> checkBounds(const model::Bounds3& bounds, const model::Transform& t
       std::max(moved.max.cwiseAbs().maxCoeff(), moved.min.cwiseAbs().maxCoeff());
   const double narrowest = (moved.max - moved.min).minCoeff();
   constexpr double kMostWidths = 4e12;  // doubles are finer there than a thousandth of the width
+  constexpr double kFewWidths = 1e3;
+  const model::TimeSpan times{transform.time(span.begin), transform.time(span.end)};
+  const double latest = std::max(std::abs(times.begin), std::abs(times.end));
+  const double duration = times.end - times.begin;
+  if (!(latest <= model::kLargestCoordinate)) {
+    return invalid(fmt::format("would reach the time {:.3g}; the largest possible time is {}. "
+                               "Scale or shift times less",
+                               latest, model::kLargestCoordinate),
+                   where);
+  }
+  if (span.end > span.begin && !(duration >= model::kSmallestExtent)) {
+    return invalid(fmt::format("would last for {:.3g}; the shortest possible duration is {}. Scale "
+                               "times less",
+                               duration, model::kSmallestExtent),
+                   where);
+  }
+  if ((bounds.max - bounds.min).minCoeff() > 0 && !(narrowest >= model::kSmallestExtent)) {
+    return invalid(fmt::format("would be {:.3g} wide where it is narrowest; the smallest possible "
+                               "width is {}. Scale it less",
+                               narrowest, model::kSmallestExtent),
+                   where);
+  }
+  moves = farthest > kFewWidths * narrowest || latest > kFewWidths * duration;
   if (!(farthest <= model::kLargestCoordinate)) {
     return invalid(
         fmt::format("would reach {:.3g} from the origin; the largest possible coordinate "
@@ -162,6 +187,34 @@ Result<void> checkBounds(const model::Bounds3& bounds, const model::Transform& t
                              farthest, narrowest),
                  where);
 }
+
+/// Compares slabs that are moved with the same about the origin, where doubles are finest.
+class MovingLoss : public model::Sink {
+ public:
+  explicit MovingLoss(const model::Transform& by) : by_(by), about_(by) {
+    about_.space.col(3).setZero();
+    about_.timeShift = 0;
+  }
+
+  Result<void> put(const model::Slab& slab) override {
+    if (!slab.connectivity) return {};
+    loss_.add(mapped(slab, about_), mapped(slab, by_));
+    return {};
+  }
+  std::optional<std::string> line() const { return loss_.line(); }
+
+ private:
+  static model::Slab mapped(const model::Slab& slab, const model::Transform& by) {
+    model::Slab moved;
+    moved.connectivity = slab.connectivity;
+    for (const model::Point4& vertex : slab.vertices) moved.vertices.push_back(by(vertex));
+    return moved;
+  }
+
+  model::Transform by_;
+  model::Transform about_;
+  formats::RoundingLoss loss_ = formats::RoundingLoss::ofMoving();
+};
 
 /// Maps space and time of all bodies; `mapped` keeps what they are now. Returns their bounds.
 Result<model::Bounds3> mapBodies(const Eigen::Matrix4d& axes, InputBodies& input,
@@ -206,7 +259,9 @@ int run(const TransformArguments& options) {
     bounds = *done;
     losses = lossesOf(mapped);
   }
-  if (auto fits = checkBounds(bounds, transform, options.input); !fits) {
+  const model::TimeSpan span = model::timeSpanOf(input->bodies);
+  bool moves = false;
+  if (auto fits = checkBounds(bounds, span, transform, options.input, moves); !fits) {
     return report(fits.error());
   }
 
@@ -214,6 +269,17 @@ int run(const TransformArguments& options) {
   metadata.lengthUnit = options.lengthUnit.value_or(metadata.lengthUnit);
   metadata.timeUnit = options.timeUnit.value_or(metadata.timeUnit);
   metadata.up = options.up.value_or(metadata.up);
+  if (options.space) {
+    metadata.space = *options.space == "none" ? "" : *options.space;
+  } else if (!metadata.space.empty() && mixesTime(options)) {
+    losses.push_back(fmt::format("space {}: its axes are exchanged with time", metadata.space));
+    metadata.space.clear();
+  } else if (!metadata.space.empty() && transform.mirrors()) {
+    printNotices(
+        {fmt::format("{}: mirrored, and still called {}: left and right are exchanged; "
+                     "--space names it anew",
+                     options.output, metadata.space)});
+  }
   // Of a mesh that was centred, the place of the origin moves with it.
   model::Point4 origin = model::Point4::Zero();
   origin.head<3>() = originOf(metadata);
@@ -223,18 +289,26 @@ int run(const TransformArguments& options) {
   auto writer =
       formats::T4dWriter::create(options.output, metadata, {.compression = options.compression});
   if (!writer) return report(writer.error());
+  MovingLoss moved(transform);
+  std::map<std::string, std::string> lost;
   {
     ProgressBar bar("transforming", slabCountOf(input->bodies), "slabs");
     for (std::size_t i = 0; i < input->bodies.size(); ++i) {
-      model::Transformed sink(writer->body(i), transform);
-      if (auto done = model::pump(*input->bodies[i].source, sink,
-                                  bar.part(input->bodies[i].source->slabCount()));
-          !done) {
-        return report(done.error());
+      const model::Source& source = *input->bodies[i].source;
+      model::Transformed sink(writer->body(i), transform, metadata.attributes);
+      model::Tee both({&moved, &sink});
+      model::Sink& into = moves ? static_cast<model::Sink&>(both) : sink;
+      if (auto done = model::pump(source, into, bar.part(source.slabCount())); !done) {
+        return report(inInput(done.error(), *input));
       }
+      lost.insert(sink.lostAttributes().begin(), sink.lostAttributes().end());
     }
   }
-  const auto bytes = writer->finish();
+  for (const auto& [name, why] : lost) {
+    losses.push_back(fmt::format("attribute '{}': {}", name, why));
+  }
+  if (auto line = moved.line()) losses.push_back(std::move(*line));
+  const auto bytes = finishEdited(*writer, *input);
   if (!bytes) return report(bytes.error());
 
   const double seconds =
@@ -299,6 +373,10 @@ void addTransform(CLI::App& app, int& exitCode) {
       ->type_name("NAME");
   command->add_option("--up", options->up, "Name the axis that points up; the solid stays as it is")
       ->check(CLI::IsMember({"y", "z"}));
+  command
+      ->add_option("--space", options->space,
+                   "Name the anatomical space, RAS or LPS, or none; the solid stays as it is")
+      ->check(CLI::IsMember({"RAS", "LPS", "none"}));
   addCompressionOption(*command, options->compression);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

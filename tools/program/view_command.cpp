@@ -92,12 +92,8 @@ std::optional<std::string> misuseOfFolder(const std::string& folder,
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) {
     return fmt::format("{} is a file; name a page that ends in .html, or a folder", folder);
   }
-  if (const auto foreign = foreignFileInSite(folder, files)) {
-    return fmt::format(
-        "{} is no part of a site of t4d view and would be overwritten; name another folder",
-        foreign->string());
-  }
-  return std::nullopt;
+  const auto checked = checkSite(folder, files);
+  return checked ? std::nullopt : std::optional(checked.error().text());
 }
 
 Result<std::uint64_t> writePage(const std::string& path, std::span<const ShownFile> files) {

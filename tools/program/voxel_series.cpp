@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/model/limits.h"
 #include "t4d/voxel4d/frame_spacing.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
@@ -54,6 +55,13 @@ Result<std::vector<double>> motionFrameTimes(const voxel4d::FrameTimes& when, do
   }
   auto times = voxel4d::frameTimes(span, when);
   if (!times) return pass(inMotion(times.error()));
+  for (std::size_t i = 1; i < times->size(); ++i) {
+    const double apart = (*times)[i] - (*times)[i - 1];
+    if (apart >= model::kSmallestExtent) continue;
+    return invalid(fmt::format("frames would be {:.3g} apart in time; at least {} is possible",
+                               apart, model::kSmallestExtent),
+                   motionFile);
+  }
   const double voxels = voxel4d::largestGap(*times) * speed / voxelSize;
   constexpr double kRounding = 1e-9;
   if (voxels > 1 + kRounding) {

@@ -11,7 +11,6 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle_mesh_formats.h"
-#include "t4d/model/transformed.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "t4d/voxel4d/weave.h"
@@ -195,19 +194,15 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
   return std::nullopt;
 }
 
-Result<voxel4d::WeaveReport> weaveInto(T4dFile& file, voxel4d::VolumeFrames& input,
-                                       voxel4d::CapStyle caps, ProgressBar& bar) {
-  if (!input.toSpace) return voxel4d::weave(*input.frames, {caps}, file, bar.callback());
-  model::Transformed placed(file, {*input.toSpace});
-  return voxel4d::weave(*input.frames, {caps}, placed, bar.callback());
-}
-
 int run(const WeaveArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output.path, options.frames)) {
     return wrongUsage(*misuse);
   }
   for (const std::string& input : options.frames) {
     if (auto good = checkFolder(input); !good) return report(good.error());
+    // A mesh of a format that is only written is none of what can be woven.
+    if (formats::triangleMeshFormat(input) == nullptr) continue;
+    if (auto good = formats::checkMeshExtension(input); !good) return report(good.error());
   }
   if (const auto misuse = misuseOfInput(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
@@ -223,6 +218,7 @@ int run(const WeaveArguments& options) {
   T4dFile::About about = {"voxel4d", options.frames.front(),
                           unit(options.lengthUnit, input->lengthUnit),
                           unit(options.timeUnit, input->timeUnit), detailsOf(options)};
+  about.space = input->space;
   if (labels.size() > 1) {
     const std::string& name = options.output.body;
     for (const auto& label : labels) {
@@ -240,7 +236,7 @@ int run(const WeaveArguments& options) {
     }
     ProgressBar bar("weaving", input->frames->frameCount(), "frames");
     file->setBody(i);
-    const auto body = weaveInto(*file, *input, caps, bar);
+    const auto body = voxel4d::weave(*input->frames, {caps, input->toSpace}, *file, bar.callback());
     if (!body) {
       Error error = body.error();
       if (meshes) {
@@ -266,6 +262,12 @@ int run(const WeaveArguments& options) {
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   noticeCaps(caps, woven, notices);
+  if (!input->notice.empty()) notices.push_back(options.frames.front() + ": " + input->notice);
+  if (input->frames->isOneApart()) {
+    notices.emplace_back(
+        "nothing says how long it is from frame to frame: frames are 1 apart; --frame-time sets "
+        "another time");
+  }
   if (input->takenAsDistances) {
     notices.push_back(
         "the samples are taken as distances: inside is where they are below 0; --iso VALUE takes "
@@ -282,6 +284,7 @@ int run(const WeaveArguments& options) {
                {"seconds", seconds},
                {"peak_bytes", peakBytes()},
                {"cap_tetrahedra", woven.capTetrahedra},
+               {"space", input->space.empty() ? ordered_json() : ordered_json(input->space)},
                {"bytes", *bytes}});
   } else {
     print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven.vertices),
@@ -289,6 +292,11 @@ int run(const WeaveArguments& options) {
     print("  caps of {} and {} tetrahedra\n", grouped(woven.capTetrahedra[0]),
           grouped(woven.capTetrahedra[1]));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
+    if (!input->space.empty()) {
+      print("  positions are {}: {}\n", input->space,
+            input->space == "RAS" ? "x to the right, y anterior, z superior"
+                                  : "x to the left, y posterior, z superior");
+    }
     if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
   }
   for (std::string& loss : file->losses()) losses.push_back(std::move(loss));

@@ -5,10 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/output_file.h"
+#include "t4d/formats/output_folder.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 #include "t4d/system/child_process.h"
+#include "t4d/system/replaceable.h"
 #include "t4d/system/temporary_folder.h"
 
 namespace t4d::conformance {
@@ -39,12 +40,6 @@ std::string faultOf(const system::ProgramRun& run, double timeoutSeconds) {
       run.code, said.empty() ? " and printed nothing" : "; last line of output: " + said);
 }
 
-Result<void> writeText(const fs::path& path, const std::string& text) {
-  return formats::OutputFile::create(path).and_then([&](formats::OutputFile file) {
-    return file.write(text.data(), text.size()).and_then([&] { return file.commit(); });
-  });
-}
-
 class ProgramBackend : public Backend {
  public:
   ProgramBackend(ProgramOptions options, std::vector<std::string> words)
@@ -65,21 +60,27 @@ class ProgramBackend : public Backend {
       temporary.emplace(std::move(*created));
       folder = temporary->path();
     }
-    const std::array<fs::path, 3> paths = {
-        folder / (given.id + ".obj"), folder / (given.id + ".json"), folder / (given.id + ".t4d")};
+    const std::array<std::string, 3> names = {given.id + ".obj", given.id + ".json",
+                                              given.id + ".t4d"};
+    const std::array<fs::path, 3> paths = {folder / names[0], folder / names[1], folder / names[2]};
+    const auto any = [](const fs::path&) { return true; };
+    if (auto good = system::checkReplaceable(folder, names, any); !good) return good;
     const formats::NamedMesh mesh{given.id, given.mesh->mesh};
     if (auto written = formats::writeTriangleMeshes(paths[0], {&mesh, 1}); !written) {
       return pass(written.error());
     }
-    if (auto written = writeText(paths[1], given.mesh->motionText); !written) return written;
+    if (auto written = formats::writeInFolder(folder, names[1], given.mesh->motionText); !written) {
+      return written;
+    }
     std::error_code ignored;
     fs::remove(paths[2], ignored);  // left by an earlier run
 
     std::vector<std::string> words = words_;
     for (const fs::path& path : paths) words.push_back(path.string());
-    const auto ran = system::runProgram(words, {.timeoutSeconds = options_.timeoutSeconds});
+    const auto ran = system::runProgram(words, {.limit = options_.timeoutSeconds});
     if (!ran) return pass(ran.error());
-    if (auto written = writeText(folder / (given.id + ".log"), ran->output + ran->message);
+    if (auto written =
+            formats::writeInFolder(folder, given.id + ".log", ran->output + ran->message);
         !written) {
       return written;
     }

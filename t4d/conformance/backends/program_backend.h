@@ -10,12 +10,12 @@ namespace t4d::conformance {
 
 struct ProgramOptions {
   /// Split by system::splitCommand (t4d/system/child_process.h).
-  std::string command;
+  std::string command = {};
   /// Relative tolerance for times, lengths and volumes (solidExpectation).
   double tolerance = 0.01;
   double timeoutSeconds = 300;
   /// Existing folder in which to keep the files of the cases; empty for a temporary folder.
-  std::filesystem::path keep;
+  std::filesystem::path keep = {};
 };
 
 /// A program that makes a 4D mesh of each case with a triangle mesh. It is called with three more

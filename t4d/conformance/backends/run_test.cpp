@@ -154,12 +154,13 @@ TEST(Backends, WrongSweepsAreCaught) {
 
 TEST(Backends, SweepsThatVisitPlacesTwiceOrComeAtTheWrongTimeAreCaught) {
   const auto movedBy = [](std::vector<model::ScrewRun> runs) {
-    return OwnBackend(meshBackend(), [=](const Case& c, const Resolution&, model::Sink& sink) {
-      const auto motion = model::chainScrews(0, runs);
-      if (!motion) return Result<void>(pass(motion.error()));
-      return mesh4d::sweep(c.mesh->mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, sink)
-          .map([](const mesh4d::SweepReport&) {});
-    });
+    return OwnBackend(
+        meshBackend(), [=](const Case& c, const Resolution&, model::Sink& sink) -> Result<void> {
+          const auto motion = model::chainScrews(0, runs);
+          if (!motion) return pass(motion.error());
+          return mesh4d::sweep(c.mesh->mesh, *motion, {.caps = mesh4d::CapMethod::Cone}, sink)
+              .map([](const mesh4d::SweepReport&) {});
+        });
   };
   const auto failed = [](const std::string& id, const Backend& backend) {
     return failedOf(runCase(caseOf(id), backend, true));

@@ -122,9 +122,14 @@ TrialResult evaluate(const Trial& trial, const Reply& reply, const std::string& 
   switch (reply.kind) {
     case Reply::Kind::Stopped:
       return result(Outcome::Skipped, "stopped");
-    case Reply::Kind::TimedOut:
-      return result(Outcome::TimedOut, fmt::format("no answer within {} s; {}", timeoutSeconds,
-                                                   lastWords(reply, path)));
+    case Reply::Kind::TimedOut: {
+      const double byTheClock = system::TimeLimit::ofProcessor(timeoutSeconds).seconds;
+      const bool waited = reply.seconds >= byTheClock;
+      return result(Outcome::TimedOut,
+                    fmt::format("no answer within {} s{}; {}", waited ? byTheClock : timeoutSeconds,
+                                waited ? ", most of which it waited" : " of processor time",
+                                lastWords(reply, path)));
+    }
     case Reply::Kind::Signalled:
       return result(Outcome::Crashed, fmt::format("ended by signal {}{}; {}", reply.code,
                                                   signalName(reply.code), lastWords(reply, path)));

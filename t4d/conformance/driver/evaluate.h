@@ -47,7 +47,7 @@ struct TrialResult {
 };
 
 /// Compares a reply with the requirements of the trial. `path` is the file given to the reader,
-/// called FILE in messages; `timeoutSeconds` is its time limit.
+/// called FILE in messages; `timeoutSeconds` is its limit of processor time.
 TrialResult evaluate(const Trial& trial, const Reply& reply, const std::string& path,
                      double timeoutSeconds);
 

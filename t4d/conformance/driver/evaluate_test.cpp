@@ -97,7 +97,7 @@ TEST(Evaluate, TellsCrashesFromRefusals) {
   run.end = system::ProgramRun::End::TimedOut;
   result = evaluate(damaged(), replyOf(run), "x", 10);
   EXPECT_EQ(result.outcome, Outcome::TimedOut);
-  EXPECT_THAT(result.message, StartsWith("no answer within 10 s"));
+  EXPECT_THAT(result.message, StartsWith("no answer within 10 s of processor time"));
 }
 
 TEST(PlainText, KeepsTextAndEscapesTheRest) {

@@ -91,6 +91,9 @@ ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown, bool h
   test.trials.push_back(trial);
   if (file.validity == Validity::Invalid && unknown.empty()) {
     if (const auto time = timeToRefuse(file)) test.trials.push_back(sliceInstead(trial, *time));
+    for (const ExpectedSlice& slice : file.slices) {
+      test.trials.push_back(sliceInstead(trial, slice.time));
+    }
   }
   if (!trial.wrongToAccept.empty()) return test;
   for (const ExpectedSlice& slice : file.slices) {

@@ -41,7 +41,7 @@ std::vector<std::string> whatAReaderMayLack();
 struct CaseOptions {
   /// Features of HEAD that the reader does not support: it must refuse files that name one. And
   /// kHyperplanes, if it slices at times only.
-  std::vector<std::string> without;
+  std::vector<std::string> without = {};
   /// Send ten times as many requests: about 30,000.
   bool thorough = false;
   /// Keep some 170 requests, for a reader that is slow to start: the smallest invalid file of

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "t4d/conformance/driver/served_reader.h"
+#include "t4d/formats/output_folder.h"
 #include "t4d/system/temporary_folder.h"
 
 namespace t4d::conformance {
@@ -18,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Limits on timeouts: a reader that hangs costs SuiteOptions::timeoutSeconds each time.
+/// Limits on timeouts: a reader that hangs costs ten times SuiteOptions::timeoutSeconds each time.
 constexpr int kSlowTrialsOfCase = 2;
 constexpr int kSlowTrials = 20;
 /// Maximum number of wrong trials that are named per case, and whose files are kept.
@@ -130,7 +131,8 @@ class SuiteRun {
       words.push_back(path.string());
       words.insert(words.end(), trial.request.begin(), trial.request.end());
       auto run = system::runProgram(
-          words, {.timeoutSeconds = options_.timeoutSeconds, .stop = options_.stop});
+          words, {.limit = system::TimeLimit::ofProcessor(options_.timeoutSeconds),
+                  .stop = options_.stop});
       if (!run) return pass(run.error());
       return evaluated(replyOf(std::move(*run)));
     }
@@ -240,10 +242,8 @@ Result<std::size_t> keepWrongFiles(const std::vector<ReaderCase>& cases,
     const std::vector<std::size_t>& wrong = results[i].wrong;
     for (std::size_t j = 0; j < std::min(wrong.size(), kNamed); ++j) {
       const Trial& trial = cases[i].trials[wrong[j]];
-      const fs::path path = directory / keptFile(cases[i], trial);
-      std::error_code error;
-      fs::create_directories(path.parent_path(), error);
-      const auto written = write(path, trial.damage ? trial.damage(bytes) : bytes);
+      const auto written = formats::writeInFolder(directory, keptFile(cases[i], trial).string(),
+                                                  trial.damage ? trial.damage(bytes) : bytes);
       if (!written) return pass(written.error());
       kept += !trial.damage && j > 0 ? 0 : 1;
     }

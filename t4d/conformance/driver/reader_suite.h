@@ -12,9 +12,9 @@
 namespace t4d::conformance {
 
 struct SuiteOptions {
-  std::vector<std::string> command;         ///< from system::splitCommand
+  std::vector<std::string> command = {};    ///< from system::splitCommand
   bool serve = false;                       ///< one process for many requests (ServedReader)
-  double timeoutSeconds = 10;               ///< per request
+  double timeoutSeconds = 10;               ///< of processor time, per request
   unsigned parallel = 1;                    ///< concurrent requests, each in its own process
   bool first = false;                       ///< stop at the first trial that fails
   const std::atomic<bool>* stop = nullptr;  ///< skips the remaining trials when it becomes true

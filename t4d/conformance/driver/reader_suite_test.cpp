@@ -104,7 +104,7 @@ TEST_F(ReaderSuite, WrongReadersFailByTheRightCases) {
 
 TEST_F(ReaderSuite, AReaderThatSleepsIsLeftAloneSoon) {
   SuiteOptions options;
-  options.timeoutSeconds = 1;
+  options.timeoutSeconds = 0.2;
   const auto results = run(R"([ x$text = xgood ] && echo "$answer" || sleep 60)", options);
   ASSERT_EQ(results.size(), 3U);
   EXPECT_EQ(results[1].outcome, Outcome::TimedOut);
@@ -238,7 +238,7 @@ TEST_F(ServingSuite, ChargesCrashesAndTimeoutsToTheirCases) {
   EXPECT_THAT(outcomes(leaving), ElementsAre(Outcome::Passed, Outcome::Crashed, Outcome::Passed));
   EXPECT_THAT(leaving[1].message, HasSubstr("ended with exit code 0 instead of answering"));
   SuiteOptions options;
-  options.timeoutSeconds = 1;
+  options.timeoutSeconds = 0.2;
   const auto hanging = serve(std::string("[ x$text = xbad ] && sleep 60\n") + kServed, options);
   EXPECT_THAT(outcomes(hanging), ElementsAre(Outcome::Passed, Outcome::TimedOut, Outcome::Passed));
 }
@@ -298,6 +298,19 @@ TEST(ReaderCases, AreInOrderAndHaveNamesOfTheirOwn) {
   EXPECT_EQ(std::set(kinds.begin(), kinds.end()).size(), kinds.size());
   EXPECT_EQ(kinds.front(), "valid");
   for (const CorpusFile& file : files) EXPECT_TRUE(ids.contains(file.id)) << file.id;
+}
+
+TEST(ReaderCases, ASliceThatReadsAnExchangedChunkMustBeRefused) {
+  const std::vector<CorpusFile> files = makeCorpus();
+  const std::vector<ReaderCase> cases = readerCases(files);
+  for (const std::string part : {"slab", "connectivity", "layer", "pose", "end-mark"}) {
+    const std::string id = "invalid/I2-" + part + "-exchanged";
+    const auto test = std::ranges::find(cases, id, &ReaderCase::id);
+    ASSERT_NE(test, cases.end()) << id;
+    ASSERT_EQ(test->trials.size(), 2U) << id;
+    EXPECT_EQ(test->trials[1].request[0], "slice") << id;
+    EXPECT_THAT(test->trials[1].wrongToAccept, HasSubstr("rule I2 is broken")) << id;
+  }
 }
 
 TEST(ReaderCases, OfAFeatureThatAReaderDoesNotKnowAreRefusals) {

@@ -64,7 +64,7 @@ Result<Reply> ServedReader::ask(const std::vector<std::string>& request, const s
   // If it does not take the line, it exits, closes its pipes or hangs; the wait below tells which.
   const bool sent = process_->send(line + path + "\n");
   const std::string& output = process_->output();
-  const auto waited = process_->wait(timeoutSeconds_, stop_, [&] {
+  const auto waited = process_->wait(system::TimeLimit::ofProcessor(timeoutSeconds_), stop_, [&] {
     return output.find('\n') != std::string::npos || output.size() >= kAnswerBytes ||
            process_->outputClosed();
   });

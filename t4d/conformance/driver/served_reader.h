@@ -20,8 +20,9 @@ class ServedReader {
   ServedReader(std::vector<std::string> command, double timeoutSeconds,
                const std::atomic<bool>* stop);
 
-  /// Sends a request about the file at `path`. The time limit includes starting the reader if
-  /// needed. Fails if the reader cannot be started or the path has a line break.
+  /// Sends a request about the file at `path`. The limit, `timeoutSeconds` of processor time,
+  /// includes starting the reader if needed. Fails if the reader cannot be started or the path has
+  /// a line break.
   Result<Reply> ask(const std::vector<std::string>& request, const std::string& path);
 
   /// Whether it has answered a request since it was started. A fresh process has not.

@@ -12,10 +12,11 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/conformance/corpus/corpus.h"
-#include "t4d/formats/output_file.h"
+#include "t4d/formats/output_folder.h"
 #include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/system/replaceable.h"
 #include "t4d/system/temporary_folder.h"
 
 namespace t4d::conformance {
@@ -26,14 +27,6 @@ using model::Attribute;
 using model::Connectivity;
 using model::Domain;
 using model::Slab;
-
-Result<void> writeText(const fs::path& path, const std::string& text) {
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  return formats::OutputFile::create(path).and_then([&](formats::OutputFile file) {
-    return file.write(text.data(), text.size()).and_then([&] { return file.commit(); });
-  });
-}
 
 bool sameJson(const std::string& a, const std::string& b) {
   return nlohmann::json::parse(a, nullptr, false) == nlohmann::json::parse(b, nullptr, false);
@@ -281,11 +274,14 @@ class WriterRun {
     fs::remove_all(folder, ignored);
     const fs::path mesh = folder / "MESH.json";
     const fs::path file = folder / "OUT.t4d";
-    if (auto written = writeText(mesh, textOf(test).json); !written) return pass(written.error());
+    if (auto written = formats::writeInFolder(folder, "MESH.json", textOf(test).json); !written) {
+      return pass(written.error());
+    }
     std::vector<std::string> words = options_.command;
     words.insert(words.end(), {mesh.string(), file.string()});
     auto run = system::runProgram(
-        words, {.timeoutSeconds = options_.timeoutSeconds, .stop = options_.stop});
+        words,
+        {.limit = system::TimeLimit::ofProcessor(options_.timeoutSeconds), .stop = options_.stop});
     if (!run) return pass(run.error());
     Trial trial;
     trial.wrongToRefuse = "a .t4d can hold this mesh";
@@ -304,11 +300,14 @@ class WriterRun {
       }
     }
     if (report.isWrong() && !options_.keep.empty()) {
-      const fs::path kept = options_.keep / test.id;
-      if (auto written = writeText(kept.string() + ".json", textOf(test).json); !written) {
-        return pass(written.error());
+      const std::string copy = test.id + ".t4d";
+      const auto any = [](const fs::path&) { return true; };
+      auto written = system::checkReplaceable(options_.keep, {&copy, 1}, any);
+      if (written) {
+        written = formats::writeInFolder(options_.keep, test.id + ".json", textOf(test).json);
       }
-      fs::copy_file(file, kept.string() + ".t4d", fs::copy_options::overwrite_existing, ignored);
+      if (!written) return pass(written.error());
+      fs::copy_file(file, options_.keep / copy, fs::copy_options::overwrite_existing, ignored);
     }
     return report;
   }

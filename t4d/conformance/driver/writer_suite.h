@@ -12,12 +12,12 @@
 namespace t4d::conformance {
 
 struct WriterOptions {
-  std::vector<std::string> command;  ///< from system::splitCommand
-  double timeoutSeconds = 60;        ///< per case
-  unsigned parallel = 1;             ///< concurrent processes
-  bool first = false;                ///< stop at the first case that fails
+  std::vector<std::string> command = {};  ///< from system::splitCommand
+  double timeoutSeconds = 60;             ///< of processor time, per case
+  unsigned parallel = 1;                  ///< concurrent processes
+  bool first = false;                     ///< stop at the first case that fails
   /// Folder for KIND/NAME.json and KIND/NAME.t4d of the cases that fail; empty for none.
-  std::filesystem::path keep;
+  std::filesystem::path keep = {};
   const std::atomic<bool>* stop = nullptr;  ///< skips the remaining cases when it becomes true
 };
 

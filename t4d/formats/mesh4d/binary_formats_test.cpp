@@ -1,11 +1,16 @@
+#include <cstring>
+#include <filesystem>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <gmock/gmock.h>
 #include <lz4.h>
 #include <lzma.h>
 #include <zstd.h>
 
 #include "t4d/formats/base64.h"
 #include "t4d/formats/mesh4d/test_mesh4d.h"
+#include "t4d/formats/mesh4d/vtu_writer.h"
 #include "t4d/formats/packed_block.h"
 #include "t4d/formats/zlib_block.h"
 
@@ -93,7 +98,71 @@ TEST(Vtu, CellsOfOtherShapesAreSplit) {
     turnOutward(loaded.bodies[0]);
     EXPECT_NEAR(hypervolumeOf(loaded.bodies), 16, 1e-12);
     EXPECT_EQ(loaded.notices.size(), 1U);
-    EXPECT_EQ(loaded.losses.size(), 2U);  // the triangle, and the heat
+    EXPECT_EQ(loaded.losses.size(), 1U);  // the triangle
+    ASSERT_EQ(loaded.bodies[0].attributes.size(), 1U);
+    const model::Attribute& heat = loaded.bodies[0].attributes[0];
+    EXPECT_EQ(heat.name, "heat");
+    for (std::size_t i = 0; i < heat.rows(); ++i) {
+      double value = 0;
+      std::memcpy(&value, heat.row(i), sizeof value);
+      EXPECT_EQ(value, loaded.bodies[0].vertices[i][3]);
+    }
+  }
+}
+
+/// A 16-cell moved by `offset` along x, with an attribute of each domain.
+model::Mesh sixteenCell(double offset) {
+  const fixtures::Polytope polytope = fixtures::cell16();
+  auto connectivity = std::make_shared<model::Connectivity>();
+  connectivity->cells = fixtures::tetrahedra(polytope);
+  connectivity->vertexCount = static_cast<std::uint32_t>(polytope.vertices.size());
+  std::vector<std::int16_t> numbers;
+  for (std::size_t i = 0; i < connectivity->cells.size(); ++i) {
+    numbers.push_back(static_cast<std::int16_t>(1000 - 7 * i));
+  }
+  connectivity->cellAttributes = {model::makeAttribute("n<&\"", model::Domain::Cell, numbers)};
+  model::Slab slab{-1, 1, polytope.vertices, connectivity, {}};
+  std::vector<double> heights;
+  for (model::Point4& vertex : slab.vertices) {
+    vertex[0] += offset;
+    for (int k = 0; k < 3; ++k) heights.push_back(vertex[0] / 3 + k);
+  }
+  model::Attribute vectors = model::makeAttribute("u", model::Domain::Vertex, heights);
+  vectors.components = 3;
+  slab.attributes = {vectors};
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh.put(slab));
+  return mesh;
+}
+
+TEST(Vtu, KeepsAttributesAndNamesOfOneBodyAndOfSeveral) {
+  for (const std::size_t count : {1U, 2U}) {
+    std::vector<model::Mesh> meshes;
+    for (std::size_t i = 0; i < count; ++i) meshes.push_back(sixteenCell(10.0 * double(i)));
+    std::vector<CountedBody> bodies;
+    for (std::size_t i = 0; i < count; ++i) {
+      bodies.push_back({{fmt::format("K\u00f6rper {}", i), &meshes[i]}, 8, 16});
+    }
+    auto flat = FlatBodies::of(bodies);
+    ASSERT_TRUE(flat);
+    ASSERT_TRUE(flat->findAttributes(keptInVtu));
+    const auto path = std::filesystem::path(testing::TempDir()) / "kept.vtu";
+    const auto written = writeVtu(path, *flat);
+    ASSERT_TRUE(written) << written.error().text();
+    const Mesh4dFormat* format = nullptr;
+    const auto loaded = readMesh4d(path, nullptr, format);
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    EXPECT_TRUE(loaded->losses.empty());
+    ASSERT_EQ(loaded->bodies.size(), count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Mesh4d& body = loaded->bodies[i];
+      const model::Slab& slab = meshes[i].slabs()[0];
+      EXPECT_EQ(body.name, bodies[i].name);
+      EXPECT_EQ(body.cells, slab.connectivity->cells);
+      EXPECT_EQ(body.vertices, slab.vertices);
+      EXPECT_EQ(body.attributes, (std::vector<model::Attribute>{
+                                     slab.attributes[0], slab.connectivity->cellAttributes[0]}));
+    }
   }
 }
 
@@ -168,6 +237,29 @@ std::string packedWith(Compressor compressor, std::string bytes) {
                 bytes.size(), reinterpret_cast<std::uint8_t*>(packed.data()), &size, packed.size()),
             LZMA_OK);
   return packed.substr(0, size);
+}
+
+TEST(Vtu, ArraysThatUnpackToFarMoreThanTheFileAreRefused) {
+  // 800 MB of zeros, which LZMA makes 120 kB of: a thousand to one is the most.
+  const std::string packed = packedWith(Compressor::Lzma, std::string(std::size_t{1} << 22, '\0'));
+  constexpr std::uint64_t kBlocks = 192;
+  std::string head = bytesOf(kBlocks) + bytesOf(std::uint64_t{1} << 22) + bytesOf(std::uint64_t{0});
+  std::string data;
+  for (std::uint64_t i = 0; i < kBlocks; ++i) {
+    head += bytesOf(std::uint64_t{packed.size()});
+    data += packed;
+  }
+  const std::string text =
+      vtuText(
+          "header_type=\"UInt64\" compressor=\"vtkLZMADataCompressor\"",
+          "<Piece NumberOfPoints=\"33554432\" NumberOfCells=\"0\"><PointData>"
+          "<DataArray type=\"Float64\" Name=\"t\" format=\"appended\" offset=\"0\"/></PointData>"
+          "<Points><DataArray type=\"Float64\" Name=\"p\" NumberOfComponents=\"3\" "
+          "format=\"appended\" offset=\"0\"/></Points></Piece>") +
+      "<AppendedData encoding=\"raw\">_" + head + data + "</AppendedData></VTKFile>";
+  EXPECT_THAT(
+      error4dOf("bomb.vtu", text),
+      testing::HasSubstr("bomb.vtu: the array 'p' would make 805306368 bytes of a file of"));
 }
 
 TEST(PackedBlock, GivesItsBytesBackAndRefusesOthers) {

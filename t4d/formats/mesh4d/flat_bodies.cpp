@@ -39,6 +39,16 @@ Result<void> checkCount(const CountedBody& body, std::uint64_t found, std::uint6
       fmt::format("body '{}' has {} {}, where {} are stated", body.name, found, what, stated));
 }
 
+/// The attribute of a slab with this name and domain; null if there is none.
+const model::Attribute* attributeOf(const model::Slab& slab, const model::Attribute& wanted) {
+  for (const auto* some : {&slab.connectivity->cellAttributes, &slab.attributes}) {
+    for (const model::Attribute& attribute : *some) {
+      if (attribute.name == wanted.name && attribute.domain == wanted.domain) return &attribute;
+    }
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 Result<FlatBodies> FlatBodies::of(std::span<const CountedBody> bodies) {
@@ -103,6 +113,52 @@ Result<void> FlatBodies::forCells(
       return good;
     }
     base += bodies_[i].vertices;
+  }
+  return {};
+}
+
+Result<void> FlatBodies::findAttributes(bool (*keeps)(const model::Attribute&)) {
+  bool first = true;
+  for (const CountedBody& body : bodies_) {
+    NumberedSlabs slabs([&](const model::Slab& slab, std::uint64_t) -> Result<void> {
+      if (first) {
+        for (const auto* some : {&slab.connectivity->cellAttributes, &slab.attributes}) {
+          for (const model::Attribute& attribute : *some) {
+            if (!keeps(attribute)) continue;
+            attributes_.push_back(
+                {attribute.name, attribute.domain, attribute.type, attribute.components, {}});
+          }
+        }
+      }
+      first = false;
+      std::erase_if(attributes_, [&](const model::Attribute& attribute) {
+        const model::Attribute* found = attributeOf(slab, attribute);
+        return found == nullptr || found->type != attribute.type ||
+               found->components != attribute.components;
+      });
+      return {};
+    });
+    if (auto pumped = model::pump(*body.source, slabs); !pumped) return pumped;
+  }
+  return {};
+}
+
+Result<void> FlatBodies::forRows(
+    const model::Attribute& attribute,
+    const std::function<Result<void>(std::span<const std::byte>)>& take) const {
+  for (const CountedBody& body : bodies_) {
+    std::uint64_t done = 0;
+    NumberedSlabs slabs([&](const model::Slab& slab, std::uint64_t first) -> Result<void> {
+      const model::Attribute* found = attributeOf(slab, attribute);
+      if (found == nullptr) {
+        return invalid(fmt::format("a slab has no attribute '{}'", attribute.name));
+      }
+      if (attribute.domain == model::Domain::Cell) return take(found->values);
+      const std::uint64_t known = done - first;
+      done += found->rows() - known;
+      return take(std::span(found->values).subspan(known * found->rowBytes()));
+    });
+    if (auto pumped = model::pump(*body.source, slabs); !pumped) return pumped;
   }
   return {};
 }

@@ -37,12 +37,22 @@ class FlatBodies {
       const std::function<Result<void>(std::size_t body, std::span<const model::Cell>)>& take)
       const;
 
+  /// Finds the attributes that `keeps` accepts and that all slabs of all bodies have, of one type
+  /// and number of components; one pass over the slabs.
+  Result<void> findAttributes(bool (*keeps)(const model::Attribute&));
+  /// Those found, without rows, in the order of the first slab.
+  std::span<const model::Attribute> attributes() const { return attributes_; }
+  /// Calls back with the rows of one of them, for all vertices or all tetrahedra in order.
+  Result<void> forRows(const model::Attribute& attribute,
+                       const std::function<Result<void>(std::span<const std::byte>)>& take) const;
+
   static constexpr std::size_t kMostAtOnce = std::size_t{1} << 16;
 
  private:
   std::span<const CountedBody> bodies_;
   std::uint64_t vertexCount_ = 0;
   std::uint64_t cellCount_ = 0;
+  std::vector<model::Attribute> attributes_;
 };
 
 }  // namespace t4d::formats

@@ -225,7 +225,8 @@ class G4mfReader {
       return file_.wrong(fmt::format("mesh {} has no 'surfaces'", number));
     }
     // A mirror turns the tetrahedra.
-    const bool mirrored = placement.basis.determinant() < 0;
+    const double largest = placement.basis.cwiseAbs().maxCoeff();
+    const bool mirrored = (placement.basis / largest).determinant() < 0;
     bool any = false;
     for (const json& surface : *surfaces) {
       if (!surface.is_object()) return file_.wrong("a surface is not an object");

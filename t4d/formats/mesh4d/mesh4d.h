@@ -10,9 +10,10 @@ namespace t4d::formats {
 
 /// One body of a 4D mesh in a format without slabs: all vertices and all tetrahedra.
 struct Mesh4d {
-  std::string name;                     ///< of the body; empty if the file does not name it
-  std::vector<model::Point4> vertices;  ///< (x, y, z, t)
-  std::vector<model::Cell> cells;
+  std::string name = {};                     ///< of the body; empty if the file does not name it
+  std::vector<model::Point4> vertices = {};  ///< (x, y, z, t)
+  std::vector<model::Cell> cells = {};
+  std::vector<model::Attribute> attributes = {};
 };
 
 /// A 4D mesh as read from a file, neither checked nor mended (edit::mendMesh4d does both).

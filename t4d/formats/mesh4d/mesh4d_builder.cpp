@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/attribute_rows.h"
 #include "t4d/model/facets.h"
 #include "t4d/model/limits.h"
 
@@ -86,7 +87,7 @@ Result<void> Mesh4dBuilder::addCell(const std::array<std::uint64_t, 4>& corners,
     }
   }
   if (hasEqualCorners(cell)) {
-    ++droppedCells_;
+    droppedCells_.push_back(cells_.size() + droppedCells_.size());
     return {};
   }
   if (cells_.empty() && parts_.empty()) firstPart_ = part;
@@ -114,7 +115,7 @@ Result<void> Mesh4dBuilder::addVertices(std::vector<Point4> vertices) {
 
 Result<void> Mesh4dBuilder::addCells(std::vector<Cell> cells, std::size_t first,
                                      std::span<const std::int64_t> parts) {
-  const bool plain = cells_.empty() && droppedCells_ == 0 && first == 0 && parts.empty() &&
+  const bool plain = cells_.empty() && droppedCells_.empty() && first == 0 && parts.empty() &&
                      std::ranges::none_of(cells, hasEqualCorners);
   if (!plain) cells_.reserve(cells_.size() + cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -134,7 +135,7 @@ Result<void> Mesh4dBuilder::addCells(std::vector<Cell> cells, std::size_t first,
 }
 
 Result<void> Mesh4dBuilder::checkCorners() const {
-  if (cells_.empty() && droppedCells_ == 0) return {};
+  if (cells_.empty() && droppedCells_.empty()) return {};
   if (largestCorner_ < vertices_.size()) return {};
   return invalid(
       fmt::format("a tetrahedron refers to vertex {}, but there are {} vertices, "
@@ -157,17 +158,24 @@ std::vector<Mesh4d> Mesh4dBuilder::split(const std::vector<std::int64_t>& parts,
       if (!isOfPart(i)) continue;
       for (const std::uint32_t corner : cells_[i]) number[corner] = 0;
     }
-    for (std::size_t i = 0; i < number.size(); ++i) {
+    std::vector<std::uint32_t> rows;
+    body.attributes = attributes_;
+    for (std::uint32_t i = 0; i < number.size(); ++i) {
       if (number[i] == kUnused) continue;
       number[i] = static_cast<std::uint32_t>(body.vertices.size());
       body.vertices.push_back(vertices_[i]);
+      rows.push_back(i);
     }
-    for (std::size_t i = 0; i < cells_.size(); ++i) {
+    selectRows(body.attributes, model::Domain::Vertex, rows);
+    rows.clear();
+    for (std::uint32_t i = 0; i < cells_.size(); ++i) {
       if (!isOfPart(i)) continue;
       Cell cell = cells_[i];
       for (std::uint32_t& corner : cell) corner = number[corner];
       body.cells.push_back(cell);
+      rows.push_back(i);
     }
+    selectRows(body.attributes, model::Domain::Cell, rows);
     bodies.push_back(std::move(body));
   }
   return bodies;
@@ -177,9 +185,19 @@ Result<LoadedMesh4d> Mesh4dBuilder::finish(const std::map<std::int64_t, std::str
   if (auto good = checkCorners(); !good) return pass(good.error());
   if (cells_.empty()) return invalid("holds no tetrahedra", file_);
   LoadedMesh4d loaded;
-  if (droppedCells_ > 0) {
-    loaded.notices.push_back(
-        fmt::format("{}: dropped {} tetrahedra with two equal corners", file_, droppedCells_));
+  if (!droppedCells_.empty()) {
+    loaded.notices.push_back(fmt::format("{}: dropped {} tetrahedra with two equal corners", file_,
+                                         droppedCells_.size()));
+    std::vector<std::uint32_t> kept;
+    auto dropped = droppedCells_.begin();
+    for (std::uint32_t i = 0; i < cells_.size() + droppedCells_.size(); ++i) {
+      if (dropped != droppedCells_.end() && *dropped == i) {
+        ++dropped;
+      } else {
+        kept.push_back(i);
+      }
+    }
+    selectRows(attributes_, model::Domain::Cell, kept);
   }
   std::map<std::int64_t, Boundary> boundaries;
   for (std::size_t i = 0; i < parts_.size(); ++i) boundaries[parts_[i]].add(cells_[i]);
@@ -205,7 +223,7 @@ Result<LoadedMesh4d> Mesh4dBuilder::finish(const std::map<std::int64_t, std::str
         fmt::format("{}: dropped {} vertices without tetrahedra", file_, unused));
   }
   if (parts.size() == 1 && unused == 0) {
-    Mesh4d body{{}, std::move(vertices_), std::move(cells_)};
+    Mesh4d body{{}, std::move(vertices_), std::move(cells_), std::move(attributes_)};
     if (const auto name = names.find(parts.front()); name != names.end() && !together) {
       body.name = name->second;
     }

@@ -40,6 +40,11 @@ class Mesh4dBuilder {
   Result<void> addCells(std::vector<model::Cell> cells, std::size_t first,
                         std::span<const std::int64_t> parts);
 
+  /// Attributes with a row for each vertex and each cell added, dropped ones included.
+  void setAttributes(std::vector<model::Attribute> attributes) {
+    attributes_ = std::move(attributes);
+  }
+
   std::size_t vertexCount() const { return vertices_.size(); }
   std::span<model::Point4> vertices() { return vertices_; }
 
@@ -62,7 +67,8 @@ class Mesh4dBuilder {
   std::vector<model::Cell> cells_;
   std::vector<std::int64_t> parts_;  // of each cell; empty while all are of part firstPart_
   std::int64_t firstPart_ = 0;
-  std::uint64_t droppedCells_ = 0;
+  std::vector<model::Attribute> attributes_;
+  std::vector<std::uint64_t> droppedCells_;  // their numbers among all that were added
   std::uint32_t largestCorner_ = 0;
   Place placeOfLargest_ = 0;
 };

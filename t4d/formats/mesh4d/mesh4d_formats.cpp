@@ -70,7 +70,7 @@ const std::vector<Mesh4dFormat>& table() {
        {".vtu"},
        "XML with `VTKFile`",
        isVtu,
-       {},
+       {.attributes = keptInVtu},
        readVtu,
        writeVtu},
       {"4do",

@@ -18,7 +18,8 @@ struct Mesh4dKeeps {
   bool doubles = true;     ///< coordinates bit for bit
   bool bodies = true;      ///< which tetrahedra are of which body
   bool names = true;       ///< of the bodies
-  bool attributes = false;
+  /// Attributes that it can hold; null: none.
+  bool (*attributes)(const model::Attribute& attribute) = nullptr;
   bool metadata = false;  ///< units, the upward axis, how the mesh was made
 };
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
 #include "t4d/formats/text_scanner.h"
+#include "t4d/model/exact_sum.h"
 
 namespace t4d::formats {
 namespace {
@@ -185,19 +185,17 @@ class MfemReader {
                         corner, vertices.size()),
             file_.atLine(line));
       }
-      Eigen::Matrix4d edges;
-      for (int i = 0; i < 4; ++i) {
-        edges.row(i) = vertices[corners[i + 1]] - vertices[corners[0]];
-      }
-      const double size = edges.determinant();
-      if (size == 0) return invalid("a pentatope is flat", file_.atLine(line));
+      std::array<model::Point4, 5> points;
+      for (std::size_t i = 0; i < 5; ++i) points[i] = vertices[corners[i]];
+      const int sign = model::orientationSign(points);
+      if (sign == 0) return invalid("a pentatope is flat", file_.atLine(line));
       for (std::size_t out = 0; out < 5; ++out) {
         Side side{{}, {}, line};
         for (std::size_t i = 0, k = 0; i < 5; ++i) {
           if (i != out) side.corners[k++] = corners[i];
         }
         // Side 0 of a positive pentatope faces outward; the others take turns.
-        if ((size > 0) != (out % 2 == 0)) std::swap(side.corners[2], side.corners[3]);
+        if ((sign > 0) != (out % 2 == 0)) std::swap(side.corners[2], side.corners[3]);
         side.sorted = side.corners;
         std::ranges::sort(side.sorted);
         sides.push_back(side);

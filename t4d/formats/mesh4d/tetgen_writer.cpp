@@ -1,15 +1,21 @@
 #include "t4d/formats/mesh4d/tetgen_writer.h"
 
 #include "t4d/formats/mesh4d/text_output.h"
+#include "t4d/system/replaceable.h"
 
 namespace t4d::formats {
 
 Result<void> writeTetGen(const std::filesystem::path& path, const FlatBodies& mesh) {
   std::filesystem::path nodePath = path;
   std::filesystem::path elementPath = path;
-  auto nodes = TextOutput::create(nodePath.replace_extension(".node"));
+  nodePath.replace_extension(".node");
+  elementPath.replace_extension(".ele");
+  // One of the two has the name that was given; the other is its companion.
+  const std::string companion = (path == nodePath ? elementPath : nodePath).filename().string();
+  if (auto good = system::checkReplaceable(path.parent_path(), {&companion, 1}); !good) return good;
+  auto nodes = TextOutput::create(nodePath);
   if (!nodes) return pass(nodes.error());
-  auto elements = TextOutput::create(elementPath.replace_extension(".ele"));
+  auto elements = TextOutput::create(elementPath);
   if (!elements) return pass(elements.error());
   nodes->add("# written by t4d: the attribute is time\n{} 3 1 0\n", mesh.vertexCount());
   std::uint64_t number = 0;

@@ -95,6 +95,19 @@ TEST(Mfem, BoundaryIsMadeOfPentatopesIfThereIsNone) {
   EXPECT_EQ(loaded.losses.size(), 1U);
 }
 
+TEST(Mfem, PentatopesAreNotFlatForBeingSmall) {
+  const std::string elements =
+      "MFEM mesh v1.0\ndimension\n4\nelements\n2\n1 8 0 1 2 3 4\n1 8 0 1 2 3 5\nboundary\n0\n";
+  const auto vertices = [](const std::string& one) {
+    return "vertices\n6\n4\n0 0 0 0\n" + one + " 0 0 0\n0 " + one + " 0 0\n0 0 " + one +
+           " 0\n0 0 0 " + one + "\n0 0 0 -" + one + "\n";
+  };
+  const LoadedMesh4d small = read4dBytes("a.mesh", elements + vertices("1e-90"));
+  const LoadedMesh4d unit = read4dBytes("a.mesh", elements + vertices("1"));
+  ASSERT_EQ(small.bodies.size(), 1U);
+  EXPECT_EQ(small.bodies[0].cells, unit.bodies[0].cells);
+}
+
 TEST(Mfem, BoundaryIsReadWhereThereIsOne) {
   const LoadedMesh4d loaded =
       read4dBytes("a.mesh",

@@ -27,6 +27,14 @@ using Attributes = std::map<std::string, std::string>;
 /// A piece of an array that is not compressed: a multiple of the size of every type.
 constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
 
+/// Compressed arrays of a mesh are smaller by a factor of 5 to 200: numbers that count up, and
+/// types that are all the same, are the most. Those that ask for more than this ask for memory
+/// alone.
+constexpr std::uint64_t kMostUnpackedRatio = 1000;
+constexpr std::uint64_t kAlwaysUnpacked = std::uint64_t{1} << 28;
+/// Names.
+constexpr std::uint64_t kMostStringBytes = std::uint64_t{1} << 25;
+
 const std::map<std::string_view, Compressor> kCompressors = {
     {"", Compressor::None},
     {"vtkZLibDataCompressor", Compressor::Zlib},
@@ -188,6 +196,10 @@ class VtuParser {
 
   void startFile(Attributes& attributes) {
     isGrid_ = attributes["type"] == "UnstructuredGrid";
+    if (!isGrid_) {
+      return stop(
+          invalid("is not a VTKFile of type UnstructuredGrid", file_.path.string()).value());
+    }
     const std::string& order = attributes["byte_order"];
     if (!order.empty() && order != "LittleEndian" && order != "BigEndian") {
       return stop(invalid(fmt::format("found byte_order {}, expected 'LittleEndian' or 'BigEndian'",
@@ -316,20 +328,48 @@ tl::unexpected<Error> VtuFile::wrong(const VtuArray& array, const std::string& m
                  file_->path.string());
 }
 
+Result<std::string_view> VtuFile::storedOf(const VtuArray& array) const {
+  if (array.format == "binary") return array.text;
+  if (array.format != "appended") {
+    return wrong(array, fmt::format("has the format {}", inQuotes(array.format)));
+  }
+  if (array.offset > appended_.size()) {
+    return wrong(array, fmt::format("begins at byte {} of {} appended bytes", array.offset,
+                                    appended_.size()));
+  }
+  return appended_.substr(array.offset);
+}
+
+Result<std::uint64_t> VtuFile::sizeSaidBy(const VtuArray& array) const {
+  const auto stored = storedOf(array);
+  if (!stored) return pass(stored.error());
+  const std::size_t word = wideHeader_ ? 8 : 4;
+  const std::size_t words = compressor_ == Compressor::None ? 1 : 3;
+  std::string head(stored->substr(0, words * word));
+  if (array.format == "binary" || !rawAppended_) {
+    auto bytes = fromBase64(*stored, words * word);
+    if (!bytes) return wrong(array, "is not Base64");
+    head = std::move(*bytes);
+  }
+  head.resize(words * word);
+  const auto wordAt = [&](std::size_t index) -> std::uint64_t {
+    const char* at = head.data() + index * word;
+    return wideHeader_ ? loadNumber<std::uint64_t>(at, order_)
+                       : loadNumber<std::uint32_t>(at, order_);
+  };
+  if (words == 1 || wordAt(0) == 0) return wordAt(0);
+  const std::uint64_t last = wordAt(2) > 0 ? wordAt(2) : wordAt(1);
+  return (wordAt(0) - 1) * wordAt(1) + last;
+}
+
 /// The blocks of an array that is not ASCII, which must unpack to `size` bytes. They follow a
 /// header: the number of bytes; or if compressed the number of blocks, the size of a block, that of
 /// the last block unless it is as large, and the compressed size of each.
-Result<VtuFile::Blocks> VtuFile::blocksOf(const VtuArray& array, std::uint64_t size) const {
-  const bool isAppended = array.format == "appended";
-  const bool isRaw = isAppended && rawAppended_;
-  std::string_view stored = array.text;
-  if (isAppended) {
-    if (array.offset > appended_.size()) {
-      return wrong(array, fmt::format("begins at byte {} of {} appended bytes", array.offset,
-                                      appended_.size()));
-    }
-    stored = appended_.substr(array.offset);
-  }
+Result<VtuFile::Blocks> VtuFile::blocksOf(const VtuArray& array, std::uint64_t size) {
+  const auto all = storedOf(array);
+  if (!all) return pass(all.error());
+  const std::string_view stored = *all;
+  const bool isRaw = array.format == "appended" && rawAppended_;
   Blocks result;
   // The first bytes, unpacked from Base64 where they are so; fewer if there are no more.
   const auto first = [&](std::uint64_t count) -> Result<std::string_view> {
@@ -380,20 +420,26 @@ Result<VtuFile::Blocks> VtuFile::blocksOf(const VtuArray& array, std::uint64_t s
   if (!head) return pass(head.error());
   if (head->size() < (3 + blocks) * word) return wrong(array, tooShort);
   std::vector<std::uint64_t> sizes;
-  std::uint64_t all = 0;
+  std::uint64_t packedSize = 0;
   for (std::uint64_t i = 0; i < blocks; ++i) {
     const std::uint64_t packed = wordAt(*head, 3 + i);
     if (packed > stored.size()) return wrong(array, tooShort);
     sizes.push_back(packed);
-    all += packed;
+    packedSize += packed;
   }
-  if (all > stored.size()) return wrong(array, tooShort);
-  if (size / mostRatio(compressor_) > all) {
-    return wrong(array, fmt::format("cannot unpack {} bytes to {}", all, size));
+  if (packedSize > stored.size()) return wrong(array, tooShort);
+  if (size / mostRatio(compressor_) > packedSize) {
+    return wrong(array, fmt::format("cannot unpack {} bytes to {}", packedSize, size));
   }
-  const auto bytes = first((3 + blocks) * word + all);
+  unpacked_ += size;
+  const std::uint64_t most = std::max(kAlwaysUnpacked, kMostUnpackedRatio * file_->bytes.size());
+  if (unpacked_ > most) {
+    return wrong(array, fmt::format("would make {} bytes of a file of {}, expected at most {}",
+                                    unpacked_, file_->bytes.size(), most));
+  }
+  const auto bytes = first((3 + blocks) * word + packedSize);
   if (!bytes) return pass(bytes.error());
-  if (bytes->size() < (3 + blocks) * word + all) return wrong(array, tooShort);
+  if (bytes->size() < (3 + blocks) * word + packedSize) return wrong(array, tooShort);
   result.compressor = compressor_;
   std::uint64_t at = (3 + blocks) * word;
   for (std::uint64_t i = 0; i < blocks; ++i) {
@@ -432,7 +478,7 @@ Result<void> VtuFile::unpack(const VtuArray& array, const Blocks& blocks,
 
 template <class Text, class Allocate, class MakePut>
 Result<void> VtuFile::forValues(const VtuArray& array, std::uint64_t count, Allocate allocate,
-                                MakePut makePut) const {
+                                MakePut makePut) {
   if (array.format == "ascii") {
     // Each value takes a digit and a blank.
     if (count > array.text.size() / 2 + 1) {
@@ -456,9 +502,6 @@ Result<void> VtuFile::forValues(const VtuArray& array, std::uint64_t count, Allo
   }
   const std::size_t width = sizeOf(array.type);
   if (width == 0) return wrong(array, fmt::format("has the type {}", inQuotes(array.type)));
-  if (array.format != "binary" && array.format != "appended") {
-    return wrong(array, fmt::format("has the format {}", inQuotes(array.format)));
-  }
   auto blocks = blocksOf(array, count * width);
   if (!blocks) return pass(blocks.error());
   std::string whole;
@@ -480,7 +523,7 @@ Result<void> VtuFile::forValues(const VtuArray& array, std::uint64_t count, Allo
 }
 
 Result<void> VtuFile::coordinates(const VtuArray& array, int axis, std::vector<model::Point4>& into,
-                                  std::uint64_t count) const {
+                                  std::uint64_t count) {
   const std::uint64_t columns = array.components;
   return forValues<double>(
       array, columns * count, [&] { into.resize(count); },
@@ -495,8 +538,7 @@ Result<void> VtuFile::coordinates(const VtuArray& array, int axis, std::vector<m
       });
 }
 
-Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array,
-                                                    std::uint64_t count) const {
+Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array, std::uint64_t count) {
   if (array.type.starts_with("Float") && array.format != "ascii") {
     return wrong(array, "has numbers that are not whole");
   }
@@ -514,7 +556,7 @@ Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array,
 
 template <class Index, class Allocate>
 Result<void> VtuFile::indicesBelow(const VtuArray& array, std::uint64_t count, std::uint64_t limit,
-                                   Allocate allocate) const {
+                                   Allocate allocate) {
   if (array.type.starts_with("Float") && array.format != "ascii") {
     return wrong(array, "has numbers that are not whole");
   }
@@ -540,7 +582,7 @@ Result<void> VtuFile::indicesBelow(const VtuArray& array, std::uint64_t count, s
 }
 
 Result<std::vector<std::uint32_t>> VtuFile::indices(const VtuArray& array, std::uint64_t count,
-                                                    std::uint32_t limit) const {
+                                                    std::uint32_t limit) {
   std::vector<std::uint32_t> values;
   auto done = indicesBelow<std::uint32_t>(array, count, limit, [&] {
     values.resize(count);
@@ -550,7 +592,7 @@ Result<std::vector<std::uint32_t>> VtuFile::indices(const VtuArray& array, std::
   return values;
 }
 
-Result<std::vector<std::uint8_t>> VtuFile::types(const VtuArray& array, std::uint64_t count) const {
+Result<std::vector<std::uint8_t>> VtuFile::types(const VtuArray& array, std::uint64_t count) {
   std::vector<std::uint8_t> values;
   auto done = indicesBelow<std::uint8_t>(array, count, 256, [&] {
     values.resize(count);
@@ -561,7 +603,7 @@ Result<std::vector<std::uint8_t>> VtuFile::types(const VtuArray& array, std::uin
 }
 
 Result<std::vector<model::Cell>> VtuFile::tetrahedra(const VtuArray& array, std::uint64_t count,
-                                                     std::uint32_t limit) const {
+                                                     std::uint32_t limit) {
   std::vector<model::Cell> cells;
   auto done = indicesBelow<std::uint32_t>(array, 4 * count, limit, [&] {
     cells.resize(count);
@@ -569,6 +611,91 @@ Result<std::vector<model::Cell>> VtuFile::tetrahedra(const VtuArray& array, std:
   });
   if (!done) return pass(done.error());
   return cells;
+}
+
+std::optional<model::ScalarType> VtuFile::scalarTypeOf(const VtuArray& array) {
+  using model::ScalarType;
+  static const std::map<std::string_view, ScalarType> types = {
+      {"UInt8", ScalarType::UInt8},     {"Int8", ScalarType::Int8},
+      {"UInt16", ScalarType::UInt16},   {"Int16", ScalarType::Int16},
+      {"UInt32", ScalarType::UInt32},   {"Int32", ScalarType::Int32},
+      {"UInt64", ScalarType::UInt64},   {"Int64", ScalarType::Int64},
+      {"Float32", ScalarType::Float32}, {"Float64", ScalarType::Float64}};
+  const auto found = types.find(array.type);
+  return found == types.end() ? std::nullopt : std::optional(found->second);
+}
+
+Result<model::Attribute> VtuFile::attribute(const VtuArray& array, model::Domain domain,
+                                            std::uint64_t count) {
+  const auto type = scalarTypeOf(array);
+  if (!type) return wrong(array, fmt::format("has the type {}", inQuotes(array.type)));
+  model::Attribute made{
+      array.name, domain, *type, static_cast<std::uint32_t>(array.components), {}};
+  const auto read = [&]<class Stored, class Text>(Stored, Text) {
+    return forValues<Text>(
+        array, count * array.components, [&] { made.values.resize(count * made.rowBytes()); },
+        [&](std::uint64_t first) {
+          return [at = made.values.data() + first * sizeof(Stored)](auto number) mutable {
+            const auto stored = static_cast<Stored>(number);
+            std::memcpy(at, &stored, sizeof stored);
+            at += sizeof stored;
+          };
+        });
+  };
+  const auto readAs = [&]() -> Result<void> {
+    switch (*type) {
+      case model::ScalarType::UInt8:
+        return read(std::uint8_t{}, std::int64_t{});
+      case model::ScalarType::Int8:
+        return read(std::int8_t{}, std::int64_t{});
+      case model::ScalarType::UInt16:
+        return read(std::uint16_t{}, std::int64_t{});
+      case model::ScalarType::Int16:
+        return read(std::int16_t{}, std::int64_t{});
+      case model::ScalarType::UInt32:
+        return read(std::uint32_t{}, std::int64_t{});
+      case model::ScalarType::Int32:
+        return read(std::int32_t{}, std::int64_t{});
+      case model::ScalarType::UInt64:
+        return read(std::uint64_t{}, std::int64_t{});
+      case model::ScalarType::Int64:
+        return read(std::int64_t{}, std::int64_t{});
+      case model::ScalarType::Float32:
+        return read(float{}, double{});
+      case model::ScalarType::Float64:
+        return read(double{}, double{});
+    }
+    return {};
+  };
+  if (auto done = readAs(); !done) return pass(done.error());
+  return made;
+}
+
+Result<std::string> VtuFile::strings(const VtuArray& array) {
+  std::string bytes;
+  if (array.format == "ascii") {
+    const auto count = static_cast<std::uint64_t>(
+        std::ranges::count_if(array.text, [previous = ' '](char c) mutable {
+          const bool begins = c > ' ' && previous <= ' ';
+          previous = c;
+          return begins;
+        }));
+    const auto codes = integers(array, count);
+    if (!codes) return pass(codes.error());
+    for (const std::int64_t code : *codes) bytes += static_cast<char>(code);
+    return bytes;
+  }
+  const auto size = sizeSaidBy(array);
+  if (!size) return pass(size.error());
+  if (*size > kMostStringBytes) return wrong(array, fmt::format("has {} bytes of text", *size));
+  const auto blocks = blocksOf(array, *size);
+  if (!blocks) return pass(blocks.error());
+  bytes.resize(*size);
+  auto done = unpack(array, *blocks, [&](std::uint64_t begin, std::string_view some) {
+    std::ranges::copy(some, bytes.begin() + static_cast<std::ptrdiff_t>(begin));
+  });
+  if (!done) return pass(done.error());
+  return bytes;
 }
 
 }  // namespace t4d::formats

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,20 +47,28 @@ class VtuFile {
   std::string dialect() const;
 
   // The values of an array, whatever their type. Memory is taken once the array is known to hold as
-  // many; it fails if there are more or fewer.
+  // many; it fails if there are more or fewer, or if compressed arrays ask for far more memory than
+  // the size of the file suggests.
 
   /// Sets those of `count` vertices, as many axes as the array has components, the first `axis`.
   Result<void> coordinates(const VtuArray& array, int axis, std::vector<model::Point4>& into,
-                           std::uint64_t count) const;
-  Result<std::vector<std::int64_t>> integers(const VtuArray& array, std::uint64_t count) const;
+                           std::uint64_t count);
+  Result<std::vector<std::int64_t>> integers(const VtuArray& array, std::uint64_t count);
   /// Integers from 0 to `limit` - 1; fails if one is not.
   Result<std::vector<std::uint32_t>> indices(const VtuArray& array, std::uint64_t count,
-                                             std::uint32_t limit) const;
+                                             std::uint32_t limit);
   /// The same, four for each cell.
   Result<std::vector<model::Cell>> tetrahedra(const VtuArray& array, std::uint64_t count,
-                                              std::uint32_t limit) const;
+                                              std::uint32_t limit);
   /// Integers from 0 to 255.
-  Result<std::vector<std::uint8_t>> types(const VtuArray& array, std::uint64_t count) const;
+  Result<std::vector<std::uint8_t>> types(const VtuArray& array, std::uint64_t count);
+  /// `count` rows, as they are.
+  Result<model::Attribute> attribute(const VtuArray& array, model::Domain domain,
+                                     std::uint64_t count);
+  /// The bytes of strings, each with a 0 after it.
+  Result<std::string> strings(const VtuArray& array);
+  /// The type of an array; nothing if its values cannot be read.
+  static std::optional<model::ScalarType> scalarTypeOf(const VtuArray& array);
 
   tl::unexpected<Error> wrong(const VtuArray& array, const std::string& message) const;
 
@@ -83,18 +92,22 @@ class VtuFile {
   /// Takes the bytes that begin at `begin`.
   using TakeBytes = std::function<void(std::uint64_t begin, std::string_view bytes)>;
 
-  Result<Blocks> blocksOf(const VtuArray& array, std::uint64_t size) const;
+  /// The bytes of an array that is not ASCII: base64 text, or all that follows in appended data.
+  Result<std::string_view> storedOf(const VtuArray& array) const;
+  /// How many bytes the array says that it has.
+  Result<std::uint64_t> sizeSaidBy(const VtuArray& array) const;
+  Result<Blocks> blocksOf(const VtuArray& array, std::uint64_t size);
   /// Unpacks the blocks of an array on several threads.
   Result<void> unpack(const VtuArray& array, const Blocks& blocks, const TakeBytes& take) const;
   /// Calls `makePut(first)(number)` with each value from number `first` on, on several threads;
   /// text is read as `Text`.
   template <class Text, class Allocate, class MakePut>
   Result<void> forValues(const VtuArray& array, std::uint64_t count, Allocate allocate,
-                         MakePut makePut) const;
+                         MakePut makePut);
   /// `allocate` returns where the indices go.
   template <class Index, class Allocate>
   Result<void> indicesBelow(const VtuArray& array, std::uint64_t count, std::uint64_t limit,
-                            Allocate allocate) const;
+                            Allocate allocate);
 
   const InputFile* file_ = nullptr;
   std::vector<VtuPiece> pieces_;
@@ -104,6 +117,7 @@ class VtuFile {
   bool wideHeader_ = false;  // sizes of 64 bits
   bool rawAppended_ = true;
   std::string_view appended_;
+  std::uint64_t unpacked_ = 0;  // bytes of compressed arrays so far
 };
 
 }  // namespace t4d::formats

@@ -12,6 +12,9 @@
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
 #include "t4d/formats/mesh4d/polyhedron.h"
 #include "t4d/formats/mesh4d/vtu_file.h"
+#include "t4d/formats/mesh4d/vtu_writer.h"
+#include "t4d/formats/t4d/names.h"
+#include "t4d/model/attribute_rows.h"
 
 namespace t4d::formats {
 namespace {
@@ -56,7 +59,7 @@ const VtuArray* named(const std::vector<VtuArray>& arrays, std::string_view name
 
 class VtuReader {
  public:
-  VtuReader(const InputFile& file, const VtuFile& vtu)
+  VtuReader(const InputFile& file, VtuFile& vtu)
       : file_(file), vtu_(vtu), mesh_(file.path.string(), [&file](auto index) {
           return fmt::format("{}: element {}", file.path.string(), index);
         }) {}
@@ -69,6 +72,18 @@ class VtuReader {
     }
     auto names = readNames();
     if (!names) return pass(names.error());
+    std::vector<model::Attribute> attributes;
+    for (const auto& [some, rows] :
+         {std::pair{&ofVertices_, mesh_.vertexCount()}, std::pair{&ofCells_, cellCount_}}) {
+      for (auto& [name, attribute] : *some) {
+        if (attribute.rows() == rows) {
+          attributes.push_back(std::move(attribute));
+        } else {
+          skippedData_.insert(name);  // a piece does not have it
+        }
+      }
+    }
+    mesh_.setAttributes(std::move(attributes));
     auto loaded = std::move(mesh_).finish(*names);
     if (!loaded) return loaded;
     loaded->dialect = vtu_.dialect();
@@ -98,9 +113,6 @@ class VtuReader {
       return invalid("has no point data 't', which would be the fourth coordinate",
                      file_.path.string());
     }
-    for (const VtuArray& other : piece.pointData) {
-      if (&other != times) skippedData_.insert(other.name);
-    }
     const VtuArray& coordinates = piece.coordinates.front();
     if (coordinates.components != 3) {
       return vtu_.wrong(coordinates,
@@ -112,7 +124,12 @@ class VtuReader {
     std::vector<model::Point4> vertices;
     if (auto read = vtu_.coordinates(coordinates, 0, vertices, piece.points); !read) return read;
     if (auto read = vtu_.coordinates(*times, 3, vertices, piece.points); !read) return read;
-    return mesh_.addVertices(std::move(vertices));
+    const std::size_t before = mesh_.vertexCount();
+    if (auto added = mesh_.addVertices(std::move(vertices)); !added) return added;
+    for (const VtuArray& other : piece.pointData) {
+      if (&other != times) readAttribute(other, model::Domain::Vertex, piece.points, before, {});
+    }
+    return {};
   }
 
   Result<void> readCells(const VtuPiece& piece, std::size_t first) {
@@ -131,34 +148,49 @@ class VtuReader {
     if (!types) return pass(types.error());
     if (!std::ranges::is_sorted(*offsets)) return vtu_.wrong(*ends, "goes down");
     std::vector<std::int64_t> bodies;
+    const auto isBody = [](const VtuArray& data) {
+      return data.name == "body" && data.components == 1 && !data.type.starts_with("Float");
+    };
     for (const VtuArray& data : piece.cellData) {
-      if (data.name != "body" || data.components != 1 || data.type.starts_with("Float")) {
-        skippedData_.insert(data.name);
-        continue;
-      }
+      if (!isBody(data)) continue;
       auto numbers = vtu_.integers(data, piece.cells);
       if (!numbers) return pass(numbers.error());
       bodies = std::move(*numbers);
     }
+    const std::size_t before = cellCount_;
+    const auto readAttributes = [&](std::span<const std::uint32_t> rows) {
+      for (const VtuArray& data : piece.cellData) {
+        if (!isBody(data)) readAttribute(data, model::Domain::Cell, piece.cells, before, rows);
+      }
+    };
     const auto points = static_cast<std::uint32_t>(piece.points);
     if (areTetrahedra(*types, *offsets)) {
       offsets->clear();
       offsets->shrink_to_fit();
       auto cells = vtu_.tetrahedra(*corners, piece.cells, points);
       if (!cells) return pass(cells.error());
-      return mesh_.addCells(std::move(*cells), first, bodies);
+      if (named(vtu_.fieldData(), kOutwardContours) != nullptr) {
+        for (model::Cell& cell : *cells) turnOver(cell);
+      }
+      cellCount_ += cells->size();
+      if (auto added = mesh_.addCells(std::move(*cells), first, bodies); !added) return added;
+      readAttributes({});
+      return {};
     }
     const auto all = vtu_.indices(*corners, offsets->back(), points);
     if (!all) return pass(all.error());
     mesh_.reserve(0, piece.cells);
     std::size_t begin = 0;
+    std::vector<std::uint32_t> cellOf;  // of each tetrahedron added
     for (std::size_t i = 0; i < piece.cells; ++i) {
       const std::size_t end = (*offsets)[i];
       const std::span<const std::uint32_t> cell(all->data() + begin, end - begin);
       begin = end;
       auto added = addCell((*types)[i], cell, first, bodies.empty() ? 0 : bodies[i], i);
       if (!added) return added;
+      cellOf.resize(cellCount_ - before, static_cast<std::uint32_t>(i));
     }
+    readAttributes(cellOf);
     return {};
   }
 
@@ -172,6 +204,7 @@ class VtuReader {
     };
     if (type == kTetrahedronType) {
       if (corners.size() != 4) return wrongCount(4);
+      ++cellCount_;
       return mesh_.addCell({at(0), at(1), at(2), at(3)}, body, index);
     }
     if (isLowerDimension(type)) {
@@ -195,31 +228,52 @@ class VtuReader {
     const std::vector<std::span<const std::uint32_t>> solid(faces.begin(), faces.end());
     Result<void> added;
     pullPolyhedron(solid, [&](const model::Cell& cell) {
+      ++cellCount_;
       if (added) added = mesh_.addCell({cell[0], cell[1], cell[2], cell[3]}, body, index);
     });
     return added;
+  }
+
+  /// Reads an attribute of a piece, of which `before` rows are known from those before it. `rows`
+  /// are those that the mesh has, if they are not all.
+  void readAttribute(const VtuArray& data, model::Domain domain, std::uint64_t count,
+                     std::size_t before, std::span<const std::uint32_t> rows) {
+    auto& known = domain == model::Domain::Vertex ? ofVertices_ : ofCells_;
+    constexpr std::uint64_t kMostComponents = 64;
+    const bool good = checkName(data.name) && VtuFile::scalarTypeOf(data) && data.components > 0 &&
+                      data.components <= kMostComponents && skippedData_.count(data.name) == 0;
+    auto read = good ? vtu_.attribute(data, domain, count) : Result<model::Attribute>();
+    if (read && !rows.empty()) *read = rowsOf(*read, rows);
+    if (good && read && before == 0 && known.count(data.name) == 0) {
+      known.emplace(data.name, std::move(*read));
+      return;
+    }
+    const auto found = known.find(data.name);
+    if (good && read && found != known.end() && found->second.rows() == before &&
+        found->second.type == read->type && found->second.components == read->components) {
+      found->second.values.insert(found->second.values.end(), read->values.begin(),
+                                  read->values.end());
+      return;
+    }
+    known.erase(data.name);
+    skippedData_.insert(data.name);
   }
 
   /// The names of bodies 0, 1, ...: bytes, each name with a 0 after it.
   Result<std::map<std::int64_t, std::string>> readNames() {
     std::map<std::int64_t, std::string> names;
     for (const VtuArray& data : vtu_.fieldData()) {
-      if (data.name != "body_names" || data.format != "ascii") {
+      if (data.name == kOutwardContours) continue;
+      if (data.name != "body_names") {
         skippedData_.insert(data.name);
         continue;
       }
-      const auto count = static_cast<std::uint64_t>(
-          std::ranges::count_if(data.text, [previous = ' '](char c) mutable {
-            const bool begins = c > ' ' && previous <= ' ';
-            previous = c;
-            return begins;
-          }));
-      const auto codes = vtu_.integers(data, count);
-      if (!codes) return pass(codes.error());
+      const auto text = vtu_.strings(data);
+      if (!text) return pass(text.error());
       std::string name;
-      for (const std::int64_t code : *codes) {
-        if (code != 0) {
-          name += static_cast<char>(code);
+      for (const char c : *text) {
+        if (c != 0) {
+          name += c;
           continue;
         }
         names.emplace(static_cast<std::int64_t>(names.size()), name);
@@ -230,8 +284,11 @@ class VtuReader {
   }
 
   const InputFile& file_;
-  const VtuFile& vtu_;
+  VtuFile& vtu_;
   Mesh4dBuilder mesh_;
+  std::map<std::string, model::Attribute> ofVertices_;
+  std::map<std::string, model::Attribute> ofCells_;
+  std::size_t cellCount_ = 0;
   std::uint64_t skippedCells_ = 0;
   std::uint64_t pulled_ = 0;
   std::set<std::string> skippedData_;
@@ -242,7 +299,7 @@ class VtuReader {
 bool isVtu(std::string_view begin) { return begin.find("<VTKFile") != begin.npos; }
 
 Result<LoadedMesh4d> readVtu(const InputFile& file) {
-  const auto vtu = VtuFile::open(file);
+  auto vtu = VtuFile::open(file);
   if (!vtu) return pass(vtu.error());
   return VtuReader(file, *vtu).read();
 }

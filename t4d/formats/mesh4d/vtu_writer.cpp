@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/xml_text.h"
 #include "t4d/formats/zlib_block.h"
 
 namespace t4d::formats {
@@ -90,12 +91,15 @@ class VtuHead {
  public:
   void add(std::string_view text) { text_ += text; }
 
-  void addArray(std::string_view type, std::string_view name, std::string_view more = {}) {
-    text_ += fmt::format(R"(<DataArray type="{}" Name="{}"{} format="appended" offset=")", type,
-                         name, more);
+  /// Returns the number of the array.
+  std::size_t addArray(std::string_view type, std::string_view name, std::uint32_t components = 1) {
+    text_ += fmt::format(R"(<DataArray type="{}" Name="{}")", type, name);
+    if (components != 1) text_ += fmt::format(R"( NumberOfComponents="{}")", components);
+    text_ += R"( format="appended" offset=")";
     places_.push_back(text_.size());
     text_.append(kDigits + 1, ' ');
     text_ += "/>\n";
+    return places_.size() - 1;
   }
 
   const std::string& text() const { return text_; }
@@ -120,6 +124,32 @@ std::string asciiCodes(std::string_view text) {
   return codes + "0 ";
 }
 
+const char* vtkTypeOf(model::ScalarType type) {
+  switch (type) {
+    case model::ScalarType::UInt8:
+      return "UInt8";
+    case model::ScalarType::Int8:
+      return "Int8";
+    case model::ScalarType::UInt16:
+      return "UInt16";
+    case model::ScalarType::Int16:
+      return "Int16";
+    case model::ScalarType::UInt32:
+      return "UInt32";
+    case model::ScalarType::Int32:
+      return "Int32";
+    case model::ScalarType::UInt64:
+      return "UInt64";
+    case model::ScalarType::Int64:
+      return "Int64";
+    case model::ScalarType::Float32:
+      return "Float32";
+    case model::ScalarType::Float64:
+      return "Float64";
+  }
+  return "";
+}
+
 class VtuWriter {
  public:
   VtuWriter(OutputFile& file, const FlatBodies& mesh)
@@ -135,6 +165,9 @@ class VtuWriter {
     if (mesh_.bodies().size() > 1) {
       if (auto done = writeBodies(); !done) return done;
     }
+    for (std::size_t i = 0; i < mesh_.attributes().size(); ++i) {
+      if (auto done = writeAttribute(i); !done) return done;
+    }
     if (auto done = wide_ ? writeCells<std::int64_t>() : writeCells<std::int32_t>(); !done) {
       return done;
     }
@@ -143,9 +176,6 @@ class VtuWriter {
   }
 
  private:
-  // Arrays in the order of the head.
-  enum Array : std::uint8_t { kTimes, kPoints, kConnectivity, kOffsets, kTypes, kBodies };
-
   void writeHead() {
     const auto bodies = mesh_.bodies();
     head_.add(
@@ -153,36 +183,48 @@ class VtuWriter {
         "byte_order=\"LittleEndian\" header_type=\"UInt64\" "
         "compressor=\"vtkZLibDataCompressor\">\n<!-- written by t4d: the point data t are the "
         "fourth coordinate, time -->\n<UnstructuredGrid>\n");
-    // Not of a single body: meshio reads no strings.
-    if (bodies.size() > 1) {
-      head_.add(
-          fmt::format("<FieldData>\n<Array type=\"String\" Name=\"body_names\" "
-                      "NumberOfTuples=\"{}\" format=\"ascii\">\n",
-                      bodies.size()));
-      for (const CountedBody& body : bodies) head_.add(asciiCodes(body.name));
-      head_.add("\n</Array>\n</FieldData>\n");
+    // As numbers, not as strings, which meshio does not read.
+    std::string names;
+    std::size_t count = 0;
+    for (const CountedBody& body : bodies) {
+      names += asciiCodes(body.name);
+      count += body.name.size() + 1;
     }
+    head_.add(
+        fmt::format("<FieldData>\n<DataArray type=\"UInt8\" Name=\"body_names\" "
+                    "NumberOfTuples=\"{}\" format=\"ascii\">\n{}\n</DataArray>\n"
+                    "<DataArray type=\"UInt8\" Name=\"{}\" NumberOfTuples=\"1\" "
+                    "format=\"ascii\">\n1\n</DataArray>\n</FieldData>\n",
+                    count, names, kOutwardContours));
     head_.add(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
                           mesh_.vertexCount(), mesh_.cellCount()));
     head_.add("<PointData Scalars=\"t\">\n");
-    head_.addArray("Float64", "t");
+    times_ = head_.addArray("Float64", "t");
+    attributes_.resize(mesh_.attributes().size());
+    addAttributes(model::Domain::Vertex);
     head_.add("</PointData>\n<Points>\n");
-    head_.addArray("Float64", "Points", " NumberOfComponents=\"3\"");
+    points_ = head_.addArray("Float64", "Points", 3);
     head_.add("</Points>\n<Cells>\n");
-    head_.addArray(wide_ ? "Int64" : "Int32", "connectivity");
-    head_.addArray(wide_ ? "Int64" : "Int32", "offsets");
-    head_.addArray("UInt8", "types");
-    head_.add("</Cells>\n");
-    if (bodies.size() > 1) {
-      head_.add("<CellData>\n");
-      head_.addArray("Int32", "body");
-      head_.add("</CellData>\n");
-    }
-    head_.add("</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_");
+    connectivity_ = head_.addArray(wide_ ? "Int64" : "Int32", "connectivity");
+    offsets_ = head_.addArray(wide_ ? "Int64" : "Int32", "offsets");
+    types_ = head_.addArray("UInt8", "types");
+    head_.add("</Cells>\n<CellData>\n");
+    if (bodies.size() > 1) bodies_ = head_.addArray("Int32", "body");
+    addAttributes(model::Domain::Cell);
+    head_.add("</CellData>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_");
   }
 
-  /// An array that starts here.
-  Result<ArrayOutput> array(Array which, std::uint64_t bytes) {
+  void addAttributes(model::Domain domain) {
+    for (std::size_t i = 0; i < attributes_.size(); ++i) {
+      const model::Attribute& attribute = mesh_.attributes()[i];
+      if (attribute.domain != domain) continue;
+      attributes_[i] = head_.addArray(vtkTypeOf(attribute.type), xmlEscaped(attribute.name),
+                                      attribute.components);
+    }
+  }
+
+  /// An array that starts here, by its number in the head.
+  Result<ArrayOutput> array(std::size_t which, std::uint64_t bytes) {
     if (auto placed = head_.place(file_, which, file_.size() - begin_); !placed) {
       return pass(placed.error());
     }
@@ -191,10 +233,23 @@ class VtuWriter {
     return output;
   }
 
+  Result<void> writeAttribute(std::size_t index) {
+    const model::Attribute& attribute = mesh_.attributes()[index];
+    const std::uint64_t rows =
+        attribute.domain == model::Domain::Vertex ? mesh_.vertexCount() : mesh_.cellCount();
+    auto output = array(attributes_[index], rows * attribute.rowBytes());
+    if (!output) return pass(output.error());
+    auto done = mesh_.forRows(attribute, [&](std::span<const std::byte> bytes) {
+      return output->put(bytes.data(), bytes.size());
+    });
+    if (!done) return done;
+    return output->finish();
+  }
+
   Result<void> writeVertices() {
     std::vector<double> times;
     times.reserve(mesh_.vertexCount());
-    auto points = array(kPoints, 24 * mesh_.vertexCount());
+    auto points = array(points_, 24 * mesh_.vertexCount());
     if (!points) return pass(points.error());
     std::vector<double> some;
     auto done = mesh_.forVertices([&](std::span<const model::Point4> vertices) {
@@ -207,14 +262,14 @@ class VtuWriter {
     });
     if (done) done = points->finish();
     if (!done) return done;
-    auto output = array(kTimes, 8 * mesh_.vertexCount());
+    auto output = array(times_, 8 * mesh_.vertexCount());
     if (!output) return pass(output.error());
     if (done = output->put(times.data(), times.size()); !done) return done;
     return output->finish();
   }
 
   Result<void> writeBodies() {
-    auto output = array(kBodies, 4 * mesh_.cellCount());
+    auto output = array(bodies_, 4 * mesh_.cellCount());
     if (!output) return pass(output.error());
     std::int32_t number = 0;
     for (const CountedBody& body : mesh_.bodies()) {
@@ -229,20 +284,22 @@ class VtuWriter {
   template <class Index>
   Result<void> writeCells() {
     const std::uint64_t count = mesh_.cellCount();
-    auto connectivity = array(kConnectivity, 4 * sizeof(Index) * count);
+    auto connectivity = array(connectivity_, 4 * sizeof(Index) * count);
     if (!connectivity) return pass(connectivity.error());
     std::vector<Index> some;
     auto done = mesh_.forCells([&](std::size_t, std::span<const model::Cell> cells) {
       some.clear();
       for (const model::Cell& cell : cells) {
-        for (const std::uint32_t corner : cell) some.push_back(static_cast<Index>(corner));
+        model::Cell turned = cell;
+        turnOver(turned);
+        for (const std::uint32_t corner : turned) some.push_back(static_cast<Index>(corner));
       }
       return connectivity->put(some.data(), some.size());
     });
     if (done) done = connectivity->finish();
     if (!done) return done;
 
-    auto offsets = array(kOffsets, sizeof(Index) * count);
+    auto offsets = array(offsets_, sizeof(Index) * count);
     if (!offsets) return pass(offsets.error());
     Index end = 0;
     for (std::uint64_t i = 0; i < count; i += FlatBodies::kMostAtOnce) {
@@ -252,7 +309,7 @@ class VtuWriter {
     }
     if (done = offsets->finish(); !done) return done;
 
-    auto types = array(kTypes, count);
+    auto types = array(types_, count);
     if (!types) return pass(types.error());
     const std::vector<std::uint8_t> same(FlatBodies::kMostAtOnce, kVtkTetrahedron);
     for (std::uint64_t i = 0; i < count; i += same.size()) {
@@ -266,10 +323,25 @@ class VtuWriter {
   const FlatBodies& mesh_;
   bool wide_;  // indices of 64 bits
   VtuHead head_;
+  // The numbers of the arrays in the head.
+  std::size_t times_ = 0;
+  std::size_t points_ = 0;
+  std::size_t connectivity_ = 0;
+  std::size_t offsets_ = 0;
+  std::size_t types_ = 0;
+  std::size_t bodies_ = 0;
+  std::vector<std::size_t> attributes_;
   std::uint64_t begin_ = 0;  // of the appended data
 };
 
 }  // namespace
+
+bool keptInVtu(const model::Attribute& attribute) {
+  if (attribute.domain == model::Domain::Cell) return attribute.name != "body";
+  return attribute.name != "t" && attribute.name != "time";
+}
+
+void turnOver(model::Cell& cell) { std::swap(cell[2], cell[3]); }
 
 Result<void> writeVtu(const std::filesystem::path& path, const FlatBodies& mesh) {
   auto file = OutputFile::create(path);

@@ -9,11 +9,11 @@ namespace t4d::formats {
 
 using namespace t4d_layout;
 
-Result<void> ChunkWriter::begin(const std::string& head) {
+Result<void> ChunkWriter::begin(const std::string& head, std::uint16_t minorVersion) {
   ByteWriter header;
   header.putBytes(kSignature.data(), kSignature.size());
   header.put(kMajorVersion);
-  header.put(kMinorVersion);
+  header.put(minorVersion);
   header.put(indexed_ ? kFlagIndexed : std::uint32_t{0});
   header.put(std::uint32_t{0});
   header.put(crc32c(header.data(), header.size()));

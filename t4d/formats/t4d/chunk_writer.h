@@ -18,7 +18,7 @@ class ChunkWriter {
       : out_(std::move(out)), indexed_(indexed), level_(level) {}
 
   /// Writes the file header and HEAD.
-  Result<void> begin(const std::string& head);
+  Result<void> begin(const std::string& head, std::uint16_t minorVersion);
   bool begun() const { return !index_.chunks.empty(); }
 
   /// These return the offset of the chunk.

@@ -24,6 +24,9 @@ constexpr long kRangeNotSatisfiable = 416;
 /// The header of an answer, and no more than this.
 constexpr std::size_t kMostHeaderBytes = 1 << 16;
 
+/// The page that a redirect sends to people, and no more than this.
+constexpr std::uint64_t kMostDiscardedBytes = 1 << 16;
+
 bool sameIgnoringCase(std::string_view a, std::string_view b) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c; };
   return std::ranges::equal(a, b, {}, lower, lower);
@@ -84,6 +87,7 @@ struct HttpClient::Answer {
   std::string header;
   std::vector<std::byte> body;
   bool tooLong = false;
+  bool wordy = false;  ///< a redirect sends more than anybody reads
 
   long status() const {
     long code = 0;
@@ -126,6 +130,13 @@ struct HttpClient::Answer {
     answer.body.insert(answer.body.end(), from, from + bytes);
     return bytes;
   }
+  /// libcurl reads the bodies of redirects itself.
+  static int watch(void* self, curl_off_t, curl_off_t received, curl_off_t, curl_off_t) {
+    auto& answer = *static_cast<Answer*>(self);
+    answer.wordy = answer.status() != kPartialContent &&
+                   static_cast<std::uint64_t>(received) > kMostDiscardedBytes;
+    return answer.wordy ? 1 : 0;
+  }
 };
 
 struct HttpClient::Session {
@@ -157,6 +168,9 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
   constexpr int kAttempts = 3;
   constexpr long kMostRedirects = 5;
   const bool secure = schemeOf(session_->url) == "https";
+  const auto mostSeconds =
+      static_cast<long>(timeouts_.connectSeconds + timeouts_.stalledSeconds +
+                        most / static_cast<std::uint64_t>(timeouts_.leastBytesPerSecond));
   for (int attempt = 1;; ++attempt) {
     Answer answer;
     answer.curl = curl;
@@ -176,8 +190,13 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
     curl_easy_setopt(curl, CURLOPT_MAXREDIRS, kMostRedirects);
     curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, static_cast<long>(timeouts_.connectSeconds));
-    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT,
+                     static_cast<long>(timeouts_.leastBytesPerSecond));
     curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(timeouts_.stalledSeconds));
+    curl_easy_setopt(curl, CURLOPT_TIMEOUT, mostSeconds);
+    curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
+    curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, &Answer::watch);
+    curl_easy_setopt(curl, CURLOPT_XFERINFODATA, &answer);
     curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, words.data());
     curl_easy_setopt(curl, CURLOPT_HEADERFUNCTION, &Answer::takeHeader);
     curl_easy_setopt(curl, CURLOPT_HEADERDATA, &answer);
@@ -191,6 +210,10 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
     bytesReceived_ += answer.body.size();
     if (code == CURLE_OK || (code == CURLE_WRITE_ERROR && !answer.header.empty())) {
       return judge(answer, range);
+    }
+    if (answer.wordy) {
+      return refused(
+          fmt::format("the server sends a redirect with more than {} bytes", kMostDiscardedBytes));
     }
     if (isDropped(code) && attempt < kAttempts) {
       std::this_thread::sleep_for(std::chrono::milliseconds(250 * attempt));

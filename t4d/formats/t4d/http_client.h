@@ -14,7 +14,8 @@ namespace t4d::formats {
 /// When to give up on a server.
 struct HttpTimeouts {
   int connectSeconds = 15;
-  int stalledSeconds = 30;  ///< without a byte
+  int stalledSeconds = 30;  ///< at less than `leastBytesPerSecond`
+  int leastBytesPerSecond = 1024;
 };
 
 /// A part of a file, as a server sent it.
@@ -27,7 +28,9 @@ struct HttpPart {
 };
 
 /// Requests parts of one file from a web server. Follows redirects, and repeats a request whose
-/// connection is dropped. Not safe from several threads.
+/// connection is dropped. A request takes the time to connect and to stall, and that of its bytes
+/// at the least speed, at most; what a redirect sends beside its address is limited too. Not safe
+/// from several threads.
 class HttpClient {
  public:
   explicit HttpClient(std::string url, HttpTimeouts timeouts = {});

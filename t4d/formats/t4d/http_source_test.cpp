@@ -1,6 +1,7 @@
 #include "t4d/formats/t4d/http_source.h"
 
 #include <array>
+#include <chrono>
 #include <cstring>
 
 #include <gmock/gmock.h>
@@ -115,6 +116,24 @@ TEST_F(HttpSourceTest, AServerThatSaysNothingMoreIsLeft) {
   EXPECT_EQ(source.error().where, server_.url("stall/pattern.t4d"));
   EXPECT_THAT(source.error().message, HasSubstr("too slow"));
   EXPECT_EQ(server_.requests("stall/").size(), 1);
+}
+
+TEST_F(HttpSourceTest, TimeAndBytesOfARequestAreLimited) {
+  HttpTimeouts timeouts;
+  timeouts.connectSeconds = 1;
+  timeouts.stalledSeconds = 1;
+  const auto fails = [&](const std::string& fault, const char* expected, int seconds) {
+    SCOPED_TRACE(fault);
+    const auto begin = std::chrono::steady_clock::now();
+    const auto source = openHttpSource(server_.url(fault + "/pattern.t4d"), timeouts);
+    ASSERT_FALSE(source);
+    EXPECT_THAT(source.error().message, HasSubstr(expected));
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(seconds));
+  };
+  // Ten bytes a second.
+  fails("trickle", "too slow", 10);
+  fails("trickle-header", "too slow", 10);
+  fails("redirect-without-end", "sends a redirect with more than 65536 bytes", 10);
 }
 
 TEST(Url, SchemesAreTold) {

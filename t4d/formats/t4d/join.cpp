@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include "t4d/formats/t4d/chunk_writer.h"
 #include "t4d/formats/t4d/ending.h"
 #include "t4d/formats/t4d/file_scan.h"
+#include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/within_memory.h"
 
@@ -88,30 +90,38 @@ class Joiner {
     const Metadata& first = parts_.front().metadata();
     std::vector<std::string> features = first.features;
     std::uint64_t count = 0;
+    std::vector<const Metadata*> all;
     for (const Part& part : parts_) {
+      all.push_back(&part.metadata());
       for (const std::string& feature : part.metadata().features) {
         if (std::ranges::find(features, feature) == features.end()) features.push_back(feature);
       }
       count += part.chunks.size();
     }
-    const auto head = headText(first, features, first.grid);
+    std::vector<std::string> losses;
+    const Metadata joined = joinedMetadata(all, losses);
+    const auto head = headText(joined, features, first.grid);
     if (!head) return pass(head.error());
     auto out = OutputFile::create(into);
     if (!out) return pass(out.error());
     const bool zstd = std::ranges::find(features, kFeatureZstd) != features.end();
     constexpr int kIndexLevel = 3;
     ChunkWriter chunks(std::move(*out), true, zstd ? kIndexLevel : 0);
-    if (auto begun = chunks.begin(*head); !begun) return pass(begun.error());
+    if (auto begun = chunks.begin(*head, minorVersionFor(joined)); !begun)
+      return pass(begun.error());
     std::uint64_t done = 0;
+    LostChunks lost;
+    std::set<std::string> kept;
     for (const Part& part : parts_) {
       const auto one = [&] {
         if (progress) progress(static_cast<double>(++done) / static_cast<double>(count));
       };
-      if (auto copied = copy(part, chunks, one); !copied) return pass(copied.error());
+      if (auto copied = copy(part, chunks, kept, lost, one); !copied) return pass(copied.error());
     }
     auto bytes = chunks.finish(summaries_);
     if (!bytes) return pass(bytes.error());
-    return JoinReport{summaries_, *bytes};
+    for (std::string& line : lost.lines()) losses.push_back(std::move(line));
+    return JoinReport{summaries_, *bytes, std::move(losses)};
   }
 
  private:
@@ -135,8 +145,19 @@ class Joiner {
       return unfit(part, "cannot be joined: its bodies are not those");
     }
     if (first.lengthUnit != other.lengthUnit || first.timeUnit != other.timeUnit ||
-        first.up != other.up) {
-      return unfit(part, "cannot be joined: its units, or the axis that points up, are not those");
+        first.up != other.up || first.space != other.space) {
+      return unfit(part,
+                   "cannot be joined: its units, its space, or the axis that points up, are not "
+                   "those");
+    }
+    for (const Part& before : parts_) {
+      for (const auto& [name, meaning] : before.metadata().attributes) {
+        const auto found = other.attributes.find(name);
+        if (found == other.attributes.end() || found->second == meaning) continue;
+        return unfit(part, fmt::format("cannot be joined: its attribute '{}' is not of the kind "
+                                       "and the unit of that",
+                                       name));
+      }
     }
     if (first.grid != other.grid) {
       return unfit(part, "cannot be joined: the grid of its positions is not that");
@@ -216,14 +237,26 @@ class Joiner {
     return front->positions.rows;
   }
 
-  /// Copies the chunks between HEAD and DONE; calls `one` after each.
+  /// Copies the chunks between HEAD and DONE; calls `one` after each. `kept` has the headers of the
+  /// chunks that this version does not know and that are copied, each once.
   template <class One>
-  static Result<void> copy(const Part& part, ChunkWriter& into, One one) {
+  static Result<void> copy(const Part& part, ChunkWriter& into, std::set<std::string>& kept,
+                           LostChunks& lost, One one) {
     auto file = ChunkFile::open(part.path);
     if (!file) return pass(file.error());
     file->expectChunks(part.chunks);
     auto slab = part.slabs.begin();
     for (const ChunkHeader& known : part.chunks) {
+      if (isUnknown(known.type)) {
+        const auto bytes = encodeChunkHeader(known);
+        const std::string header(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+        const bool safe = isSafeToCopy(known.type);
+        if (!safe) lost.add(known);
+        if (!safe || !kept.insert(header).second) {
+          one();
+          continue;
+        }
+      }
       const auto chunk = file->readChunk(known.offset, known.type);
       if (!chunk) return pass(chunk.error());
       const auto offset = into.putCopy(known, chunk->payload.bytes);

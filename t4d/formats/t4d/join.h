@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "t4d/formats/t4d/summary.h"
@@ -11,6 +12,9 @@ namespace t4d::formats {
 struct JoinReport {
   std::vector<BodySummary> bodies;
   std::uint64_t bytes = 0;  ///< of the file
+  /// A line for each type of chunks, and each member of the metadata, that was not kept: such as
+  /// this version does not know, and that may depend on the part, or differ from part to part.
+  std::vector<std::string> losses;
 };
 
 /// Joins files whose times follow one another, as several processes have made them, into one
@@ -20,8 +24,8 @@ struct JoinReport {
 ///
 /// Every chunk is checked as T4dReader does with T4dOpen::Checked, and DONE against the index;
 /// whether the slabs are sound is left to checkT4dFile. Fails if a file is damaged, if two differ
-/// in their bodies, units, axis or grid, and if a body of one does not begin as the one before it
-/// ends: with an equal LAYR, or with no layer.
+/// in their bodies, units, axis, space, grid or in what they say of an attribute, and if a body of
+/// one does not begin as the one before it ends: with an equal LAYR, or with no layer.
 Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
                            const std::filesystem::path& into, const model::Progress& progress = {});
 

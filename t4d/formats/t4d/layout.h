@@ -24,7 +24,7 @@ static_assert(std::endian::native == std::endian::little,
               "arrays are copied between memory and little-endian files");
 
 inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 0;
+inline constexpr std::uint16_t kMinorVersion = 1;
 
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'T',  '4',  'D',
                                                            0x0D, 0x0A, 0x1A, 0x0A};
@@ -54,6 +54,7 @@ inline constexpr ChunkType kPose = {'P', 'O', 'S', 'E'};
 inline constexpr ChunkType kSlab = {'S', 'L', 'A', 'B'};
 inline constexpr ChunkType kDone = {'D', 'O', 'N', 'E'};
 inline constexpr ChunkType kIndex = {'I', 'N', 'D', 'X'};
+inline constexpr ChunkType kPadding = {'P', 'A', 'D', 'D'};
 
 inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
 inline constexpr std::size_t kMaxNameBytes = 255;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,11 @@ namespace t4d::formats {
 namespace {
 
 using Json = nlohmann::json;
+
+constexpr std::array kHeadMembers = {"features",  "bodies", "generator", "backend", "length_unit",
+                                     "time_unit", "up",     "grid",      "details"};
+constexpr std::array kBodyMembers = {"name", "color", "material", "parent", "details"};
+constexpr std::array kSpaces = {"RAS", "LPS"};
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
@@ -67,6 +73,41 @@ Result<std::vector<std::string>> namesOf(const Json& head, const char* key) {
   return names;
 }
 
+/// An object without the members of these names.
+template <class Names>
+std::string withoutMembers(Json object, const Names& names) {
+  for (const char* name : names) object.erase(name);
+  return object.dump();
+}
+
+bool isSpace(const std::string& text) { return std::ranges::find(kSpaces, text) != kSpaces.end(); }
+
+/// What an entry of `attributes` says; nothing if it is not of the right form.
+std::optional<model::AttributeMeaning> meaningFrom(const Json& json) {
+  if (!json.is_object()) return std::nullopt;
+  model::AttributeMeaning meaning;
+  for (const auto& [key, into] : {std::pair{"kind", &meaning.kind}, {"unit", &meaning.unit}}) {
+    const auto found = json.find(key);
+    if (found == json.end()) continue;
+    if (!found->is_string()) return std::nullopt;
+    *into = found->get<std::string>();
+  }
+  meaning.otherJson = withoutMembers(json, std::array{"kind", "unit"});
+  return meaning;
+}
+
+/// The same for all of `attributes`, of which there has to be one.
+std::optional<model::AttributeMeanings> meaningsFrom(const Json& json) {
+  if (!json.is_object() || json.empty()) return std::nullopt;
+  model::AttributeMeanings meanings;
+  for (const auto& [name, entry] : json.items()) {
+    auto meaning = meaningFrom(entry);
+    if (!meaning) return std::nullopt;
+    meanings.emplace(name, std::move(*meaning));
+  }
+  return meanings;
+}
+
 /// Checks what can be checked of each body alone.
 Result<BodyInfo> bodyOf(const Json& json) {
   const auto wrong = [](const char* key, const char* what) {
@@ -102,6 +143,7 @@ Result<BodyInfo> bodyOf(const Json& json) {
     body.detailsJson = details->dump();
   }
   if (json.contains("parent") && body.parent.empty()) return wrong("parent", "another body");
+  body.otherJson = withoutMembers(json, kBodyMembers);
   return body;
 }
 
@@ -173,7 +215,10 @@ Result<std::optional<Grid>> gridOf(const Json& head, const std::vector<std::stri
 }
 
 Result<Json> jsonOf(const BodyInfo& body) {
-  Json json = {{"name", body.name}};
+  const auto others = parseObject(body.otherJson);
+  if (!others) return invalid("what is to be members of a body " + others.error().message);
+  Json json = *others;
+  json["name"] = body.name;
   if (!body.color.empty()) json["color"] = body.color;
   if (!body.material.empty()) json["material"] = body.material;
   if (!body.parent.empty()) json["parent"] = body.parent;
@@ -183,13 +228,31 @@ Result<Json> jsonOf(const BodyInfo& body) {
   return json;
 }
 
+Result<Json> jsonOf(const model::AttributeMeanings& meanings) {
+  Json json = Json::object();
+  for (const auto& [name, meaning] : meanings) {
+    const auto others = parseObject(meaning.otherJson);
+    if (!others) return invalid("what is to be members of an attribute " + others.error().message);
+    Json& entry = json[name] = *others;
+    if (!meaning.kind.empty()) entry["kind"] = meaning.kind;
+    if (!meaning.unit.empty()) entry["unit"] = meaning.unit;
+  }
+  return json;
+}
+
 }  // namespace
+
+std::uint16_t minorVersionFor(const Metadata& metadata) {
+  return metadata.space.empty() && metadata.attributes.empty() ? 0 : 1;
+}
 
 Result<std::string> headText(const Metadata& metadata, const std::vector<std::string>& features,
                              const std::optional<Grid>& grid) {
   const auto details = parseObject(metadata.detailsJson);
   if (!details) return invalid("what is to be 'details' " + details.error().message);
-  Json head;
+  const auto others = parseObject(metadata.otherJson);
+  if (!others) return invalid("what is to be further members " + others.error().message);
+  Json head = *others;
   head["features"] = features;
   head["bodies"] = Json::array();
   for (const BodyInfo& body : metadata.bodies) {
@@ -209,6 +272,15 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
     head["grid"] = {{"origin", {grid->origin[0], grid->origin[1], grid->origin[2]}},
                     {"step", grid->step}};
   }
+  if (!metadata.space.empty() && !isSpace(metadata.space)) {
+    return invalid(fmt::format("the space is '{}'; it can be 'RAS' or 'LPS'", metadata.space));
+  }
+  optional("space", metadata.space);
+  if (!metadata.attributes.empty()) {
+    auto attributes = jsonOf(metadata.attributes);
+    if (!attributes) return pass(attributes.error());
+    head["attributes"] = std::move(*attributes);
+  }
   if (!details->empty()) head["details"] = *details;
   std::string text = head.dump(1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > t4d_layout::kMaxHeadBytes) {
@@ -216,6 +288,57 @@ Result<std::string> headText(const Metadata& metadata, const std::vector<std::st
                                t4d_layout::kMaxHeadBytes));
   }
   return text;
+}
+
+namespace {
+
+/// The members that all objects with a member of this name agree on.
+std::string agreedMembers(const std::vector<std::string>& objects, const std::string& where,
+                          std::vector<std::string>& lost) {
+  Json agreed = Json::object();
+  std::set<std::string> differing;
+  for (const std::string& text : objects) {
+    const Json object = Json::parse(text);
+    for (const auto& [name, value] : object.items()) {
+      if (agreed.emplace(name, value).first.value() != value) differing.insert(name);
+    }
+  }
+  for (const std::string& name : differing) {
+    agreed.erase(name);
+    lost.push_back(fmt::format("member '{}' of {}: the files differ in it", name, where));
+  }
+  return agreed.dump();
+}
+
+}  // namespace
+
+Metadata joinedMetadata(const std::vector<const Metadata*>& files, std::vector<std::string>& lost) {
+  Metadata joined = *files.front();
+  const auto agree = [&](auto membersOf, const std::string& where) {
+    std::vector<std::string> objects;
+    for (const Metadata* file : files) objects.push_back(membersOf(*file));
+    return agreedMembers(objects, where, lost);
+  };
+  joined.otherJson = agree([](const Metadata& file) { return file.otherJson; }, "the metadata");
+  for (std::size_t i = 0; i < joined.bodies.size(); ++i) {
+    joined.bodies[i].otherJson =
+        agree([i](const Metadata& file) { return file.bodies[i].otherJson; },
+              fmt::format("the body '{}'", joined.bodies[i].name));
+  }
+  for (const Metadata* file : files) {
+    joined.attributes.insert(file->attributes.begin(), file->attributes.end());
+  }
+  // Some of them may have `attributes` of another form.
+  Json others = Json::parse(joined.otherJson);
+  const auto unread = others.find("attributes");
+  if (!joined.attributes.empty() && unread != others.end()) {
+    if (*unread != Json::object()) {
+      lost.emplace_back("member 'attributes' of the metadata: the files differ in it");
+    }
+    others.erase(unread);
+    joined.otherJson = others.dump();
+  }
+  return joined;
 }
 
 Result<Metadata> parseHead(const std::string& text) {
@@ -273,6 +396,19 @@ Result<Metadata> parseHead(const std::string& text) {
     if (!details->is_object()) return invalid("its metadata's 'details' is not an object");
     metadata.detailsJson = details->dump();
   }
+  Json others = head;
+  if (const auto space = head.find("space");
+      space != head.end() && space->is_string() && isSpace(space->get<std::string>())) {
+    metadata.space = space->get<std::string>();
+    others.erase("space");
+  }
+  if (const auto attributes = head.find("attributes"); attributes != head.end()) {
+    if (auto meanings = meaningsFrom(*attributes)) {
+      metadata.attributes = std::move(*meanings);
+      others.erase("attributes");
+    }
+  }
+  metadata.otherJson = withoutMembers(std::move(others), kHeadMembers);
   return metadata;
 }
 

@@ -13,6 +13,7 @@
 #include "t4d/formats/t4d/file_scan.h"
 #include "t4d/formats/t4d/head_chunk.h"
 #include "t4d/formats/t4d/index_chunk.h"
+#include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/tally.h"
 #include "t4d/formats/t4d/within_memory.h"
@@ -75,7 +76,7 @@ Result<void> checkRecords(const ChunkFile& file, const Ending& ending, std::size
 
 class T4dReader::File {
  public:
-  explicit File(ChunkFile file) : file_(std::move(file)) {}
+  explicit File(ChunkFile file) : file_(std::move(file)), optional_(file_) {}
 
   Result<void> open(T4dOpen how, const model::Progress& progress,
                     std::optional<std::uint64_t> maxCells) {
@@ -97,8 +98,10 @@ class T4dReader::File {
       if (!ending) return cutOff(ending.error(), head->header.end());
       if (auto checked = checkEnding(file_, *ending, *header, *head); !checked) return checked;
       if (auto checked = checkRecords(file_, *ending, bodyCount); !checked) return checked;
-      for (const ChunkHeader& chunk : ending->index.chunks)
+      for (const ChunkHeader& chunk : ending->index.chunks) {
         addChunk(chunks_, chunk.type, chunk.bytes());
+        optional_.add(chunk);
+      }
       addChunk(chunks_, kIndex, file_.size() - kFooterBytes - ending->offset);
       records = std::move(ending->index.slabs);
       done = std::move(ending->done);
@@ -116,7 +119,10 @@ class T4dReader::File {
         }
       }
       addChunk(chunks_, kHead, head->header.bytes());
-      for (const ChunkHeader& chunk : scan.chunks) addChunk(chunks_, chunk.type, chunk.bytes());
+      for (const ChunkHeader& chunk : scan.chunks) {
+        addChunk(chunks_, chunk.type, chunk.bytes());
+        optional_.add(chunk);
+      }
       if (scan.done) addChunk(chunks_, kDone, scan.end - scan.doneOffset);
       if (indexed_ && !damage_) addChunk(chunks_, kIndex, file_.size() - kFooterBytes - scan.end);
       file_.expectChunks(std::move(scan.chunks));
@@ -145,6 +151,7 @@ class T4dReader::File {
   std::vector<SlabSource> bodies_;
   std::optional<Error> damage_;
   std::vector<T4dChunks> chunks_;
+  OptionalChunks optional_;
 
  private:
   Result<void> checkWork(std::optional<std::uint64_t> maxCells) const {
@@ -203,6 +210,7 @@ std::uint64_t T4dReader::bytesRead() const { return file_->file_.bytesRead(); }
 std::uint64_t T4dReader::requests() const { return file_->file_.requests(); }
 const std::string& T4dReader::name() const { return file_->file_.path(); }
 const std::vector<T4dChunks>& T4dReader::chunks() const { return file_->chunks_; }
+const OptionalChunks& T4dReader::optionalChunks() const { return file_->optional_; }
 std::size_t T4dReader::bodyCount() const { return file_->bodies_.size(); }
 const BodySummary& T4dReader::summary(std::size_t body) const { return file_->summaries_[body]; }
 const model::Source& T4dReader::body(std::size_t index) const { return file_->bodies_[index]; }

@@ -13,6 +13,8 @@
 
 namespace t4d::formats {
 
+class OptionalChunks;
+
 enum class T4dOpen : std::uint8_t {
   /// The file must be complete. If it has an index, only footer and index are read; otherwise the
   /// file is read through from the front.
@@ -90,6 +92,9 @@ class T4dReader {
   std::uint64_t requests() const;
   /// By type, in the order in which the types appear.
   const std::vector<T4dChunks>& chunks() const;
+
+  /// The chunks that this version does not know, for T4dWriter::keep; valid as long as the reader.
+  const OptionalChunks& optionalChunks() const;
 
   std::size_t bodyCount() const;
   /// The summary of a body as stored, without reading its slabs. For a damaged file, that of the

@@ -10,6 +10,7 @@
 #include "t4d/formats/t4d/found_chunks.h"
 #include "t4d/formats/t4d/head_chunk.h"
 #include "t4d/formats/t4d/index_chunk.h"
+#include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/url.h"
@@ -33,7 +34,7 @@ Result<ChunkFile> openLocal(const std::filesystem::path& path) {
 
 class T4dSalvage::File {
  public:
-  explicit File(ChunkFile file) : file_(std::move(file)) {}
+  explicit File(ChunkFile file) : file_(std::move(file)), optional_(file_) {}
 
   /// With `judged`, a file that seems intact is also checked against all rules of the format.
   /// Without it, the file is known to be damaged.
@@ -67,12 +68,14 @@ class T4dSalvage::File {
     bool encloses = false;  ///< one of its slabs has cells and a duration
   };
 
+  ChunkFile file_;
   Metadata metadata_;
   bool metadataSaved_ = false;
   std::map<std::uint32_t, Body> bodies_;
   std::vector<Body*> chosen_;  // those in metadata_.bodies
   std::optional<std::uint64_t> slabsKnown_;
   std::vector<T4dLoss> lost_;
+  OptionalChunks optional_;
 
  private:
   void lose(std::uint64_t offset, std::string what,
@@ -205,8 +208,10 @@ class T4dSalvage::File {
       }
     } else if (header.type == kHead) {
       wrong("this chunk cannot be here");
+    } else if (header.critical()) {
+      wrong("a critical chunk of a type that this version does not know");
     } else {
-      wrong("a chunk of a type that this version does not know");
+      optional_.add(header);
     }
   }
 
@@ -349,7 +354,6 @@ class T4dSalvage::File {
     }
   }
 
-  ChunkFile file_;
   std::optional<bool> indexed_;  // according to the file header
   std::optional<Error> notT4d_;  // what is wrong with the file header
   Features features_;            // all of them, if HEAD does not say
@@ -398,6 +402,7 @@ const model::Source& T4dSalvage::body(std::size_t index) const {
 std::uint64_t T4dSalvage::slabOffset(std::size_t body, std::size_t slab) const {
   return file_->chosen_[body]->slabs.record(slab).slab;
 }
+const OptionalChunks& T4dSalvage::optionalChunks() const { return file_->optional_; }
 std::uint64_t T4dSalvage::slabsSaved() const {
   std::uint64_t saved = 0;
   for (const File::Body* body : file_->chosen_) saved += body->slabs.slabCount();

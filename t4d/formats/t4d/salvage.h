@@ -12,6 +12,8 @@
 
 namespace t4d::formats {
 
+class OptionalChunks;
+
 /// A part of a damaged file that cannot be used.
 struct T4dLoss {
   std::uint64_t offset = 0;  ///< in the file
@@ -47,6 +49,10 @@ class T4dSalvage {
   /// are left has no solid and is counted as lost.
   const model::Source& body(std::size_t index) const;
   std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
+
+  /// The intact chunks that this version does not know, for T4dWriter::keep; valid as long as this
+  /// object.
+  const OptionalChunks& optionalChunks() const;
 
   std::uint64_t slabsSaved() const;
   /// How many slabs the file had, if its index or end mark is intact.

@@ -368,7 +368,7 @@ TEST(T4dSalvage, RefusesWhatIsNotDamagedButForOthers) {
   EXPECT_THAT(lossesOf("solid cube\nfacet normal 0 0 1\n"), HasSubstr("signature"));
   EXPECT_THAT(lossesOf(""), HasSubstr("the file has 0 bytes"));
   EXPECT_THAT(lossesOf(FileBuilder(R"({"features":[],"bodies":[{"name":"b"}]})", 7).bytes()),
-              HasSubstr("version 7.0"));
+              HasSubstr("version 7.1"));
   EXPECT_THAT(lossesOf(FileBuilder(R"({"features":["folded"],"bodies":[{"name":"b"}]})").bytes()),
               HasSubstr("folded"));
   EXPECT_FALSE(T4dSalvage::open("/nowhere/at.all"));

@@ -1,11 +1,16 @@
 #include "t4d/formats/t4d/stream.h"
 
+#include <array>
+#include <cstring>
+#include <fstream>
+
 #include <fmt/format.h>
 
 #include "t4d/formats/t4d/cell_limit.h"
 #include "t4d/formats/t4d/chunk_counts.h"
 #include "t4d/formats/t4d/ending.h"
 #include "t4d/formats/t4d/file_scan.h"
+#include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/pipe_source.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/tally.h"
@@ -19,6 +24,15 @@ bool isPipe(const std::filesystem::path& path) {
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);
   return path == "-" || is_fifo(status) || is_character_file(status);
+}
+
+bool isT4d(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, t4d_layout::kSignature.size()> begin{};
+  file.read(begin.data(), begin.size());
+  return std::memcmp(begin.data(), t4d_layout::kSignature.data(), begin.size()) == 0;
 }
 
 class T4dStream::File {

@@ -14,6 +14,9 @@ namespace t4d::formats {
 /// it, and T4dReader cannot.
 bool isPipe(const std::filesystem::path& path);
 
+/// Whether the path is a regular file with the signature of .t4d, whatever its name and its damage.
+bool isT4d(const std::filesystem::path& path);
+
 /// Reads a .t4d file once, from the front, as it comes through a pipe. Keeps a slab or two in
 /// memory, what is stored of the parts that slabs to come may name, and some 300 bytes for each
 /// chunk. While a chunk is read it is in memory up to three times as it is stored. Checks

@@ -20,8 +20,10 @@
 #include "t4d/formats/t4d/first_error.h"
 #include "t4d/formats/t4d/layer_digest.h"
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/part_window.h"
 #include "t4d/formats/t4d/vertex_attributes.h"
+#include "t4d/model/limits.h"
 
 namespace t4d::formats {
 namespace {
@@ -53,8 +55,17 @@ class T4dWriter::File {
   model::Sink& body(std::size_t index) { return bodies_[index]; }
 
   std::vector<std::string> losses() const {
-    auto line = rounding_.line();
-    return line ? std::vector{std::move(*line)} : std::vector<std::string>{};
+    std::vector<std::string> lines = lostChunks_.lines();
+    if (auto line = rounding_.line()) lines.insert(lines.begin(), std::move(*line));
+    return lines;
+  }
+
+  Result<void> keep(const OptionalChunks& chunks) {
+    if (error_) return pass(*error_);
+    if (!chunks_.begun()) return invalid("has no slab yet", path_.string());
+    auto copied = copyOptionalChunks(chunks, chunks_, lostChunks_);
+    if (!copied) error_ = copied.error();
+    return copied;
   }
 
   Result<std::uint64_t> finish() {
@@ -65,7 +76,10 @@ class T4dWriter::File {
       }
     }
     std::vector<BodySummary> summaries;
-    for (const Body& body : bodies_) summaries.push_back(body.summary);
+    for (const Body& body : bodies_) {
+      if (auto checked = checkExtent(body); !checked) return pass(checked.error());
+      summaries.push_back(body.summary);
+    }
     return chunks_.finish(summaries);
   }
 
@@ -114,7 +128,7 @@ class T4dWriter::File {
     }
     const auto text = headText(metadata_, features, arrays_.grid);
     if (!text) return pass(text.error());
-    return chunks_.begin(*text);
+    return chunks_.begin(*text, minorVersionFor(metadata_));
   }
 
   struct StoredConnectivity {
@@ -239,6 +253,23 @@ class T4dWriter::File {
       stored_.pop_front();
     }
     return offset;
+  }
+
+  /// Fails for a body so small that its hypervolume vanishes in doubles. One without any extent
+  /// along an axis may be meant.
+  Result<void> checkExtent(const Body& body) const {
+    const BodySummary& sum = body.summary;
+    if (sum.tetrahedra == 0) return {};
+    const model::Point3 size = sum.bounds.max - sum.bounds.min;
+    const double duration = sum.time.end - sum.time.begin;
+    const double digits = size.array().log10().sum() + std::log10(duration);
+    if (!std::isfinite(digits) || digits >= std::numeric_limits<double>::min_exponent10) return {};
+    return invalid(
+        fmt::format("the body '{}' would be {:.3g} by {:.3g} by {:.3g} and last for {:.3g}: its "
+                    "hypervolume vanishes in doubles; make it larger, such as {} along each axis",
+                    metadata_.bodies[body.index].name, size.x(), size.y(), size.z(), duration,
+                    model::kSmallestExtent),
+        path_.string());
   }
 
   static Result<void> checkSeam(const Body& body, double begin, const LayerDigest& lower) {
@@ -461,6 +492,7 @@ class T4dWriter::File {
   std::deque<StoredConnectivity> stored_;  // the last ones
   std::size_t storedBytes_ = 0;
   RoundingLoss rounding_;
+  LostChunks lostChunks_;
   std::optional<Error> error_;  // the first one
 };
 
@@ -490,6 +522,8 @@ Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Met
 }
 
 model::Sink& T4dWriter::body(std::size_t index) { return file_->body(index); }
+
+Result<void> T4dWriter::keep(const OptionalChunks& chunks) { return file_->keep(chunks); }
 
 std::vector<std::string> T4dWriter::losses() const { return file_->losses(); }
 

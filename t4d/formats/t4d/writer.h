@@ -11,6 +11,8 @@
 
 namespace t4d::formats {
 
+class OptionalChunks;
+
 struct T4dWriteOptions {
   /// zstd level, 1 to 19; 0 stores arrays as they are.
   int compression = 3;
@@ -54,10 +56,16 @@ class T4dWriter {
   /// valid as long as the writer.
   model::Sink& body(std::size_t index);
 
-  /// A line if rounding has made cells flat or turned them over; empty otherwise.
+  /// Copies chunks of the file that is edited which this version does not know, as far as they may
+  /// be copied (SPEC.md, section "Editors"); losses() names the others. Call after the first slab.
+  Result<void> keep(const OptionalChunks& chunks);
+
+  /// A line if rounding has made cells flat or turned them over, and for each type of chunks that
+  /// were not kept; empty otherwise.
   std::vector<std::string> losses() const;
 
-  /// Writes the end of the file and moves it to its path. Fails if a body has no slab. Returns the
+  /// Writes the end of the file and moves it to its path. Fails if a body has no slab, or is so
+  /// small that its hypervolume vanishes in doubles. Returns the
   /// size of the file in bytes.
   Result<std::uint64_t> finish();
 

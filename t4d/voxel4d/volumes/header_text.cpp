@@ -1,10 +1,14 @@
 #include "t4d/voxel4d/volumes/header_text.h"
 
+#include <cerrno>
+#include <cstring>
 #include <limits>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "t4d/system/regular_file.h"
 
 namespace t4d::voxel4d {
 
@@ -38,6 +42,31 @@ std::string_view nameOf(SampleType type) {
     if (known == type) return name;
   }
   return "unknown";
+}
+
+Result<std::ifstream> openHeader(const std::filesystem::path& path) {
+  const auto size = system::sizeOfRegularFile(path);
+  if (!size) return pass(size.error());
+  if (*size == 0) return invalid("is empty", path.string());
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return fail(ErrorCode::Io, std::string("cannot open: ") + std::strerror(errno), path.string());
+  }
+  return file;
+}
+
+tl::unexpected<Error> namesOtherFolder(const std::string& header, std::string_view name) {
+  return invalid(fmt::format("names the data file '{}'; it must be in the same folder or below, so "
+                             "that a header from elsewhere cannot have other files read",
+                             shown(name)),
+                 header);
+}
+
+Result<void> checkDataFile(const std::string& header, const std::filesystem::path& file) {
+  std::error_code ignored;
+  const std::filesystem::path folder = std::filesystem::path(header).parent_path();
+  if (!std::filesystem::exists(file, ignored) || system::isWithinFolder(file, folder)) return {};
+  return namesOtherFolder(header, file.lexically_relative(folder).string());
 }
 
 Result<std::uint64_t> bytesOfSamples(const Volume& volume) {

@@ -38,6 +38,22 @@ std::optional<T> numberIn(std::string_view word) {
   return value;
 }
 
+inline std::string lowerCase(std::string text) {
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
+/// A file with a header, open for reading. Fails for what is no regular file, and for an empty one.
+Result<std::ifstream> openHeader(const std::filesystem::path& path);
+
+tl::unexpected<Error> namesOtherFolder(const std::string& header, std::string_view name);
+
+/// Fails if a file of samples that a header names is not in its folder or below, once links are
+/// followed. A file that is not there passes.
+Result<void> checkDataFile(const std::string& header, const std::filesystem::path& file);
+
 /// A word of a file for a message: short, and without controls.
 inline std::string shown(std::string_view text) {
   std::string word(text.substr(0, 40));

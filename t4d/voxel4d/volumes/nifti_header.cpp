@@ -118,9 +118,10 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
   Volume volume;
   volume.where = path.string();
   std::array<char, kSecondBytes> bytes{};
+  if (auto there = openHeader(path); !there) return pass(there.error());
   // Reads what is not compressed as well.
   gzFile file = gzopen(path.c_str(), "rb");
-  if (file == nullptr) return fail(ErrorCode::Io, "cannot be opened", volume.where);
+  if (file == nullptr) return fail(ErrorCode::Io, "cannot open", volume.where);
   const int got = gzread(file, bytes.data(), bytes.size());
   const bool packed = gzdirect(file) == 0;
   gzclose(file);
@@ -177,7 +178,8 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
   }
   volume.axes = std::string("xyzt").substr(0, volume.sizes.size());
   volume.place = placeOf(fields, layout);
-  volume.isPlaced = true;
+  // Where both codes are 0, the standard says nothing of directions.
+  if (fields.code(layout.qform) > 0 || fields.code(layout.qform, 1) > 0) volume.space = "RAS";
 
   const double slope = fields.real(layout.slope);
   if (std::isfinite(slope) && slope != 0) {
@@ -251,6 +253,7 @@ Result<Volume> readNiftiHeader(const std::filesystem::path& path) {
                     volume.where);
       }
     }
+    if (auto within = checkDataFile(volume.where, data.path); !within) return pass(within.error());
     data.encoding = data.path.extension() == ".gz" ? SampleEncoding::Gzip : SampleEncoding::Raw;
   } else {
     data.encoding = packed ? SampleEncoding::Gzip : SampleEncoding::Raw;

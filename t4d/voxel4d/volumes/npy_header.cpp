@@ -38,12 +38,12 @@ std::optional<SampleType> typeOf(std::string_view descr) {
 Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view axes) {
   Volume volume;
   volume.where = path.string();
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return fail(ErrorCode::Io, "cannot be opened", volume.where);
+  auto opened = openHeader(path);
+  if (!opened) return pass(opened.error());
+  std::ifstream& file = *opened;
   std::array<unsigned char, 12> front{};
   file.read(reinterpret_cast<char*>(front.data()), front.size());
   constexpr std::string_view kMagic = "\x93NUMPY";
-  if (file.gcount() == 0) return invalid("is empty", volume.where);
   if (!file ||
       !std::equal(kMagic.begin(), kMagic.end(), front.begin(),
                   [](char a, unsigned char b) { return static_cast<unsigned char>(a) == b; })) {

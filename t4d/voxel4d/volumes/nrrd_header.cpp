@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -47,9 +49,43 @@ std::optional<SampleType> typeOf(const std::string& name) {
       {"float", "float32"},
       {"double", "float64"},
   };
-  const auto alias = kAliases.find(name);
-  return sampleTypeNamed(alias == kAliases.end() ? name : alias->second);
+  const std::string lower = lowerCase(name);
+  const auto alias = kAliases.find(lower);
+  return sampleTypeNamed(alias == kAliases.end() ? lower : alias->second);
 }
+
+/// The names of all fields that NRRD has, without blanks.
+constexpr std::array<std::string_view, 31> kFields = {"axismaxs",
+                                                      "axismins",
+                                                      "blocksize",
+                                                      "byteskip",
+                                                      "centerings",
+                                                      "centers",
+                                                      "content",
+                                                      "datafile",
+                                                      "dimension",
+                                                      "encoding",
+                                                      "endian",
+                                                      "kinds",
+                                                      "labels",
+                                                      "lineskip",
+                                                      "max",
+                                                      "measurementframe",
+                                                      "min",
+                                                      "number",
+                                                      "oldmax",
+                                                      "oldmin",
+                                                      "sampleunits",
+                                                      "sizes",
+                                                      "space",
+                                                      "spacedimension",
+                                                      "spacedirections",
+                                                      "spaceorigin",
+                                                      "spaceunits",
+                                                      "spacings",
+                                                      "thicknesses",
+                                                      "type",
+                                                      "units"};
 
 /// The lines of a header, by the name of their field.
 class Header {
@@ -57,12 +93,12 @@ class Header {
   static Result<Header> read(const fs::path& path) {
     Header header;
     header.where = path.string();
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return fail(ErrorCode::Io, "cannot be opened", header.where);
+    auto file = openHeader(path);
+    if (!file) return pass(file.error());
     std::string line;
     constexpr std::uint64_t kLongest = 1U << 20U;
     std::uint64_t bytes = 0;
-    for (std::uint64_t number = 1; takeLine(file, line, bytes); ++number) {
+    for (std::uint64_t number = 1; takeLine(*file, line, bytes); ++number) {
       if (bytes > kLongest) {
         return invalid("has a header of more than a megabyte", header.where);
       }
@@ -82,37 +118,65 @@ class Header {
         header.end_ = bytes;
         return header;
       }
-      if (line.front() == '#' || line.find(":=") != std::string::npos) continue;
+      if (line.front() == '#') continue;
       const auto colon = line.find(": ");
+      if (line.find(":=") < colon) continue;  // a key and a value of somebody's own
+      const std::string where = fmt::format("{}:{}", header.where, number);
       if (colon == std::string::npos) {
-        return invalid(fmt::format("found '{}', expected 'FIELD: VALUE'", shown(line)),
-                       fmt::format("{}:{}", header.where, number));
+        return invalid(fmt::format("found '{}', expected 'FIELD: VALUE'", shown(line)), where);
       }
       const std::string field = line.substr(0, colon);
-      header.fields_[field] = trimmed(line.substr(colon + 2));
-      if ((field == "data file" || field == "datafile") &&
-          header.fields_[field].starts_with("LIST")) {
-        while (takeLine(file, line, bytes)) {
+      const auto [value, isNew] =
+          header.fields_.emplace(keyOf(field), trimmed(line.substr(colon + 2)));
+      if (!isNew) {
+        return invalid(fmt::format("has the field '{}' a second time", shown(field)), where);
+      }
+      if (keyOf(field) == "datafile" && value->second.starts_with("LIST")) {
+        while (takeLine(*file, line, bytes)) {
           if (!line.empty()) header.list.push_back(line);
         }
         return header;
       }
     }
-    if (bytes == 0) return invalid("is empty", header.where);
     return header;  // a detached header ends with its file
   }
 
-  /// Empty if it is not there; NRRD allows some names with and without a blank.
+  /// Empty if it is not there. Names are compared without case and blanks, which NRRD allows in
+  /// some.
   std::string operator()(const std::string& field) const {
-    auto found = fields_.find(field);
-    if (found == fields_.end()) {
-      std::string joined = field;
-      std::erase(joined, ' ');
-      found = fields_.find(joined);
-    }
+    const auto found = fields_.find(keyOf(field));
     return found == fields_.end() ? std::string() : found->second;
   }
+  /// A value of a fixed set, which is compared without case.
+  std::string word(const std::string& field) const { return lowerCase((*this)(field)); }
   std::vector<std::string> words(const std::string& field) const { return wordsOf((*this)(field)); }
+  /// A number for each of `count` axes, none where NRRD's `nan` says that it is unknown; empty
+  /// without the field.
+  Result<std::vector<std::optional<double>>> numbers(const std::string& field,
+                                                     std::size_t count) const {
+    std::vector<std::optional<double>> all;
+    for (const std::string& word : words(field)) {
+      const auto number = numberIn<double>(word);
+      if (!number || std::isinf(*number)) {
+        return wrong(field,
+                     fmt::format("has '{}' where a number, or nan, is expected", shown(word)));
+      }
+      all.push_back(std::isnan(*number) ? std::nullopt : number);
+    }
+    if (all.empty() || all.size() == count) return all;
+    return wrong(field, fmt::format("does not have a number for each of {} axes", count));
+  }
+  /// Fails for a field that NRRD does not have: its name may be misspelt.
+  Result<void> checkNames() const {
+    for (const auto& [name, value] : fields_) {
+      if (std::ranges::find(kFields, name) != kFields.end()) continue;
+      return invalid(fmt::format("has the field '{}', which NRRD does not have; a key of your own "
+                                 "is written as 'KEY:=VALUE'",
+                                 shown(name)),
+                     where);
+    }
+    return {};
+  }
   tl::unexpected<Error> wrong(const std::string& field, const std::string& message) const {
     if ((*this)(field).empty()) {
       return invalid(fmt::format("lacks the field '{}', which is required", field), where);
@@ -127,6 +191,10 @@ class Header {
   std::vector<std::string> list;  // of data files
 
  private:
+  static std::string keyOf(std::string field) {
+    std::erase(field, ' ');
+    return lowerCase(std::move(field));
+  }
   static bool takeLine(std::istream& file, std::string& line, std::uint64_t& bytes) {
     if (!std::getline(file, line)) return false;
     bytes += line.size() + 1;
@@ -144,7 +212,7 @@ std::optional<std::vector<std::optional<Eigen::Vector3d>>> vectorsIn(const std::
   for (std::size_t at = 0;;) {
     at = text.find_first_not_of(" \t", at);
     if (at == std::string::npos) return vectors;
-    if (text.compare(at, 4, "none") == 0) {
+    if (lowerCase(text.substr(at, 4)) == "none") {
       vectors.emplace_back();
       at += 4;
       continue;
@@ -161,82 +229,69 @@ std::optional<std::vector<std::optional<Eigen::Vector3d>>> vectorsIn(const std::
       if (!number) return std::nullopt;
       vector[i] = *number;
     }
-    vectors.emplace_back(vector);
+    vectors.emplace_back();
+    if (!vector.array().isNaN().all()) vectors.back() = vector;  // old files have nan for none
     at = close + 1;
   }
 }
 
-/// The words of a list in quotes: "mm" "mm" "s".
-std::vector<std::string> quoted(const std::string& text) {
+/// The words of a list in quotes, "mm" "mm" "s"; nothing if there are not `count`. Units that are
+/// not known are "".
+std::optional<std::vector<std::string>> unitsIn(const std::string& text, std::size_t count) {
   std::vector<std::string> words;
   for (std::size_t at = 0;;) {
     const auto begin = text.find('"', at);
     const auto end = begin == std::string::npos ? begin : text.find('"', begin + 1);
-    if (end == std::string::npos) return words;
+    if (end == std::string::npos) break;
     words.push_back(text.substr(begin + 1, end - begin - 1));
+    if (words.back() == "???" || words.back() == "none") words.back().clear();
     at = end + 1;
   }
+  if (words.size() != count) return std::nullopt;
+  return words;
 }
 
 /// Where axes begin, of samples without directions.
 Result<void> placeByMins(const Header& header, const std::optional<std::size_t>& time,
-                         Volume& volume) {
-  const bool spaced = !header("spacings").empty() || !header("space directions").empty();
+                         bool hasDirections, Volume& volume) {
+  const bool spaced = !header("spacings").empty() || hasDirections;
   if (!header("axis maxs").empty() && !spaced) {
     return header.wrong("axis maxs", "is not supported; give spacings");
   }
-  const auto mins = header.words("axis mins");
-  if (mins.empty()) return {};
-  if (mins.size() != volume.sizes.size()) {
-    return header.wrong("axis mins", fmt::format("does not have a number for each of {} axes",
-                                                 volume.sizes.size()));
-  }
+  const auto mins = header.numbers("axis mins", volume.sizes.size());
+  if (!mins) return pass(mins.error());
+  if (mins->empty()) return {};
   for (const char* field : {"centers", "centerings"}) {
-    const auto centers = header.words(field);
+    const auto centers = wordsOf(header.word(field));
     if (std::ranges::find(centers, "cell") == centers.end()) continue;
     return header.wrong(field, "is not supported with axis mins; give a space origin");
   }
   int axis = 0;
-  for (std::size_t i = 0; i < mins.size(); ++i) {
-    double min = numberIn<double>(mins[i]).value_or(0);
-    if (!std::isfinite(min)) min = 0;
-    (i == time ? volume.startTime : volume.place(axis++, 3)) = min;
+  for (std::size_t i = 0; i < mins->size(); ++i) {
+    const std::optional<double> min = (*mins)[i];
+    if (min && hasDirections && i != time) {
+      return header.wrong("axis mins", "contradicts directions in space; give a space origin");
+    }
+    double& begin = i == time ? volume.startTime : volume.place(axis++, 3);
+    begin = min.value_or(begin);
   }
   return {};
 }
 
-/// Sets which axis is which, and where samples are.
-Result<void> place(const Header& header, Volume& volume) {
-  const std::size_t count = volume.sizes.size();
-  const auto kinds = header.words("kinds");
-  const auto directions = vectorsIn(header("space directions"));
+/// Which axis is the time, if one is.
+Result<std::optional<std::size_t>> timeAxisOf(
+    const Header& header, const std::vector<std::optional<Eigen::Vector3d>>& directions,
+    std::size_t count) {
+  const auto kinds = wordsOf(header.word("kinds"));
   if (!kinds.empty() && kinds.size() != count) {
     return header.wrong("kinds", fmt::format("does not have a word for each of {} axes", count));
-  }
-  std::string space = header("space");
-  std::ranges::transform(space, space.begin(), [](unsigned char c) { return std::tolower(c); });
-  const bool hasTime = space.ends_with("-time") || space == "rast" || space == "last" ||
-                       space == "lpst" || space == "3drht" || space == "3dlht";
-  if (hasTime) {
-    return header.wrong("space",
-                        "has four dimensions; expected is a space of three, with directions of "
-                        "three numbers, and 'none' for the axis of time");
-  }
-  if (const std::string dimension = header("space dimension");
-      !dimension.empty() && dimension != "3") {
-    return header.wrong("space dimension", "is not 3, with 'none' for the direction of time");
-  }
-  if (!directions || (!directions->empty() && directions->size() != count)) {
-    return header.wrong(
-        "space directions",
-        fmt::format("is not a vector (x,y,z), or none, for each of {} axes", count));
   }
   std::optional<std::size_t> time;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string kind = kinds.empty() ? "" : kinds[i];
     const bool ofTime = kind == "time" || kind == "list";
     const bool ofSpace = kind == "space" || kind == "domain";
-    const bool bare = !directions->empty() && !(*directions)[i];
+    const bool bare = !directions.empty() && !directions[i];
     if (!ofTime && !ofSpace && !kind.empty() && kind != "none" && kind != "???") {
       return header.wrong("kinds", fmt::format("has an axis of kind '{}': samples are to be single "
                                                "numbers",
@@ -249,7 +304,7 @@ Result<void> place(const Header& header, Volume& volume) {
     }
     time = i;
   }
-  if (!time && count == 4 && !directions->empty()) {
+  if (!time && count == 4 && !directions.empty()) {
     return header.wrong("space directions",
                         "gives all four axes a direction, so none is the time; expected is 'none' "
                         "for the axis of time, or its kind, time");
@@ -258,35 +313,132 @@ Result<void> place(const Header& header, Volume& volume) {
   if (count != (time ? 4U : 3U)) {
     return header.wrong("dimension", "is not three axes of space, with or without one of time");
   }
-  int axis = 0;
-  for (std::size_t i = 0; i < count; ++i) volume.axes += i == time ? 't' : "xyz"[axis++];
+  return time;
+}
 
-  const auto spacings = header.words("spacings");
-  if (!spacings.empty() && spacings.size() != count) {
-    return header.wrong("spacings",
-                        fmt::format("does not have a number for each of {} axes", count));
+/// Turns positions to a space that is right-handed: in one that is not, solids are mirror images.
+Result<void> takeSpace(const Header& header, bool hasDirections, Volume& volume) {
+  const std::string space = header.word("space");
+  if (space.ends_with("-time") || space == "rast" || space == "last" || space == "lpst" ||
+      space == "3drht" || space == "3dlht") {
+    return header.wrong("space",
+                        "has four dimensions; expected is a space of three, with directions of "
+                        "three numbers, and 'none' for the axis of time");
   }
-  const auto spacing = [&](std::size_t i) -> std::optional<double> {
-    if (spacings.empty()) return std::nullopt;
-    const auto number = numberIn<double>(spacings[i]);
-    return number && std::isfinite(*number) ? number : std::nullopt;
-  };
+  if (const std::string dimension = header("space dimension");
+      !dimension.empty() && dimension != "3") {
+    return header.wrong("space dimension", "is not 3, with 'none' for the direction of time");
+  }
+  const bool ras = space == "right-anterior-superior" || space == "ras";
+  const bool las = space == "left-anterior-superior" || space == "las";
+  const bool lps = space == "left-posterior-superior" || space == "lps";
+  const bool leftHanded = space == "3d-left-handed" || space == "3dlh";
+  if (!ras && !las && !lps && !leftHanded && space != "3d-right-handed" && space != "3drh" &&
+      space != "scanner-xyz" && !space.empty()) {
+    return header.wrong("space",
+                        "is not known; NRRD has right-anterior-superior, "
+                        "left-anterior-superior, left-posterior-superior, scanner-xyz, "
+                        "3D-right-handed and 3D-left-handed");
+  }
+  if (!hasDirections) return {};  // the axes of the data are not those of the space
+  if (lps) volume.space = "LPS";
+  if (ras || las) volume.space = "RAS";
+  if (las) {
+    volume.place.row(0) *= -1;
+    volume.notice =
+        "its space, left-anterior-superior, is left-handed: x is negated, which makes "
+        "it right-anterior-superior (RAS)";
+  }
+  if (leftHanded) {
+    volume.place.row(2) *= -1;
+    volume.notice = "its space is left-handed: z is negated, so that the solid is not mirrored";
+  }
+  return {};
+}
+
+/// Units of length and time. What `units` and `space units` say both must agree.
+Result<void> takeUnits(const Header& header, const std::optional<std::size_t>& time,
+                       Volume& volume) {
+  const std::size_t count = volume.sizes.size();
+  const auto ofSpace = unitsIn(header("space units"), 3);
+  const auto ofAxes = unitsIn(header("units"), count);
+  if (!ofSpace && !header("space units").empty()) {
+    return header.wrong("space units", "is not three units in quotes");
+  }
+  if (!ofAxes && !header("units").empty()) {
+    return header.wrong("units", fmt::format("is not a unit in quotes for each of {} axes", count));
+  }
+  if (ofSpace) {
+    if (std::ranges::adjacent_find(*ofSpace, std::not_equal_to<>()) != ofSpace->end()) {
+      return header.wrong("space units", "are not all the same");
+    }
+    volume.lengthUnit = ofSpace->front();
+  }
+  if (!ofAxes) return {};
+  std::optional<std::string> unit;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string& here = (*ofAxes)[i];
+    if (i == time) {
+      volume.timeUnit = here;
+    } else if (unit.value_or(here) != here) {
+      return header.wrong("units", "are not the same along all axes of space");
+    } else {
+      unit = here;
+    }
+  }
+  if (unit->empty()) return {};
+  if (!volume.lengthUnit.empty() && volume.lengthUnit != *unit) {
+    return header.wrong("units",
+                        fmt::format("contradicts the space units, '{}'", shown(volume.lengthUnit)));
+  }
+  volume.lengthUnit = *unit;
+  return {};
+}
+
+/// Sets which axis is which, and where samples are.
+Result<void> place(const Header& header, Volume& volume) {
+  const std::size_t count = volume.sizes.size();
+  const auto directions = vectorsIn(header("space directions"));
+  if (!directions || (!directions->empty() && directions->size() != count)) {
+    return header.wrong(
+        "space directions",
+        fmt::format("is not a vector (x,y,z), or none, for each of {} axes", count));
+  }
+  const bool hasDirections = !directions->empty();
+  const auto time = timeAxisOf(header, *directions, count);
+  if (!time) return pass(time.error());
+  int axis = 0;
+  for (std::size_t i = 0; i < count; ++i) volume.axes += i == *time ? 't' : "xyz"[axis++];
+
+  const auto spacings = header.numbers("spacings", count);
+  if (!spacings) return pass(spacings.error());
+  int known = 0;
   axis = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    if (i == time) {
-      volume.frameTime = spacing(i);
+    const auto step = spacings->empty() ? std::nullopt : (*spacings)[i];
+    if (i == *time) {
+      volume.frameTime = step;
       continue;
     }
-    if (!directions->empty()) {
+    known += step ? 1 : 0;
+    if (hasDirections) {
       volume.place.col(axis) = *(*directions)[i];
-      volume.isPlaced = true;
-    } else if (const auto step = spacing(i)) {
-      volume.place.col(axis) *= *step;
-      volume.isPlaced = true;
+      constexpr double kRounding = 1e-4;  // of numbers in six digits
+      const double length = volume.place.col(axis).norm();
+      if (step && !(std::abs(std::abs(*step) - length) <= kRounding * length)) {
+        return header.wrong("spacings", fmt::format("contradicts the direction of axis {}, whose "
+                                                    "length is {}",
+                                                    i, length));
+      }
+    } else {
+      volume.place.col(axis) *= step.value_or(1);
     }
     ++axis;
   }
-  if (auto set = placeByMins(header, time, volume); !set) return set;
+  if (!hasDirections && known != 0 && known != 3) {
+    return header.wrong("spacings", "has numbers for some axes of space, and nan for others");
+  }
+  if (auto set = placeByMins(header, *time, hasDirections, volume); !set) return set;
   const std::string origin = header("space origin");
   if (!origin.empty()) {
     const auto vector = vectorsIn(origin);
@@ -295,36 +447,19 @@ Result<void> place(const Header& header, Volume& volume) {
     }
     volume.place.col(3) = *vector->front();
   }
-  const auto units = quoted(header("units"));
-  const auto spaceUnits = quoted(header("space units"));
-  for (const std::string& unit : spaceUnits) {
-    if (unit != spaceUnits.front()) return header.wrong("space units", "are not all the same");
-    volume.lengthUnit = unit;
-  }
-  bool first = true;
-  for (std::size_t i = 0; units.size() == count && i < count; ++i) {
-    if (i == time) {
-      volume.timeUnit = units[i];
-      continue;
-    }
-    if (!first && units[i] != volume.lengthUnit) {
-      return header.wrong("units", "are not the same along all axes of space");
-    }
-    volume.lengthUnit = units[i];
-    first = false;
-  }
-  return {};
+  if (auto taken = takeSpace(header, hasDirections, volume); !taken) return taken;
+  return takeUnits(header, *time, volume);
 }
 
-/// The name of a data file; it is in the folder of the header, or below.
+/// The name of a data file.
 Result<fs::path> dataFile(const Header& header, const fs::path& folder, const std::string& name) {
   const fs::path path(name);
   const auto climbs = [](const fs::path& part) { return part == ".."; };
   if (name.empty() || path.is_absolute() || std::ranges::any_of(path, climbs)) {
-    return invalid(fmt::format("names the data file '{}'; it must be in the same folder or below, "
-                               "so that a header from elsewhere cannot have other files read",
-                               shown(name)),
-                   header.where);
+    return namesOtherFolder(header.where, name);
+  }
+  if (auto within = checkDataFile(header.where, folder / path); !within) {
+    return pass(within.error());
   }
   return folder / path;
 }
@@ -363,7 +498,7 @@ Result<std::vector<std::string>> numbered(const Header& header,
 
 Result<void> findData(const Header& header, const fs::path& path, Volume& volume) {
   SampleData data;
-  const std::string encoding = header("encoding");
+  const std::string encoding = header.word("encoding");
   if (encoding == "raw") {
     data.encoding = SampleEncoding::Raw;
   } else if (encoding == "gzip" || encoding == "gz") {
@@ -411,6 +546,10 @@ Result<void> findData(const Header& header, const fs::path& path, Volume& volume
     volume.data.push_back(data);
   }
   if (volume.data.empty()) return header.wrong("data file", "names no file");
+  // A short list could have a large file unpacked many times.
+  if (std::set(names.begin(), names.end()).size() != names.size()) {
+    return header.wrong("data file", "names a file twice; expected is a file for each frame");
+  }
   if (volume.data.size() > 1 && volume.axes.back() != 't') {
     return header.wrong("data file",
                         fmt::format("names {} files, a frame each, but the last axis is not the "
@@ -452,9 +591,9 @@ Result<Volume> readNrrdHeader(const fs::path& path) {
   const auto type = typeOf(header("type"));
   if (!type) return header.wrong("type", "is not supported; integers, float and double are");
   volume.type = *type;
-  if (sizeOf(*type) > 1 && header("encoding") != "text" && header("encoding") != "ascii" &&
-      header("encoding") != "txt") {
-    const std::string endian = header("endian");
+  const std::string encoding = header.word("encoding");
+  if (sizeOf(*type) > 1 && encoding != "text" && encoding != "ascii" && encoding != "txt") {
+    const std::string endian = header.word("endian");
     if (endian != "little" && endian != "big") {
       return header.wrong("endian", "is neither little nor big");
     }
@@ -479,6 +618,7 @@ Result<Volume> readNrrdHeader(const fs::path& path) {
   }
   if (auto placed = place(header, volume); !placed) return pass(placed.error());
   if (auto found = findData(header, path, volume); !found) return pass(found.error());
+  if (auto known = header.checkNames(); !known) return pass(known.error());
   return volume;
 }
 

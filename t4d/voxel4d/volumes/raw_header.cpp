@@ -34,12 +34,11 @@ std::optional<std::string> parseLine(const std::string& line, Volume& volume) {
 /// The first line of the file if it begins with "raw "; its end is behind the line break.
 Result<std::string> ownLine(const std::filesystem::path& path) {
   constexpr std::size_t kLongest = 200;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return fail(ErrorCode::Io, "cannot be opened", path.string());
+  auto file = openHeader(path);
+  if (!file) return pass(file.error());
   std::string front(kLongest, '\0');
-  file.read(front.data(), kLongest);
-  front.resize(static_cast<std::size_t>(file.gcount()));
-  if (front.empty()) return invalid("is empty", path.string());
+  file->read(front.data(), kLongest);
+  front.resize(static_cast<std::size_t>(file->gcount()));
   const auto end = front.find('\n');
   if (!front.starts_with("raw ") || end == std::string::npos) return std::string();
   return front.substr(0, end);

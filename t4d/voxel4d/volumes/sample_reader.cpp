@@ -13,6 +13,8 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include "t4d/system/regular_file.h"
+
 namespace t4d::voxel4d {
 namespace {
 
@@ -268,14 +270,9 @@ std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
 Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, SampleType type,
                                                   std::uint64_t bytes) {
   const std::string where = data.path.string();
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(data.path, error)) {
-    return fail(ErrorCode::Io, error ? "cannot be read: " + error.message() : "is not a file",
-                where);
-  }
-  const std::uint64_t size = std::filesystem::file_size(data.path, error);
-  if (error) return fail(ErrorCode::Io, "cannot be read: " + error.message(), where);
-  const std::uint64_t stored = size - std::min(size, data.offset);
+  const auto size = system::sizeOfRegularFile(data.path);
+  if (!size) return pass(size.error());
+  const std::uint64_t stored = *size - std::min(*size, data.offset);
   if (bytes / mostBytes(data.encoding, type) > stored) {
     return invalid(
         fmt::format("is cut off or damaged: {} bytes of samples are announced, which {} bytes "
@@ -291,7 +288,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
   Descriptor file(open(data.path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.number() < 0) return cannotRead(where);
   if (data.encoding == SampleEncoding::Raw) {
-    return std::make_unique<RawReader>(std::move(file), where, data.offset, size);
+    return std::make_unique<RawReader>(std::move(file), where, data.offset, *size);
   }
   std::array<unsigned char, 2> magic{};  // stays zero where the file ends
   const auto offset = static_cast<off_t>(data.offset);

@@ -77,7 +77,10 @@ struct Volume {
 
   /// From (i, j, k), numbers of a sample along x, y and z, to a position.
   model::Affine3x4 place = model::Affine3x4::Identity();
-  bool isPlaced = false;  ///< whether the file says so
+  /// What positions are relative to a patient, "RAS" (x to the right, y anterior, z superior) or
+  /// "LPS"; "" if that is not said.
+  std::string space;
+  std::string notice;  ///< what was changed while the header was read; "" for nothing
 
   std::optional<double> frameTime;
   double startTime = 0;

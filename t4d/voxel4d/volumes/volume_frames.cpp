@@ -10,11 +10,13 @@
 
 #include "t4d/model/limits.h"
 #include "t4d/model/times.h"
+#include "t4d/system/scratch_file.h"
 #include "t4d/voxel4d/array_frame.h"
 #include "t4d/voxel4d/natural_order.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
+#include "t4d/voxel4d/voxelize.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -66,6 +68,83 @@ tl::unexpected<Error> ofData(Error error, const Volume& volume, const SampleData
 /// What the values of samples are in memory.
 enum class Values : std::uint8_t { Mask, Floats, Doubles };
 
+/// The samples of a file in which time is not the slowest axis, frame after frame: the file is read
+/// once, and put into a temporary file in parts, each of which has all frames.
+class FrameByFrame {
+ public:
+  /// A part has `inner` bytes of a frame for each step along the slower axes, of which there are
+  /// `outer`.
+  FrameByFrame(std::uint64_t inner, std::uint64_t frames, std::uint64_t outer)
+      : inner_(inner),
+        frames_(frames),
+        outer_(outer),
+        stepsInPart_(std::clamp<std::uint64_t>(kPart / (inner * frames), 1, outer)) {}
+
+  /// Takes all samples from a reader that has come to the first.
+  Result<void> fill(SampleReader& reader) {
+    auto file = system::ScratchFile::create();
+    if (!file) return pass(file.error());
+    file_ = std::move(*file);
+    std::vector<std::byte> bytes;
+    std::vector<std::byte> sorted;
+    for (std::uint64_t step = 0; step < outer_; step += stepsInPart_) {
+      const std::uint64_t steps = std::min(stepsInPart_, outer_ - step);
+      if (steps == 1) {
+        // Its frames follow one another already.
+        if (auto copied = copy(reader, bytes); !copied) return copied;
+        continue;
+      }
+      bytes.resize(steps * frames_ * inner_);
+      sorted.resize(bytes.size());
+      if (auto read = reader.read(bytes); !read) return read;
+      const std::byte* from = bytes.data();
+      for (std::uint64_t i = 0; i < steps; ++i) {
+        for (std::uint64_t frame = 0; frame < frames_; ++frame, from += inner_) {
+          std::memcpy(sorted.data() + (frame * steps + i) * inner_, from, inner_);
+        }
+      }
+      if (auto put = file_->append(sorted); !put) return put;
+    }
+    return {};
+  }
+
+  /// Sets `into` to bytes of a frame from number `from` on.
+  Result<void> read(std::uint64_t frame, std::uint64_t from, std::span<std::byte> into) const {
+    const std::uint64_t inPart = stepsInPart_ * inner_;  // of one frame
+    while (!into.empty()) {
+      const std::uint64_t part = from / inPart;
+      const std::uint64_t steps = std::min(stepsInPart_, outer_ - part * stepsInPart_);
+      const std::uint64_t at = from % inPart;
+      const auto here = into.first(std::min<std::uint64_t>(into.size(), steps * inner_ - at));
+      const std::uint64_t begin = part * inPart * frames_ + frame * steps * inner_;
+      if (!file_->read(begin + at, here)) {
+        return fail(ErrorCode::Failed,
+                    "a temporary file cannot be read back (TMPDIR says where it is)");
+      }
+      from += here.size();
+      into = into.subspan(here.size());
+    }
+    return {};
+  }
+
+ private:
+  Result<void> copy(SampleReader& reader, std::vector<std::byte>& bytes) {
+    for (std::uint64_t left = frames_ * inner_; left > 0; left -= bytes.size()) {
+      bytes.resize(std::min(left, kPart));
+      if (auto read = reader.read(bytes); !read) return read;
+      if (auto put = file_->append(bytes); !put) return put;
+    }
+    return {};
+  }
+
+  static constexpr std::uint64_t kPart = std::uint64_t{1} << 24U;
+  std::uint64_t inner_;
+  std::uint64_t frames_;
+  std::uint64_t outer_;
+  std::uint64_t stepsInPart_;
+  std::optional<system::ScratchFile> file_;
+};
+
 /// One frame after another of one or several volumes.
 class Frames : public FrameSource {
  public:
@@ -80,6 +159,11 @@ class Frames : public FrameSource {
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return times_.size(); }
+  bool isOneApart() const override { return !options_.frameTime && !volumes_[0].frameTime; }
+  std::string nameOf(std::size_t index) const override {
+    return volumes_.size() > 1 ? volumes_[index].where
+                               : fmt::format("{}: frame {}", volumes_[0].where, index);
+  }
 
   Result<Frame> frame(std::size_t index) override {
     auto frame = values_ == Values::Mask     ? frameOf<bool>(index)
@@ -138,39 +222,30 @@ class Frames : public FrameSource {
     }
     const bool alone = volume.data.size() > 1;  // a file for each frame
     const std::uint64_t framesInFile = alone ? 1 : volume.frames();
-    const std::uint64_t first = alone ? 0 : frameInFile;
     const SampleData& data = volume.data[alone ? frameInFile : 0];
+    at_ = frameInFile;
 
     // Frames that follow one another are read in one go.
-    const bool goesOn = reader_ && outer == 1 && !series && !alone && next_ == frameInFile;
-    if (!goesOn) {
+    if (!reader_ || series || alone) {
       auto reader =
           openSamples(data, volume.type, data.begin + inner * outer * framesInFile * size);
       if (!reader) return ofData(reader.error(), volume, data);
       reader_ = std::move(*reader);
-      if (auto done = reader_->skip(data.begin + first * inner * size); !done) {
-        return ofData(done.error(), volume, data);
+      if (auto done = reader_->skip(data.begin); !done) return ofData(done.error(), volume, data);
+      if (framesInFile > 1 && outer > 1) {
+        sorted_.emplace(inner * size, framesInFile, outer);
+        if (auto done = sorted_->fill(*reader_); !done) return ofData(done.error(), volume, data);
       }
     }
-    next_ = frameInFile + 1;
-    for (std::uint64_t o = 0; o < outer; ++o) {
-      if (auto done = place(volume, data, o * inner, inner, values); !done) return done;
-      const bool last = o + 1 == outer;
-      if (!last) {
-        if (auto done = reader_->skip((framesInFile - 1) * inner * size); !done) {
-          return ofData(done.error(), volume, data);
-        }
-      }
-    }
-    if (first + 1 < framesInFile) return {};
+    if (auto done = place(volume, data, values); !done) return done;
+    if (!alone && frameInFile + 1 < framesInFile) return {};
     auto done = reader_->finish(data.mayHaveMore);
     return done ? done : ofData(done.error(), volume, data);
   }
 
-  /// Reads the next `count` samples of a frame, from number `from` on in the order of the file.
+  /// Reads the samples of a frame, in the order of the file.
   template <class T>
-  Result<void> place(const Volume& volume, const SampleData& data, std::uint64_t from,
-                     std::uint64_t count, std::span<T> values) {
+  Result<void> place(const Volume& volume, const SampleData& data, std::span<T> values) {
     constexpr std::uint64_t kSamplesAtOnce = 1U << 16U;
     const std::size_t size = sizeOf(volume.type);
     // Each axis of space in the file: samples along it, and the way to the next in `values`.
@@ -182,21 +257,21 @@ class Frames : public FrameSource {
       sizes[axes] = volume.sizes[i];
       strides[axes++] = shape_.stride(volume.axes[i] - 'x');
     }
-    std::array<std::uint64_t, 3> at = {from % sizes[0], from / sizes[0] % sizes[1],
-                                       from / sizes[0] / sizes[1]};
+    std::array<std::uint64_t, 3> at{};
+    const std::uint64_t count = values.size();
     std::vector<std::byte> bytes(std::min(count, kSamplesAtOnce) * size);
     for (std::uint64_t done = 0; done < count;) {
       const auto part = std::min<std::uint64_t>(count - done, kSamplesAtOnce);
-      if (auto read = reader_->read(std::span(bytes).first(part * size)); !read) {
-        return ofData(read.error(), volume, data);
-      }
+      const auto into = std::span(bytes).first(part * size);
+      const auto read = sorted_ ? sorted_->read(at_, done * size, into) : reader_->read(into);
+      if (!read) return ofData(read.error(), volume, data);
       for (std::uint64_t i = 0; i < part; ++i) {
         const std::optional<T> value = valueOf<T>(volume, bytes.data() + i * size);
         if (!value) {
           return invalid(
               fmt::format(
                   "the sample ({}) of frame {} (counted from 0) is not finite, or too large",
-                  indexText(volume, at), next_ - 1),
+                  indexText(volume, at), at_),
               volume.where);
         }
         values[at[0] * strides[0] + at[1] * strides[1] + at[2] * strides[2]] = *value;
@@ -283,8 +358,9 @@ class Frames : public FrameSource {
   Values values_;
   ArrayShape shape_;
   std::unique_ptr<SampleReader> reader_;
-  std::uint64_t next_ = 0;  // the frame that `reader_` has come to
-  bool solid_ = false;      // whether any frame so far had a sample inside
+  std::optional<FrameByFrame> sorted_;  // of a file in which time is not the slowest axis
+  std::uint64_t at_ = 0;                // the frame in the file that is read
+  bool solid_ = false;                  // whether any frame so far had a sample inside
 };
 
 Result<Values> valuesOf(const Volume& volume, const VolumeOptions& options) {
@@ -342,7 +418,7 @@ Result<void> checkAlike(const Volume& first, const Volume& other) {
                                other.lengthUnit, other.timeUnit, first.lengthUnit, first.timeUnit),
                    other.where);
   }
-  if (other.place != first.place) {
+  if (other.place != first.place || other.space != first.space) {
     return invalid("is placed elsewhere in space than the first frame", other.where);
   }
   return {};
@@ -383,11 +459,12 @@ Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& opti
 
 Result<std::vector<double>> timesOf(const Volume& first, std::size_t count,
                                     const VolumeOptions& options) {
-  const auto step = options.frameTime ? options.frameTime : first.frameTime;
-  if (!step) {
-    return invalid("does not say how long it is from frame to frame", first.where,
-                   Remedy::FrameTime);
+  if (count > kMaxFrames) {
+    return invalid(fmt::format("has {} frames; at most {} are allowed", count, kMaxFrames),
+                   first.where);
   }
+  const auto step =
+      options.frameTime ? options.frameTime : std::optional(first.frameTime.value_or(1));
   const double start = options.startTime.value_or(first.startTime);
   if (!(*step > 0 && std::isfinite(*step) && std::isfinite(start))) {
     return invalid(fmt::format("frames are {} apart from time {} on; expected is a positive number",
@@ -459,6 +536,8 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   if (!times) return pass(times.error());
 
   VolumeFrames opened;
+  opened.space = first.space;
+  opened.notice = first.notice;
   opened.takenAsDistances = *values != Values::Mask && !options.iso;
   opened.lengthUnit = first.lengthUnit;
   opened.timeUnit = first.timeUnit;

@@ -49,19 +49,25 @@ struct VolumeFrames {
   std::unique_ptr<FrameSource> frames;
   std::optional<model::Affine3x4> toSpace;
   bool takenAsDistances = false;  ///< floats, of which those below 0 are inside
-  std::string lengthUnit;         ///< "" if the file does not say
+  /// What positions are relative to a patient, "RAS" (x to the right, y anterior, z superior) or
+  /// "LPS"; "" if the file does not say. NRRD's left-handed spaces are mirrored, which `notice`
+  /// says.
+  std::string space;
+  std::string notice;      ///< "" for nothing
+  std::string lengthUnit;  ///< "" if the file does not say
   std::string timeUnit;
 };
 
 /// Frames from volumes: one file with an axis of time, or several of a frame each, in natural order
 /// of their names. Everything beyond the samples is outside. A frame is read when it is requested,
-/// and then is in memory as float, or as double if its samples are wider than that or scaled. Of a
-/// file in which time is not the slowest axis everything is read for each frame.
+/// and then is in memory as float, or as double if its samples are wider than that or scaled. A
+/// file in which time is not the slowest axis is read at once, into a temporary file of the size of
+/// its samples. Without a time between frames they are 1 apart.
 ///
 /// These are errors that name the file: what its header says is damaged, contradicts the size of
 /// the file, or is beyond what is read (volumes/headers.h); integers with neither `iso` nor
-/// `label`; samples that are not finite; no time between frames; voxels without volume; files of
-/// one series that differ; fewer than two frames. If no frame has a sample inside, requesting the
+/// `label`; samples that are not finite; voxels without volume; files of one series that differ;
+/// fewer than two frames, or more than kMaxFrames. If no frame has a sample inside, requesting the
 /// last frame is an error.
 Result<VolumeFrames> openVolumeFrames(std::span<const std::filesystem::path> inputs,
                                       const VolumeOptions& options = {});

@@ -1,15 +1,18 @@
 #include "t4d/voxel4d/volumes/volume_frames.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <numbers>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "t4d/measure/mesh_check.h"
 #include "t4d/model/transformed.h"
@@ -247,8 +250,6 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
   EXPECT_THAT(changed("raw.nrrd", "sizes: 5 4 6 2", "sizes: 4294967295 4294967295 4294967295 2"),
               HasSubstr("announces"));
   EXPECT_THAT(changed("raw.nrrd", "0.5) none", "0) none"), HasSubstr("voxels without volume"));
-  EXPECT_THAT(changed("raw.nrrd", "nan 0.25", "nan nan"),
-              HasSubstr("does not say how long it is from frame to frame"));
   EXPECT_THAT(changed("raw.nrrd", "space space space time", "RGB-color space space space"),
               HasSubstr("single numbers"));
   EXPECT_THAT(changed("pattern.nhdr", "f%02d.raw 1 2 1", "../f%02d.raw 1 2 1"),
@@ -280,6 +281,240 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
   writeFile(folder_ / "nan.nii", notFinite);
   EXPECT_THAT(faultOf({folder_ / "nan.nii"}, {}),
               HasSubstr("the sample (x 2, y 1, z 0) of frame 0 (counted from 0) is not finite"));
+}
+
+TEST_F(VolumeFiles, WithoutATimeFramesAreOneApart) {
+  const auto opened = [&](const std::string& name, const VolumeOptions& options) {
+    auto frames = openVolumeFrames(std::vector{folder_ / name}, options);
+    EXPECT_TRUE(frames) << frames.error().text();
+    return std::move(*frames);
+  };
+  std::string unsaid = files_["raw.nrrd"];
+  unsaid.replace(unsaid.find("nan 0.25"), 8, "nan nan");
+  writeFile(folder_ / "unsaid.nrrd", unsaid);
+  std::string still = files_["one.nii"];
+  still.replace(76 + 16, 4, 4, '\0');  // pixdim[4]
+  writeFile(folder_ / "still.nii", still);
+  for (const char* name : {"unsaid.nrrd", "still.nii", "c.npy", "line.raw"}) {
+    SCOPED_TRACE(name);
+    const auto frames = opened(name, {});
+    EXPECT_TRUE(frames.frames->isOneApart());
+    EXPECT_EQ(frames.frames->frame(0)->time, 0);
+    EXPECT_EQ(frames.frames->frame(1)->time, 1);
+    EXPECT_EQ(opened(name, {.startTime = 5}).frames->frame(0)->time, 5);
+    const auto given = opened(name, {.frameTime = 0.5});
+    EXPECT_FALSE(given.frames->isOneApart());
+    EXPECT_EQ(given.frames->frame(0)->time, 0);
+    EXPECT_EQ(given.frames->frame(1)->time, 0.5);
+  }
+  EXPECT_FALSE(opened("raw.nrrd", {}).frames->isOneApart());
+}
+
+/// Fields and words of NRRD are compared without case, numbers are numbers, and what is said twice
+/// is said once.
+TEST_F(VolumeFiles, NrrdHeadersAreReadAsTheyAreMeant) {
+  const model::Mesh expected = expectedMesh();
+  const auto withHeader = [&](std::string name, const std::string& header) {
+    const std::string& bytes = files_[name];
+    const std::string path = "changed" + name;
+    writeFile(folder_ / path, header + bytes.substr(bytes.find("\n\n") + 2));
+    return path;
+  };
+  const auto headerOf = [&](const std::string& name) {
+    return files_[name].substr(0, files_[name].find("\n\n") + 2);
+  };
+  const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  };
+  const std::string raw = headerOf("raw.nrrd");
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+           {"space directions", "Space Directions"},
+           {"space directions", "spacedirections"},
+           {"sizes", "SIZES"},
+           {"type: float", "Type: FLOAT"},
+           {"encoding: raw", "Encoding: RAW"},
+           {"endian: little", "ENDIAN: Little"},
+           {"kinds: space space space time", "Kinds: Domain SPACE ??? List"},
+           {"space: left-posterior-superior", "space: LPS"},
+           {"none\n", "NONE\n"},
+           {"none\n", "(nan,nan,nan)\n"},
+           {"space units", "units: \"\" \"\" \"\" \"s\"\nspace units"},
+           {"space units", "units: \"mm\" \"mm\" \"mm\" \"s\"\nspace units"},
+           {"spacings: nan nan nan", "spacings: 0.5 0.5 -0.5"},
+           {"endian", "thicknesses: nan nan nan nan\nsample units: \"mm\"\nendian"},
+           {"endian", "my key:=of: my own\nendian"},
+       }) {
+    SCOPED_TRACE(to);
+    const std::string path = withHeader("raw.nrrd", replaced(raw, from, to));
+    const auto mesh = wovenOf({folder_ / path}, {});
+    ASSERT_TRUE(mesh) << mesh.error().text();
+    expectSameMesh(*mesh, expected);
+    const auto opened = openVolumeFrames(std::vector{folder_ / path}, {});
+    EXPECT_EQ(opened->lengthUnit, "mm");
+    EXPECT_EQ(opened->timeUnit, to.find("\"s\"") == std::string::npos ? "" : "s");
+    EXPECT_EQ(opened->space, "LPS");
+  }
+  for (const char* encoding : {"ASCII", "Text", "TXT"}) {
+    const auto path = withHeader("text.nrrd", replaced(headerOf("text.nrrd"), "encoding: text",
+                                                       std::string("encoding: ") + encoding));
+    EXPECT_EQ(faultOf({folder_ / path}, {}), "") << encoding;
+  }
+  const std::string spaced =
+      replaced(replaced(raw, "space directions: (0.5,0,0) (0,0.5,0) (0, 0, 0.5) none\n", ""),
+               "nan nan nan", "0.5 0.5 0.5");
+  EXPECT_EQ(faultOf({folder_ / withHeader("raw.nrrd", spaced)}, {}), "");
+  const auto fault = [&](const std::string& header, const std::string& from,
+                         const std::string& to) {
+    return faultOf({folder_ / withHeader("raw.nrrd", replaced(header, from, to))}, {});
+  };
+  for (const char* word : {"0,5", "0.5mm", "1e999", "inf", "one", "0x1"}) {
+    SCOPED_TRACE(word);
+    const std::string numbers = std::string(word) + " 0.5 0.5";
+    EXPECT_THAT(fault(spaced, "0.5 0.5 0.5", numbers), HasSubstr(fmt::format("has '{}'", word)));
+    EXPECT_THAT(fault(raw, "endian", fmt::format("axis mins: {} 0\nendian", numbers)),
+                HasSubstr(fmt::format("has '{}'", word)));
+    EXPECT_NE(fault(raw, "(-1,2,0.25)", fmt::format("({};2;0.25)", word)), "");
+    EXPECT_NE(fault(raw, "(0.5,0,0)", fmt::format("({},0,0,0)", word)), "");
+    EXPECT_NE(fault(raw, "sizes: 5", fmt::format("sizes: {}", word)), "");
+  }
+  EXPECT_THAT(fault(spaced, "0.5 0.5 0.5", "nan 0.5 0.5"), HasSubstr("and nan for others"));
+  EXPECT_THAT(fault(raw, "nan nan nan", "2 0.5 0.5"), HasSubstr("contradicts the direction"));
+  EXPECT_THAT(fault(raw, "endian", "Sizes: 5 4 6 2\nendian"), HasSubstr("a second time"));
+  EXPECT_THAT(fault(raw, "endian", "spacing: 2 2 2 1\nendian"),
+              HasSubstr("the field 'spacing', which NRRD does not have"));
+  EXPECT_THAT(fault(raw, "endian", "units: \"cm\" \"cm\" \"cm\" \"s\"\nendian"),
+              HasSubstr("contradicts the space units, 'mm'"));
+  EXPECT_THAT(fault(raw, "endian", "units: mm mm mm s\nendian"),
+              HasSubstr("is not a unit in quotes"));
+  EXPECT_THAT(fault(raw, "left-posterior-superior", "right-posterior-inferior"),
+              HasSubstr("is not known"));
+}
+
+/// A solid is no mirror image in any space; positions are those of the file, or, of a left-handed
+/// space, those with one axis turned round.
+TEST_F(VolumeFiles, LeftHandedSpacesAreTurned) {
+  const model::Mesh expected = expectedMesh();
+  const auto inSpace = [&](const std::string& space) {
+    std::string bytes = files_["raw.nrrd"];
+    const std::string before = "left-posterior-superior";
+    bytes.replace(bytes.find(before), before.size(), space);
+    writeFile(folder_ / "in.nrrd", bytes);
+    return openVolumeFrames(std::vector{folder_ / "in.nrrd"}, {});
+  };
+  const std::vector<std::tuple<const char*, const char*, int>> spaces = {
+      {"left-posterior-superior", "LPS", -1},
+      {"LPS", "LPS", -1},
+      {"right-anterior-superior", "RAS", -1},
+      {"Right-Anterior-Superior", "RAS", -1},
+      {"left-anterior-superior", "RAS", 0},
+      {"LAS", "RAS", 0},
+      {"scanner-xyz", "", -1},
+      {"3D-right-handed", "", -1},
+      {"3D-left-handed", "", 2}};
+  for (const auto& [space, name, turned] : spaces) {
+    SCOPED_TRACE(space);
+    const auto opened = inSpace(space);
+    ASSERT_TRUE(opened) << opened.error().text();
+    EXPECT_EQ(opened->space, name);
+    EXPECT_EQ(opened->notice.empty(), turned < 0);
+    const auto mesh = wovenOf({folder_ / "in.nrrd"}, {});
+    ASSERT_TRUE(mesh);
+    const auto found = measure::checkMesh(*mesh)->bounds;
+    auto bounds = measure::checkMesh(expected)->bounds;
+    if (turned >= 0) {
+      std::swap(bounds.min[turned], bounds.max[turned]);
+      bounds.min[turned] *= -1;
+      bounds.max[turned] *= -1;
+    }
+    EXPECT_TRUE(found.min.isApprox(bounds.min) && found.max.isApprox(bounds.max));
+  }
+  for (const char* name : {"one.nii", "two_big.nii", "pair.hdr", "one_big.nii.gz"}) {
+    EXPECT_EQ(openVolumeFrames(std::vector{folder_ / name}, {})->space, "RAS") << name;
+  }
+  std::string neither = files_["one.nii"];
+  neither.replace(252, 4, 4, '\0');  // the codes of qform and sform
+  writeFile(folder_ / "neither.nii", neither);
+  EXPECT_EQ(openVolumeFrames(std::vector{folder_ / "neither.nii"}, {})->space, "");
+}
+
+/// With the axes in any order, in any encoding, one mesh comes out; a file is read once.
+TEST_F(VolumeFiles, AxesMayBeInAnyOrder) {
+  const model::Mesh expected = expectedMesh();
+  std::string order = "txyz";
+  do {
+    std::array<int, 4> at{};
+    constexpr std::array<int, 4> kSizes = {2, 5, 4, 6};
+    const auto of = [](char axis) { return axis == 't' ? 0 : axis - 'w'; };
+    std::string text;
+    for (std::size_t i = 0; i < 240; ++i) {
+      text += fmt::format("{}\n", volumeSample(at[1], at[2], at[3], at[0]));
+      for (const char axis : order) {
+        if (++at[of(axis)] < kSizes[of(axis)]) break;
+        at[of(axis)] = 0;
+      }
+    }
+    const auto time = order.find('t');
+    std::string spaceAxes = order;
+    spaceAxes.erase(time, 1);
+    std::string directions;
+    std::string sizes;
+    for (const char axis : order) {
+      directions += axis == 't'   ? " none"
+                    : axis == 'x' ? " (0.5,0,0)"
+                    : axis == 'y' ? " (0,0.5,0)"
+                                  : " (0,0,0.5)";
+      sizes += fmt::format(" {}", kSizes[of(axis)]);
+    }
+    writeFile(folder_ / "order.nrrd",
+              fmt::format("NRRD0004\ntype: float\ndimension: 4\nsizes:{}\nspace: RAS\nspace "
+                          "directions:{}\nspace origin: (-1,2,0.25)\nencoding: text\n\n{}",
+                          sizes, directions, text));
+    SCOPED_TRACE(order);
+    const auto mesh = wovenOf({folder_ / "order.nrrd"}, {.frameTime = 0.25});
+    ASSERT_TRUE(mesh) << mesh.error().text();
+    const auto report = measure::checkMesh(*mesh);
+    const auto wanted = measure::checkMesh(expected);
+    EXPECT_TRUE(report->closed && report->oriented);
+    EXPECT_TRUE(report->bounds.min.isApprox(wanted->bounds.min));
+    EXPECT_TRUE(report->bounds.max.isApprox(wanted->bounds.max));
+    if (spaceAxes == "xyz") expectSameMesh(*mesh, expected);
+  } while (std::ranges::next_permutation(order).found);
+}
+
+/// What may never begin or never end is not opened, and links lead to no other folder.
+TEST_F(VolumeFiles, PipesAndLinksThatLeadOutAreRefused) {
+  for (const VolumeFormat& format : volumeFormats()) {
+    const fs::path pipe = folder_ / ("pipe" + std::string(format.extension));
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_THAT(faultOf({pipe}, placed()), HasSubstr("is not a regular file"));
+    const fs::path folder = folder_ / ("folder" + std::string(format.extension));
+    fs::create_directory(folder);
+    EXPECT_THAT(faultOf({folder}, placed()), HasSubstr("is a folder"));
+  }
+  fs::create_directories(folder_ / "in");
+  writeFile(folder_ / "in/pattern.nhdr", files_["pattern.nhdr"]);
+  writeFile(folder_ / "in/pair.hdr", files_["pair.hdr"]);
+  fs::create_symlink("../f01.raw", folder_ / "in/f01.raw");
+  fs::create_symlink("../pair.img", folder_ / "in/pair.img");
+  writeFile(folder_ / "in/f02.raw", files_["f02.raw"]);
+  EXPECT_THAT(faultOf({folder_ / "in/pattern.nhdr"}, {}),
+              HasSubstr("names the data file 'f01.raw'; it must be in the same folder or below"));
+  EXPECT_THAT(faultOf({folder_ / "in/pair.hdr"}, {}),
+              HasSubstr("names the data file 'pair.img'; it must be in the same folder or below"));
+  fs::remove(folder_ / "in/f01.raw");
+  fs::create_directories(folder_ / "in/below");
+  writeFile(folder_ / "in/below/data", files_["f01.raw"]);
+  fs::create_symlink("below/data", folder_ / "in/f01.raw");
+  EXPECT_EQ(faultOf({folder_ / "in/pattern.nhdr"}, {}), "");
+  fs::remove(folder_ / "in/f01.raw");
+  ASSERT_EQ(::mkfifo((folder_ / "in/f01.raw").c_str(), 0600), 0);
+  EXPECT_THAT(faultOf({folder_ / "in/pattern.nhdr"}, {}), HasSubstr("is not a regular file"));
+  std::string twice = files_["list.nhdr"];
+  twice.replace(twice.find("f02.raw"), 7, "f01.raw");
+  writeFile(folder_ / "twice.nhdr", twice);
+  EXPECT_THAT(faultOf({folder_ / "twice.nhdr"}, {}), HasSubstr("names a file twice"));
 }
 
 /// Every file cut at every byte, and with every byte changed, is refused or read; what is cut

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "t4d/formats/t4d/chunk_file.h"
+#include "t4d/formats/t4d/chunk_writer.h"
+
+namespace t4d::formats {
+
+/// Whether a chunk is one that this version does not know, not padding.
+bool isUnknown(t4d_layout::ChunkType type);
+
+/// Whether an editor that does not know chunks of this type may copy them (SPEC.md, rule E2).
+bool isSafeToCopy(t4d_layout::ChunkType type);
+
+/// The chunks of a file that this version does not know.
+class OptionalChunks {
+ public:
+  OptionalChunks() = default;
+  /// `file` must outlive this.
+  explicit OptionalChunks(const ChunkFile& file) : file_(&file) {}
+
+  /// Takes the chunk if it is one of those; call in file order.
+  void add(const ChunkHeader& header) {
+    if (isUnknown(header.type)) headers_.push_back(header);
+  }
+  const ChunkFile& file() const { return *file_; }
+  const std::vector<ChunkHeader>& headers() const { return headers_; }
+
+ private:
+  const ChunkFile* file_ = nullptr;
+  std::vector<ChunkHeader> headers_;
+};
+
+/// The chunks that an editor leaves out because it does not know them: how many of each type, and
+/// their bytes.
+class LostChunks {
+ public:
+  void add(const ChunkHeader& header);
+  /// A line for each type.
+  std::vector<std::string> lines() const;
+
+ private:
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> types_;
+};
+
+/// Copies the chunks that may be copied, and adds the others to `lost`. Fails for a critical chunk,
+/// and if a chunk is damaged.
+Result<void> copyOptionalChunks(const OptionalChunks& chunks, ChunkWriter& into, LostChunks& lost);
+
+}  // namespace t4d::formats

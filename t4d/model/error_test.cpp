@@ -1,0 +1,42 @@
+#include "t4d/model/error.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+namespace t4d {
+namespace {
+
+Result<int> half(int number) {
+  if (number % 2 != 0) return invalid("is odd", "number");
+  return number / 2;
+}
+
+TEST(Result, CopiesHaveTheValueOfTheOriginalAlsoIfItIsABool) {
+  Result<bool> original = false;
+  const Result<bool> copied = original;
+  const Result<bool> constructed(original);
+  auto deduced = original;
+  EXPECT_TRUE(copied && constructed && deduced);
+  EXPECT_FALSE(*copied || *constructed || *deduced);
+  original = invalid("is neither");
+  deduced = original;
+  EXPECT_EQ(deduced.error().message, "is neither");
+}
+
+TEST(Result, ChainsWithFunctionsThatReturnResults) {
+  EXPECT_EQ(half(12).and_then(half), 3);
+  EXPECT_EQ(half(6).and_then(half).error().text(), "number: is odd");
+  const Result<double> third = half(6).map([](int number) { return number / 3.0; });
+  EXPECT_EQ(third, 1);
+  EXPECT_EQ(half(3).or_else([](const Error&) { return half(8); }), 4);
+}
+
+TEST(Result, HoldsWhatCannotBeCopied) {
+  Result<std::unique_ptr<int>> made = std::make_unique<int>(7);
+  const Result<std::unique_ptr<const int>> moved = std::move(made);
+  EXPECT_EQ(**moved, 7);
+}
+
+}  // namespace
+}  // namespace t4d

@@ -1,0 +1,220 @@
+#include "t4d/model/exact_sum.h"
+
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace t4d::model {
+namespace {
+
+__extension__ using UInt128 = unsigned __int128;
+
+constexpr int kDigitBits = 32;
+constexpr std::int64_t kDigitMask = (std::int64_t{1} << kDigitBits) - 1;
+
+/// Of a finite double: value = mantissa * 2^exponent.
+struct Parts {
+  std::uint64_t mantissa;
+  int exponent;
+};
+
+Parts partsOf(double value) {
+  constexpr std::uint64_t kImplicit = std::uint64_t{1} << 52;
+  const std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
+  const std::uint64_t fraction = bits & (kImplicit - 1);
+  const int biased = static_cast<int>(bits >> 52 & 0x7FF);
+  if (biased == 0) return {fraction, -1074};
+  return {fraction | kImplicit, biased - 1075};
+}
+
+/// Adds the product of one factor of each row, for all ways to choose other columns.
+template <std::size_t N>
+void addAllPermutations(ExactSum& sum, const std::array<std::array<ExactSum::Factor, N>, N>& rows,
+                        std::array<const ExactSum::Factor*, N>& chosen, std::size_t row,
+                        unsigned used, bool odd) {
+  if (row == N) return sum.add(chosen, odd);
+  bool oddHere = odd;
+  for (std::size_t column = 0; column < N; ++column) {
+    if ((used >> column & 1U) != 0) continue;
+    chosen[row] = &rows[row][column];
+    addAllPermutations(sum, rows, chosen, row + 1, used | 1U << column, oddHere);
+    oddHere = !oddHere;
+  }
+}
+
+template <int N>
+int signOfDeterminant(const Eigen::Matrix<double, N, N>& matrix) {
+  std::array<std::array<ExactSum::Factor, N>, N> rows;
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N; ++j) rows[i][j] = ExactSum::Factor(matrix(i, j));
+  }
+  ExactSum sum;
+  addDeterminant(sum, rows);
+  return sum.sign();
+}
+
+}  // namespace
+
+ExactSum::Factor ExactSum::Factor::difference(double a, double b) {
+  // What rounding takes from a - b is a double, too (Knuth).
+  Factor factor;
+  const double rounded = a - b;
+  if (!std::isfinite(rounded)) {
+    factor.add(a);
+    factor.add(-b);
+    return factor;
+  }
+  const double ofB = a - rounded;
+  const double ofA = rounded + ofB;
+  factor.add(rounded);
+  factor.add((a - ofA) + (ofB - b));
+  return factor;
+}
+
+void ExactSum::add(std::span<const Factor* const> factors, bool subtract) {
+  assert(!factors.empty() && factors.size() <= 4);
+  std::array<double, 4> chosen{};
+  const auto choose = [&](const auto& self, std::size_t index) -> void {
+    if (index == factors.size()) {
+      return addProduct(std::span(chosen).first(factors.size()), subtract);
+    }
+    for (const double part : *factors[index]) {
+      chosen[index] = part;
+      self(self, index + 1);
+    }
+  };
+  choose(choose, 0);
+}
+
+void ExactSum::addProduct(std::span<const double> factors, bool subtract) {
+  std::array<Parts, 4> parts = {Parts{1, 0}, Parts{1, 0}, Parts{1, 0}, Parts{1, 0}};
+  bool negative = subtract;
+  int exponent = 0;
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    if (!std::isfinite(factors[i])) {
+      finite_ = false;
+      return;
+    }
+    parts[i] = partsOf(factors[i]);
+    exponent += parts[i].exponent;
+    negative = negative != std::signbit(factors[i]);
+  }
+  const UInt128 low = UInt128{parts[0].mantissa} * parts[1].mantissa;  // below 2^106
+  const UInt128 high = UInt128{parts[2].mantissa} * parts[3].mantissa;
+  // In words of 64 bits.
+  const auto word = [](UInt128 value) { return static_cast<std::uint64_t>(value); };
+  const UInt128 p00 = UInt128{word(low)} * word(high);
+  const UInt128 p01 = UInt128{word(low)} * word(high >> 64);
+  const UInt128 p10 = UInt128{word(low >> 64)} * word(high);
+  const UInt128 p11 = UInt128{word(low >> 64)} * word(high >> 64);
+  const UInt128 middle = (p00 >> 64) + word(p01) + word(p10);
+  const UInt128 upper = (middle >> 64) + (p01 >> 64) + (p10 >> 64) + p11;
+  const std::array<std::uint64_t, 4> product = {word(p00), word(middle), word(upper),
+                                                word(upper >> 64)};
+
+  const int shift = exponent - kLowestExponent;
+  auto at = static_cast<std::size_t>(shift / kDigitBits);
+  const int within = shift % kDigitBits;
+  UInt128 pending = 0;
+  for (const std::uint64_t part : product) {
+    pending += UInt128{part} << within;
+    for (int half = 0; half < 2; ++half) {
+      const auto digit = static_cast<std::int64_t>(word(pending) & kDigitMask);
+      if (digit != 0) digits_[at] += negative ? -digit : digit;
+      ++at;
+      pending >>= kDigitBits;
+    }
+  }
+  if (pending != 0) {
+    const auto digit = static_cast<std::int64_t>(word(pending));
+    digits_[at] += negative ? -digit : digit;
+  }
+  constexpr std::uint32_t kMostAdded = std::uint32_t{1} << 30;
+  if (++added_ == kMostAdded) carry();
+}
+
+void ExactSum::add(const ExactSum& other) {
+  ExactSum carried = other;
+  carried.carry();
+  carry();
+  for (std::size_t i = 0; i < kDigits; ++i) digits_[i] += carried.digits_[i];
+  ++added_;
+  finite_ = finite_ && other.finite_;
+}
+
+/// Makes all digits but the highest, which has the sign, at least 0 and below 2^32.
+void ExactSum::carry() {
+  std::int64_t over = 0;
+  for (std::size_t i = 0; i + 1 < kDigits; ++i) {
+    digits_[i] += over;
+    over = digits_[i] >> kDigitBits;
+    digits_[i] &= kDigitMask;
+  }
+  digits_.back() += over;
+  added_ = 0;
+}
+
+int ExactSum::sign() const {
+  if (!finite_) return 0;
+  ExactSum carried = *this;
+  carried.carry();
+  if (carried.digits_.back() < 0) return -1;
+  for (const std::int64_t digit : carried.digits_) {
+    if (digit != 0) return 1;
+  }
+  return 0;
+}
+
+double ExactSum::dividedBy(double divisor) const {
+  if (!finite_) return std::numeric_limits<double>::quiet_NaN();
+  const int sign = this->sign();
+  if (sign == 0) return 0;
+  ExactSum size = *this;
+  if (sign < 0) {
+    for (std::int64_t& digit : size.digits_) digit = -digit;
+  }
+  size.carry();
+  std::size_t top = kDigits - 1;
+  while (size.digits_[top] == 0) --top;
+  // The highest three digits, and whether anything follows them.
+  UInt128 digits = 0;
+  std::size_t lowest = top + 1;
+  for (int i = 0; i < 3 && lowest > 0; ++i) {
+    digits = digits << kDigitBits | static_cast<std::uint64_t>(size.digits_[--lowest]);
+  }
+  for (std::size_t i = 0; i < lowest; ++i) {
+    if (size.digits_[i] != 0) digits |= 1;
+  }
+  const int exponent = static_cast<int>(lowest) * kDigitBits + kLowestExponent;
+  return std::ldexp(sign * static_cast<double>(digits) / divisor, exponent);
+}
+
+void addDeterminant(ExactSum& sum, const std::array<std::array<ExactSum::Factor, 3>, 3>& rows) {
+  std::array<const ExactSum::Factor*, 3> chosen{};
+  addAllPermutations(sum, rows, chosen, 0, 0, false);
+}
+
+void addDeterminant(ExactSum& sum, const std::array<std::array<ExactSum::Factor, 4>, 4>& rows) {
+  std::array<const ExactSum::Factor*, 4> chosen{};
+  addAllPermutations(sum, rows, chosen, 0, 0, false);
+}
+
+int determinantSign(const Eigen::Matrix3d& matrix) { return signOfDeterminant<3>(matrix); }
+
+int determinantSign(const Eigen::Matrix4d& matrix) { return signOfDeterminant<4>(matrix); }
+
+int orientationSign(const std::array<Point4, 5>& points) {
+  std::array<std::array<ExactSum::Factor, 4>, 4> rows;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (int axis = 0; axis < 4; ++axis) {
+      rows[i][static_cast<std::size_t>(axis)] =
+          ExactSum::Factor::difference(points[i + 1][axis], points[0][axis]);
+    }
+  }
+  ExactSum sum;
+  addDeterminant(sum, rows);
+  return sum.sign();
+}
+
+}  // namespace t4d::model

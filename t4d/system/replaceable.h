@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "t4d/model/error.h"
+
+/// The rule for files whose names the user did not give: those of an output folder, and the
+/// numbered parts and companions of an output file. They replace only files that t4d wrote, and
+/// never a symbolic link. (A file that the user did name is replaced, through a link too, as by
+/// `>`.)
+namespace t4d::system {
+
+/// Whether t4d wrote this file, by the mark that its writers put into it.
+bool isOwnFile(const std::filesystem::path& path);
+
+/// Fails if one of `names` in `folder` exists and must not be replaced: a symbolic link, or a file
+/// for which `mayReplace` is false. Names may contain folders, which must not be links either.
+/// Folders and devices under these names are left to the writer.
+Result<void> checkReplaceable(
+    const std::filesystem::path& folder, std::span<const std::string> names,
+    const std::function<bool(const std::filesystem::path&)>& mayReplace = isOwnFile);
+
+}  // namespace t4d::system
