@@ -17,16 +17,12 @@ namespace {
 
 using model::Point3;
 
-/// The times of `count` keys; `own` are those of the file, if it has any.
+/// The times of `count` keys; `own` are those of the file.
 Result<std::vector<double>> timesOf(const KeyTimes& times, std::uint64_t count,
                                     const std::vector<double>& own, const std::string& where) {
   std::vector<double> all = times.between ? model::evenTimes(*times.between, count)
                             : times.step  ? model::steppedTimes(0, *times.step, count)
                                           : own;
-  if (all.empty()) {
-    return invalid("meshes have no times: give the time between two of them", where,
-                   Remedy::FrameTime);
-  }
   for (std::size_t i = 1; i < all.size(); ++i) {
     if (all[i] > all[i - 1]) continue;
     return invalid(fmt::format("key {} (counted from 0) is at time {}, not after the key before "
@@ -167,7 +163,8 @@ Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> 
   auto ordered = inNumberOrder(files);
   if (!ordered) return pass(ordered.error());
   if (auto known = checkMeshExtension(ordered->front()); !known) return pass(known.error());
-  auto keyTimes = timesOf(times, files.size(), {}, ordered->front().string());
+  auto keyTimes = timesOf(times, files.size(), model::steppedTimes(0, 1, files.size()),
+                          ordered->front().string());
   if (!keyTimes) return pass(keyTimes.error());
   auto first = readTriangleMesh(ordered->front());
   if (!first) return pass(first.error());

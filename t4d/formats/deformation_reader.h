@@ -19,7 +19,7 @@ struct LoadedDeformation {
 };
 
 /// The times of keys: evenly spaced between two times, or apart by `step` from 0 on. Without
-/// either, the file's own.
+/// either, the file's own; meshes have none and are 1 apart.
 struct KeyTimes {
   std::optional<model::TimeSpan> between = {};
   std::optional<double> step = {};

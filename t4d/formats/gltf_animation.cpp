@@ -393,6 +393,8 @@ class AnimationReader {
       const double left = scene_.tolerance - step * step * acceleration / 8;
       const double edges = edgesOff(body, span, static_cast<std::uint64_t>(steps));
       if (edges <= left) break;
+      // Changes of edges add up: this is the least number of steps, however the span is divided.
+      if (edges > scene_.tolerance * static_cast<double>(kMostKeys)) return tooManyKeys();
       // What edges add shrinks with the step, more or less.
       const double more = left > 0 ? std::ceil(steps * edges / left) : 0;
       steps = std::max(steps + 1, std::min(more, kManySteps + 1));
@@ -414,7 +416,11 @@ class AnimationReader {
       if (time > times.back()) times.push_back(time);
     }
     keys_ += count;
-    if (keys_ <= kMostKeys) return {};
+    if (keys_ > kMostKeys) return tooManyKeys();
+    return {};
+  }
+
+  tl::unexpected<model::Error> tooManyKeys() const {
     return invalid(fmt::format("needs more than {} keys for the tolerance of {}; allow a larger "
                                "one",
                                kMostKeys, scene_.tolerance),

@@ -90,10 +90,7 @@ Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
                    first, Remedy::FrameTime);
   }
   MeshFrames opened{nullptr, std::make_shared<MeshFramesLog>()};
-  if (!options.frameTime) {
-    opened.log->notices.emplace_back(
-        "meshes have no times: frames are 1 apart; --frame-time sets another time");
-  }
+  if (!options.frameTime) opened.log->notices.emplace_back(kMeshesAreOneApart);
   auto series =
       std::make_shared<MeshSeries>(std::move(*ordered), times, options.voxelSize, opened.log);
   opened.frames = voxel4d::voxelFrames([series](double time) { return series->at(time); },

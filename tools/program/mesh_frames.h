@@ -20,6 +20,9 @@ struct MeshFramesLog {
   std::vector<std::string> files;   ///< that were read besides the meshes themselves
 };
 
+inline constexpr const char* kMeshesAreOneApart =
+    "meshes have no times: frames are 1 apart; --frame-time sets another time";
+
 struct MeshFrames {
   std::unique_ptr<voxel4d::FrameSource> frames;
   std::shared_ptr<MeshFramesLog> log;

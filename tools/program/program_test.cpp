@@ -166,7 +166,9 @@ TEST_F(Program, DeformationsAreSwept) {
   }
   refuses("sweep fx/bending_[025].obj --frame-time 1 -o out.t4d", "number 1 is missing");
   refuses("sweep fx/bending_0.obj fx/torus.obj --frame-time 1 -o out.t4d", "torus.obj: has ");
-  refuses("sweep fx/bending_*.obj -o out.t4d", "--frame-time TIME");
+  const Finished oneApart = run("sweep fx/bending_*.obj -o one-apart.t4d");
+  EXPECT_EQ(oneApart.exitCode, 0);
+  EXPECT_THAT(oneApart.err, testing::HasSubstr("frames are 1 apart"));
   refuses("sweep fx/cube.obj fx/bending.pc2 -o out.t4d", "bending.pc2: has 288 points");
   misused("sweep fx/bending_0.obj -o out.t4d", "--motion is required");
   misused("sweep fx/bending.pc2 fx/bending_0.obj -o out.t4d", "a point cache");

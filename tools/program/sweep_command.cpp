@@ -22,6 +22,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/mending.h"
+#include "tools/program/mesh_frames.h"
 #include "tools/program/moving_mesh.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
@@ -434,7 +435,11 @@ Result<formats::LoadedDeformation> readDeformation(const SweepArguments& options
     return formats::readCachedMesh(options.models[0], options.models[1], times);
   }
   const std::vector<std::filesystem::path> paths(options.models.begin(), options.models.end());
-  return formats::readMeshSeries(paths, times);
+  auto series = formats::readMeshSeries(paths, times);
+  if (series && !times.between && !times.step) {
+    series->solid.notices.emplace_back(kMeshesAreOneApart);
+  }
+  return series;
 }
 
 /// Reads everything, and prints the notices of meshes.
