@@ -420,7 +420,7 @@ class AnimationReader {
     return {};
   }
 
-  tl::unexpected<model::Error> tooManyKeys() const {
+  tl::unexpected<Error> tooManyKeys() const {
     return invalid(fmt::format("needs more than {} keys for the tolerance of {}; allow a larger "
                                "one",
                                kMostKeys, scene_.tolerance),
