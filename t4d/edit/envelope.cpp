@@ -46,17 +46,22 @@ double sizeForParts(const Silhouette& silhouette) {
   return silhouette.partExtent > 0 ? roundedDown(silhouette.partExtent / 4) : 0;
 }
 
+double largestCoordinate(const model::Bounds3& bounds, const Point3& from) {
+  return std::max((bounds.max - from).cwiseAbs().maxCoeff(),
+                  (bounds.min - from).cwiseAbs().maxCoeff());
+}
+
+/// How far vertices are moved at most when they are written.
+double roundingOfOutput(const model::Bounds3& bounds, const EnvelopeOptions& options) {
+  if (!options.singlePrecisionAbout) return 0;
+  constexpr double kSingle = 0x1p-23;  // half a unit in the last place, along three axes
+  return kSingle * largestCoordinate(bounds, *options.singlePrecisionAbout);
+}
+
 /// How far coordinates are off, at most: computed ones, and those that are written.
 double roundingOf(const model::Bounds3& bounds, const EnvelopeOptions& options) {
   constexpr double kDouble = 0x1p-46;
-  const auto largest = [&](const Point3& from) {
-    return std::max((bounds.max - from).cwiseAbs().maxCoeff(),
-                    (bounds.min - from).cwiseAbs().maxCoeff());
-  };
-  const double computed = kDouble * largest(Point3::Zero());
-  if (!options.singlePrecisionAbout) return computed;
-  constexpr double kSingle = 0x1p-23;  // half a unit in the last place, along three axes
-  return computed + kSingle * largest(*options.singlePrecisionAbout);
+  return kDouble * largestCoordinate(bounds, Point3::Zero()) + roundingOfOutput(bounds, options);
 }
 
 /// The distance that the envelope keeps.
@@ -199,8 +204,10 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
                             const EnvelopeOptions& options, const model::Progress& progress) {
   Envelope envelope;
   envelope.voxelSize = voxelSize;
-  envelope.errorBound = std::numbers::sqrt3 * voxelSize;
   const TriangleMesh& surface = silhouette.surface;
+  const double rounding = roundingOfOutput(model::boundsOf(surface), options);
+  envelope.errorBound = std::numbers::sqrt3 * voxelSize + rounding;
+  if (voxelSize < rounding) return pass(tooFine(voxelSize, options));
   auto lattice = latticeFor(surface, voxelSize, options);
   if (!lattice) {
     Error error = lattice.error();
@@ -307,6 +314,8 @@ std::vector<std::string> lossesOf(const Silhouette& silhouette, const Envelope& 
 /// that still finds the solid.
 double coarserForFloat32(const Silhouette& silhouette, const EnvelopeOptions& options, double size,
                          double last) {
+  const double rounding = roundingOfOutput(model::boundsOf(silhouette.surface), options);
+  size = std::max(size, rounding);
   for (size = roundedUp(2 * size); size <= last; size = roundedUp(2 * size)) {
     const auto tried = withVoxels(size, silhouette, options, {});
     if (tried && !tried->mesh.triangles.empty()) return size;
@@ -364,7 +373,7 @@ Result<Envelope> exactly(const Silhouette& silhouette, const EnvelopeOptions& op
   if (!sound) return pass(sound.error());
   constexpr double kRounding = 0x1p-36;  // of the coordinates, after as many rounds as there may be
   envelope.errorBound =
-      kRounding * std::max(bounds.max.cwiseAbs().maxCoeff(), bounds.min.cwiseAbs().maxCoeff());
+      kRounding * largestCoordinate(bounds, Point3::Zero()) + roundingOfOutput(bounds, options);
   if (!*sound) {
     if (auto apart = takeApart(mesh, changes); !apart) return pass(apart.error());
     constexpr double kApart = 1e-5;
@@ -384,9 +393,13 @@ double defaultVoxelSize(const Silhouette& silhouette, const EnvelopeOptions& opt
   if (!(size > 0)) return 0;
   const double usual = roundedUp(size);
   const double forParts = sizeForParts(silhouette);
-  const double finest =
-      forParts == 0 ? usual
-                    : std::min(usual, std::max(forParts, roundedUp(extent / kMostByDefault)));
+  double finest = forParts == 0
+                      ? usual
+                      : std::min(usual, std::max(forParts, roundedUp(extent / kMostByDefault)));
+  // What is thin is in reach of voxels of any size, so they may be as large as float32 asks.
+  constexpr double kPlain = 4;
+  const double rounding = roundingOfOutput(bounds, options);
+  if (options.reach && rounding > 0) finest = std::max(finest, roundedUp(kPlain * rounding));
   return fittingVoxelSize(silhouette.surface, finest, options, kDefaultSeconds).value_or(usual);
 }
 

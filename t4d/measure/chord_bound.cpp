@@ -162,6 +162,7 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
       progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
     }
   }
+  if (worst) worst->bound += worst->rounding;
   return worst;
 }
 

@@ -11,9 +11,9 @@ namespace t4d::measure {
 /// motion from one pose to the next is taken to be a uniform screw of at most half a turn (Chasles'
 /// theorem).
 struct ChordBound : model::Chords {
-  double bound = 0;         ///< the largest of any step, in length units
+  double bound = 0;         ///< the largest of any step, and `rounding`, in length units
   double angleRadians = 0;  ///< of the step that has it, as the radius and the edge
-  /// How far the rounding of coordinates to float32 moves points beyond that; 0 for float64.
+  /// How far the rounding of coordinates to float32 moves points; 0 for float64.
   double rounding = 0;
 };
 

@@ -151,9 +151,10 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
     result.clearBy = std::max(0.0, margin - bound);
     result.verdict = margin > bound ? Verdict::Clear : Verdict::WithinTolerance;
   }
-  if (result.verdict == Verdict::WithinTolerance && margin > 0) {
-    // Finer meshes may be nearer by their own bound, and must still be apart by more than that.
-    result.minVolumeRatio = ratioFor(chordsA, chordsB, margin / 2);
+  // Finer meshes may be nearer by their own bound, and must still be apart by more than that.
+  const double share = margin / 2 - chordsA.rounding - chordsB.rounding;
+  if (result.verdict == Verdict::WithinTolerance && share > 0) {
+    result.minVolumeRatio = ratioFor(chordsA, chordsB, share);
   }
   return result;
 }

@@ -107,7 +107,7 @@ Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
     const auto chords = measure::chordBound(*body.source, span, bar.part(body.source->slabCount()));
     if (!chords) return inBody(chords.error());
     std::optional<double> bound;
-    if (*chords) bound = (*chords)->bound + (*chords)->rounding;
+    if (*chords) bound = (*chords)->bound;
     if (options.each || all.empty()) {
       all.push_back({body.name, std::move(*silhouette), bound});
     } else {

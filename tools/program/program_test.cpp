@@ -2103,6 +2103,13 @@ TEST_F(Program, EnvelopeStatesHowFarTheMeshIsFromTheMotion) {
   EXPECT_EQ(near["outside"], false);
   EXPECT_TRUE(near["outside_by"].is_null());
   EXPECT_EQ(run("envelope still.t4d --json").value()["chord_bound"], 0);
+  // Rounded coordinates are beside the motion, too.
+  ASSERT_EQ(run("compress far.t4d --precision float32 -o single.t4d").exitCode, 0);
+  const double rounding = run("envelope single.t4d --json").value()["chord_bound"];
+  EXPECT_GT(rounding, 0x1p-24 * 500);
+  EXPECT_LT(rounding, 1e-3);
+  const json rounded = run("collide turning.t4d single.t4d --ignore-units --json").value();
+  EXPECT_NEAR(rounded["pairs"][0]["chord_bound"], double(near["chord_bound"]) + rounding, 1e-12);
   EXPECT_THAT(run("envelope turning.t4d").out, testing::HasSubstr("of the motion"));
   for (const std::string format : {"ply", "stl", "glb"}) {
     const Finished made = run("envelope turning.t4d --outside --json -o out2." + format);

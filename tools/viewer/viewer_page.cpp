@@ -12,6 +12,7 @@
 #include "t4d/formats/base64.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/output_folder.h"
+#include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/system/replaceable.h"
 #include "tools/viewer/page_text.h"
@@ -155,8 +156,9 @@ Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files)
   }
   const auto old = filesOfSite(folder / kIndex);
   return system::checkReplaceable(folder, names, [&](const fs::path& path) {
-    return old && (path.filename() == kIndex ||
-                   std::ranges::find(*old, path.filename().string()) != old->end());
+    if (!old) return false;
+    if (path.filename() == kIndex) return true;
+    return std::ranges::find(*old, path.filename().string()) != old->end() && formats::isT4d(path);
   });
 }
 

@@ -233,11 +233,11 @@ class Attack:
     def pick(self, kind):
         return self.rng.choice(self.seeds[kind])
 
-    def t4d(self, *arguments):
+    def t4d(self, *arguments, seconds=3 * BASE_SECONDS):
         """Runs the program to make an input, or to look at an output."""
         done = subprocess.run([self.program, *map(str, arguments)], stdin=subprocess.DEVNULL,
                               capture_output=True, text=True, errors="replace", check=False,
-                              timeout=3 * BASE_SECONDS)
+                              timeout=seconds)
         return Result(done.returncode if done.returncode >= 0 else None, done.stdout, done.stderr)
 
     def extreme(self):

@@ -65,6 +65,8 @@ def inputs(attack):
     path = attack.path(source.name)
     kind = rng.choice(["fifo", "fed", "folder", "zeros", "unreadable", "loop", "missing",
                        "dangling", "empty", "socket", "null", "as it is"])
+    if kind == "fifo" and command[0] in ("info", "validate", "du", "cat"):
+        kind = "fed"  # these read from pipes, and wait for a writer
     if kind != "as it is":
         path.unlink()
         attack.make_odd(path, kind, source.read_bytes()[:-1])
@@ -113,7 +115,7 @@ def folders(attack):
     (outside / "mine").write_bytes(content)
     for name in rng.sample(names + ["notes.txt"], rng.randrange(1, len(names) + 1)):
         path = folder / name
-        if any(p.is_symlink() for p in path.parents):
+        if any(p.is_symlink() or p.is_file() for p in path.parents):
             continue
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_dir():
