@@ -246,10 +246,9 @@ class CapBuilder {
     }
     const std::uint64_t interior = cornerCount_ + centres_.size();
     std::uint64_t cells = cells_.size();
-    const PatternTable& table = PatternTable::get();
     for (SurfaceBlock& block : blocks_) {
       block.firstCell = cells;
-      for (const auto& [index, signs] : block.cubes) cells += table.count(patternOf(signs));
+      for (const auto& [index, signs] : block.cubes) cells += PatternTable::count(patternOf(signs));
     }
     const std::uint64_t vertices = interior + layerCount_;
     if (std::max(vertices, cells) > std::numeric_limits<std::uint32_t>::max()) {
@@ -259,7 +258,7 @@ class CapBuilder {
     }
     cells_.resize(cells);
     tbb::parallel_for(std::size_t{0}, blocks_.size(),
-                      [&](std::size_t i) { emitCells(table, blocks_[i]); });
+                      [&](std::size_t i) { emitCells(blocks_[i]); });
     auto connectivity = std::make_shared<model::Connectivity>();
     connectivity->vertexCount = static_cast<std::uint32_t>(vertices);
     (first_ ? connectivity->upperCount : connectivity->lowerCount) =
@@ -381,7 +380,7 @@ class CapBuilder {
     cells_.push_back({apex_, a, b, c});
   }
 
-  void emitCells(const PatternTable& table, const SurfaceBlock& block) {
+  void emitCells(const SurfaceBlock& block) {
     Cell* into = cells_.data() + block.firstCell;
     std::array<const CrossingBlock*, 8> crossings{};
     for (unsigned d = 0; d < 8; ++d) crossings[d] = layer_.crossings(neighbour(block.coord, d));
@@ -390,7 +389,7 @@ class CapBuilder {
     std::array<std::uint32_t, kEdges> vertex{};
     for (const auto& [index, signs] : block.cubes) {
       const unsigned pattern = patternOf(signs);
-      for (std::uint32_t edges = table.edges(pattern); edges != 0; edges &= edges - 1) {
+      for (std::uint32_t edges = PatternTable::edges(pattern); edges != 0; edges &= edges - 1) {
         const int edge = std::countr_zero(edges);
         const auto corner = static_cast<unsigned>(edgeCorner(edge)) & 7U;
         if (edgeAxis(edge) == 3) {
@@ -404,7 +403,7 @@ class CapBuilder {
             firstOfLayer + crossings[x >> 3U | (y >> 3U) << 1U | (z >> 3U) << 2U]->number(
                                edgeAxis(edge), x & 7U, (y & 7U) << 3U | (z & 7U));
       }
-      for (const auto& [a, b, c, d] : table.tetrahedra(pattern)) {
+      for (const auto& [a, b, c, d] : PatternTable::tetrahedra(pattern)) {
         *into++ = {vertex[a], vertex[b], vertex[c], vertex[d]};
       }
     }

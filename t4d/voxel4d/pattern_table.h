@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 /// The table of 4D marching cubes, after Bhaniramka, Wenger and Crawfis ("Isosurface construction
 /// in any dimension using convex hulls", 2004), which the paper's ref. [3] and [12] are based on.
@@ -50,32 +49,24 @@ constexpr int edgeCorner(int edge) {
 }
 
 /// The surface in a hypercube for each pattern: tetrahedra whose vertices are edges, oriented with
-/// det[n, b-a, c-a, d-a] > 0 for n from inside to outside.
+/// det[n, b-a, c-a, d-a] > 0 for n from inside to outside. Each edge joins an inside to an outside
+/// corner. The table is computed when the library is built (pattern_patches.h).
 class PatternTable {
  public:
   using Tetrahedron = std::array<std::uint8_t, 4>;
 
-  /// Computed on first use by exact integer arithmetic, in a fraction of a second. Half a megabyte
-  /// of numbers in the source would be no easier to trust than the 200 lines that compute them.
-  static const PatternTable& get();
-
-  std::span<const Tetrahedron> tetrahedra(unsigned pattern) const {
-    return std::span(tetrahedra_).subspan(first_[pattern], first_[pattern + 1] - first_[pattern]);
+  static std::span<const Tetrahedron> tetrahedra(unsigned pattern);
+  static std::uint32_t count(unsigned pattern);
+  /// Bit e is set if edge e joins an inside to an outside corner.
+  static constexpr std::uint32_t edges(unsigned pattern) {
+    std::uint32_t edges = 0;
+    for (int edge = 0; edge < kEdges; ++edge) {
+      const int corner = edgeCorner(edge);
+      const int other = corner | 1 << edgeAxis(edge);
+      edges |= ((pattern >> corner ^ pattern >> other) & 1U) << edge;
+    }
+    return edges;
   }
-  /// Bit e is set if edge e joins an inside to an outside corner; tetrahedra use only such edges.
-  std::uint32_t edges(unsigned pattern) const { return edges_[pattern]; }
-  std::uint32_t count(unsigned pattern) const { return first_[pattern + 1] - first_[pattern]; }
-
-  /// The number of classes of patterns up to symmetries of the hypercube: 402.
-  int classCount() const { return classCount_; }
-
- private:
-  PatternTable();
-
-  std::vector<std::uint32_t> first_;
-  std::vector<std::uint32_t> edges_;
-  std::vector<Tetrahedron> tetrahedra_;
-  int classCount_ = 0;
 };
 
 }  // namespace t4d::voxel4d

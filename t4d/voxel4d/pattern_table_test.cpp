@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/model/facets.h"
+#include "t4d/voxel4d/pattern_patches.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -20,7 +21,7 @@ using Facets = std::map<std::array<std::uint32_t, 3>, Count>;
 
 Facets facetsOf(unsigned pattern) {
   Facets facets;
-  for (const auto& [a, b, c, d] : PatternTable::get().tetrahedra(pattern)) {
+  for (const auto& [a, b, c, d] : PatternTable::tetrahedra(pattern)) {
     const model::Cell cell = {a, b, c, d};
     for (int corner = 0; corner < 4; ++corner) {
       const model::OrientedFacet facet = model::facetOpposite(cell, corner);
@@ -66,7 +67,16 @@ TEST(PatternTable, EdgesJoinNeighbours) {
   }
 }
 
-TEST(PatternTable, HasThe402Classes) { EXPECT_EQ(PatternTable::get().classCount(), 402); }
+TEST(PatternTable, IsThatOfThe402Classes) {
+  const PatternPatches patches = computePatternPatches();
+  EXPECT_EQ(patches.classCount, 402);
+  for (unsigned pattern = 0; pattern < kPatterns; ++pattern) {
+    const std::span all(patches.tetrahedra);
+    ASSERT_TRUE(std::ranges::equal(
+        PatternTable::tetrahedra(pattern),
+        all.subspan(patches.first[pattern], patches.first[pattern + 1] - patches.first[pattern])));
+  }
+}
 
 /// The conditions under which hypercubes fit together, for all 65,536 patterns: an interior facet
 /// has two cells on opposite sides; every other facet lies on exactly one side of the hypercube;
@@ -112,7 +122,7 @@ TEST(PatternTable, EveryPatternFitsItsNeighbours) {
 TEST(PatternTable, EveryVertexIsASignChange) {
   for (unsigned pattern = 0; pattern < kPatterns; ++pattern) {
     unsigned used = 0;
-    for (const auto& cell : PatternTable::get().tetrahedra(pattern)) {
+    for (const auto& cell : PatternTable::tetrahedra(pattern)) {
       for (const auto edge : cell) used |= 1U << edge;
     }
     for (int edge = 0; edge < kEdges; ++edge) {

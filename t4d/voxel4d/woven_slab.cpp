@@ -235,7 +235,6 @@ void WovenSlab::findCubes(WovenBlock& block) const {
 
 /// Numbers the interior vertices and the cells.
 Result<void> WovenSlab::number() {
-  const PatternTable& table = PatternTable::get();
   lowerCount = before_.vertexCount();
   upperCount = after_.vertexCount();
   std::uint64_t vertices = lowerCount;
@@ -243,7 +242,7 @@ Result<void> WovenSlab::number() {
     block.firstTime = static_cast<std::uint32_t>(vertices);
     vertices += countOf(block.timeEdges);
     block.firstCell = static_cast<std::uint32_t>(cellCount);
-    for (const auto& [index, pattern] : block.cubes) cellCount += table.count(pattern);
+    for (const auto& [index, pattern] : block.cubes) cellCount += PatternTable::count(pattern);
   }
   vertices += upperCount;
   if (std::max(vertices, cellCount) > std::numeric_limits<std::uint32_t>::max()) {
@@ -258,7 +257,6 @@ Result<void> WovenSlab::number() {
 
 void WovenSlab::emitCells(const WovenBlock& block, Cell* into) const {
   if (block.cubes.empty()) return;
-  const PatternTable& table = PatternTable::get();
   CrossingNumbers numbers;
   for (unsigned d = 0; d < 8; ++d) {
     const Coord at = neighbour(block.coord, d);
@@ -280,7 +278,7 @@ void WovenSlab::emitCells(const WovenBlock& block, Cell* into) const {
   for (const auto& [index, pattern] : block.cubes) {
     const std::uint32_t* const ofCube = numbers.at(index);
     const auto vertex = [&](std::uint8_t edge) { return ofCube[CrossingNumbers::kOffsets[edge]]; };
-    for (const auto& [a, b, c, d] : table.tetrahedra(pattern)) {
+    for (const auto& [a, b, c, d] : PatternTable::tetrahedra(pattern)) {
       *into++ = {vertex(a), vertex(b), vertex(c), vertex(d)};
     }
   }

@@ -14,7 +14,6 @@
 
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/model/streamed_slab.h"
-#include "t4d/voxel4d/pattern_table.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -212,11 +211,6 @@ double secondsOfCopying(std::uint64_t bytes, int repetitions) {
 
 Result<void> measureWovenVoxels(int repetitions, bool large, const std::filesystem::path& folder,
                                 Report& report) {
-  const auto begin = Clock::now();
-  (void)voxel4d::PatternTable::get();
-  report.figures.push_back({"voxel4d: making the table of 65,536 patterns, once",
-                            1e3 * std::chrono::duration<double>(Clock::now() - begin).count(),
-                            "ms"});
   std::vector<std::pair<Case, int>> cases = {{paperCube(64), repetitions},
                                              {movingSphere(), repetitions}};
   if (large) cases.emplace_back(largeShell(), 1);
