@@ -1,34 +1,67 @@
 #include "python/bindings/frame_iterator.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <pybind11/numpy.h>
 
-#include "t4d/voxel4d/array_frames.h"
+#include "t4d/voxel4d/sample_box.h"
 
 namespace t4d::python {
 namespace {
 
-template <class T>
-Result<voxel4d::Frame> frameFrom(const py::array& packed, double time,
-                                 const voxel4d::ArrayOptions& options) {
-  const voxel4d::ArrayFrame<T> frame{
-      time, {static_cast<const T*>(packed.data()), static_cast<std::size_t>(packed.size())}};
-  const Unlocked unlocked;
-  auto source = voxel4d::arrayFrames<T>(std::span(&frame, 1), options);
-  if (!source) return t4d::pass(source.error());
-  return (*source)->frame(0);
+/// Of an array in the byte order of this machine; none for other types.
+std::optional<voxel4d::SampleType> sampleTypeOf(const py::dtype& type) {
+  using voxel4d::SampleType;
+  const std::vector<std::pair<py::dtype, SampleType>> types = {
+      {py::dtype::of<bool>(), SampleType::Bool},
+      {py::dtype::of<std::int8_t>(), SampleType::Int8},
+      {py::dtype::of<std::uint8_t>(), SampleType::UInt8},
+      {py::dtype::of<std::int16_t>(), SampleType::Int16},
+      {py::dtype::of<std::uint16_t>(), SampleType::UInt16},
+      {py::dtype::of<std::int32_t>(), SampleType::Int32},
+      {py::dtype::of<std::uint32_t>(), SampleType::UInt32},
+      {py::dtype::of<std::int64_t>(), SampleType::Int64},
+      {py::dtype::of<std::uint64_t>(), SampleType::UInt64},
+      {py::dtype::of<float>(), SampleType::Float32},
+      {py::dtype::of<double>(), SampleType::Float64},
+  };
+  for (const auto& [known, sample] : types) {
+    if (type.equal(known)) return sample;
+  }
+  return std::nullopt;
+}
+
+Result<voxel4d::SampleRule> ruleOf(const py::dtype& dtype, std::optional<voxel4d::SampleType> type,
+                                   std::optional<double> iso) {
+  using voxel4d::SampleType;
+  if (!type || (isInteger(*type) && !iso)) {
+    return invalid(
+        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso",
+                    std::string(py::str(py::object(dtype)))));
+  }
+  voxel4d::SampleRule rule;
+  rule.mask = type == SampleType::Bool;
+  if (iso && (rule.mask || !std::isfinite(*iso))) {
+    return invalid(
+        fmt::format("the iso value is {}; expected is a finite number, and none for bools", *iso));
+  }
+  if (iso) rule.sign = -1, rule.iso = *iso;
+  rule.floats = isInteger(*type) ? sizeOf(*type) <= 2 : type == SampleType::Float32;
+  return rule;
 }
 
 }  // namespace
 
 FrameIterator::FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
-                             const voxel4d::Lattice& lattice, std::optional<double> iso)
+                             const voxel4d::Lattice& lattice, std::optional<double> iso, bool stay)
     : begun_(begun),
       frames_(std::move(frames)),
       times_(std::move(times)),
       lattice_(lattice),
-      iso_(iso) {}
+      iso_(iso),
+      stay_(stay) {}
 
 // NOLINTNEXTLINE(bugprone-exception-escape): to take the lock of Python throws nothing
 FrameIterator::~FrameIterator() {
@@ -54,11 +87,9 @@ Result<voxel4d::Frame> FrameIterator::frame(std::size_t index) {
 
 Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size_t index) {
   const std::string where = fmt::format("frame {}", index);
-  const auto array = py::array::ensure(given, py::array::c_style);
-  if (!array) {
-    PyErr_NoMemory();
-    throw py::error_already_set();
-  }
+  // What an iterator gives may be one array that it fills again and again.
+  const auto array = py::array::ensure(stay_ ? given : given.attr("copy")());
+  if (!array) throw py::error_already_set();
   const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
   if (shape.size() != 3) {
     return invalid(fmt::format("the array has the shape ({}); expected is (nx, ny, nz)",
@@ -71,20 +102,29 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
                                fmt::join(shape_, ", ")),
                    where);
   }
-  voxel4d::ArrayOptions options;
-  for (std::size_t i = 0; i < 3; ++i) options.size[i] = static_cast<std::size_t>(shape[i]);
-  options.lattice = lattice_;
-  options.iso = iso_;
-  const py::dtype type = array.dtype();
   auto made = [&]() -> Result<voxel4d::Frame> {
-    if (type.equal(py::dtype::of<float>())) return frameFrom<float>(array, times_[index], options);
-    if (type.equal(py::dtype::of<double>())) {
-      return frameFrom<double>(array, times_[index], options);
+    const auto type = sampleTypeOf(array.dtype());
+    const auto rule = ruleOf(array.dtype(), type, iso_);
+    if (!rule) return t4d::pass(rule.error());
+    voxel4d::SampleBox box{*type, static_cast<const std::byte*>(array.data()), {}, {}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.size[axis] = static_cast<std::size_t>(shape[axis]);
+      box.strides[axis] = array.strides(static_cast<py::ssize_t>(axis));
     }
-    if (type.equal(py::dtype::of<bool>())) return frameFrom<bool>(array, times_[index], options);
-    return invalid(
-        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso",
-                    std::string(py::str(py::object(type)))));
+    if (auto checked = voxel4d::checkArraySize(box.size); !checked) {
+      return t4d::pass(checked.error());
+    }
+    const std::shared_ptr<const py::array> owner(new py::array(array),
+                                                 [begun = begun_](const py::array* kept) {
+                                                   const Locked locked(begun);
+                                                   delete kept;
+                                                 });
+    const Unlocked unlocked;
+    auto signs = voxel4d::usableSignsOf(box, *rule);
+    if (!signs) return t4d::pass(signs.error());
+    const auto outside = voxel4d::fieldOutside(*rule, signs->farthest);
+    if (!outside) return t4d::pass(outside.error());
+    return voxel4d::frameOf(box, *rule, std::move(*signs), *outside, times_[index], owner);
   }();
   if (!made) {
     Error error = made.error();

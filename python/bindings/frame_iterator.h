@@ -10,13 +10,14 @@
 
 namespace t4d::python {
 
-/// Frames from a Python iterator of arrays (nx, ny, nz), float32, float64 or bool, all of one
-/// shape: one is in memory at a time.
+/// Frames from a Python iterator of arrays (nx, ny, nz) of numbers or bool, all of one shape. Two
+/// are in memory at a time.
 class FrameIterator : public voxel4d::FrameSource {
  public:
-  /// Of work that began at `begun`. Needs the GIL.
+  /// Of work that began at `begun`. Arrays that `stay` what they are until the work ends are not
+  /// copied. Needs the GIL.
   FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
-                const voxel4d::Lattice& lattice, std::optional<double> iso);
+                const voxel4d::Lattice& lattice, std::optional<double> iso, bool stay);
   ~FrameIterator() override;
 
   const voxel4d::Lattice& lattice() const override { return lattice_; }
@@ -34,6 +35,7 @@ class FrameIterator : public voxel4d::FrameSource {
   std::vector<double> times_;
   voxel4d::Lattice lattice_;
   std::optional<double> iso_;
+  bool stay_;
   std::vector<py::ssize_t> shape_;
 };
 

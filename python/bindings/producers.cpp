@@ -79,8 +79,8 @@ voxel4d::CapStyle capStyleOf(const std::string& name) {
 std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vector<double>& times,
                                       const std::array<double, 3>& spacing,
                                       const std::array<double, 3>& origin,
-                                      std::optional<double> iso, const std::string& caps,
-                                      bool once) {
+                                      std::optional<double> iso, const std::string& caps, bool once,
+                                      bool stay) {
   // Python objects must be let go of with the GIL.
   const std::shared_ptr<py::function> begin(new py::function(again),
                                             [begun = currentEra()](py::function* function) {
@@ -106,7 +106,8 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
     const Era begun = currentEra();
     {
       const Locked locked(begun);
-      frames.emplace(begun, usingPython([&] { return py::iter((*begin)()); }), times, lattice, iso);
+      frames.emplace(begun, usingPython([&] { return py::iter((*begin)()); }), times, lattice, iso,
+                     stay);
     }
     auto done = voxel4d::weave(*frames, how, sink, progress);
     if (frames->raised) *raised = std::exchange(frames->raised, std::nullopt);

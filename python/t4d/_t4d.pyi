@@ -149,6 +149,7 @@ def weave_frames(
     iso: Optional[float],
     caps: str,
     once: bool,
+    stay: bool,
 ) -> Producer: ...
 def save_bodies(
     bodies: List[Body],

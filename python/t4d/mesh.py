@@ -464,10 +464,9 @@ def sweep(
 class _Frames:
     """Frames one by one, checked, of which there are ``count``."""
 
-    def __init__(self, frames: Any, count: int, with_iso: bool) -> None:
+    def __init__(self, frames: Any, count: int) -> None:
         self._source = iter(frames)
         self._count = count
-        self._with_iso = with_iso
         self._given = 0
 
     def __iter__(self) -> _Frames:
@@ -479,11 +478,9 @@ class _Frames:
         if self._given == self._count:
             for _ in self._source:
                 raise InvalidInput(f"{self._count} times for at least {self._count + 1} frames")
-        kind, size = frame.dtype.kind, frame.dtype.itemsize
-        if kind == "f" or (kind in "iu" and self._with_iso):
-            fits = size <= (4 if kind == "f" else 2)  # into float32, without rounding
-            frame = frame.astype(np.float32 if fits else np.float64, copy=False)
-        return np.ascontiguousarray(frame)
+        if frame.dtype.kind == "f" and frame.dtype.itemsize not in (4, 8):
+            return frame.astype(np.float32 if frame.dtype.itemsize < 4 else np.float64)
+        return frame.astype(frame.dtype.newbyteorder("="), copy=False)
 
 
 def weave(
@@ -502,8 +499,8 @@ def weave(
     """The 4D mesh of a time series of volumes (the voxel method, 4D marching cubes).
 
     ``frames`` is an array (nt, nx, ny, nz) of floats or bool (with ``iso`` also of whole numbers),
-    or anything that gives arrays (nx, ny, nz) one by one: of an iterator one frame is in memory at
-    a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it,
+    or anything that gives arrays (nx, ny, nz) one by one: of an iterator two frames are in memory
+    at a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it,
     values below zero, and True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
     for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
 
@@ -545,13 +542,14 @@ def weave(
         checks.text(option, value)
     checks.choice("up", up, ("y", "z"))
     producer = _t4d.weave_frames(
-        lambda: _Frames(frames, len(moments), iso is not None),
+        lambda: _Frames(frames, len(moments)),
         moments,
         tuple(steps),
         checks.numbers("origin", origin, 3),
         iso,
         caps,
         once,
+        isinstance(frames, np.ndarray),
     )
     metadata = {
         "backend": "voxel4d",

@@ -2,60 +2,60 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "t4d/voxel4d/array_frame.h"
+#include "t4d/voxel4d/sample_box.h"
 
 namespace t4d::voxel4d {
 namespace {
 
 template <class T>
+constexpr SampleType kTypeOf = std::is_same_v<T, bool>    ? SampleType::Bool
+                               : std::is_same_v<T, float> ? SampleType::Float32
+                                                          : SampleType::Float64;
+
+template <class T>
+SampleBox boxOf(const ArrayFrame<T>& frame, const std::array<std::size_t, 3>& size) {
+  const auto stride = [](std::size_t values) {
+    return static_cast<std::ptrdiff_t>(values * sizeof(T));
+  };
+  return {kTypeOf<T>,
+          reinterpret_cast<const std::byte*>(frame.values.data()),
+          size,
+          {stride(size[1] * size[2]), stride(size[2]), stride(1)}};
+}
+
+template <class T>
 class ArrayFrames : public FrameSource {
  public:
   ArrayFrames(std::span<const ArrayFrame<T>> frames, const ArrayOptions& options,
-              const ArrayField& field)
-      : frames_(frames.begin(), frames.end()),
-        shape_{options.size},
-        lattice_(options.lattice),
-        field_(field) {}
+              const SampleRule& rule, double outside)
+      : frames_(frames.begin(), frames.end()), options_(options), rule_(rule), outside_(outside) {}
 
-  const Lattice& lattice() const override { return lattice_; }
+  const Lattice& lattice() const override { return options_.lattice; }
   std::size_t frameCount() const override { return frames_.size(); }
   Result<Frame> frame(std::size_t index) override {
-    return frameOfArray(frames_[index].values, shape_, field_, frames_[index].time);
+    const SampleBox box = boxOf(frames_[index], options_.size);
+    return frameOf(box, rule_, signsOf(box, rule_), outside_, frames_[index].time, nullptr);
   }
 
  private:
   std::vector<ArrayFrame<T>> frames_;
-  ArrayShape shape_;
-  Lattice lattice_;
-  ArrayField field_;
+  ArrayOptions options_;
+  SampleRule rule_;
+  double outside_;
 };
-
-Result<std::size_t> pointCount(const std::array<std::size_t, 3>& size) {
-  std::size_t count = 1;
-  for (const std::size_t points : size) {
-    if (points == 0 || points > std::numeric_limits<std::int32_t>::max() ||
-        count > std::numeric_limits<std::size_t>::max() / points) {
-      return invalid(
-          fmt::format("the size of the arrays is {} x {} x {}", size[0], size[1], size[2]));
-    }
-    count *= points;
-  }
-  return count;
-}
 
 }  // namespace
 
 template <class T>
 Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> frames,
                                                  const ArrayOptions& options) {
-  const auto points = pointCount(options.size);
-  if (!points) return pass(points.error());
+  if (auto checked = checkArraySize(options.size); !checked) return pass(checked.error());
+  const std::size_t points = options.size[0] * options.size[1] * options.size[2];
   const Lattice& lattice = options.lattice;
   if (!(lattice.voxelSize > 0) || !std::isfinite(lattice.voxelSize) ||
       !lattice.origin.allFinite()) {
@@ -66,33 +66,28 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
     return invalid(fmt::format(
         "the iso value is {}; expected is a finite number, and none for bools", *options.iso));
   }
-  ArrayField field;
-  if (options.iso) field = {-1, *options.iso};
-  double most = 0;
+  SampleRule rule;
+  rule.mask = std::is_same_v<T, bool>;
+  rule.floats = std::is_same_v<T, float>;
+  if (options.iso) rule.sign = -1, rule.iso = *options.iso;
+  double farthest = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto values = frames[i].values;
-    if (values.size() != *points) {
+    const auto ofFrame = [i] { return fmt::format("frame {}", i); };
+    if (values.size() != points) {
       return invalid(
           fmt::format("the array has {} values where {} x {} x {} = {} are expected", values.size(),
-                      options.size[0], options.size[1], options.size[2], *points),
-          fmt::format("frame {}", i));
+                      options.size[0], options.size[1], options.size[2], points),
+          ofFrame());
     }
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const double distance = std::abs(field(values[k]));
-      if (!std::isfinite(distance)) {
-        const std::size_t ny = options.size[1];
-        const std::size_t nz = options.size[2];
-        return invalid(fmt::format("the value at ({}, {}, {}) is {}", k / nz / ny, k / nz % ny,
-                                   k % nz, static_cast<double>(values[k])),
-                       fmt::format("frame {}", i));
-      }
-      most = std::max(most, distance);
-    }
+    if (rule.mask) continue;
+    const auto signs = usableSignsOf(boxOf(frames[i], options.size), rule);
+    if (!signs) return invalid(signs.error().message, ofFrame());
+    farthest = std::max(farthest, signs->farthest);
   }
-  if constexpr (!std::is_same_v<T, bool>) {
-    if (auto set = field.template setOutside<T>(most); !set) return pass(set.error());
-  }
-  return std::make_unique<ArrayFrames<T>>(frames, options, field);
+  const auto outside = fieldOutside(rule, farthest);
+  if (!outside) return pass(outside.error());
+  return std::make_unique<ArrayFrames<T>>(frames, options, rule, *outside);
 }
 
 template Result<std::unique_ptr<FrameSource>> arrayFrames<float>(

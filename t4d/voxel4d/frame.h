@@ -71,6 +71,7 @@ struct Block {
 inline constexpr std::size_t kLargeFrame = std::size_t{64} << 20U;
 
 class FrameFile;
+class SampleField;
 
 /// A cube of points that are all inside: `size` blocks along each axis, starting with the block
 /// `coord`. Frame::blocks has no blocks within it.
@@ -92,6 +93,8 @@ struct Frame {
   /// BlockValues only `sign` and `iso` are set.
   std::shared_ptr<const FrameFile> file = {};
   std::size_t valueSizeInFile = 0;
+  /// The field, if it is one of dense samples (sample_box.h): BlockValues are empty then.
+  std::shared_ptr<const SampleField> samples = {};
 
   bool hasValues() const { return outsideValue != 0; }
 };

@@ -85,7 +85,8 @@ Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice, std::size
   FrameLayer layer;
   layer.frame_ = std::move(frame);
   layer.lattice_ = lattice;
-  layer.hasFloats_ = valueSizeOf(layer.frame_) == sizeof(float);
+  layer.hasFloats_ = layer.frame_.samples ? layer.frame_.samples->hasFloats()
+                                          : valueSizeOf(layer.frame_) == sizeof(float);
   layer.index();
   if (auto found = layer.findSurfaceBlocks(); !found) return pass(found.error());
   if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
@@ -132,6 +133,7 @@ BlockView FrameLayer::view(const Coord& coord) const {
 }
 
 BlockField FrameLayer::field(const Coord& coord, ValueBuffer& buffer) const {
+  if (frame_.samples) return {{}, 0, frame_.samples.get(), coord};
   if (const auto found = blocks_.find(coord)) {
     return {valuesOf(frame_, *found, buffer), frame_.outsideValue};
   }

@@ -12,6 +12,7 @@
 #include "t4d/voxel4d/coord_index.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/frame_file.h"
+#include "t4d/voxel4d/sample_box.h"
 
 namespace t4d::voxel4d {
 
@@ -27,10 +28,15 @@ struct BlockView {
 
 /// The field in one block of a frame.
 struct BlockField {
-  BlockValues values;  ///< may be empty
-  double value = 0;    ///< of all points then
+  BlockValues values;                    ///< may be empty
+  double value = 0;                      ///< of all points then
+  const SampleField* samples = nullptr;  ///< instead of both, at `coord`
+  Coord coord = {};
 
-  double at(unsigned index) const { return values.empty() ? value : values.at(index); }
+  double at(unsigned index) const {
+    if (samples != nullptr) return samples->at(coord, index);
+    return values.empty() ? value : values.at(index);
+  }
 };
 
 /// The number of set bits of a word below `bit`.
@@ -122,7 +128,9 @@ class FrameLayer {
   const std::vector<Coord>& surfaceBlocks() const { return surfaceBlocks_; }
   /// Stored blocks that are entirely inside.
   const std::vector<Coord>& solidBlocks() const { return solidBlocks_; }
-  std::size_t storedBlocks() const { return frame_.blocks.size(); }
+  std::size_t storedBlocks() const {
+    return frame_.samples ? frame_.samples->blocks() : frame_.blocks.size();
+  }
   const std::vector<InsideTile>& tiles() const { return frame_.tiles; }
   /// True if one tile of this frame covers all of `tile`.
   bool coversInside(const InsideTile& tile) const;

@@ -48,6 +48,13 @@ class RawReader : public SampleReader {
     while (!into.empty()) {
       if (at_ < windowBegin_ || at_ >= windowBegin_ + window_.size()) {
         if (at_ >= end_) return invalid("is cut off: it ends before its samples do", where_);
+        if (into.size() >= kWindow) {
+          const auto part = into.first(std::min<std::uint64_t>(into.size(), end_ - at_));
+          if (auto filled = fill(part); !filled) return filled;
+          at_ += part.size();
+          into = into.subspan(part.size());
+          continue;
+        }
         window_.resize(std::min<std::uint64_t>(kWindow, end_ - at_));
         windowBegin_ = at_;
         if (auto filled = fill(window_); !filled) return filled;

@@ -11,8 +11,8 @@
 #include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 #include "t4d/system/scratch_file.h"
-#include "t4d/voxel4d/array_frame.h"
 #include "t4d/voxel4d/natural_order.h"
+#include "t4d/voxel4d/sample_box.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
@@ -64,9 +64,6 @@ tl::unexpected<Error> ofData(Error error, const Volume& volume, const SampleData
   }
   return pass(std::move(error));
 }
-
-/// What the values of samples are in memory.
-enum class Values : std::uint8_t { Mask, Floats, Doubles };
 
 /// The samples of a file in which time is not the slowest axis, frame after frame: the file is read
 /// once, and put into a temporary file in parts, each of which has all frames.
@@ -149,13 +146,12 @@ class FrameByFrame {
 class Frames : public FrameSource {
  public:
   Frames(std::vector<Volume> volumes, std::vector<double> times, const Lattice& lattice,
-         const VolumeOptions& options, Values values)
+         const VolumeOptions& options, const SampleRule& rule)
       : volumes_(std::move(volumes)),
         times_(std::move(times)),
         lattice_(lattice),
         options_(options),
-        values_(values),
-        shape_{{volumes_[0].size('x'), volumes_[0].size('y'), volumes_[0].size('z')}} {}
+        rule_(rule) {}
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return times_.size(); }
@@ -166,11 +162,19 @@ class Frames : public FrameSource {
   }
 
   Result<Frame> frame(std::size_t index) override {
-    auto frame = values_ == Values::Mask     ? frameOf<bool>(index)
-                 : values_ == Values::Floats ? frameOf<float>(index)
-                                             : frameOf<double>(index);
-    if (!frame) return frame;
-    solid_ = solid_ || countInside(*frame) > 0;
+    const Volume& volume = volumes_[volumes_.size() > 1 ? index : 0];
+    const auto bytes = unusedBuffer();
+    bytes->resize(samplesOfFrame(volume) * sizeOf(volume.type));
+    if (auto read = readFrame(index, volume, *bytes); !read) return pass(read.error());
+    const SampleBox box = boxOf(volume, bytes->data());
+    SampleSigns signs = signsOf(box, rule_);
+    if (!signs.usable) {
+      return invalid(
+          fmt::format("the sample ({}) of frame {} (counted from 0) is not finite, or too large",
+                      indexText(volume, *firstUnusable(box, rule_)), at_),
+          volume.where);
+    }
+    solid_ = solid_ || !signs.blocks.empty() || !signs.tiles.empty();
     if (index + 1 == times_.size() && !solid_) {
       return invalid(
           options_.label ? fmt::format("no sample of any frame is {}", *options_.label)
@@ -179,38 +183,29 @@ class Frames : public FrameSource {
               : std::string("no sample of any frame is inside"),
           volumes_.front().where);
     }
-    return frame;
+    const auto outside = fieldOutside(rule_, signs.farthest);
+    if (!outside) return pass(outside.error());
+    return frameOf(box, rule_, std::move(signs), *outside, times_[index], bytes);
   }
 
  private:
-  template <class T>
-  Result<Frame> frameOf(std::size_t index) {
-    std::vector<unsigned char> mask;  // vector<bool> has no array
-    std::vector<T> numbers;
-    std::span<T> values;
-    if constexpr (std::is_same_v<T, bool>) {
-      mask.resize(shape_.count());
-      values = {reinterpret_cast<bool*>(mask.data()), mask.size()};
-    } else {
-      numbers.resize(shape_.count());
-      values = numbers;
-    }
-    if (auto read = readFrame(index, values); !read) return pass(read.error());
-    ArrayField field;
-    if (options_.iso) field = {-1, *options_.iso};
-    if constexpr (!std::is_same_v<T, bool>) {
-      double most = 0;
-      for (const T value : values) most = std::max(most, std::abs(field(value)));
-      if (auto set = field.template setOutside<T>(most); !set) return pass(set.error());
-    }
-    return frameOfArray<T>(values, shape_, field, times_[index]);
+  using Buffer = std::vector<std::byte>;
+
+  static std::uint64_t samplesOfFrame(const Volume& volume) {
+    return volume.size('x') * volume.size('y') * volume.size('z');
   }
 
-  /// Sets `values`, with x slowest and z fastest, to those of a frame.
-  template <class T>
-  Result<void> readFrame(std::size_t index, std::span<T> values) {
+  /// Room for the samples of a frame. Two frames are in use at a time, and memory that was used
+  /// before costs less than new.
+  std::shared_ptr<Buffer> unusedBuffer() {
+    const auto unused =
+        std::ranges::find(buffers_, 1, [](const auto& buffer) { return buffer.use_count(); });
+    return unused != buffers_.end() ? *unused : buffers_.emplace_back(std::make_shared<Buffer>());
+  }
+
+  /// Reads the samples of a frame in the order of the file, each in the order of this machine.
+  Result<void> readFrame(std::size_t index, const Volume& volume, std::span<std::byte> into) {
     const bool series = volumes_.size() > 1;
-    const Volume& volume = volumes_[series ? index : 0];
     const std::uint64_t frameInFile = series ? 0 : index;
     const std::size_t size = sizeOf(volume.type);
     // Of the samples in a file: `inner` follow one another in one frame.
@@ -237,133 +232,56 @@ class Frames : public FrameSource {
         if (auto done = sorted_->fill(*reader_); !done) return ofData(done.error(), volume, data);
       }
     }
-    if (auto done = place(volume, data, values); !done) return done;
+    auto done = sorted_ ? sorted_->read(at_, 0, into) : reader_->read(into);
+    if (!done) return ofData(done.error(), volume, data);
+    if (volume.order != std::endian::native) reverseBytes(into, size);
     if (!alone && frameInFile + 1 < framesInFile) return {};
-    auto done = reader_->finish(data.mayHaveMore);
+    done = reader_->finish(data.mayHaveMore);
     return done ? done : ofData(done.error(), volume, data);
   }
 
-  /// Reads the samples of a frame, in the order of the file.
-  template <class T>
-  Result<void> place(const Volume& volume, const SampleData& data, std::span<T> values) {
-    constexpr std::uint64_t kSamplesAtOnce = 1U << 16U;
-    const std::size_t size = sizeOf(volume.type);
-    // Each axis of space in the file: samples along it, and the way to the next in `values`.
-    std::array<std::uint64_t, 3> sizes{};
-    std::array<std::uint64_t, 3> strides{};
-    int axes = 0;
+  /// Of each number of `size` bytes.
+  static void reverseBytes(std::span<std::byte> numbers, std::size_t size) {
+    for (std::size_t i = 0; i < numbers.size(); i += size) {
+      std::ranges::reverse(numbers.subspan(i, size));
+    }
+  }
+
+  static SampleBox boxOf(const Volume& volume, const std::byte* first) {
+    SampleBox box{volume.type, first, {volume.size('x'), volume.size('y'), volume.size('z')}, {}};
+    auto stride = static_cast<std::ptrdiff_t>(sizeOf(volume.type));
     for (std::size_t i = 0; i < volume.axes.size(); ++i) {
       if (volume.axes[i] == 't') continue;
-      sizes[axes] = volume.sizes[i];
-      strides[axes++] = shape_.stride(volume.axes[i] - 'x');
+      box.strides[volume.axes[i] - 'x'] = stride;
+      stride *= static_cast<std::ptrdiff_t>(volume.sizes[i]);
     }
-    std::array<std::uint64_t, 3> at{};
-    const std::uint64_t count = values.size();
-    std::vector<std::byte> bytes(std::min(count, kSamplesAtOnce) * size);
-    for (std::uint64_t done = 0; done < count;) {
-      const auto part = std::min<std::uint64_t>(count - done, kSamplesAtOnce);
-      const auto into = std::span(bytes).first(part * size);
-      const auto read = sorted_ ? sorted_->read(at_, done * size, into) : reader_->read(into);
-      if (!read) return ofData(read.error(), volume, data);
-      for (std::uint64_t i = 0; i < part; ++i) {
-        const std::optional<T> value = valueOf<T>(volume, bytes.data() + i * size);
-        if (!value) {
-          return invalid(
-              fmt::format(
-                  "the sample ({}) of frame {} (counted from 0) is not finite, or too large",
-                  indexText(volume, at), at_),
-              volume.where);
-        }
-        values[at[0] * strides[0] + at[1] * strides[1] + at[2] * strides[2]] = *value;
-        if (++at[0] < sizes[0]) continue;
-        at[0] = 0;
-        if (++at[1] < sizes[1]) continue;
-        at[1] = 0;
-        ++at[2];
-      }
-      done += part;
-    }
-    return {};
+    return box;
   }
 
-  /// "x 3, y 0, z 7"; `at` is in the order of the file.
-  static std::string indexText(const Volume& volume, const std::array<std::uint64_t, 3>& at) {
+  /// "x 3, y 0, z 7", in the order of the file; `point` is (x, y, z).
+  static std::string indexText(const Volume& volume, const std::array<std::size_t, 3>& point) {
     std::string text;
-    int axis = 0;
     for (const char name : volume.axes) {
       if (name == 't') continue;
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, at[axis++]);
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, point[name - 'x']);
     }
     return text;
-  }
-
-  /// Nothing if it is not finite, or too large.
-  template <class T>
-  std::optional<T> valueOf(const Volume& volume, const std::byte* bytes) const {
-    switch (volume.type) {
-      case SampleType::Bool:
-      case SampleType::UInt8:
-        return convert<T>(volume, load<std::uint8_t>(volume, bytes));
-      case SampleType::Int8:
-        return convert<T>(volume, load<std::int8_t>(volume, bytes));
-      case SampleType::Int16:
-        return convert<T>(volume, load<std::int16_t>(volume, bytes));
-      case SampleType::UInt16:
-        return convert<T>(volume, load<std::uint16_t>(volume, bytes));
-      case SampleType::Int32:
-        return convert<T>(volume, load<std::int32_t>(volume, bytes));
-      case SampleType::UInt32:
-        return convert<T>(volume, load<std::uint32_t>(volume, bytes));
-      case SampleType::Int64:
-        return convert<T>(volume, load<std::int64_t>(volume, bytes));
-      case SampleType::UInt64:
-        return convert<T>(volume, load<std::uint64_t>(volume, bytes));
-      case SampleType::Float32:
-        return convert<T>(volume, load<float>(volume, bytes));
-      case SampleType::Float64:
-        return convert<T>(volume, load<double>(volume, bytes));
-    }
-    return std::nullopt;
-  }
-
-  template <class Sample>
-  static Sample load(const Volume& volume, const std::byte* bytes) {
-    std::array<std::byte, sizeof(Sample)> raw;
-    std::memcpy(raw.data(), bytes, sizeof(Sample));
-    if (volume.order != std::endian::native) std::ranges::reverse(raw);
-    return std::bit_cast<Sample>(raw);
-  }
-
-  template <class T, class Sample>
-  std::optional<T> convert(const Volume& volume, Sample sample) const {
-    if constexpr (std::is_same_v<T, bool>) {
-      if (!options_.label) return sample != 0;
-      if constexpr (std::is_integral_v<Sample>) return std::cmp_equal(sample, *options_.label);
-      return static_cast<double>(sample) == static_cast<double>(*options_.label);
-    } else {
-      const bool scaled = volume.slope != 1 || volume.intercept != 0;
-      const auto value =
-          scaled ? static_cast<T>(volume.slope * static_cast<double>(sample) + volume.intercept)
-                 : static_cast<T>(sample);
-      // Differences of values must be finite, too.
-      constexpr T kLargest = std::numeric_limits<T>::max() / 8;
-      return std::abs(value) <= kLargest ? std::optional(value) : std::nullopt;
-    }
   }
 
   std::vector<Volume> volumes_;  // one, or one for each frame
   std::vector<double> times_;
   Lattice lattice_;
   VolumeOptions options_;
-  Values values_;
-  ArrayShape shape_;
+  SampleRule rule_;
+  std::vector<std::shared_ptr<Buffer>> buffers_;
   std::unique_ptr<SampleReader> reader_;
   std::optional<FrameByFrame> sorted_;  // of a file in which time is not the slowest axis
   std::uint64_t at_ = 0;                // the frame in the file that is read
   bool solid_ = false;                  // whether any frame so far had a sample inside
 };
 
-Result<Values> valuesOf(const Volume& volume, const VolumeOptions& options) {
+Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
+  SampleRule rule;
   if (options.label) {
     if (options.iso) return invalid("an iso value and a label are given; they exclude each other");
     if (volume.slope != 1 || volume.intercept != 0) {
@@ -371,10 +289,13 @@ Result<Values> valuesOf(const Volume& volume, const VolumeOptions& options) {
                                  volume.slope, volume.intercept),
                      volume.where);
     }
-    return Values::Mask;
+    rule.mask = true;
+    rule.label = options.label;
+    return rule;
   }
   if (volume.type == SampleType::Bool) {
-    if (!options.iso) return Values::Mask;
+    rule.mask = true;
+    if (!options.iso) return rule;
     return invalid("an iso value is given, but its samples are bools", volume.where);
   }
   if (options.iso && !std::isfinite(*options.iso)) {
@@ -386,9 +307,16 @@ Result<Values> valuesOf(const Volume& volume, const VolumeOptions& options) {
         "must be given",
         volume.where, Remedy::IsoValue);
   }
+  rule.slope = volume.slope;
+  rule.intercept = volume.intercept;
+  if (options.iso) rule.sign = -1, rule.iso = *options.iso;
   const bool fits =
       isInteger(volume.type) ? sizeOf(volume.type) <= 2 : volume.type == SampleType::Float32;
-  return fits && volume.slope == 1 && volume.intercept == 0 ? Values::Floats : Values::Doubles;
+  rule.floats = fits && volume.slope == 1 && volume.intercept == 0;
+  // Differences of values must be finite, too.
+  rule.largest =
+      rule.floats ? std::numeric_limits<float>::max() / 8 : std::numeric_limits<double>::max() / 8;
+  return rule;
 }
 
 Result<void> checkAlike(const Volume& first, const Volume& other) {
@@ -528,8 +456,8 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   if (count < 2) {
     return invalid("has one frame only; a 4D mesh needs two or more", first.where);
   }
-  const auto values = valuesOf(first, options);
-  if (!values) return pass(values.error());
+  const auto rule = ruleOf(first, options);
+  if (!rule) return pass(rule.error());
   const auto place = placeOf(first, options);
   if (!place) return pass(place.error());
   auto times = timesOf(first, count, options);
@@ -538,7 +466,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   VolumeFrames opened;
   opened.space = first.space;
   opened.notice = first.notice;
-  opened.takenAsDistances = *values != Values::Mask && !options.iso;
+  opened.takenAsDistances = !rule->mask && !options.iso;
   opened.lengthUnit = first.lengthUnit;
   opened.timeUnit = first.timeUnit;
   Lattice lattice;
@@ -549,7 +477,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
     opened.toSpace = *place;
   }
   opened.frames =
-      std::make_unique<Frames>(std::move(volumes), std::move(*times), lattice, options, *values);
+      std::make_unique<Frames>(std::move(volumes), std::move(*times), lattice, options, *rule);
   return opened;
 }
 
