@@ -90,7 +90,7 @@ Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice, std::size
   layer.index();
   if (auto found = layer.findSurfaceBlocks(); !found) return pass(found.error());
   if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
-  if (auto moved = layer.moveNumbersToFile(largeFrame); !moved) return pass(moved.error());
+  if (auto kept = layer.keepFractions(largeFrame); !kept) return pass(kept.error());
   return layer;
 }
 
@@ -142,8 +142,8 @@ BlockField FrameLayer::field(const Coord& coord, ValueBuffer& buffer) const {
 }
 
 Result<void> FrameLayer::checkRead() const {
-  if (fractions_) {
-    if (auto read = fractions_->checkRead(); !read) return read;
+  if (fractionsInFile_) {
+    if (auto read = fractionsInFile_->checkRead(); !read) return read;
   }
   return frame_.file ? frame_.file->checkRead() : Result<void>();
 }
@@ -269,10 +269,19 @@ void FrameLayer::findFractions(const CrossingBlock& block, double* into) const {
   }
 }
 
-/// Moves what is made of the values, and the values, to a file if the frame is large.
-Result<void> FrameLayer::moveNumbersToFile(std::size_t largeFrame) {
+/// Each crossing is placed several times: as one of the upper layer of a slab, of the lower layer
+/// of the next, and where a slab is made in parts. Moves them, and the values, to a file if the
+/// frame is large.
+Result<void> FrameLayer::keepFractions(std::size_t largeFrame) {
+  if (!hasValues()) return {};
   const std::size_t blockBytes = valueSizeOf(frame_) * std::tuple_size_v<ValueBuffer>;
-  if (blockBytes == 0 || blockBytes * frame_.blocks.size() < largeFrame) return {};
+  if (blockBytes == 0 || blockBytes * frame_.blocks.size() < largeFrame) {
+    fractions_.resize(vertexCount_);
+    tbb::parallel_for(std::size_t{0}, crossings_.size(), [&](std::size_t i) {
+      findFractions(crossings_[i], fractions_.data() + firstOf(i));
+    });
+    return {};
+  }
   auto file = FrameFile::create();
   if (!file) return pass(file.error());
   constexpr std::size_t kMost = std::size_t{1} << 16U;
@@ -286,7 +295,7 @@ Result<void> FrameLayer::moveNumbersToFile(std::size_t largeFrame) {
     });
     if (auto added = (*file)->append(std::as_bytes(std::span(fractions))); !added) return added;
   }
-  fractions_ = std::move(*file);
+  fractionsInFile_ = std::move(*file);
   if (!frame_.file) {
     if (auto moved = moveValuesToFile(frame_); !moved) return moved;
   }
@@ -298,26 +307,21 @@ void FrameLayer::vertices(std::uint32_t first, std::span<model::Point4> into) co
   if (into.empty()) return;
   // Of a large frame, the fractions of all blocks that have some of these vertices.
   std::vector<double> read;
-  const std::uint32_t firstRead = first - std::min(first, kMostInBlock);
-  if (fractions_) {
+  std::span<const double> fractions = fractions_;
+  std::uint32_t firstFraction = 0;
+  if (fractionsInFile_) {
+    firstFraction = first - std::min(first, kMostInBlock);
     const std::uint64_t last = std::uint64_t{first} + into.size() + kMostInBlock;
-    read.resize(std::min<std::uint64_t>(last, vertexCount_) - firstRead);
-    fractions_->read(std::uint64_t{firstRead} * sizeof(double),
-                     std::as_writable_bytes(std::span(read)));
+    read.resize(std::min<std::uint64_t>(last, vertexCount_) - firstFraction);
+    fractionsInFile_->read(std::uint64_t{firstFraction} * sizeof(double),
+                           std::as_writable_bytes(std::span(read)));
+    fractions = read;
   }
   makeRange(
       first, into, crossings_.size(), [&](std::size_t i) { return firstOf(i); },
       [&](std::size_t i, model::Point4* at) {
-        const CrossingBlock& block = crossings_[i];
-        std::array<double, kMostInBlock> found;
-        const double* fractions = nullptr;
-        if (fractions_) {
-          fractions = read.data() + (firstOf(i) - firstRead);
-        } else if (hasValues()) {
-          findFractions(block, found.data());
-          fractions = found.data();
-        }
-        place(block, fractions, at);
+        place(crossings_[i], fractions.empty() ? nullptr : &fractions[firstOf(i) - firstFraction],
+              at);
       });
 }
 

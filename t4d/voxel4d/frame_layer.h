@@ -146,13 +146,14 @@ class FrameLayer {
   Result<void> findSurfaceBlocks();
   CrossingBlock crossingsIn(const Coord& coord) const;
   Result<void> numberCrossings();
-  Result<void> moveNumbersToFile(std::size_t largeFrame);
+  Result<void> keepFractions(std::size_t largeFrame);
   void findFractions(const CrossingBlock& block, double* into) const;
   void place(const CrossingBlock& block, const double* fractions, model::Point4* into) const;
   const InsideTile* tileAt(const Coord& coord) const;
 
   Frame frame_;
-  std::unique_ptr<FrameFile> fractions_;  // of all crossings, if the frame is large
+  std::vector<double> fractions_;               // of all crossings, if the frame has values
+  std::unique_ptr<FrameFile> fractionsInFile_;  // instead, if it is large
   Lattice lattice_;
   CoordIndex blocks_;
   struct TileLevel {
