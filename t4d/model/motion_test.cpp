@@ -58,6 +58,19 @@ TEST(Screw, AgreesWithEigensRotation) {
   }
 }
 
+TEST(Screw, TinyTurnsAboutAFarAxisKeepAllDigits) {
+  // The origin moves towards the axis by r (1 - cos a) = 2 r sin^2 (a / 2).
+  constexpr double kRadius = 1e9;
+  for (const double degrees : {60.0, 1.0, 1e-3, -1e-5, 1e-7, -1e-9}) {
+    const Screw screw{{kRadius, 0, 0}, Eigen::Vector3d::UnitZ(), degrees, Point3::Zero()};
+    const Point3 moved = screw.at(1)(Point3::Zero());
+    const long double radians = degrees * std::numbers::pi_v<long double> / 180;
+    const long double sine = std::sin(radians / 2);
+    EXPECT_DOUBLE_EQ(moved.x(), static_cast<double>(2 * kRadius * sine * sine)) << degrees;
+    EXPECT_DOUBLE_EQ(moved.y(), static_cast<double>(-kRadius * std::sin(radians))) << degrees;
+  }
+}
+
 TEST(Motion, SegmentsBeginAndEndAtDecimals) {
   const ScrewRun tenths{0.1, {}, 7};
   const ScrewRun once{0.7, {}, 2};

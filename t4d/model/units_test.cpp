@@ -1,5 +1,7 @@
 #include "t4d/model/units.h"
 
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "t4d/model/converted_source.h"
@@ -25,6 +27,20 @@ TEST(Units, ThereAndBackIsTheSameNumber) {
       EXPECT_DOUBLE_EQ(there * *metresPer(to), 0.7 * *metresPer(from)) << from << " " << to;
     }
   }
+}
+
+TEST(Units, AreAsLargeAsTheirDefinitionsSay) {
+  const std::pair<const char*, double> metres[] = {
+      {"nm", 1e-9},         {"um", 1e-6},   {"µm", 1e-6},     {"mm", 1e-3},
+      {"millimetre", 1e-3}, {"cm", 1e-2},   {"dm", 1e-1},     {"m", 1},
+      {"metre", 1},         {"meter", 1},   {"km", 1e3},      {"in", 0.0254},
+      {"inch", 0.0254},     {"ft", 0.3048}, {"foot", 0.3048}, {"yd", 0.9144}};
+  for (const auto& [unit, size] : metres) EXPECT_EQ(metresPer(unit), size) << unit;
+  const std::pair<const char*, double> seconds[] = {
+      {"ns", 1e-9}, {"us", 1e-6},   {"µs", 1e-6},  {"ms", 1e-3},  {"millisecond", 1e-3},
+      {"s", 1},     {"sec", 1},     {"second", 1}, {"min", 60},   {"minute", 60},
+      {"h", 3600},  {"hour", 3600}, {"d", 86400},  {"day", 86400}};
+  for (const auto& [unit, size] : seconds) EXPECT_EQ((*timeConversion(unit, "s"))(1), size) << unit;
 }
 
 TEST(Units, OnlyUnknownUnitsThatDifferCannotBeConverted) {
