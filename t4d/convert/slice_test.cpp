@@ -43,6 +43,29 @@ TEST(Hyperplane, BasisIsOrthonormalAndLiesInTheHyperplane) {
   }
 }
 
+TEST(Hyperplane, BasisLeavesOutTheLastOfTheAxesAlongWhichTheNormalIsLargest) {
+  // Gram-Schmidt makes the matrix of the basis upper triangular on the axes that are not left out.
+  for (int ternary = 0; ternary < 81; ++ternary) {
+    const Eigen::Vector4d normal(ternary % 3 - 1, ternary / 3 % 3 - 1, ternary / 9 % 3 - 1,
+                                 ternary / 27 - 1);
+    if (normal.isZero()) continue;
+    SCOPED_TRACE(normal.transpose());
+    int leftOut = 3;
+    while (normal[leftOut] == 0) --leftOut;
+    const HyperplaneBasis basis = basisOf({normal, 0});
+    EXPECT_EQ(basisOf({-normal, 0}).axes, basis.axes);
+    Eigen::Matrix3d kept;
+    Eigen::Matrix4d frame;
+    frame << basis.axes, normal.transpose();
+    for (int axis = 0, column = 0; axis < 4; ++axis) {
+      if (axis != leftOut) kept.col(column++) = basis.axes.col(axis);
+    }
+    EXPECT_TRUE(kept.isUpperTriangular(1e-15)) << kept;
+    EXPECT_TRUE((kept.diagonal().array() > 0.4).all()) << kept;
+    EXPECT_EQ(basis.rightHanded, frame.determinant() > 0);
+  }
+}
+
 TEST(Hyperplane, ZeroAndNonFiniteNormalsAreRefused) {
   EXPECT_FALSE(checkHyperplane({Eigen::Vector4d::Zero(), 1}));
   EXPECT_FALSE(checkHyperplane({{1, 0, 0, std::numeric_limits<double>::infinity()}, 1}));
