@@ -1,6 +1,7 @@
 #include <cmath>
 #include <random>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "t4d/convert/slice.h"
@@ -161,6 +162,56 @@ std::uint64_t foldsOfTurn(const TriangleMesh& solid, double degrees) {
       Eigen::AngleAxisd(degrees * M_PI / 180, Eigen::Vector3d(1, -2, 0.5).normalized())
           .toRotationMatrix();
   return sweptTo(solid, [&](const Point3& p) { return turn * p; })->foldedPrisms;
+}
+
+/// The prisms of a step with a cell that faces away from the mean direction of its triangle: of
+/// area vectors, which are quadratic in time, by Simpson's rule.
+std::uint64_t foldsIn(const TriangleMesh& solid, const model::Slab& step) {
+  const auto areaAt = [&](const model::Triangle& triangle, double s) -> Eigen::Vector3d {
+    const auto corner = [&](int k) -> Point3 {
+      const auto vertex = triangle[k];
+      return ((1 - s) * step.lowerLayer()[vertex] + s * step.upperLayer()[vertex]).head<3>();
+    };
+    return (corner(1) - corner(0)).cross(corner(2) - corner(0));
+  };
+  const auto& cells = step.connectivity->cells;
+  const std::size_t perPrism = cells.size() / solid.triangles.size();
+  std::uint64_t folds = 0;
+  for (std::size_t i = 0; i < solid.triangles.size(); ++i) {
+    const model::Triangle& triangle = solid.triangles[i];
+    const Eigen::Vector3d mean =
+        (areaAt(triangle, 0) + 4 * areaAt(triangle, 0.5) + areaAt(triangle, 1)) / 6;
+    bool folded = false;
+    for (std::size_t k = i * perPrism; k < (i + 1) * perPrism; ++k) {
+      Eigen::Matrix4d sides;
+      sides.col(0) << mean, 0;
+      for (int side = 1; side < 4; ++side) {
+        sides.col(side) = step.vertices[cells[k][side]] - step.vertices[cells[k][0]];
+      }
+      folded = folded || sides.determinant() <= 0;
+    }
+    folds += folded ? 1 : 0;
+  }
+  return folds;
+}
+
+TEST(Folds, AreCellsThatFaceAwayFromTheMeanDirectionOfTheirTriangle) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const TriangleMesh solid = fixtures::icosphere(2, 1);
+  for (const double amount : {0.6, 1.0, 1.5, 2.0}) {
+    std::vector<StoredKeys::Key> keys = {{0, solid.vertices}, {1, solid.vertices}};
+    for (Point3& p : keys[1].positions) {
+      p += amount * Point3(number(random), number(random), number(random));
+    }
+    model::Mesh swept;
+    const auto report = sweep(solid, StoredKeys(keys), kCones, swept);
+    ASSERT_TRUE(report) << report.error().text();
+    const std::uint64_t folds = foldsIn(solid, swept.slabs()[1]);
+    EXPECT_EQ(report->foldedPrisms, folds) << amount;
+    EXPECT_GT(folds, 0U) << amount;
+    EXPECT_LT(folds, solid.triangles.size()) << amount;
+  }
 }
 
 TEST(Folds, SmallTurnsAndShrinkingHaveNone) {

@@ -38,8 +38,11 @@ TEST(Steps, EveryStepKeepsTheVolumeAndOneFewerWouldNot) {
 }
 
 TEST(Steps, WholeMultiplesAreNotRoundedUp) {
-  // acos(0) is a quarter turn.
-  EXPECT_EQ(stepsOf(turnAbout(Eigen::Vector3d::UnitX(), 360), MinVolumeRatio{0.5})->front(), 4U);
+  const model::Motion turn = turnAbout(Eigen::Vector3d::UnitX(), 360);
+  for (std::uint64_t steps = 2; steps <= 60; ++steps) {
+    const double ratio = (1 + std::cos(2 * M_PI / static_cast<double>(steps))) / 2;
+    EXPECT_EQ(stepsOf(turn, MinVolumeRatio{ratio})->front(), steps);
+  }
 }
 
 TEST(Steps, KeepADeviationAndOneFewerWouldNot) {
@@ -69,17 +72,20 @@ TEST(Steps, KeepADeviationAndOneFewerWouldNot) {
 }
 
 TEST(Steps, ADeviationThatIsTooSmallIsRefusedWithOneThatIsPossible) {
-  const model::Motion motion = turnAbout(Eigen::Vector3d::UnitX(), 7200);
+  // There and back.
+  std::vector<model::ScrewRun> runs(2, {.duration = 1, .screw = {.angleDegrees = 3600}});
+  runs[1].screw.angleDegrees *= -1;
+  const model::Motion motion = *model::chainScrews(0, runs);
   for (const double edge : {0.0, 0.3, 40.0}) {
-    const model::Chords chords{5, edge};
-    const auto refused = stepsOf(motion, MaxDeviation{1e-300}, {&chords, 1});
+    const std::array chords = {model::Chords{5, edge}, model::Chords{5, edge}};
+    const auto refused = stepsOf(motion, MaxDeviation{1e-300}, chords);
     ASSERT_FALSE(refused);
     const std::string& message = refused.error().message;
     const auto at = message.find("a deviation of ");
     ASSERT_NE(at, std::string::npos) << message;
     const double possible = std::stod(message.substr(at + 15));
-    EXPECT_TRUE(stepsOf(motion, MaxDeviation{possible}, {&chords, 1})) << message;
-    EXPECT_FALSE(stepsOf(motion, MaxDeviation{possible / 2}, {&chords, 1})) << message;
+    EXPECT_TRUE(stepsOf(motion, MaxDeviation{possible}, chords)) << message;
+    EXPECT_FALSE(stepsOf(motion, MaxDeviation{possible / 2}, chords)) << message;
   }
 }
 

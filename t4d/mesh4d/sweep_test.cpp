@@ -1,5 +1,6 @@
 #include "t4d/mesh4d/sweep.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -25,6 +26,56 @@ TEST(Sweep, InsideOutMeshIsTurnedRoundWithANotice) {
   ASSERT_EQ(report->notices.size(), 2U);
   EXPECT_NE(report->notices[0].find("inside out"), std::string::npos);
   EXPECT_GT(measure::checkMesh(swept)->hypervolume, 0);
+}
+
+TEST(Sweep, AttributesOfAnInsideOutMeshAreTurnedRoundWithItsTriangles) {
+  model::TriangleMesh mesh = fixtures::cube(2);
+  std::vector<std::uint16_t> corners;
+  std::vector<std::int32_t> threes;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (const std::uint32_t vertex : mesh.triangles[i]) {
+      // Two numbers for each corner.
+      corners.push_back(static_cast<std::uint16_t>(i));
+      corners.push_back(static_cast<std::uint16_t>(100 + vertex));
+      threes.push_back(static_cast<std::int32_t>(threes.size()));
+    }
+  }
+  mesh.attributes = {model::makeAttribute("uv:corners", model::Domain::Cell, corners),
+                     model::makeAttribute("normal", model::Domain::Cell, threes)};
+  mesh.attributes[0].components = 6;
+  mesh.attributes[1].components = 3;
+  model::TriangleMesh inside = mesh;
+  for (model::Triangle& triangle : inside.triangles) std::swap(triangle[1], triangle[2]);
+  for (std::size_t i = 0; i < corners.size(); i += 6) {
+    std::swap_ranges(corners.begin() + i + 2, corners.begin() + i + 4, corners.begin() + i + 4);
+  }
+  inside.attributes[0] = model::makeAttribute("uv:corners", model::Domain::Cell, corners);
+  inside.attributes[0].components = 6;
+  model::Mesh expected;
+  model::Mesh found;
+  const model::Motion motion = turnAbout(Eigen::Vector3d::UnitX(), 10);
+  ASSERT_TRUE(sweep(mesh, motion, options(), expected));
+  ASSERT_TRUE(sweep(inside, motion, options(), found));
+  ASSERT_EQ(found.slabCount(), expected.slabCount());
+  for (std::size_t i = 0; i < found.slabCount(); ++i) {
+    EXPECT_EQ(*found.slabs()[i].connectivity, *expected.slabs()[i].connectivity);
+  }
+}
+
+TEST(Sweep, LayersHaveTheirPosesButWherePartsMeet) {
+  const model::Motion motion = turnAbout({1, 2, 3}, 70);
+  for (std::uint64_t number = 1; number <= 3; ++number) {
+    SweepOptions part = options(StepsPerSegment{5});
+    part.part = {number, 3};
+    model::Mesh swept;
+    ASSERT_TRUE(sweep(fixtures::cube(2), motion, part, swept));
+    for (const model::Slab& slab : swept.slabs()) {
+      const bool last = &slab == &swept.slabs().back();
+      ASSERT_EQ(slab.upperPose == nullptr, last) << number;
+      EXPECT_TRUE(last || slab.upperPose->gives(slab.upperLayer()));
+    }
+    EXPECT_EQ(swept.slabs().back().connectivity->upperCount == 0, number == 3);
+  }
 }
 
 TEST(Sweep, StepsOfMoreThanAQuarterTurnAreReported) {
