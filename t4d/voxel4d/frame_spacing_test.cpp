@@ -114,6 +114,13 @@ TEST(FrameSpacing, AVoxelAFrameIsEnoughForATranslation) {
   EXPECT_EQ(framesWithin(0.3, speed, {0, 64}), 215U);
 }
 
+TEST(FrameSpacing, AWholeNumberOfDistancesIsNotRoundedUp) {
+  // In doubles 3 * 0.1 / 0.1 is more than 3.
+  for (std::uint64_t count = 1; count <= 1000; ++count) {
+    EXPECT_EQ(framesWithin(0.1, 0.1, {0, static_cast<double>(count)}), count + 1);
+  }
+}
+
 TEST(FrameSpacing, ARestTakesTwoFramesAndTooManyAreRefused) {
   const model::ScrewRun rest{10, {}, 1};
   const double speed = maxSpeed(fixtures::cube(2), *model::chainScrews(0, std::span(&rest, 1)));

@@ -1,9 +1,13 @@
 #include "t4d/voxel4d/pattern_table.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <numeric>
 #include <set>
+#include <vector>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "t4d/model/facets.h"
@@ -115,6 +119,59 @@ TEST(PatternTable, EveryPatternFitsItsNeighbours) {
       const auto key = std::pair(side.first, signsOf(pattern, side.first, side.second));
       const auto [known, isNew] = onSide.try_emplace(key, facets);
       ASSERT_EQ(known->second, facets) << pattern;
+    }
+  }
+}
+
+/// The midpoint of an edge in doubled coordinates.
+Eigen::Vector4i middleOf(int edge) {
+  Eigen::Vector4i middle;
+  for (int axis = 0; axis < 4; ++axis) middle[axis] = 2 * (edgeCorner(edge) >> axis & 1);
+  middle[edgeAxis(edge)] = 1;
+  return middle;
+}
+
+/// The hyperplane of a tetrahedron: its normal, and the normal times any of its points.
+std::array<int, 5> hyperplaneOf(const PatternTable::Tetrahedron& cell) {
+  Eigen::Matrix<int, 4, 3> sides;
+  for (int k = 0; k < 3; ++k) sides.col(k) = middleOf(cell[k + 1]) - middleOf(cell[0]);
+  std::array<int, 5> plane{};
+  int divisor = 0;
+  for (int axis = 0; axis < 4; ++axis) {
+    Eigen::Matrix3i minor;
+    for (int row = 0, at = 0; row < 4; ++row) {
+      if (row != axis) minor.row(at++) = sides.row(row);
+    }
+    plane[axis] = (axis % 2 == 0 ? 1 : -1) * minor.determinant();
+    divisor = std::gcd(divisor, plane[axis]);
+  }
+  for (int axis = 0; axis < 4; ++axis) {
+    plane[axis] /= divisor;
+    plane[4] += plane[axis] * middleOf(cell[0])[axis];
+  }
+  return plane;
+}
+
+TEST(PatternTable, PolytopesArePulledFromTheirSmallestVertex) {
+  // "Smallest" by t, then z, y, x.
+  const auto isLess = [](int a, int b) {
+    const Eigen::Vector4i p = middleOf(a).reverse();
+    const Eigen::Vector4i q = middleOf(b).reverse();
+    return std::ranges::lexicographical_compare(p, q);
+  };
+  for (unsigned pattern = 0; pattern < kPatterns; pattern += 97) {
+    std::map<std::array<int, 5>, std::vector<PatternTable::Tetrahedron>> polytopes;
+    for (const auto& cell : PatternTable::get().tetrahedra(pattern)) {
+      polytopes[hyperplaneOf(cell)].push_back(cell);
+    }
+    for (const auto& [plane, cells] : polytopes) {
+      int smallest = cells[0][0];
+      for (const auto& cell : cells) {
+        for (const int vertex : cell) smallest = std::min(smallest, vertex, isLess);
+      }
+      for (const auto& cell : cells) {
+        EXPECT_NE(std::ranges::find(cell, smallest), cell.end()) << pattern;
+      }
     }
   }
 }

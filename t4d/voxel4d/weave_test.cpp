@@ -1,9 +1,11 @@
 #include "t4d/voxel4d/weave.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -129,6 +131,44 @@ TEST(Weave, RandomLatticesAreClosedOrientedManifolds) {
   }
 }
 
+void expectSameMesh(const Woven& a, const Woven& b) {
+  ASSERT_EQ(a.mesh.slabCount(), b.mesh.slabCount());
+  for (std::size_t i = 0; i < a.mesh.slabCount(); ++i) {
+    EXPECT_EQ(a.mesh.slabs()[i].vertices, b.mesh.slabs()[i].vertices);
+    EXPECT_EQ(a.mesh.slabs()[i].connectivity->cells, b.mesh.slabs()[i].connectivity->cells);
+  }
+}
+
+/// Every vertex is where the field, linear along its edge of the lattice, in space or in time, is
+/// zero.
+TEST(Weave, VerticesAreWhereTheFieldIsZero) {
+  const Coord size = {10, 9, 8};
+  // Far enough from zero that no crossing is moved off a lattice point.
+  const auto field = [](int x, int y, int z, int frame) {
+    std::mt19937 random(((x * 64 + y) * 64 + z) * 64 + frame);
+    random.discard(4);
+    const double value = std::uniform_real_distribution<double>(0.1, 1)(random);
+    return random() % 2 == 0 ? value : -value;
+  };
+  BoxFrames frames(size, 3, field, true);
+  const Woven result = woven(frames, {}, false);
+  for (const model::Slab& slab : result.mesh.slabs()) {
+    if (slab.timeBegin == slab.timeEnd) continue;  // caps have their vertices moved to the end
+    for (const model::Point4& vertex : slab.vertices) {
+      const Eigen::Array4i from = vertex.array().floor().cast<int>();
+      const Eigen::Array4i to = vertex.array().ceil().cast<int>();
+      ASSERT_EQ((to - from).sum(), 1) << vertex.transpose();
+      const auto valueAt = [&](const Eigen::Array4i& p) {
+        const bool within =
+            (p.head<3>() >= 0).all() && p[0] < size.x && p[1] < size.y && p[2] < size.z;
+        return within ? field(p[0], p[1], p[2], p[3]) : 1;
+      };
+      const double s = (vertex.array() - from.cast<double>()).sum();
+      EXPECT_NEAR((1 - s) * valueAt(from) + s * valueAt(to), 0, 1e-13) << vertex.transpose();
+    }
+  }
+}
+
 /// Section 5.1: 64 frames of a cube of 19 samples a side (side 20, points on the surface outside),
 /// moving by one sample a frame.
 TEST(Weave, PaperCubeHasThePapersCounts) {
@@ -154,11 +194,7 @@ TEST(Weave, TilesAndBlocksGiveTheSameMesh) {
   Woven a = woven(tiles, {}, false);
   Woven b = woven(blocks, {}, false);
   expectSound(a);
-  ASSERT_EQ(a.mesh.slabCount(), b.mesh.slabCount());
-  for (std::size_t i = 0; i < a.mesh.slabCount(); ++i) {
-    EXPECT_EQ(a.mesh.slabs()[i].vertices, b.mesh.slabs()[i].vertices);
-    EXPECT_EQ(a.mesh.slabs()[i].connectivity->cells, b.mesh.slabs()[i].connectivity->cells);
-  }
+  expectSameMesh(a, b);
 }
 
 TEST(Weave, SameBytesForAnyNumberOfThreads) {
@@ -171,13 +207,7 @@ TEST(Weave, SameBytesForAnyNumberOfThreads) {
     BoxFrames frames({40, 40, 48}, 5, ball, true);
     all.push_back(woven(frames, {}, false));
   }
-  for (const Woven& other : all) {
-    for (std::size_t i = 0; i < other.mesh.slabCount(); ++i) {
-      EXPECT_EQ(other.mesh.slabs()[i].vertices, all[0].mesh.slabs()[i].vertices);
-      EXPECT_EQ(other.mesh.slabs()[i].connectivity->cells,
-                all[0].mesh.slabs()[i].connectivity->cells);
-    }
-  }
+  for (const Woven& other : all) expectSameMesh(other, all[0]);
 }
 
 /// Large frames keep their values in a temporary file.
@@ -196,12 +226,7 @@ TEST(Weave, SameBytesWithValuesInAFile) {
         const auto frames = sampledFrames(ball, {}, box, {0, 1, 2, 3}, {.asFloat = asFloat});
         both.push_back(woven(*frames, {.caps = caps, .largeFrame = largeFrame}, false));
       }
-      ASSERT_EQ(both[0].mesh.slabCount(), both[1].mesh.slabCount());
-      for (std::size_t i = 0; i < both[0].mesh.slabCount(); ++i) {
-        EXPECT_EQ(both[0].mesh.slabs()[i].vertices, both[1].mesh.slabs()[i].vertices);
-        EXPECT_EQ(both[0].mesh.slabs()[i].connectivity->cells,
-                  both[1].mesh.slabs()[i].connectivity->cells);
-      }
+      expectSameMesh(both[0], both[1]);
     }
   }
 }
@@ -275,37 +300,53 @@ TEST(Weave, TooFewFramesAndNothingInsideAreRefused) {
             std::string::npos);
 }
 
-/// Two frames of one large tile each, next to nothing else.
+/// Two frames of one tile each, of these sizes, next to nothing else; none where the size is 0.
 class TileFrames : public FrameSource {
  public:
-  TileFrames(std::int32_t size, bool stays) : size_(size), stays_(stays) {}
+  TileFrames(std::int32_t first, std::int32_t second) : sizes_{first, second} {}
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return 2; }
   Result<Frame> frame(std::size_t index) override {
     Frame frame;
     frame.time = static_cast<double>(index);
-    if (index == 0 || stays_) frame.tiles.push_back({{0, 0, 0}, size_, 0});
+    if (sizes_[index] > 0) frame.tiles.push_back({{0, 0, 0}, sizes_[index], 0});
     return frame;
   }
 
  private:
-  std::int32_t size_;
-  bool stays_;
+  std::array<std::int32_t, 2> sizes_;
   Lattice lattice_;
 };
 
+TEST(Weave, ATileThatLiesInALargerOneIsNoMoreThanItsBlocks) {
+  for (const auto& [first, second] : {std::pair{4, 1}, {1, 4}}) {
+    SCOPED_TRACE(testing::Message() << first << " " << second);
+    const auto cubes = [&](int x, int y, int z, int frame) {
+      const int size = 8 * (frame == 0 ? first : second);
+      return x < size && y < size && z < size ? -1.0 : 1.0;
+    };
+    BoxFrames blocks({32, 32, 32}, 2, cubes, false);
+    blocks.useTiles = false;
+    TileFrames tiles(first, second);
+    Woven byTiles;
+    Woven byBlocks;
+    ASSERT_TRUE(weave(tiles, {}, byTiles.mesh) && weave(blocks, {}, byBlocks.mesh));
+    expectSameMesh(byTiles, byBlocks);
+  }
+}
+
 TEST(Weave, TilesOfBillionsOfPointsAreRefusedAtOnce) {
-  const auto errorOf = [](std::int32_t size, bool stays) {
-    TileFrames frames(size, stays);
+  const auto errorOf = [](std::int32_t first, std::int32_t second) {
+    TileFrames frames(first, second);
     model::NullSink sink;
     const auto woven = weave(frames, {}, sink);
     return woven ? std::string() : woven.error().text();
   };
-  EXPECT_NE(errorOf(512, true).find("points at the surface lie in tiles"), std::string::npos);
-  EXPECT_NE(errorOf(32, false).find("appear or vanish between two frames"), std::string::npos);
-  EXPECT_EQ(errorOf(8, true), "");
-  EXPECT_EQ(errorOf(8, false), "");
+  EXPECT_NE(errorOf(512, 512).find("points at the surface lie in tiles"), std::string::npos);
+  EXPECT_NE(errorOf(32, 0).find("appear or vanish between two frames"), std::string::npos);
+  EXPECT_EQ(errorOf(8, 8), "");
+  EXPECT_EQ(errorOf(8, 0), "");
 }
 
 /// However a lattice comes to its place, doubles must be fine enough for its voxels there: what is

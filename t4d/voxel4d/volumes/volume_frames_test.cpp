@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <numbers>
@@ -173,7 +174,7 @@ TEST_F(VolumeFiles, VoxelsNeedNotBeCubes) {
 }
 
 TEST_F(VolumeFiles, IsoValuesScalesAndLabels) {
-  // Bytes: 200 inside, 100 outside; scaled by 0.01 to 2 and 1.
+  // Bytes: 200 inside, 100 outside; scaled by 0.01 and moved by 0.5 to 2.5 and 1.5.
   std::string bytes;
   std::string labels;
   for (int t = 0; t < 2; ++t) {
@@ -191,14 +192,14 @@ TEST_F(VolumeFiles, IsoValuesScalesAndLabels) {
   header[70] = 2;
   writeFile(folder_ / "bytes.nii", header + bytes);
   writeFile(folder_ / "labels.nii", header + labels);
-  const std::string scale("\x0A\xD7\x23\x3C\0\0\0\0", 8);  // 0.01 and 0 as float32
+  const std::string scale("\x0A\xD7\x23\x3C\0\0\0\x3F", 8);  // 0.01 and 0.5 as float32
   header.replace(112, 8, scale);
   writeFile(folder_ / "scaled.nii", header + bytes);
 
   EXPECT_THAT(faultOf({folder_ / "bytes.nii"}, {}),
               HasSubstr("an iso value or a label must be given"));
   const auto byIso = wovenOf({folder_ / "bytes.nii"}, {.iso = 150});
-  const auto byScale = wovenOf({folder_ / "scaled.nii"}, {.iso = 1.5});
+  const auto byScale = wovenOf({folder_ / "scaled.nii"}, {.iso = 2.25});
   const auto byLabel = wovenOf({folder_ / "labels.nii"}, {.label = 3});
   const auto other = wovenOf({folder_ / "labels.nii"}, {.label = 1});
   ASSERT_TRUE(byIso && byScale && byLabel && other);
@@ -439,6 +440,33 @@ TEST_F(VolumeFiles, LeftHandedSpacesAreTurned) {
   EXPECT_EQ(openVolumeFrames(std::vector{folder_ / "neither.nii"}, {})->space, "");
 }
 
+/// A turn of x to y, y to z and z to x, with voxels of three lengths, mirrored or not: the same by
+/// the quaternion of NIfTI as by its matrix.
+TEST_F(VolumeFiles, NiftiSaysThePlaceInTwoWays) {
+  const auto changed = [&](const std::map<std::size_t, std::vector<double>>& numbers, char qform,
+                           char sform) {
+    std::string bytes = files_["two.nii"];
+    for (const auto& [at, values] : numbers) {
+      std::memcpy(bytes.data() + at, values.data(), values.size() * sizeof(double));
+    }
+    bytes[344] = qform;
+    bytes[348] = sform;
+    writeFile(folder_ / "placed.nii", bytes);
+    const auto mesh = wovenOf({folder_ / "placed.nii"}, {});
+    EXPECT_TRUE(mesh) << mesh.error().text();
+    return mesh.value_or(model::Mesh());
+  };
+  for (const double qfac : {1.0, -1.0}) {
+    SCOPED_TRACE(qfac);
+    const model::Mesh byMatrix =
+        changed({{400, {0, 0, qfac * 0.25, -1, 0.5, 0, 0, 2, 0, 0.75, 0, 0.25}}}, 0, 1);
+    const model::Mesh byQuaternion = changed(
+        {{104, {qfac, 0.5, 0.75, 0.25}}, {352, {0.5, 0.5, 0.5}}, {376, {-1, 2, 0.25}}}, 1, 0);
+    expectSameMesh(byQuaternion, byMatrix);
+    EXPECT_TRUE(measure::checkMesh(byMatrix)->closed);
+  }
+}
+
 /// With the axes in any order, in any encoding, one mesh comes out; a file is read once.
 TEST_F(VolumeFiles, AxesMayBeInAnyOrder) {
   const model::Mesh expected = expectedMesh();
@@ -479,7 +507,24 @@ TEST_F(VolumeFiles, AxesMayBeInAnyOrder) {
     EXPECT_TRUE(report->closed && report->oriented);
     EXPECT_TRUE(report->bounds.min.isApprox(wanted->bounds.min));
     EXPECT_TRUE(report->bounds.max.isApprox(wanted->bounds.max));
-    if (spaceAxes == "xyz") expectSameMesh(*mesh, expected);
+    if (spaceAxes != "xyz") continue;
+    expectSameMesh(*mesh, expected);
+    // Without directions, axes begin at mins of their own.
+    std::string kinds;
+    std::string spacings;
+    std::string mins;
+    for (const char axis : order) {
+      kinds += axis == 't' ? " time" : " space";
+      spacings += axis == 't' ? " 0.25" : " 0.5";
+      mins += axis == 't' ? " 0" : axis == 'x' ? " -1" : axis == 'y' ? " 2" : " 0.25";
+    }
+    writeFile(folder_ / "mins.nrrd",
+              fmt::format("NRRD0004\ntype: float\ndimension: 4\nsizes:{}\nkinds:{}\n"
+                          "spacings:{}\naxis mins:{}\nencoding: text\n\n{}",
+                          sizes, kinds, spacings, mins, text));
+    const auto byMins = wovenOf({folder_ / "mins.nrrd"}, {});
+    ASSERT_TRUE(byMins) << byMins.error().text();
+    expectSameMesh(*byMins, expected);
   } while (std::ranges::next_permutation(order).found);
 }
 
