@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/chord_bound.h"
 #include "t4d/measure/collision_verdict.h"
+#include "t4d/measure/overlap.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/motion.h"
 
@@ -138,6 +140,20 @@ TEST(Collide, FineBallsMeetWhenBallsDo) {
   EXPECT_NEAR(found.intervals[0].overlapVolume, lens, 0.05 * lens);
 }
 
+TEST(Collide, TheDeepestTimeIsFoundBetweenSamples) {
+  // They overlap by 4 (2 - |x|), as x goes from -2 to `end` in a unit of time. Twelve golden
+  // sections of the two steps beside a sample are left.
+  const double left = 2.0 / kOverlapSamples * std::pow(std::numbers::phi, -12);
+  for (const double end : {1.3, 0.7}) {
+    const Mesh a =
+        moved(fixtures::translated(fixtures::cube(2), {-2, 0, 0}), along({2 + end, 0, 0}));
+    const Mesh b = moved(fixtures::cube(2), along({0, 0, 0}));
+    const Collision found = collided(a, b, {.clearance = false});
+    ASSERT_EQ(found.intervals.size(), 1U);
+    EXPECT_NEAR(found.intervals[0].deepestTime, 2 / (2 + end), left);
+  }
+}
+
 TEST(Collide, NeighboursOnlyTouch) {
   const Mesh a = moved(fixtures::cube(2), along({0, 1, 0}));
   const Mesh b = moved(fixtures::translated(fixtures::cube(2), {2, 0, 0}), along({0, 0, 1}));
@@ -240,6 +256,40 @@ TEST(Collide, ABarTurnsIntoAPost) {
       std::hypot(10, 0.25) * (1 - std::cos(half)) + std::hypot(10, 2) * std::sin(half) / 6;
   EXPECT_NEAR(found.intervals[0].begin, angle * 180 / std::numbers::pi,
               bound / 7.75 * 180 / std::numbers::pi);
+}
+
+TEST(CollisionVerdict, IsTheSameOfTheBodiesExchanged) {
+  // A bar whose end reaches into a post after a quarter turn, by less or by more than its chords
+  // are off.
+  TriangleMesh bar = fixtures::cube(2);
+  for (auto& vertex : bar.vertices) vertex = {5 * vertex.x() + 5, 1.5 * vertex.y(), vertex.z()};
+  const Mesh turning = moved(bar, about(Vector3d::UnitZ(), 90), 1, 8);
+  std::set<Verdict> seen;
+  for (const double depth : {-1.0, 0.2, 2.0}) {
+    SCOPED_TRACE(depth);
+    const Mesh still =
+        moved(fixtures::translated(fixtures::cube(4), {0, 12 - depth, 0}), along({0, 0, 0}));
+    const Collision one = collided(turning, still);
+    const Collision other = collided(still, turning);
+    const auto verdict = verdictOn(one, turning, still);
+    const auto exchanged = verdictOn(other, still, turning);
+    ASSERT_TRUE(verdict && exchanged);
+    seen.insert(verdict->verdict);
+    EXPECT_EQ(exchanged->verdict, verdict->verdict);
+    EXPECT_EQ(exchanged->chordBound, verdict->chordBound);
+    EXPECT_EQ(exchanged->chordsA->bound, verdict->chordsB->bound);
+    EXPECT_NEAR(exchanged->depth, verdict->depth, 0.02 * verdict->depth);
+    EXPECT_NEAR(exchanged->clearBy, verdict->clearBy, 1e-6);
+    EXPECT_EQ(exchanged->minVolumeRatio.has_value(), verdict->minVolumeRatio.has_value());
+    EXPECT_NEAR(exchanged->minVolumeRatio.value_or(1), verdict->minVolumeRatio.value_or(1), 1e-4);
+    for (const double distance : {0.1, 0.5, 1.5}) {
+      const auto kept = clearanceVerdict(one, *verdict, distance);
+      const auto keptExchanged = clearanceVerdict(other, *exchanged, distance);
+      EXPECT_EQ(keptExchanged.answer, kept.answer);
+      EXPECT_NEAR(keptExchanged.minVolumeRatio.value_or(1), kept.minVolumeRatio.value_or(1), 1e-4);
+    }
+  }
+  EXPECT_EQ(seen, (std::set{Verdict::Hit, Verdict::Clear, Verdict::WithinTolerance}));
 }
 
 TEST(Collide, BodiesThatNeverExistTogetherHaveNoClearance) {

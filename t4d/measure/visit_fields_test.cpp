@@ -92,5 +92,24 @@ TEST(VisitFields, AgreeWithTheSilhouetteAndTheHypervolume) {
   }
 }
 
+/// Cells of a cone over a solid with a hole overlap, and cover what the solid does not.
+TEST(VisitFields, DoNotDependOnHowTheEndsAreClosed) {
+  const model::TriangleMesh ring = fixtures::torus(2, 0.7, 12, 6);
+  const model::Screw screw{.axisDirection = Point3(1, 2, 3).normalized(),
+                           .angleDegrees = 40,
+                           .translation = {0.3, 0.2, 0.1}};
+  const model::Mesh filled = sweptByScrew(ring, screw, mesh4d::CapMethod::TetGen);
+  const auto lattice = SpaceLattice::about(model::boundsOf(silhouetteOf(filled)->surface), 0.21);
+  ASSERT_TRUE(lattice);
+  const VisitFields expected = fieldsOf(filled, *lattice);
+  const VisitFields found = fieldsOf(sweptByScrew(ring, screw, mesh4d::CapMethod::Cone), *lattice);
+  EXPECT_EQ(found.visits, expected.visits);
+  for (std::size_t row = 0; row < found.visits.size(); ++row) {
+    EXPECT_NEAR(found.dwell[row], expected.dwell[row], 1e-12);
+    EXPECT_NEAR(found.first[row], expected.first[row], 1e-12);
+    EXPECT_NEAR(found.last[row], expected.last[row], 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace t4d::measure
