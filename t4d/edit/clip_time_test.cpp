@@ -104,6 +104,35 @@ TEST(ClipTime, PartsAreClosedAndHaveTheSlicesAndTogetherTheHypervolumeOfTheWhole
   }
 }
 
+TEST(ClipTime, WholeCellsOfASlabGoToTheSideThatTheyLieOn) {
+  // Half way of a step are the centroids of its prisms, at which cells end and others begin.
+  const model::ScrewRun run{2, {.angleDegrees = 40, .translation = {1, 2, 3}}, 1};
+  model::Mesh mesh;
+  ASSERT_TRUE(mesh4d::sweep(fixtures::paperCube(2), *model::chainScrews(0, {&run, 1}),
+                            {mesh4d::StepsPerSegment{2}, mesh4d::CapMethod::Cone}, mesh));
+  double hypervolume = 0;
+  for (const model::TimeSpan& span : {model::TimeSpan{0, 0.5}, {0.5, 1.5}, {1.5, 2}}) {
+    model::Mesh part;
+    ASSERT_TRUE(clipTime(mesh, span, part));
+    const auto checked = measure::checkMesh(part);
+    ASSERT_TRUE(checked);
+    EXPECT_TRUE(checked->valid() && checked->closed && checked->oriented);
+    EXPECT_EQ(checked->time.begin, span.begin);
+    EXPECT_EQ(checked->time.end, span.end);
+    EXPECT_EQ(checked->degenerateCells, 0U);
+    for (const model::Slab& slab : part.slabs()) {
+      for (const model::Cell& cell : slab.connectivity->cells) {
+        for (const std::uint32_t vertex : cell) {
+          EXPECT_GE(slab.vertices[vertex][3], span.begin);
+          EXPECT_LE(slab.vertices[vertex][3], span.end);
+        }
+      }
+    }
+    hypervolume += checked->hypervolume;
+  }
+  EXPECT_NEAR(hypervolume, measure::checkMesh(mesh)->hypervolume, 1e-12);
+}
+
 TEST(ClipTime, TheWholeSpanChangesNothing) {
   for (const auto& [name, mesh] : clipSamples()) {
     model::Mesh part;

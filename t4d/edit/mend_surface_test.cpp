@@ -223,6 +223,14 @@ TEST(MendSurface, KeepsCavitiesAndTurnsComponentsThatAreNone) {
       both(fixtures::cube(4), translated(insideOut(fixtures::cube(2)), {5, 0, 0}));
   EXPECT_THAT(mended(beside), ElementsAre("inside-out"));
   EXPECT_NEAR(signedVolume(beside), 64 + 8, 1e-12);
+  // The cavity is one of the shell that is turned, in whichever order they come.
+  const TriangleMesh large = fixtures::cube(6);
+  const TriangleMesh shell = translated(insideOut(fixtures::cube(4)), {8, 0, 0});
+  const TriangleMesh cavity = translated(insideOut(fixtures::cube(2)), {8, 0, 0});
+  for (TriangleMesh mesh : {both(both(large, shell), cavity), both(both(cavity, shell), large)}) {
+    EXPECT_THAT(mended(mesh), ElementsAre("inside-out"));
+    EXPECT_NEAR(signedVolume(mesh), 216 + 64 - 8, 1e-12);
+  }
   // A solid within a solid adds nothing.
   TriangleMesh nested = both(fixtures::cube(4), fixtures::cube(2));
   EXPECT_THAT(mended(nested), ElementsAre("crossing"));
