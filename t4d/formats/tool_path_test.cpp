@@ -25,10 +25,13 @@ Point3 endOf(const Result<ToolPath>& path) {
   return path ? path->motion.segments.back().end.translation : Point3::Zero();
 }
 double durationOf(const Result<ToolPath>& path) {
+  EXPECT_TRUE(path) << refusalOf(path);
   return path ? path->motion.timeEnd() - path->motion.timeBegin() : -1;
 }
 /// Of the way that the tip goes.
 double lengthOf(const Result<ToolPath>& path) {
+  EXPECT_TRUE(path) << refusalOf(path);
+  if (!path) return -1;
   double length = 0;
   for (const auto& segment : path->motion.segments) {
     length += (segment.end.translation - segment.start.translation).norm();
@@ -39,6 +42,7 @@ double lengthOf(const Result<ToolPath>& path) {
 TEST(Gcode, StraightMovesTakeTheirLengthByTheFeed) {
   const auto path =
       gcode("%\nO1 (part)\nN10 g21 g90 g17\nG0 X0Y0Z5\nG1 Z0 F300 ; down\nx 1 0\nM30\n%");
+  ASSERT_TRUE(path) << refusalOf(path);
   EXPECT_EQ(endOf(path), Point3(10, 0, 0));
   EXPECT_NEAR(durationOf(path), 1 + 2, 1e-12);
   EXPECT_EQ(path->moves, 3U);
@@ -92,6 +96,7 @@ TEST(Gcode, AHelixRisesEvenly) {
 TEST(Gcode, ChordsStayWithinTheTolerance) {
   for (const double tolerance : {1.0, 0.1, 1e-3}) {
     const auto path = gcode("G0 X7 Y0 Z0\nG2 I-7 F100", {.tolerance = tolerance});
+    ASSERT_TRUE(path) << refusalOf(path);
     for (const auto& segment : path->motion.segments) {
       const Point3 middle = 0.5 * (segment.start.translation + segment.end.translation);
       EXPECT_LE(7 - middle.norm(), tolerance * (1 + 1e-9));
