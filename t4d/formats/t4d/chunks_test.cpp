@@ -295,5 +295,41 @@ TEST(Chunks, RefuseEndMarksAndIndexesWhoseCountsLie) {
   }
 }
 
+TEST(Chunks, RefuseIndexesThatNameOtherChunksAsPartsOfSlabs) {
+  // HEAD, CONN, SLAB, SLAB.
+  const auto faultWith = [](auto change) {
+    Index index = indexOf(2);
+    change(index, index.slabs[1].parts);
+    return fault(kIndexDecoder, encodeIndex(index, 0));
+  };
+  const auto distance = [](const Index& index, std::size_t to) {
+    return index.chunks[3].offset - index.chunks[to].offset;
+  };
+  EXPECT_EQ(faultWith([](const Index&, SlabParts&) {}), "");
+  for (const std::size_t to : {0, 2, 3}) {
+    EXPECT_THAT(faultWith([&](const Index& index, SlabParts& parts) {
+                  parts.connectivity = distance(index, to);
+                }),
+                HasSubstr("has a connectivity or a layer that is none"))
+        << to;
+  }
+  for (const std::size_t to : {0, 1, 2}) {
+    for (std::uint64_t SlabParts::*layer : {&SlabParts::lower, &SlabParts::upper}) {
+      EXPECT_THAT(faultWith([&](const Index& index, SlabParts& parts) {
+                    parts.*layer = distance(index, to);
+                  }),
+                  HasSubstr("has a connectivity or a layer that is none"))
+          << to;
+    }
+  }
+  for (const int off : {-1000, -8, -1, 1, 8, 1000}) {
+    EXPECT_THAT(faultWith([&](const Index& index, SlabParts& parts) {
+                  parts.connectivity = distance(index, 1) + static_cast<std::uint64_t>(off);
+                }),
+                HasSubstr("has a connectivity or a layer that is none"))
+        << off;
+  }
+}
+
 }  // namespace
 }  // namespace t4d::formats

@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <thread>
 
 #include <fcntl.h>
@@ -13,6 +15,7 @@
 #include <unistd.h>
 
 #include "t4d/formats/t4d/test_slabs.h"
+#include "t4d/model/slab_blocks.h"
 
 namespace t4d::formats {
 namespace {
@@ -211,6 +214,47 @@ TEST(T4dReader, RefusesEveryByteThatIsNotAsItWasWritten) {
     EXPECT_FALSE(checkT4dFile(path));
     EXPECT_FALSE(T4dReader::open(path));
   }
+}
+
+TEST(T4dReader, RefusesBlocksOfCellsThatAreNotAsTheyWereWritten) {
+  auto connectivity = std::make_shared<model::Connectivity>();
+  connectivity->vertexCount = 8;
+  connectivity->lowerCount = connectivity->upperCount = 3;
+  connectivity->cells.assign(t4d_layout::kBlockRows + 1, {0, 2, 3, 5});
+  Slab slab{0, 1, {}, connectivity, {}};
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    slab.vertices.emplace_back(i, i % 3, i % 2, i < 3 ? 0 : i < 5 ? 0.5 : 1);
+  }
+  const auto path = writeT4d("blocks.t4d", {{slab}}, {0});
+  const auto faultOfBlocks = [&]() -> std::string {
+    const auto reader = T4dReader::open(path);
+    if (!reader) return reader.error().text();
+    const auto blocks = reader->body(0).blocks(0);
+    if (!blocks) return blocks.error().text();
+    if (*blocks == nullptr) return "has no blocks";
+    for (std::size_t i = 0; i < (*blocks)->blockCount(); ++i) {
+      const auto block = (*blocks)->read(i);
+      if (!block) return block.error().text();
+    }
+    return {};
+  };
+  EXPECT_EQ(faultOfBlocks(), "");
+  const std::string bytes = fileContents(path);
+  std::map<std::string, int> flipped;
+  for (const ChunkHeader& chunk : listChunks(bytes)) {
+    if (chunk.name() != "CONN" && chunk.name() != "LAYR" && chunk.name() != "SLAB") continue;
+    const std::uint64_t begin = chunk.payload() + chunk.frontBytes;
+    const std::uint64_t end = chunk.payload() + chunk.payloadBytes;
+    for (std::uint64_t at = begin; at < end; at += 1 + (end - begin) / 7) {
+      std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(bytes[at] ^ 1)).flush();
+      EXPECT_THAT(faultOfBlocks(), HasSubstr("checksum of block")) << chunk.name() << " " << at;
+      file.seekp(static_cast<std::streamoff>(at)).put(bytes[at]);
+      ++flipped[chunk.name()];
+    }
+  }
+  EXPECT_EQ(flipped.size(), 3U);
+  EXPECT_EQ(faultOfBlocks(), "");
 }
 
 TEST(T4dReader, RefusesOtherFilesAndOtherVersions) {
