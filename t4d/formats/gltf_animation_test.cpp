@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include <fmt/format.h>
@@ -164,6 +165,70 @@ TEST(GltfAnimation, SplinesStayWithinTheTolerance) {
                  {0, 0,     0, 0, 0, 0,  0, 1, 1, 0, 0.5, 0, 0.2, 0.3, 0, 0, kHalf, 0,
                   0, kHalf, 0, 1, 0, -1, 0, 0, 0, 0, 0,   1, 0,   0,   0, 0, 0,     0});
   expectWithinTolerance(turned.file(), 0.01, 0.02);
+}
+
+/// That of glTF 2.0, appendix C.5: the tangents count by the duration of the segment.
+Eigen::VectorXd splineAt(const std::vector<double>& times, const std::vector<double>& numbers,
+                         double time) {
+  const auto width = static_cast<Eigen::Index>(numbers.size() / times.size() / 3);
+  const auto number = [&](std::size_t key, Eigen::Index i) {
+    const auto at = static_cast<Eigen::Index>(3 * key) + i;
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(&numbers[at * width], width));
+  };
+  if (time >= times.back()) return number(times.size() - 1, 1);
+  std::size_t key = 0;
+  while (times[key + 1] <= time) ++key;
+  const double duration = times[key + 1] - times[key];
+  const double s = (time - times[key]) / duration;
+  return (2 * s * s * s - 3 * s * s + 1) * number(key, 1) +
+         duration * (s * s * s - 2 * s * s + s) * number(key, 2) +
+         (-2 * s * s * s + 3 * s * s) * number(key + 1, 1) +
+         duration * (s * s * s - s * s) * number(key + 1, 0);
+}
+
+/// The places at every key of what `gltf` makes of its only body are those that `placed` says.
+template <class Placed>
+void expectPlaced(Gltf gltf, const Placed& placed) {
+  const AnimatedScene scene = readOf(gltf.file(), 0.01);
+  ASSERT_EQ(scene.bodies.size(), 1U);
+  const AnimatedBody& body = scene.bodies[0];
+  ASSERT_GT(body.runs[0]->count(), 20U);
+  const std::vector<Point3> base = {{1, 1, 1}, {2, -1, 0}, {0, 2, -1}, {-1, 0, 2}};
+  for (std::uint64_t key = 0; key < body.runs[0]->count(); ++key) {
+    const double time = body.runs[0]->time(key);
+    const std::vector<Point3> found = positionsAt(body, key);
+    for (std::size_t i = 0; i < base.size(); ++i) {
+      // Numbers of the file are float32.
+      EXPECT_LT((found[i] - placed(time, base[i])).norm(), 1e-5) << "at " << time;
+    }
+  }
+}
+
+TEST(GltfAnimation, PlacesAreThoseOfTheCurvesAtAllKeys) {
+  const std::vector<double> times = {0, 1, 3};
+  // Ends before the other curve.
+  const std::vector<double> ways = {0, 0,  0, 0, 0, 0, 5, 0, 0, 1, 2, 3, 4, 4,
+                                    0, -5, 1, 0, 0, 9, 0, 0, 0, 1, 0, 0, 0};
+  const std::vector<double> turns = {0,   0,   0, 0, 0,     0, 0, 1,     1, 0, 0.5, 0,
+                                     0.2, 0.3, 0, 0, kHalf, 0, 0, kHalf, 0, 1, 0,   -1,
+                                     0,   0,   0, 0, 0,     1, 0, 0,     0, 0, 0,   0};
+  Gltf splines;
+  splines.animate(0, "translation", "CUBICSPLINE", times, ways);
+  splines.animate(0, "rotation", "CUBICSPLINE", {0, 2, 4.5}, turns);
+  expectPlaced(splines, [&](double time, const Point3& p) -> Point3 {
+    const Eigen::Quaterniond turn(Eigen::Vector4d(splineAt({0, 2, 4.5}, turns, time)));
+    return turn.normalized() * p + Point3(splineAt(times, ways, time));
+  });
+  // By 90 degrees about z in a unit of time, and on by 120 in two.
+  const double sine = std::sin(105 * std::numbers::pi / 180);
+  const double cosine = std::cos(105 * std::numbers::pi / 180);
+  Gltf linear;
+  linear.animate(0, "rotation", "LINEAR", times,
+                 {0, 0, 0, 1, 0, 0, kHalf, kHalf, 0, 0, sine, cosine});
+  expectPlaced(linear, [](double time, const Point3& p) -> Point3 {
+    const double degrees = time < 1 ? 90 * time : 90 + 60 * (time - 1);
+    return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()) * p;
+  });
 }
 
 TEST(GltfAnimation, HierarchiesStayWithinTheTolerance) {
