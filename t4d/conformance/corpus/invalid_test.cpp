@@ -226,28 +226,30 @@ const std::map<std::string, std::string>& messages() {
   return all;
 }
 
-TEST(InvalidFiles, AreRefusedByOurReaderForWhatIsWrong) {
-  for (const InvalidCase& made : invalidCases()) {
-    SCOPED_TRACE(made.file.id + ": " + made.file.fault);
-    const TemporaryFile file(made.file.bytes);
-    const auto description = describeFile(file.path());
-    ASSERT_FALSE(description);
-    const Error& error = description.error();
-    const std::regex message(messages().at(made.file.rule));
-    EXPECT_TRUE(std::regex_search(error.message, message)) << error.text();
-    ASSERT_TRUE(error.offset) << error.text();
-    // Rules P, and what the index says of a slab, are reported where the slab is. What the
-    // footer names, rules F4 and F5, is to blame where it is not what it should be.
-    const std::string& rule = made.file.rule;
-    if (rule[0] == 'P' || rule == "I5" || rule == "I6") {
-      EXPECT_EQ(made.file.bytes.substr(*error.offset, 4), "SLAB");
-    } else if (made.file.id.ends_with("-exchanged")) {  // which of the two is right is not known
-      EXPECT_EQ(made.file.bytes.substr(*error.offset, 4), "INDX");
-    } else if (rule != "F4" && rule != "F5") {
-      EXPECT_TRUE(isInPartOf(error, made.file))
-          << error.text() << "; the fault is at byte " << *made.file.offset;
-    }
+void expectRefusedForWhatIsWrong(const InvalidCase& made) {
+  SCOPED_TRACE(made.file.id + ": " + made.file.fault);
+  const TemporaryFile file(made.file.bytes);
+  const auto description = describeFile(file.path());
+  ASSERT_FALSE(description);
+  const Error& error = description.error();
+  const std::regex message(messages().at(made.file.rule));
+  EXPECT_TRUE(std::regex_search(error.message, message)) << error.text();
+  ASSERT_TRUE(error.offset) << error.text();
+  // Rules P, and what the index says of a slab, are reported where the slab is. What the
+  // footer names, rules F4 and F5, is to blame where it is not what it should be.
+  const std::string& rule = made.file.rule;
+  if (rule[0] == 'P' || rule == "I5" || rule == "I6") {
+    EXPECT_EQ(made.file.bytes.substr(*error.offset, 4), "SLAB");
+  } else if (made.file.id.ends_with("-exchanged")) {  // which of the two is right is not known
+    EXPECT_EQ(made.file.bytes.substr(*error.offset, 4), "INDX");
+  } else if (rule != "F4" && rule != "F5") {
+    EXPECT_TRUE(isInPartOf(error, made.file))
+        << error.text() << "; the fault is at byte " << *made.file.offset;
   }
+}
+
+TEST(InvalidFiles, AreRefusedByOurReaderForWhatIsWrong) {
+  for (const InvalidCase& made : invalidCases()) expectRefusedForWhatIsWrong(made);
 }
 
 }  // namespace
