@@ -1,0 +1,35 @@
+"""A mutant: one change of the source, which a number selects at run time."""
+
+from dataclasses import dataclass
+
+# In an edit's pieces: the text that it replaces, with the edits of other mutants in it.
+ORIGINAL = None
+# In an edit's pieces: whether the mutant is active.
+ACTIVE = object()
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Replaces the bytes begin..end by pieces: text, ORIGINAL, ACTIVE, or a range (begin, end)."""
+
+    begin: int
+    end: int
+    pieces: tuple
+
+
+@dataclass
+class Mutant:
+    file: str
+    line: int
+    operator: str
+    change: str        # "a < b: a <= b"
+    source_line: str
+    edits: tuple
+    # In a constexpr function: the compiler may have evaluated every call.
+    constant: bool = False
+    number: int = 0
+    room: str = ""
+
+    @property
+    def key(self):
+        return self.file, self.source_line, self.change
