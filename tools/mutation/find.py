@@ -45,6 +45,8 @@ SPEED_OR_PROGRESS = re.compile(
 SYMMETRIC = re.compile(r"operator|min|max|minmax|hypot|swap|midpoint|gcd|lcm|dot")
 MESSAGE = re.compile(rb"return\s+(\w+(\.|->|::))*(pass|invalid|damaged\w*|fail\w*|unsupported)\(")
 PASSED = re.compile(rb"return\s+pass\(")
+TEXT = re.compile(rb"return\s+fmt::format\(")
+PROGRESS = re.compile(r"\w+\(progress_?,")
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,8 @@ class Finder:
             if re.search(rb"\b(constexpr|constinit)\b", self.source[begin:cursor.location.offset]):
                 return
         elif kind == K.CALL_EXPR:
-            if text_type(cursor.type) or SPEED_OR_PROGRESS.search(cursor.spelling):
+            if (text_type(cursor.type) or SPEED_OR_PROGRESS.search(cursor.spelling)
+                    or PROGRESS.match(self.text(begin, end))):
                 return
             self.call(cursor, begin, end, scope)
         elif kind == K.BINARY_OPERATOR or kind == K.COMPOUND_ASSIGNMENT_OPERATOR:
@@ -109,7 +112,8 @@ class Finder:
         elif kind == K.CONDITIONAL_OPERATOR:
             self.negation(next(cursor.get_children()), scope)
         elif kind == K.RETURN_STMT:
-            if PASSED.match(self.source[begin:end]):
+            text = self.source[begin:end]
+            if PASSED.match(text) or TEXT.match(text):
                 return
             self.returned_default(begin, end, scope, parent)
         elif kind == K.COMPOUND_STMT:
@@ -128,7 +132,8 @@ class Finder:
             self.walk(child, parent if kind == K.UNEXPOSED_EXPR else cursor, scope)
 
     def body_of(self, cursor, end):
-        bodies = [c.extent.start.offset for c in cursor.get_children() if c.kind == K.COMPOUND_STMT]
+        bodies = [c.extent.start.offset for c in cursor.get_children()
+                  if c.kind in (K.COMPOUND_STMT, K.CXX_TRY_STMT)]
         return bodies[-1] if bodies else end
 
     # Operators ----------------------------------------------------------------------------------
@@ -140,7 +145,7 @@ class Finder:
         operator = without_comments(self.text(b, c)).strip()
         if not (a < b <= c < d == end):
             return
-        if operator in ARITHMETIC and not number(cursor.type):
+        if operator in ARITHMETIC and (not number(cursor.type) or self.source[a:a + 1] == b'"'):
             return
         for table, name in ((RELATIONS, "relation"), (LOGIC, "logic"), (ARITHMETIC, "arithmetic"),
                             (ASSIGNMENTS, "assignment")):
@@ -249,17 +254,14 @@ class Finder:
 
     def negation(self, condition, scope):
         begin, end = span(condition)
-        inner = condition
-        while inner.kind == K.UNEXPOSED_EXPR:
-            inner = next(inner.get_children(), None)
-            if inner is None:
-                break
-        if inner is not None and inner.kind == K.BINARY_OPERATOR:
+        inner = converted(condition)
+        if inner.kind == K.BINARY_OPERATOR:
             left, right = map(span, inner.get_children())
             if self.text(left[1], right[0]).strip() in RELATIONS:
                 return
         text = self.text(begin, end)
-        self.add(scope, "negation", begin, f"if {text}", f"!({text})",
+        negated = inner.kind == K.UNARY_OPERATOR and text.startswith("!")
+        self.add(scope, "negation", begin, f"if ({text})", text[1:] if negated else f"!({text})",
                  Edit(begin, end, ("(", ACTIVE, " != static_cast<bool>(", ORIGINAL, "))")))
 
     def returned_default(self, begin, end, scope, parent):
@@ -277,11 +279,7 @@ class Finder:
 
     def dropped(self, statement, scope):
         begin, end = span(statement)
-        inner = statement
-        while inner.kind == K.UNEXPOSED_EXPR:
-            inner = next(inner.get_children(), None)
-            if inner is None:
-                return
+        inner = converted(statement)
         if inner.kind == K.IF_STMT:
             text = self.source[begin:end]
             if re.match(rb"if\s+constexpr", text) or re.search(rb"\belse\b", text):
@@ -305,6 +303,16 @@ class Finder:
 
 def span(cursor):
     return cursor.extent.start.offset, cursor.extent.end.offset
+
+
+def converted(cursor):
+    """What an implicit conversion is applied to."""
+    while cursor.kind == K.UNEXPOSED_EXPR:
+        inner = next(cursor.get_children(), None)
+        if inner is None:
+            break
+        cursor = inner
+    return cursor
 
 
 def number(type_):
