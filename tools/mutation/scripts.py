@@ -236,30 +236,55 @@ def find(files):
 
 
 def judge(mutant):
-    """Runs the kit with a mutant; the outcome as runs.judge says it."""
+    """Runs the tests of a reader with a mutant; the outcome as runs.judge says it."""
     reader = READERS[mutant.room]
     place = FOLDER / "readers" / str(mutant.number)
-    shutil.rmtree(place, ignore_errors=True)
-    ignored = shutil.ignore_patterns("__pycache__", "node_modules", "viewer")
-    shutil.copytree(ROOT / reader.folder, place / reader.folder, symlinks=True, ignore=ignored)
-    if reader.folder == "web":
-        (place / "web/node_modules").symlink_to(ROOT / "web/node_modules")
-        (place / "t4d").symlink_to(ROOT / "t4d")  # what the kit's adapter imports, and the corpus
+    copy(reader, place)
     file = place / mutant.file
     source = file.read_bytes()
     (begin, end, new), = mutant.edits
     file.write_bytes(source[:begin] + new.encode() + source[end:])
-    tests = [Test("t4d conform reader", [str(PROGRAM), "conform", "reader", "--reader",
-                                         reader.command, "--serve", "--first"], str(place), {})]
+    tests = tests_of(reader, place)
+    killed = failing(tests)
+    shutil.rmtree(place, ignore_errors=True)
+    if killed:
+        return {"outcome": "killed", **killed, "reached by": len(tests)}
+    return {"outcome": "survived", "reached by": len(tests), "tests run": len(tests),
+            "tests": [test.name for test in tests]}
+
+
+def check(room):
+    """A reader must pass its tests as it is."""
+    if not PROGRAM.exists():
+        raise SystemExit(f"{PROGRAM} is missing, whose conformance kit tests the readers: build it")
+    place = FOLDER / "readers/unchanged"
+    copy(READERS[room], place)
+    killed = failing(tests_of(READERS[room], place))
+    if killed:
+        raise SystemExit(f"{room}: without a mutant {killed['by']} {killed['how']}")
+
+
+def copy(reader, place):
+    shutil.rmtree(place, ignore_errors=True)
+    ignored = shutil.ignore_patterns("__pycache__", "node_modules", "viewer")
+    shutil.copytree(ROOT / reader.folder, place / reader.folder, ignore=ignored)
     if reader.folder == "web":
-        tests.insert(0, Test("web/reader/test", ["node", "--test", "web/reader/test"], str(place), {}))
-    try:
-        for test in tests:
-            outcome = run(test, SECONDS)
-            if outcome != "passed":
-                return {"outcome": "killed", "by": test.name, "how": outcome,
-                        "reached by": len(tests)}
-        return {"outcome": "survived", "reached by": len(tests), "tests run": len(tests),
-                "tests": [test.name for test in tests]}
-    finally:
-        shutil.rmtree(place, ignore_errors=True)
+        (place / "web/node_modules").symlink_to(ROOT / "web/node_modules")
+        (place / "t4d").symlink_to(ROOT / "t4d")  # the adapter to the kit, and the corpus
+
+
+def tests_of(reader, place):
+    kit = Test("t4d conform reader", [str(PROGRAM), "conform", "reader", "--reader", reader.command,
+                                      "--serve", "--first"], str(place), {})
+    if reader.folder != "web":
+        return [kit]
+    return [Test("web/reader/test", ["node", "--test", "web/reader/test"], str(place), {}), kit]
+
+
+def failing(tests):
+    """The first of the tests that fails, and how; or nothing."""
+    for test in tests:
+        outcome = run(test, SECONDS)
+        if outcome != "passed":
+            return {"by": test.name, "how": outcome}
+    return None
