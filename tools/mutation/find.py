@@ -5,7 +5,9 @@ what becomes part of them; calls that change only speed and memory; `return pass
 hands on the error of a call, and the conditions of these.
 """
 
+import hashlib
 import json
+import pickle
 import re
 import shlex
 from dataclasses import dataclass, replace
@@ -366,23 +368,30 @@ def flags_of(database):
     return flags
 
 
-def find(files, database):
+def find(files, database, kept):
     """The mutants of each file: those with the same flags are parsed together, as headers take
-    most of the time."""
+    most of the time. The folder `kept` has those that were found earlier."""
     flags = flags_of(database)
-    groups = {}
+    found, groups, places = {}, {}, {}
     for file in files:
         # A header is parsed as the first source beside it.
         own = flags.get(str(ROOT / file)) or next(
             f for path, f in flags.items() if Path(path).parent == (ROOT / file).parent)
-        groups.setdefault(own, []).append(file)
-    found = {}
+        content = (ROOT / file).read_bytes() + Path(__file__).read_bytes() + " ".join(own).encode()
+        places[file] = kept / hashlib.sha256(file.encode() + content).hexdigest()
+        if places[file].exists():
+            found[file] = pickle.loads(places[file].read_bytes())
+        else:
+            groups.setdefault(own, []).append(file)
+    kept.mkdir(parents=True, exist_ok=True)
     for own, group in groups.items():
         again = parse(group, own, found)
         # Names that are unique in their files only.
         for file in again:
             if parse([file], own, found):
                 raise SystemExit(f"{file}: clang does not parse it")
+        for file in group:
+            places[file].write_bytes(pickle.dumps(found[file]))
     return [mutant for file in files for mutant in found[file]]
 
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 # In an edit's pieces: the text that it replaces, with the edits of other mutants in it.
-ORIGINAL = None
+ORIGINAL = 0
 # In an edit's pieces: whether the mutant is active.
-ACTIVE = object()
+ACTIVE = 1
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,10 @@ from .tree import BUILD, FOLDER
 # A mutant may take memory without end, or write so.
 MOST_BYTES = 6 << 30
 MOST_FILE_BYTES = 4 << 30
-# A test with a mutant may take that many times its own time, and some seconds.
+# A test with a mutant may take that many times its own processor time, and some seconds. Limits are
+# of processor time, as a busy machine must not decide; one that waits for ever ends at LONGEST.
 TIMES, SECONDS = 5, 10
+LONGEST = 600
 # Set when the user interrupts: no further test starts.
 ended = threading.Event()
 
@@ -49,31 +51,43 @@ def tests(left_out):
     return found
 
 
-def limits():
+def limit(seconds):
+    """Before a test starts, in its process."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
     resource.setrlimit(resource.RLIMIT_DATA, (MOST_BYTES, MOST_BYTES))
     resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_FILE_BYTES, MOST_FILE_BYTES))
 
 
 def run(test, seconds, **variables):
-    """"passed", "failed" or "timed out"."""
+    """"passed", "failed" or "timed out", and the processor time."""
     scratch = tempfile.mkdtemp(prefix="t4d-mutate-")
     environment = {**os.environ, **test.environment, "TMPDIR": scratch, **variables}
     process = subprocess.Popen(test.command, cwd=test.folder, env=environment,
                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                               stderr=subprocess.DEVNULL, start_new_session=True, preexec_fn=limits)
+                               stderr=subprocess.DEVNULL, start_new_session=True,
+                               preexec_fn=lambda: limit(seconds))
+    begin = time.monotonic()
+    pause = 0.002
+    ended_by = 0
+    while not ended_by:
+        ended_by, status, usage = os.wait4(process.pid, os.WNOHANG)
+        if not ended_by and time.monotonic() - begin > LONGEST:
+            break
+        time.sleep(pause)
+        pause = min(2 * pause, 0.05)
     try:
-        return "passed" if process.wait(seconds) == 0 else "failed"
-    except subprocess.TimeoutExpired:
-        return "timed out"
-    finally:
-        # What the test started ends with it.
-        try:
-            os.killpg(process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-        process.wait()
-        shutil.rmtree(scratch, ignore_errors=True)
+        os.killpg(process.pid, signal.SIGKILL)  # what the test started ends with it
+    except ProcessLookupError:
+        pass
+    if not ended_by:
+        _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    shutil.rmtree(scratch, ignore_errors=True)
+    used = usage.ru_utime + usage.ru_stime
+    if process.returncode == 0:
+        return "passed", used
+    return "timed out" if not ended_by or used >= seconds else "failed", used
 
 
 def trace(all_tests, jobs, longest, say):
@@ -87,9 +101,7 @@ def trace(all_tests, jobs, longest, say):
         if ended.is_set():
             return test, "was not run"
         file = folder / str(number)
-        begin = time.monotonic()
-        outcome = run(test, longest, T4D_MUTANT_TRACE=str(file))
-        test.seconds = time.monotonic() - begin
+        outcome, test.seconds = run(test, longest, T4D_MUTANT_TRACE=str(file))
         if file.exists():
             test.reaches = {int(line) for line in file.read_text().split()}
         return test, outcome
@@ -113,13 +125,13 @@ def trace(all_tests, jobs, longest, say):
 def judge(mutant, all_tests, budget):
     """What becomes of a mutant: as in the report. `all_tests` are in the order of their times."""
     reaching = [test for test in all_tests if mutant.number in test.reaches]
-    begin = time.monotonic()
-    done = 0
+    done, used = 0, 0
     for test in reaching:
-        if time.monotonic() - begin > budget or ended.is_set():
+        if used > budget or ended.is_set():
             break
-        outcome = run(test, TIMES * test.seconds + SECONDS, T4D_MUTANT=str(mutant.number))
+        outcome, seconds = run(test, TIMES * test.seconds + SECONDS, T4D_MUTANT=str(mutant.number))
         done += 1
+        used += seconds
         if outcome != "passed":
             return {"outcome": "killed", "by": test.name, "how": outcome, "reached by": len(reaching)}
     if not reaching and mutant.constant:

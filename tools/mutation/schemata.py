@@ -96,9 +96,9 @@ def place(source, begin, end, edits, text, ranges):
         text.append(source[at:edit.begin])
         first = len(text)
         for piece in edit.pieces:
-            if piece is ORIGINAL:
+            if piece == ORIGINAL:
                 place(source, edit.begin, edit.end, inner, text, ranges)
-            elif piece is ACTIVE:
+            elif piece == ACTIVE:
                 text.append(b"t4d_mutation::on(%d)" % number)
             elif isinstance(piece, tuple):
                 a, b = piece

@@ -284,7 +284,7 @@ def tests_of(reader, place):
 def failing(tests):
     """The first of the tests that fails, and how; or nothing."""
     for test in tests:
-        outcome = run(test, SECONDS)
+        outcome, _ = run(test, SECONDS)
         if outcome != "passed":
             return {"by": test.name, "how": outcome}
     return None

@@ -79,7 +79,7 @@ def build(mutants, jobs, say):
     lines = write(mutants)
     configure(BUILD, source=TREE)
     while True:
-        done = subprocess.run(["cmake", "--build", BUILD, "--parallel", str(jobs), "--", "-k", "0"],
+        done = subprocess.run(["ninja", "-C", BUILD, "-k", "0", "-j", str(jobs)],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode == 0:
             return mutants, rejected
@@ -97,6 +97,8 @@ def blamed(log, lines):
     """The mutants at the places of errors, or else at those that instantiate a template."""
     numbers = set()
     for block in re.split(r"^FAILED: ", log, flags=re.M)[1:]:
+        if " error: " not in block:  # interrupted
+            continue
         errors, others = set(), set()
         for file, line, message in PLACE.findall(block):
             at = {number for number, ranges in lines.get(file, {}).items()
