@@ -184,6 +184,42 @@ export function answering(slabs, time) {
   return low < slabs.length && slabs[low].begin <= time ? low : -1;
 }
 
+/** The offsets of CONNs, LAYRs and POSEs so far, of which the last ones may be named (K6, S12). */
+class Window {
+  constructor() {
+    this.places = { CONN: [], LAYR: [], POSE: [] };
+  }
+
+  has(type, offset, numBodies) {
+    const places = this.places[type] ?? [];
+    const i = places.lastIndexOf(offset);
+    return i >= 0 && i >= places.length - 16 * numBodies;
+  }
+
+  /** Checks a slab; `before` is that of the same body before it. */
+  check(slab, before, numBodies) {
+    const { at, connectivity, lower, upper } = slab;
+    const hasLayer = (layer) =>
+      layer === 0 || this.has('LAYR', layer, numBodies) || this.has('POSE', layer, numBodies);
+    check(this.has('CONN', connectivity, numBodies) && hasLayer(upper) && (before?.upper === lower || hasLayer(lower)),
+      at, 'S12', 'a part is far back');
+  }
+}
+
+/** Checks S12 by the headers that INDX has. */
+function checkParts({ headers, records, bodies }) {
+  const window = new Window();
+  const before = new Map();
+  let i = 0;
+  for (const [offset, { type }] of headers) {
+    window.places[type]?.push(offset);
+    if (type !== 'SLAB') continue;
+    const slab = records[i++];
+    window.check(slab, before.get(slab.body), bodies.length);
+    before.set(slab.body, slab);
+  }
+}
+
 /** Reads and checks a file from its front, in the memory of some slabs. */
 class Scan {
   constructor() {
@@ -191,19 +227,12 @@ class Scan {
     this.parts = new Map();
     this.records = [];
     this.unused = new Set();
-    this.places = { CONN: [], LAYR: [], POSE: [] };
-  }
-
-  isNear(offset) {
-    const type = this.headers.get(offset)?.type;
-    const places = this.places[type] ?? [];
-    const i = places.lastIndexOf(offset);
-    return i >= 0 && i >= places.length - 16 * this.bodies.length;
+    this.window = new Window();
   }
 
   /** Forgets the parts that nothing may name any more. */
   forget(type) {
-    const offset = this.places[type].at(-1 - 16 * this.bodies.length);
+    const offset = this.window.places[type].at(-1 - 16 * this.bodies.length);
     if (offset !== undefined && !this.bodies.some(({ slabs }) => slabs.at(-1)?.upper === offset)) {
       this.parts.delete(offset);
     }
@@ -216,9 +245,9 @@ class Scan {
       const layr = this.parts.get(part.layer);
       this.unused.delete(part.layer);
       part = posed(part, layr);
-      check(this.isNear(part.layer), at, 'K6', 'a LAYR far back');
+      check(this.window.has('LAYR', part.layer, this.bodies.length), at, 'K6', 'a LAYR far back');
     }
-    this.places[type].push(at);
+    this.window.places[type].push(at);
     this.parts.set(at, part);
     this.unused.add(at);
     this.forget(type);
@@ -226,14 +255,11 @@ class Scan {
 
   takeSlab(chunk, use) {
     const parsed = parseSlab(chunk, this.head);
-    const { at, connectivity, lower, upper } = parsed;
+    const { connectivity, lower, upper } = parsed;
     const slab = assembled(parsed, this.parts.get(connectivity), this.parts.get(lower), this.parts.get(upper));
     for (const offset of [connectivity, lower, upper]) this.unused.delete(offset);
     const body = this.bodies[slab.body];
-    const isNearLayer = (layer) => layer === 0 || this.isNear(layer);
-    const isKnown = body.slabs.at(-1)?.upper === lower;
-    check(this.isNear(connectivity) && isNearLayer(upper) && (isKnown || isNearLayer(lower)), at, 'S12',
-      'a part is far back');
+    this.window.check(parsed, body.slabs.at(-1), this.bodies.length);
     body.vertices += slab.numVertices - (body.slabs.length > 0 ? slab.numLower : 0);
     const record = recordOf(slab);
     body.slabs.push(record);
@@ -267,7 +293,7 @@ class Scan {
         this.takeSlab(chunk, use);
       } else if (type === 'DONE') {
         done = parseDone(chunk);
-      } else if (this.places[type]) {
+      } else if (this.window.places[type]) {
         this.takePart(chunk);
       } else {
         check(type !== 'INDX', at, header.hasIndex ? 'O4' : 'O5', 'INDX before DONE');
@@ -576,6 +602,7 @@ export async function open(from) {
   }
   const { indx, done } = await readEnds(source);
   checkDone(done, indx.bodies, indx.headers);
+  checkParts(indx);
   return new T4dFile(source, { ...indx, done });
 }
 

@@ -603,8 +603,15 @@ function mean(points) {
 function checkDone({ at, fields: done }, bodies, headers) {
   check(done.numBodies === bodies.length, at, 'D2', `HEAD names ${bodies.length}`);
   check(done.numChunks === headers.size - 1, at, 'D1', `${headers.size - 1} chunks are there`);
+  const isOf = (type) => (offset) => headers.get(offset).startsWith(hexOf(new TextEncoder().encode(type)));
   const isCopy = (layer, other) => headers.has(layer) && headers.get(layer) === headers.get(other)
-    && headers.get(layer).startsWith(hexOf(new TextEncoder().encode('LAYR')));
+    && isOf('LAYR')(layer);
+  // The last of each type before a slab may be named by it.
+  const places = ['CONN', 'LAYR', 'POSE'].map((type) => [...headers.keys()].filter(isOf(type)));
+  const isNear = (part, slab, lists) => lists.some((offsets) => {
+    const [i, next] = [offsets.indexOf(part), offsets.findIndex((each) => each > slab.at)];
+    return i >= 0 && part < slab.at && i >= (next < 0 ? offsets.length : next) - 16 * bodies.length;
+  });
   bodies.forEach((slabs, i) => {
     const said = done.bodies[i];
     check(said.numSlabs === slabs.length && slabs.length > 0, at, 'D5',
@@ -617,6 +624,12 @@ function checkDone({ at, fields: done }, bodies, headers) {
         'lower is not upper before');
       check(lower === null ? begin >= before.timeEnd : begin === before.timeEnd, place, 'S8',
         `begins at ${begin}, the slab before ends at ${before.timeEnd}`);
+    });
+    slabs.forEach((slab, k) => {
+      const layers = [slab.ofsUpper, ...(k > 0 && slab.ofsLower === slabs[k - 1].ofsUpper ? [] : [slab.ofsLower])];
+      check(isNear(slab.ofsConnectivity, slab, [places[0]]) &&
+        layers.every((layer) => layer === null || isNear(layer, slab, places.slice(1))), slab.at, 'S12',
+        'a part is far back');
     });
     check(said.timeBegin === slabs[0].timeBegin && said.timeEnd === slabs.at(-1).timeEnd, at, 'D7',
       'times of a body');
@@ -717,10 +730,7 @@ async function readAll(file, use) {
   const headers = new Map();
   const parts = new Map();
   const unused = new Set();
-  // The offsets of chunks by type, of which the last may be named.
-  const places = { CONN: [], LAYR: [], POSE: [] };
-  const isNear = (type, offset) => places[type].indexOf(offset) >= 0
-    && places[type].indexOf(offset) >= places[type].length - 16 * bodies.length;
+  const layers = [];                                    // offsets of the LAYRs
   const records = [];
   let done = null;
   let head = null;
@@ -739,8 +749,9 @@ async function readAll(file, use) {
       }));
     } else if (['CONN', 'LAYR', 'POSE'].includes(chunk.type)) {
       const made = readPart(chunk, head, (offset) => parts.get(offset));
-      check(made.kind !== 'POSE' || isNear('LAYR', made.ofsLayer), at, 'K6', 'a LAYR far back');
-      places[made.kind].push(at);
+      check(made.kind !== 'POSE' || layers.slice(-16 * bodies.length).includes(made.ofsLayer), at, 'K6',
+        'a LAYR far back');
+      if (made.kind === 'LAYR') layers.push(at);
       parts.set(at, made);
       unused.add(at);
       unused.delete(made.ofsLayer);
@@ -751,11 +762,6 @@ async function readAll(file, use) {
       unused.delete(record.ofsLower);
       unused.delete(record.ofsUpper);
       const body = bodies[record.body];
-      const isNearLayer = (layer) =>
-        layer === null || isNear('LAYR', layer) || isNear('POSE', layer);
-      const isKnown = body.slabs.at(-1)?.ofsUpper === record.ofsLower;
-      check(isNear('CONN', record.ofsConnectivity) && isNearLayer(record.ofsUpper) &&
-        (isKnown || isNearLayer(record.ofsLower)), at, 'S12', 'a part is far back');
       body.vertices += conn.numVertices - (body.slabs.length > 0 ? conn.numLower : 0);
       body.slabs.push(record);
       widen(body.bounds, slab.vertices);

@@ -20,6 +20,7 @@ import os
 import re
 import struct
 import sys
+from bisect import bisect_left
 from collections import deque
 from itertools import islice, pairwise, repeat
 from math import hypot, inf, isfinite, isnan, nan, sqrt
@@ -665,6 +666,15 @@ class Done:
         """`bodies` has a list of records for each body, `headers` those of all chunks but INDX."""
         check(self.chunks == len(headers) - 1, self.at, "D1",
               f"{self.chunks} chunks, not {len(headers) - 1}")
+        conns, layrs, poses = ([at for at, header in headers.items() if header[:4] == each]
+                               for each in (b"CONN", b"LAYR", b"POSE"))
+
+        def is_near(part, slab, *places):
+            """Whether it is one of the last in one of these lists of offsets."""
+            ends = [bisect_left(each, slab.at) for each in places]
+            return any(part in each[max(0, end - 16 * len(bodies)):end]
+                       for each, end in zip(places, ends))
+
         for i, (said, slabs) in enumerate(zip(self.summaries, bodies)):
             at = self.at + 16 + 88 * i
             check(said[0] == len(slabs) > 0, at, "D5", f"{said[0]} slabs, {len(slabs)} are there")
@@ -675,6 +685,13 @@ class Done:
                 check(lower == upper or is_copy, slab.at, "S7", "lower is not upper before")
                 check(slab.begin == last.end or slab.lower == 0 and slab.begin > last.end, slab.at,
                       "S8", f"begins at {slab.begin}, the slab before ends at {last.end}")
+            for last, slab in zip([None, *slabs], slabs):
+                conn, *layers = slab.parts()
+                if last and layers[0] == last.parts()[2]:
+                    del layers[0]
+                check(is_near(conn, slab, conns) and all(
+                    each is None or is_near(each, slab, layrs, poses) for each in layers),
+                    slab.at, "S12", "a part is far back")
             times, cells = (slabs[0].begin, slabs[-1].end), sum(each.cells for each in slabs)
             check(said[2] == cells, at + 16, "D6", f"{cells} cells are there")
             check(said[3:5] == times, at + 24, "D7", f"{said[3:5]}, the slabs have {times}")
@@ -759,15 +776,14 @@ def read_all(file, use):
         if chunk.type == b"HEAD":
             head = Head(chunk.front, at + 32)
             bodies = [Body() for _ in head.bodies]
-            # The offsets of the last chunks of a type, which others may name.
-            last = {each: deque(maxlen=16 * len(bodies)) for each in PARTS}
+            layers = deque(maxlen=16 * len(bodies))          # offsets of the last LAYRs
         elif chunk.type in PARTS:
             parts[at] = made = PARTS[chunk.type](chunk, head, parts.get)
-            check(chunk.type != b"POSE" or made.layer_at in last[b"LAYR"], at, "K6", "far back")
-            last[chunk.type].append(at)
+            check(chunk.type != b"POSE" or made.layer_at in layers, at, "K6", "far back")
+            if chunk.type == b"LAYR":
+                layers.append(at)
         elif chunk.type == b"SLAB":
             slab = Slab(chunk, head, parts.get)
-            check_window(slab.record, bodies[slab.body].records, last)
             records.append(slab.record)
             bodies[slab.body].add(slab, use(slab))
         headers[at] = chunk.header[:28]
@@ -789,16 +805,6 @@ def read_all(file, use):
     for i, body in enumerate(bodies):
         done.check_vertices(i, body.vertices, *joined(body.boxes))
     return version, head, bodies
-
-
-def check_window(slab, before, last):
-    """`before` are the slabs of the same body, `last` the offsets of the last chunks by type."""
-    conn, *layers = slab.parts()
-    if before and layers[0] == before[-1].parts()[2]:
-        del layers[0]
-    layers_before = (None, *last[b"LAYR"], *last[b"POSE"])
-    check(conn in last[b"CONN"] and all(each in layers_before for each in layers), slab.at, "S12",
-          "a part is far back")
 
 
 def read_slabs_at(file, time):
