@@ -1,7 +1,7 @@
 // Measures of the slice and of the files, as tables.
 import { element, shown, shownBytes } from './common.js';
 import { comparison, showsDistances } from './comparison.js';
-import { client, panes, state } from './page.js';
+import { client, haveOneUnit, panes, state, unitOf } from './page.js';
 import { planeOf } from './pane.js';
 import { isPlaying } from './play.js';
 
@@ -37,8 +37,8 @@ async function measureNow() {
   element('save').disabled = answers.every(({ sections }) =>
     sections.every(({ name, numTriangles }) => numTriangles === 0 || state.hidden.includes(name)));
   const totals = answers.map(({ sections }) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
-  const { length_unit: unit = '', time_unit: time = '' } = panes[0].info.head;
-  const [squared, cubed] = unitsOf(state.cut, unit, time);
+  const unit = unitOf('length_unit');
+  const [squared, cubed] = unitsOf(state.cut, unit, unitOf('time_unit'));
   const row = (title, pick) => [title, ...totals.map(pick)];
   fillTable('measures', [
     row('triangles', ({ numTriangles }) => shown(numTriangles)), row('vertices', ({ numPoints }) => shown(numPoints)),
@@ -76,5 +76,8 @@ export function fillFacts() {
     facts('read', ({ read, requests }) => `${shownBytes(read)}${requests ? ` in ${requests}` : ''}`),
     facts('cells', ({ info }) => shown(info.bodies.reduce((sum, body) => sum + body.numCells, 0))),
     facts('slabs', ({ info }) => shown(info.bodies.reduce((sum, body) => sum + body.slabs.length, 0))),
+    // Numbers stand without a unit where the files have different ones.
+    ...(haveOneUnit() ? [] : [facts('units', 
+      ({ info: { head } }) => `${head.length_unit ?? '?'}, ${head.time_unit ?? '?'}`)]),
   ]);
 }

@@ -51,6 +51,13 @@ export async function sliceOf({ file, name }, { normal, offset }, meshes = false
   }
 }
 
+/** Whether the files have the same unit of this kind: `length_unit` or `time_unit`. */
+const agreeOn = (kind) => panes.every(({ info }) => info.head[kind] === panes[0].info.head[kind]);
+export const haveOneUnit = () => agreeOn('length_unit') && agreeOn('time_unit');
+
+/** The unit of this kind that all files have, or ''. */
+export const unitOf = (kind) => (agreeOn(kind) ? panes[0]?.info.head[kind] ?? '' : '');
+
 /** The panes have changed. */
 export function measureBounds() {
   const all = panes.map((pane) => pane.bounds());

@@ -1,11 +1,10 @@
 // The controls, filled with what the files have and the state says.
 import { element, shown } from './common.js';
 import { comparison, showsDistances } from './comparison.js';
-import { areAllOpen, bounds, longestLife, marks, panes, set, sliderKey, sliderRange, state, turnTo } from './page.js';
+import { areAllOpen, bounds, longestLife, marks, panes, set, sliderKey, sliderRange, state, turnTo, unitOf } from './page.js';
 
 /** What there is in the files. */
 export function fillPanel() {
-  const { head } = panes[0].info;
   const bodies = panes.flatMap(({ info, bodyColors }) => info.bodies.map(({ name }, i) => ({ name, color: bodyColors[i] })))
     .filter(({ name }, i, all) => all.findIndex((each) => each.name === name) === i);
   element('bodies').replaceChildren(...(bodies.length < 2 ? [] : bodies).map(({ name, color }) => {
@@ -20,7 +19,7 @@ export function fillPanel() {
     label.append(box, ' ', swatch, name);
     return label;
   }));
-  for (const span of document.querySelectorAll('.lengthUnit')) span.textContent = head.length_unit ?? '';
+  for (const span of document.querySelectorAll('.lengthUnit')) span.textContent = unitOf('length_unit');
   element('names').replaceChildren(...(panes.length < 2 ? [] : panes)
     .map(({ info }) => Object.assign(document.createElement('span'), { textContent: info.name })));
   fillNormal();
@@ -137,8 +136,7 @@ export function fillControls() {
   slider.disabled = isEmpty || state.cut === 'solid';
   put('value', 'value', Number(state[sliderKey()].toPrecision(9)));
   element('axisName').textContent = state.cut === 'any' ? 'offset' : sliderKey();
-  const { length_unit: length = '', time_unit: time = '' } = panes[0]?.info.head ?? {};
-  element('unit').textContent = { t: time, x: length, y: length, z: length }[sliderKey()] ?? '';
+  element('unit').textContent = unitOf({ t: 'time_unit', x: 'length_unit', y: 'length_unit', z: 'length_unit' }[sliderKey()]);
   drawMarks();
 }
 

@@ -1,6 +1,6 @@
 // Moves the slider.
 import { element } from './common.js';
-import { marks, panes, set, sliderKey, sliderRange, slideTo, state } from './page.js';
+import { marks, set, sliderKey, sliderRange, slideTo, state, unitOf } from './page.js';
 
 export let isPlaying = false;
 /** Where the slider moved last: 1 or -1. Play moves it forward. */
@@ -14,7 +14,7 @@ export function setDirection(change) {
 export function advance(seconds) {
   const key = sliderKey();
   const [low, high] = sliderRange();
-  const isRealTime = state.cut === 't' && panes[0].info.head.time_unit === 's';
+  const isRealTime = state.cut === 't' && unitOf('time_unit') === 's';
   const rate = (isRealTime ? 1 : (high - low) / 10) * state.speed;
   let value = state[key] + rate * seconds;
   if (value > high) {

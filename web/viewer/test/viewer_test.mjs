@@ -142,6 +142,21 @@ test('a measure has its unit where it has one', async () => {
   await page.close();
 });
 
+test('two files with different units have numbers without one, and say so', async () => {
+  const inMetres = at('metres.t4d');
+  t4d('transform', at('beside.t4d'), '--length-unit', 'm', '--time-unit', 'min', '-o', inMetres);
+  const served = await serve({ 'index.html': at('viewer.html'), 'cube.t4d': at('cube.t4d'), 'm.t4d': inMetres });
+  const { page } = await openPage(browser, `${served.url}?file=cube.t4d&file=m.t4d`);
+  await page.waitForFunction('document.getElementById("measures").ariaBusy === "false"');
+  const titles = await page.locator('#measures td:first-child').allInnerTexts();
+  assert.ok(titles.includes('volume') && titles.includes('area'), titles);
+  assert.equal(await page.innerText('#unit'), '');
+  const { length_unit: length, time_unit: time } = t4d('info', at('cube.t4d'));
+  assert.match(await page.innerText('#facts'), new RegExp(`units\\s+${length ?? '\\?'}, ${time ?? '\\?'}\\s+m, min`));
+  await page.close();
+  served.close();
+});
+
 test('each cut says what it means', async () => {
   const { page } = await openAt('?file=cube.t4d');
   const meanings = new Set();
