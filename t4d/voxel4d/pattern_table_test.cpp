@@ -161,7 +161,7 @@ TEST(PatternTable, PolytopesArePulledFromTheirSmallestVertex) {
   };
   for (unsigned pattern = 0; pattern < kPatterns; pattern += 97) {
     std::map<std::array<int, 5>, std::vector<PatternTable::Tetrahedron>> polytopes;
-    for (const auto& cell : PatternTable::get().tetrahedra(pattern)) {
+    for (const auto& cell : PatternTable::tetrahedra(pattern)) {
       polytopes[hyperplaneOf(cell)].push_back(cell);
     }
     for (const auto& [plane, cells] : polytopes) {
