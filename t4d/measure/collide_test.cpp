@@ -281,12 +281,12 @@ TEST(CollisionVerdict, IsTheSameOfTheBodiesExchanged) {
     EXPECT_NEAR(exchanged->depth, verdict->depth, 0.02 * verdict->depth);
     EXPECT_NEAR(exchanged->clearBy, verdict->clearBy, 1e-6);
     EXPECT_EQ(exchanged->minVolumeRatio.has_value(), verdict->minVolumeRatio.has_value());
-    EXPECT_NEAR(exchanged->minVolumeRatio.value_or(1), verdict->minVolumeRatio.value_or(1), 1e-4);
-    for (const double distance : {0.1, 0.5, 1.5}) {
+    EXPECT_NEAR(exchanged->minVolumeRatio.value_or(1), verdict->minVolumeRatio.value_or(1), 1e-6);
+    for (const double distance : {0.1, 0.8, 1.5}) {
       const auto kept = clearanceVerdict(one, *verdict, distance);
       const auto keptExchanged = clearanceVerdict(other, *exchanged, distance);
       EXPECT_EQ(keptExchanged.answer, kept.answer);
-      EXPECT_NEAR(keptExchanged.minVolumeRatio.value_or(1), kept.minVolumeRatio.value_or(1), 1e-4);
+      EXPECT_NEAR(keptExchanged.minVolumeRatio.value_or(1), kept.minVolumeRatio.value_or(1), 1e-6);
     }
   }
   EXPECT_EQ(seen, (std::set{Verdict::Hit, Verdict::Clear, Verdict::WithinTolerance}));
