@@ -13,9 +13,6 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-// Turns nearer to half a turn have no axis that rounding does not decide.
-constexpr double kHalfTurnDegrees = 180 - 1e-6;
-
 // Rounding of directions in a text file.
 constexpr double kNoTurnDegrees = 1e-9;
 
@@ -38,7 +35,7 @@ double ToolPathBuilder::turnTo(const Eigen::Vector3d& axis) const {
 Result<void> ToolPathBuilder::moveTo(const model::Point3& tip, const Eigen::Vector3d& axis,
                                      double seconds, bool rapid) {
   const double degrees = turnTo(axis);
-  if (degrees >= kHalfTurnDegrees) {
+  if (degrees >= model::kHalfTurnDegrees) {
     return invalid(
         "the tool turns by half a turn in one move, which could be any way round; give an axis "
         "between");

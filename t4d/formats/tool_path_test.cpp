@@ -201,5 +201,16 @@ TEST(CutterLocations, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
             "give an axis between");
 }
 
+/// Digits of a text decide which way such a turn goes.
+TEST(CutterLocations, ATurnThatRoundingMakesAHalfTurnIsRefused) {
+  for (const char* axis : {"0.00001,0,-1", "0,-0.001,-1", "-0.002,0.002,-1"}) {
+    EXPECT_EQ(refusalOf(locations(std::string("FEDRAT/1\nGOTO/0,0,0,0,0,1\nGOTO/1,0,0,") + axis)),
+              "a.cl:3: the tool turns by half a turn in one move, which could be any way round; "
+              "give an axis between")
+        << axis;
+  }
+  EXPECT_TRUE(locations("FEDRAT/1\nGOTO/0,0,0,0,0,1\nGOTO/1,0,0,0.004,0,-1"));
+}
+
 }  // namespace
 }  // namespace t4d::formats
