@@ -1764,11 +1764,13 @@ TEST_F(Program, PipesAreNoInputsButOfFilesThatAreReadOnce) {
     for (const std::string command :
          {"weave P -o out.t4d", "weave P fx/cube.obj --voxel-size 1 -o out.t4d",
           "sweep P --motion fx/rest.json -o out.t4d", "sweep fx/cube.obj --motion P -o out.t4d",
-          "sweep fx/cube.obj P --frame-time 1 -o out.t4d", "convert P out.t4d",
+          "sweep fx/cube.obj P --frame-time 1 -o out.t4d", "sweep P P -o out.t4d",
+          "mill fx/cube.obj --tool P --motion fx/rest.json --voxel-size 4 -o out.t4d",
+          "convert P out.t4d",
           "slice P --time 0 -o out.stl", "diff P mesh.t4d", "diff mesh.t4d P", "mend P -o out.ply",
           "compare P mesh.t4d"}) {
       std::string line = command;
-      line.replace(line.find('P'), 1, pipe);
+      for (auto at = line.find('P'); at != line.npos; at = line.find('P')) line.replace(at, 1, pipe);
       EXPECT_GT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 0) << line;
       EXPECT_LT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 124) << line;
     }

@@ -29,6 +29,7 @@
 #include "t4d/formats/mesh4d/tetgen_writer.h"
 #include "t4d/formats/mesh4d/vtu_reader.h"
 #include "t4d/formats/mesh4d/vtu_writer.h"
+#include "t4d/system/regular_file.h"
 
 namespace t4d::formats {
 namespace {
@@ -204,6 +205,7 @@ const Mesh4dFormat* writtenMesh4dFormat(const std::filesystem::path& path) {
 }
 
 const Mesh4dFormat* mesh4dFormatOfFile(const std::filesystem::path& path) {
+  if (!system::sizeOfRegularFile(path)) return nullptr;
   std::ifstream in(path, std::ios::binary);
   InputFile file{path, std::string(kBegin, '\0')};
   in.read(file.bytes.data(), kBegin);
