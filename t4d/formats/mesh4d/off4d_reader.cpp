@@ -257,10 +257,9 @@ Result<LoadedMesh4d> readIjkOff(const InputFile& file) {
     if (flat) {
       const auto at = [&](int corner) { return off.mesh().vertices()[list[corner]]; };
       Eigen::Matrix<double, 4, 3> edges;
-      for (int k = 0; k < 3; ++k) edges.col(k) = at(k + 1) - at(0);
-      const double scale = edges.colwise().norm().prod();
-      // The square of the volume of the parallelepiped; rounding leaves some 1e-16 of its scale.
-      flat = (edges.transpose() * edges).determinant() <= 1e-12 * scale * scale;
+      for (int k = 0; k < 3; ++k) edges.col(k) = (at(k + 1) - at(0)).stableNormalized();
+      // The square of the volume of the parallelepiped; rounding leaves some 1e-16.
+      flat = (edges.transpose() * edges).determinant() <= 1e-12;
     }
   }
   if (auto done = off.end("the tetrahedra"); !done) return pass(done.error());

@@ -43,6 +43,17 @@ TEST(IjkOff, IsReadWithCommentsAfterItsHeader) {
   EXPECT_DOUBLE_EQ(hypervolumeOf(loaded.bodies), 1.0 / 24);
 }
 
+TEST(IjkOff, ATinyOrHugeSimplexIsNotFlat) {
+  for (const double size : {1e-70, 1e-45, 1e45, 1e70}) {
+    const LoadedMesh4d loaded = read4dBytes(
+        "ijk.off",
+        fmt::format("4OFF\n5 5 0\n{0} 0 0 0\n0 {0} 0 0\n0 0 {0} 0\n0 0 0 {0}\n0 0 0 0\n"
+                    "4 0 1 2 3\n4 0 1 2 4\n4 0 1 3 4\n4 0 2 3 4\n4 1 2 3 4\n",
+                    size));
+    EXPECT_EQ(loaded.dialect, "IJK") << size;
+  }
+}
+
 TEST(GeomviewOff, IsToldApartAndRefused) {
   EXPECT_EQ(error4dOf("a.off", "nOFF 4\n3 1 0\n0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n"),
             "a.off: is Geomview's OFF, which has polygons only; a 4D mesh needs tetrahedra, as the "
