@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/writer.h"
 
 namespace t4d::edit {
@@ -105,7 +106,12 @@ Result<RecoverReport> recoverT4d(const std::filesystem::path& input,
     }
   }
   if (auto kept = writer->keep(salvage->optionalChunks()); !kept) return pass(kept.error());
-  for (std::string& line : writer->losses()) report.lost.push_back({0, std::move(line), {}});
+  for (const formats::ChunkHeader& header : salvage->optionalChunks().headers()) {
+    if (formats::isSafeToCopy(header.type)) continue;
+    formats::LostChunks lost;
+    lost.add(header);
+    report.lost.push_back({header.offset, lost.lines().front(), {}});
+  }
   if (auto bytes = writer->finish(); !bytes) return pass(bytes.error());
   std::stable_sort(report.lost.begin(), report.lost.end(),
                    [](const auto& a, const auto& b) { return a.offset < b.offset; });

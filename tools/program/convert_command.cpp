@@ -217,19 +217,31 @@ Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFo
       name != formats::asName(std::filesystem::path(options.output).stem().string())) {
     input.losses.push_back(fmt::format("name of the body not kept by {}: '{}'", format.id, name));
   }
-  if (!lost.empty()) {
+  const auto losesThese = [&](const char* what, const std::set<std::string>& names) {
+    if (names.empty()) return;
     input.losses.push_back(
-        fmt::format("attributes not kept by {}: {}", format.id, fmt::join(lost, ", ")));
-  }
+        fmt::format("{} not kept by {}: {}", what, format.id, fmt::join(names, ", ")));
+  };
+  losesThese("attributes", lost);
   if (!format.keeps.metadata && input.format == kT4d) {
+    const formats::Metadata& metadata = input.metadata;
     input.losses.push_back(fmt::format(
         "metadata not kept by {}: units, the upward axis, how the mesh was made", format.id));
+    if (!metadata.space.empty()) losesThese("the anatomical space", {metadata.space});
+    std::set<std::string> kinds;
+    for (const auto& [attribute, meaning] : metadata.attributes) kinds.insert(attribute);
+    losesThese("kinds and units of attributes", kinds);
+    std::set<std::string> members;
+    const auto addMembers = [&](const std::string& others) {
+      const auto object = ordered_json::parse(others);
+      for (const auto& member : object.items()) members.insert(member.key());
+    };
+    addMembers(metadata.otherJson);
+    for (const formats::BodyInfo& body : metadata.bodies) addMembers(body.otherJson);
+    losesThese("further members of the metadata", members);
     std::set<std::string> types;
     for (const auto& chunk : input.reader->optionalChunks().headers()) types.insert(chunk.name());
-    if (!types.empty()) {
-      input.losses.push_back(
-          fmt::format("chunks not kept by {}: {}", format.id, fmt::join(types, ", ")));
-    }
+    losesThese("chunks", types);
   }
   return format.write(options.output, *mesh);
 }

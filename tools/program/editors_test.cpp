@@ -215,6 +215,29 @@ TEST_F(Editors, KeepWhatMayBeKeptAndNameTheRest) {
   }
 }
 
+TEST_F(Editors, RecoverSaysWhereTheChunksAreThatItLeavesOut) {
+  const std::string bytes = contents(write("in.t4d", metadata(), kChunks));
+  const Ended done = run("recover in.t4d -o out.t4d");
+  for (const formats::ChunkHeader& chunk : formats::listChunks(bytes)) {
+    if (chunk.name() != "acmE" && chunk.name() != "nEw1") continue;
+    EXPECT_THAT(done.err, HasSubstr("byte " + std::to_string(chunk.offset) + ": 1 chunk '" +
+                                    chunk.name() + "'"));
+  }
+}
+
+/// Formats of other programs keep no metadata.
+TEST_F(Editors, ConvertNamesTheMetadataThatItLosesToOtherFormats) {
+  write("in.t4d", metadata(), kChunks);
+  for (const std::string format : {"vtu", "mesh", "g4tf", "node"}) {
+    const Ended done = run("convert in.t4d out." + format);
+    EXPECT_EQ(done.exitCode, 3) << done.err;
+    for (const char* named : {": RAS\n", "force", "curl", "acme:part, acme:project, later\n",
+                              ": acMe, acmE, nEw1, note\n"}) {
+      EXPECT_THAT(done.err, HasSubstr(named)) << format;
+    }
+  }
+}
+
 TEST_F(Editors, SayNothingWhereNothingIsLost) {
   write("in.t4d", metadata(), kSafe);
   for (const std::string edit : {"compress in.t4d", "recover in.t4d", "filter in.t4d --from 0.5"}) {
