@@ -83,6 +83,25 @@ TEST(ChordBound, IsZeroForTranslationsAndUnknownForVoxelsAndDeformations) {
   EXPECT_FALSE(*none);
 }
 
+/// A whole turn in one step has equal poses at both ends, three quarters those of a quarter.
+TEST(ChordBound, IsUnknownIfAStepTurnsByMoreThanHalfATurn) {
+  const TriangleMesh solid = fixtures::cube(2);
+  for (const double degrees : {180.0, 181.0, 270.0, -360.0, 720.0}) {
+    SCOPED_TRACE(degrees);
+    std::array<model::ScrewRun, 2> runs;
+    for (model::ScrewRun& run : runs) run.duration = 1;
+    runs[0].screw.translation = {1, 0, 0};
+    runs[1].screw = {{3, 0, 0}, Vector3d::UnitZ(), degrees, {0, 0, 1}};
+    const auto motion = model::chainScrews(0, runs);
+    const model::Mesh mesh = swept(solid, *motion, {.steps = mesh4d::StepsPerSegment{1}});
+    const auto bound = chordBound(mesh, {0, 2});
+    ASSERT_TRUE(bound);
+    EXPECT_EQ(bound->has_value(), degrees == 180);
+    const model::Mesh finer = swept(solid, *motion, {.steps = mesh4d::StepsPerSegment{4}});
+    EXPECT_TRUE(*chordBound(finer, {0, 2}));
+  }
+}
+
 TEST(ChordBound, OfAPartIsThatOfTheWhole) {
   for (const double degrees : {0.0, 90.0}) {
     model::ScrewRun run;

@@ -93,6 +93,17 @@ tl::unexpected<Error> atKey(const VertexKeys& keys, std::uint64_t key, Error err
   return pass(std::move(error));
 }
 
+/// Whether no step turns by more than half a turn, but for rounding. From pose to pose, readers take
+/// the motion to be the screw of at most that.
+bool isGivenByPoses(const model::Motion& motion, const std::vector<std::uint64_t>& counts) {
+  constexpr double kHalfTurn = 180 * (1 + 1e-9);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double degrees = std::abs(motion.segments[i].screw.angleDegrees);
+    if (degrees > kHalfTurn * static_cast<double>(counts[i])) return false;
+  }
+  return true;
+}
+
 /// A notice about the first step with an angle so large that it hardly follows the motion.
 std::optional<std::string> noticeOfLargeTurn(const model::Motion& motion,
                                              const std::vector<std::uint64_t>& counts) {
@@ -145,7 +156,9 @@ class Sweeper {
         reference_(std::make_shared<const std::vector<Point3>>(mesh.vertices)),
         positions_(mesh.vertices.size()) {}
 
-  Result<SweepReport> run(bool lookForFolds) {
+  /// `statesPoses`: whether slabs state the poses of their layers, if these have any.
+  Result<SweepReport> run(bool lookForFolds, bool statesPoses) {
+    statesPoses_ = statesPoses;
     report_.steps = keys_.count() - 1;
     const SweepPart& part = options_.part;
     if (report_.steps < part.count) {
@@ -212,7 +225,7 @@ class Sweeper {
 
   std::shared_ptr<const model::LayerPose> poseOf(std::uint64_t key) const {
     const auto pose = keys_.pose(key);
-    if (!pose) return nullptr;
+    if (!pose || !statesPoses_) return nullptr;
     return std::make_shared<const model::LayerPose>(model::LayerPose{reference_, *pose, false});
   }
 
@@ -338,6 +351,7 @@ class Sweeper {
   std::shared_ptr<const std::vector<Point3>> reference_;
   std::vector<Point3> positions_;
   double width_ = 0;  // of the solid, the greatest so far
+  bool statesPoses_ = true;
   SweepReport report_;
 };
 
@@ -446,7 +460,8 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
   const auto steps = stepsOf(motion, options.steps, chords);
   if (!steps) return pass(steps.error());
   auto report =
-      Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress).run(false);
+      Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress)
+          .run(false, isGivenByPoses(motion, *steps));
   if (!report) return report;
   report->chordBound = largestDeviation(motion, *steps, chords);
   if (auto notice = noticeOfLargeTurn(motion, *steps)) {
@@ -479,7 +494,7 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const VertexKeys& keys,
   if (!flipped) return atKey(keys, 0, flipped.error());
   TriangleMesh solid = mesh;
   if (*flipped) flip(solid);
-  auto report = Sweeper(solid, keys, options, sink, progress).run(true);
+  auto report = Sweeper(solid, keys, options, sink, progress).run(true, true);
   if (!report) return report;
   addNotices(options, flipped->has_value(), *report);
   return report;
