@@ -37,7 +37,7 @@ def numbers(attack):
                [mesh, motion], output)
 
 
-@input_class(weight=8)
+@input_class(weight=7)
 def meshes(attack):
     """STL, PLY, GLB, glTF and OBJ with flipped bits, cuts, overwritten, doubled or missing parts"""
     source = attack.pick("mesh")

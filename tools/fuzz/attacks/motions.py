@@ -1,7 +1,9 @@
 """Motions: segments, tables of poses and tool paths."""
 
+import base64
 import json
 import math
+import struct
 
 from .attack import Run, input_class
 
@@ -175,6 +177,87 @@ def deviations(attack):
     return Run(["sweep", mesh, "-m", motion, "--caps", "cone", "--prism", prism,
                 f"--max-deviation={allowed!r}", "--json", "-o", output], [mesh, motion],
                output, check=check)
+
+
+def animated_box(attack, sides, middle, tangents, axis, degrees):
+    """A .gltf of a box that moves from the origin to `middle` within a second, as a cubic spline,
+    and turns."""
+    corners = [[(i >> k & 1) * sides[k] for k in range(3)] for i in range(8)]
+    faces = [0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6,
+             2, 1, 3, 7, 1, 7, 5]
+    half = math.radians(degrees) / 2
+    turn = [0, 0, 0, 1, *(math.sin(half) * c for c in axis), math.cos(half)]
+    spline = [0, 0, 0, 0, 0, 0, *tangents[0], *tangents[1], *middle, 0, 0, 0]
+    floats = lambda values: struct.pack(f"<{len(values)}f", *values)
+    arrays = [(floats([c for corner in corners for c in corner]), 5126, 8, "VEC3"),
+              (struct.pack("<36H", *faces), 5123, 36, "SCALAR"),
+              (floats([0, 1]), 5126, 2, "SCALAR"), (floats(spline), 5126, 6, "VEC3"),
+              (floats(turn), 5126, 2, "VEC4")]
+    data, views, accessors = b"", [], []
+    for values, component, count, kind in arrays:
+        accessors.append({"bufferView": len(views), "componentType": component, "count": count,
+                          "type": kind})
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": len(values)})
+        data += values
+    rounded = [struct.unpack("<f", struct.pack("<f", c))[0] for c in sides]
+    accessors[0] |= {"min": [0, 0, 0], "max": rounded}
+    accessors[2] |= {"min": [0], "max": [1]}
+    path = attack.path("moving.gltf")
+    path.write_text(json.dumps({
+        "asset": {"version": "2.0"}, "bufferViews": views, "accessors": accessors,
+        "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64,"
+                     + base64.b64encode(data).decode()}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}], "scene": 0,
+        "animations": [{
+            "samplers": [{"input": 2, "output": 3, "interpolation": "CUBICSPLINE"},
+                         {"input": 2, "output": 4}],
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}},
+                         {"sampler": 1, "target": {"node": 0, "path": "rotation"}}]}]}))
+    return path
+
+
+@input_class(weight=1)
+def animations(attack):
+    """animated glTF along curves: points of slices are measured against the posed solid, and no
+    verb takes its poses to tell the motion between them"""
+    rng = attack.rng
+    scale = 10 ** rng.choice([0, 0, rng.uniform(-5, 5)])
+    some = lambda most: [scale * rng.uniform(-most, most) for _ in range(3)]
+    sides = [scale * rng.uniform(0.2, 3) for _ in range(3)]
+    middle, tangents = some(3), [some(20), some(20)]
+    axis = unit([rng.gauss(0, 1) for _ in range(3)])
+    degrees = rng.choice([0, rng.uniform(1, 170)])
+    allowed = max(sides) * 10 ** rng.uniform(-3, -0.5)
+    mesh = animated_box(attack, sides, middle, tangents, axis, degrees)
+    output = attack.path("out.t4d")
+
+    def check(result):
+        if not result.succeeded:
+            return []
+        problems = []
+        for verb in (["envelope", output], ["envelope", output, "--outside"]):
+            made = attack.t4d(*verb, "--voxel-size", repr(max(sides)), "--json")
+            if made.out and made.json["chord_bound"] is not None:
+                problems.append(f"{verb[-1]}: chord_bound is {made.json['chord_bound']}")
+        t = rng.random()
+        cut = attack.path("cut.obj")
+        if not attack.t4d("slice", output, "-t", repr(t), "-o", cut).succeeded:
+            return problems + [f"no slice at {t}"]
+        place = [(t ** 3 - 2 * t * t + t) * tangents[0][k] + (t ** 3 - t * t) * tangents[1][k]
+                 + (3 * t * t - 2 * t ** 3) * middle[k] for k in range(3)]
+        vertices = [[(i >> k & 1) * sides[k] for k in range(3)] for i in range(8)]
+        triangles = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7),
+                     (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
+        back = [turned([p[k] - place[k] for k in range(3)], axis, -t * degrees)
+                for p in read_obj(cut)[0]]
+        worst = max(distance(p, vertices, triangles) for p in back)
+        # Numbers of the file are float32.
+        if worst > allowed + 1e-5 * scale:
+            problems.append(f"a slice at {t} is {worst} off, more than {allowed}")
+        return problems
+    return Run(["sweep", mesh, "--tolerance", repr(allowed), "-o", output], [mesh], output,
+               check=check, expect={0})
 
 
 @input_class(weight=3)

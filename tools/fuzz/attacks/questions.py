@@ -83,7 +83,7 @@ def pentachoron(attack, scale, far):
 
 def write4d(attack, corners, cells):
     """A 4D mesh in one of the formats that are easy to write."""
-    kind = attack.rng.choice(["tetgen", "vtu", "gmsh", "medit"])
+    kind = attack.rng.choice(["tetgen", "vtu", "gmsh", "medit", "ijk"])
     lines = [" ".join(map(repr, c)) for c in corners]
     if kind == "tetgen":
         node, ele = attack.path("m.node"), attack.path("m.ele")
@@ -92,6 +92,11 @@ def write4d(attack, corners, cells):
         ele.write_text(f"{len(cells)} 4 0\n" + "".join(
             f"{i} {' '.join(map(str, c))}\n" for i, c in enumerate(cells)))
         return node
+    if kind == "ijk":
+        path = attack.path("m.off")
+        path.write_text(f"4OFF\n{len(corners)} {len(cells)} 0\n" + "\n".join(lines) + "\n"
+                        + "".join(f"4 {' '.join(map(str, c))}\n" for c in cells))
+        return path
     if kind == "medit":
         path = attack.path("m.mesh")
         path.write_text(
@@ -251,11 +256,12 @@ def envelopes(attack):
              for _ in range(3)]
     far = scale * rng.choice([0, 0, 1, 1e3, 1e6])
     mesh = box(attack, "box.obj", sides, (far, 0, 0))
-    turn = rng.choice([0, 0, 5, 90, 170]) * 1.0
+    turn = rng.choice([0, 0, 5, 90, 170, 360]) * 1.0
     move = [scale * rng.choice([0, 0.1, 3]) * rng.uniform(-1, 1) for _ in range(3)]
     steps = rng.choice([1, 2, 7])
-    if turn > 90 * steps:
-        steps = 2
+    if turn == 170:
+        steps = max(steps, 2)
+    known = turn <= 180 * steps  # poses tell no more than half a turn
     segment = {"duration": 1, "translation": move}
     if turn:
         # About an axis through the box, of which the chords' bound is known.
@@ -283,7 +289,10 @@ def envelopes(attack):
         if not value["closed"] or value["self_intersections"]:
             problems.append("the envelope is open or crosses itself")
         chord = value["chord_bound"]
-        if chord is None or abs(chord - bound) > 1e-6 * bound + 1e-9 * far * half:
+        if not known:
+            if chord is not None or (value["outside"] and result.code != 3):
+                problems.append(f"chord_bound {chord} of a step of a whole turn")
+        elif chord is None or abs(chord - bound) > 1e-6 * bound + 1e-9 * far * half:
             problems.append(f"chord_bound {chord}, but it is {bound}")
         volume = sides[0] * sides[1] * sides[2]
         if value["outside"]:
@@ -291,7 +300,7 @@ def envelopes(attack):
                 volume = value["visits_volume"]
             if value["volume"] < volume * (1 - 1e-6):
                 problems.append(f"--outside has a volume of {value['volume']}, less than {volume}")
-            if value["outside_by"] < chord:
+            if known and value["outside_by"] < chord:
                 problems.append("outside_by is less than the bound of chords")
         if "--exact" in how and not turn:
             # Vertices of some formats are rounded to float32.
