@@ -101,12 +101,17 @@ std::optional<double> ratioFor(const ChordBound& a, const ChordBound& b, double 
 }  // namespace
 
 Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Source& a,
-                                   const model::Source& b) {
+                                   const model::Source& b, std::array<bool, 2> followPoses) {
   CollisionVerdict result;
   if (!collision.common) return result;
-  const auto boundA = chordBound(a, *collision.common);
+  const auto boundOf = [&](const model::Source& source,
+                           bool follows) -> Result<std::optional<ChordBound>> {
+    if (!follows) return std::optional<ChordBound>();
+    return chordBound(source, *collision.common);
+  };
+  const auto boundA = boundOf(a, followPoses[0]);
   if (!boundA) return pass(boundA.error());
-  const auto boundB = chordBound(b, *collision.common);
+  const auto boundB = boundOf(b, followPoses[1]);
   if (!boundB) return pass(boundB.error());
   result.chordsA = *boundA;
   result.chordsB = *boundB;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -61,8 +62,11 @@ ClearanceVerdict clearanceVerdict(const Collision& collision, const CollisionVer
                                   double distance);
 
 /// A point of both meshes that is deeper in each than the bound of this is a point of both true
-/// solids. Slices the bodies at the deepest time of each interval. Fails if a source does.
+/// solids. Slices the bodies at the deepest time of each interval. `followPoses` is whether the
+/// motion of a, and that of b, is the screw from pose to pose; otherwise nothing is known of it.
+/// Fails if a source does.
 Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Source& a,
-                                   const model::Source& b);
+                                   const model::Source& b,
+                                   std::array<bool, 2> followPoses = {true, true});
 
 }  // namespace t4d::measure

@@ -51,6 +51,7 @@ struct CollideArguments {
 struct BodyPair {
   model::Body a;
   model::Body b;
+  std::array<bool, 2> followPoses;
   Collision collision;
   CollisionVerdict verdict;
   std::optional<ClearanceVerdict> clearance;  // on --clearance
@@ -526,9 +527,10 @@ std::vector<BodyPair> pairsOf(const std::vector<InputBodies>& inputs) {
   std::vector<BodyPair> pairs;
   const std::vector<model::Body>& first = inputs.front().bodies;
   const std::vector<model::Body>& last = inputs.back().bodies;
+  const std::array follow = {followsPoses(inputs.front()), followsPoses(inputs.back())};
   for (std::size_t i = 0; i < first.size(); ++i) {
     for (std::size_t j = inputs.size() == 1 ? i + 1 : 0; j < last.size(); ++j) {
-      pairs.push_back({first[i], last[j], {}, {}, {}});
+      pairs.push_back({first[i], last[j], follow, {}, {}, {}});
     }
   }
   return pairs;
@@ -568,7 +570,8 @@ int run(const CollideArguments& options) {
       auto collision = measure::collide(*pair.a.source, *pair.b.source, {}, bar.part(1));
       if (!collision) return report(inInput(collision.error(), inputs.front()));
       pair.collision = std::move(*collision);
-      auto verdict = measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source);
+      auto verdict =
+          measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.followPoses);
       if (!verdict) return report(inInput(verdict.error(), inputs.front()));
       pair.verdict = *verdict;
       if (options.clearance) {

@@ -107,7 +107,7 @@ Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
     const auto chords = measure::chordBound(*body.source, span, bar.part(body.source->slabCount()));
     if (!chords) return inBody(chords.error());
     std::optional<double> bound;
-    if (*chords) bound = (*chords)->bound;
+    if (*chords && followsPoses(input)) bound = (*chords)->bound;
     if (options.each || all.empty()) {
       all.push_back({body.name, std::move(*silhouette), bound});
     } else {
@@ -340,7 +340,7 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
           envelope.errorBound);
     }
     if (!one.chordBound) {
-      print("  how far the mesh is from the motion is not known: its layers have no poses\n");
+      print("  how far the mesh is from the motion between its layers is not known\n");
     } else if (*one.chordBound > 0) {
       print("  the mesh is within {:.4g} of the motion\n", *one.chordBound);
     }
@@ -448,7 +448,7 @@ int run(const EnvelopeArguments& options) {
     if (options.outside && !one.chordBound) {
       own.emplace_back(
           "it is certain for the mesh as it is, straight between its layers: how far "
-          "that is from the motion is not known, since layers have no poses");
+          "that is from the motion is not known");
     }
     for (const std::string& loss : own) {
       losses.push_back(all->size() > 1 ? fmt::format("{}: {}", one.name, loss) : loss);

@@ -40,6 +40,13 @@ Result<InputBodies> openBodies(const std::string& path, const InputOptions& opti
   return input;
 }
 
+bool followsPoses(const InputBodies& input) {
+  const auto details = nlohmann::json::parse(input.reader.metadata().detailsJson);
+  const auto source = details.find("source");
+  return source == details.end() || !source->is_object() || !source->contains("mesh") ||
+         source->contains("motion");
+}
+
 formats::Metadata metadataOf(const InputBodies& input) {
   formats::Metadata metadata = input.reader.metadata();
   metadata.generator = std::string(versionText());

@@ -54,6 +54,10 @@ void addMaxCellsOption(CLI::App& command, std::optional<std::uint64_t>& maxCells
 /// The error with the name of the input as its place, unless it has one.
 Error inInput(Error error, const InputBodies& input);
 
+/// Whether the motion between two layers is the screw from the pose of the one to that of the
+/// other. In a sweep of an animation, nodes may move along curves there.
+bool followsPoses(const InputBodies& input);
+
 /// Bounds in space of the selected bodies, at all times.
 model::Bounds3 boundsOf(const InputBodies& input);
 

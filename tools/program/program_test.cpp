@@ -1766,11 +1766,11 @@ TEST_F(Program, PipesAreNoInputsButOfFilesThatAreReadOnce) {
           "sweep P --motion fx/rest.json -o out.t4d", "sweep fx/cube.obj --motion P -o out.t4d",
           "sweep fx/cube.obj P --frame-time 1 -o out.t4d", "sweep P P -o out.t4d",
           "mill fx/cube.obj --tool P --motion fx/rest.json --voxel-size 4 -o out.t4d",
-          "convert P out.t4d",
-          "slice P --time 0 -o out.stl", "diff P mesh.t4d", "diff mesh.t4d P", "mend P -o out.ply",
-          "compare P mesh.t4d"}) {
+          "convert P out.t4d", "slice P --time 0 -o out.stl", "diff P mesh.t4d", "diff mesh.t4d P",
+          "mend P -o out.ply", "compare P mesh.t4d"}) {
       std::string line = command;
-      for (auto at = line.find('P'); at != line.npos; at = line.find('P')) line.replace(at, 1, pipe);
+      for (auto at = line.find('P'); at != line.npos; at = line.find('P'))
+        line.replace(at, 1, pipe);
       EXPECT_GT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 0) << line;
       EXPECT_LT(shell("timeout 10 $t4d " + line + " > /dev/null 2> err"), 124) << line;
     }
@@ -2079,6 +2079,30 @@ TEST_F(Program, EnvelopeRefusesWhatItCannotDo) {
   misused("envelope cube.t4d --exact --voxel-size 1", "--exact");
   EXPECT_FALSE(fs::exists(folder_ / "no.ply"));
   EXPECT_FALSE(fs::exists(folder_ / "no.vdb"));
+}
+
+/// Nodes of an animation follow curves, so poses do not tell where they are between two.
+TEST_F(Program, PosesOfAnAnimationDoNotTellItsMotion) {
+  ASSERT_EQ(run("sweep fx/cube.obj --motion fx/skew-axis.json -o screw.t4d").exitCode, 0);
+  ASSERT_EQ(run("flipbook screw.t4d -n 3 --rigid -o moving.glb").exitCode, 0);
+  ASSERT_EQ(run("sweep moving.glb -o curve.t4d").exitCode, 0);
+  ASSERT_EQ(run("transform curve.t4d --move 100 0 0 -o far.t4d").exitCode, 0);
+  const auto boundOf = [&](const std::string& arguments) {
+    return json::parse(run("envelope --voxel-size 4 --json " + arguments).out).at("chord_bound");
+  };
+  EXPECT_GT(boundOf("screw.t4d"), 0);
+  EXPECT_TRUE(boundOf("curve.t4d").is_null());
+  EXPECT_TRUE(boundOf("far.t4d").is_null());
+  EXPECT_EQ(run("envelope curve.t4d --voxel-size 4 --outside").exitCode, 3);
+  const auto pair = [&](const std::string& files) {
+    return json::parse(run("collide --ignore-units --json " + files).out).at("pairs").at(0);
+  };
+  EXPECT_TRUE(pair("curve.t4d far.t4d").at("chord_bound").is_null());
+  EXPECT_TRUE(pair("screw.t4d far.t4d").at("chord_bound").is_null());
+  EXPECT_FALSE(pair("screw.t4d screw.t4d").at("chord_bound").is_null());
+  const auto resolved =
+      json::parse(run("resolve far.t4d screw.t4d --ignore-units --json -o out.t4d").out);
+  EXPECT_TRUE(resolved.at("chord_bound").is_null());
 }
 
 /// A box as .obj.

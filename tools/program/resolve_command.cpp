@@ -212,8 +212,10 @@ Result<void> decide(const ResolveArguments& options, const ResolveInput& input,
   for (const model::Body& obstacle : input.obstacles.bodies) {
     const auto other = measure::chordBound(*obstacle.source, span);
     if (!other) return pass(other.error());
-    deciding.known = deciding.known && *own && *other;
-    const double bound = (*own ? (*own)->bound : 0) + (*other ? (*other)->bound : 0);
+    const bool knowsOwn = *own && followsPoses(input.all);
+    const bool knowsOther = *other && followsPoses(input.obstacles);
+    deciding.known = deciding.known && knowsOwn && knowsOther;
+    const double bound = (knowsOwn ? (*own)->bound : 0) + (knowsOther ? (*other)->bound : 0);
     deciding.chordBound = std::max(deciding.chordBound, bound);
     if (bound == 0 || bound < options.resolve.clearance) continue;
     // With some digits, and certainly more.
