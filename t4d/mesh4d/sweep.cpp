@@ -93,8 +93,8 @@ tl::unexpected<Error> atKey(const VertexKeys& keys, std::uint64_t key, Error err
   return pass(std::move(error));
 }
 
-/// Whether no step turns by more than half a turn, but for rounding. From pose to pose, readers take
-/// the motion to be the screw of at most that.
+/// Whether no step turns by more than half a turn, but for rounding. From pose to pose, readers
+/// take the motion to be the screw of at most that.
 bool isGivenByPoses(const model::Motion& motion, const std::vector<std::uint64_t>& counts) {
   constexpr double kHalfTurn = 180 * (1 + 1e-9);
   for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -459,9 +459,8 @@ Result<SweepReport> sweep(const TriangleMesh& mesh, const model::Motion& motion,
   const auto chords = chordsOf(motion, solid, options.prism);
   const auto steps = stepsOf(motion, options.steps, chords);
   if (!steps) return pass(steps.error());
-  auto report =
-      Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress)
-          .run(false, isGivenByPoses(motion, *steps));
+  auto report = Sweeper(solid, MotionKeys(solid, motion, *steps), options, sink, progress)
+                    .run(false, isGivenByPoses(motion, *steps));
   if (!report) return report;
   report->chordBound = largestDeviation(motion, *steps, chords);
   if (auto notice = noticeOfLargeTurn(motion, *steps)) {

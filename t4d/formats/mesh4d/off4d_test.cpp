@@ -46,10 +46,9 @@ TEST(IjkOff, IsReadWithCommentsAfterItsHeader) {
 TEST(IjkOff, ATinyOrHugeSimplexIsNotFlat) {
   for (const double size : {1e-70, 1e-45, 1e45, 1e70}) {
     const LoadedMesh4d loaded = read4dBytes(
-        "ijk.off",
-        fmt::format("4OFF\n5 5 0\n{0} 0 0 0\n0 {0} 0 0\n0 0 {0} 0\n0 0 0 {0}\n0 0 0 0\n"
-                    "4 0 1 2 3\n4 0 1 2 4\n4 0 1 3 4\n4 0 2 3 4\n4 1 2 3 4\n",
-                    size));
+        "ijk.off", fmt::format("4OFF\n5 5 0\n{0} 0 0 0\n0 {0} 0 0\n0 0 {0} 0\n0 0 0 {0}\n0 0 0 0\n"
+                               "4 0 1 2 3\n4 0 1 2 4\n4 0 1 3 4\n4 0 2 3 4\n4 1 2 3 4\n",
+                               size));
     EXPECT_EQ(loaded.dialect, "IJK") << size;
   }
 }
