@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
+#include <optional>
+#include <regex>
 #include <set>
 
 #include <fmt/format.h>
@@ -13,6 +15,7 @@
 #include <sha2.h>
 
 #include "t4d/conformance/corpus/cases.h"
+#include "t4d/conformance/corpus/slice_parts.h"
 #include "t4d/conformance/corpus/texts.h"
 #include "t4d/formats/output_folder.h"
 #include "t4d/system/replaceable.h"
@@ -70,6 +73,19 @@ Result<std::string> contents(const std::filesystem::path& path) {
   return bytes;
 }
 
+/// A time at which a slice of an invalid file must be refused, too: every slice, or this one, reads
+/// what breaks the rule. Nothing where that depends on the reader: it may do without the file
+/// header, and need not look at what INDX says of other chunks and slabs, or compare DONE with it.
+std::optional<double> timeToRefuse(const InvalidCase& made) {
+  static const std::regex always("[FM].*|D[123457]|I[378]|O4|S[78]|S12");
+  static const std::regex ofChunk("[ACLNPT].*|K[1-5]|S[2-9]|S1[01]");
+  const CorpusFile& file = made.file;
+  if (std::regex_match(file.rule, always)) return 0.5;
+  if (!std::regex_match(file.rule, ofChunk)) return std::nullopt;
+  const auto time = timeThatReads(file.bytes, *file.offset);
+  return time ? time : timeThatReads(made.repaired, *file.offset);
+}
+
 }  // namespace
 
 const char* nameOf(Validity validity) {
@@ -87,7 +103,12 @@ const char* nameOf(Validity validity) {
 std::vector<CorpusFile> makeCorpus() {
   std::vector<CorpusFile> files;
   for (AcceptedCase& made : validCases()) files.push_back(std::move(made.file));
-  for (InvalidCase& made : invalidCases()) files.push_back(std::move(made.file));
+  for (InvalidCase& made : invalidCases()) {
+    if (made.file.slices.empty()) {
+      if (const auto time = timeToRefuse(made)) made.file.slices.push_back({*time, {}, {}});
+    }
+    files.push_back(std::move(made.file));
+  }
   for (AcceptedCase& made : implCases()) files.push_back(std::move(made.file));
   std::sort(files.begin(), files.end(),
             [](const CorpusFile& a, const CorpusFile& b) { return a.id < b.id; });

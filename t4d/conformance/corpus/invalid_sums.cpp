@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -328,30 +329,38 @@ void addIndexFaults(InvalidCases& cases) {
   const auto to = [&](const char* slab, const char* place) {
     return base.image.offset(slab) - base.image.offset(place);
   };
-  set("I4-begin", "begin is another.", "times/stored", -2.0, 0);
-  set("I4-begin-nan", "begin is NaN.", "times/stored", kNaN, 0);
-  set("I4-end", "end is another.", "times/stored", 2.0, 24);
-  set("I4-end-by-a-bit", "end is the next number.", "times/stored", std::nextafter(1.0, 2.0), 24);
-  set("I4-end-infinity", "end is infinite.", "times/stored", kInfinity, 24);
-  set("I4-connectivity", "connectivity is another CONN.", "parts/stored",
-      to("SLAB 1/header", "CONN 0/header"), 24);
-  set("I4-connectivity-zero", "connectivity is 0.", "parts/stored", std::uint64_t{0}, 24);
-  set("I4-connectivity-of-payload", "connectivity names a payload.", "parts/stored",
-      to("SLAB 1/header", "CONN 1"), 24);
-  set("I4-lower-zero", "lower is 0.", "parts/stored", std::uint64_t{0}, 24 + 8);
-  set("I4-lower-of-slab", "lower names a SLAB.", "parts/stored",
-      to("SLAB 1/header", "SLAB 0/header"), 24 + 8);
-  set("I4-upper", "upper is a LAYR where the slab has none.", "parts/stored",
-      to("SLAB 1/header", "LAYR 0/header"), 24 + 16);
-  set("I4-upper-zero", "upper is 0.", "parts/stored", std::uint64_t{0}, 16);
-  set("I4-upper-2-to-the-64-less-8", "upper is 2^64 - 8.", "parts/stored", kLargest - 7, 16);
-  set("I4-body", "body is 1, of 1.", "bodies/stored", 1U);
+  // A slice that reads the slab of this row must be refused.
+  const auto setRow = [&](const std::string& name, const std::string& fault,
+                          const std::string& column, auto value, std::size_t at = 0) {
+    set(name, fault, column + "/stored", value, at);
+    const bool isFirst = at < std::ranges::find(columns, column, &Column::name)->rowBytes;
+    cases.refusedAt(isFirst ? -0.5 : 0.5);
+  };
+  setRow("I4-begin", "begin is another.", "times", -2.0, 0);
+  setRow("I4-begin-nan", "begin is NaN.", "times", kNaN, 0);
+  setRow("I4-end", "end is another.", "times", 2.0, 24);
+  setRow("I4-end-by-a-bit", "end is the next number.", "times", std::nextafter(1.0, 2.0), 24);
+  setRow("I4-end-infinity", "end is infinite.", "times", kInfinity, 24);
+  setRow("I4-connectivity", "connectivity is another CONN.", "parts",
+         to("SLAB 1/header", "CONN 0/header"), 24);
+  setRow("I4-connectivity-zero", "connectivity is 0.", "parts", std::uint64_t{0}, 24);
+  setRow("I4-connectivity-of-payload", "connectivity names a payload.", "parts",
+         to("SLAB 1/header", "CONN 1"), 24);
+  setRow("I4-lower-zero", "lower is 0.", "parts", std::uint64_t{0}, 24 + 8);
+  setRow("I4-lower-of-slab", "lower names a SLAB.", "parts", to("SLAB 1/header", "SLAB 0/header"),
+         24 + 8);
+  setRow("I4-upper", "upper is a LAYR where the slab has none.", "parts",
+         to("SLAB 1/header", "LAYR 0/header"), 24 + 16);
+  setRow("I4-upper-zero", "upper is 0.", "parts", std::uint64_t{0}, 16);
+  setRow("I4-upper-2-to-the-64-less-8", "upper is 2^64 - 8.", "parts", kLargest - 7, 16);
+  setRow("I4-body", "body is 1, of 1.", "bodies", 1U);
   // Both bodies have one slab at the same times, so that sums and order stay valid.
   const Base two = baseOf({{"one", simplex()}, {"two", simplex()}});
   cases.add(
       "I4-bodies-exchanged", "The slabs have each other's body.", two,
       [](Image& image) { image.setBytes("INDX/bodies/stored", bytesOf(1U) + bytesOf(0U)); },
       "INDX/bodies/stored");
+  cases.refusedAt(0.5);
   cases.add(
       "I4-both-layers-moved", "The index leaves out the layer on both sides.", base,
       [](Image& image) {
@@ -359,20 +368,21 @@ void addIndexFaults(InvalidCases& cases) {
         image.setBytes("INDX/parts/stored", bytesOf(std::uint64_t{0}), 24 + 8);
       },
       "INDX/parts/stored", 16);
-  set("I5-one-less", "A slab has one cell more than the index says.", "cells/stored",
-      std::uint64_t{7}, 8);
-  set("I5-zero", "The index says that a slab has no cells.", "cells/stored", std::uint64_t{0});
-  set("I5-2-to-the-32-more", "The index says that a slab has 2^32 + 8 cells.", "cells/stored",
-      (std::uint64_t{1} << 32) + 8);
+  cases.refusedAt(0.5);
+  setRow("I5-one-less", "A slab has one cell more than the index says.", "cells", std::uint64_t{7},
+         8);
+  setRow("I5-zero", "The index says that a slab has no cells.", "cells", std::uint64_t{0});
+  setRow("I5-2-to-the-32-more", "The index says that a slab has 2^32 + 8 cells.", "cells",
+         (std::uint64_t{1} << 32) + 8);
   for (int axis = 0; axis < 3; ++axis) {
-    set(fmt::format("I6-minimum-{}", "xyz"[axis]),
-        fmt::format("The minimum of {} is beyond that of the slab.", "xyz"[axis]), "bounds/stored",
-        -2.0, std::size_t{8} * axis);
-    set(fmt::format("I6-maximum-{}", "xyz"[axis]),
-        fmt::format("The maximum of {} is within that of the slab.", "xyz"[axis]), "bounds/stored",
-        0.5, 48 + 24 + std::size_t{8} * axis);
+    setRow(fmt::format("I6-minimum-{}", "xyz"[axis]),
+           fmt::format("The minimum of {} is beyond that of the slab.", "xyz"[axis]), "bounds",
+           -2.0, std::size_t{8} * axis);
+    setRow(fmt::format("I6-maximum-{}", "xyz"[axis]),
+           fmt::format("The maximum of {} is within that of the slab.", "xyz"[axis]), "bounds", 0.5,
+           48 + 24 + std::size_t{8} * axis);
   }
-  set("I6-nan", "A minimum is NaN.", "bounds/stored", kNaN, 8);
+  setRow("I6-nan", "A minimum is NaN.", "bounds", kNaN, 8);
   cases.add(
       "I8-bytes-after", "Eight bytes follow the last array.", base,
       [](Image& image) {

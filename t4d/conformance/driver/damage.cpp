@@ -1,9 +1,7 @@
 #include "t4d/conformance/driver/damage.h"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
-#include <optional>
 #include <set>
 #include <span>
 
@@ -11,7 +9,6 @@
 
 #include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/chunks.h"
-#include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/layout.h"
 
 namespace t4d::conformance {
@@ -37,34 +34,6 @@ std::uint64_t mixed(std::uint64_t number) {
   number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9;
   number = (number ^ (number >> 27)) * 0x94D049BB133111EB;
   return number ^ (number >> 31);
-}
-
-/// The slab in which a body is sliced at a time (SPEC.md, X2).
-std::optional<formats::IndexRecord> slabFor(const std::vector<formats::IndexRecord>& records,
-                                            std::uint32_t body, double time) {
-  double last = 0;
-  for (const formats::IndexRecord& record : records) {
-    if (record.parts.body == body) last = record.time.end;
-  }
-  for (const formats::IndexRecord& record : records) {
-    if (record.parts.body != body) continue;
-    const bool reaches = time == last ? record.time.end == time : record.time.end > time;
-    if (reaches) return record.time.begin <= time ? std::optional(record) : std::nullopt;
-  }
-  return std::nullopt;
-}
-
-/// What INDX says of the slabs. Fails if the file has no index or is invalid.
-Result<std::vector<formats::IndexRecord>> recordsOf(const std::string& bytes) {
-  const std::vector<ChunkHeader> chunks = listChunks(bytes);
-  const auto index = std::ranges::find(chunks, kIndex, &ChunkHeader::type);
-  if (index == chunks.end()) return invalid("the file has no INDX");
-  const auto payload =
-      formats::payloadOf(*index, view(bytes, index->payload(), index->payloadBytes));
-  if (!payload) return pass(payload.error());
-  auto decoded = formats::decodeIndex(*payload);
-  if (!decoded) return pass(decoded.error());
-  return std::move(decoded->slabs);
 }
 
 }  // namespace
@@ -130,51 +99,6 @@ std::vector<std::size_t> someOf(std::size_t count, std::size_t most, std::uint64
 Bit bitOf(const Part& part) {
   const std::uint64_t chance = mixed(part.offset * 64 + part.size);
   return {part.offset + chance / 8 % part.size, static_cast<int>(chance % 8)};
-}
-
-Result<SliceParts> partsForSlice(const std::string& bytes, double time) {
-  const auto records = recordsOf(bytes);
-  if (!records) return pass(records.error());
-  std::set<std::uint64_t> needed;
-  std::set<std::uint32_t> bodies;
-  for (const formats::IndexRecord& record : *records) bodies.insert(record.parts.body);
-  for (const std::uint32_t body : bodies) {
-    const auto slab = slabFor(*records, body, time);
-    if (!slab) continue;
-    needed.insert({slab->slab, slab->connectivity(), slab->lower(), slab->upper()});
-  }
-  SliceParts parts;
-  const std::vector<ChunkHeader> chunks = listChunks(bytes);
-  for (const ChunkHeader& chunk : chunks) {
-    if (chunk.type != kPose || !needed.contains(chunk.offset)) continue;
-    constexpr std::size_t kLayerInPose = 8;
-    std::uint64_t distance = 0;
-    std::memcpy(&distance, bytes.data() + chunk.fields() + kLayerInPose, sizeof distance);
-    needed.insert(chunk.offset - distance);
-  }
-  for (const ChunkHeader& chunk : chunks) {
-    const Part part = {fmt::format("{} at byte {}", chunk.name(), chunk.offset), chunk.offset,
-                       chunk.end() - chunk.offset};
-    const bool data = chunk.type == kSlab || chunk.type == kConnectivity || chunk.type == kLayer ||
-                      chunk.type == kPose;
-    const bool always = chunk.type == kDone || chunk.type == kIndex;
-    if (always || needed.contains(chunk.offset)) {
-      parts.read.push_back(part);
-    } else if (data) {
-      parts.unneeded.push_back(part);
-    }
-  }
-  parts.read.push_back({"the footer", bytes.size() - kFooterBytes, kFooterBytes});
-  return parts;
-}
-
-std::optional<double> timeThatNeedsAll(const std::string& bytes) {
-  const auto records = recordsOf(bytes);
-  if (!records || records->empty()) return std::nullopt;
-  const model::TimeSpan& first = records->front().time;
-  const double middle = first.begin + (first.end - first.begin) / 2;
-  const auto parts = partsForSlice(bytes, middle);
-  return parts && parts->unneeded.empty() ? std::optional(middle) : std::nullopt;
 }
 
 std::string flipped(std::string bytes, Bit bit) {

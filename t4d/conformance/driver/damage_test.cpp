@@ -132,13 +132,28 @@ TEST_F(Damage, AFileOfTwoSlabsKeepsTheOneThatASliceNeeds) {
   };
   EXPECT_EQ(first(-0.5), first(-1));
   EXPECT_NE(first(-0.5), first(0));
-  EXPECT_EQ(timeThatNeedsAll(bytes), std::nullopt);
-  EXPECT_EQ(timeThatNeedsAll(validFile("valid/one-simplex").bytes), 0.5);
+}
+
+TEST_F(Damage, ATimeIsThatOfASlabThatNeedsTheChunk) {
+  const std::string& bytes = validFile("valid/cross-polytope").bytes;
+  const std::uint64_t done = bytes.find("DONE\x01");
+  const auto timeOfFirst = [&](const char* type) { return timeThatReads(bytes, bytes.find(type)); };
+  const auto timeOfLast = [&](const char* type) {
+    return timeThatReads(bytes, bytes.rfind(type, done));
+  };
+  EXPECT_EQ(timeOfFirst("CONN\x01"), -0.5);
+  EXPECT_EQ(timeOfFirst("SLAB\x01"), -0.5);
+  EXPECT_EQ(timeOfFirst("LAYR\x01"), -0.5);  // of both slabs
+  EXPECT_EQ(timeOfLast("SLAB\x01"), 0.5);
+  EXPECT_EQ(timeOfLast("CONN\x01"), 0.5);
+  EXPECT_EQ(timeThatReads(bytes, done), -0.5);
+  EXPECT_EQ(timeThatReads(bytes, bytes.size() - 1), -0.5);
+  EXPECT_EQ(timeThatReads(bytes, 24), std::nullopt);  // HEAD, of which INDX has a copy
 }
 
 TEST_F(Damage, AFileWithoutIndexHasNoChunksThatASliceDoesNotNeed) {
   EXPECT_FALSE(partsForSlice(validFile("valid/no-index").bytes, 0.5));
-  EXPECT_EQ(timeThatNeedsAll(validFile("valid/no-index").bytes), std::nullopt);
+  EXPECT_EQ(timeThatReads(validFile("valid/no-index").bytes, 24), std::nullopt);
 }
 
 TEST_F(Damage, SlicesDoNotMissWhatTheyDoNotNeed) {

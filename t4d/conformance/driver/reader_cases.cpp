@@ -61,18 +61,6 @@ Trial sliceInstead(Trial trial, double time) {
   return trial;
 }
 
-/// A time at which a slice must be refused as well, because the broken rule concerns chunks that
-/// every slice reads, or arrays and parts that are all needed at that time. Broken rules between
-/// chunks are left out: a slice may not read enough to detect them.
-std::optional<double> timeToRefuse(const CorpusFile& file) {
-  constexpr std::string_view kAlwaysReadSections = "FM";
-  constexpr std::string_view kSliceDataSections = "ATNLP";
-  const char section = file.rule[0];
-  if (kAlwaysReadSections.find(section) != std::string_view::npos) return 0.5;
-  if (kSliceDataSections.find(section) == std::string_view::npos) return std::nullopt;
-  return timeThatNeedsAll(file.bytes);
-}
-
 ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown, bool hyperplanes) {
   ReaderCase test{.id = file.id, .file = &file, .trials = {}, .skipped = {}};
   Trial trial;
@@ -90,7 +78,6 @@ ReaderCase corpusCase(const CorpusFile& file, const std::string& unknown, bool h
   }
   test.trials.push_back(trial);
   if (file.validity == Validity::Invalid && unknown.empty()) {
-    if (const auto time = timeToRefuse(file)) test.trials.push_back(sliceInstead(trial, *time));
     for (const ExpectedSlice& slice : file.slices) {
       test.trials.push_back(sliceInstead(trial, slice.time));
     }
