@@ -58,7 +58,8 @@ Result<void> checkReplaceable(const fs::path& folder, std::span<const std::strin
       }
     }
     const fs::path path = folder / name;
-    if (fs::is_regular_file(path, ignored) && !mayReplace(path)) {
+    const fs::file_status there = fs::symlink_status(path, ignored);
+    if (fs::exists(there) && !(fs::is_regular_file(there) && mayReplace(path))) {
       return refuse(name, "exists and was not written by t4d");
     }
   }

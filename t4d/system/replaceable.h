@@ -16,9 +16,9 @@ namespace t4d::system {
 /// Whether t4d wrote this file, by the mark that its writers put into it.
 bool isOwnFile(const std::filesystem::path& path);
 
-/// Fails if one of `names` in `folder` exists and must not be replaced: a symbolic link, or a file
-/// for which `mayReplace` is false. Names may contain folders, which must not be links either.
-/// Folders and devices under these names are left to the writer.
+/// Fails if one of `names` in `folder` exists and must not be replaced: a symbolic link, a folder,
+/// a pipe or a device, or a file for which `mayReplace` is false. Names may contain folders, which
+/// must not be links either.
 Result<void> checkReplaceable(
     const std::filesystem::path& folder, std::span<const std::string> names,
     const std::function<bool(const std::filesystem::path&)>& mayReplace = isOwnFile);

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "t4d/system/temporary_folder.h"
 
@@ -61,6 +62,14 @@ TEST_F(Replaceable, LinksNeverAre) {
   EXPECT_EQ(refusalOf("elsewhere/own.obj"), "");
   for (const char* name : {"link.obj", "dangling.obj", "linked/own.obj", "linked/new.obj"}) {
     EXPECT_NE(refusalOf(name).find("is a symbolic link"), std::string::npos) << name;
+  }
+}
+
+TEST_F(Replaceable, PipesAndFoldersAreNot) {
+  fs::create_directories(folder_ / "folder.obj");
+  ASSERT_EQ(::mkfifo((folder_ / "pipe.obj").c_str(), 0600), 0);
+  for (const char* name : {"folder.obj", "pipe.obj"}) {
+    EXPECT_NE(refusalOf(name).find("exists and was not written by t4d"), std::string::npos) << name;
   }
 }
 

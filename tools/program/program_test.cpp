@@ -11,6 +11,7 @@
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -384,6 +385,19 @@ TEST_F(Program, ASiteKeepsFilesThatItsPageDoesNotList) {
   fs::create_symlink("../cube.t4d", folder_ / "page/cube.t4d");
   EXPECT_EQ(run("view cube.t4d -o page").exitCode, 0);
   EXPECT_TRUE(fs::is_symlink(folder_ / "page/cube.t4d"));
+  // A file that was in the folder before is not the page's, though the page shows it.
+  fs::create_directory(folder_ / "own");
+  fs::copy(folder_ / "cube.t4d", folder_ / "own/torus.t4d");
+  ASSERT_EQ(run("view own/torus.t4d -o own").exitCode, 0);
+  misused("view torus.t4d -o own", "torus.t4d: exists and was not written by t4d");
+  EXPECT_EQ(contents(folder_ / "own/torus.t4d"), contents(folder_ / "cube.t4d"));
+  // A copy stays one, also when it is shown from there.
+  ASSERT_EQ(run("view site/cube.t4d site/torus.t4d -o site").exitCode, 0);
+  EXPECT_EQ(run("view torus.t4d -o site").exitCode, 0);
+  // Nothing waits for a pipe.
+  fs::create_directory(folder_ / "pipes");
+  ASSERT_EQ(::mkfifo((folder_ / "pipes/index.html").c_str(), 0600), 0);
+  misused("view cube.t4d -o pipes", "index.html: exists and was not written by t4d");
 }
 
 TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
@@ -635,6 +649,18 @@ TEST_F(Program, ConvertMendsCutsAndRefuses) {
   refuses("convert fx/labels.nrrd out.t4d", "t4d weave fx/labels.nrrd");
   refuses("convert whole.off out.t4d --weld -1", "--weld: '-1' is not a number from 0 on", 2);
   refuses("slice whole.off --time 0", "t4d convert whole.off whole");
+}
+
+TEST_F(Program, ConvertListsWhatAnotherFormatDoesNotKeepOfAFile) {
+  ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json --caps cone -o cube.t4d").exitCode, 0);
+  const auto lossOf = [&](const std::string& file) {
+    const auto done = run("convert " + file + " out.vtu");
+    EXPECT_EQ(done.exitCode, 3);
+    return done.err;
+  };
+  EXPECT_THAT(lossOf("cube.t4d"), testing::HasSubstr("upward axis, how the mesh was made\n"));
+  ASSERT_EQ(run("transform cube.t4d --space RAS -o patient.t4d").exitCode, 0);
+  EXPECT_THAT(lossOf("patient.t4d"), testing::HasSubstr("how the mesh was made, the space\n"));
 }
 
 TEST_F(Program, ConvertNotesChoicesThatMayBeMistakes) {

@@ -53,7 +53,10 @@ std::string pageWith(const ordered_json& files) {
 }
 
 ordered_json addressed(const ShownFile& file) {
-  return {{"name", file.name}, {"url", file.url.empty() ? addressOf(file.name) : file.url}};
+  ordered_json entry = {{"name", file.name},
+                        {"url", file.url.empty() ? addressOf(file.name) : file.url}};
+  if (file.isCopy) entry["isCopy"] = true;
+  return entry;
 }
 
 /// Reads a file piece by piece.
@@ -71,11 +74,13 @@ Result<void> eachPiece(const fs::path& path,
   return {};
 }
 
-/// The files beside a page of this program, of any version: its licence says so at the beginning.
+/// The copies beside a page of this program, of any version: its licence says so at the beginning.
 /// Nothing if this is another page, or none.
-std::optional<std::vector<std::string>> filesOfSite(const fs::path& path) {
+std::optional<std::vector<std::string>> copiesOfSite(const fs::path& path) {
   constexpr std::size_t kLicenceWithin = 256;
   constexpr std::string_view kList = R"(<script type="application/json" id="t4d-files">)";
+  std::error_code ignored;
+  if (fs::symlink_status(path, ignored).type() != fs::file_type::regular) return std::nullopt;
   std::ifstream in(path, std::ios::binary);
   const std::string page(std::istreambuf_iterator<char>(in), {});
   if (page.find("This page is part of t4d,") > kLicenceWithin) return std::nullopt;
@@ -88,16 +93,17 @@ std::optional<std::vector<std::string>> filesOfSite(const fs::path& path) {
       page.substr(begin + kList.size(), end - begin - kList.size()), nullptr, false);
   if (!list.is_array()) return names;
   for (const auto& file : list) {
-    if (!file.is_object()) continue;
-    const auto textOf = [&](const char* key) {
-      const auto found = file.find(key);
-      return found != file.end() && found->is_string() ? found->get<std::string>() : "";
-    };
-    // Files inside the page have no address, those of other sites another.
-    const std::string name = textOf("name");
-    if (textOf("url") == addressOf(name)) names.push_back(name);
+    if (!file.is_object() || file.value("isCopy", ordered_json()) != true) continue;
+    const ordered_json name = file.value("name", ordered_json());
+    if (name.is_string()) names.push_back(name.get<std::string>());
   }
   return names;
+}
+
+/// Whether it is the file of this name in the folder, and need not be copied.
+bool isBeside(const ShownFile& file, const fs::path& folder) {
+  std::error_code ignored;
+  return fs::equivalent(file.path, folder / file.name, ignored);
 }
 
 }  // namespace
@@ -148,13 +154,10 @@ Result<std::string> pageWithFiles(std::span<const ShownFile> files) {
 
 Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files) {
   std::vector<std::string> names = {kIndex};
-  std::error_code ignored;
   for (const ShownFile& file : files) {
-    // A file that is in the folder already stays as it is.
-    const bool stays = fs::equivalent(file.path, folder / file.name, ignored);
-    if (file.url.empty() && !stays) names.push_back(file.name);
+    if (file.url.empty() && !isBeside(file, folder)) names.push_back(file.name);
   }
-  const auto old = filesOfSite(folder / kIndex);
+  const auto old = copiesOfSite(folder / kIndex);
   return system::checkReplaceable(folder, names, [&](const fs::path& path) {
     if (!old) return false;
     if (path.filename() == kIndex) return true;
@@ -164,6 +167,7 @@ Result<void> checkSite(const fs::path& folder, std::span<const ShownFile> files)
 
 Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFile> files) {
   if (auto good = checkSite(folder, files); !good) return pass(good.error());
+  const auto old = copiesOfSite(folder / kIndex).value_or(std::vector<std::string>());
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
@@ -171,9 +175,11 @@ Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFil
                 folder.string());
   }
   std::uint64_t total = 0;
-  for (const ShownFile& file : files) {
+  std::vector<ShownFile> listed(files.begin(), files.end());
+  for (ShownFile& file : listed) {
     if (!file.url.empty()) continue;
-    if (fs::equivalent(file.path, folder / file.name, error)) continue;
+    file.isCopy = !isBeside(file, folder) || std::ranges::find(old, file.name) != old.end();
+    if (isBeside(file, folder)) continue;
     auto copy = formats::OutputFile::create(folder / file.name);
     if (!copy) return pass(copy.error());
     auto copied = eachPiece(file.path, [&](std::span<const char> piece) {
@@ -183,7 +189,7 @@ Result<std::uint64_t> writeSite(const fs::path& folder, std::span<const ShownFil
     if (auto done = copy->commit(); !done) return pass(done.error());
     total += copy->size();
   }
-  const std::string page = viewerPage(files);
+  const std::string page = viewerPage(listed);
   if (auto put = formats::writeInFolder(folder, kIndex, page); !put) return pass(put.error());
   return total + page.size();
 }

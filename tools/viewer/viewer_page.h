@@ -16,6 +16,7 @@ struct ShownFile {
   std::string name;              ///< what the page calls it, and its address beside the page
   std::string url;               ///< its address if it is on a web server; else empty
   std::filesystem::path path{};  ///< where it is if it is not
+  bool isCopy = false;           ///< it is beside the page because the page's writer put it there
 };
 
 /// The files of these paths and URLs, each with a name of its own.
@@ -28,7 +29,7 @@ std::string viewerPage(std::span<const ShownFile> files);
 Result<std::string> pageWithFiles(std::span<const ShownFile> files);
 
 /// Fails if `writeSite` would replace a symbolic link, or a file that is not of a site it wrote
-/// before: an index.html that is not its own, or a file that its own does not list.
+/// before: an index.html that is not its own, or a file that its own does not list as a copy.
 Result<void> checkSite(const std::filesystem::path& folder, std::span<const ShownFile> files);
 
 /// Writes a folder that any web server can hold: index.html and copies of the files. It may be

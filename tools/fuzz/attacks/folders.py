@@ -83,8 +83,8 @@ def inputs(attack):
 
 @input_class(weight=2)
 def folders(attack):
-    """output folders with files and links of others under the names that are written, for every
-    verb that writes one: nothing of others changes"""
+    """output folders with files, links and pipes of others under the names that are written, for
+    every verb that writes one: nothing of others changes"""
     rng = attack.rng
     folder = attack.path("out")
     mesh, motion, file = attack.pick("obj"), attack.pick("motion"), attack.pick("t4d")
@@ -107,8 +107,14 @@ def folders(attack):
         (["conform", "writer", "--writer", "true", "--only", "plain/one-simplex", "--keep",
           folder], ["plain/one-simplex.json", "plain"]),
     ])
+    own = []  # of the user, though shown by a page that is written beside it
     if rng.random() < 0.5:
         attack.t4d(*command)
+    elif command[0] == "view":
+        own = [folder / file.name]
+        folder.mkdir()
+        own[0].write_bytes(attack.pick("t4d").read_bytes())
+        attack.t4d("view", *own, "-o", folder)
     outside = attack.path("outside")
     outside.mkdir()
     content = rng.choice([b"", b"mine", rng.randbytes(2000), attack.pick("mesh").read_bytes()])
@@ -122,7 +128,7 @@ def folders(attack):
             if any(path.iterdir()):
                 continue
             path.rmdir()
-        kind = rng.choice(["file", "link", "dangling", "loop", "folder"])
+        kind = rng.choice(["file", "link", "dangling", "loop", "folder", "pipe", "endless"])
         path.unlink(missing_ok=True)
         if kind == "file":
             path.write_bytes(b"mine" + rng.randbytes(50))
@@ -132,12 +138,16 @@ def folders(attack):
             path.symlink_to(outside / "nothing")
         elif kind == "loop":
             path.symlink_to(path.name)
+        elif kind == "pipe":
+            os.mkfifo(path)
+        elif kind == "endless":
+            path.symlink_to("/dev/zero")
         else:
             path.symlink_to(outside)
     links = {p: os.readlink(p) for p in folder.rglob("*") if p.is_symlink()}
     # --force replaces files, but no links.
     kept = [p for p in folder.rglob("*") if p.is_file() and not p.is_symlink()
-            and p.read_bytes().startswith(b"mine") and "--force" not in command]
+            and (p in own or p.read_bytes().startswith(b"mine")) and "--force" not in command]
     files = {p: p.read_bytes() for p in [*kept, outside / "mine"]}
     entries = set(outside.iterdir())
 
