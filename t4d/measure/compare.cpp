@@ -90,14 +90,17 @@ std::vector<double> timesAmidSteps(std::span<const model::Body> bodies, const mo
       }
     }
   }
-  // Steps that are as long as times are apart may be longer by rounding.
-  constexpr double kRounding = 1e-9;
+  // So many times in a step show what happens in it. A step that has as many may be shorter by
+  // rounding.
+  constexpr double kTimesThatShowAStep = 4 * (1 - 1e-9);
   for (std::size_t i = 1; i + 1 < times.size(); ++i) {
     const double length = steps[i].end - steps[i].begin;
-    if (length > 0 && length <= apart * (1 + kRounding)) {
+    if (length > 0 && length < kTimesThatShowAStep * apart) {
       times[i] = model::dividedTime(steps[i], 1, 2);
     }
   }
+  std::ranges::sort(times);
+  times.erase(std::ranges::unique(times).begin(), times.end());
   return times;
 }
 

@@ -49,8 +49,9 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
 /// `count` times from the first to the last of `span`, as evenly spaced as goes without a beat: the
 /// slices of a sweep are smallest half way between two layers, so times that fall now on a layer
 /// and now between two would make a zigzag of a constant volume. Each time but the first and the
-/// last is moved to the middle of the longest step of the bodies that it falls into, where steps
-/// are not longer than times are apart.
+/// last is moved to the middle of the longest step of the bodies that it falls into, unless that
+/// step has four times or more, which show what happens in it. Times that are then the same are
+/// one, so there may be fewer.
 std::vector<double> timesAmidSteps(std::span<const model::Body> bodies, const model::TimeSpan& span,
                                    std::uint64_t count);
 
