@@ -32,6 +32,15 @@ double outOfRange(std::string_view word) {
   return tiny ? 0.0 : std::numeric_limits<double>::infinity();
 }
 
+/// False if the word is not a whole number of this type.
+template <class Whole>
+bool parseWhole(std::string_view word, Whole& value) {
+  const auto digits = withoutPlus(word);
+  const auto end = digits.data() + digits.size();
+  const auto [stopped, problem] = std::from_chars(digits.data(), end, value);
+  return stopped == end && problem == std::errc{};
+}
+
 }  // namespace
 
 std::string inQuotes(std::string_view word) {
@@ -145,10 +154,11 @@ bool TextScanner::parse(std::string_view word, double& value, const char* what) 
 }
 
 bool TextScanner::parse(std::string_view word, std::int64_t& value, const char* what) {
-  const auto digits = withoutPlus(word);
-  const auto end = digits.data() + digits.size();
-  const auto [stopped, problem] = std::from_chars(digits.data(), end, value);
-  return (stopped == end && problem == std::errc{}) || fails(word, what);
+  return parseWhole(word, value) || fails(word, what);
+}
+
+bool TextScanner::parse(std::string_view word, std::uint64_t& value, const char* what) {
+  return parseWhole(word, value) || fails(word, what);
 }
 
 bool TextScanner::number(double& value, const char* what) { return parse(word(), value, what); }

@@ -44,6 +44,7 @@ class TextScanner {
   /// The same for a word that has been read.
   bool parse(std::string_view word, double& value, const char* what);
   bool parse(std::string_view word, std::int64_t& value, const char* what);
+  bool parse(std::string_view word, std::uint64_t& value, const char* what);
 
   /// True when the line holds another word.
   bool hasWord();

@@ -237,7 +237,12 @@ Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFo
       for (const auto& member : object.items()) members.insert(member.key());
     };
     addMembers(metadata.otherJson);
-    for (const formats::BodyInfo& body : metadata.bodies) addMembers(body.otherJson);
+    for (const formats::BodyInfo& body : metadata.bodies) {
+      addMembers(body.otherJson);
+      if (!body.color.empty()) members.insert("color");
+      if (!body.material.empty()) members.insert("material");
+      if (!body.parent.empty()) members.insert("parent");
+    }
     losesThese("further members of the metadata", members);
     std::set<std::string> types;
     for (const auto& chunk : input.reader->optionalChunks().headers()) types.insert(chunk.name());

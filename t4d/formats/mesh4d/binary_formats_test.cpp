@@ -52,6 +52,29 @@ TEST(Vtu, IsReadAsTextInSeveralPieces) {
   EXPECT_TRUE(loaded.losses.empty());
 }
 
+TEST(Vtu, NumbersOfTextAreOfTheTypeOfTheirArray) {
+  std::string wide;
+  for (int i = 0; i < 5 * 255; ++i) wide += "1 ";
+  std::string piece = simplexPiece();
+  piece.insert(piece.find("<PointData>") + 11,
+               asciiArray("type=\"UInt64\" Name=\"largest\"", "18446744073709551615 0 1 2 3") +
+                   asciiArray("type=\"UInt8\" Name=\"large\"", "256 0 1 2 3") +
+                   asciiArray("type=\"UInt16\" Name=\"negative\"", "-1 0 1 2 3") +
+                   asciiArray("type=\"Float32\" Name=\"nan\"", "nan -inf 1 2 3") +
+                   asciiArray("type=\"Int8\" Name=\"wide\" NumberOfComponents=\"255\"", wide));
+  const LoadedMesh4d loaded = read4dBytes("a.vtu", vtuText("", piece) + "</VTKFile>\n");
+  std::vector<std::string> names;
+  for (const model::Attribute& attribute : loaded.bodies[0].attributes) {
+    names.push_back(attribute.name);
+  }
+  EXPECT_THAT(names, testing::ElementsAre("largest", "nan", "wide"));
+  ASSERT_EQ(loaded.losses.size(), 1U);
+  EXPECT_THAT(loaded.losses[0], testing::HasSubstr("not read: large, negative"));
+  std::uint64_t first = 0;
+  std::memcpy(&first, loaded.bodies[0].attributes[0].row(0), sizeof first);
+  EXPECT_EQ(first, 18446744073709551615U);
+}
+
 TEST(Vtu, CellsOfOtherShapesAreSplit) {
   // The cubes of a tesseract, in the order of VTK's hexahedra and voxels.
   const fixtures::Polytope polytope = fixtures::tesseract();

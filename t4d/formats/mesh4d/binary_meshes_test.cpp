@@ -103,7 +103,7 @@ TEST(GmshBinary, CutAnywhereOrWithWrongCountsIsRefused) {
   EXPECT_EQ(error4dOf("a.msh", beyond), "a.msh: byte 739: refers to node 21, which does not exist");
   EXPECT_EQ(error4dOf("a.msh", "$MeshFormat\n4.1 1 4\n"),
             "a.msh: byte 12: is of the format '4.1 1 4', expected '4.1 1 8': MSH 4.1, binary, "
-            "sizes of 8 bytes");
+            "sizes of 8 bytes; Gmsh writes it with `-format msh41 -bin`");
 }
 
 /// A simplex with edges and corners. `vertices` and `next`: what the file says of the vertices.

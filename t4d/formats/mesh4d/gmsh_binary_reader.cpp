@@ -131,7 +131,7 @@ class GmshBinaryReader {
       return fail(
           ErrorCode::Unsupported,
           fmt::format("is of the format {}, expected '4.1 1 8': MSH 4.1, binary, sizes of 8 "
-                      "bytes",
+                      "bytes; Gmsh writes it with `-format msh41 -bin`",
                       inQuotes(*format)),
           file_.atByte(begin));
     }

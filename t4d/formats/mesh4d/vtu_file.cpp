@@ -631,12 +631,17 @@ Result<model::Attribute> VtuFile::attribute(const VtuArray& array, model::Domain
   if (!type) return wrong(array, fmt::format("has the type {}", inQuotes(array.type)));
   model::Attribute made{
       array.name, domain, *type, static_cast<std::uint32_t>(array.components), {}};
+  // Numbers that are not text are of the type of the array.
+  bool textFits = true;
   const auto read = [&]<class Stored, class Text>(Stored, Text) {
     return forValues<Text>(
         array, count * array.components, [&] { made.values.resize(count * made.rowBytes()); },
         [&](std::uint64_t first) {
-          return [at = made.values.data() + first * sizeof(Stored)](auto number) mutable {
+          return [&, at = made.values.data() + first * sizeof(Stored)](auto number) mutable {
             const auto stored = static_cast<Stored>(number);
+            if constexpr (std::is_integral_v<Stored>) {
+              if (static_cast<decltype(number)>(stored) != number) textFits = false;
+            }
             std::memcpy(at, &stored, sizeof stored);
             at += sizeof stored;
           };
@@ -657,7 +662,7 @@ Result<model::Attribute> VtuFile::attribute(const VtuArray& array, model::Domain
       case model::ScalarType::Int32:
         return read(std::int32_t{}, std::int64_t{});
       case model::ScalarType::UInt64:
-        return read(std::uint64_t{}, std::int64_t{});
+        return read(std::uint64_t{}, std::uint64_t{});
       case model::ScalarType::Int64:
         return read(std::int64_t{}, std::int64_t{});
       case model::ScalarType::Float32:
@@ -668,6 +673,7 @@ Result<model::Attribute> VtuFile::attribute(const VtuArray& array, model::Domain
     return {};
   };
   if (auto done = readAs(); !done) return pass(done.error());
+  if (!textFits) return wrong(array, fmt::format("has numbers that are not {}", array.type));
   return made;
 }
 

@@ -239,7 +239,7 @@ class VtuReader {
   void readAttribute(const VtuArray& data, model::Domain domain, std::uint64_t count,
                      std::size_t before, std::span<const std::uint32_t> rows) {
     auto& known = domain == model::Domain::Vertex ? ofVertices_ : ofCells_;
-    constexpr std::uint64_t kMostComponents = 64;
+    constexpr std::uint64_t kMostComponents = 255;  // of .t4d
     const bool good = checkName(data.name) && VtuFile::scalarTypeOf(data) && data.components > 0 &&
                       data.components <= kMostComponents && skippedData_.count(data.name) == 0;
     auto read = good ? vtu_.attribute(data, domain, count) : Result<model::Attribute>();
