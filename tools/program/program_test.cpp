@@ -2113,13 +2113,14 @@ TEST_F(Program, PosesOfAnAnimationDoNotTellItsMotion) {
   ASSERT_EQ(run("flipbook screw.t4d -n 3 --rigid -o moving.glb").exitCode, 0);
   ASSERT_EQ(run("sweep moving.glb -o curve.t4d").exitCode, 0);
   ASSERT_EQ(run("transform curve.t4d --move 100 0 0 -o far.t4d").exitCode, 0);
+  // glTF is in metres.
   const auto boundOf = [&](const std::string& arguments) {
-    return json::parse(run("envelope --voxel-size 4 --json " + arguments).out).at("chord_bound");
+    return json::parse(run("envelope --json " + arguments).out).at("chord_bound");
   };
-  EXPECT_GT(boundOf("screw.t4d"), 0);
-  EXPECT_TRUE(boundOf("curve.t4d").is_null());
-  EXPECT_TRUE(boundOf("far.t4d").is_null());
-  EXPECT_EQ(run("envelope curve.t4d --voxel-size 4 --outside").exitCode, 3);
+  EXPECT_GT(boundOf("screw.t4d --voxel-size 4"), 0);
+  EXPECT_TRUE(boundOf("curve.t4d --voxel-size 0.004").is_null());
+  EXPECT_TRUE(boundOf("far.t4d --voxel-size 0.004").is_null());
+  EXPECT_EQ(run("envelope curve.t4d --voxel-size 0.004 --outside").exitCode, 3);
   const auto pair = [&](const std::string& files) {
     return json::parse(run("collide --ignore-units --json " + files).out).at("pairs").at(0);
   };
