@@ -3,7 +3,7 @@
 namespace t4d::voxel4d {
 namespace {
 
-#include "pattern_numbers.inc"
+#include "t4d/voxel4d/pattern_numbers.inc"
 
 }  // namespace
 
