@@ -660,7 +660,8 @@ TEST_F(Program, ConvertListsWhatAnotherFormatDoesNotKeepOfAFile) {
   };
   EXPECT_THAT(lossOf("cube.t4d"), testing::HasSubstr("upward axis, how the mesh was made\n"));
   ASSERT_EQ(run("transform cube.t4d --space RAS -o patient.t4d").exitCode, 0);
-  EXPECT_THAT(lossOf("patient.t4d"), testing::HasSubstr("how the mesh was made, the space\n"));
+  EXPECT_THAT(lossOf("patient.t4d"),
+              testing::HasSubstr("the anatomical space not kept by vtu: RAS\n"));
 }
 
 TEST_F(Program, ConvertNotesChoicesThatMayBeMistakes) {
