@@ -145,9 +145,10 @@ def folders(attack):
         else:
             path.symlink_to(outside)
     links = {p: os.readlink(p) for p in folder.rglob("*") if p.is_symlink()}
-    # --force replaces files, but no links.
+    # --force replaces files, but no links; so does a folder that says it is for kept files.
+    replaces = "--force" in command or (folder / ".t4d-kept").exists()
     kept = [p for p in folder.rglob("*") if p.is_file() and not p.is_symlink()
-            and (p in own or p.read_bytes().startswith(b"mine")) and "--force" not in command]
+            and (p in own or p.read_bytes().startswith(b"mine")) and not replaces]
     files = {p: p.read_bytes() for p in [*kept, outside / "mine"]}
     entries = set(outside.iterdir())
 
