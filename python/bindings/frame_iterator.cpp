@@ -1,5 +1,6 @@
 #include "python/bindings/frame_iterator.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -87,9 +88,14 @@ Result<voxel4d::Frame> FrameIterator::frame(std::size_t index) {
 
 Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size_t index) {
   const std::string where = fmt::format("frame {}", index);
-  // What an iterator gives may be one array that it fills again and again.
-  const auto array = py::array::ensure(stay_ ? given : given.attr("copy")());
-  if (!array) throw py::error_already_set();
+  // What an iterator gives may be one array that it fills again and again. An array that repeats
+  // its rows (strides of 0) may be larger than memory.
+  auto array = py::reinterpret_borrow<py::array>(given);
+  const auto repeats = [&] {
+    return std::any_of(array.strides(), array.strides() + array.ndim(),
+                       [](py::ssize_t stride) { return stride == 0; });
+  };
+  if (!stay_ || repeats()) array = py::array(given.attr("copy")());
   const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
   if (shape.size() != 3) {
     return invalid(fmt::format("the array has the shape ({}); expected is (nx, ny, nz)",
