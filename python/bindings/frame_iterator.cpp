@@ -49,7 +49,7 @@ Result<voxel4d::SampleRule> ruleOf(const py::dtype& dtype, std::optional<voxel4d
         fmt::format("the iso value is {}; expected is a finite number, and none for bools", *iso));
   }
   if (iso) rule.sign = -1, rule.iso = *iso;
-  rule.floats = isInteger(*type) ? sizeOf(*type) <= 2 : type == SampleType::Float32;
+  rule.floats = fitsFloat32(*type);
   return rule;
 }
 

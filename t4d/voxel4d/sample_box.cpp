@@ -401,11 +401,7 @@ std::optional<std::array<std::size_t, 3>> firstUnusable(const SampleBox& box,
     for (at[axes[2]] = 0; at[axes[2]] < box.size[axes[2]]; ++at[axes[2]]) {
       for (at[axes[1]] = 0; at[axes[1]] < box.size[axes[1]]; ++at[axes[1]]) {
         for (at[axes[0]] = 0; at[axes[0]] < box.size[axes[0]]; ++at[axes[0]]) {
-          const std::byte* sample = box.first;
-          for (std::size_t axis = 0; axis < 3; ++axis) {
-            sample += static_cast<std::ptrdiff_t>(at[axis]) * box.strides[axis];
-          }
-          if (!judged.usable.contains(Keys<T>::of(load<T>(sample)))) return at;
+          if (!judged.usable.contains(Keys<T>::of(load<T>(box.at(at))))) return at;
         }
       }
     }
@@ -429,14 +425,12 @@ Result<void> checkArraySize(const std::array<std::size_t, 3>& size) {
 Result<SampleSigns> usableSignsOf(const SampleBox& box, const SampleRule& rule) {
   SampleSigns signs = signsOf(box, rule);
   if (signs.usable) return signs;
-  const auto [x, y, z] = *firstUnusable(box, rule);
-  const double value = withType(box.type, [&, x = x, y = y, z = z](auto* type) {
-    const std::byte* sample = box.first + static_cast<std::ptrdiff_t>(x) * box.strides[0] +
-                              static_cast<std::ptrdiff_t>(y) * box.strides[1] +
-                              static_cast<std::ptrdiff_t>(z) * box.strides[2];
-    return static_cast<double>(load<std::remove_pointer_t<decltype(type)>>(sample));
+  const std::array<std::size_t, 3> point = *firstUnusable(box, rule);
+  const double value = withType(box.type, [&](auto* type) {
+    return static_cast<double>(load<std::remove_pointer_t<decltype(type)>>(box.at(point)));
   });
-  return invalid(fmt::format("the value at ({}, {}, {}) is {}", x, y, z, value));
+  return invalid(
+      fmt::format("the value at ({}, {}, {}) is {}", point[0], point[1], point[2], value));
 }
 
 Result<double> fieldOutside(const SampleRule& rule, double farthest) {

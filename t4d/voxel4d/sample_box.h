@@ -21,6 +21,15 @@ struct SampleBox {
   const std::byte* first = nullptr;         ///< the sample of point (0, 0, 0)
   std::array<std::size_t, 3> size{};        ///< points along x, y, z
   std::array<std::ptrdiff_t, 3> strides{};  ///< bytes to the next sample along x, y, z
+
+  /// The sample of a point, which must be in the box.
+  const std::byte* at(const std::array<std::size_t, 3>& point) const {
+    const std::byte* sample = first;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sample += static_cast<std::ptrdiff_t>(point[axis]) * strides[axis];
+    }
+    return sample;
+  }
 };
 
 /// How samples become a field, negative inside: sign * (slope * sample + intercept - iso). Or, for

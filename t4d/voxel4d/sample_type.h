@@ -42,4 +42,9 @@ constexpr bool isInteger(SampleType type) {
   return type != SampleType::Bool && type != SampleType::Float32 && type != SampleType::Float64;
 }
 
+/// Whether float32 has all of its values.
+constexpr bool fitsFloat32(SampleType type) {
+  return isInteger(type) ? sizeOf(type) <= 2 : type == SampleType::Float32;
+}
+
 }  // namespace t4d::voxel4d

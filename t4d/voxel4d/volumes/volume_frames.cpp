@@ -310,9 +310,7 @@ Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
   rule.slope = volume.slope;
   rule.intercept = volume.intercept;
   if (options.iso) rule.sign = -1, rule.iso = *options.iso;
-  const bool fits =
-      isInteger(volume.type) ? sizeOf(volume.type) <= 2 : volume.type == SampleType::Float32;
-  rule.floats = fits && volume.slope == 1 && volume.intercept == 0;
+  rule.floats = fitsFloat32(volume.type) && volume.slope == 1 && volume.intercept == 0;
   // Differences of values must be finite, too.
   rule.largest =
       rule.floats ? std::numeric_limits<float>::max() / 8 : std::numeric_limits<double>::max() / 8;
