@@ -47,11 +47,13 @@ class FrameFiles : public testing::Test {
         mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}), options, mesh_));
   }
 
-  Result<FrameFilesReport> write(const std::string& extension, SliceDetail detail) {
+  Result<FrameFilesReport> write(const std::string& extension, SliceDetail detail,
+                                 const model::Progress& progress = {}) {
     const model::Body body{"cube", &mesh_};
     FrameFilesOptions options;
     options.detail = detail;
-    return writeFrameFiles({&body, 1}, times_, *frameNames(folder_.string(), extension), options);
+    return writeFrameFiles({&body, 1}, times_, *frameNames(folder_.string(), extension), options,
+                           progress);
   }
 
   nlohmann::json manifest() const {
@@ -112,11 +114,23 @@ TEST_F(FrameFiles, OtherFramesInTheFolderAreRefused) {
   EXPECT_EQ(manifest()["frames"].size(), 4U);
 }
 
-TEST_F(FrameFiles, ASeriesThatFailsHasNoManifest) {
+TEST_F(FrameFiles, ASeriesThatIsRefusedLeavesTheOldOne) {
   ASSERT_TRUE(write(".obj", SliceDetail::Exact));
+  const auto old = manifest();
   fs::remove(folder_ / "frame_0002.obj");
   fs::create_directory(folder_ / "frame_0002.obj");
   EXPECT_FALSE(write(".obj", SliceDetail::Light));
+  EXPECT_EQ(manifest(), old);
+}
+
+TEST_F(FrameFiles, ASeriesThatFailsHasNoManifest) {
+  ASSERT_TRUE(write(".obj", SliceDetail::Exact));
+  const fs::path third = folder_ / "frame_0002.obj";
+  const auto block = [&](double) {
+    if (fs::is_regular_file(third)) fs::remove(third);
+    fs::create_directory(third);
+  };
+  EXPECT_FALSE(write(".obj", SliceDetail::Light, block));
   EXPECT_FALSE(fs::exists(folder_ / "manifest.json"));
   fs::remove_all(folder_);
   times_ = {0, 2};
