@@ -68,9 +68,12 @@ def configure(folder, *options, source=ROOT):
 
 
 def database():
-    """compile_commands.json with a command for each file."""
-    configure(FOLDER / "commands", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON")
-    return FOLDER / "commands/compile_commands.json"
+    """compile_commands.json with a command for each file, and the sources that the build generates."""
+    commands = FOLDER / "commands"
+    configure(commands, "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON")
+    subprocess.run(["cmake", "--build", commands, "--target", "t4d_pattern_numbers"], check=True,
+                   stdout=subprocess.DEVNULL)
+    return commands / "compile_commands.json"
 
 
 def build(mutants, jobs, say):

@@ -130,6 +130,13 @@ void addHeadFaults(InvalidCases& cases) {
   add("M7-other-case", "The member is called Bodies.", R"({"features":[],"Bodies":["simplex"]})",
       "\"Bod");
   bodies("M7-empty", "No body is named.", "[]");
+  cases.add(
+      "M7-nothing", "No body is named, and none is counted.", base,
+      [](Image& image) {
+        image = Image(headJson({}, {}));
+        image.addEnd();
+      },
+      "HEAD/json", headJson({}, {}).find("[]"));
   bodies("M7-string", "The bodies are a string.", R"("simplex")");
   bodies("M7-number", "The bodies are a number.", "1");
   bodies("M7-object", "The bodies are an object.", R"({"0":{"name":"simplex"}})");

@@ -145,6 +145,8 @@ void addConnectivityFaults(InvalidCases& cases) {
   replace("N3-1-component", "The cells have one index.", base, "cells",
           arrayRecord(ScalarType::UInt32, 1, indices, Storage::Raw), "components");
   set("N4-vertex-5-of-5", "A cell has the vertex 5, of 5.", base, "cells/stored", 5, 4 * 6);
+  set("N4-second-vertex-5-of-5", "The second vertex of a cell is 5, of 5.", base, "cells/stored", 5,
+      4 * 5);
   set("N4-2-to-the-32-less-1", "A cell has the vertex 2^32 - 1.", base, "cells/stored", ~0U, 76);
   set("N4-2-to-the-31", "A cell has the vertex 2^31.", base, "cells/stored", 1U << 31, 0);
   // Cell 4 is (0, 1, 2, 3).

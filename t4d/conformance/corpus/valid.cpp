@@ -572,6 +572,11 @@ void addAttributes(AcceptedCases& cases) {
   odd[2] = std::bit_cast<double>(std::uint64_t{0xFFF8000000000123});
   odd[3] = std::numeric_limits<double>::max();
   means[0].attributes.push_back(attributeOf("odd", Domain::Vertex, odd));
+  std::vector<float> oddFloats(vertices, -0.0F);
+  oddFloats[1] = std::numeric_limits<float>::denorm_min();
+  oddFloats[2] = std::bit_cast<float>(0xFFC00123U);
+  oddFloats[3] = std::numeric_limits<float>::max();
+  means[0].attributes.push_back(attributeOf("odd floats", Domain::Vertex, oddFloats));
   for (Attribute& each : means[0].attributes) setMeans(*means[0].connectivity, each);
   cases
       .add("attributes-of-means",
