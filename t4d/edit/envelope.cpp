@@ -392,14 +392,18 @@ double defaultVoxelSize(const Silhouette& silhouette, const EnvelopeOptions& opt
   const double size = std::max(silhouette.solidExtent / 64, extent / 512);
   if (!(size > 0)) return 0;
   const double usual = roundedUp(size);
-  const double forParts = sizeForParts(silhouette);
-  double finest = forParts == 0
-                      ? usual
-                      : std::min(usual, std::max(forParts, roundedUp(extent / kMostByDefault)));
-  // What is thin is in reach of voxels of any size, so they may be as large as float32 asks.
-  constexpr double kPlain = 4;
-  const double rounding = roundingOfOutput(bounds, options);
-  if (options.reach && rounding > 0) finest = std::max(finest, roundedUp(kPlain * rounding));
+  double finest = usual;
+  if (options.reach) {
+    // What is thin is in reach of voxels of any size, so they may be as large as the reach makes
+    // the details of the surface, and as float32 asks.
+    constexpr double kOfReach = 0.125;
+    constexpr double kPlain = 4;
+    const double large =
+        std::max(kOfReach * *options.reach, kPlain * roundingOfOutput(bounds, options));
+    if (large > usual) finest = roundedUp(large);
+  } else if (const double forParts = sizeForParts(silhouette); forParts > 0) {
+    finest = std::min(usual, std::max(forParts, roundedUp(extent / kMostByDefault)));
+  }
   return fittingVoxelSize(silhouette.surface, finest, options, kDefaultSeconds).value_or(usual);
 }
 

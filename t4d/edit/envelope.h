@@ -47,9 +47,9 @@ inline constexpr double kDefaultSeconds = 20;
 
 /// A 64th of the solid's extent at its first time, but no less than a 512th of the envelope's;
 /// at most a quarter of the smallest extent of a component of the solid, but no less than a 4096th
-/// of the envelope's. Larger if that takes more than `maxBytes` or kDefaultSeconds, or with a reach
-/// if float32 cannot tell the voxels apart. Rounded to two digits. 0 for a silhouette without
-/// extent.
+/// of the envelope's. With a reach, which thin components are within in any case, at least an
+/// eighth of the reach instead, and what float32 can tell apart. Larger if that takes more than
+/// `maxBytes` or kDefaultSeconds. Rounded to two digits. 0 for a silhouette without extent.
 double defaultVoxelSize(const measure::Silhouette& silhouette, const EnvelopeOptions& options);
 
 /// The envelope of a 4D mesh, or of several whose silhouettes have been put together (`add`): where

@@ -359,6 +359,18 @@ TEST(Envelope, OfASheetTakesADefaultThatFitsItsTime) {
   }
 }
 
+TEST(Envelope, OutsideTakesNoSmallerDefaultForThinParts) {
+  TriangleMesh rod = fixtures::cube(1);
+  for (Point3& v : rod.vertices) v = {10 * v.x(), 0.01 * v.y(), 0.01 * v.z()};
+  const Silhouette silhouette = silhouetteOfScrew(rod, {.translation = {0, 1, 0}});
+  const double thin = defaultVoxelSize(silhouette, {});
+  const double usual = defaultVoxelSize(silhouette, {.reach = 0});
+  EXPECT_LT(thin, 0.01);
+  EXPECT_GT(usual, 10.0 / 64);
+  EXPECT_EQ(defaultVoxelSize(silhouette, {.reach = 1}), usual);
+  EXPECT_EQ(defaultVoxelSize(silhouette, {.reach = 8}), 1);
+}
+
 TEST(Envelope, ExactAndOutsideExcludeEachOther) {
   const auto refused = envelopeOf(silhouetteOfScrew(fixtures::cube(1), {.translation = {1, 0, 0}}),
                                   {.reach = 0, .exact = true});

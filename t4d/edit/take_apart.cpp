@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -26,11 +27,21 @@ std::size_t divideNonManifoldEdges(TriangleMesh& mesh) {
   for (const EdgeSides& edge : edges.edges) {
     if (edge.end - edge.begin > 2) crowded.emplace_back(edge.low, edge.high);
   }
+  // The triangles around the lower ends, in order; some that have been divided since are no longer.
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> around;
+  for (const auto& [low, high] : crowded) around[low];
+  const auto list = [&](std::uint32_t triangle) {
+    for (const std::uint32_t corner : mesh.triangles[triangle]) {
+      if (const auto found = around.find(corner); found != around.end()) {
+        found->second.push_back(triangle);
+      }
+    }
+  };
+  for (std::uint32_t i = 0; !crowded.empty() && i < mesh.triangles.size(); ++i) list(i);
   for (const auto& [low, high] : crowded) {
     const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.emplace_back(0.5 * mesh.vertices[low] + 0.5 * mesh.vertices[high]);
-    const std::size_t count = mesh.triangles.size();
-    for (std::size_t i = 0; i < count; ++i) {
+    for (const std::uint32_t i : std::vector(around[low])) {
       Triangle first = mesh.triangles[i];
       const auto l = std::ranges::find(first, low);
       const auto h = std::ranges::find(first, high);
@@ -40,6 +51,7 @@ std::size_t divideNonManifoldEdges(TriangleMesh& mesh) {
       *h = middle;
       mesh.triangles[i] = first;
       mesh.triangles.push_back(second);
+      list(static_cast<std::uint32_t>(mesh.triangles.size() - 1));
     }
   }
   return crowded.size();

@@ -81,16 +81,24 @@ bool Transform::flattens() const {
          !(lu.inverse().transpose().cwiseProduct(linear).cwiseAbs().sum() <= kMostGrowth);
 }
 
-Result<void> Transformed::put(const Slab& slab) {
-  Slab moved = slab;
-  moved.timeBegin = by_.time(slab.timeBegin);
-  moved.timeEnd = by_.time(slab.timeEnd);
-  if (slab.timeEnd > slab.timeBegin && !(moved.timeEnd > moved.timeBegin)) {
+/// The times of a slab after the map.
+Result<TimeSpan> Transformed::timesOf(double begin, double end) const {
+  const TimeSpan moved = {by_.time(begin), by_.time(end)};
+  if (end > begin && !(moved.end > moved.begin)) {
     return invalid(
         fmt::format("the times {} and {} both become {}: doubles are too coarse there; scale or "
                     "shift times less",
-                    slab.timeBegin, slab.timeEnd, moved.timeEnd));
+                    begin, end, moved.end));
   }
+  return moved;
+}
+
+Result<void> Transformed::put(const Slab& slab) {
+  const auto time = timesOf(slab.timeBegin, slab.timeEnd);
+  if (!time) return pass(time.error());
+  Slab moved = slab;
+  moved.timeBegin = time->begin;
+  moved.timeEnd = time->end;
   transform(by_, moved.vertices);
   if (slab.connectivity) {
     moveLayers(slab, moved);
@@ -184,6 +192,8 @@ void Transformed::moveLayers(const Slab& slab, Slab& moved) {
 }
 
 Result<void> Transformed::putStreamed(const StreamedSlab& slab) {
+  if (auto time = timesOf(slab.time.begin, slab.time.end); !time) return pass(time.error());
+  givenUpper_.clear();  // of the slab before
   return into_.putStreamed(TransformedSlab(slab, by_, mirrors_));
 }
 

@@ -29,8 +29,8 @@ struct Transform {
 /// that the mesh stays outward. Layers that are a reference moved (Slab::upperPose) stay that.
 /// Attributes are mapped by their meanings (mapValues); those that cannot follow are left out.
 ///
-/// `put` fails if two times become one, and if a value of an attribute becomes infinite or
-/// vanishes.
+/// `put` and `putStreamed` fail if two times become one, `put` also if a value of an attribute
+/// becomes infinite or vanishes.
 class Transformed : public Sink {
  public:
   /// `into` must outlive this sink. The determinant of A is not zero.
@@ -44,6 +44,7 @@ class Transformed : public Sink {
   const std::map<std::string, std::string>& lostAttributes() const { return lost_; }
 
  private:
+  Result<TimeSpan> timesOf(double begin, double end) const;
   Result<bool> mapAttributes(std::vector<Attribute>& attributes, const Connectivity& connectivity);
   Result<void> mapConnectivity(Slab& moved);
   void moveLayers(const Slab& slab, Slab& moved);

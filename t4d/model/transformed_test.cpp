@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "t4d/fixtures/pieces.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
@@ -14,12 +15,12 @@ namespace t4d::model {
 namespace {
 
 /// A ball that turns while it moves.
-Mesh turningBall() {
+Mesh turningBall(const mesh4d::SweepOptions& options = {}) {
   const std::vector<ScrewRun> runs = {
       {2, {Point3(1, 2, 3), Eigen::Vector3d(0, 1, 1), 140, Eigen::Vector3d(3, 0, 1)}, 1}};
   const auto motion = chainScrews(0, runs);
   Mesh mesh;
-  EXPECT_TRUE(motion && mesh4d::sweep(fixtures::icosphere(2, 1), *motion, {}, mesh));
+  EXPECT_TRUE(motion && mesh4d::sweep(fixtures::icosphere(2, 1), *motion, options, mesh));
   return mesh;
 }
 
@@ -55,6 +56,27 @@ TEST(Transformed, KeepsMeshesOutwardAndPosed) {
     }
     EXPECT_EQ(posedLayers, mesh.slabCount() - 1);
   }
+}
+
+/// A slab put as a stream leaves nothing of the layer before it, and obeys the same rule of times.
+TEST(Transformed, StreamedSlabsAreMappedAsOthers) {
+  const Mesh given = turningBall({.prism = mesh4d::PrismSplit::Three});  // no means
+  Transform by;
+  by.space.leftCols<3>() *= 3;
+  by.timeScale = 2;
+  Mesh mesh;
+  Transformed sink(mesh, by);
+  for (std::size_t i = 0; i < given.slabCount(); ++i) {
+    const Slab& slab = given.slabs()[i];
+    ASSERT_TRUE(i % 3 == 1 ? sink.putStreamed(fixtures::Pieces(slab)) : sink.put(slab));
+  }
+  const auto report = measure::checkMesh(mesh);
+  ASSERT_TRUE(report && report->valid()) << report->issues.issues.front().message;
+  Transform coarse;
+  coarse.timeShift = 1e30;
+  Transformed lost(mesh, coarse);
+  EXPECT_FALSE(lost.put(given.slabs()[0]));
+  EXPECT_FALSE(lost.putStreamed(fixtures::Pieces(given.slabs()[0])));
 }
 
 }  // namespace

@@ -109,8 +109,9 @@ Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
     if (child > 0) note = Cleanup::process(held, child);
   }
   if (child < 0) {
+    const auto failed = cannotIsolate("start a process");  // says why by errno
     close(result);
-    return cannotIsolate("start a process");
+    return failed;
   }
   // Wait without reaping it, so that its number stays its own until the note is released.
   siginfo_t ended{};

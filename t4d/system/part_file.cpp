@@ -40,8 +40,15 @@ Result<PartFile> PartFile::create(const std::filesystem::path& target) {
   constexpr int kTries = 16;
   constexpr mode_t kAnyoneByUmask = S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH;
   struct stat old {};
-  if (::lstat(target.c_str(), &old) != 0 && errno != ENOENT) {
+  const bool exists = ::lstat(target.c_str(), &old) == 0;
+  if (!exists && errno != ENOENT) {
     return ioError(target, "open for writing");  // its name is too long, say
+  }
+  if (exists && !S_ISREG(old.st_mode) && !S_ISLNK(old.st_mode)) {
+    return fail(ErrorCode::Failed,
+                S_ISDIR(old.st_mode) ? "is a folder; name a file in it"
+                                     : "is a pipe or a device, and this is written to files only",
+                target.string());
   }
   const std::string name = target.filename().string().substr(0, kNameBytes);
   std::random_device random;

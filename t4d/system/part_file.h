@@ -15,7 +15,8 @@ class PartFile {
  public:
   /// No file.
   PartFile() = default;
-  /// Creates an empty file. Never opens one that exists, or a symbolic link.
+  /// Creates an empty file. Never opens one that exists, or a symbolic link. Fails if the target is
+  /// a folder, a pipe or a device: a file must not take its place.
   static Result<PartFile> create(const std::filesystem::path& target);
 
   PartFile(PartFile&& other) noexcept;

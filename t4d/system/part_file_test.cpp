@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace t4d::system {
@@ -37,6 +38,14 @@ class PartFiles : public testing::Test {
 
   fs::path folder_;
 };
+
+TEST_F(PartFiles, NeverTakeThePlaceOfAPipeOrAFolder) {
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  fs::create_directory(folder_ / "folder");
+  EXPECT_FALSE(PartFile::create(folder_ / "pipe"));
+  EXPECT_FALSE(PartFile::create(folder_ / "folder"));
+  EXPECT_EQ(files(), 2);
+}
 
 TEST_F(PartFiles, GetTheirNamesTogether) {
   std::array parts = {write("a", "one"), write("b", "two")};

@@ -11,7 +11,7 @@ from .rooms import ROOT
 FOLDER = ROOT / "build/mutate"
 TREE = FOLDER / "t4d"
 BUILD = TREE / "build/release"
-# Messages of g++: "../../t4d/model/slab.cpp:12:3: error: ...", "...: required from here".
+# Messages of g++: "t4d/model/slab.cpp:12:3: error: ...", "...: required from here".
 PLACE = re.compile(r"(?:^|[\s/])(t4d/[\w/.]+\.(?:cpp|h)):(\d+):(?:\d+:)?(.*)")
 
 
@@ -99,6 +99,7 @@ def build(mutants, jobs, say):
 def blamed(log, lines):
     """The mutants at the places of errors, or else at those that instantiate a template."""
     numbers = set()
+    log = log.replace(f"{TREE}/", "")
     for block in re.split(r"^FAILED: ", log, flags=re.M)[1:]:
         if " error: " not in block:  # interrupted
             continue

@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 
+#include "t4d/fixtures/pieces.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/t4d/salvage.h"
 #include "t4d/formats/t4d/test_slabs.h"
@@ -82,26 +83,6 @@ void expectComesBack(const std::vector<std::vector<Slab>>& bodies, const T4dWrit
   }
 }
 
-/// A slab in memory, handed out piece by piece.
-class Pieces : public model::StreamedSlab {
- public:
-  explicit Pieces(const Slab& slab) : slab_(slab) {
-    static_cast<model::VertexCounts&>(*this) = *slab.connectivity;
-    time = {slab.timeBegin, slab.timeEnd};
-    cellCount = slab.connectivity->cells.size();
-  }
-  void vertices(std::uint32_t first, std::span<Point4> into) const override {
-    std::copy_n(slab_.vertices.begin() + first, into.size(), into.begin());
-  }
-  void cells(std::uint64_t first, std::span<model::Cell> into) const override {
-    std::copy_n(slab_.connectivity->cells.begin() + static_cast<std::ptrdiff_t>(first), into.size(),
-                into.begin());
-  }
-
- private:
-  const Slab& slab_;
-};
-
 /// A slab with layers of `layer` vertices, as many inside, and cells of random vertices.
 Slab randomSlab(unsigned seed, std::uint32_t layer, std::size_t cells, double begin,
                 std::span<const Point4> lower) {
@@ -138,8 +119,8 @@ TEST(T4dWriter, ASlabInPiecesGivesTheSameBytesAsAWholeOne) {
       auto writer = T4dWriter::create(path, metadata, options);
       ASSERT_TRUE(writer);
       for (const Slab* slab : {&first, &second}) {
-        const auto put =
-            whole ? writer->body(0).put(*slab) : writer->body(0).putStreamed(Pieces(*slab));
+        const auto put = whole ? writer->body(0).put(*slab)
+                               : writer->body(0).putStreamed(fixtures::Pieces(*slab));
         ASSERT_TRUE(put) << put.error().text();
       }
       ASSERT_TRUE(writer->finish());
@@ -162,7 +143,8 @@ TEST(T4dWriter, RefusesASlabInPiecesForWhatItWouldRefuseWhole) {
       metadata.bodies = {{"body"}};
       auto writer = T4dWriter::create(temporaryPath("bad_pieces.t4d"), metadata);
       EXPECT_TRUE(!second || writer->body(0).put(good));
-      const auto put = whole ? writer->body(0).put(bad) : writer->body(0).putStreamed(Pieces(bad));
+      const auto put =
+          whole ? writer->body(0).put(bad) : writer->body(0).putStreamed(fixtures::Pieces(bad));
       texts.push_back(put ? "accepted" : put.error().text());
     }
     EXPECT_EQ(texts[0], texts[1]);
