@@ -66,9 +66,9 @@ TEST_F(PartFiles, AreRemovedAtTheEndOfTheirLife) {
 }
 
 TEST_F(PartFiles, StayWhereTheyCannotBePut) {
-  fs::create_directories(folder_ / "taken" / "by something");
   {
     PartFile part = write("taken", "one");
+    fs::create_directories(folder_ / "taken" / "by something");
     const auto put = PartFile::putInPlace({&part, 1});
     ASSERT_FALSE(put);
     EXPECT_EQ(put.error().code, ErrorCode::Failed);
@@ -80,9 +80,9 @@ TEST_F(PartFiles, StayWhereTheyCannotBePut) {
 
 TEST_F(PartFiles, AllReplaceTheOldFilesOrNoneDoes) {
   std::ofstream(folder_ / "a") << "old a";
-  fs::create_directories(folder_ / "c" / "in the way");
   {
     std::array parts = {write("a", "new a"), write("b", "new b"), write("c", "new c")};
+    fs::create_directories(folder_ / "c" / "in the way");
     EXPECT_FALSE(PartFile::putInPlace(parts));
     EXPECT_EQ(contents("a"), "old a");
     EXPECT_FALSE(fs::exists(folder_ / "b"));

@@ -5,7 +5,7 @@ import json
 import math
 import struct
 
-from .attack import Run, input_class
+from .attack import BASE_SECONDS, Run, input_class
 
 
 def unit(v):
@@ -302,4 +302,4 @@ def paths(attack):
                         ["--max-memory", "0.2"]])
     return Run(["mill", mesh, "--tool", rng.choice(["ball:d=6,l=30", "flat:d=4,l=12"]), option,
                 path, "--voxel-size", rng.choice([2, 4]), "--frames", rng.choice([2, 5]), *extra,
-                "-o", output], [mesh, path], output)
+                "-o", output], [mesh, path], output, seconds=2 * BASE_SECONDS)
