@@ -231,6 +231,22 @@ TEST(Folds, LargeTurnsFoldSliversOnly) {
   }
 }
 
+TEST(Folds, OfSeveralStepsAreCountedTogether) {
+  const TriangleMesh solid = fixtures::icosphere(2, 1);
+  std::vector<StoredKeys::Key> keys;
+  for (int k = 0; k < 4; ++k) {
+    keys.push_back({double(k), solid.vertices});
+    if (k % 2 == 1) {
+      for (Point3& p : keys.back().positions) p = -0.5 * p;
+    }
+  }
+  model::Mesh swept;
+  const auto report = sweep(solid, StoredKeys(keys), kCones, swept);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_EQ(report->foldedSteps, 3U);
+  EXPECT_EQ(report->foldedPrisms, 3 * solid.triangles.size());
+}
+
 TEST(Folds, SolidTurnedInsideOutFoldsEverywhere) {
   const TriangleMesh solid = fixtures::icosphere(2, 1);
   const auto report = sweptTo(solid, [](const Point3& p) { return -0.5 * p; });

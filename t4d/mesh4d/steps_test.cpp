@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "t4d/fixtures/solids.h"
 #include "t4d/mesh4d/test_motion.h"
 
 namespace t4d::mesh4d {
@@ -35,6 +36,19 @@ TEST(Steps, EveryStepKeepsTheVolumeAndOneFewerWouldNot) {
       }
     }
   }
+}
+
+TEST(Steps, ChordsAreOfTheFarthestVertexAndTheLongestEdgeAcrossTheAxis) {
+  // A box that turns about its edge along x: its farthest edge is 5 away, and so long are the
+  // diagonals of its ends.
+  model::TriangleMesh box = fixtures::cube(1);
+  for (model::Point3& v : box.vertices) {
+    v = {10 * v.x(), 3 * (v.y() + 0.5), 4 * (v.z() + 0.5)};
+  }
+  const auto chords = chordsOf(turnAbout(Eigen::Vector3d::UnitX(), 90), box, PrismSplit::Fourteen);
+  ASSERT_EQ(chords.size(), 1U);
+  EXPECT_NEAR(chords[0].radius, 5, 1e-12);
+  EXPECT_NEAR(chords[0].edge, 5, 1e-12);
 }
 
 TEST(Steps, WholeMultiplesAreNotRoundedUp) {

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/test_motion.h"
+#include "t4d/model/sinks.h"
 
 namespace t4d::mesh4d {
 namespace {
@@ -90,6 +92,25 @@ TEST(Sweep, StepsOfMoreThanAQuarterTurnAreReported) {
     ASSERT_EQ(notices.size(), 2U);
     EXPECT_NE(notices[0].find("a step of segment 0 turns by"), std::string::npos);
   }
+}
+
+TEST(Sweep, StepsThatLongEdgesAskForAreReported) {
+  const model::TriangleMesh cube = fixtures::cube(2);
+  const model::Motion motion = turnAbout(Eigen::Vector3d::UnitX(), 360);
+  const MaxDeviation near{1e-4};
+  model::NullSink sink;
+  const auto report = sweep(cube, motion, options(near), sink);
+  ASSERT_TRUE(report) << report.error().text();
+  std::vector<model::Chords> chords = chordsOf(motion, cube, PrismSplit::Fourteen);
+  const double edge = chords[0].edge;
+  chords[0].edge /= 10;
+  const std::string expected = fmt::format(
+      "{} steps, because of long edges: between two layers a slice deviates in proportion to the "
+      "longest edge, {:.3g}. With edges a tenth as long, {} steps would do",
+      report->steps, edge, (*stepsOf(motion, near, chords))[0]);
+  EXPECT_EQ(std::ranges::count(report->notices, expected), 1);
+  const auto wider = sweep(cube, motion, options(MaxDeviation{1e-3}), sink);  // fewer than 10,000
+  EXPECT_EQ(wider->notices.size() + 1, report->notices.size());
 }
 
 TEST(Sweep, ConesAreReported) {

@@ -94,6 +94,11 @@ TEST(TetGenCap, ManyCrossingsAreNotAllSearched) {
   EXPECT_NE(errorOf(mesh).message.find("at least 1000 pairs"), std::string::npos);
 }
 
+TEST(TetGenCap, LargeSolidsHaveTheMemoryThatTheyNeed) {
+  const auto cap = fillSolid(fixtures::torus(10, 3, 250, 100), CapMethod::TetGen);
+  EXPECT_TRUE(cap) << cap.error().text();
+}
+
 TEST(TetGenCap, FansOfManyTrianglesAreRefusedAtOnce) {
   EXPECT_NE(errorOf(fixtures::bipyramid(20'000)).message.find("has 20000 triangles"),
             std::string::npos);

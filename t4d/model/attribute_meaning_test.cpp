@@ -138,6 +138,13 @@ TEST(AttributeMeaning, WhatCannotFollowIsRefused) {
   EXPECT_EQ(mapValues(whole, {"scalar", "length"}, by).error().code, ErrorCode::Unsupported);
   EXPECT_EQ(mapValues(whole, {"vector", ""}, by).error().code, ErrorCode::Unsupported);
   EXPECT_EQ(mapValues(whole, {"tensor", ""}, by).error().code, ErrorCode::Unsupported);
+  whole = makeAttribute("n", Domain::Cell, std::vector<std::int32_t>{1, 2, 3});
+  whole.components = 3;
+  Attribute flat = makeAttribute("n", Domain::Cell, std::vector{1.0, 2.0});
+  flat.components = 2;
+  for (Attribute* attribute : {&whole, &flat}) {
+    EXPECT_EQ(mapValues(*attribute, {"vector", ""}, by).error().code, ErrorCode::Unsupported);
+  }
   EXPECT_TRUE(mapValues(whole, {"label", ""}, by));
 }
 

@@ -30,7 +30,7 @@ TEST(SurfaceCheck, EveryDefectIsNamed) {
       {"no triangles", [](TriangleMesh& m) { m.triangles.clear(); }},
       {"vertex 2 is (0, inf, 0)",
        [](TriangleMesh& m) { m.vertices[2][1] = std::numeric_limits<double>::infinity(); }},
-      {"triangle 3 has the vertex 7", [](TriangleMesh& m) { m.triangles[3][0] = 7; }},
+      {"triangle 3 has the vertex 4", [](TriangleMesh& m) { m.triangles[3][0] = 4; }},
       {"triangle 1 (0, 1, 1) has a corner twice", [](TriangleMesh& m) { m.triangles[1][2] = 1; }},
       {"open: 3 boundary edges, the first of triangle 0",
        [](TriangleMesh& m) { m.triangles.pop_back(); }},

@@ -39,8 +39,10 @@ Eigen::Matrix3d balanced(Eigen::Matrix3d linear) {
 
 class TransformedSlab : public StreamedSlab {
  public:
-  TransformedSlab(const StreamedSlab& slab, const Transform& by, bool mirrors)
-      : slab_(slab), by_(by), mirrors_(mirrors) {
+  /// `lower` is the lower layer after the map, if that is known.
+  TransformedSlab(const StreamedSlab& slab, const Transform& by, bool mirrors,
+                  std::span<const Point4> lower)
+      : slab_(slab), by_(by), mirrors_(mirrors), lower_(lower) {
     static_cast<VertexCounts&>(*this) = slab;
     time = {by.time(slab.time.begin), by.time(slab.time.end)};
     cellCount = slab.cellCount;
@@ -48,6 +50,9 @@ class TransformedSlab : public StreamedSlab {
   void vertices(std::uint32_t first, std::span<Point4> into) const override {
     slab_.vertices(first, into);
     transform(by_, into);
+    if (first >= lower_.size()) return;
+    const auto known = lower_.subspan(first, std::min(into.size(), lower_.size() - first));
+    std::ranges::copy(known, into.begin());
   }
   void cells(std::uint64_t first, std::span<Cell> into) const override {
     slab_.cells(first, into);
@@ -58,6 +63,7 @@ class TransformedSlab : public StreamedSlab {
   const StreamedSlab& slab_;
   const Transform& by_;
   bool mirrors_;
+  std::span<const Point4> lower_;
 };
 
 }  // namespace
@@ -170,13 +176,19 @@ LayerPose Transformed::poseOf(const LayerPose& given) {
   return moved;
 }
 
-/// A posed layer is computed from its reference, which rounds otherwise than moving its points.
+/// The lower layer after the map if it is the upper one of the last slab and was posed, else
+/// nothing. A posed layer is computed from its reference, which rounds otherwise than moving its
+/// points.
+std::vector<Point4> Transformed::takeLower(std::span<const Point4> given) {
+  std::vector<Point4> moved;
+  if (!givenUpper_.empty() && std::ranges::equal(given, givenUpper_)) moved.swap(movedUpper_);
+  givenUpper_.clear();
+  return moved;
+}
+
 void Transformed::moveLayers(const Slab& slab, Slab& moved) {
   const std::span<Point4> vertices(moved.vertices);
-  if (!givenUpper_.empty() && std::ranges::equal(slab.lowerLayer(), givenUpper_)) {
-    std::ranges::copy(movedUpper_, vertices.begin());
-  }
-  givenUpper_.clear();
+  std::ranges::copy(takeLower(slab.lowerLayer()), vertices.begin());
   // One rounded to float32 would be rounded again.
   const bool posed = slab.upperPose && !slab.upperPose->float32;
   if (!posed || !slab.upperPose->gives(slab.upperLayer())) {
@@ -193,8 +205,10 @@ void Transformed::moveLayers(const Slab& slab, Slab& moved) {
 
 Result<void> Transformed::putStreamed(const StreamedSlab& slab) {
   if (auto time = timesOf(slab.time.begin, slab.time.end); !time) return pass(time.error());
-  givenUpper_.clear();  // of the slab before
-  return into_.putStreamed(TransformedSlab(slab, by_, mirrors_));
+  std::vector<Point4> given(givenUpper_.empty() ? 0 : slab.lowerCount);
+  slab.vertices(0, given);
+  const std::vector<Point4> lower = takeLower(given);
+  return into_.putStreamed(TransformedSlab(slab, by_, mirrors_, lower));
 }
 
 }  // namespace t4d::model

@@ -48,6 +48,7 @@ class Transformed : public Sink {
   Result<bool> mapAttributes(std::vector<Attribute>& attributes, const Connectivity& connectivity);
   Result<void> mapConnectivity(Slab& moved);
   void moveLayers(const Slab& slab, Slab& moved);
+  std::vector<Point4> takeLower(std::span<const Point4> given);
   LayerPose poseOf(const LayerPose& given);
 
   Sink& into_;

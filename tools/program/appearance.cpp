@@ -65,8 +65,7 @@ convert::Paint bodyPaint(const formats::Metadata& metadata) {
 void Appearance::addTo(CLI::App& command) {
   command
       .add_option("--normals", normals,
-                  "Write normals: flat, smooth, or smooth but for edges sharper than an angle in "
-                  "degrees (default: none)")
+                  "Write normals; crease:DEG keeps edges sharper than DEG degrees (default: none)")
       ->check(CLI::Validator(
           [](std::string& text) {
             return normalStyleOf(text) ? std::string()
@@ -78,8 +77,7 @@ void Appearance::addTo(CLI::App& command) {
           "flat|smooth|crease:DEG"));
   command
       .add_option("--color", color,
-                  "Colour by body (those that the file says, or else a palette), by time, by "
-                  "triangle of the input, or by an attribute")
+                  "Colour by body, time, input triangle or attribute (default: none)")
       ->check(CLI::Validator(
           [](std::string& text) {
             const bool known = text == "body" || text == "time" || text == "triangle" ||

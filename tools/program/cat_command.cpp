@@ -148,12 +148,11 @@ int run(const CatArguments& options) {
 }  // namespace
 
 void addCat(CLI::App& app, int& exitCode) {
-  auto* command =
-      app.add_subcommand("cat", "Print the vertices and cells of a .t4d file as readable text");
+  auto* command = app.add_subcommand("cat", "Print the vertices and cells of a .t4d file as text");
   auto options = std::make_shared<CatArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);
-  command->add_option("--slab", options->slab, "Only this slab of each body, counted from 0")
+  command->add_option("--slab", options->slab, "Print only this slab of each body, counted from 0")
       ->type_name("N");
   command->footer("Example:\n  t4d cat bolt.t4d --slab 0 | less");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -14,11 +14,9 @@ constexpr const char* kKey = "origin";
 
 }  // namespace
 
-void addCenterOption(CLI::App& command, bool& center, const std::string& where) {
+void addCenterOption(CLI::App& command, bool& center) {
   command.add_flag("--center", center,
-                   "Move the origin into the middle of the solid; for coordinates too large for "
-                   "float32. " +
-                       where);
+                   "Center the solid at the origin (for coordinates too large for float32)");
 }
 
 int reportLosses(const std::vector<std::string>& losses, bool centered) {

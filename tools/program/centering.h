@@ -10,8 +10,8 @@
 
 namespace t4d::tools {
 
-/// Adds `--center`; `where` says what the file keeps of the place.
-void addCenterOption(CLI::App& command, bool& center, const std::string& where);
+/// Adds `--center`.
+void addCenterOption(CLI::App& command, bool& center);
 
 /// The middle of the bounds, rounded to a few digits, no coarser than a tenth of their largest
 /// extent; zero for empty bounds.

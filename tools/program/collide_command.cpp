@@ -616,33 +616,28 @@ int run(const CollideArguments& options) {
 
 void addCollide(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "collide", "Find when moving solids touch or overlap, or how near they come");
+      "collide", "Find when moving solids touch or overlap, or their smallest distance");
   auto options = std::make_shared<CollideArguments>();
   command
       ->add_option("FILE", options->inputs,
-                   "One .t4d file with several bodies, or two: the bodies of the one are tested "
-                   "against those of the other")
+                   "One .t4d file with several bodies, or two to test against each other")
       ->required()
       ->expected(1, 2);
   command
       ->add_option("--clearance", options->clearance,
-                   "A distance that the solids should keep; says whether they do for certain")
+                   "Check that at least this distance is kept, in length units")
       ->check(numberFromZero());
-  command->add_flag(
-      "--fail-on-contact", options->failOnContact,
-      "Exit with 1 if any two bodies meet or may meet, within the tolerance of their steps, "
-      "or do not keep --clearance");
+  command->add_flag("--fail-on-contact", options->failOnContact,
+                    "Exit with 1 if bodies meet, may meet or do not keep --clearance");
   command->add_flag("--ignore-units", options->ignoreUnits,
-                    "Accept files with different units or up axes; numbers are taken as they are");
+                    "Ignore differences in units and up axes");
   command
-      ->add_option(
-          "-o,--output", options->output,
-          "A triangle mesh (.glb) to write: both solids at the first contact, with what is "
-          "in contact in red")
+      ->add_option("-o,--output", options->output,
+                   "Output file (.glb): both solids at the first contact, contacts in red")
       ->check(writableTriangleMesh());
   command
       ->add_option("--html", options->html,
-                   "A page to write, with clearance and overlap over time, and pictures")
+                   "Write a page with clearance and overlap over time, and pictures")
       ->check(someName());
   options->only.addTo(*command);
   command->add_flag("--json", options->json, "Print JSON");

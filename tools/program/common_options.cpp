@@ -48,7 +48,7 @@ void addCommonOptions(CLI::App& command) {
       ->type_name("N")
       ->check(wholeNumber(1, 1024));
   command.add_flag("-q,--quiet", options->quiet,
-                   "Print no progress, no notes and no summary of what was written");
+                   "Suppress progress, notes and the summary of the output");
   command.parse_complete_callback([options, &command] {
     if (options->threads) {
       options->limit.emplace(tbb::global_control::max_allowed_parallelism, *options->threads);

@@ -537,61 +537,59 @@ int run(const CompareArguments& options) {
 
 void addCompare(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "compare", "Compare two 4D meshes: two files, or both backends on one solid and motion");
+      "compare", "Compare two .t4d files, or both backends on one solid and motion");
   auto options = std::make_shared<CompareArguments>();
   command
       ->add_option("INPUT", options->input,
-                   fmt::format("A solid for both backends ({}), or a .t4d file (its path or URL)",
+                   fmt::format("Solid for both backends ({}), or .t4d file (path or URL)",
                                formats::readableTriangleMeshExtensions()))
       ->required();
-  command->add_option("OTHER", options->other, "The .t4d file (path or URL) to compare it with");
-  command->add_option("-m,--motion", options->motion, "The motion: a JSON file (docs/motion.md)");
+  command->add_option("OTHER", options->other, "Other .t4d file (path or URL)");
+  command->add_option("-m,--motion", options->motion,
+                      "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)");
   command
-      ->add_option(
-          "--voxel-size", options->voxelSizes,
-          "voxel4d: Edge length of a voxel, in length units; several, separated by commas, "
-          "show the convergence")
+      ->add_option("--voxel-size", options->voxelSizes,
+                   "voxel4d: Voxel edge length, or several: 2,1,0.5, in length units")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(numberAboveZero());
   addFrameTimes(*command, options->frames, "voxel4d: ", kFramesByMotion);
   addMaxCellsOption(*command, options->maxCells);
   command->add_flag("--mask", options->mask,
-                    "voxel4d: Use masks of the lattice points inside, instead of level sets");
+                    "voxel4d: Use masks of inside points instead of level sets");
   command
       ->add_option("--caps", options->caps,
-                   "How to close the ends, for mesh4d (tetgen, cone) or voxel4d (flat, half-step, "
-                   "graded); once for each")
+                   "Caps of mesh4d (tetgen, cone) or voxel4d (the others); once for each")
       ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step", "graded"}))
       ->allow_extra_args(false);
-  auto* rvMin = command
-                    ->add_option("--rv-min", options->rvMin,
-                                 "mesh4d: Smallest volume of any slice, as a fraction of the "
-                                 "solid's, in [0, 1) (default: 0.998)")
-                    ->check(fractionBelowOne());
-  command->add_option("--steps", options->steps, "mesh4d: Number of steps of each segment")
+  auto* rvMin =
+      command
+          ->add_option(
+              "--rv-min", options->rvMin,
+              "mesh4d: Minimum slice volume relative to the solid, in [0, 1) (default: 0.998)")
+          ->check(fractionBelowOne());
+  command->add_option("--steps", options->steps, "mesh4d: Number of steps per segment")
       ->check(wholeNumber(1, mesh4d::kMaxSteps))
       ->excludes(rvMin);
-  command->add_option("--up", options->up, "The solid's axis that points up: y or z")
+  command->add_option("--up", options->up, "Axis of the solid that points up")
       ->check(CLI::IsMember({"y", "z"}))
       ->capture_default_str();
   auto* slices = command
                      ->add_option("--slices", options->slices,
-                                  "Number of times to compare at, evenly spaced from first to "
-                                  "last (default: 9 in the middle of steps)")
+                                  "Number of evenly spaced times to compare (default: up to 9)")
                      ->check(wholeNumber(1, kMaxSlices));
   command
       ->add_option("--times", options->times,
-                   "Compare at N times evenly spaced from A to B, both included")
+                   "Compare N evenly spaced times from A to B, both included")
       ->check(evenTimesUpTo(kMaxSlices))
       ->excludes(slices);
   command->add_option("--keep", options->keep, "Keep the .t4d files in this folder")
       ->check(someName());
   command
       ->add_option("--html", options->html,
-                   "Write a page with tables, plots over time and pictures of the solids")
+                   "Write a page with tables, plots over time and pictures")
       ->check(someName());
-  command->add_option("--csv", options->csv, "Write a table with a row for each time")
+  command->add_option("--csv", options->csv, "Write a table with one row per time")
       ->check(someName());
   command->add_flag("--json", options->json, "Print the comparison as JSON");
   command->footer(

@@ -63,7 +63,7 @@ int run(const CompressArguments& options) {
 
 void addCompress(CLI::App& app, int& exitCode) {
   auto* command =
-      app.add_subcommand("compress", "Store a .t4d file anew, smaller or with less precision");
+      app.add_subcommand("compress", "Rewrite a .t4d file, smaller or with less precision");
   auto options = std::make_shared<CompressArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);

@@ -3,8 +3,7 @@
 namespace t4d::tools {
 
 void addConform(CLI::App& app, int& exitCode) {
-  auto* conform = app.add_subcommand(
-      "conform", "Test backends, readers and writers: closed-form cases, a corpus of files");
+  auto* conform = app.add_subcommand("conform", "Test backends, readers and writers of 4D meshes");
   conform->require_subcommand(1);
   conform->footer(
       "Examples:\n"

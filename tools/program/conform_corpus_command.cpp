@@ -94,13 +94,13 @@ int list(const std::vector<std::string>& only, const std::vector<std::string>& s
 
 void addConformCorpus(CLI::App& conform, int& exitCode) {
   auto* copying = conform.add_subcommand(
-      "copy", "Write the corpus into a folder: files for readers, with the right answers");
+      "copy", "Write the corpus, test files with expected answers, to a folder");
   auto directory = std::make_shared<std::string>();
   auto force = std::make_shared<bool>(false);
-  copying->add_option("DIR", *directory, "The folder; created if missing")
+  copying->add_option("DIR", *directory, "Output folder; created if missing")
       ->required()
       ->check(someName());
-  copying->add_flag("--force", *force, "Write into a folder that is not empty");
+  copying->add_flag("--force", *force, "Write to a folder that is not empty");
   copying->footer("Example:\n  t4d conform copy corpus");
   copying->callback([=, &exitCode] { exitCode = copy(*directory, *force); });
 

@@ -63,32 +63,27 @@ int run(const ConformReaderArguments& options) {
 }  // namespace
 
 void addConformReader(CLI::App& conform, int& exitCode) {
-  auto* command = conform.add_subcommand(
-      "reader", "Run a reader against the corpus, and against files damaged on the spot");
+  auto* command =
+      conform.add_subcommand("reader", "Run a reader against the corpus and damaged files");
   auto options = std::make_shared<ConformReaderArguments>();
   command
-      ->add_option(
-          "--reader", options->reader,
-          "The program, run as READER FILE describe, READER FILE slice T and so on (the appendix "
-          "of SPEC.md); may have arguments: 'python3 my_reader.py'")
+      ->add_option("--reader", options->reader,
+                   "Reader command, such as 'python3 my_reader.py' (docs/conform.md)")
       ->required()
       ->type_name("READER");
   command->add_flag("--serve", options->serve,
-                    "Run READER --serve once, and send it one request a line: much faster if it "
-                    "is slow to start");
+                    "Start READER --serve once per process and send it one request per line");
   command
       ->add_option("--without", options->cases.without,
-                   "A feature that the reader does not support, and must refuse files for, or "
-                   "'hyperplanes' if it slices at times only")
+                   "Feature that the reader does not support (docs/conform.md)")
       ->delimiter(',')
       ->check(CLI::IsMember(whatAReaderMayLack()))
       ->type_name("FEATURE");
-  auto* thorough = command->add_flag(
-      "--thorough", options->cases.thorough,
-      "Ten times as many damaged files, for a reader that is fast to start or serves");
+  auto* thorough = command->add_flag("--thorough", options->cases.thorough,
+                                     "Test ten times as many damaged files");
   command
       ->add_flag("--quick", options->cases.quick,
-                 "A selection of some 170 requests, with a file for every rule")
+                 "Run only some 170 requests, with a file for every rule")
       ->excludes(thorough);
   addConformOptions(*command, options->run,
                     {.tested = "reader",

@@ -41,8 +41,7 @@ void addConformOptions(CLI::App& command, ConformArguments& arguments, const Con
       ->type_name("N");
   command
       .add_option("--timeout", arguments.timeoutSeconds,
-                  fmt::format("Timeout per {}, in seconds of processor time (default: {}); by the "
-                              "clock, ten times as long",
+                  fmt::format("Timeout per {}, in seconds of processor time (default: {})",
                               help.timeout, arguments.timeoutSeconds))
       ->check(CLI::Range(0.01, 86400.0))
       ->type_name("SECONDS");

@@ -50,12 +50,11 @@ int run(const ConformWriterArguments& options) {
 
 void addConformWriter(CLI::App& conform, int& exitCode) {
   auto* command = conform.add_subcommand(
-      "writer", "Run a writer on meshes, and judge the .t4d files that it makes");
+      "writer", "Run a writer on meshes and check the .t4d files that it writes");
   auto options = std::make_shared<ConformWriterArguments>();
   command
       ->add_option("--writer", options->writer,
-                   "The program, run as WRITER MESH.json OUT.t4d (docs/conform.md); may have "
-                   "arguments: 'python3 my_writer.py'")
+                   "Writer command, run as WRITER MESH.json OUT.t4d (docs/conform.md)")
       ->required()
       ->type_name("WRITER");
   addConformOptions(*command, options->run,

@@ -368,35 +368,33 @@ void addConvert(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<ConvertArguments>();
   command
       ->add_option("IN", options->input,
-                   "The 4D mesh, in a format that `t4d formats` lists; a .t4d also by its URL")
+                   "Input file, in a format that `t4d formats` lists; .t4d also by URL")
       ->required();
   command
       ->add_option("OUT", options->output,
-                   fmt::format("The file to write: .t4d, {}", formats::writableMesh4dExtensions()))
+                   fmt::format("Output file: .t4d, {}", formats::writableMesh4dExtensions()))
       ->required()
       ->check(someName());
-  command->add_option("--from", options->from, "Format of IN (default: what its content tells)")
+  command->add_option("--from", options->from, "Format of IN (default: from its content)")
       ->check(formatId(false))
       ->type_name("FORMAT");
-  command->add_option("--to", options->to, "Format of OUT (default: that of its extension)")
+  command->add_option("--to", options->to, "Format of OUT (default: from its extension)")
       ->check(formatId(true))
       ->type_name("FORMAT");
   command
       ->add_option("--slabs", options->slabs,
-                   "Cut the mesh into N slabs at times of its vertices, splitting tetrahedra "
-                   "(default: cut where none is split)")
+                   "Cut into N slabs, splitting tetrahedra (default: cut where none is split)")
       ->check(wholeNumber(1, 1'000'000))
       ->type_name("N");
   command
       ->add_option("--weld", options->weld,
-                   "Merge vertices no farther apart along each axis, time included (default: equal "
-                   "ones, if the mesh is open)")
+                   "Merge vertices within this distance per axis (default: equal ones, if open)")
       ->check(numberFromZero())
       ->type_name("DISTANCE");
   command->add_flag("--allow-open", options->allowOpen,
-                    "Convert a mesh that is not closed or cannot be oriented, too");
+                    "Accept meshes that are open or cannot be oriented");
   command->add_flag("--accept-loss", options->acceptLoss,
-                    "Exit with 0 even if something was lost; it is listed all the same");
+                    "Exit with 0 even if data was lost (losses are still listed)");
   addMaxCellsOption(*command, options->maxCells);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

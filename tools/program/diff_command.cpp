@@ -65,21 +65,21 @@ int run(const DiffArguments& options) {
 }  // namespace
 
 void addDiff(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand(
-      "diff", "Say whether two .t4d files have the same bytes, the same mesh or the same solid");
+  auto* command =
+      app.add_subcommand("diff", "Check whether two .t4d files have the same bytes, mesh or solid");
   auto options = std::make_shared<DiffArguments>();
   command->add_option("A", options->a, kT4dFileHelp)->required();
-  command->add_option("B", options->b, "The other .t4d file")->required();
+  command->add_option("B", options->b, "Other file (.t4d): path or URL")->required();
   command
-      ->add_option("--tolerance", options->how.tolerance,
-                   "How far the surfaces of the same solid may be apart (default: a thousandth of "
-                   "the diagonal of both)")
+      ->add_option(
+          "--tolerance", options->how.tolerance,
+          "Maximum distance between equal solids (default: 0.001 of their common diagonal)")
       ->type_name("LENGTH")
       ->check(CLI::NonNegativeNumber)
       ->check(finiteNumber());
   command
       ->add_option("--slices", options->how.times,
-                   "At how many times solids are compared, besides the first and the last")
+                   "Number of times to compare, besides the first and the last")
       ->type_name("N")
       ->check(wholeNumber(1, 100'000))
       ->capture_default_str();

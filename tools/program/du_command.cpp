@@ -89,7 +89,7 @@ int run(const std::string& path, bool json) {
 }  // namespace
 
 void addDu(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand("du", "Say what takes the bytes of a .t4d file");
+  auto* command = app.add_subcommand("du", "Print what takes up the bytes of a .t4d file");
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();

@@ -56,13 +56,13 @@ struct FieldKind {
   bool whole;
 };
 constexpr std::array<FieldKind, 4> kFields = {{
-    {"visits", "how often places are visited, as int32",
+    {"visits", "number of visits of each point, as int32",
      [](const measure::VisitFields& f, std::size_t row) { return double(f.visits[row]); }, true},
-    {"dwell", "how long places are covered",
+    {"dwell", "how long each point is covered",
      [](const measure::VisitFields& f, std::size_t row) { return f.dwell[row]; }, false},
-    {"first", "when places are covered first",
+    {"first", "when each point is first covered",
      [](const measure::VisitFields& f, std::size_t row) { return f.first[row]; }, false},
-    {"last", "when places are covered last",
+    {"last", "when each point is last covered",
      [](const measure::VisitFields& f, std::size_t row) { return f.last[row]; }, false},
 }};
 
@@ -514,52 +514,46 @@ int run(const EnvelopeArguments& options) {
 }  // namespace
 
 void addEnvelope(CLI::App& app, int& exitCode) {
-  auto* command =
-      app.add_subcommand("envelope", "Make the solid that a motion passes through (swept volume)");
+  auto* command = app.add_subcommand(
+      "envelope", "Compute the solid that a motion passes through (swept volume)");
   auto options = std::make_shared<EnvelopeArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   command
       ->add_option("-o,--output", options->output,
-                   fmt::format("The file to write: {} (default: none, only measure)",
+                   fmt::format("Output file: {} (default: none, only measure)",
                                formats::writableTriangleMeshExtensions()))
       ->check(someName())
       ->check(writableTriangleMesh());
   command
-      ->add_option(
-          "--voxel-size", options->voxelSize,
-          "The spacing of the lattice on which visits are counted (default: by the size of "
-          "the solid)")
+      ->add_option("--voxel-size", options->voxelSize,
+                   "Lattice spacing, in length units (default: from the size of the solid)")
       ->check(numberAboveZero());
   command
       ->add_flag("--exact", options->exact,
-                 "Cut the triangles of the silhouette instead, for hundreds of them")
+                 "Cut the silhouette's triangles exactly instead; suits a few hundred")
       ->excludes("--voxel-size");
   command->add_flag("--outside", options->outside,
-                    "Make an envelope that contains the motion for certain, a little larger");
+                    "Make a slightly larger envelope that contains the whole motion");
   for (std::size_t i = 0; i < kFields.size(); ++i) {
     command
         ->add_option(fmt::format("--{}", kFields[i].name), options->fields[i],
-                     fmt::format("A .vdb file to write: {}", kFields[i].help))
+                     fmt::format("Output file (.vdb): {}", kFields[i].help))
         ->type_name("FILE")
         ->check(vdbFile());
   }
   options->window.addTo(*command);
   options->only.addTo(*command);
   command->add_flag("--each", options->each,
-                    "Of each body by itself, as meshes of their names (default: of all together)");
-  command
-      ->add_option("--max-memory", options->maxMemoryGiB,
-                   "Refuse to use more memory than this, GiB")
+                    "Make one envelope per body (default: one of all bodies)");
+  command->add_option("--max-memory", options->maxMemoryGiB, "Maximum memory, in GiB")
       ->check(numberAboveZero())
       ->capture_default_str();
   command
       ->add_option("--html", options->html,
-                   "A page to write, with pictures of the envelope and of the solid")
+                   "Write a page with pictures of the envelope and of the solid")
       ->type_name("FILE")
       ->check(someName());
-  addCenterOption(*command, options->center,
-                  "The file says where it was: in the translation of glTF's root node, else in a "
-                  "comment");
+  addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });

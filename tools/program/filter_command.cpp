@@ -108,7 +108,7 @@ int run(const FilterArguments& options) {
 
 void addFilter(CLI::App& app, int& exitCode) {
   auto* command =
-      app.add_subcommand("filter", "Keep some bodies of a 4D mesh, or a part of its time");
+      app.add_subcommand("filter", "Keep some bodies of a 4D mesh, or part of its time");
   auto options = std::make_shared<FilterArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->only.addTo(*command);

@@ -134,12 +134,12 @@ int run(const FlipbookArguments& options) {
 }  // namespace
 
 void addFlipbook(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand(
-      "flipbook", "Write a 4D mesh as an animated glTF, which plays in any viewer");
+  auto* command =
+      app.add_subcommand("flipbook", "Write a 4D mesh as an animated glTF for any viewer");
   auto options = std::make_shared<FlipbookArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMaxFrames);
-  command->add_option("-o,--output", options->output, "The .glb or .gltf file to write")
+  command->add_option("-o,--output", options->output, "Output file: .glb or .gltf")
       ->required()
       ->check(someName())
       ->check(CLI::Validator(
@@ -152,33 +152,28 @@ void addFlipbook(CLI::App& app, int& exitCode) {
       ->check(numberAboveZero())
       ->capture_default_str();
   command->add_flag("--exact", options->exact,
-                    "Exact slices, with 13 times as many triangles between layers, instead of "
-                    "those of the solid between its positions at the layers");
-  auto* rigid = command->add_flag(
-      "--rigid", options->rigid,
-      "One mesh for each body, moved by its poses, instead of frames; for solids that keep their "
-      "shape, in files that know their poses");
+                    "Use exact slices, with 13 times as many triangles between layers");
+  auto* rigid = command->add_flag("--rigid", options->rigid,
+                                  "Write one mesh per body, moved by its poses, instead of frames");
   rigid->excludes("--exact");
   auto* morph = command->add_flag(
       "--morph", options->morph,
-      "One mesh for each body, with a morph target for each layer, instead of frames; for solids "
-      "that keep their triangles");
+      "Write one mesh per body, with a morph target per layer, instead of frames");
   morph->excludes("--exact")->excludes("--rigid");
   options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
-                    "Write attributes as well; those that glTF cannot hold are listed (exit 3)");
+                    "Write attributes; list those that glTF cannot store (exit code 3)");
   options->appearance.addTo(*command);
   options->gltf.addTo(*command);
   rigid->excludes(command->get_option("--quantize"));
   command
       ->add_flag("--visibility", options->visibility,
-                 "Show frames by KHR_node_visibility instead of their scales, for viewers that "
-                 "have it (with KHR_animation_pointer)")
+                 "Show frames with KHR_node_visibility instead of scales")
       ->excludes(rigid)
       ->excludes(morph);
   rigid->excludes("--attributes");
   morph->excludes("--attributes");
-  addCenterOption(*command, options->center, "The translation of the root node takes it back");
+  addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -52,7 +52,7 @@ int printFormats(bool json) {
 }  // namespace
 
 void addFormats(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand("formats", "List the file formats that are read and written");
+  auto* command = app.add_subcommand("formats", "List the supported file formats");
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "Print JSON, with what each format keeps");
   command->footer("Example:\n  t4d formats");

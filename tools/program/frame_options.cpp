@@ -14,14 +14,12 @@ void noticeDefaultFrames() {
 }
 
 void FrameOptions::addTo(CLI::App& command, std::uint64_t most) {
-  auto* which = command.add_option_group("frames", "Times of the frames (one of these, or none)");
+  auto* which = command.add_option_group("frames", "Times of the frames (at most one of these)");
   which
       ->add_option(kFramesOption, count,
-                   fmt::format("Number of frames, evenly spaced from the first to the last time "
-                               "(default: {})",
-                               kDefaultFrames))
+                   fmt::format("Number of evenly spaced frames (default: {})", kDefaultFrames))
       ->check(wholeNumber(1, most));
-  which->add_option("--times", times, "N times, evenly spaced from A to B, both included")
+  which->add_option("--times", times, "N evenly spaced times from A to B, both included")
       ->check(evenTimesUpTo(most));
   which->require_option(0, 1);
 }

@@ -192,18 +192,18 @@ int run(const FramesArguments& options) {
 }  // namespace
 
 void addFrames(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand(
-      "frames", "Write a 4D mesh as numbered triangle meshes, one for each time");
+  auto* command =
+      app.add_subcommand("frames", "Write a 4D mesh as numbered triangle meshes, one per time");
   auto options = std::make_shared<FramesArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostFrameFiles);
   command
       ->add_option("-o,--output", options->output,
-                   "The folder to write frame_0000.glb, ... to; or the pattern of a file, such as "
-                   "out/bolt_%04d.ply")
+                   "Output folder, or file name pattern such as out/bolt_%04d.ply")
       ->required()
       ->check(someName());
-  command->add_option("--format", options->format, "The files of a folder (default: glb)")
+  command
+      ->add_option("--format", options->format, "File format for an output folder (default: glb)")
       ->check(CLI::Validator(
           [](std::string& name) {
             if (name == "vdb") return std::string();
@@ -214,18 +214,18 @@ void addFrames(CLI::App& app, int& exitCode) {
                                      name, formats::writableTriangleMeshExtensions());
           },
           "glb|gltf|ply|stl|obj|off|vtp|vdb"));
-  command->add_option("--voxel-size", options->voxelSize, "Edge of a voxel of --format vdb")
+  command
+      ->add_option("--voxel-size", options->voxelSize,
+                   "Voxel edge length for --format vdb, in length units")
       ->check(numberAboveZero());
   command->add_flag("--light", options->light,
-                    "The triangles of the layers instead of exact ones, of which there are 13 "
-                    "times as many between layers; the same in every frame");
+                    "Interpolate the triangles of the layers: 13 times fewer, same in all frames");
   options->only.addTo(*command);
-  command->add_flag(
-      "--attributes", options->attributes,
-      "Write attributes as well; those that the format cannot hold are listed (exit 3)");
+  command->add_flag("--attributes", options->attributes,
+                    "Write attributes; list those that the format cannot store (exit code 3)");
   options->appearance.addTo(*command);
   options->gltf.addTo(*command);
-  addCenterOption(*command, options->center, "The files and the manifest say where it was");
+  addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d frames bolt.t4d --frames 60 --format vtp -o bolt-frames");
   command->callback([=, &exitCode] { exitCode = run(*options); });

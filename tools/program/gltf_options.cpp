@@ -10,11 +10,9 @@ namespace t4d::tools {
 void GltfOptions::addTo(CLI::App& command) {
   command
       .add_option("--quantize", bits,
-                  "In glTF, store coordinates in so many bits, and normals in 8 "
-                  "(KHR_mesh_quantization)")
+                  "Bits per coordinate in glTF (KHR_mesh_quantization); 8 for normals")
       ->check(wholeNumber(1, 16));
-  command.add_flag("--meshopt", meshopt,
-                   "Compress glTF without loss (EXT_meshopt_compression); viewers need a decoder");
+  command.add_flag("--meshopt", meshopt, "Compress glTF losslessly (EXT_meshopt_compression)");
 }
 
 std::optional<std::string> GltfOptions::misuse(const std::filesystem::path& output) const {

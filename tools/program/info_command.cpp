@@ -212,8 +212,8 @@ int run(const std::string& path, bool listSlabs, bool json) {
 }  // namespace
 
 void addInfo(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand(
-      "info", "Print what a .t4d file contains, from its header and index alone");
+  auto* command =
+      app.add_subcommand("info", "Print what a .t4d file contains, from its header and index");
   auto path = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   auto slabs = std::make_shared<bool>(false);

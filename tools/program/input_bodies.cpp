@@ -79,9 +79,7 @@ model::Bounds3 boundsOf(const InputBodies& input) {
 }
 
 void InputOptions::addTo(CLI::App& command) {
-  command
-      .add_option("--body", bodies,
-                  "Use only the body with this name (default: all); may be given several times")
+  command.add_option("--body", bodies, "Use only this body; repeatable (default: all)")
       ->type_name("NAME")
       ->allow_extra_args(false)
       ->check(someName());
@@ -90,10 +88,8 @@ void InputOptions::addTo(CLI::App& command) {
 
 void addMaxCellsOption(CLI::App& command, std::optional<std::uint64_t>& maxCells) {
   command
-      .add_option(
-          "--max-cells", maxCells,
-          "The most cells that a .t4d may have, in all slabs together (default: 100 million, "
-          "and 10,000 for each of its bytes)")
+      .add_option("--max-cells", maxCells,
+                  "Maximum number of cells to accept (default: see docs/limits.md)")
       ->type_name("N");
 }
 

@@ -30,12 +30,10 @@ struct InputOptions {
 };
 
 /// Help of an argument that takes a .t4d file as T4dReader::open does.
-inline constexpr const char* kT4dFileHelp =
-    "The .t4d file: its path, or its URL (http:// or https://), of which only the parts needed are "
-    "fetched";
+inline constexpr const char* kT4dFileHelp = "Input file (.t4d): path or URL (http:// or https://)";
 
 /// Added where it can be a pipe, too.
-inline constexpr const char* kOrPipeHelp = "; or - for the standard input";
+inline constexpr const char* kOrPipeHelp = ", or - for standard input";
 
 /// All slabs of these bodies.
 std::uint64_t slabCountOf(std::span<const model::Body> bodies);

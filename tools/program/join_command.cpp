@@ -51,11 +51,10 @@ int run(const JoinArguments& options) {
 }  // namespace
 
 void addJoin(CLI::App& app, int& exitCode) {
-  auto* command =
-      app.add_subcommand("join", "Join .t4d files that continue each other, without decoding them");
+  auto* command = app.add_subcommand("join", "Join consecutive .t4d files without decoding them");
   command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
-  command->add_option("PART", options->parts, "The .t4d files, in the order of their times")
+  command->add_option("PART", options->parts, "Input files (.t4d), in the order of their times")
       ->required();
   addT4dOutputOption(*command, options->output);
   command->add_flag("--json", options->json, "Print the result as JSON");

@@ -75,11 +75,11 @@ void addMend(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<MendArguments>();
   command
       ->add_option("MODEL", options->input,
-                   "The mesh: " + formats::readableTriangleMeshExtensions())
+                   "Input mesh: " + formats::readableTriangleMeshExtensions())
       ->required();
   command
       ->add_option("-o,--output", options->output,
-                   "The file to write: " + formats::writableTriangleMeshExtensions())
+                   "Output file: " + formats::writableTriangleMeshExtensions())
       ->required()
       ->check(someName())
       ->check(writableTriangleMesh());

@@ -25,29 +25,28 @@ Result<edit::MendSurfaceReport> placed(Result<edit::MendSurfaceReport> report,
 void MendingOptions::addTo(CLI::App& command) {
   command
       .add_option("--weld", limits.weld,
-                  "Merge vertices no farther apart than this along each axis (default: equal ones)")
+                  "Merge vertices within this distance per axis (default: only equal ones)")
       ->type_name("DISTANCE")
       ->check(numberAboveZero());
   command
       .add_option("--max-hole", limits.maxHole,
-                  "Fill no hole wider than this, from one vertex of its rim to another (default: "
-                  "fill all)")
+                  "Maximum width of holes to fill (default: fill all)")
       ->type_name("WIDTH")
       ->check(numberAboveZero());
   command
       .add_option("--max-move", limits.maxMove,
-                  "Refuse a surface that is somewhere farther than this from the given one")
+                  "Fail if the result is farther than this from the input surface")
       ->type_name("DISTANCE")
       ->check(numberAboveZero());
   command
       .add_option("--remesh", limits.remesh,
-                  "If nothing else helps, make a new surface from voxels of this size")
+                  "Remesh with voxels of this size if nothing else helps")
       ->type_name("SIZE")
       ->check(numberAboveZero());
 }
 
 void MendingOptions::addTo(CLI::App& command, bool& mend) {
-  auto* flag = command.add_flag("--mend", mend, "Mend the solid first, as t4d mend does");
+  auto* flag = command.add_flag("--mend", mend, "Mend the solid first (see t4d mend)");
   addTo(command);
   for (const char* name : {"--weld", "--max-hole", "--max-move", "--remesh"}) {
     command.get_option(name)->needs(flag);

@@ -391,71 +391,64 @@ int run(const MillArguments& options) {
 }  // namespace
 
 void addMill(CLI::App& app, int& exitCode) {
-  auto* command =
-      app.add_subcommand("mill", "Mill a solid with a moving tool: the workpiece as a 4D mesh");
+  auto* command = app.add_subcommand(
+      "mill", "Mill a solid with a moving tool; write the workpiece as a 4D mesh");
   auto options = std::make_shared<MillArguments>();
   command
       ->add_option("STOCK", options->stock,
-                   "The solid to mill: " + formats::readableTriangleMeshExtensions())
+                   "Solid to mill: " + formats::readableTriangleMeshExtensions())
       ->required();
   command
       ->add_option("--tool", options->tool,
-                   "The tool, its tip at the origin, upright along z: ball:d=6,l=30, "
-                   "flat:d=6,l=30, bull:d=6,r=1,l=30, or a triangle mesh")
+                   "Tool: ball:d=6,l=30, flat:d=6,l=30, bull:d=6,r=1,l=30 or a triangle mesh")
       ->required()
       ->check(someName());
   command
       ->add_option("-m,--motion", options->motion,
-                   "How the tool moves: a .json file, or poses as .csv, .tsv or .txt "
-                   "(docs/motion.md)")
+                   "Tool motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)")
       ->check(someName());
   command
       ->add_option("--gcode", options->gcode,
-                   "How the tool moves: G-code for three axes, in mm and s (docs/mill.md)")
+                   "Tool motion: three-axis G-code, in mm and s (docs/mill.md)")
       ->check(someName());
   command
       ->add_option("--locations", options->locations,
-                   "How the tool moves: cutter locations (GOTO/x,y,z,i,j,k) for five axes, in mm "
-                   "and s (docs/mill.md)")
+                   "Tool motion: five-axis cutter locations, in mm and s (docs/mill.md)")
       ->check(someName());
-  command
-      ->add_option("--voxel-size", options->voxelSize,
-                   "Edge length of a voxel, in length units; lattice points are its multiples")
+  command->add_option("--voxel-size", options->voxelSize, "Voxel edge length, in length units")
       ->required()
       ->check(numberAboveZero());
   addFrameTimes(*command, options->times, "", fmt::format(" (default: {})", kDefaultFrames));
   command
       ->add_option("--shank", options->shank,
-                   "A cylinder on the tool that must not touch the stock, d=6,l=40, or a "
-                   "triangle mesh in the pose of the tool")
+                   "Shank above the tool: d=6,l=40 (a cylinder) or a triangle mesh")
       ->check(someName());
-  command->add_option("--holder", options->holder, "The same above the shank")->check(someName());
+  command
+      ->add_option("--holder", options->holder,
+                   "Holder above the shank: d=40,l=50 (a cylinder) or a triangle mesh")
+      ->check(someName());
   command
       ->add_option("--tolerance", options->tolerance,
-                   "How far the facets of the tool, chords of arcs and steps of turns may be from "
-                   "the true ones, in length units (default: a hundredth of a voxel)")
+                   "Maximum error of tool, arcs and turns, in length units (default: 0.01 voxels)")
       ->check(numberAboveZero());
   command
       ->add_option("--travel", options->travel,
-                   "How far the tip goes at most in a step, in length units (default: 4 voxels)")
+                   "Maximum travel of the tip per step, in length units (default: 4 voxels)")
       ->check(numberAboveZero());
-  command->add_option("--rapid", options->rapidFeed, "Feed of rapid moves, in mm/min")
+  command->add_option("--rapid", options->rapidFeed, "Feed rate of rapid moves, in mm/min")
       ->check(numberAboveZero())
       ->capture_default_str();
   command
       ->add_option("--max-memory", options->memory,
-                   "Most memory for the voxels of the stock, in GB")
+                   "Maximum memory for the voxels of the stock, in GB")
       ->check(numberAboveZero())
       ->capture_default_str();
-  command
-      ->add_option("--caps", options->caps,
-                   "How to close the ends: graded, with cells that grow inwards; flat; or "
-                   "half-step as in the paper")
+  command->add_option("--caps", options->caps, "Caps at the ends (docs/weave.md)")
       ->check(CLI::IsMember({"graded", "flat", "half-step"}))
       ->capture_default_str();
   command
       ->add_option("--html", options->html,
-                   "An .html page to write: removed volume over time, and pictures")
+                   "Write a page with the removed volume over time and pictures")
       ->check(someName());
   options->mending.addTo(*command, options->mend);
   options->output.addTo(*command);

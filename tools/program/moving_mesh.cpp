@@ -7,11 +7,11 @@
 namespace t4d::tools {
 
 void MovingMeshInput::addTo(CLI::App& command) {
-  command.add_option("MODEL", model, "The solid: " + formats::readableTriangleMeshExtensions())
+  command.add_option("MODEL", model, "Input solid: " + formats::readableTriangleMeshExtensions())
       ->required();
   command
       .add_option("-m,--motion", motion,
-                  "The motion: a .json file, or poses as .csv, .tsv or .txt (docs/motion.md)")
+                  "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)")
       ->required();
   mending.addTo(command, mend);
 }

@@ -330,28 +330,26 @@ void addQuality(CLI::App& app, int& exitCode) {
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   command
       ->add_option("--time-scale", options->timeScale,
-                   "The length that one unit of time counts as (default: the mean speed of the "
-                   "surface along its normal)")
+                   "Length equal to one unit of time (default: mean normal speed of the surface)")
       ->check(numberAboveZero());
-  command->add_option("--worst", options->worst, "How many cells to name, the worst first")
+  command->add_option("--worst", options->worst, "Number of worst cells to list")
       ->check(wholeNumber(0, 100000))
       ->capture_default_str();
   command
       ->add_option("-o,--output", options->output,
-                   "A .t4d file to write, the mesh with measures as attributes of its cells")
+                   "Output file (.t4d): the mesh with measures as cell attributes")
       ->check(someName())
       ->check(noOtherFormat());
   std::vector<std::string> names;
   for (const auto& one : kQualityMeasures) names.emplace_back(one.name);
   command
-      ->add_option("--attributes", options->attributes,
-                   "Which measures to write (default: radius_ratio)")
+      ->add_option("--attributes", options->attributes, "Measures to write (default: radius_ratio)")
       ->delimiter(',')
       ->check(CLI::IsMember(names));
   addCompressionOption(*command, options->compression);
   command
       ->add_option("--html", options->html,
-                   "Write a page with histograms and pictures of the worst places")
+                   "Write a page with histograms and pictures of the worst cells")
       ->check(someName());
   options->only.addTo(*command);
   command->add_flag("--json", options->json, "Print JSON");

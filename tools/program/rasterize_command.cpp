@@ -47,7 +47,7 @@ void addRasterize(CLI::App& app, int& exitCode) {
   options->only.addTo(*command);
   options->series.addTo(*command);
   addFrameTimes(*command, options->series.times, "",
-                fmt::format(" (default: {}, unless --frame-time sets it)", kDefaultFrames));
+                fmt::format(" (default: {}, or set by --frame-time)", kDefaultFrames));
   command->footer(
       "Example:\n  t4d rasterize bolt.t4d --voxel-size 0.25 --frames 60 -o bolt-frames");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -135,8 +135,8 @@ void addRecover(CLI::App& app, int& exitCode) {
   auto input = std::make_shared<std::string>();
   auto output = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  command->add_option("FILE", *input, "The damaged .t4d file; it is not changed")->required();
-  command->add_option("-o,--output", *output, "The .t4d file to write")
+  command->add_option("FILE", *input, "Damaged .t4d file (not modified)")->required();
+  command->add_option("-o,--output", *output, "Output file (.t4d)")
       ->required()
       ->check(someName())
       ->check(noOtherFormat());

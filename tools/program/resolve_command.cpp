@@ -375,47 +375,41 @@ int run(const ResolveArguments& options) {
 
 void addResolve(CLI::App& app, int& exitCode) {
   auto* command =
-      app.add_subcommand("resolve", "Deform a 4D mesh so that it does not hit another one");
+      app.add_subcommand("resolve", "Deform a 4D mesh to avoid contact with another one");
   auto options = std::make_shared<ResolveArguments>();
-  command->add_option("OBSTACLES", options->obstacles, "The .t4d file that stays as it is")
+  command->add_option("OBSTACLES", options->obstacles, "Input file (.t4d) that stays unchanged")
       ->required();
-  command->add_option("FILE", options->input, "The .t4d file that gives way")->required();
+  command->add_option("FILE", options->input, "Input file (.t4d) to deform")->required();
   addT4dOutputOption(*command, options->output);
   options->only.addTo(*command);
   command
       ->add_option("--against", options->against,
-                   "Use only this body of OBSTACLES (default: all); may be given several times")
+                   "Use only this body of OBSTACLES; repeatable (default: all)")
       ->type_name("NAME")
       ->allow_extra_args(false)
       ->check(someName());
   command
-      ->add_option("--clearance", options->resolve.clearance,
-                   "The distance to keep, in length units")
+      ->add_option("--clearance", options->resolve.clearance, "Distance to keep, in length units")
       ->check(numberFromZero())
       ->capture_default_str();
   command
       ->add_option("--smooth-space", options->resolve.smoothSpace,
-                   "How far the surface gives way around a contact, in length units (default: "
-                   "three times the largest displacement)")
+                   "Extent of a dent, in length units (default: 3 times the largest displacement)")
       ->check(numberAboveZero());
   command
       ->add_option("--smooth-time", options->resolve.smoothTime,
-                   "How long before and after a contact, in time units (default: a tenth of the "
-                   "body's time)")
+                   "Extent of a dent in time, in time units (default: 0.1 of the body's time)")
       ->check(numberFromZero());
   command
       ->add_option("--max-move", options->resolve.maxMove,
-                   "The largest displacement, in length units (default: half of the smallest "
-                   "extent of the body)")
+                   "Maximum displacement, in length units (default: half the smallest extent)")
       ->check(numberAboveZero());
-  command
-      ->add_option("--max-rounds", options->resolve.maxRounds,
-                   "Maximum number of tests for contact")
+  command->add_option("--max-rounds", options->resolve.maxRounds, "Maximum number of contact tests")
       ->check(wholeNumber(1, 1000))
       ->capture_default_str();
-  command->add_flag("--stay", options->resolve.stay, "Dents stay, instead of healing");
+  command->add_flag("--stay", options->resolve.stay, "Keep dents after the contact");
   command->add_flag("--ignore-units", options->ignoreUnits,
-                    "Take the numbers as they are where units or up axes differ");
+                    "Ignore differences in units and up axes");
   addCompressionOption(*command, options->compression);
   command
       ->add_option("--html", options->html,

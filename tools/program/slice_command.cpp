@@ -307,42 +307,39 @@ void addSlice(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<SliceArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   auto* cuts = command->add_option_group("hyperplane", "Hyperplane (exactly one)");
-  cuts->add_option("-t,--time", options->time, "The solid at this time, in (x, y, z)")
+  cuts->add_option("-t,--time", options->time, "Section at time V; coordinates (x, y, z)")
       ->check(finiteNumber());
-  cuts->add_option("--x", options->x, "What passes through the plane x = V, in (y, z, t)")
+  cuts->add_option("--x", options->x, "Section at x = V; coordinates (y, z, t)")
       ->check(finiteNumber());
-  cuts->add_option("--y", options->y, "The same for y = V, in (x, z, t)")->check(finiteNumber());
-  cuts->add_option("--z", options->z, "The same for z = V, in (x, y, t)")->check(finiteNumber());
+  cuts->add_option("--y", options->y, "Section at y = V; coordinates (x, z, t)")
+      ->check(finiteNumber());
+  cuts->add_option("--z", options->z, "Section at z = V; coordinates (x, y, t)")
+      ->check(finiteNumber());
   addNumbers(*cuts, "--hyperplane", options->hyperplane,
-             "a x + b y + c z + d t = offset; coordinates are those of an orthonormal basis "
-             "(docs/slice.md)",
-             5, 5, "A,B,C,D,OFFSET");
+             "Section at A x + B y + C z + D t = OFFSET (coordinates: docs/slice.md)", 5, 5,
+             "A,B,C,D,OFFSET");
   cuts->require_option(1);
   command
       ->add_option("-o,--output", options->output,
-                   fmt::format("The file to write: {} (default: none, only measure)",
+                   fmt::format("Output file: {} (default: none, only measure)",
                                formats::writableTriangleMeshExtensions()))
       ->check(someName())
       ->check(writableTriangleMesh());
   options->only.addTo(*command);
   command
       ->add_flag("--light", options->light,
-                 "The triangles of the layers instead of exact ones, of which there are 13 times "
-                 "as many between layers; as large a volume")
+                 "Interpolate the triangles of the layers: 13 times fewer, same volume")
       ->needs("--time");
   command
       ->add_option("--coplanar", options->coplanar,
-                   "Keep triangles that lie in one plane, or merge them into fewer")
+                   "Keep coplanar triangles, or merge them into fewer")
       ->check(CLI::IsMember({"keep", "merge"}))
       ->capture_default_str();
-  command->add_flag(
-      "--attributes", options->attributes,
-      "Write attributes as well; those that the format cannot hold are listed (exit 3)");
+  command->add_flag("--attributes", options->attributes,
+                    "Write attributes; list those that the format cannot store (exit code 3)");
   options->appearance.addTo(*command);
   options->gltf.addTo(*command);
-  addCenterOption(*command, options->center,
-                  "The file says where it was: in the translation of glTF's root node, else in a "
-                  "comment");
+  addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d slice bolt.t4d --time 2.5 -o bolt-at-2.5.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });

@@ -99,8 +99,7 @@ Result<SolidInput::Loaded> SolidInput::read() const {
 void addBodiesOption(CLI::App& command, std::string& bodies) {
   command
       .add_option("--bodies", bodies,
-                  "Of an .obj: make a body of each object (o NAME) or group (g NAME), instead of "
-                  "one of all")
+                  "For .obj files: one body per object (`o`) or group (`g`), not one per file")
       ->type_name("object|group")
       ->check(CLI::IsMember({"object", "group"}));
 }

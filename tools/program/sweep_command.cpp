@@ -625,50 +625,46 @@ int run(const SweepArguments& options) {
 
 void addSweep(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "sweep",
-      "Sweep a closed triangle mesh along a rigid motion, or a deformation, into a 4D mesh");
+      "sweep", "Sweep a solid along a motion, or through a deformation, into a 4D mesh");
   auto options = std::make_shared<SweepArguments>();
   command
       ->add_option("MODEL", options->models,
-                   "The solid: " + formats::readableTriangleMeshExtensions() +
-                       ". One that is deformed: meshes of the same triangles, in the order of "
-                       "their numbers; or a mesh and its point cache, .pc2 or .mdd; or an animated "
-                       "glTF, .fbx or .dae, whose nodes with a mesh are bodies")
+                   "Input solid: " + formats::readableTriangleMeshExtensions() +
+                       ", or an animation or deformation (docs/sweep.md)")
       ->required();
   command->add_option("-m,--motion", options->motion,
-                      "The motion: a .json file, or poses as .csv (docs/motion.md); not with a "
-                      "deformation or an animation");
+                      "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)");
   addBodiesOption(*command, options->dividedBy);
   options->mending.addTo(*command, options->mend);
   command->add_option("--animation", options->animation.animation,
-                      "Name, or number from 0, of the glTF's animation (default: the first)");
+                      "Animation, by name or number from 0 (default: the first)");
   command->add_option("--scene", options->animation.scene,
-                      "Name, or number from 0, of the glTF's scene (default: the file's)");
+                      "glTF scene, by name or number from 0 (default: that of the file)");
   command
       ->add_option("--times", options->keyTimes,
-                   "First and last time of a deformation, with its keys evenly spaced (default for "
-                   "a point cache: its own times)")
+                   "First and last time of a deformation (default for point caches: their times)")
       ->check(timeSpan());
   command
       ->add_option("--backend", options->backend,
-                   "mesh4d (sweep the triangles) or voxel4d (weave a time series of voxel grids)")
+                   "Method: mesh4d (sweep triangles) or voxel4d (weave voxel grids)")
       ->check(CLI::IsMember({"mesh4d", "voxel4d"}))
       ->capture_default_str();
-  auto* rvMin = command
-                    ->add_option("--rv-min", options->rvMin,
-                                 "Smallest volume of any slice, as a fraction of the solid's, in "
-                                 "[0, 1) (default: 0.998)")
-                    ->check(fractionBelowOne());
-  auto* steps = command->add_option("--steps", options->steps, "Number of steps of each segment")
+  auto* rvMin =
+      command
+          ->add_option("--rv-min", options->rvMin,
+                       "Minimum slice volume relative to the solid, in [0, 1) (default: 0.998)")
+          ->check(fractionBelowOne());
+  auto* steps = command->add_option("--steps", options->steps, "Number of steps per segment")
                     ->check(wholeNumber(1, mesh4d::kMaxSteps));
-  auto* deviation = command
-                        ->add_option("--max-deviation", options->maxDeviation,
-                                     "Maximum distance between a slice and the true solid")
-                        ->check(numberAboveZero());
+  auto* deviation =
+      command
+          ->add_option("--max-deviation", options->maxDeviation,
+                       "Maximum distance between a slice and the true solid, in length units")
+          ->check(numberAboveZero());
   // Another name, which messages repeat.
   command
       ->add_option("--tolerance", options->maxDeviation,
-                   "Same as --max-deviation (animated glTF: default 0.001 of its size)")
+                   "Same as --max-deviation (default for animations: 0.001 of the largest body)")
       ->check(numberAboveZero())
       ->excludes(rvMin)
       ->excludes(steps)
@@ -676,32 +672,25 @@ void addSweep(CLI::App& app, int& exitCode) {
   rvMin->excludes(steps)->excludes(deviation);
   steps->excludes(deviation);
   command
-      ->add_option(
-          "--caps", options->caps,
-          "How to close the ends. mesh4d: tetgen (default), or cone for meshes that "
-          "intersect themselves; voxel4d: flat (default), graded (flat, with cells that grow "
-          "inwards), or half-step as in the paper")
+      ->add_option("--caps", options->caps,
+                   "Caps at the ends (default: tetgen for mesh4d, flat for voxel4d)")
       ->check(CLI::IsMember({"tetgen", "cone", "flat", "half-step", "graded"}));
   command
       ->add_option("--prism", options->prism,
-                   "Cells per prism: 14 (default; symmetric, exact volumes) or 3 (smallest files)")
+                   "Cells per prism: 14 (default; symmetric, exact volumes) or 3 (fewest cells)")
       ->check(CLI::IsMember({14, 3}));
-  command
-      ->add_option("--part", options->part,
-                   "Sweep only part K of N, each with as many steps; `t4d join` joins their files")
+  command->add_option("--part", options->part, "Sweep only part K of N; `t4d join` joins the parts")
       ->check(partOf())
       ->type_name("K/N");
   command
       ->add_option("--voxel-size", options->voxelSize,
-                   "voxel4d: Edge length of a voxel, in length units")
+                   "voxel4d: Voxel edge length, in length units")
       ->check(numberAboveZero());
   addFrameTimes(*command, options->times, "voxel4d: ", kFramesByMotion);
   command->get_option("--frame-time")
-      ->description(
-          "Time between frames: of a deformation, from 0 on; or of voxel4d, from the "
-          "motion's first time on, where --frames limits their number");
+      ->description("Time between frames of voxel4d, or between keys of a deformation");
   command->add_flag("--mask", options->mask,
-                    "voxel4d: Use masks of the lattice points inside, instead of level sets");
+                    "voxel4d: Use masks of inside points instead of level sets");
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

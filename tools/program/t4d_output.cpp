@@ -36,36 +36,32 @@ std::string nameWithoutExtension(const std::filesystem::path& path) {
 }
 
 void addT4dOutputOption(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output", path, "The .t4d file to write; - for the standard output")
+  command.add_option("-o,--output", path, "Output file (.t4d), or - for standard output")
       ->required()
       ->check(someName())
       ->check(noOtherFormat());
 }
 
 void addCompressionOption(CLI::App& command, int& level) {
-  command.add_option("--compression", level, "zstd level from 1 to 19; 0 turns compression off")
+  command.add_option("--compression", level, "zstd level, 1 to 19; 0 stores uncompressed")
       ->check(wholeNumber(0, 19))
       ->capture_default_str();
 }
 
 void T4dCoding::addTo(CLI::App& command) {
-  auto* precisionOption =
-      command.add_option("--precision", precision, "Type of the positions: float64 or float32")
-          ->check(CLI::IsMember({"float64", "float32"}))
-          ->capture_default_str();
+  auto* precisionOption = command.add_option("--precision", precision, "Precision of positions")
+                              ->check(CLI::IsMember({"float64", "float32"}))
+                              ->capture_default_str();
   command
-      .add_option(
-          "--grid-step", grid,
-          "Round positions to multiples of STEP, which takes less space; at most half a step "
-          "off along each axis")
+      .add_option("--grid-step", grid,
+                  "Round positions to multiples of STEP (error per axis up to STEP / 2)")
       ->type_name("STEP")
       ->check(numberAboveZero())
       ->excludes(precisionOption);
   addCompressionOption(command, compression);
   command
       .add_option("--spare-copies", spareEvery,
-                  "Store what many slabs share again after N slabs, at least 2, so that damage to "
-                  "one copy costs no more; 0: once")
+                  "Repeat shared data every N slabs (at least 2), for recovery; 0: store once")
       ->type_name("N")
       ->check(wholeNumber(0, 1'000'000))
       ->check(noLoneCopy())
@@ -89,12 +85,10 @@ void T4dOutput::addTo(CLI::App& command) {
   addT4dOutputOption(command, path);
   coding.addTo(command);
   command
-      .add_option("--up", up,
-                  "Axis that points up in glTF: y or z (default: y; z where the input says that it "
-                  "points from the feet to the head)")
+      .add_option("--up", up, "Axis that points up (default: y, or z if the input is RAS or LPS)")
       ->check(CLI::IsMember({"y", "z"}));
-  addCenterOption(command, center, "The file's metadata say where it was");
-  command.add_option("--body", body, "Name of the body (default: that of the input file)")
+  addCenterOption(command, center);
+  command.add_option("--body", body, "Name of the body (default: name of the input file)")
       ->check(someName());
 }
 

@@ -9,10 +9,10 @@
 namespace t4d::tools {
 
 void TimeWindow::addTo(CLI::App& command) {
-  command.add_option("--from", from, "Begin at this time (default: as the mesh does)")
+  command.add_option("--from", from, "Start time (default: start of the mesh)")
       ->type_name("TIME")
       ->check(finiteNumber());
-  command.add_option("--to", to, "End at this time (default: as the mesh does)")
+  command.add_option("--to", to, "End time (default: end of the mesh)")
       ->type_name("TIME")
       ->check(finiteNumber());
 }

@@ -339,25 +339,24 @@ int run(const TransformArguments& options) {
 }  // namespace
 
 void addTransform(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand("transform",
-                                     "Move, turn, scale or mirror a 4D mesh, and change its times");
+  auto* command = app.add_subcommand(
+      "transform", "Move, rotate, scale or mirror a 4D mesh, and change its times");
   auto options = std::make_shared<TransformArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->bodies.addTo(*command);
   addT4dOutputOption(*command, options->output);
   command
-      ->add_option(
-          "--axes", options->axes,
-          "First: which axes become x, y and z, as y-xz, or x, y, z and t, as xtzy or xyz-t")
+      ->add_option("--axes", options->axes,
+                   "First: axes that become x, y, z, as y-xz, or x, y, z, t, as xtzy or xyz-t")
       ->check(axesInSomeOrder());
-  addNumbers(*command, "--scale", options->scale, "Then: one factor, or one for each axis", 1, 3,
-             "S | SX SY SZ");
+  addNumbers(*command, "--scale", options->scale, "Then: scale by one factor, or by one per axis",
+             1, 3, "S | SX SY SZ");
   addNumbers(*command, "--rotate", options->rotate,
-             "Then: turn about an axis through the origin, by degrees", 4, 4, "AX AY AZ DEGREES");
+             "Then: rotate about an axis through the origin, in degrees", 4, 4, "AX AY AZ DEGREES");
   addNumbers(*command, "--matrix", options->matrix,
-             "Then: a matrix of 3 rows and 4 columns, row by row", 12, 12, "M00 M01 ... M23");
+             "Then: apply a matrix of 3 rows and 4 columns, row by row", 12, 12, "M00 M01 ... M23");
   addNumbers(*command, "--move", options->move, "Then: add to all positions", 3, 3, "DX DY DZ");
-  command->add_option("--time-scale", options->timeScale, "Multiply all times, by a number above 0")
+  command->add_option("--time-scale", options->timeScale, "Multiply all times by a number above 0")
       ->check(numberAboveZero())
       ->capture_default_str();
   command->add_option("--time-shift", options->timeShift, "Then: add to all times")
@@ -365,17 +364,15 @@ void addTransform(CLI::App& app, int& exitCode) {
       ->capture_default_str();
   command
       ->add_option("--length-unit", options->lengthUnit,
-                   "Name the unit of length; numbers change by --scale only")
+                   "Set the name of the length unit; coordinates are not converted")
       ->type_name("NAME");
   command
       ->add_option("--time-unit", options->timeUnit,
-                   "Name the unit of time; numbers change by --time-scale only")
+                   "Set the name of the time unit; times are not converted")
       ->type_name("NAME");
-  command->add_option("--up", options->up, "Name the axis that points up; the solid stays as it is")
+  command->add_option("--up", options->up, "Set the axis that points up; the solid is not rotated")
       ->check(CLI::IsMember({"y", "z"}));
-  command
-      ->add_option("--space", options->space,
-                   "Name the anatomical space, RAS or LPS, or none; the solid stays as it is")
+  command->add_option("--space", options->space, "Set the anatomical space; the solid is not moved")
       ->check(CLI::IsMember({"RAS", "LPS", "none"}));
   addCompressionOption(*command, options->compression);
   command->add_flag("--json", options->json, "Print the result as JSON");

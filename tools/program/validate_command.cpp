@@ -92,7 +92,7 @@ int run(const std::string& path, bool deep, bool json, std::optional<std::uint64
 
 void addValidate(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "validate", "Check every byte of a .t4d file, and that it is a closed, oriented 4D mesh");
+      "validate", "Check every byte of a .t4d file, and that its mesh is closed and oriented");
   auto path = std::make_shared<std::string>();
   auto deep = std::make_shared<bool>(false);
   auto json = std::make_shared<bool>(false);

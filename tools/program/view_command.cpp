@@ -163,19 +163,17 @@ void addView(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<ViewArguments>();
   command
       ->add_option("FILES", options->inputs,
-                   "The .t4d file, or two to show side by side: paths, or URLs that the browser "
-                   "fetches itself")
+                   "Input file (.t4d), or two to show side by side: paths or URLs")
       ->required()
       ->expected(1, 2);
   command
       ->add_option("--port", options->port,
-                   "The port to serve at, on this machine only (default: a free one)")
+                   "Port on this machine to serve at (default: a free one)")
       ->check(wholeNumber(1, 65535));
   command->add_flag("--no-open", options->noOpen, "Do not open a browser");
   command
       ->add_option("-o,--output", options->output,
-                   "Serve nothing; write a folder for any web server or, with .html, one page with "
-                   "the files in it; - for this page on the standard output")
+                   "Write a folder, or one .html page, instead of serving; - for standard output")
       ->check(someName());
   addMaxCellsOption(*command, options->maxCells);
   command->add_flag("--json", options->json, "Print JSON");

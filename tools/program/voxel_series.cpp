@@ -16,14 +16,11 @@ namespace t4d::tools {
 void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::string& prefix,
                    const std::string& otherwise) {
   command
-      .add_option(kFramesOption, times.count,
-                  prefix + "Number of frames, evenly spaced from first to last time" + otherwise)
+      .add_option(kFramesOption, times.count, prefix + "Number of evenly spaced frames" + otherwise)
       ->check(wholeNumber(2, voxel4d::kMaxFrames));
   command
       .add_option("--frame-time", times.step,
-                  prefix +
-                      "Time between frames, starting at the first time; --frames then limits "
-                      "their number")
+                  prefix + "Time between frames; --frames then limits their number")
       ->check(numberAboveZero());
 }
 
@@ -101,16 +98,13 @@ void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
 }
 
 void VoxelSeriesOptions::addTo(CLI::App& command) {
-  command
-      .add_option("--voxel-size", voxelSize,
-                  "Edge length of a voxel, in length units; lattice points are its multiples")
+  command.add_option("--voxel-size", voxelSize, "Voxel edge length, in length units")
       ->required()
       ->check(numberAboveZero());
-  command.add_option("-o,--output", folder, "The folder to write frame_0000.vdb, ... to")
+  command.add_option("-o,--output", folder, "Output folder, for frame_0000.vdb, ...")
       ->required()
       ->check(someName());
-  command.add_flag("--mask", mask,
-                   "Write masks of the lattice points strictly inside, instead of level sets");
+  command.add_flag("--mask", mask, "Write masks of inside points instead of level sets");
   command.add_flag("--json", json, "Print the result as JSON");
 }
 

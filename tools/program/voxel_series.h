@@ -18,8 +18,7 @@ void addFrameTimes(CLI::App& command, voxel4d::FrameTimes& times, const std::str
                    const std::string& otherwise);
 
 /// The value of `otherwise` for verbs that use motionFrameTimes.
-inline constexpr const char* kFramesByMotion =
-    " (default: as many as keep every point within a voxel between two frames)";
+inline constexpr const char* kFramesByMotion = " (default: at most one voxel of motion per frame)";
 
 /// The times of a motion's frames: as given by `when`, or otherwise enough that no point of `mesh`
 /// moves by more than a voxel between two frames. Adds a notice if the frames of `when` are farther

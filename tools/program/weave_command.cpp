@@ -307,67 +307,52 @@ int run(const WeaveArguments& options) {
 
 void addWeave(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
-      "weave", "Weave a time series of voxel grids, or of any triangle meshes, into a 4D mesh");
+      "weave", "Weave a time series of voxel grids or triangle meshes into a 4D mesh");
   auto options = std::make_shared<WeaveArguments>();
   command
       ->add_option("FRAMES", options->frames,
-                   "The grids: .vdb files with one frame each, a folder of them, or one file with "
-                   "several grids; or volumes, one with an axis of time or several of one frame: " +
-                       volumeExtensions() +
-                       "; or with --voxel-size triangle meshes, in the order of their numbers: " +
+                   "Frames: .vdb files or their folder; volumes: " + volumeExtensions() +
+                       "; or, with --voxel-size, triangle meshes: " +
                        formats::readableTriangleMeshExtensions())
       ->required();
   command
       ->add_option("--voxel-size", options->voxelSize,
-                   "Triangle meshes: edge length of a voxel, in length units; lattice points are "
-                   "its multiples")
+                   "Triangle meshes: voxel edge length, in length units")
       ->check(numberAboveZero());
   command
-      ->add_option(
-          "--iso", options->input.iso,
-          "Samples are densities; inside is where they are above this value (default: distances, "
-          "as in level sets; inside is where they are below 0)")
+      ->add_option("--iso", options->input.iso,
+                   "Densities: inside is above this value (default: distances, inside below 0)")
       ->check(finiteNumber());
   command
       ->add_option("--label", options->labels,
-                   "Volumes: inside is where samples are exactly this whole number; of several "
-                   "each is a body")
+                   "Volumes: integer label of the inside; several labels make several bodies")
       ->check(wholeNumberOf64Bits());
   command
-      ->add_option(
-          "--frame-time", options->input.frameTime,
-          "Time between frames (default: what the files say; of .vdb the metadata t4d_time; of "
-          "triangle meshes 1)")
+      ->add_option("--frame-time", options->input.frameTime,
+                   "Time between frames (default: from the files, else 1)")
       ->check(numberAboveZero());
   command
       ->add_option("--start-time", options->input.startTime,
-                   "Time of the first frame (default: what the file says, or 0)")
+                   "Time of the first frame (default: from the file, else 0)")
       ->check(finiteNumber());
-  command->add_option("--grid", options->grid, "Only grids with this name (default: all)");
-  addNumbers(
-      *command, "--spacing", options->spacing,
-      "Volumes: edge lengths of a voxel along x, y and z (default: what the file says, or 1)", 1, 3,
-      "DX [DY DZ]")
+  command->add_option("--grid", options->grid, "Use only grids with this name (default: all)");
+  addNumbers(*command, "--spacing", options->spacing,
+             "Volumes: voxel edge lengths (default: from the file, else 1)", 1, 3, "DX [DY DZ]")
       ->check(numberAboveZero());
   addNumbers(*command, "--origin", options->origin,
-             "Volumes: position of the first sample (default: what the file says, or 0 0 0)", 3, 3,
+             "Volumes: position of the first sample (default: from the file, else 0 0 0)", 3, 3,
              "X Y Z");
   command
       ->add_option("--axes", options->input.axes,
-                   "What the axes of a .npy array are (default: txyz, or xyz in several files)")
+                   "Axis order of .npy arrays (default: txyz, or xyz for several files)")
       ->check(axesOfArray());
-  command->add_option(
-      "--raw", options->input.raw,
-      "What .raw files hold that do not begin with such a line: 'TYPE NX NY NZ [NT] "
-      "[little|big]', as 'uint8 64 64 64 10'");
-  command
-      ->add_option("--caps", options->caps,
-                   "How to close the ends: flat; graded (flat, with cells that grow inwards); or "
-                   "half-step as in the paper")
+  command->add_option("--raw", options->input.raw,
+                      "Layout of .raw files without header: 'TYPE NX NY NZ [NT] [little|big]'");
+  command->add_option("--caps", options->caps, "Caps at the ends (docs/weave.md)")
       ->check(CLI::IsMember(voxelCaps()))
       ->capture_default_str();
-  command->add_option("--length-unit", options->lengthUnit, "Length unit of the grids: mm, m, ...");
-  command->add_option("--time-unit", options->timeUnit, "Unit of the times: s, min, ...");
+  command->add_option("--length-unit", options->lengthUnit, "Length unit of the grids, such as mm");
+  command->add_option("--time-unit", options->timeUnit, "Unit of the times, such as s");
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

@@ -25,6 +25,7 @@
 namespace t4d::voxel4d {
 namespace {
 
+using namespace std::string_literals;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -266,6 +267,7 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
   EXPECT_THAT(changed("c.npy", "(2, 5, 4, 6)", "(2, 5, 24  )"), HasSubstr("has one frame only"));
   EXPECT_THAT(changed("line.raw", "raw float32", "raw float16"),
               HasSubstr("has the type 'float16'"));
+  EXPECT_THAT(changed("line.raw", "5 4 6 2", "5 4 x 2"), HasSubstr("has the size 'x'"));
   const fs::path line = folder_ / "line.raw";
   EXPECT_EQ(faultOf({line}, {.frameTime = 1, .raw = "float32 5 4 6 2 big"}), "");
   EXPECT_THAT(faultOf({line}, {.frameTime = 1, .raw = "float32 5 4 6 2"}),
@@ -274,6 +276,19 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
               HasSubstr("is not a number of bytes to skip"));
   EXPECT_THAT(faultOf({folder_ / "f01.raw"}, {}),
               HasSubstr("does not begin with a line that says what it holds"));
+  // A line break among samples ends no line, and a word alone begins none.
+  for (const std::string& bytes : {"\1\2\n"s + files_["f01.raw"], "raw " + std::string(300, 'x')}) {
+    writeFile(folder_ / "samples.raw", bytes);
+    EXPECT_THAT(faultOf({folder_ / "samples.raw"}, {}),
+                HasSubstr("does not begin with a line that says what it holds"));
+  }
+  for (const char axes : {'\2', '\x08'}) {
+    std::string bytes = files_["one.nii"];
+    bytes[40] = axes;
+    writeFile(folder_ / "axes.nii", bytes);
+    EXPECT_THAT(faultOf({folder_ / "axes.nii"}, {}),
+                HasSubstr(fmt::format("has {} axes; expected are three or four", int{axes})));
+  }
   EXPECT_THAT(faultOf({folder_ / "one.nii", folder_ / "two.nii"}, {}),
               HasSubstr("holds 2 frames; where there are several files"));
 

@@ -121,7 +121,7 @@ def folders(attack):
     (outside / "mine").write_bytes(content)
     for name in rng.sample(names + ["notes.txt"], rng.randrange(1, len(names) + 1)):
         path = folder / name
-        if any(p.is_symlink() or p.is_file() for p in path.parents):
+        if any(p.is_symlink() or p.exists() and not p.is_dir() for p in path.parents):
             continue
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_dir():

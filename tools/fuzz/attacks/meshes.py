@@ -18,6 +18,12 @@ def scaled(attack, source, scale, offset):
     return path
 
 
+def extent(mesh):
+    points = [[float(c) for c in line.split()[1:4]] for line in mesh.read_text().splitlines()
+              if line.startswith("v ")]
+    return max(max(axis) - min(axis) for axis in zip(*points))
+
+
 @input_class(weight=6)
 def numbers(attack):
     """solids scaled and moved to the ends of floating point, swept by either backend, as float32,
@@ -26,10 +32,13 @@ def numbers(attack):
     mesh = scaled(attack, attack.pick("obj"), abs(attack.extreme()) or 1,
                        rng.choice([0, 0, attack.extreme()]))
     output = attack.path("out.t4d")
+    # Hundreds of voxels across are much work, rightly; far more are refused.
+    voxel, size = abs(attack.extreme()) or 1, extent(mesh)
+    if 100 < size / voxel < 1e5:
+        voxel = size / 100
     options = rng.choice([[], ["--caps", "cone"], ["--precision", "float32"],
                           ["--precision", "float32", "--center"],
-                          ["--backend", "voxel4d", "--frames", "2", "--voxel-size",
-                           repr(abs(attack.extreme()) or 1)]])
+                          ["--backend", "voxel4d", "--frames", "2", "--voxel-size", repr(voxel)]])
     motion = attack.pick("motion")
     return Run(["sweep", mesh, "-m", motion, "--steps", 2, *options, "-o", output]
                if "--backend" not in options
