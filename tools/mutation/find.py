@@ -268,7 +268,7 @@ class Finder:
 
     def returned_default(self, begin, end, scope, parent):
         value = self.text(begin + len("return"), end).strip()
-        if self.source[end:end + 1] != b";" or value in ("", "{}", "0"):
+        if self.source[end:end + 1] != b";" or value in ("", "{}", "0", "nullptr", "std::nullopt"):
             return
         if scope.returns == "bool" and not value.startswith("{"):
             self.add(scope, "return", begin, f"return {value}", f"return !({value})",

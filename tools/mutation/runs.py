@@ -90,20 +90,35 @@ def run(test, seconds, **variables):
     return "timed out" if not ended_by or used >= seconds else "failed", used
 
 
+def stamp(test):
+    """When the programs that a test runs were built."""
+    programs = [Path(test.command[0]), *BUILD.glob("t4d*")]
+    return [p.stat().st_mtime_ns for p in programs if p.is_file() and os.access(p, os.X_OK)]
+
+
 def trace(all_tests, jobs, longest, say):
-    """Runs each test as it is; returns those that pass, with their times and what they reach."""
+    """Runs each test as it is; returns those that pass, with their times and what they reach. Tests
+    whose programs are those of the last time are not run again."""
     folder = FOLDER / "traces"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
+    kept_file = FOLDER / "traces.json"
+    kept = json.loads(kept_file.read_text()) if kept_file.exists() else {}
 
     def one(job):
         number, test = job
         if ended.is_set():
             return test, "was not run"
+        last = kept.get(test.name)
+        if last and last["stamp"] == stamp(test) and last["longest"] == longest:
+            test.seconds, test.reaches = last["seconds"], set(last["reaches"])
+            return test, last["outcome"]
         file = folder / str(number)
         outcome, test.seconds = run(test, longest, T4D_MUTANT_TRACE=str(file))
         if file.exists():
             test.reaches = {int(line) for line in file.read_text().split()}
+        kept[test.name] = {"stamp": stamp(test), "longest": longest, "outcome": outcome,
+                           "seconds": test.seconds, "reaches": sorted(test.reaches)}
         return test, outcome
 
     good = []
@@ -119,12 +134,16 @@ def trace(all_tests, jobs, longest, say):
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+        kept_file.write_text(json.dumps(kept))
     return sorted(good, key=lambda test: test.seconds)
 
 
 def judge(mutant, all_tests, budget):
-    """What becomes of a mutant: as in the report. `all_tests` are in the order of their times."""
+    """What becomes of a mutant: as in the report. `all_tests` are in the order of their times; those
+    of the mutant's own folder are the first to notice it."""
+    own = f"/library/{Path(mutant.file).parts[1]}/"
     reaching = [test for test in all_tests if mutant.number in test.reaches]
+    reaching.sort(key=lambda test: own not in test.command[0])
     done, used = 0, 0
     for test in reaching:
         if used > budget or ended.is_set():
