@@ -12,7 +12,8 @@ NOTEBOOKS = sorted((Path(__file__).parents[2] / "docs" / "notebooks").glob("*.ip
 def printed(notebook):
     """What each cell prints; pictures are left out."""
     return [
-        [output["text"] for output in cell.get("outputs", []) if output.get("name") == "stdout"]
+        "".join(output["text"] for output in cell.get("outputs", [])
+                if output.get("name") == "stdout")
         for cell in notebook.cells
     ]
 

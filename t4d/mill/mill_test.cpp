@@ -402,6 +402,13 @@ TEST(Mill, TurningOnAndOnNearTheStockIsRefused) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().remedy, Remedy::Motion);
   EXPECT_NE(refused.error().message.find("more than 10000000 steps"), std::string::npos);
+  // Round it, without coming to it.
+  spin.screw.axisPoint = {0, 200, 0};
+  spin.screw.axisDirection = {0, 0, 1};
+  const auto circling = model::chainScrews(0, {&spin, 1});
+  const auto endless = mill(kBlock, toolOf("ball:d=6,l=30", 0.01), *circling, options, mesh);
+  ASSERT_FALSE(endless);
+  EXPECT_EQ(endless.error().remedy, Remedy::Motion);
 }
 
 TEST(ToolShape, VolumesConvergeFromBelow) {

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace t4d::mill {
 namespace {
 
@@ -80,6 +82,14 @@ class Parts {
 
   /// Those from `first` to before `last`: halves them, until they are one or too far away.
   Result<void> addPieces(double first, double last) {
+    if (++looks_ > kMostLooks) {
+      return fail(
+          ErrorCode::Unsupported,
+          fmt::format("the tool goes round the stock or past it for too long: it was looked "
+                      "for in {} pieces of {:g}; is it in the length units of the stock?",
+                      kMostLooks, travel_),
+          {}, Remedy::Motion);
+    }
     const double from = timeAt(first);
     const double to = timeAt(last);
     if (!(from < to)) return {};
@@ -108,6 +118,7 @@ class Parts {
   double way_ = 0;
   double count_ = 1;     // of pieces
   double rounding_ = 0;  // of places, by that of times
+  std::uint64_t looks_ = 0;
   model::Motion run_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 
 #include "t4d/model/error.h"
@@ -19,12 +20,14 @@ using Near = std::function<bool(const model::Point3& center, double radius)>;
 /// most kMostParts at once, as the segments of one motion. Poses are those of the motion, but for
 /// rounding. Stops at the first error of `take`.
 ///
-/// The time is that of the parts taken, however far the motion goes elsewhere.
+/// The time is that of the parts taken, however far the motion goes elsewhere, and of those that go
+/// round what is near without coming to it. Fails after kMostLooks parts of all sizes.
 Result<void> visitParts(const model::Motion& motion, const model::TimeSpan& span, double travel,
                         double reach, const Near& near,
                         const std::function<Result<void>(const model::Motion&)>& take);
 
 inline constexpr std::size_t kMostParts = 1000;
+inline constexpr std::uint64_t kMostLooks = 30'000'000;
 
 /// When the origin of the moving frame has gone `travel` farther than at `time`; at the latest the
 /// end of the motion.

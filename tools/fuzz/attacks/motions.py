@@ -270,6 +270,7 @@ def paths(attack):
     place = lambda: [rng.choice([far, near, near])() for _ in range(3)]
     form = rng.choice(["nc", "cl", "json", "csv"])
     path = attack.path("path." + form)
+    turns = 0
     count = rng.choice([2, 5, 40, 5000 if form in ("nc", "cl") else 300])
     if form == "nc":
         spot = lambda: " ".join(f"{a}{c:.3f}" for a, c in zip("XYZ", place()))
@@ -288,10 +289,15 @@ def paths(attack):
             if rng.random() < 0.3:
                 lines.append("RAPID")
     elif form == "json":
-        lines = [json.dumps({"segments": [
+        segments = [
             {"duration": abs(far()), "translation": place(), "axis_point": place(),
              "axis_direction": [near(), near(), 1], "repeat": rng.choice([1, 1, 3, 1000]),
-             "angle_degrees": rng.choice([0, 0, near(), far()])} for _ in range(count)]})]
+             "angle_degrees": rng.choice([0, 0, near(), far()])} for _ in range(count)]
+        turns = sum(s["repeat"] * abs(s["angle_degrees"]) / 360 for s in segments)
+        if 1000 < turns < 1e9:  # which takes minutes, rightly; far more is refused
+            for segment in segments:
+                segment["angle_degrees"] *= 1000 / turns
+        lines = [json.dumps({"segments": segments})]
     else:
         lines = ["time,x,y,z"] + [",".join(repr(c) for c in [i, *place()])
                                   for i in range(count)]
@@ -300,6 +306,8 @@ def paths(attack):
     option = {"nc": "--gcode", "cl": "--locations"}.get(form, "--motion")
     extra = rng.choice([[], ["--shank", "d=8,l=20"], ["--tolerance", "0.05"],
                         ["--max-memory", "0.2"]])
+    if turns > 100 and "--tolerance" in extra:
+        extra = []  # hundreds of turns in small steps are much work, rightly
     return Run(["mill", mesh, "--tool", rng.choice(["ball:d=6,l=30", "flat:d=4,l=12"]), option,
                 path, "--voxel-size", rng.choice([2, 4]), "--frames", rng.choice([2, 5]), *extra,
                 "-o", output], [mesh, path], output, seconds=2 * BASE_SECONDS)
