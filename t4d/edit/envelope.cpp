@@ -80,8 +80,9 @@ Result<SpaceLattice> latticeFor(const TriangleMesh& surface, double size,
   return SpaceLattice::about(bounds, size);
 }
 
-/// What a surface about the silhouette takes, in times of what the one through it does.
-constexpr double kOffsetBytes = 2;
+/// What a surface about the silhouette takes, in times of what the one through it does: at most,
+/// measured with up to five million triangles.
+constexpr double kOffsetBytes = 4.5;
 constexpr double kOffsetSeconds = 4;
 
 double bytesFor(const TriangleMesh& surface, const SpaceLattice& lattice,
