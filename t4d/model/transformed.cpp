@@ -39,12 +39,12 @@ Eigen::Matrix3d balanced(Eigen::Matrix3d linear) {
 
 class TransformedSlab : public StreamedSlab {
  public:
-  /// `lower` is the lower layer after the map, if that is known.
+  /// `moved` are the times after the map, `lower` the lower layer if that is known.
   TransformedSlab(const StreamedSlab& slab, const Transform& by, bool mirrors,
-                  std::span<const Point4> lower)
+                  const TimeSpan& moved, std::span<const Point4> lower)
       : slab_(slab), by_(by), mirrors_(mirrors), lower_(lower) {
     static_cast<VertexCounts&>(*this) = slab;
-    time = {by.time(slab.time.begin), by.time(slab.time.end)};
+    time = moved;
     cellCount = slab.cellCount;
   }
   void vertices(std::uint32_t first, std::span<Point4> into) const override {
@@ -204,11 +204,12 @@ void Transformed::moveLayers(const Slab& slab, Slab& moved) {
 }
 
 Result<void> Transformed::putStreamed(const StreamedSlab& slab) {
-  if (auto time = timesOf(slab.time.begin, slab.time.end); !time) return pass(time.error());
+  const auto time = timesOf(slab.time.begin, slab.time.end);
+  if (!time) return pass(time.error());
   std::vector<Point4> given(givenUpper_.empty() ? 0 : slab.lowerCount);
   slab.vertices(0, given);
   const std::vector<Point4> lower = takeLower(given);
-  return into_.putStreamed(TransformedSlab(slab, by_, mirrors_, lower));
+  return into_.putStreamed(TransformedSlab(slab, by_, mirrors_, *time, lower));
 }
 
 }  // namespace t4d::model
