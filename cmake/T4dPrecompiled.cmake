@@ -36,7 +36,7 @@ function(t4d_precompile target set)
   target_precompile_headers(${target} REUSE_FROM ${owner})
   if(set STREQUAL "library")  # the same flags
     set_target_properties(${owner} ${target} PROPERTIES
-      POSITION_INDEPENDENT_CODE "${T4D_BUILD_PYTHON}")
+      POSITION_INDEPENDENT_CODE "${T4D_POSITION_INDEPENDENT}")
   endif()
 endfunction()
 

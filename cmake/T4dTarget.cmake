@@ -44,10 +44,10 @@ function(t4d_add_library folder)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${library}>)
   endforeach()
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
-  # The Python module is a shared library. What shares its precompiled headers with the programs is
-  # not part of it.
+  # The Python module and the program's t4d_openvdb are shared libraries. What shares its
+  # precompiled headers with the programs is not part of them.
   if(NOT ARG_PRECOMPILED STREQUAL "tools")
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE "${T4D_BUILD_PYTHON}")
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE "${T4D_POSITION_INDEPENDENT}")
   endif()
   t4d_own_code(${target})
   if(ARG_PRECOMPILED)

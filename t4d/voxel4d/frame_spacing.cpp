@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include <fmt/format.h>
 
-#include "t4d/voxel4d/voxelize.h"
+#include "t4d/model/times.h"
 
 namespace t4d::voxel4d {
 namespace {
+
+/// A step that misses the last time by less than this fraction of its length reaches it.
+constexpr double kStepTolerance = 1e-9;
 
 using Eigen::Vector3d;
 
@@ -75,7 +79,57 @@ class SeenScrew {
   Vector3d acrossDirection_ = Vector3d::Zero();
 };
 
+Result<void> checkCount(double count) {
+  if (count <= static_cast<double>(kMaxFrames)) return {};
+  return invalid(fmt::format("{:.0f} frames; at most {} are allowed", count, kMaxFrames));
+}
+
+/// The number of frames at intervals of `when.step`: as many as fit, or `when.count`.
+Result<std::uint64_t> countOfSteps(const model::TimeSpan& span, const FrameTimes& when) {
+  const double step = *when.step;
+  if (!(step > 0) || !std::isfinite(step)) {
+    return invalid(
+        fmt::format("the time between frames is {}; it must be a positive number", step));
+  }
+  const double steps = std::floor((span.end - span.begin) / step + kStepTolerance);
+  if (auto checked = checkCount(steps + 1); !checked) return pass(checked.error());
+  if (!(steps >= 1)) {
+    return invalid(fmt::format("the time between frames is {}, but from {} to {} there is only {}",
+                               step, span.begin, span.end, span.end - span.begin));
+  }
+  const auto fitting = static_cast<std::uint64_t>(steps) + 1;
+  const std::uint64_t count = when.count.value_or(fitting);
+  if (count < 2 || count > fitting) {
+    return invalid(
+        fmt::format("{} frames are requested, {} apart; from {} to {} there can be 2 to {}", count,
+                    step, span.begin, span.end, fitting));
+  }
+  return count;
+}
+
 }  // namespace
+
+Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when) {
+  std::vector<double> times;
+  if (when.step) {
+    auto count = countOfSteps(span, when);
+    if (!count) return pass(count.error());
+    times = model::steppedTimes(span.begin, *when.step, *count);
+    times.back() = std::min(times.back(), span.end);
+  } else {
+    const std::uint64_t count = when.count.value_or(0);
+    if (count < 2) return invalid(fmt::format("{} frames; a series needs two or more", count));
+    if (auto checked = checkCount(static_cast<double>(count)); !checked) {
+      return pass(checked.error());
+    }
+    times = model::evenTimes(span, count);
+  }
+  if (!std::is_sorted(times.begin(), times.end(), std::less_equal<>())) {
+    return invalid(fmt::format("{} frames from time {} to {} are too close to be told apart",
+                               times.size(), span.begin, times.back()));
+  }
+  return times;
+}
 
 double maxSpeed(const model::TriangleMesh& mesh, const model::Motion& motion) {
   if (mesh.vertices.empty()) return 0;

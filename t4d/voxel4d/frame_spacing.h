@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "t4d/model/motion.h"
 #include "t4d/model/slab.h"
@@ -10,6 +12,21 @@
 /// How close in time the frames of a motion must be. Between two frames the voxel method can only
 /// blend: a part that moves by more than a voxel in between comes out too thin.
 namespace t4d::voxel4d {
+
+/// The maximum number of frames of a series.
+inline constexpr std::size_t kMaxFrames = 1'000'000;
+
+/// The times of frames: `count` of them evenly spaced; or one every `step` from the first time on,
+/// as many as fit, or the first `count` of these.
+struct FrameTimes {
+  std::optional<std::uint64_t> count = {};
+  std::optional<double> step = {};
+};
+
+/// Computes these times (model::evenTimes, model::steppedTimes). Fails for fewer than two or more
+/// than kMaxFrames, for a step that is not positive, for more steps than fit, and for times that
+/// are too close to represent.
+Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when);
 
 /// The maximum speed, over all times of `motion`, of any point of the convex hull of `mesh`'s
 /// vertices, in length units per time unit; up to rounding. 0 without vertices. Takes time

@@ -1,7 +1,8 @@
 #include "t4d/voxel4d/voxelize.h"
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -14,9 +15,6 @@
 namespace t4d::voxel4d {
 
 namespace {
-
-/// A step that misses the last time by less than this fraction of its length reaches it.
-constexpr double kStepTolerance = 1e-9;
 
 /// One frame of a solid: its inside points, and its level set unless only the mask is requested.
 struct Voxels {
@@ -83,68 +81,7 @@ class VoxelFrames : public FrameSource {
   bool mask_;
 };
 
-Result<void> checkCount(double count) {
-  if (count <= static_cast<double>(kMaxFrames)) return {};
-  return invalid(fmt::format("{:.0f} frames; at most {} are allowed", count, kMaxFrames));
-}
-
-/// The number of frames at intervals of `when.step`: as many as fit, or `when.count`.
-Result<std::uint64_t> countOfSteps(const model::TimeSpan& span, const FrameTimes& when) {
-  const double step = *when.step;
-  if (!(step > 0) || !std::isfinite(step)) {
-    return invalid(
-        fmt::format("the time between frames is {}; it must be a positive number", step));
-  }
-  const double steps = std::floor((span.end - span.begin) / step + kStepTolerance);
-  if (auto checked = checkCount(steps + 1); !checked) return pass(checked.error());
-  if (!(steps >= 1)) {
-    return invalid(fmt::format("the time between frames is {}, but from {} to {} there is only {}",
-                               step, span.begin, span.end, span.end - span.begin));
-  }
-  const auto fitting = static_cast<std::uint64_t>(steps) + 1;
-  const std::uint64_t count = when.count.value_or(fitting);
-  if (count < 2 || count > fitting) {
-    return invalid(
-        fmt::format("{} frames are requested, {} apart; from {} to {} there can be 2 to {}", count,
-                    step, span.begin, span.end, fitting));
-  }
-  return count;
-}
-
 }  // namespace
-
-Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when) {
-  std::vector<double> times;
-  if (when.step) {
-    auto count = countOfSteps(span, when);
-    if (!count) return pass(count.error());
-    times = model::steppedTimes(span.begin, *when.step, *count);
-    times.back() = std::min(times.back(), span.end);
-  } else {
-    const std::uint64_t count = when.count.value_or(0);
-    if (count < 2) return invalid(fmt::format("{} frames; a series needs two or more", count));
-    if (auto checked = checkCount(static_cast<double>(count)); !checked) {
-      return pass(checked.error());
-    }
-    times = model::evenTimes(span, count);
-  }
-  if (!std::is_sorted(times.begin(), times.end(), std::less_equal<>())) {
-    return invalid(fmt::format("{} frames from time {} to {} are too close to be told apart",
-                               times.size(), span.begin, times.back()));
-  }
-  return times;
-}
-
-SolidAtTime movingSolid(model::TriangleMesh mesh, model::Motion motion) {
-  return [mesh = std::move(mesh), motion = std::move(motion)](double time) {
-    const model::Pose pose = motion.at(time);
-    model::TriangleMesh posed;
-    posed.triangles = mesh.triangles;
-    posed.vertices.reserve(mesh.vertices.size());
-    for (const model::Point3& vertex : mesh.vertices) posed.vertices.push_back(pose(vertex));
-    return Result<model::TriangleMesh>(std::move(posed));
-  };
-}
 
 std::unique_ptr<FrameSource> voxelFrames(SolidAtTime solid, std::vector<double> times,
                                          const VoxelizeOptions& options) {

@@ -4,38 +4,14 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "t4d/model/motion.h"
 #include "t4d/model/slab.h"
-#include "t4d/model/times.h"
-#include "t4d/model/triangle_mesh.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/moving_solid.h"
 
 namespace t4d::voxel4d {
-
-/// The maximum number of frames of a series.
-inline constexpr std::size_t kMaxFrames = 1'000'000;
-
-/// The times of frames: `count` of them evenly spaced; or one every `step` from the first time on,
-/// as many as fit, or the first `count` of these.
-struct FrameTimes {
-  std::optional<std::uint64_t> count = {};
-  std::optional<double> step = {};
-};
-
-/// Computes these times (model::evenTimes, model::steppedTimes). Fails for fewer than two or more
-/// than kMaxFrames, for a step that is not positive, for more steps than fit, and for times that
-/// are too close to represent.
-Result<std::vector<double>> frameTimes(const model::TimeSpan& span, const FrameTimes& when);
-
-/// A solid as a function of time: closed and facing outward; empty if there is none.
-using SolidAtTime = std::function<Result<model::TriangleMesh>(double time)>;
-
-/// `mesh` in the poses of `motion`.
-SolidAtTime movingSolid(model::TriangleMesh mesh, model::Motion motion);
 
 struct VoxelizeOptions {
   /// In length units. Lattice points are its multiples, so the origin is one of them.

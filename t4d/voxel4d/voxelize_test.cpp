@@ -8,6 +8,7 @@
 #include <tbb/global_control.h>
 
 #include "t4d/fixtures/solids.h"
+#include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/test_files.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/weave.h"

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/model/limits.h"
-#include "t4d/voxel4d/frame_spacing.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/option_checks.h"

@@ -1,4 +1,5 @@
 #include "t4d/conformance/backends/own_backends.h"
+#include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"

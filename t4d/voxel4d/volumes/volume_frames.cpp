@@ -11,12 +11,12 @@
 #include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 #include "t4d/system/scratch_file.h"
+#include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/natural_order.h"
 #include "t4d/voxel4d/sample_box.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
-#include "t4d/voxel4d/voxelize.h"
 
 namespace t4d::voxel4d {
 namespace {
