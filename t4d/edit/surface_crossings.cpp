@@ -9,14 +9,12 @@
 #include <CGAL/box_intersection_d.h>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 namespace t4d::edit {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
-using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
 using model::Triangle;
 
 using Pair = std::pair<std::uint32_t, std::uint32_t>;
@@ -62,70 +60,122 @@ class PairTest {
   const std::vector<Point>& points_;
 };
 
-/// Boxes in order of their lower ends along the longest axis, in parts of equal numbers, and for
-/// each part those before it that reach it: each pair that meets is in one part, or between it and
-/// these.
-class Parts {
- public:
-  explicit Parts(std::vector<Box> boxes) : boxes_(std::move(boxes)) {
-    if (boxes_.empty()) return;
-    CGAL::Bbox_3 all;
-    for (const Box& box : boxes_) all += box.bbox();
-    std::array<int, 3> axes = {0, 1, 2};
-    std::ranges::stable_sort(axes, {}, [&](int axis) { return all.min(axis) - all.max(axis); });
-    // CGAL divides along its last axis first, and looks at all pairs where that divides nothing:
-    // along the thickness of a sheet, or across a part. Its first axis is the shortest one.
-    const std::array<int, 3> order = {axes[2], axes[0], axes[1]};
-    constexpr int kLongest = 1;
-    for (Box& box : boxes_) {
-      std::array<double, 3> low{};
-      std::array<double, 3> high{};
-      for (int k = 0; k < 3; ++k) {
-        low[k] = box.min_coord(order[k]);
-        high[k] = box.max_coord(order[k]);
-      }
-      box = Box(low.data(), high.data(), box.info());
+/// The box of a triangle, as CGAL's search takes it.
+struct Box {
+  using NT = double;
+  using ID = std::size_t;
+
+  std::array<double, 3> low;
+  std::array<double, 3> high;
+  std::uint32_t triangle;
+
+  static constexpr int dimension() { return 3; }
+  ID id() const { return triangle; }
+  double min_coord(int axis) const { return low[axis]; }
+  double max_coord(int axis) const { return high[axis]; }
+
+  bool meets(const Box& other) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (low[axis] > other.high[axis] || other.low[axis] > high[axis]) return false;
     }
-    tbb::parallel_sort(boxes_.begin(), boxes_.end(), [](const Box& p, const Box& q) {
-      return std::pair(p.min_coord(kLongest), p.info()) <
-             std::pair(q.min_coord(kLongest), q.info());
-    });
-    reaching_.resize((boxes_.size() + kBoxes - 1) / kBoxes);
-    for (std::size_t i = 0; i < boxes_.size(); ++i) {
-      for (std::size_t part = i / kBoxes + 1; part < reaching_.size(); ++part) {
-        if (boxes_[i].max_coord(kLongest) < boxes_[part * kBoxes].min_coord(kLongest)) break;
-        reaching_[part].push_back(boxes_[i]);
-      }
+    return true;
+  }
+  void add(const Box& other) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], other.low[axis]);
+      high[axis] = std::max(high[axis], other.high[axis]);
     }
   }
+};
 
-  std::size_t size() const { return reaching_.size(); }
+/// Boxes in parts of a few thousand that are close to each other.
+class Parts {
+ public:
+  explicit Parts(std::vector<Box> boxes) : boxes_(std::move(boxes)) { divide(0, boxes_.size()); }
 
-  /// Calls visit(box, box) for all pairs of a part.
+  std::size_t size() const { return parts_.size(); }
+
+  /// Calls visit(box, box) for all pairs of boxes that meet, one in this part and the other in it
+  /// or in a later one.
   template <class Visit>
-  void forEachPair(std::size_t part, const Visit& visit) {
-    const auto begin = boxes_.begin() + static_cast<std::ptrdiff_t>(part * kBoxes);
-    const auto end =
-        boxes_.begin() + static_cast<std::ptrdiff_t>(std::min((part + 1) * kBoxes, boxes_.size()));
-    std::vector<Box>& before = reaching_[part];
-    CGAL::box_intersection_d(before.begin(), before.end(), begin, end, visit);
-    CGAL::box_self_intersection_d(begin, end, visit);
+  void forEachPair(std::size_t number, const Visit& visit) const {
+    const Part& part = parts_[number];
+    std::vector<Box> own = within(part, part.bounds, part.bounds);
+    CGAL::box_self_intersection_d(own.begin(), own.end(), visit);
+    for (std::size_t other = number + 1; other < parts_.size(); ++other) {
+      const Part& later = parts_[other];
+      if (!part.bounds.meets(later.bounds)) continue;
+      Box both = part.bounds;
+      both.add(later.bounds);
+      std::vector<Box> here = within(part, later.bounds, both);
+      std::vector<Box> there = within(later, part.bounds, both);
+      CGAL::box_intersection_d(here.begin(), here.end(), there.begin(), there.end(), visit);
+    }
   }
 
  private:
   static constexpr std::size_t kBoxes = 20'000;
 
+  struct Part {
+    std::size_t begin, end;
+    Box bounds;
+  };
+
+  void divide(std::size_t begin, std::size_t end) {
+    if (begin == end) return;
+    Box bounds = boxes_[begin];
+    for (std::size_t i = begin; i < end; ++i) bounds.add(boxes_[i]);
+    if (end - begin <= kBoxes) {
+      parts_.push_back({begin, end, bounds});
+      return;
+    }
+    const int axis = axesOf(bounds)[2];
+    const auto at = [&](std::size_t i) { return boxes_.begin() + static_cast<std::ptrdiff_t>(i); };
+    const std::size_t middle = begin + (end - begin) / 2;
+    std::nth_element(at(begin), at(middle), at(end), [&](const Box& p, const Box& q) {
+      return std::pair(p.low[axis] + p.high[axis], p.triangle) <
+             std::pair(q.low[axis] + q.high[axis], q.triangle);
+    });
+    divide(begin, middle);
+    divide(middle, end);
+  }
+
+  /// The shortest, ..., the longest.
+  static std::array<int, 3> axesOf(const Box& bounds) {
+    std::array<int, 3> axes = {0, 1, 2};
+    std::ranges::stable_sort(axes, {},
+                             [&](int axis) { return bounds.high[axis] - bounds.low[axis]; });
+    return axes;
+  }
+
+  /// The boxes of a part that meet `place`. CGAL divides along its last axis first, and looks at
+  /// all pairs where that divides nothing, as along the thickness of a sheet: its axes are those of
+  /// `bounds`, the longest last.
+  std::vector<Box> within(const Part& part, const Box& place, const Box& bounds) const {
+    const std::array<int, 3> axes = axesOf(bounds);
+    std::vector<Box> found;
+    for (std::size_t i = part.begin; i < part.end; ++i) {
+      const auto& [low, high, triangle] = boxes_[i];
+      if (!boxes_[i].meets(place)) continue;
+      found.push_back({{low[axes[0]], low[axes[1]], low[axes[2]]},
+                       {high[axes[0]], high[axes[1]], high[axes[2]]},
+                       triangle});
+    }
+    return found;
+  }
+
   std::vector<Box> boxes_;
-  std::vector<std::vector<Box>> reaching_;
+  std::vector<Part> parts_;
 };
 
-/// All pairs of a part that meet, or `most` of them.
-std::vector<Pair> pairsOf(Parts& parts, std::size_t part, const PairTest& test, std::size_t most) {
+/// All pairs of triangles that meet, of a part with it and later ones, or `most` of them.
+std::vector<Pair> pairsOf(const Parts& parts, std::size_t part, const PairTest& test,
+                          std::size_t most) {
   std::vector<Pair> pairs;
   if (most == 0) return pairs;
   try {
     parts.forEachPair(part, [&](const Box& a, const Box& b) {
-      const auto [low, high] = std::minmax({a.info(), b.info()});
+      const auto [low, high] = std::minmax({a.triangle, b.triangle});
       if (!test.meet(low, high)) return;
       pairs.emplace_back(low, high);
       if (pairs.size() == most) throw Enough();
@@ -152,11 +202,13 @@ Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::siz
     if (CGAL::collinear(points[a], points[b], points[c])) {
       found.flat.push_back(i);
     } else {
-      boxes.emplace_back(points[a].bbox() + points[b].bbox() + points[c].bbox(), i);
+      const CGAL::Bbox_3 box = points[a].bbox() + points[b].bbox() + points[c].bbox();
+      boxes.push_back(
+          {{box.xmin(), box.ymin(), box.zmin()}, {box.xmax(), box.ymax(), box.zmax()}, i});
     }
   }
   const PairTest test(mesh, points);
-  Parts parts(std::move(boxes));
+  const Parts parts(std::move(boxes));
   // Batches are the same for any number of threads, and so is what is found.
   constexpr std::size_t kBatch = 64;
   for (std::size_t begin = 0; begin < parts.size() && found.pairs.size() <= most; begin += kBatch) {
