@@ -5,8 +5,9 @@
 >>> V, F = mesh.slice(time=2.5)
 >>> t4d.sweep(V, F, "screw-in.json").save("x.t4d")
 
-``sweep`` and ``weave`` make 4D meshes, ``read`` opens files of them, and ``verbs`` has all that the
-program can do. Lengths and times are in the units of the mesh.
+``sweep`` and ``weave`` make 4D meshes, ``read`` opens files of them, ``collide``, ``envelope`` and
+``resolve`` ask and change motions, ``mend`` repairs solids, and ``verbs`` has all that the program
+can do. Lengths and times are in the units of the mesh.
 """
 
 import os
@@ -16,6 +17,7 @@ from t4d.ending import at_end
 from t4d.errors import Error, Failed, FileError, InvalidInput, Loss, Unsupported, VerbError
 from t4d.mesh import Mesh, Slab, read, sweep, weave
 from t4d.motions import Motion
+from t4d.questions import collide, envelope, mend, resolve
 from t4d.triangles import TriangleMesh, read_triangles
 
 __version__ = _t4d.version
@@ -35,8 +37,12 @@ __all__ = [
     "TriangleMesh",
     "Unsupported",
     "VerbError",
+    "collide",
+    "envelope",
+    "mend",
     "read",
     "read_triangles",
+    "resolve",
     "sweep",
     "weave",
 ]

@@ -107,6 +107,7 @@ class Mesh(Unchanging):
     _name: str
     _metadata: Dict[str, str]
     _file: Optional[str]
+    _whole_file: Optional[Tuple[str, Any]] = None  # the file that holds all of the mesh, and its state
 
     def __init__(self) -> None:
         raise TypeError("a t4d.Mesh is made by t4d.read, t4d.sweep or t4d.weave")
@@ -382,7 +383,26 @@ def read(
         "space": first.space,
         "details": first.details,
     }
-    return Mesh._of(bodies, metadata=metadata, file=name)
+    mesh = Mesh._of(bodies, metadata=metadata, file=name)
+    if os.path.isfile(name):
+        mesh._whole_file = os.path.abspath(name), _state(name)
+    return mesh
+
+
+def _state(path: str) -> Any:
+    """Changes with the file at this path."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def file_of(mesh: Mesh) -> Optional[str]:
+    """The file that holds the mesh as it is, if there is one."""
+    if mesh._whole_file is None or mesh._whole_file[1] != _state(mesh._whole_file[0]):
+        return None
+    return mesh._whole_file[0]
 
 
 def sweep(

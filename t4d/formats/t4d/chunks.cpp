@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <set>
 #include <string_view>
 
@@ -97,8 +98,34 @@ void forEachCellBlock(const Connectivity& connectivity, Visit visit) {
 
 BlockRanges rangesOf(std::span<const model::Cell> cells, const model::VertexCounts& counts) {
   BlockRanges ranges{};
-  for (const model::Cell& cell : cells) {
-    for (const std::uint32_t vertex : cell) extend(ranges, vertex, counts);
+  const std::span<const std::uint32_t> corners(cells.empty() ? nullptr : cells.front().data(),
+                                               4 * cells.size());
+  const std::array<std::uint32_t, 4> parts = {0, counts.lowerCount, counts.firstUpper(),
+                                              counts.vertexCount};
+  for (std::size_t part = 0; part < 3; ++part) {
+    const std::uint32_t begin = parts[part];
+    const std::uint32_t size = parts[part + 1] - begin;
+    // What is below `begin` comes out beyond `size`. Signed numbers and a mask, because that is
+    // what compilers vectorise.
+    const auto ordered = [](std::uint32_t place) {
+      return static_cast<std::int32_t>(place - 0x80000000U);
+    };
+    constexpr std::int32_t kNone = std::numeric_limits<std::int32_t>::min();
+    const std::int32_t beyond = ordered(size);
+    std::int32_t first = beyond;
+    std::int32_t last = kNone;
+    for (const std::uint32_t vertex : corners) {
+      const std::int32_t place = ordered(vertex - begin);
+      const std::int32_t inside = -static_cast<std::int32_t>(place < beyond);
+      first = std::min(first, place);
+      last = std::max(last, (place & inside) | (kNone & ~inside));
+    }
+    if (first == beyond) continue;
+    const auto numberOf = [&](std::int32_t place) {
+      return begin + static_cast<std::uint32_t>(place) + 0x80000000U;
+    };
+    ranges[2 * part] = numberOf(first);
+    ranges[2 * part + 1] = numberOf(last) + 1;
   }
   return ranges;
 }
@@ -194,12 +221,17 @@ struct MadeBlock {
   void addBounds(const model::StreamedSlab& slab, std::span<const model::Cell> cells) {
     for (std::size_t part = 0; part < ranges.size(); part += 2) {
       const std::uint32_t begin = ranges[part];
+      if (begin == ranges[part + 1]) continue;
       std::vector<Point4> vertices(ranges[part + 1] - begin);
       slab.vertices(begin, vertices);
+      // Cells share most vertices: each is added once. The last mark is for those of other parts.
+      const auto count = static_cast<std::uint32_t>(vertices.size());
+      std::vector<std::uint8_t> used(count + std::size_t{1});
       for (const model::Cell& cell : cells) {
-        for (const std::uint32_t vertex : cell) {
-          if (vertex - begin < vertices.size()) bounds.add(vertices[vertex - begin]);
-        }
+        for (const std::uint32_t vertex : cell) used[std::min(vertex - begin, count)] = 1;
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        if (used[i] != 0) bounds.add(vertices[i]);
       }
     }
   }

@@ -1,0 +1,89 @@
+"""Verbs on meshes in memory."""
+
+import pickle
+import shutil
+
+import numpy as np
+import pytest
+import t4d
+from t4d import verbs
+
+
+def test_collide_finds_the_same_in_memory_as_in_files(cube, tmp_path):
+    vertices, triangles = cube
+    motion = t4d.Motion({"segments": [{"duration": 2, "axis_point": [0, 0, 0], "axis_direction": [0, 0, 1],
+                                      "angle_degrees": 40, "translation": [0, 0, 3]}]})
+    turning = t4d.sweep(vertices, triangles, motion)
+    still = t4d.sweep(vertices + [3, 0, 0], triangles, {"segments": [{"duration": 2}]})
+    found = t4d.collide(turning, still)
+    turning.save(tmp_path / "turning.t4d")
+    still.save(tmp_path / "still.t4d")
+    assert found == verbs.collide(tmp_path / "turning.t4d", tmp_path / "still.t4d")
+    assert found.pairs[0].verdict == found["pairs"][0]["verdict"] == "clear"
+    with pytest.raises(AttributeError, match="has no 'verdict'; it has pairs"):
+        found.verdict
+    assert pickle.loads(pickle.dumps(found)) == found
+
+
+def test_an_envelope_in_memory_is_the_one_that_is_written(models, tmp_path):
+    mesh = t4d.read(models / "cube.t4d")
+    report = t4d.envelope(mesh, voxel_size=1)
+    verbs.envelope(models / "cube.t4d", voxel_size=1, output=tmp_path / "envelope.ply")
+    written = t4d.read_triangles(tmp_path / "envelope.ply")
+    assert np.array_equal(report.mesh.vertices, written.vertices)
+    assert np.array_equal(report.mesh.triangles, written.triangles)
+    assert report.mesh.volume == pytest.approx(report.volume, rel=1e-9)
+
+
+def test_mend_closes_an_open_cube(cube):
+    vertices, triangles = cube
+    report = t4d.mend(vertices / 3, triangles[:-2])
+    assert report.mesh.closed and report.closed
+    assert report.mesh.volume == pytest.approx(1 / 27)
+    # Without rounding, though a third has no end.
+    assert {tuple(v) for v in report.mesh.vertices} == {tuple(v) for v in vertices / 3}
+    again = t4d.mend(t4d.TriangleMesh(vertices / 3, triangles[:-2]))
+    assert np.array_equal(again.mesh.vertices, report.mesh.vertices)
+
+
+def test_resolve_leaves_clear_solids(cube):
+    vertices, triangles = cube
+    motion = t4d.Motion({"segments": [{"duration": 1, "translation": [4, 0, 0]}]})
+    rest = t4d.Motion({"segments": [{"duration": 1}]})
+    moving = t4d.sweep(vertices, triangles, motion)
+    wall = t4d.sweep(vertices + [2, 0.9, 0], triangles, rest)
+    assert t4d.collide(wall, moving).pairs[0].contact
+    report = t4d.resolve(wall, moving, clearance=0.01)
+    assert isinstance(report.mesh, t4d.Mesh)
+    assert not t4d.collide(wall, report.mesh).pairs[0].contact
+
+
+def test_verbs_read_the_file_of_a_mesh_only_while_it_is_that_file(models, tmp_path):
+    path = tmp_path / "a.t4d"
+    shutil.copy(models / "cube.t4d", path)
+    mesh = t4d.read(path)
+    cells = verbs.quality(mesh).cells
+    shutil.copy(models / "screw.t4d", tmp_path / "b.t4d")
+    (tmp_path / "b.t4d").replace(path)
+    assert verbs.quality(mesh).cells == cells != verbs.quality(path).cells
+    path.unlink()
+    assert verbs.quality(mesh).cells == cells
+
+
+def test_outputs_are_paths_or_classes_of_meshes(models):
+    made = verbs.transform(models / "cube.t4d", move=[1, 2, 3], output=t4d.Mesh).mesh
+    assert made.slice(time=0).vertices.min(axis=0) == pytest.approx(
+        t4d.read(models / "cube.t4d").slice(time=0).vertices.min(axis=0) + [1, 2, 3]
+    )
+    with pytest.raises(TypeError, match="expected is a path, t4d.Mesh or t4d.TriangleMesh"):
+        verbs.transform(models / "cube.t4d", move=[1, 2, 3], output=dict)
+    with pytest.raises(t4d.VerbError):
+        verbs.transform(models / "cube.t4d", move=[1, 2, 3], output=t4d.TriangleMesh)
+
+
+def test_a_body_of_several_is_all_that_a_verb_sees(models, tmp_path):
+    verbs.weave(models / "labels.nrrd", label=[1, 2], output=tmp_path / "both.t4d")
+    both = t4d.read(tmp_path / "both.t4d")
+    names = both.names
+    assert len(names) > 1
+    assert [body["name"] for body in verbs.info(both[1])["bodies"]] == names[1:2]
