@@ -33,7 +33,8 @@ class BuildWithCMake(build_py):
         shutil.rmtree(package, ignore_errors=True)
         shutil.copytree(BUILD / "python" / "t4d", package, ignore=shutil.ignore_patterns("__pycache__"))
         (package / "bin").mkdir()
-        shutil.copy2(BUILD / "t4d", package / "bin" / "t4d")
+        for name in ("t4d", "t4d_openvdb.so"):
+            shutil.copy2(BUILD / name, package / "bin" / name)
 
 
 class BinaryDistribution(Distribution):

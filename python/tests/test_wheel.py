@@ -31,7 +31,15 @@ def test_the_wheel_works_by_itself(tmp_path):
         assert packed.read_bytes() == (Path(__file__).parents[2] / name).read_bytes()
     (folder / "t4d" / "bin" / "t4d").chmod(0o755)
     env = {name: value for name, value in os.environ.items() if not name.startswith("T4D")}
-    script = "import t4d; from t4d import verbs; print(verbs.program()); print(verbs.version()['version'])"
+    script = (
+        "import numpy as np, t4d; from t4d import verbs\n"
+        "V = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]])\n"
+        "solid = t4d.TriangleMesh(V, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])\n"
+        "motion = t4d.Motion({'segments': [{'duration': 1, 'translation': [1, 0, 0]}]})\n"
+        "swept = t4d.sweep(solid, motion=motion)\n"
+        "verbs.rasterize(swept, voxel_size=1, n=2, output='frames')\n"  # with OpenVDB
+        "print(verbs.program()); print(verbs.version()['version'])"
+    )
     run = subprocess.run(
         [sys.executable, "-c", script],
         cwd=tmp_path,
