@@ -33,8 +33,8 @@ class BuildWithCMake(build_py):
         shutil.rmtree(package, ignore_errors=True)
         shutil.copytree(BUILD / "python" / "t4d", package, ignore=shutil.ignore_patterns("__pycache__"))
         (package / "bin").mkdir()
-        for name in ("t4d", "t4d_openvdb.so"):
-            shutil.copy2(BUILD / name, package / "bin" / name)
+        for path in (BUILD / "t4d", *BUILD.glob("t4d_*.so")):
+            shutil.copy2(path, package / "bin" / path.name)
 
 
 class BinaryDistribution(Distribution):

@@ -1,4 +1,4 @@
-#include "tools/program/openvdb_functions.h"
+#include "tools/program/modules.h"
 
 extern "C" const OpenVdbFunctions t4dOpenVdbFunctions = {
     &t4d::voxel4d::openVdbFrames, &t4d::voxel4d::voxelFrames, &t4d::voxel4d::writeVoxelFrames,

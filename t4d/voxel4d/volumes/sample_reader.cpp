@@ -10,10 +10,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <tbb/task_group.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include "t4d/system/regular_file.h"
+#include "t4d/voxel4d/volumes/gzip_stream.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -28,7 +29,6 @@ class Descriptor {
     if (number_ >= 0) close(number_);
   }
   int number() const { return number_; }
-  int release() { return std::exchange(number_, -1); }
 
  private:
   int number_;
@@ -99,45 +99,46 @@ class RawReader : public SampleReader {
   std::uint64_t windowBegin_ = 0;
 };
 
+/// Unpacks the next piece while the last one is used, if there is a thread for it.
 class GzipReader : public SampleReader {
  public:
   /// `wanted`: the bytes that are to be read in all.
-  GzipReader(gzFile file, std::string where, std::uint64_t wanted)
-      : file_(file), where_(std::move(where)), wanted_(wanted) {}
+  GzipReader(Descriptor file, std::string where, std::uint64_t wanted)
+      : file_(std::move(file)), stream_(file_.number()), where_(std::move(where)), wanted_(wanted) {
+    unpackNext();
+  }
   GzipReader(const GzipReader&) = delete;
   GzipReader& operator=(const GzipReader&) = delete;
-  ~GzipReader() override { gzclose(file_); }
+  ~GzipReader() noexcept override { unpacking_.wait(); }
 
   Result<void> read(std::span<std::byte> into) override {
     while (!into.empty()) {
-      constexpr std::size_t kMost = std::size_t{1} << 20U;
-      const auto part = static_cast<unsigned>(std::min(into.size(), kMost));
-      const int got = gzread(file_, into.data(), part);
-      if (got <= 0) return damaged();
-      read_ += static_cast<std::uint64_t>(got);
-      into = into.subspan(static_cast<std::size_t>(got));
+      const auto piece = take(into.size());
+      if (piece.empty()) return damaged();
+      std::ranges::copy(piece, into.begin());
+      read_ += piece.size();
+      into = into.subspan(piece.size());
     }
     return {};
   }
   Result<void> skip(std::uint64_t bytes) override {
-    std::array<std::byte, 65536> passed;
     while (bytes > 0) {
-      const auto part = std::min<std::uint64_t>(bytes, passed.size());
-      if (auto done = read(std::span(passed).first(part)); !done) return done;
-      bytes -= part;
+      const auto piece = take(bytes);
+      if (piece.empty()) return damaged();
+      read_ += piece.size();
+      bytes -= piece.size();
     }
     return {};
   }
   Result<void> finish(bool mayHaveMore) override {
     // The checksum is at the end.
-    std::array<std::byte, 65536> more;
     std::uint64_t beyond = 0;
-    int got = 0;
+    std::size_t got = 0;
     do {
-      got = gzread(file_, more.data(), more.size());
-      if (got > 0) beyond += static_cast<std::uint64_t>(got);
+      got = take(kPiece).size();
+      beyond += got;
     } while (got > 0 && (mayHaveMore || beyond < kMostCounted));
-    if (got < 0 || !isWhole()) return damaged();
+    if (got == 0 && stream_.state() != GzipStream::State::End) return damaged();
     if (beyond == 0 || mayHaveMore) return {};
     return invalid(fmt::format("unpacks to {}{} bytes, but its header announces {}",
                                got > 0 ? "more than " : "", read_ + beyond, read_),
@@ -145,30 +146,58 @@ class GzipReader : public SampleReader {
   }
 
  private:
-  bool isWhole() const {
-    int code = Z_OK;
-    gzerror(file_, &code);
-    return code == Z_OK;
-  }
-  tl::unexpected<Error> damaged() const {
-    int code = Z_OK;
-    const char* text = gzerror(file_, &code);
-    if (code == Z_OK || code == Z_BUF_ERROR) {
-      return invalid(fmt::format("is cut off: it unpacks to {} bytes, but its header announces {}",
-                                 read_, wanted_),
-                     where_);
-    }
-    if (code == Z_ERRNO) return cannotRead(where_);
-    return invalid(fmt::format("its compressed data are damaged: {}", text), where_);
+  struct Piece {
+    std::vector<std::byte> bytes = std::vector<std::byte>(kPiece);
+    std::size_t size = 0;
+  };
+
+  void unpackNext() {
+    unpacking_.run([this] { next_.size = stream_.read(next_.bytes); });
   }
 
+  /// At most so many of the next bytes; none if there are no more.
+  std::span<const std::byte> take(std::uint64_t most) {
+    if (used_ == current_.size) {
+      unpacking_.wait();
+      std::swap(current_, next_);
+      next_.size = 0;
+      used_ = 0;
+      if (stream_.state() == GzipStream::State::Good) unpackNext();
+    }
+    const auto left = std::span(current_.bytes).first(current_.size).subspan(used_);
+    const auto piece = left.first(std::min<std::uint64_t>(most, left.size()));
+    used_ += piece.size();
+    return piece;
+  }
+
+  tl::unexpected<Error> damaged() const {
+    switch (stream_.state()) {
+      case GzipStream::State::Damaged:
+        return invalid(fmt::format("its compressed data are damaged: {}", stream_.fault()), where_);
+      case GzipStream::State::CannotRead:
+        errno = stream_.reason();
+        return cannotRead(where_);
+      default:
+        return invalid(
+            fmt::format("is cut off: it unpacks to {} bytes, but its header announces {}", read_,
+                        wanted_),
+            where_);
+    }
+  }
+
+  static constexpr std::size_t kPiece = std::size_t{1} << 20U;
   /// More bytes than announced are counted up to so many.
   static constexpr std::uint64_t kMostCounted = std::uint64_t{1} << 30U;
 
-  gzFile file_;
+  Descriptor file_;
+  GzipStream stream_;  // used by `unpacking_` alone while it runs
   std::string where_;
   std::uint64_t wanted_;
   std::uint64_t read_ = 0;
+  Piece current_;
+  std::size_t used_ = 0;  // bytes of it
+  Piece next_;
+  tbb::task_group unpacking_;
 };
 
 /// Numbers written in decimals.
@@ -304,11 +333,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
     return invalid("its samples are not compressed by gzip, although its header says so", where);
   }
   lseek(file.number(), offset, SEEK_SET);
-  gzFile unpacked = gzdopen(file.number(), "rb");
-  if (unpacked == nullptr) return fail(ErrorCode::Failed, "cannot be unpacked: no memory", where);
-  file.release();
-  gzbuffer(unpacked, 1U << 18U);
-  return std::make_unique<GzipReader>(unpacked, where, bytes);
+  return std::make_unique<GzipReader>(std::move(file), where, bytes);
 }
 
 }  // namespace t4d::voxel4d

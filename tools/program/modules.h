@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "t4d/formats/t4d/http_source.h"
+#include "t4d/voxel4d/point_field.h"
+#include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/voxelize.h"
+
+/// Loading OpenVDB and libcurl takes several times as long as all else that a short run does, and
+/// most verbs never use them. So the program does not link them: two modules have the functions of
+/// the library that need them, and each is loaded by the first call of one of its functions
+/// (module_functions.cpp). Everything else links the library as it is.
+///
+/// A module exports a table of its functions.
+struct OpenVdbFunctions {
+  static constexpr const char* kModule = "t4d_openvdb.so";
+  static constexpr const char* kTable = "t4dOpenVdbFunctions";
+
+  decltype(&t4d::voxel4d::openVdbFrames) openVdbFrames;
+  decltype(&t4d::voxel4d::voxelFrames) voxelFrames;
+  decltype(&t4d::voxel4d::writeVoxelFrames) writeVoxelFrames;
+  decltype(&t4d::voxel4d::writePointField) writePointField;
+};
+
+struct WebFunctions {
+  static constexpr const char* kModule = "t4d_web.so";
+  static constexpr const char* kTable = "t4dWebFunctions";
+
+  decltype(&t4d::formats::openHttpSource) openHttpSource;
+};
+
+extern "C" const OpenVdbFunctions t4dOpenVdbFunctions;
+extern "C" const WebFunctions t4dWebFunctions;
