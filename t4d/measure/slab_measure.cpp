@@ -102,11 +102,10 @@ class UnitAxes {
     for (const model::Point4& vertex : slab.vertices) bounds.add(vertex);
     const model::Point4 size = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs());
     for (int axis = 0; axis < 4; ++axis) scales_[axis] = model::UnitScale(size[axis]);
+    change_ = std::ranges::any_of(scales_, [](const auto& scale) { return scale.changes(); });
   }
 
-  bool change() const {
-    return std::ranges::any_of(scales_, [](const auto& scale) { return scale.changes(); });
-  }
+  bool change() const { return change_; }
   model::Point4 toUnit(model::Point4 point) const {
     for (int axis = 0; axis < 4; ++axis) point[axis] = scales_[axis].toUnit(point[axis]);
     return point;
@@ -121,12 +120,19 @@ class UnitAxes {
     return scaled;
   }
   double hypervolumeFromUnit(double value) const { return std::ldexp(value, exponentWithout(4)); }
-  model::Point4 normalFromUnit(const std::array<double, 4>& normal) const {
-    model::Point4 changed;
-    for (int axis = 0; axis < 4; ++axis) {
-      changed[axis] = std::ldexp(normal[axis], exponentWithout(axis));
+  /// The length of a cell's normal.
+  double lengthFromUnit(const std::array<double, 4>& normal) const {
+    model::Point4 changed(normal.data());
+    if (change_) {
+      for (int axis = 0; axis < 4; ++axis) {
+        changed[axis] = std::ldexp(normal[axis], exponentWithout(axis));
+      }
     }
-    return changed;
+    // Dividing by the largest component first takes longer than all else that a cell needs.
+    const double squared = changed.squaredNorm();
+    constexpr double kLeast = 1e-280;
+    constexpr double kMost = 1e300;
+    return squared > kLeast && squared < kMost ? std::sqrt(squared) : changed.stableNorm();
   }
 
  private:
@@ -140,6 +146,7 @@ class UnitAxes {
   }
 
   std::array<model::UnitScale, 4> scales_;
+  bool change_ = false;
 };
 
 /// Whether no component of the normal exceeds what moving the corners by `rounding` can change in
@@ -207,7 +214,7 @@ SlabMeasure measureOf(const model::Slab& given, const model::Point4& givenRoundi
       const auto flux = fluxThrough(slab, cells[i], origin);
       piece.flux72 += flux.value;
       piece.magnitude += flux.magnitude;
-      piece.measure6 += axes.normalFromUnit(flux.normal).stableNorm();
+      piece.measure6 += axes.lengthFromUnit(flux.normal);
       if (isFlat(slab, cells[i], flux.normal, rounding)) {
         piece.flat.push_back(static_cast<std::uint32_t>(i));
       }
