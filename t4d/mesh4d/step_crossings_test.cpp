@@ -195,6 +195,37 @@ TEST(StepCrossings, ApexThatPassesThroughItsBaseSwingsItsSidesThroughIt) {
   expectInBoth(report.crossings[0], solid, to);
 }
 
+TEST(StepCrossings, ATriangleWithoutAreaMeetsNone) {
+  // A needle through the side of a cube, which is nothing but a line.
+  TriangleMesh solid = fixtures::cube(2);
+  const auto first = static_cast<std::uint32_t>(solid.vertices.size());
+  for (const double at : {0.0, 1.0, 2.0}) solid.vertices.emplace_back(at * Point3(1, 0.25, 0.125));
+  solid.triangles.push_back({first, first + 1, first + 2});
+  const auto count = static_cast<std::uint32_t>(solid.vertices.size());
+  model::Slab step;
+  step.timeEnd = 1;
+  for (const double time : {0.0, 1.0}) {
+    for (const Point3& p : solid.vertices) {
+      step.vertices.push_back((model::Point4() << (1 + time) * p, time).finished());
+    }
+  }
+  auto connectivity = std::make_shared<model::Connectivity>();
+  connectivity->vertexCount = 2 * count;
+  connectivity->lowerCount = connectivity->upperCount = count;
+  step.connectivity = connectivity;
+  const auto found = crossingOf(solid, step);
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(*found);
+  // With an area, it meets the side.
+  solid.vertices.back().y() += 0.25;
+  for (const std::uint32_t at : {count - 1, 2 * count - 1}) {
+    step.vertices[at].y() = (1 + step.vertices[at].w()) * solid.vertices.back().y();
+  }
+  const auto wide = crossingOf(solid, step);
+  ASSERT_TRUE(wide);
+  EXPECT_TRUE(*wide);
+}
+
 TEST(StepCrossings, AreThoseThatSamplesShow) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-1, 1);
@@ -218,6 +249,7 @@ TEST(StepCrossings, AreThoseThatSamplesShow) {
     // Just before, two with a common side need not have met; just after, their neighbours do.
     const double at = report.crossings[0].at;
     EXPECT_TRUE(crossesAt(solid, to, at) || crossesAt(solid, to, at + 1e-6)) << at;
+    EXPECT_TRUE(report.crossings[0].place.allFinite());
     if (crossesAt(solid, to, at)) expectInBoth(report.crossings[0], solid, to);
   }
   EXPECT_GT(crossing, 10);

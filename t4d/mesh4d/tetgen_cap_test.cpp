@@ -151,7 +151,8 @@ TEST(TetGenCap, InsideOutComponentIsRefused) {
   for (model::Point3& vertex : mesh.vertices) {
     if (vertex.x() > 0) vertex *= 2;
   }
-  EXPECT_NE(errorOf(mesh).message.find("turn it round"), std::string::npos);
+  EXPECT_EQ(errorOf(mesh).message,
+            "triangle 0 faces into the solid: its component is inside out; turn it round");
 }
 
 TEST(TetGenCap, SolidInACavityIsFilled) {

@@ -148,6 +148,29 @@ TEST(AttributeMeaning, WhatCannotFollowIsRefused) {
   EXPECT_TRUE(mapValues(whole, {"label", ""}, by));
 }
 
+TEST(AttributeMeaning, WhatDoesNotMoveKeepsAnyAttribute) {
+  Attribute whole = makeAttribute("n", Domain::Cell, std::vector<std::int32_t>{1, 2, 3});
+  whole.components = 3;
+  // Nothing changes, whatever the kind.
+  for (const char* kind : {"scalar", "vector", "point", "normal", "of another version"}) {
+    Attribute same = whole;
+    const auto changed = mapValues(same, {kind, "length/time"}, {});
+    ASSERT_TRUE(changed) << kind;
+    EXPECT_FALSE(*changed) << kind;
+    EXPECT_EQ(same, whole) << kind;
+  }
+  // Another speed is nothing to places and directions.
+  Transform slower;
+  slower.timeScale = 2;
+  for (const char* kind : {"point", "normal"}) {
+    Attribute same = whole;
+    const auto changed = mapValues(same, {kind, "length/time"}, slower);
+    ASSERT_TRUE(changed) << kind;
+    EXPECT_FALSE(*changed) << kind;
+    EXPECT_EQ(same, whole) << kind;
+  }
+}
+
 TEST(Transform, ADeterminantIsSmallOnlyForItsMatrix) {
   const auto linear = [](std::initializer_list<double> rows) {
     Transform by;

@@ -116,6 +116,7 @@ void ExactSum::addProduct(std::span<const double> factors, bool subtract) {
   const int shift = exponent - kLowestExponent;
   auto at = static_cast<std::size_t>(shift / kDigitBits);
   const int within = shift % kDigitBits;
+  // 31 + 4 * 53 bits at most, so that nothing is left after the last word.
   UInt128 pending = 0;
   for (const std::uint64_t part : product) {
     pending += UInt128{part} << within;
@@ -125,10 +126,6 @@ void ExactSum::addProduct(std::span<const double> factors, bool subtract) {
       ++at;
       pending >>= kDigitBits;
     }
-  }
-  if (pending != 0) {
-    const auto digit = static_cast<std::int64_t>(word(pending));
-    digits_[at] += negative ? -digit : digit;
   }
   constexpr std::uint32_t kMostAdded = std::uint32_t{1} << 30;
   if (++added_ == kMostAdded) carry();

@@ -1,5 +1,6 @@
 #include "t4d/model/exact_sum.h"
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -83,6 +84,35 @@ TEST(SignedVolume, IsTheScaledVolumeAtAnyScale) {
   for (int exponent = -1000; exponent <= 1000; exponent += 50) {
     const TriangleMesh mesh = corner(std::ldexp(1.0, exponent));
     EXPECT_EQ(signedVolume(mesh), std::ldexp(1.0 / 6, 3 * exponent)) << exponent;
+  }
+}
+
+TEST(SignedVolume, OfAShellIsTheDifferenceToTheLastDigits) {
+  // Two octahedra, the larger one inside out. The first corner of each triangle is on one axis, so
+  // that a single term of its determinant is not 0.
+  const double step = std::ldexp(1.0, -40);
+  const double expected = -4 * step * (1 + step + step * step / 3);
+  for (int first = 0; first < 3; ++first) {
+    TriangleMesh mesh;
+    for (const double size : {1.0, 1 + step}) {
+      const auto begin = static_cast<std::uint32_t>(mesh.vertices.size());
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const double sign : {1.0, -1.0}) {
+          mesh.vertices.emplace_back(sign * size * Point3::Unit(axis));
+        }
+      }
+      for (unsigned signs = 0; signs < 8; ++signs) {
+        Triangle triangle;
+        for (unsigned i = 0; i < 3; ++i) {
+          const unsigned axis = (static_cast<unsigned>(first) + i) % 3;
+          triangle[i] = begin + 2 * axis + (signs >> axis & 1U);
+        }
+        const bool turned = (std::popcount(signs) % 2 != 0) != (size != 1);
+        if (turned) std::swap(triangle[1], triangle[2]);
+        mesh.triangles.push_back(triangle);
+      }
+    }
+    EXPECT_NEAR(signedVolume(mesh), expected, 1e-15 * step) << first;
   }
 }
 

@@ -101,6 +101,22 @@ class Program : public testing::Test {
 
 constexpr const char* kPaper = "sweep fx/paper-cube.obj -m fx/paper-translation.json -o cube.t4d";
 
+TEST_F(Program, LoadsOpenVdbAndCurlWhenTheyAreUsed) {
+  ASSERT_EQ(shell("LD_TRACE_LOADED_OBJECTS=1 $t4d > libraries.txt"), 0);
+  const std::string libraries = contents(folder_ / "libraries.txt");
+  EXPECT_NE(libraries.find("libstdc++"), std::string::npos);
+  EXPECT_EQ(libraries.find("openvdb"), std::string::npos);
+  EXPECT_EQ(libraries.find("libcurl"), std::string::npos);
+  // A program without its modules says so when it needs one.
+  fs::copy_file(T4D_PROGRAM, folder_ / "alone");
+  EXPECT_EQ(shell("./alone version > alone.txt"), 0);
+  EXPECT_EQ(shell("./alone voxelize fx/cube.obj -m fx/rest.json --voxel-size 2 --frames 2 "
+                  "-o out 2> alone.txt"),
+            1);
+  EXPECT_NE(contents(folder_ / "alone.txt").find("t4d_openvdb.so"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
 TEST_F(Program, PaperCubeEndToEnd) {
   const json swept = run(std::string(kPaper) + " --json").value();
   EXPECT_EQ(swept["vertices"], 4750);

@@ -80,7 +80,10 @@ def motions(attack):
                                   "segments": [segment]}))
     mesh = attack.pick("obj")
     output = attack.path("out.t4d")
-    options = rng.choice([["--steps", "2"], ["--max-deviation", repr(abs(attack.extreme()) or 1)],
+    # At most some ten thousand steps of a solid of size 10.
+    turns = min(abs(segment.get("angle_degrees", 0)) / 360, 1e100)
+    deviation = max(abs(attack.extreme()) or 1, 5e-7 * turns**2)
+    options = rng.choice([["--steps", "2"], ["--max-deviation", repr(deviation)],
                           ["--backend", "voxel4d", "--frames", "2", "--voxel-size", "4"]])
     return Run(["sweep", mesh, "-m", motion, *options, "-o", output], [mesh, motion], output)
 
