@@ -16,6 +16,7 @@ namespace {
 
 using fixtures::translated;
 using model::Point3;
+using model::Triangle;
 using model::TriangleMesh;
 
 std::vector<Point3> between(const TriangleMesh& solid, const std::vector<Point3>& to, double s) {
@@ -192,6 +193,26 @@ TEST(StepCrossings, ApexThatPassesThroughItsBaseSwingsItsSidesThroughIt) {
   EXPECT_EQ(report.crossingPairs, 3U);
   EXPECT_NEAR(report.crossings.at(0).at, 0.5, 1e-6);
   EXPECT_EQ(report.crossings[0].triangles[0], 0U);
+  expectInBoth(report.crossings[0], solid, to);
+}
+
+TEST(StepCrossings, AnApexThatPassesThroughAPlateMeetsItWhereItDoes) {
+  // Lines along the other edges of the tetrahedron pass through the plate beside it.
+  TriangleMesh solid = fixtures::cube(1);
+  for (Point3& p : solid.vertices) p = p.cwiseProduct(Point3(20, 20, 1));
+  const auto first = static_cast<std::uint32_t>(solid.vertices.size());
+  for (const Point3& p :
+       {Point3(3, 1, 0.6), Point3(2, 0.5, 2), Point3(4, 0.7, 2.6), Point3(3.1, 2.2, 3.1)}) {
+    solid.vertices.push_back(p);
+  }
+  for (const auto& [a, b, c] : {Triangle{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}) {
+    solid.triangles.push_back({first + a, first + b, first + c});
+  }
+  auto to = solid.vertices;
+  for (std::size_t i = first; i < to.size(); ++i) to[i].z() -= 0.8;
+  const SweepReport report = sweptStep(solid, to);
+  ASSERT_EQ(report.crossings.size(), 1U);
+  EXPECT_TRUE(crossesAt(solid, to, report.crossings[0].at));
   expectInBoth(report.crossings[0], solid, to);
 }
 
