@@ -165,7 +165,8 @@ Result<void> FrameLayer::findSurfaceBlocks() {
   };
   for (const Block& block : frame_.blocks) addBefore(block.coord);
   for (const InsideTile& tile : frame_.tiles) {
-    // The blocks just outside each of the tile's six faces.
+    // The blocks just outside each of the tile's six faces. A cube that begins in the tile and ends
+    // outside is in a block before one of these.
     for (int axis = 0; axis < 3; ++axis) {
       for (const std::int32_t side : {-1, tile.size}) {
         for (std::int32_t u = 0; u < tile.size; ++u) {
@@ -184,8 +185,6 @@ Result<void> FrameLayer::findSurfaceBlocks() {
                               64 * most, storedBlocks()));
             }
             addBefore(outer);
-            at[axis] += side < 0 ? 1 : -1;
-            addBefore({at[0], at[1], at[2]});
           }
         }
       }

@@ -31,6 +31,19 @@ double valueAt(const Frame& frame, int x, int y, int z) {
   return frame.outsideValue;
 }
 
+TEST(SampledFrames, TakeTheBandThatIsGiven) {
+  const auto field = fixtures::translatingSphere(40, {3, 0, 0});
+  for (const double band : {0.5, 1.0, 7.0}) {
+    const auto frames = sampledFrames(field.value, {}, field.box, {0, 1}, {.band = band});
+    const auto frame = frames->frame(0);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->outsideValue, band);
+  }
+  const auto usual = sampledFrames(field.value, {0.25, {0, 0, 0}}, field.box, {0, 1})->frame(0);
+  ASSERT_TRUE(usual);
+  EXPECT_EQ(usual->outsideValue, 0.75);
+}
+
 TEST(SampledFrames, HoldTheFieldNearTheSurfaceAndItsSignElsewhere) {
   const auto field = fixtures::translatingSphere(40, {3, 0, 0});
   for (const double slope : {0.0, 1.0}) {

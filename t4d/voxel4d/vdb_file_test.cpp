@@ -2,8 +2,11 @@
 
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <sstream>
+#include <string>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <openvdb/io/Stream.h>
 
@@ -86,6 +89,54 @@ TEST(VdbFile, StandsHostileNumbersAnywhere) {
     }
   }
   EXPECT_GT(refused, 0U);
+}
+
+TEST(VdbFile, RefusesNumbersOfGridsThatCannotBe) {
+  const TestFolder folder;
+  const auto path = folder / "a.vdb";
+  // After the magic number, two versions, a flag, a UUID and a number of metadata, which is 0.
+  constexpr std::size_t kAt = 8 + 4 + 8 + 1 + 36 + 4;
+  for (const std::int32_t count : {-1, std::numeric_limits<std::int32_t>::max()}) {
+    std::string bytes = vdbSamples().front().bytes;
+    std::int32_t stored = 0;
+    std::memcpy(&stored, bytes.data() + kAt, sizeof stored);
+    ASSERT_EQ(stored, 1);
+    std::memcpy(bytes.data() + kAt, &count, sizeof count);
+    std::ofstream(path, std::ios::binary) << bytes;
+    const auto file = VdbFile::open(path);
+    ASSERT_FALSE(file);
+    EXPECT_NE(file.error().message.find("it announces " + std::to_string(count) + " grids"),
+              std::string::npos)
+        << file.error().message;
+  }
+}
+
+TEST(VdbFile, RefusesAnotherNumberOfVoxelsThanIsAnnounced) {
+  const TestFolder folder;
+  const auto path = folder / "a.vdb";
+  int changed = 0;
+  for (const auto& [name, sample] : vdbSamples()) {
+    // The name, the type with its length, the size of the value, and the value.
+    const std::string field("file_voxel_count\5\0\0\0int64\x08\0\0\0", 29);
+    const std::size_t at = sample.find(field);
+    if (at == std::string::npos) continue;
+    std::string bytes = sample;
+    std::int64_t count = 0;
+    std::memcpy(&count, bytes.data() + at + field.size(), sizeof count);
+    const std::int64_t more = count + 3;
+    std::memcpy(bytes.data() + at + field.size(), &more, sizeof more);
+    std::ofstream(path, std::ios::binary) << bytes;
+    const auto file = VdbFile::open(path);
+    ASSERT_TRUE(file) << name;
+    const auto grid = (*file)->read(0);
+    ASSERT_FALSE(grid) << name;
+    EXPECT_NE(grid.error().message.find(
+                  fmt::format("it announces {} active voxels and has {}", more, count)),
+              std::string::npos)
+        << grid.error().message;
+    ++changed;
+  }
+  EXPECT_GT(changed, 0);
 }
 
 TEST(VdbFile, RefusesOtherVersionsOfTheFormat) {

@@ -92,6 +92,46 @@ class VolumeFiles : public testing::Test {
   TestFolder folder_;
 };
 
+TEST_F(VolumeFiles, FramesWhoseTimesAreInTheMiddleAreSortedWhateverTheirSize) {
+  // A slice z of all frames, two of 8.5 MB each, does not fit into what is sorted in memory.
+  constexpr int kSide = 2900;
+  const auto isInside = [](int x, int y, int z, int t) {
+    return std::abs(x - 1000 - 2 * t) < 3 && std::abs(y - 2000) < 5 && z + t < 3;
+  };
+  constexpr int kDepth = 3;
+  const auto write = [&](const std::string& name, const std::string& sizes, bool timeLast) {
+    std::ofstream file(folder_ / name, std::ios::binary);
+    file << "NRRD0004\ntype: uint8\ndimension: 4\nencoding: raw\nsizes: " << sizes << "\n\n";
+    std::string plane(std::size_t{kSide} * kSide, '\0');
+    for (int i = 0; i < 2 * kDepth; ++i) {
+      const int t = timeLast ? i / kDepth : i % 2;
+      const int z = timeLast ? i % kDepth : i / 2;
+      std::ranges::fill(plane, '\0');
+      for (int y = 1990; y < 2010; ++y) {
+        for (int x = 990; x < 1010; ++x) {
+          if (isInside(x, y, z, t)) plane[std::size_t{kSide} * y + x] = 9;
+        }
+      }
+      file << plane;
+    }
+  };
+  write("last.nrrd", "2900 2900 3 2\nkinds: domain domain domain time", true);
+  write("middle.nrrd", "2900 2900 2 3\nkinds: domain domain time domain", false);
+  const VolumeOptions options{.iso = 4, .frameTime = 1};
+  const auto last = wovenOf({folder_ / "last.nrrd"}, options);
+  const auto middle = wovenOf({folder_ / "middle.nrrd"}, options);
+  ASSERT_TRUE(last) << last.error().text();
+  ASSERT_TRUE(middle) << middle.error().text();
+  const auto one = measure::checkMesh(*last);
+  const auto other = measure::checkMesh(*middle);
+  ASSERT_TRUE(one && other);
+  EXPECT_GT(one->hypervolume, 100);
+  EXPECT_EQ(one->hypervolume, other->hypervolume);
+  EXPECT_EQ(one->boundaryVolume, other->boundaryVolume);
+  EXPECT_EQ(one->bounds.min, other->bounds.min);
+  EXPECT_EQ(one->bounds.max, other->bounds.max);
+}
+
 TEST_F(VolumeFiles, TheSameFieldInEveryFormatIsTheSameMesh) {
   const model::Mesh expected = expectedMesh();
   std::set<std::string> extensions;
@@ -272,6 +312,12 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
   EXPECT_EQ(faultOf({line}, {.frameTime = 1, .raw = "float32 5 4 6 2 big"}), "");
   EXPECT_THAT(faultOf({line}, {.frameTime = 1, .raw = "float32 5 4 6 2"}),
               HasSubstr("begins with the line 'raw float32 5 4 6 2 big', which contradicts"));
+  for (const char* skip : {"-2", "-1.5", "4x"}) {
+    EXPECT_THAT(changed("raw.nrrd", "encoding: raw", "encoding: raw\nbyte skip: "s + skip),
+                HasSubstr("is not a number of bytes to skip"));
+  }
+  EXPECT_THAT(changed("gzip.nrrd", "encoding: gzip", "encoding: gzip\nbyte skip: -1"),
+              HasSubstr("is not a number of bytes to skip"));
   EXPECT_THAT(changed("text.nrrd", "encoding: text", "encoding: text\nbyte skip: 4"),
               HasSubstr("is not a number of bytes to skip"));
   EXPECT_THAT(faultOf({folder_ / "f01.raw"}, {}),
