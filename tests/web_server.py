@@ -130,12 +130,13 @@ class Handler(http.server.BaseHTTPRequestHandler):
         body = answer.body if answer.sent is None else answer.body[:answer.sent]
         self.note(answer.status, len(body))
         self.send_response(answer.status)
-        if answer.status == 206 and answer.content_range():
-            self.send_header('Content-Range', answer.content_range())
-        for field, value in (('ETag', answer.etag), ('Last-Modified', answer.modified),
+        range_sent = answer.content_range() if answer.status == 206 else None
+        for field, value in (('Content-Range', range_sent), ('ETag', answer.etag),
+                             ('Last-Modified', answer.modified),
                              ('Content-Encoding', answer.encoding)):
             if value:
-                self.send_header(field, value)
+                self.send_header({'lower-case': field.lower(), 'upper-case': field.upper()}.get(
+                    fault, field), value)
         self.send_header('Content-Length', str(length))
         self.end_headers()
         if fault == 'trickle':

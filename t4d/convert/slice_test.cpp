@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "t4d/convert/light_slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
@@ -372,6 +373,17 @@ TEST(Slice, OfAFileByBlocksIsThatOfTheMeshInMemory) {
     EXPECT_EQ(byBlocks->slabsSkipped, 2 - byBlocks->slabsRead);
     EXPECT_EQ(byBlocks->slabsRead == 0, mostBlocks == 0);
   }
+  // Through all blocks of both slabs.
+  const auto through = slice(reader->body(0), Hyperplane::across(1, 0.5));
+  ASSERT_TRUE(through);
+  EXPECT_EQ(through->blocksRead, 8U);
+  // There are no means, and so no prisms for a light slice.
+  const auto light = LightSlicer(reader->body(0)).at(0.5);
+  ASSERT_TRUE(light) << light.error().text();
+  EXPECT_FALSE(light->light);
+  EXPECT_EQ(light->whyExact, "its cells are stored in blocks, without means");
+  EXPECT_EQ(trianglesOf(light->slice.mesh),
+            trianglesOf(slice(mesh, Hyperplane::atTime(0.5))->mesh));
 }
 
 TEST(Slice, SkipsSlabsThatAHyperplaneMissesAndNoOthers) {

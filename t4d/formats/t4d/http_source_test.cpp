@@ -107,6 +107,16 @@ TEST_F(HttpSourceTest, OnlyAStrongETagIsSentBack) {
   }
 }
 
+TEST_F(HttpSourceTest, NamesOfHeadersMayHaveAnyCase) {
+  for (const std::string kind : {"lower-case", "upper-case"}) {
+    SCOPED_TRACE(kind);
+    const auto source = open(kind + "/pattern.t4d");
+    ASSERT_TRUE(source);
+    read(*source, 0, 10);
+    EXPECT_FALSE(server_.requests(kind).at(1).match.empty());
+  }
+}
+
 TEST_F(HttpSourceTest, AServerThatSaysNothingMoreIsLeft) {
   HttpTimeouts timeouts;
   timeouts.stalledSeconds = 1;

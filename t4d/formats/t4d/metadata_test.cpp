@@ -53,6 +53,20 @@ TEST(Metadata, LeavesOutWhatIsNotKnownAndIgnoresUnknownMembers) {
   EXPECT_EQ(read->detailsJson, "{}");
 }
 
+TEST(Metadata, AttributesOfAnotherFormAreNotKnown) {
+  for (const char* attributes : {"{}", "[]", "3", R"([{"kind":"vector"}])", R"({"v":[]})"}) {
+    const auto read = parseHead(R"({"features":[],"bodies":[{"name":"b"}],"attributes":)" +
+                                std::string(attributes) + "}");
+    ASSERT_TRUE(read) << read.error().text();
+    EXPECT_TRUE(read->attributes.empty()) << attributes;
+    // They stay what they are, as other members that are not known do.
+    auto again = headText(*read, {});
+    ASSERT_TRUE(again);
+    std::erase_if(*again, [](char letter) { return letter == ' ' || letter == '\n'; });
+    EXPECT_THAT(*again, HasSubstr(std::string("\"attributes\":") + attributes));
+  }
+}
+
 TEST(Metadata, RefusesUnknownFeaturesByName) {
   const auto read = parseHead(R"({"features":["zstd","wavelets"],"bodies":[{"name":"b"}]})");
   ASSERT_FALSE(read);

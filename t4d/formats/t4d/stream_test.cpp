@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "t4d/formats/t4d/test_slabs.h"
 
@@ -34,6 +35,16 @@ class Pipe {
   std::filesystem::path path_;
   std::thread writer_;
 };
+
+TEST(T4dStreamDeathTest, ReadsFromADescriptorThatHasTheNumberOfAClosedInput) {
+  const auto path = writeT4d("stream.t4d", {{RandomSlabs(1).make(3)}});
+  EXPECT_EXIT(
+      {
+        ::close(STDIN_FILENO);
+        std::exit(T4dStream::open(path) ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
 
 TEST(T4dStream, GivesFromAPipeWhatIsInTheFile) {
   for (unsigned seed = 0; seed < 20; ++seed) {
