@@ -210,6 +210,9 @@ TEST(Collide, ASolidInsideAnotherIsFoundWithoutCrossingSurfaces) {
     EXPECT_EQ(found.intervals[0].end, 1);
     EXPECT_TRUE(found.intervals[0].overlaps);
     EXPECT_NEAR(found.intervals[0].overlapVolume, 1, 0.01);
+    // The cell is one of the solid inside.
+    EXPECT_EQ(found.intervals[0].first.a.has_value(), !swapped);
+    EXPECT_EQ(found.intervals[0].first.b.has_value(), swapped);
   }
 }
 

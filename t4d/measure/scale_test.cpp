@@ -2,6 +2,7 @@
 /// sizes from 1e-140 to 1e140.
 #include <array>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -183,10 +184,8 @@ TEST(Scale, QualityIsTheSameAtAnySize) {
   }
 }
 
-TEST(HypervolumeSign, IsExactWhateverTheCoordinates) {
-  // The simplex with corners at the origin and on the axes; its five sides.
-  std::vector<Point4> points = {Point4::Zero()};
-  for (int axis = 0; axis < 4; ++axis) points.emplace_back(Point4::Unit(axis));
+/// The sides of a simplex with the corners 0 to 4, all facing outward or all inward.
+std::vector<model::Cell> sidesOfSimplex() {
   std::vector<model::Cell> cells;
   for (std::uint32_t out = 0; out < 5; ++out) {
     model::Cell cell{};
@@ -196,6 +195,72 @@ TEST(HypervolumeSign, IsExactWhateverTheCoordinates) {
     if (out % 2 == 1) std::swap(cell[2], cell[3]);
     cells.push_back(cell);
   }
+  return cells;
+}
+
+TEST(HypervolumeSign, OfAShellThinnerThanRoundingIsExact) {
+  // A simplex, and the same inside out but for a corner that is moved by one unit in the last
+  // place.
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> number(1000, 2000);
+  const std::vector<model::Cell> sides = sidesOfSimplex();
+  for (int trial = 0; trial < 300; ++trial) {
+    std::vector<Point4> points(5);
+    for (Point4& point : points) {
+      for (double& coordinate : point) coordinate = number(random);
+    }
+    std::vector<model::Cell> cells = sides;
+    if (hypervolumeSign(points, cells) < 0) {
+      for (model::Cell& cell : cells) std::swap(cell[2], cell[3]);
+    }
+    // The volume changes by the step times a determinant of the opposite side.
+    Eigen::Matrix3d side;
+    for (int k = 0; k < 3; ++k) side.row(k) = (points[k + 1] - points[0]).tail<3>();
+    const Point4 apart = points[4] - points[0];
+    Eigen::Matrix4d whole;
+    for (int k = 0; k < 3; ++k) whole.row(k) = points[k + 1] - points[0];
+    whole.row(3) = apart;
+    if (std::abs(side.determinant()) < 1e6 || std::abs(whole.determinant()) < 1e9) continue;
+    const double outward = -side.determinant() / whole.determinant() > 0 ? 1 : -1;
+    const auto inner = cells;
+    for (int i = 0; i < 5; ++i) points.push_back(points[i]);
+    points[9].x() = std::nextafter(points[9].x(), 1e9);
+    for (model::Cell cell : inner) {
+      for (std::uint32_t& corner : cell) corner += 5;
+      std::swap(cell[2], cell[3]);
+      cells.push_back(cell);
+    }
+    EXPECT_EQ(hypervolumeSign(points, cells), -outward) << trial;
+  }
+}
+
+TEST(CheckMesh, AnInfiniteHypervolumeStaysInfinite) {
+  MeshChecker checker;
+  const std::vector<model::Cell> sides = sidesOfSimplex();
+  for (const double size : {1e120, 1.0}) {
+    auto connectivity = std::make_shared<model::Connectivity>();
+    connectivity->vertexCount = 5;
+    connectivity->cells = sides;
+    model::Slab slab;
+    slab.timeBegin = size == 1 ? 1e120 : 0;
+    slab.timeEnd = size == 1 ? 2e120 : 1e120;
+    slab.connectivity = connectivity;
+    slab.vertices.push_back({0, 0, 0, slab.timeBegin});
+    for (int axis = 0; axis < 3; ++axis) {
+      slab.vertices.emplace_back(size * Point4::Unit(axis));
+      slab.vertices.back().w() = slab.timeBegin;
+    }
+    slab.vertices.push_back({0, 0, 0, slab.timeEnd});
+    ASSERT_TRUE(checker.put(slab));
+  }
+  EXPECT_TRUE(std::isinf(checker.finish().hypervolume));
+}
+
+TEST(HypervolumeSign, IsExactWhateverTheCoordinates) {
+  // The simplex with corners at the origin and on the axes.
+  std::vector<Point4> points = {Point4::Zero()};
+  for (int axis = 0; axis < 4; ++axis) points.emplace_back(Point4::Unit(axis));
+  std::vector<model::Cell> cells = sidesOfSimplex();
   if (hypervolumeSign(points, cells) < 0) {
     for (model::Cell& cell : cells) std::swap(cell[2], cell[3]);
   }
