@@ -133,6 +133,121 @@ TEST(Vtu, CellsOfOtherShapesAreSplit) {
   }
 }
 
+/// VTU with cells of these types.
+std::string cellsText(const std::vector<model::Point4>& vertices,
+                      const std::vector<std::vector<int>>& cells, const std::string& types) {
+  std::string points;
+  std::string times;
+  for (const model::Point4& v : vertices) {
+    points += fmt::format("{} {} {} ", v[0], v[1], v[2]);
+    times += fmt::format("{} ", v[3]);
+  }
+  std::string corners;
+  std::string offsets;
+  std::size_t end = 0;
+  for (const std::vector<int>& cell : cells) {
+    corners += fmt::format("{} ", fmt::join(cell, " "));
+    offsets += fmt::format("{} ", end += cell.size());
+  }
+  return vtuText("", fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
+                                 vertices.size(), cells.size()) +
+                         "<PointData>\n" + asciiArray("type=\"Float64\" Name=\"t\"", times) +
+                         "</PointData>\n<Points>\n" +
+                         asciiArray("type=\"Float64\" NumberOfComponents=\"3\"", points) +
+                         "</Points>\n<Cells>\n" +
+                         asciiArray("type=\"Int32\" Name=\"connectivity\"", corners) +
+                         asciiArray("type=\"Int32\" Name=\"offsets\"", offsets) +
+                         asciiArray("type=\"UInt8\" Name=\"types\"", types) +
+                         "</Cells>\n</Piece>\n") +
+         "</VTKFile>\n";
+}
+
+TEST(Vtu, PyramidsAndWedgesCloseASolidWithHexahedra) {
+  // A pyramid over a cube: the cube, and a pyramid over each of its sides.
+  std::vector<model::Point4> vertices;
+  for (int k = 0; k < 8; ++k) {
+    const int code = k ^ (k >> 1 & 1);  // hexahedra go around each square
+    vertices.emplace_back(code & 1, code >> 1 & 1, code >> 2 & 1, 0);
+  }
+  vertices.emplace_back(0.25, 0.5, 0.75, 2);
+  const std::vector<std::vector<int>> sides = {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                                               {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+  std::vector<std::vector<int>> cells = {{0, 1, 2, 3, 4, 5, 6, 7}};
+  for (std::vector<int> side : sides) {
+    side.push_back(8);
+    cells.push_back(side);
+  }
+  LoadedMesh4d loaded = read4dBytes("a.vtu", cellsText(vertices, cells, "12 14 14 14 14 14 14"));
+  ASSERT_EQ(loaded.bodies.size(), 1U);
+  turnOutward(loaded.bodies[0]);
+  EXPECT_NEAR(hypervolumeOf(loaded.bodies), 2.0 / 4, 1e-12);
+
+  // A triangle times a square: a wedge for each side of the square, a hexahedron for each of the
+  // triangle.
+  vertices.clear();
+  for (int triangle = 0; triangle < 3; ++triangle) {
+    for (int square = 0; square < 4; ++square) {
+      vertices.emplace_back(triangle == 1, triangle == 2, square == 1 || square == 2, square / 2);
+    }
+  }
+  const auto at = [](int triangle, int square) { return 4 * (triangle % 3) + square % 4; };
+  cells.clear();
+  for (int s = 0; s < 4; ++s) {
+    cells.push_back({at(0, s), at(1, s), at(2, s), at(0, s + 1), at(1, s + 1), at(2, s + 1)});
+  }
+  for (int t = 0; t < 3; ++t) {
+    cells.push_back({at(t, 0), at(t, 1), at(t, 2), at(t, 3), at(t + 1, 0), at(t + 1, 1),
+                     at(t + 1, 2), at(t + 1, 3)});
+  }
+  loaded = read4dBytes("a.vtu", cellsText(vertices, cells, "13 13 13 13 12 12 12"));
+  ASSERT_EQ(loaded.bodies.size(), 1U);
+  turnOutward(loaded.bodies[0]);
+  EXPECT_NEAR(hypervolumeOf(loaded.bodies), 0.5, 1e-12);
+}
+
+TEST(Vtu, NumbersOfEachTypeAreReadFromBinaryArrays) {
+  const auto readsBack = [](const std::string& type, auto example) {
+    using Number = decltype(example);
+    std::vector<Number> numbers;
+    for (int i = 0; i < 5; ++i)
+      numbers.push_back(static_cast<Number>(example - static_cast<Number>(i)));
+    std::string bytes(4 + sizeof(Number) * 5, '\0');
+    const std::uint32_t size = sizeof(Number) * 5;
+    std::memcpy(bytes.data(), &size, sizeof size);
+    std::memcpy(bytes.data() + 4, numbers.data(), size);
+    std::string piece = simplexPiece();
+    piece.insert(piece.find("<PointData>") + 11,
+                 "<DataArray type=\"" + type + "\" Name=\"a\" format=\"binary\">\n" +
+                     base64({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}) +
+                     "\n</DataArray>\n");
+    const LoadedMesh4d loaded =
+        read4dBytes("a.vtu", vtuText("byte_order=\"LittleEndian\"", piece) + "</VTKFile>\n");
+    ASSERT_EQ(loaded.bodies.size(), 1U) << type;
+    ASSERT_EQ(loaded.bodies[0].attributes.size(), 1U) << type;
+    for (std::size_t i = 0; i < 5; ++i) {
+      Number found{};
+      std::memcpy(&found, loaded.bodies[0].attributes[0].row(i), sizeof found);
+      EXPECT_EQ(found, numbers[i]) << type;
+    }
+  };
+  readsBack("Float64", 1e300);
+  readsBack("Float32", 1e30F);
+  readsBack("Int64", std::int64_t{-1} << 60);
+  readsBack("UInt64", ~std::uint64_t{0});
+  readsBack("Int32", std::int32_t{-2000000000});
+  readsBack("UInt32", ~std::uint32_t{0});
+  readsBack("Int16", std::int16_t{-30000});
+  readsBack("UInt16", std::uint16_t{65535});
+  readsBack("Int8", std::int8_t{-100});
+  readsBack("UInt8", std::uint8_t{255});
+}
+
+TEST(G4mf, ABinaryFileHasTheSizeThatItDeclares) {
+  std::string file = "G4MF" + std::string(60, '\0');
+  file[8] = 63;
+  EXPECT_THAT(error4dOf("a.g4b", file), testing::HasSubstr("declares 63 bytes; the file has 64"));
+}
+
 /// A 16-cell moved by `offset` along x, with an attribute of each domain.
 model::Mesh sixteenCell(double offset) {
   const fixtures::Polytope polytope = fixtures::cell16();

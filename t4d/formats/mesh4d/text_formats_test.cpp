@@ -108,6 +108,11 @@ TEST(Mfem, PentatopesAreNotFlatForBeingSmall) {
   EXPECT_EQ(small.bodies[0].cells, unit.bodies[0].cells);
 }
 
+TEST(Mfem, AFileThatEndsAmongItsElementsSaysWhere) {
+  EXPECT_THAT(error4dOf("a.mesh", "MFEM mesh v1.0\ndimension\n4\nelements\n2\n1 8 0 1 2 3 4\n"),
+              testing::HasSubstr("the file ends after 1 of 2 "));
+}
+
 TEST(Mfem, BoundaryIsReadWhereThereIsOne) {
   const LoadedMesh4d loaded =
       read4dBytes("a.mesh",
