@@ -1,6 +1,8 @@
 #include "t4d/edit/resolve.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <gtest/gtest.h>
 
@@ -181,6 +183,53 @@ TEST(Resolve, ThinObstacleBetweenTwoLayersDividesTheStep) {
   expectSound(bullet, sheet, after);
   EXPECT_EQ(resolved->report.layers.front().displacement, 0);
   EXPECT_EQ(resolved->report.layers.back().displacement, 0);
+}
+
+/// The mesh with an attribute of layers: ten times the number of the vertex, and the time.
+model::Mesh withNumbersAndTimes(const model::Mesh& mesh) {
+  model::Mesh made;
+  for (model::Slab slab : mesh.slabs()) {
+    const model::Connectivity& connectivity = *slab.connectivity;
+    std::vector<double> rows(slab.vertices.size(), -1);
+    for (std::uint32_t i = 0; i < connectivity.lowerCount; ++i) rows[i] = 10 * i + slab.timeBegin;
+    for (std::uint32_t i = 0; i < connectivity.upperCount; ++i) {
+      rows[connectivity.firstUpper() + i] = 10 * i + slab.timeEnd;
+    }
+    slab.attributes.push_back(model::makeAttribute("heat", model::Domain::Vertex, rows));
+    EXPECT_TRUE(made.put(slab));
+  }
+  return made;
+}
+
+TEST(Resolve, AttributesStayWithTheirVerticesInNewLayersAndEnds) {
+  const BallAndPlate given;
+  const model::Body plate{"plate", &given.plate};
+  // In steps so long that some are divided; what moves does not come back, so the end is filled
+  // anew.
+  const model::Mesh ball = withNumbersAndTimes(
+      moved(placed(fixtures::icosphere(1, 3), {1, 1, 1}, {0, 0, -4}), {0, 0, 8}, 0, 3));
+  const auto resolved = resolve({&plate, 1}, {"ball", &ball}, {.smoothTime = 0.1, .stay = true});
+  ASSERT_TRUE(resolved) << resolved.error().text();
+  EXPECT_GT(resolved->report.addedLayers, 0U);
+  EXPECT_GT(resolved->report.layers.back().displacement, 0);
+  const model::Mesh after = copyOf(*resolved->source);
+  for (const model::Slab& slab : after.slabs()) {
+    const model::Connectivity& connectivity = *slab.connectivity;
+    const auto heat = std::ranges::find(slab.attributes, "heat", &model::Attribute::name);
+    ASSERT_NE(heat, slab.attributes.end());
+    ASSERT_EQ(heat->rows(), connectivity.vertexCount);
+    const auto at = [&](std::uint32_t row) {
+      double value = 0;
+      std::memcpy(&value, heat->row(row), sizeof value);
+      return value;
+    };
+    for (std::uint32_t i = 0; i < connectivity.lowerCount; ++i) {
+      EXPECT_NEAR(at(i), 10 * i + slab.timeBegin, 1e-9);
+    }
+    for (std::uint32_t i = 0; i < connectivity.upperCount; ++i) {
+      EXPECT_NEAR(at(connectivity.firstUpper() + i), 10 * i + slab.timeEnd, 1e-9);
+    }
+  }
 }
 
 TEST(Resolve, BodyThatIsClearIsLeftAsItIs) {
