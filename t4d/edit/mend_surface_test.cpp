@@ -188,6 +188,8 @@ TEST(MendSurface, DropsFinsAndWalls) {
   TriangleMesh fin = cube;
   fin.vertices.emplace_back(3, 3, 3);
   fin.triangles.push_back({cube.triangles[0][0], cube.triangles[0][1], 8});
+  TriangleMesh counted = fin;
+  EXPECT_EQ(mendSurface(counted)->changes.at(0).count, 1U);
   EXPECT_THAT(mended(fin), ElementsAre("stray"));
   EXPECT_EQ(fin.triangles, cube.triangles);
   // A wall between the halves of a bipyramid.
@@ -199,6 +201,8 @@ TEST(MendSurface, DropsFinsAndWalls) {
   }
   ASSERT_EQ(rim.size(), 6U);
   for (std::uint32_t i = 1; i + 1 < 6; ++i) wall.triangles.push_back({rim[0], rim[i], rim[i + 1]});
+  counted = wall;
+  EXPECT_EQ(mendSurface(counted)->changes.at(0).count, 4U);
   EXPECT_THAT(mended(wall), ElementsAre("stray"));
   EXPECT_EQ(wall.triangles, bipyramid.triangles);
 }

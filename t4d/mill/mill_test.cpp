@@ -1,5 +1,6 @@
 #include "t4d/mill/mill.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -286,6 +287,21 @@ TEST(Mill, CutsOfLessThanAVoxelAreCuts) {
   ASSERT_EQ(process.report.notices.size(), 2U);
   EXPECT_NE(process.report.notices[0].find("in voxels and of 8000 as a mesh"), std::string::npos);
   EXPECT_EQ(process.report.notices[1].find("the tool is less than two voxels across"), 0U);
+}
+
+TEST(TimeAfterTravel, IsThatOfTheWayOrTheEndOfTheMotion) {
+  model::ScrewRun away;
+  away.duration = 5;
+  away.screw.translation = {10, 0, 0};
+  const model::ScrewRun rest{2, {}, 1};
+  const std::array runs = {away, rest, away};
+  const auto motion = model::chainScrews(1, runs);
+  ASSERT_TRUE(motion);
+  EXPECT_DOUBLE_EQ(timeAfterTravel(*motion, 1, 4), 3);
+  EXPECT_DOUBLE_EQ(timeAfterTravel(*motion, 2, 8), 6);
+  EXPECT_DOUBLE_EQ(timeAfterTravel(*motion, 2, 12), 10);  // over the rest
+  EXPECT_DOUBLE_EQ(timeAfterTravel(*motion, 2, 100), 13);
+  EXPECT_DOUBLE_EQ(timeAfterTravel(*motion, 20, 1), 20);
 }
 
 TEST(Mill, VoxelsTooLargeForTheStockOrTooSmallForTheToolAreRefused) {
