@@ -41,7 +41,7 @@ void endWork() {
   PyThreadState* const state = PyEval_SaveThread();
   system::cleanUp();  // a thread may wait for a process
   const auto begin = std::chrono::steady_clock::now();
-  while (works > 0 && std::chrono::steady_clock::now() - begin < (works > calls ? 10s : 1s)) {
+  while (works > 0 && std::chrono::steady_clock::now() - begin < (works > calls ? 10s : 3s)) {
     std::this_thread::sleep_for(2ms);
   }
   system::cleanUp();
