@@ -21,6 +21,7 @@
 // The voxel method.
 #if __has_include("t4d/voxel4d/array_frames.h")
 #include "t4d/voxel4d/array_frames.h"
+#include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"

@@ -7,7 +7,7 @@ They run verbs of the program (``t4d.verbs``) and take their options: ``clearanc
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Callable, Optional, Union
 
 from numpy.typing import ArrayLike
 
@@ -19,22 +19,25 @@ if TYPE_CHECKING:
     from t4d.verbs import Report
 
 
+def _run() -> Callable[..., Report]:
+    """verbs.run, which is not there in a build without the program."""
+    from t4d.verbs import run
+
+    return run
+
+
 def collide(first: Union[Mesh, Path], second: Union[Mesh, Path, None] = None, **options: Any) -> Report:
     """Whether two moving solids touch or overlap, when, where and how deep, or their smallest
     distance: ``report.pairs[0].verdict``. Without ``second``, the bodies of ``first`` are tested
     against each other."""
-    from t4d import verbs
-
-    return verbs.collide(first, *([] if second is None else [second]), **options)  # type: ignore[no-any-return]
+    return _run()("collide", first, *([] if second is None else [second]), **options)
 
 
 def envelope(mesh: Union[Mesh, Path], **options: Any) -> Report:
     """The solid that a motion passes through (its swept volume), a TriangleMesh: ``report.mesh``.
     ``voxel_size=0.1`` sets how fine it is; with ``outside=True`` it contains the motion for
     certain."""
-    from t4d import verbs
-
-    return verbs.envelope(mesh, **{"output": TriangleMesh, **options})  # type: ignore[no-any-return]
+    return _run()("envelope", mesh, **{"output": TriangleMesh, **options})
 
 
 def mend(
@@ -42,14 +45,10 @@ def mend(
 ) -> Report:
     """A closed, manifold TriangleMesh without self-intersections: ``report.mesh``. Takes vertices
     (n, 3) and triangles (m, 3), a TriangleMesh, or a file."""
-    from t4d import verbs
-
     solid = vertices if triangles is None else TriangleMesh(vertices, triangles)  # type: ignore[arg-type]
-    return verbs.mend(solid, **{"output": TriangleMesh, **options})  # type: ignore[no-any-return]
+    return _run()("mend", solid, **{"output": TriangleMesh, **options})
 
 
 def resolve(obstacles: Union[Mesh, Path], mesh: Union[Mesh, Path], **options: Any) -> Report:
     """``mesh`` deformed so that it avoids ``obstacles``: ``report.mesh``, a Mesh."""
-    from t4d import verbs
-
-    return verbs.resolve(obstacles, mesh, **{"output": Mesh, **options})  # type: ignore[no-any-return]
+    return _run()("resolve", obstacles, mesh, **{"output": Mesh, **options})

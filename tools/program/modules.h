@@ -1,10 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <memory>
-#include <string>
-
 #include "t4d/formats/t4d/http_source.h"
 #include "t4d/voxel4d/point_field.h"
 #include "t4d/voxel4d/vdb_frames.h"
