@@ -18,8 +18,28 @@
 
 #include "t4d/system/cleanup.h"
 
+#ifdef T4D_ADDRESS_SANITIZER
+// Until LLVM 17 the sanitizer does not hold its allocator while a process forks: the child waits
+// for ever for a lock that another thread had.
+namespace __lsan {
+void LockAllocator();
+void UnlockAllocator();
+}  // namespace __lsan
+#endif
+
 namespace t4d::system {
 namespace {
+
+pid_t forkWithTheAllocator() {
+#ifdef T4D_ADDRESS_SANITIZER
+  __lsan::LockAllocator();
+  const pid_t child = fork();
+  __lsan::UnlockAllocator();
+  return child;
+#else
+  return fork();
+#endif
+}
 
 /// Exit codes of the child.
 enum Outcome : int { kReturned = 0, kOutOfMemory = 1, kThrew = 2, kNotKept = 3 };
@@ -104,7 +124,7 @@ Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
   Cleanup note;
   {
     const StartingProcess held;
-    child = fork();
+    child = forkWithTheAllocator();
     if (child == 0) workAsChild(work, limits, parent, result);
     if (child > 0) note = Cleanup::process(held, child);
   }

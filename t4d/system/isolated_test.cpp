@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -53,6 +55,29 @@ TEST(Isolated, EndlessWorkRunsOutOfTime) {
       {kEnough.memoryBytes, 1});
   ASSERT_TRUE(done);
   EXPECT_EQ(done->end, End::OutOfTime);
+}
+
+TEST(Isolated, OtherThreadsMayHoldTheAllocatorWhenItStarts) {
+  std::vector<std::jthread> others;
+  for (int i = 0; i < 4; ++i) {
+    others.emplace_back([](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        std::vector<std::string> held;
+        for (int k = 0; k < 1000; ++k) held.emplace_back(std::size_t{100} + k, 'x');
+      }
+    });
+  }
+  for (int run = 0; run < 100; ++run) {
+    const auto done = runIsolated(
+        [] {
+          std::vector<std::string> all;
+          for (int k = 0; k < 1000; ++k) all.emplace_back(std::size_t{100} + k, 'y');
+          return all.back();
+        },
+        kEnough);
+    ASSERT_TRUE(done) << done.error().text();
+    EXPECT_EQ(done->end, End::Returned);
+  }
 }
 
 #ifndef T4D_ADDRESS_SANITIZER
