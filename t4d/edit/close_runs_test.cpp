@@ -216,6 +216,33 @@ TEST(CloseRuns, CapsAreMarkedInTheAttributesOfCells) {
   }
 }
 
+TEST(CloseRuns, CapsHaveTheAttributesOfTheCellsBesideThem) {
+  model::Screw up;
+  up.translation = {0, 0, 1};
+  const model::ScrewRun run{1, up, 3};
+  model::Mesh mesh;
+  ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}),
+                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
+  model::Slab slab = mesh.slabs()[2];
+  auto connectivity = std::make_shared<model::Connectivity>(*slab.connectivity);
+  const std::vector<std::uint32_t> labels(connectivity->cells.size(), 7);
+  const std::vector<float> triangles(connectivity->cells.size(), 0.5F);
+  connectivity->cellAttributes = {model::makeAttribute("label", model::Domain::Cell, labels),
+                                  model::makeAttribute("triangle", model::Domain::Cell, triangles)};
+  slab.connectivity = connectivity;
+  const Closed closed = closedFrom({&slab, 1}, {true});
+  ASSERT_EQ(closed.mesh.slabs().size(), 3U);
+  for (const std::size_t at : {0U, 2U}) {
+    const model::Connectivity& cap = *closed.mesh.slabs()[at].connectivity;
+    ASSERT_EQ(cap.cells.size(), 12U);
+    EXPECT_EQ(
+        cap.cellAttributes,
+        (std::vector{
+            model::makeAttribute("label", model::Domain::Cell, std::vector<std::uint32_t>(12, 7)),
+            model::makeAttribute("triangle", model::Domain::Cell, std::vector<float>(12, 0.5F))}));
+  }
+}
+
 TEST(CloseRuns, VerticesOfALayerKeepTheirAttributes) {
   model::Screw up;
   up.translation = {0, 0, 1};

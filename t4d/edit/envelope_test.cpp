@@ -231,6 +231,23 @@ TEST(Envelope, SaysThatTheSolidItselfHasMoreVolume) {
   EXPECT_TRUE(made(silhouette, {}).losses.empty());
 }
 
+TEST(Envelope, OfSeveralBodiesTakesTheScaleOfTheSmallest) {
+  const Silhouette large = silhouetteOfScrew(fixtures::cube(8), {.translation = {1, 0, 0}});
+  const Silhouette small = silhouetteOfScrew(fixtures::cube(2), {.translation = {1, 0, 0}});
+  for (const auto& [first, second] : {std::pair(&large, &small), std::pair(&small, &large)}) {
+    Silhouette both = *first;
+    add(both, *second);
+    EXPECT_EQ(both.solidExtent, small.solidExtent);
+    EXPECT_EQ(both.partExtent, small.partExtent);
+    EXPECT_EQ(both.solidVolume, large.solidVolume);
+    EXPECT_EQ(both.exits, large.exits + small.exits);
+    EXPECT_DOUBLE_EQ(both.visitsVolume, large.visitsVolume + small.visitsVolume);
+    Silhouette alone;
+    add(alone, *first);
+    EXPECT_EQ(alone.solidExtent, first->solidExtent);
+  }
+}
+
 TEST(Envelope, OfAMeshWithoutVolumeIsEmpty) {
   const auto envelope = envelopeOf({}, {});
   ASSERT_TRUE(envelope);

@@ -82,6 +82,28 @@ TEST(MendDeformation, MergesVerticesThatStayTogether) {
   EXPECT_NE(read.error().message.find("0.5 apart at time 1"), std::string::npos);
 }
 
+TEST(MendDeformation, EachOfSeveralMergedVerticesMustStay) {
+  TriangleMesh mesh = fixtures::cube(2);
+  const std::uint32_t kept = mesh.triangles[0][0];
+  for (model::Triangle& triangle : mesh.triangles) {
+    const auto at = std::ranges::find(triangle, kept);
+    if (at == triangle.end() || &triangle == &mesh.triangles[0]) continue;
+    *at = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(mesh.vertices[kept]);
+  }
+  ASSERT_GT(mesh.vertices.size(), 10U);
+  for (std::size_t leaves = 8; leaves < mesh.vertices.size(); ++leaves) {
+    std::vector<StoredKeys::Key> places{{0, mesh.vertices}, {1, mesh.vertices}};
+    places[1].positions[leaves].y() += 0.5;
+    std::unique_ptr<model::VertexKeys> keys = std::make_unique<StoredKeys>(places);
+    TriangleMesh merged = mesh;
+    ASSERT_TRUE(mendDeformation(merged, keys, {.weld = 1e-5}));
+    std::vector<Point3> into(8);
+    EXPECT_TRUE(keys->positions(0, into));
+    EXPECT_FALSE(keys->positions(1, into)) << leaves;
+  }
+}
+
 TEST(MendDeformation, RefusesWhatWouldMoveVertices) {
   const TriangleMesh cube = fixtures::cube(2);
   EXPECT_EQ(errorOf(cube, leaning(cube)), "none");

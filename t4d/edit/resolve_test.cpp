@@ -185,7 +185,8 @@ TEST(Resolve, ThinObstacleBetweenTwoLayersDividesTheStep) {
   EXPECT_EQ(resolved->report.layers.back().displacement, 0);
 }
 
-/// The mesh with an attribute of layers: ten times the number of the vertex, and the time.
+/// The mesh with attributes of its layers: ten times the number of the vertex and the time, and the
+/// number of the layer in steps of a third.
 model::Mesh withNumbersAndTimes(const model::Mesh& mesh) {
   model::Mesh made;
   for (model::Slab slab : mesh.slabs()) {
@@ -196,6 +197,14 @@ model::Mesh withNumbersAndTimes(const model::Mesh& mesh) {
       rows[connectivity.firstUpper() + i] = 10 * i + slab.timeEnd;
     }
     slab.attributes.push_back(model::makeAttribute("heat", model::Domain::Vertex, rows));
+    std::vector<std::int32_t> layers(slab.vertices.size(), -1);
+    const auto layerAt = [](double time) {
+      return static_cast<std::int32_t>(std::lround(3 * time));
+    };
+    std::fill_n(layers.begin(), connectivity.lowerCount, layerAt(slab.timeBegin));
+    std::fill_n(layers.begin() + connectivity.firstUpper(), connectivity.upperCount,
+                layerAt(slab.timeEnd));
+    slab.attributes.push_back(model::makeAttribute("layer", model::Domain::Vertex, layers));
     EXPECT_TRUE(made.put(slab));
   }
   return made;
@@ -229,6 +238,18 @@ TEST(Resolve, AttributesStayWithTheirVerticesInNewLayersAndEnds) {
     for (std::uint32_t i = 0; i < connectivity.upperCount; ++i) {
       EXPECT_NEAR(at(connectivity.firstUpper() + i), 10 * i + slab.timeEnd, 1e-9);
     }
+    // Numbers that cannot be between two keep that of the layer before.
+    const auto layer = std::ranges::find(slab.attributes, "layer", &model::Attribute::name);
+    ASSERT_NE(layer, slab.attributes.end());
+    const auto expectLayer = [&](std::uint32_t first, std::uint32_t count, double time) {
+      for (std::uint32_t i = first; i < first + count; ++i) {
+        std::int32_t value = 0;
+        std::memcpy(&value, layer->row(i), sizeof value);
+        ASSERT_EQ(value, static_cast<std::int32_t>(std::floor(3 * time + 1e-9))) << time;
+      }
+    };
+    expectLayer(0, connectivity.lowerCount, slab.timeBegin);
+    expectLayer(connectivity.firstUpper(), connectivity.upperCount, slab.timeEnd);
   }
 }
 

@@ -415,6 +415,15 @@ TEST(GltfReader, RefusesGeometryThatAFewBytesMultiply) {
   EXPECT_EQ(errorOf("a.glb", glb(document, std::string(12 * points, '\0'))),
             "a.glb: meshes[0]: its nodes instantiate more geometry than the file "
             "holds; merge them into one mesh");
+  // Two meshes, either of which would be read alone.
+  auto& primitives = document["meshes"][0]["primitives"];
+  primitives = std::vector<json>(15, primitive);
+  document["meshes"].push_back(document["meshes"][0]);
+  document["nodes"].push_back({{"mesh", 1}});
+  document["scenes"][0]["nodes"] = {0, 1};
+  EXPECT_EQ(errorOf("a.glb", glb(document, std::string(12 * points, '\0'))),
+            "a.glb: meshes[1]: its nodes instantiate more geometry than the file "
+            "holds; merge them into one mesh");
 }
 
 }  // namespace

@@ -105,6 +105,17 @@ TEST(Gcode, ChordsStayWithinTheTolerance) {
   }
 }
 
+TEST(Gcode, RadiiOfAnArcMayDifferByRoundingOfSmallAndOfLargeOnes) {
+  const auto isRead = [](double radius, double end) {
+    return refusalOf(gcode(fmt::format("G0 X{0} Y0 Z0 F600\nG3 X0 Y{1} I-{0} J0", radius, end)))
+               .find("from its centre") == std::string::npos;
+  };
+  EXPECT_TRUE(isRead(1, 1.009));
+  EXPECT_FALSE(isRead(1, 1.011));
+  EXPECT_TRUE(isRead(100, 100.09));
+  EXPECT_FALSE(isRead(100, 99.89));
+}
+
 TEST(Gcode, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
   const std::string start = "G0 X0 Y0 Z0\nF100\n";
   EXPECT_EQ(refusalOf(gcode(start + "G41 D1")),

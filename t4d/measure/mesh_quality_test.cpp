@@ -217,6 +217,15 @@ TEST(MeshQuality, CountsEveryCellAndRanksTheWorst) {
   EXPECT_EQ(quality->all(2).max(), ratios.front());
 }
 
+TEST(MeshQuality, ProgressGoesOnFromBodyToBody) {
+  const model::Mesh mesh = movingCube({0.7, 0, 0});
+  const std::vector<model::Body> bodies = {{"a", &mesh}, {"b", &mesh}, {"c", &mesh}};
+  std::vector<double> seen = {0};
+  ASSERT_TRUE(measureQuality(bodies, {}, [&](double part) { seen.push_back(part); }));
+  EXPECT_TRUE(std::ranges::is_sorted(seen));
+  EXPECT_EQ(seen.back(), 1);
+}
+
 TEST(MeshQuality, DoesNotChangeWithTheUnitOfTime) {
   model::Mesh slow = movingCube({0.7, 0, 0});
   model::Mesh fast;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <set>
+#include <string>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,6 +17,7 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/solid_difference.h"
 #include "t4d/mill/motion_parts.h"
+#include "t4d/mill/stock_field.h"
 #include "t4d/mill/tool_shape.h"
 #include "t4d/model/times.h"
 
@@ -317,6 +320,17 @@ TEST(Mill, VoxelsTooLargeForTheStockOrTooSmallForTheToolAreRefused) {
       << large.error().message;
   options.voxelSize = 2.5;
   EXPECT_TRUE(mill(stock, toolOf("flat:d=6,l=30", 0.01), path.motion, options, mesh));
+  // A thin plate across the lattice: the first sizes that are tried find nothing, either.
+  TriangleMesh plate = box({0.4, 0.4, 0.4}, {40.4, 0.8, 40.4});
+  for (Point3& at : plate.vertices) at = {at.x() - 0.7 * at.y(), 0.7 * at.x() + at.y(), at.z()};
+  options.voxelSize = 60;
+  const auto thin = mill(plate, toolOf("flat:d=6,l=30", 0.01), path.motion, options, mesh);
+  ASSERT_FALSE(thin);
+  const std::size_t advice = thin.error().message.find("too large for it; ");
+  ASSERT_NE(advice, std::string::npos) << thin.error().message;
+  options.voxelSize = std::stod(thin.error().message.substr(advice + 18));
+  EXPECT_LT(options.voxelSize, 7);
+  EXPECT_TRUE(mill(plate, toolOf("flat:d=6,l=30", 0.01), path.motion, options, mesh));
   for (const char* tool : {"flat:d=1e9,l=30", "flat:d=1e5,l=30"}) {
     options.voxelSize = 0.5;
     const auto refused = mill(stock, toolOf(tool, 1), path.motion, options, mesh);
@@ -324,6 +338,21 @@ TEST(Mill, VoxelsTooLargeForTheStockOrTooSmallForTheToolAreRefused) {
     EXPECT_EQ(refused.error().where, "tool");
     EXPECT_NE(refused.error().message.find("too large for voxels of 0.5"), std::string::npos);
   }
+}
+
+TEST(StockField, NamesThePlaceThatWasDeepestInside) {
+  auto stock = StockField::of(box({-10, -10, -10}, {10, 10, 10}), 1, 1e9);
+  ASSERT_TRUE(stock);
+  // Inside at x = 8 and 9, and from 1 to 3 in y and z: 8 is two deep.
+  const TriangleMesh tool = box({7.5, 0.5, 0.5}, {12, 3.5, 3.5});
+  const auto met = stock->meet(tool);
+  ASSERT_TRUE(met);
+  EXPECT_EQ(met->points, 18U);
+  EXPECT_EQ(met->point.x(), 8);
+  const auto removed = stock->remove(tool);
+  ASSERT_TRUE(removed);
+  EXPECT_EQ(removed->points, 18U);
+  EXPECT_EQ(removed->point.x(), 8);
 }
 
 TEST(MotionParts, ThatComeNearAreTakenAndNoOthers) {
@@ -445,6 +474,20 @@ TEST(ToolShape, VolumesConvergeFromBelow) {
       }
       error = now;
     }
+  }
+}
+
+TEST(ToolShape, HasNoMoreFacetsThanItsToleranceAsksFor) {
+  for (const double tolerance : {0.1, 0.01, 0.001}) {
+    std::set<double> heights;  // of the rings of the rounded end, and its side
+    for (const Point3& vertex : toolOf("ball:d=12,l=40", tolerance).vertices) {
+      if (vertex.z() > 0 && vertex.z() < 6 + 1e-9) heights.insert(vertex.z());
+    }
+    const auto gap = [](std::size_t chords) {
+      return 6 * (1 - std::cos(kPi / 4 / static_cast<double>(chords)));
+    };
+    EXPECT_LE(gap(heights.size()), tolerance * (1 + 1e-9));
+    EXPECT_GT(gap(heights.size() - 1), tolerance);
   }
 }
 
