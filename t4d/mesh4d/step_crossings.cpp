@@ -154,8 +154,8 @@ class MovingPair {
     return std::nullopt;
   }
 
-  /// About where they meet: the middle of where the sides of each pass through the other, or of
-  /// what is not common.
+  /// About where they meet: the middle of where the sides of each pass through the other, or, if
+  /// they lie in one plane, of their corners.
   Point3 placeAt(double s) const {
     Point3 sum = Point3::Zero();
     int count = 0;
@@ -177,9 +177,8 @@ class MovingPair {
       }
     }
     if (count == 0) {
-      for (const int i : {0, 1, 2, 3, 4, 5}) {
-        if (i == 2 || i == 5 || shared_ < 2) sum += at(i, s), ++count;
-      }
+      for (int i = 0; i < 6; ++i) sum += at(i, s);
+      count = 6;
     }
     return sum / count + (1 - s) * origins_[0] + s * origins_[1];
   }

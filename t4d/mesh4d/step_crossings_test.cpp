@@ -202,7 +202,7 @@ TEST(StepCrossings, AnApexThatPassesThroughAPlateMeetsItWhereItDoes) {
   for (Point3& p : solid.vertices) p = p.cwiseProduct(Point3(20, 20, 1));
   const auto first = static_cast<std::uint32_t>(solid.vertices.size());
   for (const Point3& p :
-       {Point3(3, 1, 0.6), Point3(2, 0.5, 2), Point3(4, 0.7, 2.6), Point3(3.1, 2.2, 3.1)}) {
+       {Point3(3, 1, 0.6), Point3(2, 0.5, 2.6), Point3(4, 0.7, 2), Point3(3.1, 2.2, 3.1)}) {
     solid.vertices.push_back(p);
   }
   for (const auto& [a, b, c] : {Triangle{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}) {
