@@ -133,6 +133,36 @@ TEST(ClipTime, WholeCellsOfASlabGoToTheSideThatTheyLieOn) {
   EXPECT_NEAR(hypervolume, measure::checkMesh(mesh)->hypervolume, 1e-12);
 }
 
+TEST(ClipTime, TwinCellsAreRefusedOnlyWhereTheyWouldBeSplit) {
+  const model::ScrewRun run{2, {.translation = {1, 2, 3}}, 1};
+  model::Mesh mesh;
+  ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}),
+                            {mesh4d::StepsPerSegment{1}, mesh4d::CapMethod::Cone}, mesh));
+  model::Slab slab = mesh.slabs()[1];
+  auto connectivity = std::make_shared<model::Connectivity>(*slab.connectivity);
+  connectivity->cellAttributes.clear();
+  // A cell of the first half of the step, twice, with opposite orientations.
+  const auto first = std::ranges::find_if(connectivity->cells, [&](const model::Cell& cell) {
+    return std::ranges::all_of(cell, [&](std::uint32_t i) { return slab.vertices[i][3] <= 1; });
+  });
+  ASSERT_NE(first, connectivity->cells.end());
+  auto [a, b, c, d] = *first;
+  connectivity->cells.push_back({a, b, c, d});
+  connectivity->cells.push_back({b, a, c, d});
+  slab.connectivity = connectivity;
+  model::Mesh twins;
+  ASSERT_TRUE(twins.put(mesh.slabs()[0]) && twins.put(slab) && twins.put(mesh.slabs()[2]));
+  for (const double end : {1.0, 1.5}) {
+    model::Mesh part;
+    const auto clipped = clipTime(twins, {0, end}, part);
+    EXPECT_TRUE(clipped) << clipped.error().text();
+  }
+  model::Mesh part;
+  const auto split = clipTime(twins, {0, 0.5}, part);
+  ASSERT_FALSE(split);
+  EXPECT_NE(split.error().message.find("have the same corners"), std::string::npos);
+}
+
 TEST(ClipTime, TheWholeSpanChangesNothing) {
   for (const auto& [name, mesh] : clipSamples()) {
     model::Mesh part;
