@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "t4d/edit/outer_surface.h"
 #include "t4d/fixtures/solids.h"
 
 namespace t4d::edit {
@@ -68,6 +69,18 @@ TEST(SurfaceCrossings, CopiesCrossWhereTheOriginalDoes) {
     EXPECT_EQ(std::set(found->pairs.begin(), found->pairs.end()), expected);
     EXPECT_EQ(found->pairs.size(), expected.size());
   }
+}
+
+TEST(OuterSurface, CutsTheTrianglesThatMeetOthers) {
+  const TriangleMesh cubes = crossingCubes();
+  const auto crossings = findCrossings(cubes, 1000);
+  ASSERT_TRUE(crossings);
+  std::set<std::uint32_t> meeting;
+  for (const auto& [a, b] : crossings->pairs) meeting.insert({a, b});
+  const auto outer = outerSurface(cubes, *crossings);
+  ASSERT_TRUE(outer) << outer.error().text();
+  EXPECT_EQ(outer->cut, meeting.size());
+  EXPECT_NEAR(model::signedVolume(outer->mesh), 2 - 0.3 * 0.4 * 0.45, 1e-12);
 }
 
 TEST(SurfaceCrossings, NeighboursThatTouchAreFoundAcrossParts) {

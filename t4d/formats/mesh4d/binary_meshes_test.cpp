@@ -98,6 +98,10 @@ TEST(GmshBinary, CutAnywhereOrWithWrongCountsIsRefused) {
             "follow");
   EXPECT_EQ(error4dOf("a.msh", gmshSimplex(std::endian::little, 4, 5, 11)),
             "a.msh: byte 711: has 5 elements of type 11, expected tetrahedra of four nodes (4)");
+  std::string crowded = whole;
+  crowded[crowded.find("$Entities") + 10 + 3] = 1;
+  EXPECT_NE(error4dOf("a.msh", crowded).find("declares 16777217 entities of 36 bytes, but"),
+            std::string::npos);
   std::string beyond = whole;
   beyond[731 + 8] = 21;
   EXPECT_EQ(error4dOf("a.msh", beyond), "a.msh: byte 739: refers to node 21, which does not exist");
