@@ -34,12 +34,12 @@ Mesh lightSwept(const TriangleMesh& solid, const model::VertexKeys& keys) {
 /// Any solid, moving in two steps from its own to random positions.
 Mesh scattered(const TriangleMesh& solid, std::uint32_t seed, double by) {
   std::mt19937 random(seed);
-  std::normal_distribution<double> offset(0, by);
+  std::normal_distribution<double> offset;
   std::vector<model::StoredKeys::Key> keys;
   for (int key = 0; key < 3; ++key) {
     keys.push_back({0.7 * key, solid.vertices});
     for (Point3& point : keys.back().positions) {
-      if (key > 0) point += Point3(offset(random), offset(random), offset(random));
+      if (key > 0) point += by * Point3(offset(random), offset(random), offset(random));
     }
   }
   return lightSwept(solid, model::StoredKeys(std::move(keys)));
