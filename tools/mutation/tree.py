@@ -62,7 +62,7 @@ def remove_others(names):
 
 
 def configure(folder, *options, source=ROOT):
-    # As with sanitizers, an index that is out of range is a failure.
+    # An index that is out of range is a failure.
     subprocess.run(["cmake", "--preset", "release", "-B", folder, "-DT4D_BUILD_BENCHMARKS=OFF",
                     "-DCMAKE_CXX_FLAGS=-D_GLIBCXX_ASSERTIONS",
                     "-Wno-dev", "--log-level=ERROR", *options],
