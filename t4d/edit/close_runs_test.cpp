@@ -87,6 +87,15 @@ Closed closedFrom(std::span<const model::Slab> slabs, const std::vector<bool>& k
   return closed;
 }
 
+/// A solid that rises by 1 a step; slab 0 and the last are its ends.
+model::Mesh sweptUp(const model::TriangleMesh& solid, std::uint64_t steps) {
+  const model::ScrewRun run{1, {.translation = {0, 0, 1}}, steps};
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(solid, *model::chainScrews(0, {&run, 1}),
+                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
+  return mesh;
+}
+
 void expectSameSlice(model::Mesh& closed, model::Mesh& original, double time) {
   const auto found = convert::sliceAtTime(closed, time);
   const auto expected = convert::sliceAtTime(original, time);
@@ -192,12 +201,7 @@ TEST(CloseRuns, BeginningOfASweepHasTheHypervolumeOfTheLaw) {
 }
 
 TEST(CloseRuns, CapsAreMarkedInTheAttributesOfCells) {
-  model::Screw up;
-  up.translation = {0, 0, 1};
-  const model::ScrewRun run{1, up, 3};
-  model::Mesh mesh;
-  ASSERT_TRUE(mesh4d::sweep(fixtures::twoBoxes(2, 1), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
+  const model::Mesh mesh = sweptUp(fixtures::twoBoxes(2, 1), 3);
   const Closed closed = closedFrom(mesh.slabs(), {false, false, true, false, false});
   ASSERT_EQ(closed.mesh.slabs().size(), 3U);
   for (const std::size_t at : {0U, 2U}) {
@@ -217,12 +221,7 @@ TEST(CloseRuns, CapsAreMarkedInTheAttributesOfCells) {
 }
 
 TEST(CloseRuns, CapsHaveTheAttributesOfTheCellsBesideThem) {
-  model::Screw up;
-  up.translation = {0, 0, 1};
-  const model::ScrewRun run{1, up, 3};
-  model::Mesh mesh;
-  ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
+  const model::Mesh mesh = sweptUp(fixtures::cube(2), 3);
   model::Slab slab = mesh.slabs()[2];
   auto connectivity = std::make_shared<model::Connectivity>(*slab.connectivity);
   const std::vector<std::uint32_t> labels(connectivity->cells.size(), 7);
@@ -244,12 +243,7 @@ TEST(CloseRuns, CapsHaveTheAttributesOfTheCellsBesideThem) {
 }
 
 TEST(CloseRuns, VerticesOfALayerKeepTheirAttributes) {
-  model::Screw up;
-  up.translation = {0, 0, 1};
-  const model::ScrewRun run{1, up, 2};
-  model::Mesh mesh;
-  ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
+  const model::Mesh mesh = sweptUp(fixtures::cube(2), 2);
   model::Slab slab = mesh.slabs()[1];
   std::vector<float> numbers(slab.vertices.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(i);
@@ -262,12 +256,7 @@ TEST(CloseRuns, VerticesOfALayerKeepTheirAttributes) {
 }
 
 TEST(CloseRuns, WhatIsNotClosedElsewhereStaysOpenAndSaysWhere) {
-  model::Screw up;
-  up.translation = {0, 0, 1};
-  const model::ScrewRun run{1, up, 3};
-  model::Mesh mesh;
-  ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}),
-                            {{}, mesh4d::CapMethod::Cone, mesh4d::PrismSplit::Fourteen}, mesh));
+  const model::Mesh mesh = sweptUp(fixtures::cube(2), 3);
   std::vector<model::Slab> slabs(mesh.slabs().begin(), mesh.slabs().end());
   auto torn = std::make_shared<model::Connectivity>(*slabs[1].connectivity);
   torn->cells.resize(torn->cells.size() - 14);

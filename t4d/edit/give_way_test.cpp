@@ -1,6 +1,7 @@
 #include "t4d/edit/give_way.h"
 
 #include <cmath>
+#include <map>
 
 #include <gtest/gtest.h>
 
@@ -12,19 +13,29 @@ namespace {
 
 using model::Point3;
 
+/// A ball that rises in eight steps.
+model::Mesh risingBall() {
+  const model::ScrewRun run{1, {.translation = {0, 0, 0.5}}, 8};
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(fixtures::icosphere(1, 2), *model::chainScrews(0, {&run, 1}),
+                            {mesh4d::StepsPerSegment{8}, mesh4d::CapMethod::Cone}, mesh));
+  return mesh;
+}
+
+std::map<LayerKey, double> layersOf(const VertexTracks& tracks) {
+  std::map<LayerKey, double> layers;
+  for (std::size_t k = 0; k <= tracks.steps(); ++k) layers[{k, 0}] = tracks.layerTime(k);
+  return layers;
+}
+
 /// (1 - x^2)^2 up to 1.
 double falloff(double x) { return x < 1 ? std::pow(1 - x * x, 2) : 0; }
 
 TEST(GiveWay, APushSpreadsInSpaceAndTimeAsTheFormulaSays) {
-  const model::TriangleMesh ball = fixtures::icosphere(1, 2);
-  const model::ScrewRun run{1, {.translation = {0, 0, 0.5}}, 8};
-  model::Mesh mesh;
-  ASSERT_TRUE(mesh4d::sweep(ball, *model::chainScrews(0, {&run, 1}),
-                            {mesh4d::StepsPerSegment{8}, mesh4d::CapMethod::Cone}, mesh));
+  const model::Mesh mesh = risingBall();
   const auto tracks = VertexTracks::of(mesh);
   ASSERT_TRUE(tracks) << tracks.error().text();
-  std::map<LayerKey, double> layers;
-  for (std::size_t k = 0; k <= tracks->steps(); ++k) layers[{k, 0}] = tracks->layerTime(k);
+  const std::map<LayerKey, double> layers = layersOf(*tracks);
   const std::uint32_t pushed = 5;
   const std::size_t at = 3;
   const Point3 along(0.6, 0, 0.8);
@@ -54,14 +65,10 @@ TEST(GiveWay, APushSpreadsInSpaceAndTimeAsTheFormulaSays) {
 }
 
 TEST(GiveWay, WithStayNothingGoesBack) {
-  const model::ScrewRun run{1, {.translation = {0, 0, 0.5}}, 8};
-  model::Mesh mesh;
-  ASSERT_TRUE(mesh4d::sweep(fixtures::icosphere(1, 2), *model::chainScrews(0, {&run, 1}),
-                            {mesh4d::StepsPerSegment{8}, mesh4d::CapMethod::Cone}, mesh));
+  const model::Mesh mesh = risingBall();
   const auto tracks = VertexTracks::of(mesh);
   ASSERT_TRUE(tracks);
-  std::map<LayerKey, double> layers;
-  for (std::size_t k = 0; k <= tracks->steps(); ++k) layers[{k, 0}] = tracks->layerTime(k);
+  const std::map<LayerKey, double> layers = layersOf(*tracks);
   const Pushes pushes = {{{3, 0}, {{5, {0.1, {1, 0, 0}}}}}};
   const auto moved = spread(*tracks, layers, pushes, {.space = 0.9, .time = 3, .stay = true});
   ASSERT_TRUE(moved);
