@@ -8,6 +8,7 @@
 
 #include "t4d/convert/light_slice.h"
 #include "t4d/convert/slice.h"
+#include "t4d/edit/displaced_source.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/collide.h"
@@ -251,6 +252,18 @@ TEST(Resolve, AttributesStayWithTheirVerticesInNewLayersAndEnds) {
     expectLayer(0, connectivity.lowerCount, slab.timeBegin);
     expectLayer(connectivity.firstUpper(), connectivity.upperCount, slab.timeEnd);
   }
+}
+
+TEST(DisplacedSource, PoseOfALayerIsNotThatOfOneWithinTheStepBefore) {
+  const model::Mesh cube = moved(fixtures::cube(1), {1, 0, 0}, 30, 1);
+  const auto tracks = VertexTracks::of(cube);
+  ASSERT_TRUE(tracks) << tracks.error().text();
+  const model::Slab& step = cube.slabs()[1];
+  ASSERT_TRUE(step.upperPose);
+  const DisplacedSource divided(*tracks, {{LayerKey{0, 0.5}, {}}}, false);
+  ASSERT_EQ(divided.slabCount(), cube.slabCount() + 1);
+  EXPECT_FALSE((*divided.slab(1))->upperPose);
+  EXPECT_TRUE((*divided.slab(2))->upperPose == step.upperPose);
 }
 
 TEST(Resolve, BodyThatIsClearIsLeftAsItIs) {

@@ -217,6 +217,13 @@ TEST(DeformationReader, CachesThatDoNotMatchAreRefused) {
   EXPECT_EQ(problemOf(cached("a.pc2", huge)),
             "a.pc2: byte 16: declares 2147483647 samples of 9 points, 12 bytes each; 324 bytes "
             "follow");
+  for (const auto& [byte, counts] :
+       {std::pair{16, "-1 points and 3 samples"}, std::pair{28, "9 points and -1 samples"}}) {
+    std::string fewerThanNone = pc2(good);
+    fewerThanNone.replace(static_cast<std::size_t>(byte), 4, "\xff\xff\xff\xff");
+    EXPECT_EQ(problemOf(cached("a.pc2", fewerThanNone)),
+              fmt::format("a.pc2: byte 16: declares {}", counts));
+  }
   std::string other = pc2(good);
   other[12] = 2;
   EXPECT_EQ(problemOf(cached("a.pc2", other)), "a.pc2: byte 12: is version 2, expected 1");

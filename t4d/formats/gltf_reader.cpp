@@ -57,7 +57,7 @@ class RestReader {
       loaded->notices.push_back(fmt::format("left out {}, whose scale is zero",
                                             counted(hiddenInstances, "hidden instance")));
     }
-    if (sheared_ > 0) {
+    if (sheared_) {
       loaded->notices.emplace_back(
           "matrices of nodes shear the mesh, which glTF does not allow; they are applied as they "
           "are");
@@ -122,7 +122,7 @@ class RestReader {
   std::vector<PlacedMesh> placed_;
   std::vector<GltfCopies> copies_;  // of each of these
   std::size_t hidden_ = 0;
-  std::size_t sheared_ = 0;
+  bool sheared_ = false;
   GltfUse used_;
 };
 

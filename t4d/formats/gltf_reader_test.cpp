@@ -43,7 +43,7 @@ std::string glb(const json& document, const std::string& buffer = squareBuffer()
 }
 
 /// The document with a patch (RFC 6902) written as JSON.
-json patched(const char* patch) { return squareDocument().patch(json::parse(patch)); }
+json patched(const std::string& patch) { return squareDocument().patch(json::parse(patch)); }
 
 std::string errorWith(const char* patch) { return errorOf("a.glb", glb(patched(patch))); }
 
@@ -94,6 +94,23 @@ TEST(GltfReader, AppliesTheTransformsOfNodes) {
         {"op": "add", "path": "/nodes/0/translation", "value": [1, 0, 0]},
         {"op": "replace", "path": "/scenes/0/nodes", "value": [1]}])")));
   EXPECT_EQ(child.mesh.vertices[0], model::Point3(2, 0, 0));
+}
+
+TEST(GltfReader, SaysThatAMatrixShears) {
+  const auto noticesOf = [](const std::string& matrix) {
+    return readBytes("a.glb",
+                     glb(patched(fmt::format(
+                         R"([{{"op": "add", "path": "/nodes/0/matrix", "value": {}}}])", matrix))))
+        .notices;
+  };
+  EXPECT_TRUE(noticesOf("[0,2,0,0, -2,0,0,0, 0,0,2,0, 9,9,9,1]").empty());
+  for (const char* matrix :
+       {"[1,0,0,0, 0.01,1,0,0, 0,0,1,0, 0,0,0,1]", "[1,0,0,0, 0,1,0,0, 0.01,0,1,0, 0,0,0,1]",
+        "[1,0,0,0, 0,1,0,0, 0,0.01,1,0, 0,0,0,1]"}) {
+    const auto notices = noticesOf(matrix);
+    ASSERT_EQ(notices.size(), 1U) << matrix;
+    EXPECT_NE(notices[0].find("shear the mesh"), std::string::npos);
+  }
 }
 
 TEST(GltfReader, TurnsTrianglesOverWhereATransformMirrors) {

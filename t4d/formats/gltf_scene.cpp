@@ -98,7 +98,9 @@ class Walk {
       const Eigen::Vector3d squares = products.diagonal();
       constexpr double kSquare = 1e-3;  // far above the rounding of float32
       for (const auto& [i, j] : {std::pair{0, 1}, {1, 2}, {2, 0}}) {
-        scene_.sheared += std::abs(products(i, j)) > kSquare * std::sqrt(squares[i] * squares[j]);
+        if (std::abs(products(i, j)) > kSquare * std::sqrt(squares[i] * squares[j])) {
+          scene_.sheared = true;
+        }
       }
       return transform;
     }

@@ -17,7 +17,7 @@ struct GltfNode {
 
 struct GltfScene {
   std::vector<GltfNode> nodes;  ///< parents before their children
-  std::size_t sheared = 0;      ///< matrices that shear, which glTF does not allow
+  bool sheared = false;         ///< whether a matrix shears, which glTF does not allow
 };
 
 /// The nodes of a scene: the default one, or without scenes all nodes. Fails on nodes that do not

@@ -74,6 +74,15 @@ TEST(StlReader, SaysWhatIsWrongWithATextFile) {
                     "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
                     "vertex 1 1 0\nvertex 0 1 0\n"),
             "quad.stl:7: found 'vertex', expected 'endloop'");
+  // Each word of a facet.
+  const std::string solid = "solid\n" + kFacet + "endsolid\n";
+  for (const std::string word : {"normal", "outer", "loop", "vertex", "endloop", "endfacet"}) {
+    std::string other = solid;
+    other.replace(other.find(word), word.size(), "other");
+    EXPECT_NE(errorOf("other.stl", other).find("found 'other', expected '" + word + "'"),
+              std::string::npos)
+        << errorOf("other.stl", other);
+  }
   EXPECT_EQ(errorOf("empty.stl", "solid\nendsolid\n"), "empty.stl: holds no triangles");
 }
 

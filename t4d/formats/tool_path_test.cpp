@@ -105,6 +105,20 @@ TEST(Gcode, ChordsStayWithinTheTolerance) {
   }
 }
 
+TEST(Gcode, ChordsOfAnArcThatGrowsFollowItsLargerRadius) {
+  // A quarter that begins at a radius of 10 and ends at 10.009, or the other way round.
+  for (const auto& [radius, end] : {std::pair{10.0, 10.009}, {10.009, 10.0}}) {
+    for (double tolerance = 1e-4; tolerance < 1e-3; tolerance *= 1.01) {
+      const auto path = gcode(fmt::format("G0 X{0} Y0 Z0 F600\nG3 X0 Y{1} I-{0} J0", radius, end),
+                              {.tolerance = tolerance});
+      ASSERT_TRUE(path) << refusalOf(path);
+      const double chords =
+          std::ceil(std::numbers::pi / 4 / std::acos(1 - tolerance / 10.009) - 1e-9);
+      ASSERT_EQ(path->motion.segments.size(), static_cast<std::size_t>(chords)) << tolerance;
+    }
+  }
+}
+
 TEST(Gcode, RadiiOfAnArcMayDifferByRoundingOfSmallAndOfLargeOnes) {
   const auto isRead = [](double radius, double end) {
     return refusalOf(gcode(fmt::format("G0 X{0} Y0 Z0 F600\nG3 X0 Y{1} I-{0} J0", radius, end)))

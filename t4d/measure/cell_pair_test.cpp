@@ -261,5 +261,32 @@ TEST(CellPair, AgreesWithExactArithmeticOnNumbersOfManyDigits) {
   EXPECT_GT(met, 1000U);
 }
 
+TEST(CellPair, CellsOfAHyperplaneCoincideIfTheyFaceTheSameWayAndHaveAVolumeInCommon) {
+  // Of a slanted hyperplane, t = x + 2 y - z, and of one of constant time.
+  for (const Point3& slant : {Point3(1, 2, -1), Point3(0, 0, 0)}) {
+    const auto cell = [&](const Point3& at) {
+      CellCorners corners;
+      const Point3 offsets[] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}};
+      for (std::size_t i = 0; i < 4; ++i) {
+        const Point3 place = at + offsets[i];
+        corners[i] << place, slant.dot(place);
+      }
+      return corners;
+    };
+    const CellCorners one = cell({0, 0, 0});
+    CellCorners other = cell({0.5, 0.25, 0.25});
+    const auto same = meetingOf(one, other);
+    ASSERT_TRUE(same);
+    EXPECT_TRUE(same->coincides);
+    std::swap(other[0], other[1]);
+    const auto opposite = meetingOf(one, other);
+    ASSERT_TRUE(opposite);
+    EXPECT_FALSE(opposite->coincides);
+    const auto corner = meetingOf(one, cell({4, 0, 0}));
+    ASSERT_TRUE(corner);
+    EXPECT_FALSE(corner->coincides);
+  }
+}
+
 }  // namespace
 }  // namespace t4d::measure

@@ -52,6 +52,22 @@ std::optional<Point3> pointAt(std::mt19937& random, const std::vector<Point4>& p
   return (before + s * (after - before)).head<3>();
 }
 
+TEST(HullDistance, TheBoundOfTwoPointsIsNotAboveTheirDistance) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-1, 1);
+  for (int round = 0; round < 1000; ++round) {
+    std::vector<Point4> a(1);
+    std::vector<Point4> b(1);
+    for (auto* point : {&a[0], &b[0]}) *point << place(random), place(random), place(random), 0.5;
+    const auto found = distanceOf(a, b, 100);
+    ASSERT_TRUE(found);
+    const Eigen::Matrix<long double, 3, 1> offset =
+        a[0].head<3>().cast<long double>() - b[0].head<3>().cast<long double>();
+    ASSERT_LE(static_cast<long double>(found->lowerBound), offset.norm()) << round;
+    ASSERT_NEAR(found->lowerBound, found->distance, 1e-13);
+  }
+}
+
 TEST(HullDistance, NoPointsAtEqualTimesAreNearerThanTheBoundAndSomeAreAsNear) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> shift(-3, 3);

@@ -90,6 +90,26 @@ void expectSecondOrder(const std::string& tool, const TriangleMesh& stock, const
 const TriangleMesh kBlock = box({0.03, 0.07, 0.01}, {40.03, 20.07, 10.01});
 const std::string kSlot = "G0 X-5 Y10 Z6\nG1 X45 F300\n";
 
+TEST(Mill, ARoundingHasTwoChordsHoweverLargeTheTolerance) {
+  // Rings: of the rounding after its two chords, and of the upper end.
+  for (const std::string tool : {"ball:d=6,l=30", "bull:d=6,r=1,l=30"}) {
+    std::set<double> heights;
+    for (const Point3& vertex : toolOf(tool, 100).vertices) heights.insert(vertex.z());
+    EXPECT_EQ(heights.size(), 4U) << tool;
+  }
+}
+
+TEST(Mill, MemoryOfAToolCountsAllBlocksOfItsBox) {
+  // A rod along the diagonal meets few of the 201^3 blocks, whose numbers alone take 32 MB.
+  TriangleMesh rod = box({-800, -1, -1}, {800, 1, 1});
+  const Eigen::Quaterniond turn =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), Eigen::Vector3d(1, 1, 1));
+  for (Point3& vertex : rod.vertices) vertex = turn * vertex;
+  const double voxelSize = 924.0 / (200 * 8);
+  EXPECT_FALSE(StockField::checkSize(rod, voxelSize, 31e6));
+  EXPECT_TRUE(StockField::checkSize(rod, voxelSize, 310e6));
+}
+
 TEST(Mill, ASlotIsOfSecondOrder) {
   expectSecondOrder("ball:d=6,l=30", kBlock, kSlot, 40 * (kPi * 9 / 2 + 6 * 1.01), {1, 0.5, 0.25});
   expectSecondOrder("flat:d=6,l=30", kBlock, kSlot, 40 * 6 * 4.01, {1, 0.5});

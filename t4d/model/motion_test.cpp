@@ -186,6 +186,15 @@ TEST(Motion, WhatIsNoMotionIsRefused) {
   refuse({nan, turn, 1}, "must be positive");
   refuse({1, noAxis, 1}, "length 0");
   refuse({1, noNumber, 1}, "not finite");
+  Screw nowhere = turn;
+  nowhere.axisPoint[2] = nan;
+  refuse({1, nowhere, 1}, "not finite");
+  Screw noDirection = turn;
+  noDirection.axisDirection[0] = nan;
+  refuse({1, noDirection, 1}, "not finite");
+  Screw noAngle = turn;
+  noAngle.angleDegrees = nan;
+  refuse({1, noAngle, 1}, "not finite");
   refuse({1, turn, 0}, "repeats 0 times");
   refuse({1, turn, ~std::uint64_t{0}}, "repeats");
   refuse({1e-20, turn, 1}, "too short to represent", 1e6);
