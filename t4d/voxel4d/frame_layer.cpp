@@ -1,6 +1,7 @@
 #include "t4d/voxel4d/frame_layer.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -113,23 +114,21 @@ void FrameLayer::index() {
   }
 }
 
-const InsideTile* FrameLayer::tileAt(const Coord& coord) const {
+std::optional<std::uint32_t> FrameLayer::tileAt(const Coord& coord) const {
   for (const TileLevel& level : tileLevels_) {
-    if (const auto found = level.tiles.find(scaledDown(coord, level.size))) {
-      return &frame_.tiles[*found];
-    }
+    if (const auto found = level.tiles.find(scaledDown(coord, level.size))) return found;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 bool FrameLayer::coversInside(const InsideTile& tile) const {
-  const InsideTile* found = tileAt(tile.coord);
-  return found != nullptr && found->size >= tile.size;
+  const auto found = tileAt(tile.coord);
+  return found && frame_.tiles[*found].size >= tile.size;
 }
 
 BlockView FrameLayer::view(const Coord& coord) const {
   if (const auto found = blocks_.find(coord)) return {&frame_.blocks[*found], false};
-  return {nullptr, tileAt(coord) != nullptr};
+  return {nullptr, tileAt(coord).has_value()};
 }
 
 BlockField FrameLayer::field(const Coord& coord, ValueBuffer& buffer) const {
@@ -137,8 +136,8 @@ BlockField FrameLayer::field(const Coord& coord, ValueBuffer& buffer) const {
   if (const auto found = blocks_.find(coord)) {
     return {valuesOf(frame_, *found, buffer), frame_.outsideValue};
   }
-  const InsideTile* tile = tileAt(coord);
-  return {{}, tile != nullptr ? tile->value : frame_.outsideValue};
+  const auto tile = tileAt(coord);
+  return {{}, tile ? frame_.tiles[*tile].value : frame_.outsideValue};
 }
 
 Result<void> FrameLayer::checkRead() const {
@@ -176,7 +175,7 @@ Result<void> FrameLayer::findSurfaceBlocks() {
             at[(axis + 1) % 3] += u;
             at[(axis + 2) % 3] += v;
             const Coord outer{at[0], at[1], at[2]};
-            if (isStored(outer) || tileAt(outer) != nullptr) continue;
+            if (blockAt(outer) || tileAt(outer)) continue;
             if (++bare > most) {
               return invalid(
                   fmt::format("more than {} points at the surface lie in tiles, where "
@@ -252,8 +251,9 @@ Result<void> FrameLayer::numberCrossings() {
   return {};
 }
 
-/// Where along their edges the crossings of a block are.
-void FrameLayer::findFractions(const CrossingBlock& block, double* into) const {
+/// Passes the values at both ends of the crossed edges of a block to `take`.
+template <class Take>
+void FrameLayer::eachCrossed(const CrossingBlock& block, Take take) const {
   std::array<ValueBuffer, 2> buffers;
   const BlockField from = field(block.coord, buffers[0]);
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -263,22 +263,40 @@ void FrameLayer::findFractions(const CrossingBlock& block, double* into) const {
       const bool leaves = (index >> shift & 7U) == 7;
       const double next =
           leaves ? beyond.at(index & ~(7U << shift)) : from.at(index + (1U << shift));
-      *into++ = crossing(from.at(index), next);
+      take(Values{from.at(index), next});
     });
   }
+}
+
+/// Where along their edges the crossings of a block are. Returns whether all of them are between
+/// these values, in one order or the other.
+bool FrameLayer::findFractions(const CrossingBlock& block, const Values& first,
+                               double* into) const {
+  bool same = true;
+  eachCrossed(block, [&](const Values& values) {
+    same = same && std::minmax(values[0], values[1]) == std::minmax(first[0], first[1]);
+    *into++ = crossing(values[0], values[1]);
+  });
+  return same;
 }
 
 /// Each crossing is placed several times: as one of the upper layer of a slab, of the lower layer
 /// of the next, and where a slab is made in parts. Moves them, and the values, to a file if the
 /// frame is large.
 Result<void> FrameLayer::keepFractions(std::size_t largeFrame) {
-  if (!hasValues()) return {};
+  if (!hasValues() || crossings_.empty()) return {};
+  Values first{};
+  eachCrossed(crossings_.front(), [&](const Values& values) { first = values; });
+  std::atomic<bool> same = true;
+  const auto find = [&](const CrossingBlock& block, double* into) {
+    if (!findFractions(block, first, into)) same.store(false, std::memory_order_relaxed);
+  };
   const std::size_t blockBytes = valueSizeOf(frame_) * std::tuple_size_v<ValueBuffer>;
   if (blockBytes == 0 || blockBytes * frame_.blocks.size() < largeFrame) {
     fractions_.resize(vertexCount_);
-    tbb::parallel_for(std::size_t{0}, crossings_.size(), [&](std::size_t i) {
-      findFractions(crossings_[i], fractions_.data() + firstOf(i));
-    });
+    tbb::parallel_for(std::size_t{0}, crossings_.size(),
+                      [&](std::size_t i) { find(crossings_[i], fractions_.data() + firstOf(i)); });
+    hasTwoValues_ = same;
     return {};
   }
   auto file = FrameFile::create();
@@ -286,15 +304,16 @@ Result<void> FrameLayer::keepFractions(std::size_t largeFrame) {
   constexpr std::size_t kMost = std::size_t{1} << 16U;
   std::vector<double> fractions;
   for (std::size_t begin = 0, end = 0; begin < crossings_.size(); begin = end) {
-    const std::uint32_t first = firstOf(begin);
-    while (end < crossings_.size() && firstOf(end) < std::uint64_t{first} + kMost) ++end;
-    fractions.resize(firstOf(end) - first);
+    const std::uint32_t firstInPart = firstOf(begin);
+    while (end < crossings_.size() && firstOf(end) < std::uint64_t{firstInPart} + kMost) ++end;
+    fractions.resize(firstOf(end) - firstInPart);
     tbb::parallel_for(begin, end, [&](std::size_t i) {
-      findFractions(crossings_[i], fractions.data() + (firstOf(i) - first));
+      find(crossings_[i], fractions.data() + (firstOf(i) - firstInPart));
     });
     if (auto added = (*file)->append(std::as_bytes(std::span(fractions))); !added) return added;
   }
   fractionsInFile_ = std::move(*file);
+  hasTwoValues_ = same;
   if (!frame_.file) {
     if (auto moved = moveValuesToFile(frame_); !moved) return moved;
   }

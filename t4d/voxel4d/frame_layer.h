@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -108,6 +109,9 @@ class FrameLayer {
 
   double time() const { return frame_.time; }
   bool hasValues() const { return frame_.hasValues(); }
+  /// Whether nothing tells how far inside a point is: there are no values, or only two of them
+  /// where edges of the lattice are crossed.
+  bool isMask() const { return !hasValues() || hasTwoValues_; }
   /// Whether its values are float32, so that crossings are rounded (CrossingGrid).
   bool hasFloats() const { return hasFloats_; }
   /// The number of crossings, which are the vertices of the layer.
@@ -131,11 +135,13 @@ class FrameLayer {
   std::size_t storedBlocks() const {
     return frame_.samples ? frame_.samples->blocks() : frame_.blocks.size();
   }
+  std::span<const Block> blocks() const { return frame_.blocks; }
   const std::vector<InsideTile>& tiles() const { return frame_.tiles; }
+  /// The number of the block, or of the tile that it is in; nothing if there is none.
+  std::optional<std::uint32_t> blockAt(const Coord& coord) const { return blocks_.find(coord); }
+  std::optional<std::uint32_t> tileAt(const Coord& coord) const;
   /// True if one tile of this frame covers all of `tile`.
   bool coversInside(const InsideTile& tile) const;
-  /// True if a block is stored with its own signs.
-  bool isStored(const Coord& coord) const { return blocks_.find(coord).has_value(); }
 
  private:
   /// The number of the first crossing of a block, or one more than the last.
@@ -147,9 +153,11 @@ class FrameLayer {
   CrossingBlock crossingsIn(const Coord& coord) const;
   Result<void> numberCrossings();
   Result<void> keepFractions(std::size_t largeFrame);
-  void findFractions(const CrossingBlock& block, double* into) const;
+  using Values = std::array<double, 2>;  // of the field at the ends of a crossed edge
+  template <class Take>
+  void eachCrossed(const CrossingBlock& block, Take take) const;
+  bool findFractions(const CrossingBlock& block, const Values& first, double* into) const;
   void place(const CrossingBlock& block, const double* fractions, model::Point4* into) const;
-  const InsideTile* tileAt(const Coord& coord) const;
 
   Frame frame_;
   std::vector<double> fractions_;               // of all crossings, if the frame has values
@@ -167,6 +175,7 @@ class FrameLayer {
   CoordIndex crossingIndex_;
   std::uint32_t vertexCount_ = 0;
   bool hasFloats_ = false;
+  bool hasTwoValues_ = false;
 };
 
 /// Crossings keep at least this distance from both ends of an edge, as a fraction of the edge, so

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/model/limits.h"
+#include "t4d/voxel4d/frame_parts.h"
 #include "t4d/voxel4d/occupancy.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/vdb_grid.h"
@@ -96,6 +97,7 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
   const Lattice lattice{options.voxelSize, model::Point3::Zero()};
   VoxelSeries series;
   std::optional<VdbSeries> files;
+  DividedFrame before;
   for (const double time : times) {
     auto voxels = voxelsOf(solid, time, lattice, options.mask);
     if (!voxels) return pass(voxels.error());
@@ -120,6 +122,13 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     series.emptyFrames += insidePoints == 0 ? 1 : 0;
     series.mostActiveVoxels =
         std::max<std::uint64_t>(series.mostActiveVoxels, grid->activeVoxelCount());
+    auto layer = FrameLayer::of(std::move(voxels->inside), lattice, kLargeFrame);
+    if (!layer) return pass(layer.error());
+    DividedFrame next{std::move(*layer)};
+    if (series.frames > 0) {
+      addPartsLost(before, next, series.frames - 1, lattice.place(), series.partsLost);
+    }
+    before = std::move(next);
     ++series.frames;
     if (progress) progress(static_cast<double>(series.frames) / static_cast<double>(times.size()));
   }

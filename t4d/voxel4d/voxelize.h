@@ -9,6 +9,7 @@
 
 #include "t4d/model/slab.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/lost_part.h"
 #include "t4d/voxel4d/moving_solid.h"
 
 namespace t4d::voxel4d {
@@ -37,6 +38,7 @@ struct VoxelSeries {
     std::uint64_t bytes = 0;
   };
   std::vector<File> files = {};  ///< of the frames, in their order
+  LostParts partsLost = {};
 };
 
 /// Writes the frames of voxelFrames into `folder` (created if missing) as frame_0000.vdb, ...:

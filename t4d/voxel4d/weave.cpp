@@ -9,6 +9,7 @@
 #include "t4d/model/transformed.h"
 #include "t4d/system/freed_memory.h"
 #include "t4d/voxel4d/frame_layer.h"
+#include "t4d/voxel4d/frame_parts.h"
 #include "t4d/voxel4d/graded_cap.h"
 #include "t4d/voxel4d/woven_slab.h"
 
@@ -18,11 +19,15 @@ namespace {
 /// Puts the slabs of a mesh into the sink and counts them.
 class SlabWriter {
  public:
-  SlabWriter(const Lattice& lattice, model::Sink& sink) : lattice_(lattice), sink_(sink) {}
+  /// `metric` may be null (WovenSlab::between).
+  SlabWriter(const Lattice& lattice, const FaceMetric* metric, model::Sink& sink)
+      : lattice_(lattice), metric_(metric), sink_(sink) {}
 
   Result<void> put(const FrameLayer& before, const FrameLayer& after, const model::TimeSpan& time,
                    const model::TimeSpan& crossings) {
-    auto slab = WovenSlab::between(before, after, time, crossings, lattice_);
+    const bool takesTime = crossings.begin < crossings.end;  // that of a cap does not
+    auto slab =
+        WovenSlab::between(before, after, time, crossings, lattice_, takesTime ? metric_ : nullptr);
     if (!slab) return pass(slab.error());
     count((*slab)->vertexCount - (*slab)->lowerCount, (*slab)->cellCount);
     if (auto put = sink_.putStreamed(**slab); !put) return put;
@@ -53,6 +58,7 @@ class SlabWriter {
   }
 
   const Lattice& lattice_;
+  const FaceMetric* metric_;
   model::Sink& sink_;
 };
 
@@ -73,7 +79,12 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     placed.emplace(into, model::Transform{*options.toSpace});
   }
   model::Sink& sink = placed ? *placed : into;
-  SlabWriter slabs(lattice, sink);
+  std::optional<FaceMetric> metric;
+  if (options.between == Between::Distance) {
+    const Eigen::RowVector3d edges = place.leftCols<3>().colwise().norm();
+    metric.emplace(std::array{edges[0], edges[1], edges[2]});
+  }
+  SlabWriter slabs(lattice, metric ? &*metric : nullptr, sink);
   const bool graded = options.caps == CapStyle::Graded;
   const bool half = options.caps == CapStyle::HalfStep;
   const FrameLayer nothing;
@@ -83,7 +94,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
     return put;
   };
-  FrameLayer before;
+  DividedFrame divided;
+  const FrameLayer& before = divided.layer;
   double halfStepAfter = 0;
   for (std::size_t i = 0; i < count; ++i) {
     auto frame = frames.frame(i);
@@ -101,7 +113,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
       layer.error().where = frames.nameOf(i);
       return pass(layer.error());
     }
-    FrameLayer& after = *layer;
+    DividedFrame next{std::move(*layer)};
+    const FrameLayer& after = next.layer;
     const double begin = before.time();
     const double end = after.time();
     if (i > 0 && !(end > begin)) {
@@ -126,7 +139,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
         return pass(put.error());
       }
     }
-    before = std::move(after);
+    if (i > 0) addPartsLost(divided, next, i - 1, place, slabs.report.partsLost);
+    divided = std::move(next);
     ++slabs.report.frames;
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
   }

@@ -6,6 +6,7 @@
 
 #include "t4d/model/slab.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/lost_part.h"
 
 namespace t4d::voxel4d {
 
@@ -19,8 +20,19 @@ enum class CapStyle : std::uint8_t {
   Graded,
 };
 
+/// When a point that changes sides between two frames does so, where nothing tells how far from the
+/// surface it is: in masks, labels, and samples of two values.
+enum class Between : std::uint8_t {
+  /// By its distances from the faces between voxels inside and outside of both frames, so that the
+  /// surface moves evenly from frame to frame; in the middle if one is farther than 24 voxels.
+  Distance,
+  /// In the middle between the frames, as published: everything jumps there.
+  Midpoint,
+};
+
 struct WeaveOptions {
   CapStyle caps = CapStyle::Flat;
+  Between between = Between::Distance;
   /// Maps positions of the lattice to space. It may turn, skew and mirror; the mesh stays outward.
   std::optional<model::Affine3x4> toSpace = {};
   /// From how many bytes of values on a frame keeps them in a temporary file.
@@ -32,6 +44,7 @@ struct WeaveReport {
   std::uint64_t tetrahedra = 0;
   std::uint64_t frames = 0;
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
+  LostParts partsLost = {};
 };
 
 /// Weaves frames into a 4D mesh by 4D marching cubes (paper, section 3.2; see pattern_table.h) and

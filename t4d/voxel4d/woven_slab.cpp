@@ -112,17 +112,16 @@ Result<void> addAppearing(const FrameLayer& frame, const FrameLayer& other,
 
 }  // namespace
 
-Result<std::unique_ptr<WovenSlab>> WovenSlab::between(const FrameLayer& before,
-                                                      const FrameLayer& after,
-                                                      const model::TimeSpan& time,
-                                                      const model::TimeSpan& crossings,
-                                                      const Lattice& lattice) {
-  std::unique_ptr<WovenSlab> slab(new WovenSlab(before, after, crossings, lattice));
+Result<std::unique_ptr<WovenSlab>> WovenSlab::between(
+    const FrameLayer& before, const FrameLayer& after, const model::TimeSpan& time,
+    const model::TimeSpan& crossings, const Lattice& lattice, const FaceMetric* metric) {
+  std::unique_ptr<WovenSlab> slab(new WovenSlab(before, after, crossings, lattice, metric));
   slab->time = time;
   if (auto found = slab->findBlocks(); !found) return pass(found.error());
   tbb::parallel_for(std::size_t{0}, slab->blocks_.size(),
                     [&](std::size_t i) { slab->findCubes(slab->blocks_[i]); });
   if (auto numbered = slab->number(); !numbered) return pass(numbered.error());
+  if (slab->metric_ != nullptr) slab->findFractions();
   return slab;
 }
 
@@ -155,27 +154,56 @@ void WovenSlab::cells(std::uint64_t first, std::span<Cell> into) const {
       [&](std::size_t i, Cell* at) { emitCells(blocks_[i], at); });
 }
 
+/// Passes the index of each point of a block whose sign differs between the frames, in order.
+template <class Take>
+void WovenSlab::eachInTime(const WovenBlock& block, Take take) const {
+  for (unsigned x = 0; x < 8; ++x) {
+    for (std::uint64_t bits = block.timeEdges[x]; bits != 0; bits &= bits - 1) {
+      take(x << 6U | static_cast<unsigned>(std::countr_zero(bits)));
+    }
+  }
+}
+
+/// When the points of a block are crossed, as fractions of the time between the frames.
+void WovenSlab::fractionsByDistance(const WovenBlock& block, float* into) const {
+  FaceDistance a(before_, *metric_, block.coord);
+  FaceDistance b(after_, *metric_, block.coord);
+  eachInTime(block, [&](unsigned index) {
+    const auto before = a.at(index);
+    const auto after = before ? b.at(index) : std::nullopt;
+    *into++ = after ? static_cast<float>(crossing(*before, *after)) : 0.5F;
+  });
+}
+
+/// The same of all points; looking for faces takes longer than anything else here.
+void WovenSlab::findFractions() {
+  fractions_.resize(firstUpper() - lowerCount);
+  tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t i) {
+    fractionsByDistance(blocks_[i], fractions_.data() + (blocks_[i].firstTime - lowerCount));
+  });
+}
+
 /// The crossings along t that begin in a block.
 void WovenSlab::placeInTime(const WovenBlock& block, Point4* into) const {
   if (countOf(block.timeEdges) == 0) return;
-  const bool values = before_.hasValues() && after_.hasValues();
+  const bool values = metric_ == nullptr && before_.hasValues() && after_.hasValues();
   std::array<ValueBuffer, 2> buffers;
   const BlockField a = values ? before_.field(block.coord, buffers[0]) : BlockField();
   const BlockField b = values ? after_.field(block.coord, buffers[1]) : BlockField();
   const double duration = crossings_.end - crossings_.begin;
-  const CrossingGrid grid(before_.hasFloats() && after_.hasFloats() ? duration : 0);
-  for (unsigned x = 0; x < 8; ++x) {
-    for (std::uint64_t bits = block.timeEdges[x]; bits != 0; bits &= bits - 1) {
-      const auto bit = static_cast<unsigned>(std::countr_zero(bits));
-      const unsigned index = x << 6U | bit;
-      const double fraction = values ? crossing(a.at(index), b.at(index)) : 0.5;
-      const auto place = [&](int axis, std::int32_t ofBlock, unsigned local) {
-        return lattice_.along(axis, kBlockSize * static_cast<double>(ofBlock) + local);
-      };
-      *into++ << place(0, block.coord.x, x), place(1, block.coord.y, bit >> 3U),
-          place(2, block.coord.z, bit & 7U), grid.nearest(crossings_.begin + fraction * duration);
-    }
-  }
+  const bool rounded = metric_ != nullptr || (before_.hasFloats() && after_.hasFloats());
+  const CrossingGrid grid(rounded ? duration : 0);
+  const float* known = fractions_.empty() ? nullptr : &fractions_[block.firstTime - lowerCount];
+  eachInTime(block, [&](unsigned index) {
+    const double fraction = known != nullptr ? static_cast<double>(*known++)
+                            : values         ? crossing(a.at(index), b.at(index))
+                                             : 0.5;
+    const auto place = [&](int axis, std::int32_t ofBlock, unsigned local) {
+      return lattice_.along(axis, kBlockSize * static_cast<double>(ofBlock) + local);
+    };
+    *into++ << place(0, block.coord.x, index >> 6U), place(1, block.coord.y, index >> 3U & 7U),
+        place(2, block.coord.z, index & 7U), grid.nearest(crossings_.begin + fraction * duration);
+  });
 }
 
 /// Finds the blocks in which a mixed hypercube can begin: those at the surface of one of the

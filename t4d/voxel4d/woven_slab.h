@@ -9,6 +9,7 @@
 #include "t4d/model/streamed_slab.h"
 #include "t4d/voxel4d/coord_index.h"
 #include "t4d/voxel4d/frame_layer.h"
+#include "t4d/voxel4d/mask_distance.h"
 #include "t4d/voxel4d/pattern_table.h"
 
 namespace t4d::voxel4d {
@@ -18,13 +19,12 @@ namespace t4d::voxel4d {
 class WovenSlab : public model::StreamedSlab {
  public:
   /// The frames must outlive the slab. Of the edges along t, those that are crossed at the fraction
-  /// f have their vertex at crossings.begin + f * (crossings.end - crossings.begin). Fails for more
-  /// than 2^32 - 1 vertices or cells, and if too many points appear or vanish within tiles.
-  static Result<std::unique_ptr<WovenSlab>> between(const FrameLayer& before,
-                                                    const FrameLayer& after,
-                                                    const model::TimeSpan& time,
-                                                    const model::TimeSpan& crossings,
-                                                    const Lattice& lattice);
+  /// f have their vertex at crossings.begin + f * (crossings.end - crossings.begin). Between masks
+  /// (FrameLayer::isMask) the distances of `metric`, if there is one, say where that is. Fails for
+  /// more than 2^32 - 1 vertices or cells, and if too many points appear or vanish within tiles.
+  static Result<std::unique_ptr<WovenSlab>> between(
+      const FrameLayer& before, const FrameLayer& after, const model::TimeSpan& time,
+      const model::TimeSpan& crossings, const Lattice& lattice, const FaceMetric* metric);
 
   void vertices(std::uint32_t first, std::span<model::Point4> into) const override;
   void cells(std::uint64_t first, std::span<model::Cell> into) const override;
@@ -41,12 +41,20 @@ class WovenSlab : public model::StreamedSlab {
   };
 
   WovenSlab(const FrameLayer& before, const FrameLayer& after, const model::TimeSpan& crossings,
-            const Lattice& lattice)
-      : before_(before), after_(after), crossings_(crossings), lattice_(lattice) {}
+            const Lattice& lattice, const FaceMetric* metric)
+      : before_(before),
+        after_(after),
+        crossings_(crossings),
+        lattice_(lattice),
+        metric_(metric != nullptr && before.isMask() && after.isMask() ? metric : nullptr) {}
 
   Result<void> findBlocks();
   void findCubes(WovenBlock& block) const;
   Result<void> number();
+  template <class Take>
+  void eachInTime(const WovenBlock& block, Take take) const;
+  void fractionsByDistance(const WovenBlock& block, float* into) const;
+  void findFractions();
   void placeInTime(const WovenBlock& block, model::Point4* into) const;
   void emitCells(const WovenBlock& block, model::Cell* into) const;
 
@@ -54,8 +62,10 @@ class WovenSlab : public model::StreamedSlab {
   const FrameLayer& after_;
   model::TimeSpan crossings_;
   const Lattice& lattice_;
+  const FaceMetric* metric_;        // null: by values, or in the middle
   std::vector<WovenBlock> blocks_;  // in WeavingOrder
   CoordIndex index_;
+  std::vector<float> fractions_;  // of all crossings in time, if there is a metric
 };
 
 }  // namespace t4d::voxel4d

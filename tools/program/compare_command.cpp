@@ -53,6 +53,7 @@ struct CompareArguments {
   std::vector<double> voxelSizes;
   voxel4d::FrameTimes frames;
   bool mask = false;
+  std::string between = "distance";
   std::vector<std::string> caps;
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
@@ -161,6 +162,7 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
     add("--frames", fmt::format("{}", times->size()));
     if (options.frames.step) add("--frame-time", fmt::format("{}", *options.frames.step));
     if (options.mask) arguments.emplace_back("--mask");
+    add("--between", options.between);
   } else {
     file.mesh.name = "mesh method";
     if (options.rvMin) add("--rv-min", fmt::format("{}", *options.rvMin));
@@ -557,6 +559,7 @@ void addCompare(CLI::App& app, int& exitCode) {
   addMaxCellsOption(*command, options->maxCells);
   command->add_flag("--mask", options->mask,
                     "voxel4d: Use masks of inside points instead of level sets");
+  addBetween(*command, options->between, "voxel4d: ");
   command
       ->add_option("--caps", options->caps,
                    "Caps of mesh4d (tetgen, cone) or voxel4d (the others); once for each")

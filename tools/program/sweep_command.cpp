@@ -53,6 +53,7 @@ struct SweepArguments {
   std::optional<double> voxelSize;
   voxel4d::FrameTimes times;
   bool mask = false;
+  std::string between = "distance";
   T4dOutput output;
   bool json = false;
 
@@ -179,6 +180,7 @@ std::string detailsOf(const SweepArguments& options, const std::vector<std::stri
     if (options.times.count) parameters["frames"] = *options.times.count;
     if (options.times.step) parameters["frame_time"] = *options.times.step;
     parameters["mask"] = options.mask;
+    if (options.mask) parameters["between"] = options.between;
     parameters["caps"] = isVoxelCaps(options.caps) ? options.caps : voxelCaps().front();
   } else {
     if (options.animates()) {
@@ -358,9 +360,11 @@ Result<Made> sweepVoxels(const SweepArguments& options, const model::TriangleMes
   ProgressBar bar("voxelising and weaving", frames->frameCount(), "frames");
   voxel4d::WeaveOptions how;
   how.caps = voxelCapStyle(options.caps);
+  how.between = betweenOf(options.between);
   auto report = voxel4d::weave(*frames, how, sink, bar.callback());
   if (!report) return pass(report.error());
   noticeCaps(how.caps, *report, made.notices);
+  noticeLostParts(report->partsLost, made.notices);
   made.vertices = report->vertices;
   made.tetrahedra = report->tetrahedra;
   made.steps = report->frames - 1;
@@ -691,6 +695,7 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->description("Time between frames of voxel4d, or between keys of a deformation");
   command->add_flag("--mask", options->mask,
                     "voxel4d: Use masks of inside points instead of level sets");
+  addBetween(*command, options->between, "voxel4d: ");
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

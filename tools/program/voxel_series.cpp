@@ -86,6 +86,20 @@ voxel4d::CapStyle voxelCapStyle(const std::string& name) {
   return voxel4d::CapStyle::Flat;
 }
 
+void addBetween(CLI::App& command, std::string& between, const std::string& prefix) {
+  command
+      .add_option("--between", between,
+                  prefix +
+                      "Surface between frames of masks or labels: by distances from it, or at "
+                      "the midpoint, as published")
+      ->check(CLI::IsMember({"distance", "midpoint"}))
+      ->capture_default_str();
+}
+
+voxel4d::Between betweenOf(const std::string& name) {
+  return name == "midpoint" ? voxel4d::Between::Midpoint : voxel4d::Between::Distance;
+}
+
 void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
                 std::vector<std::string>& notices) {
   const std::uint64_t inCaps = report.capTetrahedra[0] + report.capTetrahedra[1];
@@ -96,6 +110,41 @@ void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
                   grouped(inCaps), grouped(report.tetrahedra)));
 }
 
+void LostPartsOptions::addTo(CLI::App& command) {
+  command.add_flag("--fail-on-lost-parts", fails,
+                   "Exit with 1 if a part moves by more than its width between two frames");
+}
+
+int LostPartsOptions::exitCode(const voxel4d::LostParts& parts, int done) const {
+  return fails && parts.count > 0 ? kFailed : done;
+}
+
+nlohmann::ordered_json jsonOf(const voxel4d::LostParts& parts) {
+  auto all = nlohmann::ordered_json::array();
+  for (const voxel4d::LostPart& part : parts.listed) {
+    all.push_back({{"frame", part.frame},
+                   {"time", part.time},
+                   {"point", {part.point.x(), part.point.y(), part.point.z()}},
+                   {"voxels", part.voxels}});
+  }
+  return all;
+}
+
+void noticeLostParts(const voxel4d::LostParts& parts, std::vector<std::string>& notices) {
+  if (parts.count == 0) return;
+  const voxel4d::LostPart& first = parts.listed.front();
+  std::string notice = fmt::format(
+      "frame {} (counted from 0, at time {:.6g}): a part of {} at ({:.6g}, {:.6g}, {:.6g}) moves "
+      "by "
+      "more than its width, so that between this frame and the next nothing is left of it",
+      first.frame, first.time, counted(first.voxels, "voxel"), first.point.x(), first.point.y(),
+      first.point.z());
+  if (parts.count > 1) {
+    notice += fmt::format("; {} in all are lost like this", counted(parts.count, "part"));
+  }
+  notices.push_back(notice + "; use frames closer in time");
+}
+
 void VoxelSeriesOptions::addTo(CLI::App& command) {
   command.add_option("--voxel-size", voxelSize, "Voxel edge length, in length units")
       ->required()
@@ -104,6 +153,7 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
       ->required()
       ->check(someName());
   command.add_flag("--mask", mask, "Write masks of inside points instead of level sets");
+  lostParts.addTo(command);
   command.add_flag("--json", json, "Print the result as JSON");
 }
 
@@ -144,6 +194,7 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
     result["seconds"] = seconds;
     result["peak_bytes"] = peakBytes();
     result["bytes"] = written->bytes;
+    result["parts_lost"] = jsonOf(written->partsLost);
     printJson(result);
   } else {
     print("{}: {} of {} from time {} to {}\n", options.folder, counted(written->frames, "frame"),
@@ -154,7 +205,10 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
           sizeText(peakBytes()));
   }
   noticeEmptyFrames(*written);
-  return kDone;
+  std::vector<std::string> notices;
+  noticeLostParts(written->partsLost, notices);
+  printNotices(notices);
+  return options.lostParts.exitCode(written->partsLost, kDone);
 }
 
 }  // namespace t4d::tools

@@ -37,9 +37,26 @@ bool isVoxelCaps(const std::string& name);
 /// The style of that name; flat for any other.
 voxel4d::CapStyle voxelCapStyle(const std::string& name);
 
+/// Adds `--between`; distance is the default. `prefix` starts its help.
+void addBetween(CLI::App& command, std::string& between, const std::string& prefix);
+voxel4d::Between betweenOf(const std::string& name);
+
 /// Adds a notice if most cells of a 4D mesh are in flat caps.
 void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
                 std::vector<std::string>& notices);
+
+/// What is said of parts that are lost between frames, in text, in JSON, and by the exit code.
+struct LostPartsOptions {
+  bool fails = false;
+
+  /// Adds `--fail-on-lost-parts`.
+  void addTo(CLI::App& command);
+  /// The exit code in place of `done`.
+  int exitCode(const voxel4d::LostParts& parts, int done) const;
+};
+/// The value of `parts_lost`.
+nlohmann::ordered_json jsonOf(const voxel4d::LostParts& parts);
+void noticeLostParts(const voxel4d::LostParts& parts, std::vector<std::string>& notices);
 
 /// A notice if frames have no point inside.
 void noticeEmptyFrames(const voxel4d::VoxelSeries& written);
@@ -50,6 +67,7 @@ struct VoxelSeriesOptions {
   voxel4d::FrameTimes times;
   bool mask = false;
   std::string folder;
+  LostPartsOptions lostParts;
   bool json = false;
 
   /// Adds all options except those of addFrameTimes.

@@ -35,8 +35,10 @@ struct WeaveArguments {
   std::vector<double> spacing;
   std::vector<double> origin;
   std::string caps = "flat";
+  std::string between = "distance";
   std::string lengthUnit;
   std::string timeUnit;
+  LostPartsOptions lostParts;
   T4dOutput output;
   bool json = false;
 };
@@ -78,6 +80,7 @@ std::string detailsOf(const WeaveArguments& options) {
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   if (!options.labels.empty()) parameters["labels"] = options.labels;
   parameters["caps"] = options.caps;
+  parameters["between"] = options.between;
   parameters["precision"] = options.output.coding.precision;
   if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
   ordered_json source{{"frames", nameIn(options.frames.front()).string()}};
@@ -236,7 +239,10 @@ int run(const WeaveArguments& options) {
     }
     ProgressBar bar("weaving", input->frames->frameCount(), "frames");
     file->setBody(i);
-    const auto body = voxel4d::weave(*input->frames, {caps, input->toSpace}, *file, bar.callback());
+    const auto body = voxel4d::weave(
+        *input->frames,
+        {.caps = caps, .between = betweenOf(options.between), .toSpace = input->toSpace}, *file,
+        bar.callback());
     if (!body) {
       Error error = body.error();
       if (meshes) {
@@ -249,6 +255,7 @@ int run(const WeaveArguments& options) {
     woven.tetrahedra += body->tetrahedra;
     woven.frames = body->frames;
     for (int end = 0; end < 2; ++end) woven.capTetrahedra[end] += body->capTetrahedra[end];
+    woven.partsLost.add(body->partsLost);
   }
   std::vector<std::string> notices;
   std::vector<std::string> losses;
@@ -262,6 +269,7 @@ int run(const WeaveArguments& options) {
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   noticeCaps(caps, woven, notices);
+  noticeLostParts(woven.partsLost, notices);
   if (!input->notice.empty()) notices.push_back(options.frames.front() + ": " + input->notice);
   if (input->frames->isOneApart()) {
     notices.emplace_back(
@@ -285,7 +293,8 @@ int run(const WeaveArguments& options) {
                {"peak_bytes", peakBytes()},
                {"cap_tetrahedra", woven.capTetrahedra},
                {"space", input->space.empty() ? ordered_json() : ordered_json(input->space)},
-               {"bytes", *bytes}});
+               {"bytes", *bytes},
+               {"parts_lost", jsonOf(woven.partsLost)}});
   } else {
     print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven.vertices),
           grouped(woven.tetrahedra), counted(woven.frames, "frame"));
@@ -300,7 +309,7 @@ int run(const WeaveArguments& options) {
     if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
   }
   for (std::string& loss : file->losses()) losses.push_back(std::move(loss));
-  return reportLosses(losses);
+  return options.lostParts.exitCode(woven.partsLost, reportLosses(losses));
 }
 
 }  // namespace
@@ -351,8 +360,10 @@ void addWeave(CLI::App& app, int& exitCode) {
   command->add_option("--caps", options->caps, "Caps at the ends (docs/weave.md)")
       ->check(CLI::IsMember(voxelCaps()))
       ->capture_default_str();
+  addBetween(*command, options->between, "");
   command->add_option("--length-unit", options->lengthUnit, "Length unit of the grids, such as mm");
   command->add_option("--time-unit", options->timeUnit, "Unit of the times, such as s");
+  options->lostParts.addTo(*command);
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
