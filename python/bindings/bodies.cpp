@@ -1,12 +1,16 @@
 #include "python/bindings/bodies.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
 #include "python/bindings/arrays.h"
+#include "t4d/convert/slice_at_times.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/measure/solid_measures.h"
 #include "t4d/model/flat_mesh.h"
 #include "t4d/model/sinks.h"
 
@@ -77,6 +81,60 @@ py::tuple flat(const Body& body, py::object callback) {
   return py::make_tuple(
       view(mesh.vertices.data(), static_cast<std::size_t>(mesh.vertices.rows()), 4, owner),
       view(mesh.cells.data(), static_cast<std::size_t>(mesh.cells.rows()), 4, owner));
+}
+
+py::list slices(const Body& body, const std::vector<double>& times, py::object callback) {
+  Watch watch(std::move(callback));
+  auto made =
+      watch.run([&](const model::Progress& progress) -> Result<std::vector<model::TriangleMesh>> {
+        std::vector<model::TriangleMesh> meshes;
+        for (auto& slice : convert::sliceAtTimes(*body.source, times, progress)) {
+          if (!slice) return pass(slice.error());
+          meshes.push_back(std::move(slice->mesh));
+        }
+        return meshes;
+      });
+  py::list list;
+  for (model::TriangleMesh& mesh : made) {
+    list.append(std::make_shared<model::TriangleMesh>(std::move(mesh)));
+  }
+  return list;
+}
+
+py::dict measure(const Body& body, const std::vector<double>& times, py::object callback) {
+  Watch watch(std::move(callback));
+  const model::Body one{body.info.name, body.source.get()};
+  const auto found = watch.run([&](const model::Progress& progress) {
+    return measure::measuresAt({&one, 1}, times, progress);
+  });
+  const auto rows = static_cast<py::ssize_t>(found.size());
+  const auto numbers = [&](auto of) {
+    py::array_t<decltype(of(found.front()))> array(rows);
+    for (py::ssize_t i = 0; i < rows; ++i) {
+      array.mutable_at(i) = of(found[static_cast<std::size_t>(i)]);
+    }
+    return array;
+  };
+  const auto points = [&](auto of) {
+    py::array_t<double> array({rows, py::ssize_t{3}});
+    for (py::ssize_t i = 0; i < rows; ++i) {
+      const measure::SolidMeasures& one = found[static_cast<std::size_t>(i)];
+      for (py::ssize_t k = 0; k < 3; ++k) {
+        array.mutable_at(i, k) = one.bounds.empty() ? std::nan("") : of(one)[k];
+      }
+    }
+    return array;
+  };
+  using Of = const measure::SolidMeasures&;
+  return py::dict(py::arg("time") = numbers([](Of one) { return one.time; }),
+                  py::arg("volume") = numbers([](Of one) { return one.volume; }),
+                  py::arg("area") = numbers([](Of one) { return one.area; }),
+                  py::arg("centroid") = points([](Of one) { return one.centroid; }),
+                  py::arg("components") = numbers([](Of one) { return one.components; }),
+                  py::arg("cavities") = numbers([](Of one) { return one.cavities; }),
+                  py::arg("genus") = numbers([](Of one) { return one.genus; }),
+                  py::arg("min") = points([](Of one) { return one.bounds.min; }),
+                  py::arg("max") = points([](Of one) { return one.bounds.max; }));
 }
 
 py::dict check(const Body& body, bool deep, py::object callback) {
@@ -198,6 +256,8 @@ void defineBodies(py::module_& module) {
           [](const Body& body, const std::array<double, 5>& hyperplane) {
             return std::make_shared<model::TriangleMesh>(std::move(sliceOf(body, hyperplane).mesh));
           })
+      .def("slices", &slices)
+      .def("measure", &measure)
       .def("flat", &flat)
       .def("check", &check);
 

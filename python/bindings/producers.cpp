@@ -79,8 +79,8 @@ voxel4d::CapStyle capStyleOf(const std::string& name) {
 std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vector<double>& times,
                                       const std::array<double, 3>& spacing,
                                       const std::array<double, 3>& origin,
-                                      std::optional<double> iso, const std::string& caps, bool once,
-                                      bool stay) {
+                                      std::optional<double> iso, const std::string& caps,
+                                      const std::string& between, bool once, bool stay) {
   // Python objects must be let go of with the GIL.
   const std::shared_ptr<py::function> begin(new py::function(again),
                                             [begun = currentEra()](py::function* function) {
@@ -90,6 +90,7 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
   voxel4d::Lattice lattice;
   voxel4d::WeaveOptions how;
   how.caps = capStyleOf(caps);
+  how.between = between == "midpoint" ? voxel4d::Between::Midpoint : voxel4d::Between::Distance;
   const model::Point3 from(origin[0], origin[1], origin[2]);
   if (spacing[0] == spacing[1] && spacing[1] == spacing[2]) {
     lattice = {spacing[0], from};

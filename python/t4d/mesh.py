@@ -288,6 +288,26 @@ class Mesh(Unchanging):
         with about(self._file):
             return TriangleMesh._of(self._one().slice(planes[0]))
 
+    def slices(self, times: Numbers, progress: Progress = None) -> List[TriangleMesh]:
+        """The solid at each of ``times``, in their order; every slab is read once."""
+        moments = checks.numbers("times", times)
+        checks.function("progress", progress)
+        with about(self._file):
+            return [TriangleMesh._of(one) for one in self._one().slices(moments, progress)]
+
+    def measure(self, times: Numbers, progress: Progress = None) -> Dict[str, NDArray[Any]]:
+        """Arrays of what the solid is at each of ``times``: ``time``, ``volume``, ``area``,
+        ``centroid`` (n, 3), ``components``, ``cavities``, ``genus``, ``min`` and ``max`` (n, 3), as
+        ``t4d measure``. Several times are sliced at once."""
+        moments = checks.numbers("times", times)
+        checks.function("progress", progress)
+        with about(self._file):
+            return self._one().measure(moments, progress)
+
+    def volumes(self, times: Numbers, progress: Progress = None) -> NDArray[np.float64]:
+        """The volume at each of ``times``, as of ``measure``."""
+        return self.measure(times, progress)["volume"]
+
     # What is done with it
 
     def check(self, deep: bool = False, progress: Progress = None) -> Dict[str, Any]:
@@ -511,6 +531,7 @@ def weave(
     times: Optional[Numbers] = None,
     iso: Optional[SupportsFloat] = None,
     caps: str = "flat",
+    between: str = "distance",
     name: str = "solid",
     length_unit: str = "",
     time_unit: str = "",
@@ -523,6 +544,8 @@ def weave(
     at a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it,
     values below zero, and True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
     for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
+    Between frames of bools, or of two values, the surface moves by distances from it; with
+    ``between="midpoint"`` it jumps halfway, as published.
 
     Nothing is computed before the mesh is used, and then from what the arrays hold at that time:
     they are not copied here. What is changed in an array until then, or between two uses, changes
@@ -558,6 +581,7 @@ def weave(
     if iso is not None:
         iso = checks.number("iso", iso)
     checks.choice("caps", caps, ("flat", "graded", "half-step"))
+    checks.choice("between", between, ("distance", "midpoint"))
     for option, value in (("name", name), ("length_unit", length_unit), ("time_unit", time_unit)):
         checks.text(option, value)
     checks.choice("up", up, ("y", "z"))
@@ -568,6 +592,7 @@ def weave(
         checks.numbers("origin", origin, 3),
         iso,
         caps,
+        between,
         once,
         isinstance(frames, np.ndarray),
     )
@@ -576,6 +601,6 @@ def weave(
         "length_unit": length_unit,
         "time_unit": time_unit,
         "up": up,
-        "details": json.dumps({"parameters": {"spacing": steps, "caps": caps}}),
+        "details": json.dumps({"parameters": {"spacing": steps, "caps": caps, "between": between}}),
     }
     return Mesh._of(producer=producer, name=name, metadata=metadata)

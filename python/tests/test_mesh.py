@@ -51,6 +51,35 @@ def test_a_sweep_is_the_programs(models, tmp_path, name):
     assert found["same"] and found["level"] == "mesh"
 
 
+def test_slices_and_measures_over_time_are_those_of_each_slice(models):
+    mesh = t4d.read(models / "screw.t4d")
+    times = [2.5, 0.0, 0.7, mesh.time_span[1]]
+    slices = mesh.slices(times)
+    assert [len(s.triangles) for s in slices] == [len(mesh.slice(t).triangles) for t in times]
+    found = mesh.measure(times)
+    expected = verbs.measure(models / "screw.t4d", times="0.7:0.7:1").samples[0]
+    for name, values in found.items():
+        assert len(values) == len(times)
+        assert np.array_equal(values[2], expected[name]), name
+    assert np.allclose(found["volume"], [s.volume for s in slices], rtol=1e-12)
+    assert np.array_equal(mesh.volumes(times), found["volume"])
+    assert np.all(found["components"] == 1) and np.all(found["genus"] == 0)
+    with pytest.raises(t4d.InvalidInput, match="outside the mesh"):
+        mesh.volumes([mesh.time_span[1] + 1])
+    with pytest.raises(ValueError):
+        mesh.volumes([float("nan")])
+
+
+@pytest.mark.parametrize("between", ["distance", "midpoint"])
+def test_masks_move_evenly_or_jump(between):
+    points = np.indices((40, 40, 40)) - 19.4
+    frames = np.array([(points**2).sum(0) < r * r for r in (10, 13)])
+    before, after = t4d.weave(frames, between=between).volumes([0.499, 0.501])
+    assert (after / before < 1.01) == (between == "distance")
+    with pytest.raises(ValueError, match="between"):
+        t4d.weave(frames, between="never")
+
+
 @pytest.mark.parametrize("plane", [{"time": 2.5}, {"time": 0.7}, {"x": 1.5}, {"z": 20.0}])
 def test_a_slice_is_the_programs(models, plane):
     mesh = t4d.read(models / "screw.t4d")

@@ -7,7 +7,7 @@
 
 namespace t4d::measure {
 
-std::vector<double> generaOf(const model::TriangleMesh& mesh) {
+std::vector<ConnectedSurface> surfacesOf(const model::TriangleMesh& mesh) {
   model::UnionFind surfaces(mesh.vertices.size());
   std::vector<char> used(mesh.vertices.size(), 0);
   std::vector<std::array<std::uint32_t, 2>> edges;
@@ -29,12 +29,28 @@ std::vector<double> generaOf(const model::TriangleMesh& mesh) {
   for (const auto& edge : edges) --euler[surfaces.root(edge[0])];
   for (const model::Triangle& triangle : mesh.triangles) ++euler[surfaces.root(triangle[0])];
 
-  std::vector<double> genera;
+  // The volume of each about its first vertex, which is its root.
+  std::vector<double> volumes(mesh.vertices.size(), 0);
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const std::uint32_t root = surfaces.root(i);
+    const model::Point3& about = mesh.vertices[root];
+    const model::Point3 a = mesh.vertices[i] - about;
+    const model::Point3 b = mesh.vertices[j] - about;
+    volumes[root] += a.dot(b.cross(mesh.vertices[k] - about)) / 6;
+  }
+
+  std::vector<ConnectedSurface> found;
   for (std::uint32_t v = 0; v < used.size(); ++v) {
     if (used[v] == 0 || surfaces.root(v) != v) continue;
-    genera.push_back(1 - 0.5 * static_cast<double>(euler[v]));
+    found.push_back({1 - 0.5 * static_cast<double>(euler[v]), volumes[v]});
   }
-  std::sort(genera.begin(), genera.end(), std::greater<>());
+  return found;
+}
+
+std::vector<double> generaOf(const model::TriangleMesh& mesh) {
+  std::vector<double> genera;
+  for (const ConnectedSurface& surface : surfacesOf(mesh)) genera.push_back(surface.genus);
+  std::ranges::sort(genera, std::greater());
   return genera;
 }
 

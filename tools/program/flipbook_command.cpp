@@ -61,7 +61,9 @@ int run(const FlipbookArguments& options) {
   auto input = openBodies(options.input, options.only);
   if (!input) return report(input.error());
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = options.frames.of(span, kMaxFrames);
+  const auto moments = options.frames.of(span, kMaxFrames);
+  if (!moments) return report(moments.error());
+  const std::vector<double>& times = *moments;
   std::vector<std::string> notices;
   const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
   printNotices(notices);

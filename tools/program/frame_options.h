@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "t4d/model/error.h"
 #include "t4d/model/times.h"
 
 namespace t4d::tools {
@@ -20,16 +21,20 @@ inline constexpr const char* kFramesOption = "-n,--frames,--count";
 /// Tells that there are kDefaultFrames frames because no number was given.
 void noticeDefaultFrames();
 
-/// Moments of a 4D mesh: `count` of them, evenly spaced over its whole time, or `times`.
+/// Moments of a 4D mesh: `count` of them, evenly spaced over its whole time, `times`, or those of a
+/// file.
 struct FrameOptions {
   std::optional<std::uint64_t> count;
   std::string times;
+  std::string timesFile;
 
-  /// Adds `--frames` and `--times`, of which one or none is given, each for up to `most` frames.
+  /// Adds `--frames`, `--times` and `--times-file`, of which one or none is given, each for up to
+  /// `most` frames.
   void addTo(CLI::App& command, std::uint64_t most);
 
-  /// The times of the frames, up to the same `most`; tells where their number is the default.
-  std::vector<double> of(const model::TimeSpan& span, std::uint64_t most) const;
+  /// The times of the frames, up to the same `most`; tells where their number is the default. Fails
+  /// if the file has none, too many, or something else.
+  Result<std::vector<double>> of(const model::TimeSpan& span, std::uint64_t most) const;
 };
 
 }  // namespace t4d::tools

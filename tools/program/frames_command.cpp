@@ -72,7 +72,9 @@ int runGrids(const FramesArguments& options) {
   if (!input) return report(input.error());
   const formats::Metadata& metadata = input->reader.metadata();
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = options.frames.of(span, kMostFrameFiles);
+  const auto moments = options.frames.of(span, kMostFrameFiles);
+  if (!moments) return report(moments.error());
+  const std::vector<double>& times = *moments;
   if (auto checked = convert::checkFrameTimes(input->bodies, times); !checked) {
     return report(inInput(checked.error(), *input));
   }
@@ -136,7 +138,9 @@ int run(const FramesArguments& options) {
   if (!input) return report(input.error());
   const formats::Metadata& metadata = input->reader.metadata();
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
-  const std::vector<double> times = options.frames.of(span, kMostFrameFiles);
+  const auto moments = options.frames.of(span, kMostFrameFiles);
+  if (!moments) return report(moments.error());
+  const std::vector<double>& times = *moments;
   if (const auto misuse = misuseOfFrames(*names, times.size(), options.input)) {
     return wrongUsage(*misuse);
   }

@@ -468,6 +468,72 @@ TEST_F(Program, FramesAreNumberedFilesWithAManifest) {
   EXPECT_EQ(run("frames c_1.obj --count 2 -o c_%d.obj").exitCode, 2);
 }
 
+TEST_F(Program, MeasuresASolidOverTime) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const json samples = run("measure cube.t4d --frames 3 --json").value()["samples"];
+  ASSERT_EQ(samples.size(), 3U);
+  for (const json& sample : samples) {
+    EXPECT_NEAR(sample["volume"].get<double>(), 8000, 1e-8);
+    EXPECT_NEAR(sample["area"].get<double>(), 2400, 1e-8);
+    EXPECT_EQ(sample["components"], 1);
+    EXPECT_EQ(sample["genus"], 0);
+  }
+  write("times.csv", "frame;time\n1;60\n2;30\n\n# a comment\n3;0\n");
+  ASSERT_EQ(run("measure cube.t4d --times-file times.csv -o volumes.csv --html page.html").exitCode,
+            0);
+  const std::string table = contents(folder_ / "volumes.csv");
+  EXPECT_TRUE(table.starts_with("time,volume,area,cx,cy,cz,components,genus")) << table;
+  EXPECT_EQ(std::ranges::count(table, '\n'), 4);
+  EXPECT_THAT(table, testing::HasSubstr("\n60,"));
+  EXPECT_THAT(contents(folder_ / "page.html"), testing::HasSubstr("<svg"));
+  ASSERT_EQ(run("measure cube.t4d --frames 4 -o volume.svg").exitCode, 0);
+  EXPECT_THAT(contents(folder_ / "volume.svg"),
+              testing::StartsWith("<svg xmlns=\"http://www.w3.org/2000/svg\""));
+  ASSERT_EQ(run("measure cube.t4d --frames 4 -o volumes.json").exitCode, 0);
+  EXPECT_EQ(json::parse(contents(folder_ / "volumes.json"))["samples"].size(), 4U);
+
+  // A list that goes back retimes what is played.
+  EXPECT_THAT(run("flipbook cube.t4d --times-file times.csv -o back.glb").out,
+              testing::HasSubstr("3 frames of time 60 to 0"));
+  write("wrong.txt", "0\n1\nx\n");
+  refuses("measure cube.t4d --times-file wrong.txt", "wrong.txt:3: found 'x', expected a time");
+  write("empty.txt", "# nothing\n");
+  refuses("measure cube.t4d --times-file empty.txt", "empty.txt: has no times");
+  refuses("measure cube.t4d --times 0:500:2", "time 500 is outside the mesh");
+  misused("measure cube.t4d -o out.glb", "not the name of a .csv, .json or .svg file");
+  misused("measure cube.t4d --frames 2 --times 0:1:2", "");
+  misused("measure cube.t4d -o cube.t4d", "");
+}
+
+TEST_F(Program, SaysWhichPartsAreLostBetweenFrames) {
+  // Plates of 3 voxels that move by 3 of them.
+  std::string samples = "raw uint8 8 8 12 3 little\n";
+  for (int frame = 0; frame < 3; ++frame) {
+    for (int z = 0; z < 12; ++z) {
+      samples += std::string(64, z >= 3 * frame && z < 3 * frame + 3 ? '\1' : '\0');
+    }
+  }
+  write("plate.raw", samples);
+  const Finished done = run("weave plate.raw --label 1 -o plate.t4d --json");
+  EXPECT_EQ(done.exitCode, 0);
+  EXPECT_THAT(done.err,
+              testing::HasSubstr("a part of 192 voxels at (3.5, 3.5, 1) moves by more than"));
+  const json lost = done.value()["parts_lost"];
+  ASSERT_EQ(lost.size(), 2U);
+  EXPECT_EQ(lost[1], json::parse(R"({"frame": 1, "time": 1.0, "point": [3.5, 3.5, 4.0],
+                                     "voxels": 192})"));
+  EXPECT_EQ(run("weave plate.raw --label 1 --fail-on-lost-parts -o plate.t4d").exitCode, 1);
+  EXPECT_TRUE(fs::exists(folder_ / "plate.t4d"));
+  EXPECT_EQ(run("weave plate.raw --label 1 --between midpoint -o jumps.t4d").exitCode, 0);
+  EXPECT_EQ(run("measure plate.t4d --times 0.5:0.5:1 --json").value()["samples"][0]["components"],
+            run("measure jumps.t4d --times 0.5:0.5:1 --json").value()["samples"][0]["components"]);
+  const json voxels =
+      run("voxelize fx/cube.obj -m fx/paper-voxel.json --voxel-size 0.25 --frames 4 "
+          "-o frames --fail-on-lost-parts --json")
+          .value();
+  EXPECT_EQ(voxels["parts_lost"].size(), 3U);
+}
+
 TEST_F(Program, ThereAreSixtyFramesWithoutANumberOfThem) {
   ASSERT_EQ(run("sweep fx/cube.obj -m fx/rest.json -o cube.t4d").exitCode, 0);
   for (const char* verb : {"flipbook cube.t4d -o f.glb", "frames cube.t4d --light -o f",

@@ -46,6 +46,15 @@ std::string htmlPage(const std::string& title, std::string_view style, const std
       escaped(title), kStyle, style, body);
 }
 
+std::string svgFile(std::string svg) {
+  svg.insert(svg.find(' '), " xmlns=\"http://www.w3.org/2000/svg\"");
+  svg.insert(svg.find('>') + 1,
+             fmt::format("\n<style>{}svg {{ background: var(--card); font-family: sans-serif; }}"
+                         "</style>",
+                         kStyle));
+  return svg;
+}
+
 std::string figureOf(std::span<const std::uint8_t> png, std::uint32_t pixels,
                      const std::string& caption) {
   return fmt::format(

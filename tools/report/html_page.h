@@ -12,6 +12,9 @@ namespace t4d::tools {
 /// `style` is added to that.
 std::string htmlPage(const std::string& title, std::string_view style, const std::string& body);
 
+/// An <svg> element as a file of its own, in the same style.
+std::string svgFile(std::string svg);
+
 /// A square picture, the bytes of a PNG file, with its caption below.
 std::string figureOf(std::span<const std::uint8_t> png, std::uint32_t pixels,
                      const std::string& caption);

@@ -1,0 +1,106 @@
+#include "t4d/measure/solid_measures.h"
+
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "t4d/convert/slice_at_times.h"
+#include "t4d/measure/surface_genus.h"
+#include "t4d/model/times.h"
+
+namespace t4d::measure {
+
+using model::Point3;
+
+void SolidMeasures::add(const SolidMeasures& other) {
+  const double both = volume + other.volume;
+  if (both != 0) centroid = (volume * centroid + other.volume * other.centroid) / both;
+  volume = both;
+  area += other.area;
+  components += other.components;
+  cavities += other.cavities;
+  genus += other.genus;
+  bounds.add(other.bounds);
+}
+
+SolidMeasures measuresOf(const model::TriangleMesh& mesh) {
+  SolidMeasures made;
+  if (mesh.triangles.empty()) return made;
+  made.area = surfaceArea(mesh);
+  for (const model::Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) made.bounds.add(mesh.vertices[vertex]);
+  }
+  for (const ConnectedSurface& surface : surfacesOf(mesh)) {
+    made.genus += surface.genus;
+    ++(surface.volume < 0 ? made.cavities : made.components);
+  }
+  // About the middle, so that little is lost far from the origin.
+  const Point3 middle = (made.bounds.min + made.bounds.max) / 2;
+  Point3 moment = Point3::Zero();
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const Point3 a = mesh.vertices[i] - middle;
+    const Point3 b = mesh.vertices[j] - middle;
+    const Point3 c = mesh.vertices[k] - middle;
+    const double volume = a.dot(b.cross(c)) / 6;
+    made.volume += volume;
+    moment += volume * (a + b + c) / 4;
+  }
+  made.centroid = made.volume != 0 ? Point3(middle + moment / made.volume) : middle;
+  return made;
+}
+
+Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodies,
+                                              std::span<const double> times,
+                                              const model::Progress& progress) {
+  const model::TimeSpan span = model::timeSpanOf(bodies);
+  for (const double time : times) {
+    if (model::timeWithin(span, time)) continue;
+    return invalid(fmt::format("time {} is outside the mesh, which lasts from {} to {}", time,
+                               span.begin, span.end));
+  }
+  // Runs of times that follow one another, so that most slabs are read once.
+  std::vector<std::size_t> order(times.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return times[i]; });
+  constexpr std::size_t kRun = 8;
+  const std::size_t runs = (times.size() + kRun - 1) / kRun;
+  std::vector<SolidMeasures> measures(times.size());
+  std::vector<Result<void>> outcomes(runs);
+  std::atomic<std::size_t> done = 0;
+  tbb::parallel_for(
+      std::size_t{0}, runs,
+      [&](std::size_t run) {
+        const auto own =
+            std::span(order).subspan(run * kRun, std::min(kRun, order.size() - run * kRun));
+        for (const std::size_t i : own) measures[i].time = times[i];
+        for (const model::Body& body : bodies) {
+          std::vector<std::size_t> there;
+          std::vector<double> at;
+          for (const std::size_t i : own) {
+            if (!model::timeWithin(*body.source, times[i])) continue;
+            there.push_back(i);
+            at.push_back(times[i]);
+          }
+          const auto slices = convert::sliceAtTimes(*body.source, at);
+          for (std::size_t k = 0; k < there.size(); ++k) {
+            if (!slices[k]) {
+              outcomes[run] = pass(slices[k].error());
+              return;
+            }
+            measures[there[k]].add(measuresOf(slices[k]->mesh));
+          }
+        }
+        done += own.size();
+        if (progress) progress(static_cast<double>(done) / static_cast<double>(times.size()));
+      },
+      tbb::simple_partitioner());
+  for (const Result<void>& outcome : outcomes) {
+    if (!outcome) return pass(outcome.error());
+  }
+  return measures;
+}
+
+}  // namespace t4d::measure

@@ -1,0 +1,211 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/output_file.h"
+#include "t4d/measure/solid_measures.h"
+#include "tools/program/commands.h"
+#include "tools/program/console.h"
+#include "tools/program/frame_options.h"
+#include "tools/program/input_bodies.h"
+#include "tools/program/option_checks.h"
+#include "tools/program/progress_bar.h"
+#include "tools/report/html_page.h"
+#include "tools/report/svg_plot.h"
+
+namespace t4d::tools {
+namespace {
+
+using measure::SolidMeasures;
+using nlohmann::ordered_json;
+
+constexpr std::uint64_t kMostSamples = 10'000'000;
+
+struct MeasureArguments {
+  std::string input;
+  FrameOptions frames;
+  InputOptions only;
+  std::string output;
+  std::string html;
+  bool json = false;
+};
+
+ordered_json coordinatesOf(const model::Point3& point) { return {point.x(), point.y(), point.z()}; }
+
+ordered_json jsonOf(std::span<const SolidMeasures> samples) {
+  ordered_json value = {{"samples", ordered_json::array()}};
+  for (const SolidMeasures& sample : samples) {
+    const bool any = !sample.bounds.empty();
+    value["samples"].push_back({{"time", sample.time},
+                                {"volume", sample.volume},
+                                {"area", sample.area},
+                                {"centroid", any ? coordinatesOf(sample.centroid) : ordered_json()},
+                                {"components", sample.components},
+                                {"cavities", sample.cavities},
+                                {"genus", sample.genus},
+                                {"min", any ? coordinatesOf(sample.bounds.min) : ordered_json()},
+                                {"max", any ? coordinatesOf(sample.bounds.max) : ordered_json()}});
+  }
+  return value;
+}
+
+std::string csvOf(std::span<const SolidMeasures> samples) {
+  std::string csv =
+      "time,volume,area,cx,cy,cz,components,genus,cavities,min_x,min_y,min_z,max_x,max_y,max_z\n";
+  for (const SolidMeasures& sample : samples) {
+    const bool any = !sample.bounds.empty();
+    const auto place = [&](const model::Point3& point) {
+      return any ? fmt::format("{},{},{}", point.x(), point.y(), point.z()) : std::string(",,");
+    };
+    csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", sample.time, sample.volume, sample.area,
+                       place(sample.centroid), sample.components, sample.genus, sample.cavities,
+                       place(sample.bounds.min), place(sample.bounds.max));
+  }
+  return csv;
+}
+
+/// A curve over time, in the order of time.
+Plot plotOf(std::span<const SolidMeasures> samples, const std::string& title,
+            const std::string& timeUnit, double (*value)(const SolidMeasures&)) {
+  std::vector<const SolidMeasures*> inOrder;
+  for (const SolidMeasures& sample : samples) inOrder.push_back(&sample);
+  std::ranges::stable_sort(inOrder, {}, &SolidMeasures::time);
+  Plot plot{title, "time" + (timeUnit.empty() ? "" : " [" + timeUnit + "]"), {}, {}, true};
+  plot.curves.push_back({title, "a", {}});
+  for (const SolidMeasures* sample : inOrder) {
+    plot.x.push_back(sample->time);
+    plot.curves[0].values.push_back(value(*sample));
+  }
+  return plot;
+}
+
+std::string withUnit(const char* what, const std::string& unit, const char* power) {
+  return unit.empty() ? what : fmt::format("{} [{}{}]", what, unit, power);
+}
+
+std::string volumePlot(std::span<const SolidMeasures> samples, const formats::Metadata& metadata) {
+  return svgOf(plotOf(samples, withUnit("Volume", metadata.lengthUnit, "³"), metadata.timeUnit,
+                      [](const SolidMeasures& sample) { return sample.volume; }));
+}
+
+std::string pageOf(std::span<const SolidMeasures> samples, const formats::Metadata& metadata,
+                   const std::string& title) {
+  std::string body = "<div class=\"plots\">\n" + volumePlot(samples, metadata);
+  body += svgOf(plotOf(samples, withUnit("Area", metadata.lengthUnit, "²"), metadata.timeUnit,
+                       [](const SolidMeasures& sample) { return sample.area; }));
+  body += svgOf(plotOf(samples, "Components", metadata.timeUnit, [](const SolidMeasures& sample) {
+    return static_cast<double>(sample.components);
+  }));
+  body += svgOf(plotOf(samples, "Genus", metadata.timeUnit,
+                       [](const SolidMeasures& sample) { return sample.genus; }));
+  return htmlPage(title, "", body + "</div>\n");
+}
+
+Result<void> writeText(const std::string& path, const std::string& text) {
+  auto file = formats::OutputFile::create(path);
+  if (!file) return pass(file.error());
+  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+}
+
+void printSamples(std::span<const SolidMeasures> samples) {
+  std::vector<std::vector<std::string>> rows = {
+      {"time", "volume", "area", "centroid", "components", "genus"}};
+  for (const SolidMeasures& sample : samples) {
+    const model::Point3& centroid = sample.centroid;
+    rows.push_back({fmt::format("{:.6g}", sample.time), fmt::format("{:.9g}", sample.volume),
+                    fmt::format("{:.9g}", sample.area),
+                    sample.bounds.empty() ? ""
+                                          : fmt::format("({:.6g}, {:.6g}, {:.6g})", centroid.x(),
+                                                        centroid.y(), centroid.z()),
+                    grouped(sample.components), fmt::format("{:g}", sample.genus)});
+  }
+  printTable(rows, "rrrlr");
+}
+
+CLI::Validator tableOrPlot() {
+  return CLI::Validator(
+      [](std::string& path) {
+        const std::string extension = formats::lowerCaseExtension(path);
+        if (extension == ".csv" || extension == ".json" || extension == ".svg")
+          return std::string();
+        return fmt::format("'{}' is not the name of a .csv, .json or .svg file", path);
+      },
+      "FILE");
+}
+
+int run(const MeasureArguments& options) {
+  const std::array outputs = {options.output, options.html};
+  for (const std::string& output : outputs) {
+    if (output.empty()) continue;
+    if (const auto misuse = misuseOfOutput(output, {&options.input, 1})) return wrongUsage(*misuse);
+  }
+  if (const auto misuse = misuseOfOutputs(outputs)) return wrongUsage(*misuse);
+  if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
+  auto input = openBodies(options.input, options.only);
+  if (!input) return report(input.error());
+  const auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
+  if (!times) return report(times.error());
+  Result<std::vector<SolidMeasures>> samples;
+  {
+    ProgressBar bar("measuring", times->size(), "times");
+    samples = measure::measuresAt(input->bodies, *times, bar.callback());
+  }
+  if (!samples) return report(inInput(samples.error(), *input));
+  const formats::Metadata& metadata = input->reader.metadata();
+  if (!options.output.empty()) {
+    const std::string extension = formats::lowerCaseExtension(options.output);
+    auto written =
+        writeText(options.output, extension == ".csv"    ? csvOf(*samples)
+                                  : extension == ".json" ? jsonOf(*samples).dump(2) + "\n"
+                                                         : svgFile(volumePlot(*samples, metadata)));
+    if (!written) return report(written.error());
+  }
+  if (!options.html.empty()) {
+    const std::string title = std::filesystem::path(options.input).filename().string();
+    if (auto written = writeText(options.html, pageOf(*samples, metadata, title)); !written) {
+      return report(written.error());
+    }
+  }
+  if (options.json) {
+    printJson(jsonOf(*samples));
+  } else if (options.output.empty() && options.html.empty()) {
+    printSamples(*samples);
+  } else {
+    const auto [least, most] = std::ranges::minmax_element(*samples, {}, &SolidMeasures::volume);
+    for (const std::string& output : outputs) {
+      if (!output.empty()) print("{}: {}\n", output, counted(samples->size(), "time"));
+    }
+    print("  volume from {:.9g} at time {:.6g} to {:.9g} at time {:.6g}\n", least->volume,
+          least->time, most->volume, most->time);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addMeasure(CLI::App& app, int& exitCode) {
+  auto* command = app.add_subcommand(
+      "measure", "Measure a moving solid over time: volume, area, centroid, components, genus");
+  auto options = std::make_shared<MeasureArguments>();
+  command->add_option("FILE", options->input, kT4dFileHelp)->required();
+  options->frames.addTo(*command, kMostSamples);
+  options->only.addTo(*command);
+  command
+      ->add_option("-o,--output", options->output,
+                   "Output file: a table (.csv, .json) or the volume over time (.svg)")
+      ->check(someName())
+      ->check(tableOrPlot());
+  command->add_option("--html", options->html, "Write a page with plots over time")
+      ->check(someName());
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer(
+      "Example:\n  t4d measure heart.t4d --frames 200 -o volumes.csv --html heart.html");
+  command->callback([=, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace t4d::tools
