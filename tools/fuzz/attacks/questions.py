@@ -7,7 +7,7 @@ from fractions import Fraction
 from .attack import BASE_SECONDS, Run, input_class
 
 
-@input_class(weight=5)
+@input_class(weight=4)
 def options(attack):
     """values of options at the ends of floating point, and words in place of numbers"""
     rng = attack.rng
@@ -29,6 +29,37 @@ def options(attack):
              repr(attack.extreme()), "-o", out], attack.seeds["vdb"], out),
         Run(["weave", *attack.seeds["vdb"], f"--iso={value}", "-o", out], attack.seeds["vdb"], out),
     ])
+
+
+@input_class(weight=1)
+def times_files(attack):
+    """lists and tables of times: any separators, words, empty lines, millions of rows, bytes that are no
+    text; what `measure` says of a good list is one row a time, in its order"""
+    rng = attack.rng
+    file = attack.pick("t4d")
+    path = attack.path("times.csv")
+    bad = rng.random() < 0.5
+    info = attack.t4d("info", file, "--json").json
+    begin, end = info["time_begin"], info["time_end"]
+    times = [begin + (end - begin) * rng.random() for _ in range(rng.randrange(1, 6))]
+    separator = rng.choice([",", ";", "\t", " ", ", "])
+    lines = [separator.join(["frame", "time"])] if rng.random() < 0.5 else []
+    lines += [separator.join([str(i), repr(t)] if lines and lines[0].startswith("frame") else [repr(t)])
+              for i, t in enumerate(times)]
+    if bad:
+        at = rng.randrange(len(lines))
+        lines[at] = rng.choice(["", "#", "x", "nan", "inf", "1e999", "time", "\0", "\x1b[2J", "-", "1e-400",
+                                repr(attack.extreme()), separator * 3, "9" * 5000, "1\n" * 300_000])
+    text = rng.choice(["\n", "\r\n"]).join(lines).encode()
+    path.write_bytes(b"\xef\xbb\xbf" + text if rng.random() < 0.2 else text)
+    if bad and rng.random() < 0.3:
+        path, _ = attack.altered(path, "altered.csv")
+    def check(result):
+        if bad or not result.succeeded:
+            return [] if bad else [f"refused a good list: {result.err}"]
+        found = [sample["time"] for sample in result.json["samples"]]
+        return [] if found == times else [f"measured {found} in place of {times}"]
+    return Run(["measure", file, "--times-file", path, "--json"], [file, path], check=check)
 
 
 def pentachoron(attack, scale, far):

@@ -49,7 +49,7 @@ def volume(attack, number):
         order = "xyzt"
     data = samples(kind, order, sizes)
     path = attack.path(f"volume.{form}")
-    options = ["--iso", 50]
+    options = ["--iso", 50, "--between", rng.choice(["distance", "midpoint"])]
     if form in ("nrrd", "nhdr"):
         packing = rng.choice(["raw", "gzip"])
         steps = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
