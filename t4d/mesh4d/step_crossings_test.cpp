@@ -247,6 +247,31 @@ TEST(StepCrossings, ATriangleWithoutAreaMeetsNone) {
   EXPECT_TRUE(*wide);
 }
 
+TEST(StepCrossings, TrianglesWithACommonCornerMeetBelowIt) {
+  // All other corners of the one are above those of the other, and the common one above all.
+  TriangleMesh solid;
+  solid.vertices = {{0, 0, 10}, {-1, 0, 1}, {1, 0, 1}, {0, -1, 0}, {0, 1, 0}};
+  solid.triangles = {{0, 1, 2}, {0, 3, 4}};
+  const auto found = [&] {
+    auto connectivity = std::make_shared<model::Connectivity>();
+    connectivity->vertexCount = 10;
+    connectivity->lowerCount = connectivity->upperCount = 5;
+    model::Slab step;
+    step.timeEnd = 1;
+    step.connectivity = connectivity;
+    for (const double time : {0.0, 1.0}) {
+      for (const Point3& p : solid.vertices) {
+        step.vertices.push_back((model::Point4() << (1 + time) * p, time).finished());
+      }
+    }
+    const auto crossing = crossingOf(solid, step);
+    return crossing && crossing->has_value();
+  };
+  EXPECT_TRUE(found());
+  for (const std::size_t i : {3U, 4U}) solid.vertices[i].x() += 3;
+  EXPECT_FALSE(found());
+}
+
 TEST(StepCrossings, AreThoseThatSamplesShow) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-1, 1);

@@ -86,20 +86,22 @@ TEST(Steps, KeepADeviationAndOneFewerWouldNot) {
 }
 
 TEST(Steps, ADeviationThatIsTooSmallIsRefusedWithOneThatIsPossible) {
-  // There and back.
-  std::vector<model::ScrewRun> runs(2, {.duration = 1, .screw = {.angleDegrees = 3600}});
-  runs[1].screw.angleDegrees *= -1;
-  const model::Motion motion = *model::chainScrews(0, runs);
-  for (const double edge : {0.0, 0.3, 40.0}) {
-    const std::array chords = {model::Chords{5, edge}, model::Chords{5, edge}};
-    const auto refused = stepsOf(motion, MaxDeviation{1e-300}, chords);
-    ASSERT_FALSE(refused);
-    const std::string& message = refused.error().message;
-    const auto at = message.find("a deviation of ");
-    ASSERT_NE(at, std::string::npos) << message;
-    const double possible = std::stod(message.substr(at + 15));
-    EXPECT_TRUE(stepsOf(motion, MaxDeviation{possible}, chords)) << message;
-    EXPECT_FALSE(stepsOf(motion, MaxDeviation{possible / 2}, chords)) << message;
+  for (const double degrees : {3600.0, 0.25}) {
+    // There and back.
+    std::vector<model::ScrewRun> runs(2, {.duration = 1, .screw = {.angleDegrees = degrees}});
+    runs[1].screw.angleDegrees *= -1;
+    const model::Motion motion = *model::chainScrews(0, runs);
+    for (const double edge : {0.0, 0.3, 40.0}) {
+      const std::array chords = {model::Chords{5, edge}, model::Chords{5, edge}};
+      const auto refused = stepsOf(motion, MaxDeviation{1e-300}, chords);
+      ASSERT_FALSE(refused);
+      const std::string& message = refused.error().message;
+      const auto at = message.find("a deviation of ");
+      ASSERT_NE(at, std::string::npos) << message;
+      const double possible = std::stod(message.substr(at + 15));
+      EXPECT_TRUE(stepsOf(motion, MaxDeviation{possible}, chords)) << message;
+      EXPECT_FALSE(stepsOf(motion, MaxDeviation{possible / 2}, chords)) << message;
+    }
   }
 }
 

@@ -229,5 +229,26 @@ TEST(SampleBox, MasksAreWhatIsNotZeroOrEqualsTheLabel) {
   }
 }
 
+TEST(FrameLayer, AThinBoxOfSamplesThatAreAllInsideIsNotTooBareForItsSize) {
+  // Its blocks are tiles, with more faces than a file without stored blocks may have.
+  const std::vector<std::uint8_t> ones(std::size_t{8} * 1600 * 1600, 1);
+  const SampleBox box{SampleType::UInt8,
+                      reinterpret_cast<const std::byte*>(ones.data()),
+                      {8, 1600, 1600},
+                      {1600 * 1600, 1600, 1}};
+  SampleRule rule;
+  rule.sign = -1;
+  rule.iso = 0.5;
+  SampleSigns signs = signsOf(box, rule);
+  ASSERT_TRUE(signs.usable);
+  EXPECT_EQ(signs.tiles.size(), 40'000U);
+  const auto outside = fieldOutside(rule, signs.farthest);
+  ASSERT_TRUE(outside);
+  const auto layer = FrameLayer::of(frameOf(box, rule, std::move(signs), *outside, 0, nullptr),
+                                    Lattice{}, kLargeFrame);
+  ASSERT_TRUE(layer) << layer.error().text();
+  EXPECT_GT(layer->vertexCount(), 2U * 1600 * 1600);
+}
+
 }  // namespace
 }  // namespace t4d::voxel4d

@@ -303,6 +303,12 @@ TEST_F(VolumeFiles, SayWhatIsWrong) {
               HasSubstr("names 3 files"));
   EXPECT_THAT(changed("pattern.nhdr", "f%02d.raw 1 2 1", "f%02d.raw 1 999999999999 1"),
               HasSubstr("is not a name with %d"));
+  for (const char* name :
+       {"f%021d.raw 1 2 1", "f%02d.raw x 2 1", "f%02d.raw 1 2 0", "f%xd.raw 1 2 1"}) {
+    EXPECT_THAT(changed("pattern.nhdr", "f%02d.raw 1 2 1", name),
+                HasSubstr("is not a name with %d"))
+        << name;
+  }
   EXPECT_THAT(changed("pattern.nhdr", "sizes: 5 4 6 2", "sizes: 5 4 7 2"),
               HasSubstr("f01.raw: is cut off or damaged: 560 bytes of samples are announced, which "
                         "480 bytes cannot hold (the samples of xpattern.nhdr)"));
