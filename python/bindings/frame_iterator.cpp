@@ -35,14 +35,25 @@ std::optional<voxel4d::SampleType> sampleTypeOf(const py::dtype& type) {
 }
 
 Result<voxel4d::SampleRule> ruleOf(const py::dtype& dtype, std::optional<voxel4d::SampleType> type,
-                                   std::optional<double> iso) {
+                                   const FrameIterator::Inside& inside) {
   using voxel4d::SampleType;
+  const auto& [iso, label] = inside;
+  voxel4d::SampleRule rule;
+  if (label) {
+    if (!type || !isInteger(*type)) {
+      return invalid(fmt::format("the array is of {}; labels are whole numbers",
+                                 std::string(py::str(py::object(dtype)))));
+    }
+    rule.mask = true;
+    rule.label = label;
+    return rule;
+  }
   if (!type || (isInteger(*type) && !iso)) {
     return invalid(
-        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso",
+        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso "
+                    "or a label",
                     std::string(py::str(py::object(dtype)))));
   }
-  voxel4d::SampleRule rule;
   rule.mask = type == SampleType::Bool;
   if (iso && (rule.mask || !std::isfinite(*iso))) {
     return invalid(
@@ -56,12 +67,12 @@ Result<voxel4d::SampleRule> ruleOf(const py::dtype& dtype, std::optional<voxel4d
 }  // namespace
 
 FrameIterator::FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
-                             const voxel4d::Lattice& lattice, std::optional<double> iso, bool stay)
+                             const voxel4d::Lattice& lattice, const Inside& inside, bool stay)
     : begun_(begun),
       frames_(std::move(frames)),
       times_(std::move(times)),
       lattice_(lattice),
-      iso_(iso),
+      inside_(inside),
       stay_(stay) {}
 
 // NOLINTNEXTLINE(bugprone-exception-escape): to take the lock of Python throws nothing
@@ -110,7 +121,7 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
   }
   auto made = [&]() -> Result<voxel4d::Frame> {
     const auto type = sampleTypeOf(array.dtype());
-    const auto rule = ruleOf(array.dtype(), type, iso_);
+    const auto rule = ruleOf(array.dtype(), type, inside_);
     if (!rule) return t4d::pass(rule.error());
     voxel4d::SampleBox box{*type, static_cast<const std::byte*>(array.data()), {}, {}};
     for (std::size_t axis = 0; axis < 3; ++axis) {

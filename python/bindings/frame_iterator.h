@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -14,10 +15,16 @@ namespace t4d::python {
 /// are in memory at a time.
 class FrameIterator : public voxel4d::FrameSource {
  public:
+  /// What is inside: as arrayFrames says or, of whole numbers, what is equal to the label.
+  struct Inside {
+    std::optional<double> iso;
+    std::optional<std::int64_t> label;
+  };
+
   /// Of work that began at `begun`. Arrays that `stay` what they are until the work ends are not
   /// copied. Needs the GIL.
   FrameIterator(Era begun, py::iterator frames, std::vector<double> times,
-                const voxel4d::Lattice& lattice, std::optional<double> iso, bool stay);
+                const voxel4d::Lattice& lattice, const Inside& inside, bool stay);
   ~FrameIterator() override;
 
   const voxel4d::Lattice& lattice() const override { return lattice_; }
@@ -34,7 +41,7 @@ class FrameIterator : public voxel4d::FrameSource {
   py::iterator frames_;
   std::vector<double> times_;
   voxel4d::Lattice lattice_;
-  std::optional<double> iso_;
+  Inside inside_;
   bool stay_;
   std::vector<py::ssize_t> shape_;
 };

@@ -74,13 +74,14 @@ voxel4d::CapStyle capStyleOf(const std::string& name) {
   throw py::value_error("caps are 'flat', 'graded' or 'half-step'");
 }
 
-/// `again` makes a new iterator over the frames for each run. Voxels that are no cubes are woven as
-/// cubes of edge 1, and the mesh is stretched.
+/// `again` makes a new iterator over the frames for each run. `place` maps lattice points to space,
+/// row after row; voxels that are no cubes along the axes are woven as cubes of edge 1, and the
+/// mesh is mapped.
 std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vector<double>& times,
-                                      const std::array<double, 3>& spacing,
-                                      const std::array<double, 3>& origin,
-                                      std::optional<double> iso, const std::string& caps,
-                                      const std::string& between, bool once, bool stay) {
+                                      const std::array<double, 12>& place,
+                                      std::optional<double> iso, std::optional<std::int64_t> label,
+                                      const std::string& caps, const std::string& between,
+                                      bool once, bool stay) {
   // Python objects must be let go of with the GIL.
   const std::shared_ptr<py::function> begin(new py::function(again),
                                             [begun = currentEra()](py::function* function) {
@@ -91,13 +92,13 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
   voxel4d::WeaveOptions how;
   how.caps = capStyleOf(caps);
   how.between = between == "midpoint" ? voxel4d::Between::Midpoint : voxel4d::Between::Distance;
-  const model::Point3 from(origin[0], origin[1], origin[2]);
-  if (spacing[0] == spacing[1] && spacing[1] == spacing[2]) {
-    lattice = {spacing[0], from};
+  const model::Affine3x4 toSpace =
+      Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(place.data());
+  const double edge = toSpace(0, 0);
+  if (edge > 0 && toSpace.leftCols<3>() == edge * Eigen::Matrix3d::Identity()) {
+    lattice = {edge, toSpace.col(3)};
   } else {
-    how.toSpace.emplace()
-        << model::Point3(spacing[0], spacing[1], spacing[2]).asDiagonal().toDenseMatrix(),
-        from;
+    how.toSpace = toSpace;
   }
   auto producer = std::make_shared<Producer>();
   producer->once = once;
@@ -107,8 +108,8 @@ std::shared_ptr<Producer> weaveFrames(const py::function& again, const std::vect
     const Era begun = currentEra();
     {
       const Locked locked(begun);
-      frames.emplace(begun, usingPython([&] { return py::iter((*begin)()); }), times, lattice, iso,
-                     stay);
+      frames.emplace(begun, usingPython([&] { return py::iter((*begin)()); }), times, lattice,
+                     FrameIterator::Inside{iso, label}, stay);
     }
     auto done = voxel4d::weave(*frames, how, sink, progress);
     if (frames->raised) *raised = std::exchange(frames->raised, std::nullopt);

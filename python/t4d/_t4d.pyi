@@ -150,9 +150,9 @@ def sweep_keys(
 def weave_frames(
     again: Callable[[], Iterator[Any]],
     times: List[float],
-    spacing: Tuple[float, ...],
-    origin: Tuple[float, ...],
+    place: Sequence[float],
     iso: Optional[float],
+    label: Optional[int],
     caps: str,
     between: str,
     once: bool,

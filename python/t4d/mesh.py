@@ -18,6 +18,7 @@ from typing import (
     SupportsIndex,
     Tuple,
     Union,
+    cast,
 )
 
 import numpy as np
@@ -523,13 +524,40 @@ class _Frames:
         return frame.astype(frame.dtype.newbyteorder("="), copy=False)
 
 
+def _place(
+    spacing: Union[SupportsFloat, Numbers], origin: Numbers, affine: Optional[ArrayLike]
+) -> NDArray[np.float64]:
+    """The map from indices to space, (3, 4)."""
+    if affine is None:
+        edges: Any = [spacing] * 3 if np.ndim(cast(Any, spacing)) == 0 else spacing
+        steps = [checks.positive("spacing", edge) for edge in checks.numbers("spacing", edges, 3)]
+        return np.column_stack([np.diag(steps), checks.numbers("origin", origin, 3)])
+    if np.ndim(cast(Any, spacing)) != 0 or spacing != 1 or tuple(origin) != (0, 0, 0):
+        raise TypeError("affine takes the place of spacing and origin")
+    given = checks.array("affine", affine).astype(np.float64)
+    if given.shape not in ((3, 4), (4, 4)) or not np.all(np.isfinite(given)):
+        raise ValueError(f"affine has the shape {given.shape}; expected are 3 x 4 or 4 x 4 numbers")
+    if len(given) == 4 and not np.array_equal(given[3], (0, 0, 0, 1)):
+        raise ValueError(f"the last row of affine is {given[3]}; expected is 0 0 0 1")
+    size = np.linalg.norm(given[:3, :3], axis=0)
+    if not abs(np.linalg.det(given[:3, :3])) > 1e-9 * np.prod(size):
+        raise ValueError("affine maps voxels to something flat")
+    return given[:3]
+
+
+def _label(label: SupportsIndex) -> int:
+    return checks.whole("label", label, -(2**63), 2**63 - 1)
+
+
 def weave(
     frames: Any,
     *,
     spacing: Union[SupportsFloat, Numbers] = 1.0,
     origin: Numbers = (0.0, 0.0, 0.0),
+    affine: Optional[ArrayLike] = None,
     times: Optional[Numbers] = None,
     iso: Optional[SupportsFloat] = None,
+    label: Union[None, SupportsIndex, Sequence[SupportsIndex]] = None,
     caps: str = "flat",
     between: str = "distance",
     name: str = "solid",
@@ -539,11 +567,15 @@ def weave(
 ) -> Mesh:
     """The 4D mesh of a time series of volumes (the voxel method, 4D marching cubes).
 
-    ``frames`` is an array (nt, nx, ny, nz) of floats or bool (with ``iso`` also of whole numbers),
-    or anything that gives arrays (nx, ny, nz) one by one: of an iterator two frames are in memory
-    at a time, and ``times`` says how many there are. Values above ``iso`` are inside; without it,
-    values below zero, and True. The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one
-    for each axis. Everything beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
+    ``frames`` is an array (nt, nx, ny, nz), or anything that gives arrays (nx, ny, nz) one by one:
+    of an iterator two frames are in memory at a time, and ``times`` says how many there are. Inside
+    are values above ``iso``, or whole numbers that equal ``label``; without either, values below
+    zero, and True. Several labels make a mesh of as many bodies, in memory.
+
+    The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one for
+    each axis; or ``affine``, (3, 4) or (4, 4), maps indices to space, as nibabel has it. Everything
+    beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
+
     Between frames of bools, or of two values, the surface moves by distances from it; with
     ``between="midpoint"`` it jumps halfway, as published.
 
@@ -573,34 +605,46 @@ def weave(
     if len(moments) < 2:
         raise InvalidInput(f"{checks.counted(len(moments), 'time')}; a motion has at least 2")
     once = iter(frames) is frames
-    edges: Any = spacing
-    if np.ndim(edges) == 0:
-        steps = [checks.positive("spacing", edges)] * 3
-    else:
-        steps = [checks.positive("spacing", edge) for edge in checks.numbers("spacing", edges, 3)]
-    if iso is not None:
-        iso = checks.number("iso", iso)
+    place = _place(spacing, origin, affine)
+    threshold = None if iso is None else checks.number("iso", iso)
+    if label is not None and iso is not None:
+        raise TypeError("an iso value and a label exclude each other")
     checks.choice("caps", caps, ("flat", "graded", "half-step"))
     checks.choice("between", between, ("distance", "midpoint"))
     for option, value in (("name", name), ("length_unit", length_unit), ("time_unit", time_unit)):
         checks.text(option, value)
     checks.choice("up", up, ("y", "z"))
-    producer = _t4d.weave_frames(
-        lambda: _Frames(frames, len(moments)),
-        moments,
-        tuple(steps),
-        checks.numbers("origin", origin, 3),
-        iso,
-        caps,
-        between,
-        once,
-        isinstance(frames, np.ndarray),
-    )
-    metadata = {
-        "backend": "voxel4d",
-        "length_unit": length_unit,
-        "time_unit": time_unit,
-        "up": up,
-        "details": json.dumps({"parameters": {"spacing": steps, "caps": caps, "between": between}}),
-    }
-    return Mesh._of(producer=producer, name=name, metadata=metadata)
+
+    def woven(which: Optional[int], body: str) -> Mesh:
+        producer = _t4d.weave_frames(
+            lambda: _Frames(frames, len(moments)),
+            moments,
+            place.ravel().tolist(),
+            threshold,
+            which,
+            caps,
+            between,
+            once,
+            isinstance(frames, np.ndarray),
+        )
+        parameters: Dict[str, Any] = {"affine": place.tolist(), "caps": caps, "between": between}
+        if which is not None:
+            parameters["label"] = which
+        metadata = {
+            "backend": "voxel4d",
+            "length_unit": length_unit,
+            "time_unit": time_unit,
+            "up": up,
+            "details": json.dumps({"parameters": parameters}),
+        }
+        return Mesh._of(producer=producer, name=body, metadata=metadata)
+
+    if label is None or hasattr(label, "__index__"):
+        return woven(None if label is None else _label(label), name)
+    labels = [_label(one) for one in label]
+    if once:
+        raise TypeError("an iterator gives its frames once: give one label, or an array")
+    if not labels or len(set(labels)) < len(labels):
+        raise ValueError(f"label: {labels}; expected are different whole numbers")
+    meshes = [woven(one, f"{name} {one}").load() for one in labels]
+    return Mesh._of([mesh._bodies[0] for mesh in meshes], metadata=meshes[0]._metadata)

@@ -472,3 +472,47 @@ def test_verbs_have_the_words_of_the_program(models, program, tmp_path):
     with pytest.raises(t4d.VerbError) as caught:
         verbs.slice(models / "cube.t4d", tiem=2)
     assert caught.value.exit_code == 2
+
+
+def test_labels_and_affines(tmp_path):
+    points = np.indices((24, 24, 24))
+    frames = np.zeros((3, 24, 24, 24), np.int16)
+    for i in range(3):
+        frames[i][((points - np.reshape([7 + i, 7, 7], (3, 1, 1, 1))) ** 2).sum(0) < 16] = 1
+        frames[i][((points - np.reshape([16 - i, 16, 16], (3, 1, 1, 1))) ** 2).sum(0) < 9] = -2
+    one = t4d.weave(frames, label=1)
+    assert one.measure([1])["centroid"] == pytest.approx(np.array([[8, 7, 7]]), abs=1e-9)
+    assert one.hypervolume == t4d.weave(frames == 1).hypervolume
+    both = t4d.weave(frames, label=[1, -2], name="cell")
+    assert both.names == ["cell 1", "cell -2"]
+    both.save(tmp_path / "cells.t4d")
+    assert t4d.read(tmp_path / "cells.t4d")["cell -2"].check()["valid"]
+
+    # A turn, long voxels, a mirror, and a shift.
+    affine = np.array([[0, 0, -3.0, 50], [2, 0, 0, 60], [0, 1.5, 0, 70], [0, 0, 0, 1]])
+    placed = t4d.weave(frames, label=1, affine=affine)
+    centre = affine[:3] @ np.array([8, 7, 7, 1])
+    assert placed.measure([1])["centroid"][0] == pytest.approx(centre, abs=1e-9)
+    assert placed.check()["valid"]
+    assert placed.volumes([0])[0] == pytest.approx(9 * one.volumes([0])[0], rel=1e-12)
+    same = t4d.weave(frames, label=1, affine=affine[:3])
+    assert np.array_equal(same.vertices, placed.vertices)
+
+    for wrong, error in [
+        ({"label": 1, "iso": 0.5}, TypeError),
+        ({"label": 1.5}, TypeError),
+        ({"label": [1, 1]}, ValueError),
+        ({"label": []}, ValueError),
+        ({"label": 2**63}, ValueError),
+        ({"label": 1, "affine": np.eye(3)}, ValueError),
+        ({"label": 1, "affine": np.full((4, 4), np.nan)}, ValueError),
+        ({"label": 1, "affine": np.zeros((3, 4))}, ValueError),
+        ({"label": 1, "affine": np.eye(4), "spacing": 2}, TypeError),
+        ({"label": 1, "affine": np.eye(4), "origin": (1, 0, 0)}, TypeError),
+    ]:
+        with pytest.raises(error):
+            t4d.weave(frames, **wrong)
+    with pytest.raises(TypeError, match="once"):
+        t4d.weave(iter(frames), label=[1, -2], times=range(3))
+    with pytest.raises(t4d.InvalidInput, match="labels are whole numbers"):
+        t4d.weave(frames.astype(float), label=1).load()
