@@ -436,7 +436,6 @@ void add(Silhouette& to, const Silhouette& other) {
   to.hypervolumeByFlux += other.hypervolumeByFlux;
   to.exits += other.exits;
   to.entries += other.entries;
-  to.flat += other.flat;
   // The smallest body sets the scale.
   const auto smaller = [](double a, double b) { return a > 0 && b > 0 ? std::min(a, b) : a + b; };
   to.solidExtent = smaller(to.solidExtent, other.solidExtent);

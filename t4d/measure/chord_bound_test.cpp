@@ -70,9 +70,14 @@ TEST(ChordBound, IsZeroForTranslationsAndUnknownForVoxelsAndDeformations) {
   run.screw.translation = {1, 2, 3};
   const auto motion = model::chainScrews(0, {&run, 1});
   const model::Mesh mesh = swept(fixtures::cube(2), *motion, {});
-  const auto bound = chordBound(mesh, {0, 2});
+  double last = 0;
+  const auto bound = chordBound(mesh, {0, 2}, [&](double part) {
+    EXPECT_GT(part, last);
+    last = part;
+  });
   ASSERT_TRUE(bound && *bound);
   EXPECT_EQ((*bound)->bound, 0);
+  EXPECT_EQ(last, 1);
   model::Mesh unknown;
   for (model::Slab slab : mesh.slabs()) {
     slab.upperPose = nullptr;

@@ -295,6 +295,51 @@ TEST(CollisionVerdict, IsTheSameOfTheBodiesExchanged) {
   EXPECT_EQ(seen, (std::set{Verdict::Hit, Verdict::Clear, Verdict::WithinTolerance}));
 }
 
+TEST(CollisionVerdict, WidePlatesThatOverlapByARoundingOfTheirWidthTouch) {
+  // One on the other; rounding is that of their far corner, though the near one is at the origin.
+  for (const auto& [overlap, expected] : {std::pair{1e-9, Verdict::Touch}, {1e-3, Verdict::Hit}}) {
+    const auto plate = [](double from, double to) {
+      TriangleMesh mesh = fixtures::cube(1);
+      for (auto& vertex : mesh.vertices) {
+        vertex = {1e7 * (vertex.x() + 0.5), 1e7 * (vertex.y() + 0.5), vertex.z() < 0 ? from : to};
+      }
+      return mesh;
+    };
+    const Mesh lower = moved(plate(-1, overlap), along({0, 0, 0}));
+    const Mesh upper = moved(plate(0, 1), along({0, 0, 0}));
+    const auto verdict = verdictOn(collided(lower, upper), lower, upper);
+    ASSERT_TRUE(verdict);
+    EXPECT_EQ(verdict->verdict, expected) << overlap;
+  }
+}
+
+/// A mesh whose slabs cannot be read.
+class Unreadable : public model::Source {
+ public:
+  explicit Unreadable(const Mesh& mesh) : mesh_(mesh) {}
+  std::size_t slabCount() const override { return mesh_.slabCount(); }
+  model::TimeSpan timeSpan(std::size_t index) const override { return mesh_.timeSpan(index); }
+  Result<std::shared_ptr<const model::Slab>> slab(std::size_t) const override {
+    return fail(ErrorCode::Io, "cannot be read");
+  }
+
+ private:
+  const Mesh& mesh_;
+};
+
+TEST(Collide, OverlapsOfWhatCannotBeReadFail) {
+  const Mesh cube = moved(fixtures::cube(2), along({1, 0, 0}));
+  const Unreadable broken(cube);
+  ContactInterval interval;
+  interval.end = 1;
+  const auto measured = measureOverlaps(cube, broken, {&interval, 1});
+  ASSERT_FALSE(measured);
+  EXPECT_EQ(measured.error().message, "cannot be read");
+  EXPECT_FALSE(overlapVolumes(broken, cube, std::vector<double>{0.5}));
+  EXPECT_FALSE(collide(cube, broken));
+  EXPECT_FALSE(verdictOn(collided(cube, cube), broken, cube));
+}
+
 TEST(Collide, BodiesThatNeverExistTogetherHaveNoClearance) {
   const Mesh a = moved(fixtures::cube(2), along({3, 0, 0}));
   const Mesh b = moved(fixtures::cube(2), along({3, 0, 0}), 1, 1, 2);

@@ -172,7 +172,6 @@ struct SlabExits {
   double volume = 0;  // of all cells, with their signs
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;
-  std::uint64_t flat = 0;
 };
 
 /// Where the vertices of a slab would be in a frame that moves along with the solid: a shear, which
@@ -230,7 +229,7 @@ SlabExits exitsOf(const Slab& slab, double origin) {
       const Point3 d = corner(3);
       // det[n, b - a, c - a, d - a] with n along t is minus the determinant in space.
       const int sign = -orientation(a, b, c, d);
-      ++(sign > 0 ? sum.exits : sign < 0 ? sum.entries : sum.flat);
+      if (sign != 0) ++(sign > 0 ? sum.exits : sum.entries);
       const bool isExit = isEnd || (!isStart && sign > 0);
       found.isExit[i] = isExit ? 1 : 0;
       const auto volumeOf = [](const Point3& p, const Point3& q, const Point3& r, const Point3& s) {
@@ -251,7 +250,6 @@ SlabExits exitsOf(const Slab& slab, double origin) {
     found.volume += sum.volume;
     found.exits += sum.exits;
     found.entries += sum.entries;
-    found.flat += sum.flat;
   }
   return found;
 }
@@ -428,7 +426,6 @@ Result<void> SilhouetteBuilder::put(const Slab& slab) {
   addCompensated(state.result.hypervolume, state.hypervolumeCarry, found.hypervolume);
   state.result.exits += found.exits;
   state.result.entries += found.entries;
-  state.result.flat += found.flat;
   state.before = std::move(topology);
   state.timeEnd = slab.timeEnd;
   ++state.slabs;
@@ -481,7 +478,6 @@ Result<Silhouette> SlabSilhouettes::of(const Slab& slab) {
   result.hypervolume = found.hypervolume + endVolume * (slab.timeEnd - slab.timeBegin);
   result.exits = found.exits;
   result.entries = found.entries;
-  result.flat = found.flat;
   return result;
 }
 

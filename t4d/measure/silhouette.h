@@ -36,7 +36,6 @@ struct Silhouette {
   double hypervolumeByFlux = 0;
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;
-  std::uint64_t flat = 0;  ///< cells that project to nothing
   double solidExtent = 0;  ///< the largest extent of the first slab, in a sweep the solid's
   /// The smallest extent along an axis that a component of the first slab has; 0 if none has one.
   double partExtent = 0;
