@@ -102,6 +102,32 @@ TEST(ObjReader, DividesIntoObjectsAndGroups) {
   EXPECT_FALSE(readMeshBodies("parts.stl", BodiesBy::Group));
 }
 
+TEST(ObjReader, BodiesKeepTheColoursOfTheirVertices) {
+  const auto loaded = readMeshBodies(
+      writeFile("colours.obj",
+                "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 1 1 1 1\nv 1 1 1 0 0 0\n"
+                "o one\nf 1 2 3\no other\nf 3 4 5\n"),
+      BodiesBy::Object);
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  ASSERT_EQ(loaded->bodies.size(), 2U);
+  for (const NamedMesh& body : loaded->bodies) {
+    const auto colour = std::ranges::find(body.mesh.attributes, "color", &model::Attribute::name);
+    ASSERT_NE(colour, body.mesh.attributes.end());
+    ASSERT_EQ(colour->rows(), 3U);
+  }
+  const auto bytesOf = [&](std::size_t body) {
+    std::string bytes;
+    for (const std::byte byte :
+         std::ranges::find(loaded->bodies[body].mesh.attributes, "color", &model::Attribute::name)
+             ->values) {
+      bytes += byte == std::byte{255} ? '1' : byte == std::byte{0} ? '0' : '?';
+    }
+    return bytes;
+  };
+  EXPECT_EQ(bytesOf(0), "100010001");
+  EXPECT_EQ(bytesOf(1), "001111000");
+}
+
 TEST(ObjReader, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(errorOf("a.obj", kPoints + "f 1 2 abc\n"),
             "a.obj:5: found 'abc', expected a corner V, V/VT, V//VN or V/VT/VN");

@@ -176,6 +176,21 @@ TEST(Gcode, WhatIsNotUnderstoodIsRefusedByNameAndLine) {
             "a.nc:3: G55: another word in the line says the same or the opposite");
 }
 
+TEST(Gcode, DwellsAndLinesThatMayBeLeftOutAreNoted) {
+  const auto noticesOf = [](const std::string& text) {
+    const auto path = gcode("G0 X0 Y0 Z0\nF100\nG1 X1\n" + text);
+    EXPECT_TRUE(path) << refusalOf(path);
+    return path ? path->notices : std::vector<std::string>{};
+  };
+  using Notices = std::vector<std::string>;
+  EXPECT_EQ(noticesOf(""), Notices{});
+  EXPECT_EQ(noticesOf("G4 P1\n"), Notices{"a.nc: 1 dwell takes no time here (G4)"});
+  EXPECT_EQ(noticesOf("G4 P1\nG4 P2\n"), Notices{"a.nc: 2 dwells take no time here (G4)"});
+  EXPECT_EQ(noticesOf("/G1 X2\n"), Notices{"a.nc: 1 line with / (block delete) is carried out"});
+  EXPECT_EQ(noticesOf("/G1 X2\n/X3\n"),
+            Notices{"a.nc: 2 lines with / (block delete) are carried out"});
+}
+
 TEST(Gcode, OneOriginMayBeChosen) {
   // G54 in the last line chooses an origin for no move.
   const auto path = gcode("G55\nG0 X0 Y0 Z0\nG55 G1 X1 F100\n/G1 X2\nG54\n");

@@ -101,13 +101,14 @@ TEST(Mill, ARoundingHasTwoChordsHoweverLargeTheTolerance) {
 
 TEST(Mill, MemoryOfAToolCountsAllBlocksOfItsBox) {
   // A rod along the diagonal meets few of the 201^3 blocks, whose numbers alone take 32 MB.
-  TriangleMesh rod = box({-800, -1, -1}, {800, 1, 1});
+  TriangleMesh rod = box({-800, -0.01, -0.01}, {800, 0.01, 0.01});
   const Eigen::Quaterniond turn =
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), Eigen::Vector3d(1, 1, 1));
   for (Point3& vertex : rod.vertices) vertex = turn * vertex;
   const double voxelSize = 924.0 / (200 * 8);
-  EXPECT_FALSE(StockField::checkSize(rod, voxelSize, 31e6));
-  EXPECT_TRUE(StockField::checkSize(rod, voxelSize, 310e6));
+  const double ofBlocks = 4 * std::pow(201, 3);
+  EXPECT_FALSE(StockField::checkSize(rod, voxelSize, ofBlocks));
+  EXPECT_TRUE(StockField::checkSize(rod, voxelSize, 2 * ofBlocks));
 }
 
 TEST(Mill, ASlotIsOfSecondOrder) {

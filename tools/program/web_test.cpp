@@ -208,6 +208,12 @@ TEST_F(Web, WrongAnswersAreRefused) {
   failsBy("status-416", "the file is empty");
 }
 
+TEST_F(Web, AFileOfOneByteIsNoT4d) {
+  std::ofstream(at("one.t4d")) << 'x';
+  const std::string said = fails(server_.url("plain/one.t4d"), "one.t4d: ");
+  EXPECT_THAT(said, Not(HasSubstr("Content-Range")));
+}
+
 TEST_F(Web, AFileThatIsNotSentInPartsIsNotDownloaded) {
   // The file that this server begins to send has no end.
   failsBy("whole", "download the file first");

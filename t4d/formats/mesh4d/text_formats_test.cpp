@@ -163,6 +163,15 @@ TEST(Gmsh, SaysWhatIsWrong) {
             "a.msh:22: the file ends, expected a block of elements");
   EXPECT_EQ(error4dOf("a.msh", kGmshNodes + kGmshTime.substr(0, 45) + "\n$EndNodeData\n"),
             "a.msh:30: the line ends, expected a time");
+  std::string without = kGmshTime;
+  without.replace(without.find("5\n10 0\n"), 7, "4\n10 0\n").erase(without.find("30 0\n"), 5);
+  EXPECT_EQ(error4dOf("a.msh", kGmshNodes + kGmshElements + without),
+            "a.msh:15: node 30 has no time");
+  // More nodes than lines can follow, and fewer than bytes do.
+  std::string many = kGmshNodes + kGmshElements + kGmshTime;
+  many.replace(many.find("3 1 0 4\n"), 8, "3 1 0 100\n");
+  EXPECT_NE(error4dOf("a.msh", many).find("declares 100 "), std::string::npos)
+      << error4dOf("a.msh", many);
 }
 
 const std::string kTetGenNodes =
