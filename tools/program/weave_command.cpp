@@ -62,14 +62,18 @@ CLI::Validator wholeNumberOf64Bits() {
       "INT");
 }
 
-/// x, y and z in some order, and t among them or not.
+/// x and y, and some of z, t and c (channels), in some order.
 CLI::Validator axesOfArray() {
   return CLI::Validator(
       [](std::string& axes) -> std::string {
         std::string sorted = axes;
         std::ranges::sort(sorted);
-        if (sorted == "txyz" || sorted == "xyz") return {};
-        return fmt::format("'{}' is not an order of x, y, z and t, as tzyx", axes);
+        const bool once = std::ranges::adjacent_find(sorted) == sorted.end();
+        if (once && sorted.find_first_not_of("ctxyz") == std::string::npos &&
+            sorted.find("xy") != std::string::npos) {
+          return {};
+        }
+        return fmt::format("'{}' is not an order of x, y, z, t and c, as tzyx", axes);
       },
       "AXES");
 }
@@ -154,9 +158,10 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
   }
   const voxel4d::VolumeOptions& input = options.input;
   if (input.iso || !options.labels.empty() || !input.raw.empty() || !input.axes.empty() ||
-      !options.spacing.empty() || !options.origin.empty() || !options.grid.empty()) {
-    return "--iso, --label, --spacing, --origin, --axes, --raw and --grid are not for triangle "
-           "meshes";
+      input.channel || !options.spacing.empty() || !options.origin.empty() ||
+      !options.grid.empty()) {
+    return "--iso, --label, --spacing, --origin, --axes, --channel, --raw and --grid are not for "
+           "triangle meshes";
   }
   return std::nullopt;
 }
@@ -175,23 +180,28 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
   if (meshes) return misuseOfMeshes(options);
   if (options.voxelSize) return "--voxel-size is for triangle meshes; grids have voxels already";
   if (volumes && !options.grid.empty()) return "--grid is for .vdb files";
-  const auto isOf = [&](std::string_view extension) {
+  const auto isOf = [&](std::initializer_list<std::string_view> extensions) {
     return std::ranges::all_of(options.frames, [&](const std::string& file) {
-      return formats::lowerCaseExtension(file) == extension;
+      return std::ranges::find(extensions, formats::lowerCaseExtension(file)) != extensions.end();
     });
   };
-  if (volumes && !options.input.raw.empty() && !isOf(".raw")) return "--raw is for .raw files";
-  if (volumes && !options.input.axes.empty() && !isOf(".npy")) return "--axes is for .npy files";
+  if (volumes && !options.input.raw.empty() && !isOf({".raw"})) return "--raw is for .raw files";
+  if (volumes && !options.input.axes.empty() && !isOf({".npy", ".tif", ".tiff"})) {
+    return "--axes is for .npy and .tif files";
+  }
+  if (volumes && options.input.channel && !isOf({".tif", ".tiff"})) {
+    return "--channel is for .tif files";
+  }
   if (!options.labels.empty() && options.input.iso) return "--label and --iso exclude each other";
   if (std::set(options.labels.begin(), options.labels.end()).size() < options.labels.size()) {
     return "--label: a label is given twice";
   }
   if (volumes) return std::nullopt;
   const voxel4d::VolumeOptions& input = options.input;
-  if (!options.labels.empty() || !input.raw.empty() || !input.axes.empty() ||
+  if (!options.labels.empty() || !input.raw.empty() || !input.axes.empty() || input.channel ||
       !options.spacing.empty() || !options.origin.empty()) {
-    return "--label, --spacing, --origin, --axes and --raw are for volumes; .vdb files say what "
-           "they hold";
+    return "--label, --spacing, --origin, --axes, --channel and --raw are for volumes; .vdb files "
+           "say what they hold";
   }
   if (input.startTime && !input.frameTime) return "--start-time requires --frame-time";
   return std::nullopt;
@@ -353,8 +363,13 @@ void addWeave(CLI::App& app, int& exitCode) {
              "X Y Z");
   command
       ->add_option("--axes", options->input.axes,
-                   "Axis order of .npy arrays (default: txyz, or xyz for several files)")
+                   "Axis order of .npy arrays (default: txyz, or xyz for several files), or of "
+                   "the pages of .tif files")
       ->check(axesOfArray());
+  command
+      ->add_option("--channel", options->input.channel,
+                   ".tif files with several channels: which, counted from 0")
+      ->check(wholeNumber(0, 1U << 30U));
   command->add_option("--raw", options->input.raw,
                       "Layout of .raw files without header: 'TYPE NX NY NZ [NT] [little|big]'");
   command->add_option("--caps", options->caps, "Caps at the ends (docs/weave.md)")

@@ -102,7 +102,7 @@ Result<Volume> readNpyHeader(const std::filesystem::path& path, std::string_view
   }
   volume.axes = !axes.empty() ? axes : volume.sizes.size() == 4 ? "txyz" : "xyz";
   if (volume.axes.size() == 4 && volume.sizes.size() == 3) std::erase(volume.axes, 't');
-  if (volume.axes.size() != volume.sizes.size()) {
+  if (volume.axes.size() != volume.sizes.size() || volume.axes.find('c') != std::string::npos) {
     return invalid(fmt::format("has {} axes, not those of '{}'", volume.sizes.size(), axes),
                    volume.where);
   }

@@ -15,6 +15,7 @@
 
 #include "t4d/system/regular_file.h"
 #include "t4d/voxel4d/volumes/gzip_stream.h"
+#include "t4d/voxel4d/volumes/tiff_file.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -287,8 +288,59 @@ class TextReader : public SampleReader {
   std::uint64_t read_ = 0;
 };
 
+/// The planes of a TIFF, one after another.
+class TiffReader : public SampleReader {
+ public:
+  TiffReader(TiffFile file, TiffPage layout, std::vector<std::uint64_t> pages)
+      : file_(std::move(file)), layout_(layout), pages_(std::move(pages)) {}
+
+  Result<void> read(std::span<std::byte> into) override {
+    while (!into.empty()) {
+      const std::uint64_t bytes = layout_.bytes();
+      const std::uint64_t within = at_ % bytes;
+      if (within == 0 && into.size() >= bytes) {
+        if (auto done = readPage(at_ / bytes, into.first(bytes)); !done) return done;
+        at_ += bytes;
+        into = into.subspan(bytes);
+        continue;
+      }
+      if (kept_ != at_ / bytes) {
+        page_.resize(bytes);
+        if (auto done = readPage(at_ / bytes, page_); !done) return done;
+        kept_ = at_ / bytes;
+      }
+      const std::size_t part = std::min<std::uint64_t>(bytes - within, into.size());
+      std::ranges::copy(std::span(page_).subspan(within, part), into.begin());
+      at_ += part;
+      into = into.subspan(part);
+    }
+    return {};
+  }
+  Result<void> skip(std::uint64_t bytes) override {
+    at_ += bytes;
+    return {};
+  }
+  Result<void> finish(bool) override { return {}; }
+
+ private:
+  Result<void> readPage(std::uint64_t number, std::span<std::byte> into) {
+    if (auto there = file_.goTo(pages_.at(number)); !there) return there;
+    const auto layout = file_.layout();
+    if (!layout) return pass(layout.error());
+    if (*layout != layout_) return invalid("has changed while it was read", file_.where());
+    return file_.read(layout_, into);
+  }
+
+  TiffFile file_;
+  TiffPage layout_;
+  std::vector<std::uint64_t> pages_;
+  std::uint64_t at_ = 0;
+  std::vector<std::byte> page_;
+  std::uint64_t kept_ = ~std::uint64_t{0};  // the number of what is in page_
+};
+
 /// The most that a byte of a file can stand for: gzip's best is 1,032; a number in decimals takes
-/// two characters.
+/// two characters; TIFF's LZW and Deflate are no better than 4,096, but for empty pages.
 std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
   switch (encoding) {
     case SampleEncoding::Raw:
@@ -297,6 +349,8 @@ std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
       return 1032;
     case SampleEncoding::Text:
       return sizeOf(type);
+    case SampleEncoding::Tiff:
+      return 4096;
   }
   return 1;
 }
@@ -315,6 +369,13 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
                     "cannot hold",
                     bytes, stored),
         where);
+  }
+  if (data.encoding == SampleEncoding::Tiff) {
+    auto file = TiffFile::open(data.path);
+    if (!file) return pass(file.error());
+    const auto layout = file->layout();
+    if (!layout) return pass(layout.error());
+    return std::make_unique<TiffReader>(std::move(*file), *layout, data.pages);
   }
   if (data.encoding == SampleEncoding::Text) {
     std::ifstream file(data.path, std::ios::binary);

@@ -14,7 +14,7 @@
 
 namespace t4d::voxel4d {
 
-enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text };
+enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff };
 
 /// Where samples are.
 struct SampleData {
@@ -23,6 +23,9 @@ struct SampleData {
   std::uint64_t begin = 0;   ///< of the samples in the data, unpacked
   SampleEncoding encoding = SampleEncoding::Raw;
   bool mayHaveMore = false;  ///< bytes may follow the samples
+  /// Of a TIFF: where each plane (x, y) is, one after another; with the samples in the order of
+  /// this machine.
+  std::vector<std::uint64_t> pages = {};
 };
 
 /// What the header of a file of samples says: one frame or several, on one lattice.

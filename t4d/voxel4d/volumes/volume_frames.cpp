@@ -33,6 +33,10 @@ Result<Volume> readNifti(const fs::path& path, const VolumeOptions&) {
   return readNiftiHeader(path);
 }
 
+Result<Volume> readTiff(const fs::path& path, const VolumeOptions& options) {
+  return readTiffHeader(path, options.axes, options.channel);
+}
+
 constexpr std::array kRows = {
     Row{{".nrrd", "NRRD"}, readNrrd},
     Row{{".nhdr", "NRRD, detached header"}, readNrrd},
@@ -43,6 +47,8 @@ constexpr std::array kRows = {
         [](const fs::path& path, const VolumeOptions& options) {
           return readNpyHeader(path, options.axes);
         }},
+    Row{{".tif", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
+    Row{{".tiff", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
     Row{{".raw", "bare samples"},
         [](const fs::path& path, const VolumeOptions& options) {
           return readRawHeader(path, options.raw);
@@ -452,7 +458,10 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   const Volume& first = volumes.front();
   const std::size_t count = files.size() > 1 ? files.size() : first.frames();
   if (count < 2) {
-    return invalid("has one frame only; a 4D mesh needs two or more", first.where);
+    const bool pages = first.data[0].encoding == SampleEncoding::Tiff && first.size('z') > 1;
+    return invalid(fmt::format("has one frame only; a 4D mesh needs two or more{}",
+                               pages ? ": with --axes tyx each of its pages is a frame" : ""),
+                   first.where);
   }
   const auto rule = ruleOf(first, options);
   if (!rule) return pass(rule.error());

@@ -38,8 +38,11 @@ struct VolumeOptions {
   /// likewise.
   std::optional<std::array<double, 3>> spacing = {};
   std::optional<std::array<double, 3>> origin = {};
-  std::string axes = {};  ///< what the axes of a .npy array are, as "txyz"; "" is that
-  std::string raw = {};   ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
+  /// What the axes of a .npy array are, as "txyz", or of the pages of a TIFF that does not say it,
+  /// as "tzyx"; "" is these.
+  std::string axes = {};
+  std::optional<std::uint32_t> channel = {};  ///< of a TIFF with several, counted from 0
+  std::string raw = {};  ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
 };
 
 /// Frames of samples and where they are. Where the voxels are cubes along the axes, the lattice of
