@@ -114,6 +114,7 @@ std::vector<ListedFormat> formatList() {
       {"NIfTI-1 and -2",
        {".nii", ".nii.gz", ".hdr"},
        {"densities", "labels", "place", "times", "units"}},
+      {"TIFF, ImageJ and OME", {".tif", ".tiff"}, {"densities", "labels", "times", "units"}},
       {"NumPy array", {".npy"}, {"densities", "labels", "masks"}},
       {"bare samples", {".raw"}, {"densities", "labels", "masks"}},
   };

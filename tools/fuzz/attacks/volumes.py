@@ -36,6 +36,28 @@ def samples(kind, order, sizes):
     return struct.pack(f"<{len(values)}{letter}", *values)
 
 
+def tiff(data, kind, description):
+    """A TIFF of 6 x 5 samples a page, with the description in the first."""
+    letter = SAMPLE_TYPES[kind][0]
+    size = struct.calcsize(letter)
+    page = 30 * size
+    text = description.encode() + b"\0"
+    text += b"\0" * (-len(text) % 2)
+    out = bytearray(struct.pack("<2sHI", b"II", 42, 8 + len(text) + len(data)) + text + data)
+    pages = len(data) // page
+    for i in range(pages):
+        format_ = 3 if letter in "fd" else 2 if letter.islower() else 1
+        tags = [(256, 4, 1, 6), (257, 4, 1, 5), (258, 3, 1, 8 * size), (259, 3, 1, 1), (262, 3, 1, 1),
+                *([(270, 2, len(text), 8)] if i == 0 else []),
+                (273, 4, 1, 8 + len(text) + i * page), (277, 3, 1, 1), (278, 4, 1, 5),
+                (279, 4, 1, page), (339, 3, 1, format_)]
+        out += struct.pack("<H", len(tags))
+        for tag, type_, count, value in tags:
+            out += struct.pack("<HHII", tag, type_, count, value)
+        out += struct.pack("<I", len(out) + 4 if i + 1 < pages else 0)
+    return bytes(out)
+
+
 def volume(attack, number):
     """A volume in one of the formats; `number` gives the numbers of its header from those of a
     volume at the origin, and whether they are a position."""
@@ -44,7 +66,7 @@ def volume(attack, number):
     kind = rng.choice(list(SAMPLE_TYPES))
     _, nrrd, npy, nifti = SAMPLE_TYPES[kind]
     order = "".join(rng.sample("xyzt", 4)) if rng.random() < 0.5 else "xyzt"
-    form = rng.choice(["nrrd", "nrrd", "nhdr", "npy", "nii", "nii.gz", "hdr", "raw"])
+    form = rng.choice(["nrrd", "nrrd", "nhdr", "npy", "nii", "nii.gz", "hdr", "raw", "tif", "tif"])
     if form not in ("nrrd", "nhdr", "npy"):
         order = "xyzt"
     data = samples(kind, order, sizes)
@@ -80,6 +102,13 @@ def volume(attack, number):
                 f"({', '.join(str(sizes[a]) for a in order)}), }}").ljust(117) + "\n"
         path.write_bytes(b"\x93NUMPY\1\0" + struct.pack("<H", len(head)) + head.encode() + data)
         options += ["--axes", order, f"--frame-time={number(0.5)}"]
+    elif form == "tif":
+        description = f"ImageJ=1\nimages=15\nslices=5\nframes=3\nspacing={number(1)}\nfinterval={number(0.5)}\n"
+        if rng.random() < 0.5:
+            planes = "".join(f'<TiffData FirstT="{i // 5}" FirstZ="{i % 5}" IFD="{i}"/>' for i in range(15))
+            description = (f'<OME><Image><Pixels DimensionOrder="XYZTC" SizeZ="5" SizeT="3" '
+                           f'PhysicalSizeX="{number(1)}" TimeIncrement="{number(0.5)}">{planes}</Pixels></Image></OME>')
+        path.write_bytes(tiff(data, kind, description))
     elif form == "raw":
         path.write_bytes(f"raw {kind} 6 5 5 3 little\n".encode() + data)
         options += [f"--spacing={number(1)}", "--origin", *(number(0, True) for _ in "xyz"),
@@ -111,7 +140,7 @@ def volume(attack, number):
 
 @input_class(weight=8)
 def volumes(attack):
-    """NRRD, NIfTI, `.npy` and `.raw` far away, tiny and huge, altered, with pipes, devices and
+    """NRRD, NIfTI, TIFF, `.npy` and `.raw` far away, tiny and huge, altered, with pipes, devices and
     links in place of their files, and packed a thousandfold, with the axes in every order"""
     rng = attack.rng
     output = attack.path("out.t4d")
