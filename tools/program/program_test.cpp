@@ -1779,7 +1779,7 @@ TEST_F(Program, VolumesAreWoven) {
   misused("weave frames --label 1 -o out.t4d", "--label");
   misused("weave fx/labels.nrrd --label 99999999999999999999 -o out.t4d", "--label");
   misused("weave fx/labels.nrrd --label 3 3 -o out.t4d", "--label: a label is given twice");
-  misused("weave fx/labels.nrrd --axes xxyz -o out.t4d", "is not an order of x, y, z and t");
+  misused("weave fx/labels.nrrd --axes xxyz -o out.t4d", "is not an order of x, y, z, t and c");
   misused("weave fx/labels.nrrd --spacing 1 2 -o out.t4d", "--spacing is one length, or three");
 }
 

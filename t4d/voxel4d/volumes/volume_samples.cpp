@@ -129,6 +129,44 @@ std::string nifti2(std::endian order) {
       .bytes();
 }
 
+/// A page for each plane of the samples, which follow the header and the description.
+std::string tiff(std::endian order, std::string description, const std::string& samples) {
+  constexpr std::uint32_t kPlane = 5 * 4 * sizeof(float);
+  description.resize(description.size() / 2 * 2 + 2, '\0');
+  const auto textBytes = static_cast<std::uint32_t>(description.size());
+  const auto dataBytes = static_cast<std::uint32_t>(samples.size());
+  const auto number = [&](auto value) { return bytesOf(value, order); };
+  std::string bytes = (order == std::endian::little ? "II" : "MM") + number(std::uint16_t{42}) +
+                      number(8 + textBytes + dataBytes) + description + samples;
+  const std::uint32_t pages = dataBytes / kPlane;
+  for (std::uint32_t page = 0; page < pages; ++page) {
+    struct Tag {
+      std::uint16_t name, type;  // 2: text, 3: 16 bits, 4: 32 bits
+      std::uint32_t count, value;
+    };
+    std::vector<Tag> tags = {
+        {256, 4, 1, 5}, {257, 4, 1, 4}, {258, 3, 1, 32}, {259, 3, 1, 1}, {262, 3, 1, 1}};
+    if (page == 0) tags.push_back({270, 2, textBytes, 8});
+    for (const Tag& tag : {Tag{273, 4, 1, 8 + textBytes + page * kPlane},
+                           {277, 3, 1, 1},
+                           {278, 4, 1, 4},
+                           {279, 4, 1, kPlane},
+                           {339, 3, 1, 3}}) {
+      tags.push_back(tag);
+    }
+    bytes += number(static_cast<std::uint16_t>(tags.size()));
+    for (const Tag& tag : tags) {
+      bytes += number(tag.name) + number(tag.type) + number(tag.count);
+      // Short values stand first in their four bytes.
+      bytes += tag.type == 3 ? number(static_cast<std::uint16_t>(tag.value)) + std::string(2, '\0')
+                             : number(tag.value);
+    }
+    const auto next = static_cast<std::uint32_t>(bytes.size() + 4);
+    bytes += number(page + 1 < pages ? next : std::uint32_t{0});
+  }
+  return bytes;
+}
+
 }  // namespace
 
 float volumeSample(int x, int y, int z, int frame) {
@@ -166,6 +204,15 @@ std::map<std::string, std::string> volumeSamples() {
       {"pair.img", little},
       {"two.nii", nifti2(kLittle) + little},
       {"two_big.nii", nifti2(kBig) + big},
+      {"imagej.tif",
+       tiff(kBig, "ImageJ=1.53t\nimages=12\nslices=6\nframes=2\nspacing=0.5\nfinterval=0.25\n",
+            big)},
+      {"ome.tiff",
+       tiff(kLittle,
+            R"(<OME><Image><Pixels DimensionOrder="XYZTC" SizeZ="6" SizeT="2" PhysicalSizeX="0.5" )"
+            R"(PhysicalSizeY="0.5" PhysicalSizeZ="0.5" TimeIncrement="0.25"><TiffData/></Pixels>)"
+            R"(</Image></OME>)",
+            little)},
       {"line.raw", "raw float32 5 4 6 2 big\n" + big},
   };
 }
