@@ -313,6 +313,19 @@ TEST(MendSurface, TakesTheUnionOfCubes) {
   TriangleMesh part = both(fixtures::cube(2), translated(fixtures::cube(1), {1.5, 0.25, 0}));
   EXPECT_THAT(mended(part), ElementsAre("crossing"));
   EXPECT_NEAR(signedVolume(part), 9, 1e-12);
+  // Coplanar sides whose edges cross in their plane, across each axis.
+  for (int axis = 0; axis < 3; ++axis) {
+    Point3 half = Point3::Constant(0.5);
+    Point3 at = Point3::Constant(0.25);
+    half[axis] = half[(axis + 1) % 3] = 1.5;
+    at[axis] = 0.5;
+    at[(axis + 1) % 3] = 1.5;
+    TriangleMesh box = fixtures::cube(2);
+    for (Point3& vertex : box.vertices) vertex = vertex.cwiseProduct(half) + at;
+    TriangleMesh crossed = both(fixtures::cube(2), box);
+    EXPECT_THAT(mended(crossed), ElementsAre("crossing"));
+    EXPECT_NEAR(signedVolume(crossed), 8 + 9 - 2, 1e-12) << axis;
+  }
   // The same cube again, and three along the diagonal.
   TriangleMesh row = fixtures::cube(2);
   append(row, translated(fixtures::cube(2), {0, 0, 0}));

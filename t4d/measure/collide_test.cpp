@@ -313,6 +313,19 @@ TEST(CollisionVerdict, WidePlatesThatOverlapByARoundingOfTheirWidthTouch) {
   }
 }
 
+TEST(CollisionVerdict, DepthIsThatOfTheDeepestPointWhereverItLies) {
+  // The corner of a cube in a ball: the deepest point is as far from the ball as from the faces,
+  // and the middle of what both boxes have in common is outside of the ball.
+  const TriangleMesh ball = fixtures::icosphere(2, 4);
+  const Mesh round = moved(ball, along({0, 0, 0}));
+  const Mesh cube =
+      moved(fixtures::translated(fixtures::cube(4), {2.5, 2.5, 2.5}), along({0, 0, 0}));
+  const auto verdict = verdictOn(collided(round, cube), round, cube);
+  ASSERT_TRUE(verdict);
+  EXPECT_EQ(verdict->verdict, Verdict::Hit);
+  EXPECT_NEAR(verdict->depth, 2.5 / (1 + std::sqrt(3)) - 0.5, 0.03 * 0.415);
+}
+
 /// A mesh whose slabs cannot be read.
 class Unreadable : public model::Source {
  public:

@@ -1,10 +1,16 @@
 #include "t4d/measure/mesh_check.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/measure/slab_measure.h"
+#include "t4d/measure/validate.h"
 
 namespace t4d::measure {
 namespace {
@@ -255,9 +261,8 @@ TEST(MeshCheck, CollapsedCellIsAWarning) {
   EXPECT_THAT(codes(report), Contains("degenerate-cell"));
 }
 
-/// The cone over a sphere-like surface is fine; over two surfaces its apex is pinched.
-TEST(MeshCheck, PinchedVertexFailsTheDeepCheckOnly) {
-  // Two pentachora that share vertex 0.
+/// Two pentachora that share vertex 0.
+model::Slab pinched() {
   model::Slab two = pentachoron();
   model::Connectivity& connectivity = own(two);
   for (std::size_t i = 0; i < 5; ++i) {
@@ -270,10 +275,48 @@ TEST(MeshCheck, PinchedVertexFailsTheDeepCheckOnly) {
     two.vertices.push_back(mirrored);
   }
   connectivity.vertexCount = 9;
+  return two;
+}
+
+/// The cone over a sphere-like surface is fine; over two surfaces its apex is pinched.
+TEST(MeshCheck, PinchedVertexFailsTheDeepCheckOnly) {
+  const model::Slab two = pinched();
   EXPECT_TRUE(check({two}, false).valid());
   const MeshReport deep = check({two}, true);
   EXPECT_FALSE(*deep.vertexLinksOk);
   EXPECT_THAT(codes(deep), Contains("vertex-link"));
+}
+
+TEST(ValidateT4dFile, LinksOfAllBodiesHaveToBeSound) {
+  for (const bool first : {false, true}) {
+    formats::Metadata metadata;
+    metadata.bodies = {{"one"}, {"other"}};
+    const auto path = std::filesystem::path(testing::TempDir()) /
+                      ("t4d_links_" + std::to_string(::getpid()) + ".t4d");
+    auto writer = formats::T4dWriter::create(path, metadata, {});
+    ASSERT_TRUE(writer);
+    for (const bool bad : {first, !first}) {
+      const model::Slab slab = bad ? pinched() : pentachoron();
+      ASSERT_TRUE(writer->body(bad == first ? 0 : 1).put(slab));
+    }
+    ASSERT_TRUE(writer->finish());
+    const auto found = validateT4dFile(path, {.vertexLinks = true});
+    std::filesystem::remove(path);
+    ASSERT_TRUE(found && found->mesh);
+    EXPECT_FALSE(*found->mesh->vertexLinksOk);
+  }
+}
+
+TEST(HypervolumeSign, CountsTheLastCellAfterAPieceOfOthers) {
+  // Cells are added up by 16,384: all of the first are flat.
+  const std::vector<model::Point4> points = {
+      {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+  std::vector<model::Cell> cells(16'384, model::Cell{0, 1, 2, 3});
+  cells.push_back({1, 2, 3, 4});
+  const int sign = hypervolumeSign(points, cells);
+  EXPECT_NE(sign, 0);
+  std::swap(cells.back()[0], cells.back()[1]);
+  EXPECT_EQ(hypervolumeSign(points, cells), -sign);
 }
 
 TEST(MeshCheck, FindingsAreCountedAllAndKeptInPart) {

@@ -217,6 +217,37 @@ TEST(MeshQuality, CountsEveryCellAndRanksTheWorst) {
   EXPECT_EQ(quality->all(2).max(), ratios.front());
 }
 
+/// A slab of cells that need not bound anything.
+class Cells : public model::Source {
+ public:
+  explicit Cells(std::size_t count) {
+    auto connectivity = std::make_shared<model::Connectivity>();
+    connectivity->vertexCount = 5;
+    connectivity->cells.assign(count, model::Cell{0, 1, 2, 3});
+    slab_.timeEnd = 1;
+    slab_.vertices = {{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 1}, {0, 0, 0, 1}};
+    slab_.connectivity = std::move(connectivity);
+  }
+  std::size_t slabCount() const override { return 1; }
+  model::TimeSpan timeSpan(std::size_t) const override { return {0, 1}; }
+  Result<std::shared_ptr<const model::Slab>> slab(std::size_t) const override {
+    return std::make_shared<const model::Slab>(slab_);
+  }
+
+ private:
+  model::Slab slab_;
+};
+
+TEST(MeshQuality, CountsTheLastCellAfterAPieceOfOthers) {
+  for (const std::size_t count : {16'383U, 16'384U, 16'385U}) {
+    const Cells cells(count);
+    const model::Body body{"cells", &cells};
+    const auto quality = measureQuality({&body, 1}, {});
+    ASSERT_TRUE(quality) << quality.error().text();
+    EXPECT_EQ(quality->cells(), count);
+  }
+}
+
 TEST(MeshQuality, ProgressGoesOnFromBodyToBody) {
   const model::Mesh mesh = movingCube({0.7, 0, 0});
   const std::vector<model::Body> bodies = {{"a", &mesh}, {"b", &mesh}, {"c", &mesh}};

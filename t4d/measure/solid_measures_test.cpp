@@ -99,8 +99,11 @@ TEST(SolidMeasures, OfSeveralBodiesAreThoseThatExist) {
   const model::Mesh early = rest(fixtures::cube(1), 0);
   const model::Mesh late = rest(fixtures::cube(2), 3);
   const model::Body bodies[] = {{"early", &early}, {"late", &late}};
-  const auto found = measuresAt(bodies, std::vector<double>{3.5, 0.5, 2});
+  double most = 0;
+  const auto found = measuresAt(bodies, std::vector<double>{3.5, 0.5, 2},
+                                [&](double part) { most = std::max(most, part); });
   ASSERT_TRUE(found);
+  EXPECT_EQ(most, 1);
   EXPECT_NEAR((*found)[0].volume, 8, 1e-12);
   EXPECT_NEAR((*found)[1].volume, 1, 1e-12);
   EXPECT_EQ((*found)[2].volume, 0);

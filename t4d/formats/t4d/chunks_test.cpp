@@ -225,6 +225,10 @@ TEST(Chunks, RefuseLayersWhoseAttributesAreNotOfTheirVertices) {
               HasSubstr("'a' has 4 rows for 5 vertices"));
   EXPECT_THAT(faultWith(model::makeAttribute<int>("a", Domain::Cell, {1, 2, 3, 4, 5})),
               HasSubstr("'a' is not one of vertices"));
+  const std::vector<model::Attribute> twice(
+      2, model::makeAttribute<int>("a", Domain::Vertex, {1, 2, 3, 4, 5}));
+  EXPECT_THAT(fault(kLayerDecoder, encodeLayer(0, vertices, twice, kRaw)),
+              HasSubstr("there are two attributes 'a'"));
   const PayloadWriter reserved = withFields(encodeLayer(0, vertices, {}, kRaw),
                                             [](auto& fields) { fields[12] = std::byte{1}; });
   EXPECT_THAT(fault(kLayerDecoder, reserved), HasSubstr("reserved bytes"));

@@ -98,11 +98,12 @@ TEST_F(VolumeFiles, FramesWhoseTimesAreInTheMiddleAreSortedWhateverTheirSize) {
   const auto isInside = [](int x, int y, int z, int t) {
     return std::abs(x - 1000 - 2 * t) < 3 && std::abs(y - 2000) < 5 && z + t < 3;
   };
-  constexpr int kDepth = 2;
+  constexpr int kDepth = 3;
   const auto write = [&](const std::string& name, int side, bool timeLast) {
     std::ofstream file(folder_ / name, std::ios::binary);
     file << "NRRD0004\ntype: uint8\ndimension: 4\nencoding: raw\nsizes: " << side << ' ' << side
-         << " 2 2\nkinds: domain domain " << (timeLast ? "domain time" : "time domain") << "\n\n";
+         << (timeLast ? " 3 2" : " 2 3") << "\nkinds: domain domain "
+         << (timeLast ? "domain time" : "time domain") << "\n\n";
     std::string plane(static_cast<std::size_t>(side) * side, '\0');
     for (int i = 0; i < 2 * kDepth; ++i) {
       const int t = timeLast ? i / kDepth : i % 2;
@@ -457,6 +458,8 @@ TEST_F(VolumeFiles, NrrdHeadersAreReadAsTheyAreMeant) {
               HasSubstr("the field 'spacing', which NRRD does not have"));
   EXPECT_THAT(fault(raw, "endian", "units: \"cm\" \"cm\" \"cm\" \"s\"\nendian"),
               HasSubstr("contradicts the space units, 'mm'"));
+  EXPECT_THAT(fault(raw, "\"mm\" \"mm\" \"mm\"", "\"mm\" \"mm\" \"cm\""),
+              HasSubstr("are not all the same"));
   EXPECT_THAT(fault(raw, "endian", "units: mm mm mm s\nendian"),
               HasSubstr("is not a unit in quotes"));
   EXPECT_THAT(fault(raw, "left-posterior-superior", "right-posterior-inferior"),
