@@ -45,7 +45,9 @@ bool any(const BlockMask& points) {
 std::vector<Piece> piecesIn(BlockMask points) {
   std::vector<Piece> pieces;
   while (any(points)) {
-    pieces.push_back({connected(points)});
+    // In noise, what is left counts as one.
+    const bool last = pieces.size() + 1 == FrameParts::kMostPieces;
+    pieces.push_back({last ? points : connected(points)});
     for (std::size_t x = 0; x < 8; ++x) points[x] &= ~pieces.back().points[x];
   }
   return pieces;

@@ -16,6 +16,9 @@ class FrameParts {
   FrameParts() = default;
   explicit FrameParts(const FrameLayer& layer);
 
+  /// Pieces of a block, at most: in noise, more count as one.
+  static constexpr std::size_t kMostPieces = 64;
+
   /// Connected points of one block.
   struct Piece {
     BlockMask points{};
