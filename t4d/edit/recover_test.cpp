@@ -12,6 +12,7 @@
 #include "t4d/convert/slice.h"
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/solids.h"
+#include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/test_slabs.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/sampled_frames.h"
@@ -147,6 +148,36 @@ TEST(Recover, ListsTheCapsOfAMeshThatWasOpen) {
   EXPECT_THAT(report->lost[0].what,
               testing::HasSubstr("was open where it ends at time 24; a cap was added there"));
   EXPECT_TRUE(report->validation->valid());
+}
+
+TEST(Recover, ListsWhatIsLostInTheOrderOfTheFile) {
+  // A chunk at the front that may not be copied, and a slab that is damaged.
+  const Written original = sweptCube();
+  const std::vector<model::Slab> slabs(original.mesh.slabs().begin(), original.mesh.slabs().end());
+  std::string bytes =
+      formats::fileContents(formats::writeT4d("plain.t4d", {slabs}, {.index = false}));
+  formats::t4d_layout::PayloadWriter payload;
+  payload.putBytes("text", 4);
+  auto [header, front] = formats::frontOf({'a', 'c', 'm', 'E'}, payload, 0, 0);
+  ASSERT_FALSE(formats::isSafeToCopy(header.type));
+  const auto encoded = formats::encodeChunkHeader(header);
+  front.pad();
+  std::string chunk(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+  chunk.append(reinterpret_cast<const char*>(front.data()), front.size());
+  bytes.insert(formats::listChunks(bytes).front().end(), chunk);
+  formats::repairChecksums(bytes);
+  std::vector<formats::ChunkHeader> chunks = formats::listChunks(bytes);
+  std::erase_if(chunks, [](const auto& one) { return one.name() != "SLAB"; });
+  const formats::ChunkHeader& damaged = chunks[chunks.size() / 2];
+  bytes[damaged.payload() + damaged.payloadBytes / 2] ^= 0x20;
+  const auto report =
+      recoverT4d(formats::writeFile("broken.t4d", bytes), temporaryPath("recovered.t4d"));
+  ASSERT_TRUE(report) << report.error().text();
+  ASSERT_GE(report->lost.size(), 2U);
+  EXPECT_THAT(report->lost[0].what, testing::HasSubstr("acmE"));
+  for (std::size_t i = 1; i < report->lost.size(); ++i) {
+    EXPECT_LE(report->lost[i - 1].offset, report->lost[i].offset);
+  }
 }
 
 TEST(Recover, BeginningOfASweepHasTheHypervolumeOfTheLaw) {

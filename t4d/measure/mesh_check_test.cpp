@@ -308,14 +308,14 @@ TEST(ValidateT4dFile, LinksOfAllBodiesHaveToBeSound) {
 }
 
 TEST(HypervolumeSign, CountsTheLastCellAfterAPieceOfOthers) {
-  // Cells are added up by 16,384: all of the first are flat.
-  const std::vector<model::Point4> points = {
+  // Cells are added up by 16,384. The last one outweighs all others, and faces the other way.
+  std::vector<model::Point4> points = {
       {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
-  std::vector<model::Cell> cells(16'384, model::Cell{0, 1, 2, 3});
-  cells.push_back({1, 2, 3, 4});
+  for (std::size_t i = 1; i < 5; ++i) points.push_back(100 * points[i]);
+  std::vector<model::Cell> cells(16'384, model::Cell{1, 2, 3, 4});
   const int sign = hypervolumeSign(points, cells);
   EXPECT_NE(sign, 0);
-  std::swap(cells.back()[0], cells.back()[1]);
+  cells.push_back({6, 5, 7, 8});
   EXPECT_EQ(hypervolumeSign(points, cells), -sign);
 }
 
