@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -23,12 +22,6 @@ std::uint64_t mostBareFaces(std::size_t storedBlocks) {
   constexpr std::uint64_t kFaces = std::uint64_t{1} << 15;
   constexpr std::uint64_t kFacesPerStored = 64;
   return kFaces + kFacesPerStored * storedBlocks;
-}
-
-Coord scaledDown(const Coord& coord, std::int32_t size) {
-  // Sizes are powers of two; an arithmetic shift rounds down for negative numbers too.
-  const int shift = std::countr_zero(static_cast<std::uint32_t>(size));
-  return {coord.x >> shift, coord.y >> shift, coord.z >> shift};
 }
 
 void sortUnique(std::vector<Coord>& coords) {
@@ -84,59 +77,42 @@ Result<std::uint32_t> numberFrom(std::uint32_t first, CrossingBlock& block) {
 
 Result<FrameLayer> FrameLayer::of(Frame frame, const Lattice& lattice, std::size_t largeFrame) {
   FrameLayer layer;
-  layer.frame_ = std::move(frame);
+  layer.frame_ = IndexedFrame(std::move(frame));
   layer.lattice_ = lattice;
   layer.hasFloats_ = layer.frame_.samples ? layer.frame_.samples->hasFloats()
                                           : valueSizeOf(layer.frame_) == sizeof(float);
-  layer.index();
+  layer.findSolidBlocks();
   if (auto found = layer.findSurfaceBlocks(); !found) return pass(found.error());
   if (auto numbered = layer.numberCrossings(); !numbered) return pass(numbered.error());
   if (auto kept = layer.keepFractions(largeFrame); !kept) return pass(kept.error());
   return layer;
 }
 
-void FrameLayer::index() {
-  blocks_.reserve(frame_.blocks.size());
-  for (std::uint32_t i = 0; i < frame_.blocks.size(); ++i) {
-    const Block& block = frame_.blocks[i];
-    blocks_.add(block.coord, i);
+void FrameLayer::findSolidBlocks() {
+  for (const Block& block : frame_.blocks) {
     if (std::all_of(block.inside.begin(), block.inside.end(),
                     [](std::uint64_t word) { return word == kAllBits; })) {
       solidBlocks_.push_back(block.coord);
     }
   }
-  std::map<std::int32_t, std::vector<std::uint32_t>> bySize;
-  for (std::uint32_t i = 0; i < frame_.tiles.size(); ++i) bySize[frame_.tiles[i].size].push_back(i);
-  for (const auto& [size, tiles] : bySize) {
-    TileLevel& level = tileLevels_.emplace_back(TileLevel{size, {}});
-    level.tiles.reserve(tiles.size());
-    for (const std::uint32_t i : tiles) level.tiles.add(scaledDown(frame_.tiles[i].coord, size), i);
-  }
-}
-
-std::optional<std::uint32_t> FrameLayer::tileAt(const Coord& coord) const {
-  for (const TileLevel& level : tileLevels_) {
-    if (const auto found = level.tiles.find(scaledDown(coord, level.size))) return found;
-  }
-  return std::nullopt;
 }
 
 bool FrameLayer::coversInside(const InsideTile& tile) const {
-  const auto found = tileAt(tile.coord);
+  const auto found = frame_.tileAt(tile.coord);
   return found && frame_.tiles[*found].size >= tile.size;
 }
 
 BlockView FrameLayer::view(const Coord& coord) const {
-  if (const auto found = blocks_.find(coord)) return {&frame_.blocks[*found], false};
-  return {nullptr, tileAt(coord).has_value()};
+  if (const auto found = frame_.blockAt(coord)) return {&frame_.blocks[*found], false};
+  return {nullptr, frame_.tileAt(coord).has_value()};
 }
 
 BlockField FrameLayer::field(const Coord& coord, ValueBuffer& buffer) const {
   if (frame_.samples) return {{}, 0, frame_.samples.get(), coord};
-  if (const auto found = blocks_.find(coord)) {
+  if (const auto found = frame_.blockAt(coord)) {
     return {valuesOf(frame_, *found, buffer), frame_.outsideValue};
   }
-  const auto tile = tileAt(coord);
+  const auto tile = frame_.tileAt(coord);
   return {{}, tile ? frame_.tiles[*tile].value : frame_.outsideValue};
 }
 
@@ -175,7 +151,7 @@ Result<void> FrameLayer::findSurfaceBlocks() {
             at[(axis + 1) % 3] += u;
             at[(axis + 2) % 3] += v;
             const Coord outer{at[0], at[1], at[2]};
-            if (blockAt(outer) || tileAt(outer)) continue;
+            if (frame_.blockAt(outer) || frame_.tileAt(outer)) continue;
             if (++bare > most) {
               return invalid(
                   fmt::format("more than {} points at the surface lie in tiles, where "

@@ -13,6 +13,7 @@
 #include "t4d/voxel4d/coord_index.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/frame_file.h"
+#include "t4d/voxel4d/indexed_frame.h"
 #include "t4d/voxel4d/sample_box.h"
 
 namespace t4d::voxel4d {
@@ -135,11 +136,8 @@ class FrameLayer {
   std::size_t storedBlocks() const {
     return frame_.samples ? frame_.samples->blocks() : frame_.blocks.size();
   }
-  std::span<const Block> blocks() const { return frame_.blocks; }
   const std::vector<InsideTile>& tiles() const { return frame_.tiles; }
-  /// The number of the block, or of the tile that it is in; nothing if there is none.
-  std::optional<std::uint32_t> blockAt(const Coord& coord) const { return blocks_.find(coord); }
-  std::optional<std::uint32_t> tileAt(const Coord& coord) const;
+  const IndexedFrame& frame() const { return frame_; }
   /// True if one tile of this frame covers all of `tile`.
   bool coversInside(const InsideTile& tile) const;
 
@@ -148,7 +146,7 @@ class FrameLayer {
   std::uint32_t firstOf(std::size_t block) const {
     return block < crossings_.size() ? crossings_[block].first : vertexCount_;
   }
-  void index();
+  void findSolidBlocks();
   Result<void> findSurfaceBlocks();
   CrossingBlock crossingsIn(const Coord& coord) const;
   Result<void> numberCrossings();
@@ -159,16 +157,10 @@ class FrameLayer {
   bool findFractions(const CrossingBlock& block, const Values& first, double* into) const;
   void place(const CrossingBlock& block, const double* fractions, model::Point4* into) const;
 
-  Frame frame_;
+  IndexedFrame frame_;
   std::vector<double> fractions_;               // of all crossings, if the frame has values
   std::unique_ptr<FrameFile> fractionsInFile_;  // instead, if it is large
   Lattice lattice_;
-  CoordIndex blocks_;
-  struct TileLevel {
-    std::int32_t size = 1;
-    CoordIndex tiles;  // by coord / size
-  };
-  std::vector<TileLevel> tileLevels_;
   std::vector<Coord> solidBlocks_;
   std::vector<Coord> surfaceBlocks_;
   std::vector<CrossingBlock> crossings_;  // in the order of their numbers

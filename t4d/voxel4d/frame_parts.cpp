@@ -103,7 +103,7 @@ struct Alone {
 };
 
 /// Those that do not overlap, at most as many as are of use: the largest.
-std::vector<Alone> aloneOf(const FrameLayer& layer, const FrameParts& parts,
+std::vector<Alone> aloneOf(const IndexedFrame& frame, const FrameParts& parts,
                            const std::vector<bool>& overlaps) {
   std::vector<std::uint32_t> number(parts.count(), std::numeric_limits<std::uint32_t>::max());
   std::uint32_t count = 0;
@@ -112,8 +112,8 @@ std::vector<Alone> aloneOf(const FrameLayer& layer, const FrameParts& parts,
   }
   std::vector<Alone> alone(count);
   if (count == 0) return alone;
-  for (std::uint32_t i = 0; i < layer.blocks().size(); ++i) {
-    const Coord& coord = layer.blocks()[i].coord;
+  for (std::uint32_t i = 0; i < frame.blocks.size(); ++i) {
+    const Coord& coord = frame.blocks[i].coord;
     const Eigen::Vector3d first = kBlockSize * Eigen::Vector3d(coord.x, coord.y, coord.z);
     for (const Piece& piece : parts.piecesOf(i)) {
       if (number[piece.part] >= count) continue;
@@ -125,9 +125,9 @@ std::vector<Alone> aloneOf(const FrameLayer& layer, const FrameParts& parts,
       }
     }
   }
-  for (std::uint32_t i = 0; i < layer.tiles().size(); ++i) {
+  for (std::uint32_t i = 0; i < frame.tiles.size(); ++i) {
     const std::uint32_t part = number[parts.partOfTile(i)];
-    if (part < count) alone[part].add(layer.tiles()[i]);
+    if (part < count) alone[part].add(frame.tiles[i]);
   }
   std::ranges::stable_sort(alone, std::ranges::greater(), &Alone::voxels);
   if (alone.size() > LostParts::kMostListed) alone.resize(LostParts::kMostListed);
@@ -136,8 +136,8 @@ std::vector<Alone> aloneOf(const FrameLayer& layer, const FrameParts& parts,
 
 }  // namespace
 
-FrameParts::FrameParts(const FrameLayer& layer) {
-  const auto blocks = layer.blocks();
+FrameParts::FrameParts(const IndexedFrame& frame) {
+  const std::vector<Block>& blocks = frame.blocks;
   std::vector<std::vector<Piece>> found(blocks.size());
   tbb::parallel_for(std::size_t{0}, blocks.size(),
                     [&](std::size_t i) { found[i] = piecesIn(blocks[i].inside); });
@@ -148,19 +148,19 @@ FrameParts::FrameParts(const FrameLayer& layer) {
   firstPiece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
 
   const auto firstTile = static_cast<std::uint32_t>(pieces_.size());
-  model::UnionFind sets(firstTile + layer.tiles().size());
+  model::UnionFind sets(firstTile + frame.tiles.size());
   const auto uniteWithTile = [&](std::uint32_t tile, const Coord& beside, int axis, bool above) {
-    if (const auto block = layer.blockAt(beside)) {
+    if (const auto block = frame.blockAt(beside)) {
       for (std::uint32_t k = firstPiece_[*block]; k < firstPiece_[*block + 1]; ++k) {
         if (any(sideOf(pieces_[k].points, axis, !above))) sets.unite(firstTile + tile, k);
       }
-    } else if (const auto other = layer.tileAt(beside)) {
+    } else if (const auto other = frame.tileAt(beside)) {
       sets.unite(firstTile + tile, firstTile + *other);
     }
   };
   for (std::uint32_t i = 0; i < blocks.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      const auto next = layer.blockAt(moved(blocks[i].coord, axis, 1));
+      const auto next = frame.blockAt(moved(blocks[i].coord, axis, 1));
       if (!next) continue;
       for (std::uint32_t k = firstPiece_[i]; k < firstPiece_[i + 1]; ++k) {
         const BlockMask side = sideOf(pieces_[k].points, axis, true);
@@ -171,8 +171,8 @@ FrameParts::FrameParts(const FrameLayer& layer) {
       }
     }
   }
-  for (std::uint32_t i = 0; i < layer.tiles().size(); ++i) {
-    const InsideTile& tile = layer.tiles()[i];
+  for (std::uint32_t i = 0; i < frame.tiles.size(); ++i) {
+    const InsideTile& tile = frame.tiles[i];
     for (int axis = 0; axis < 3; ++axis) {
       for (const bool above : {false, true}) {
         const Coord corner = moved(tile.coord, axis, above ? tile.size : -1);
@@ -186,30 +186,29 @@ FrameParts::FrameParts(const FrameLayer& layer) {
     }
   }
 
-  std::vector<std::uint32_t> number(firstTile + layer.tiles().size());
+  std::vector<std::uint32_t> number(firstTile + frame.tiles.size());
   const auto partOf = [&](std::uint32_t item) {
     const std::uint32_t root = sets.root(item);  // the smallest of its set
     if (root == item) number[item] = static_cast<std::uint32_t>(count_++);
     return number[root];
   };
   for (std::uint32_t i = 0; i < firstTile; ++i) pieces_[i].part = partOf(i);
-  for (std::uint32_t i = 0; i < layer.tiles().size(); ++i) tiles_.push_back(partOf(firstTile + i));
+  for (std::uint32_t i = 0; i < frame.tiles.size(); ++i) tiles_.push_back(partOf(firstTile + i));
 }
 
-void addPartsLost(const DividedFrame& dividedBefore, const DividedFrame& dividedAfter,
-                  std::size_t frame, const model::Affine3x4& place, LostParts& into) {
-  const auto& [before, partsBefore] = dividedBefore;
-  const auto& [after, partsAfter] = dividedAfter;
+void addPartsLost(const IndexedFrame& before, const FrameParts& partsBefore,
+                  const IndexedFrame& after, const FrameParts& partsAfter, std::size_t number,
+                  const model::Affine3x4& place, LostParts& into) {
   std::vector<bool> ofBefore(partsBefore.count());  // whether a part has a point in the other frame
   std::vector<bool> ofAfter(partsAfter.count());
   const auto overlap = [&](std::uint32_t a, std::uint32_t b) {
     ofBefore[a] = true;
     ofAfter[b] = true;
   };
-  for (std::uint32_t i = 0; i < before.blocks().size(); ++i) {
+  for (std::uint32_t i = 0; i < before.blocks.size(); ++i) {
     const auto pieces = partsBefore.piecesOf(i);
     if (pieces.empty()) continue;
-    const Coord& coord = before.blocks()[i].coord;
+    const Coord& coord = before.blocks[i].coord;
     if (const auto block = after.blockAt(coord)) {
       for (const Piece& a : pieces) {
         for (const Piece& b : partsAfter.piecesOf(*block)) {
@@ -221,20 +220,20 @@ void addPartsLost(const DividedFrame& dividedBefore, const DividedFrame& divided
       for (const Piece& a : pieces) overlap(a.part, partsAfter.partOfTile(*tile));
     }
   }
-  for (std::uint32_t i = 0; i < after.blocks().size(); ++i) {
+  for (std::uint32_t i = 0; i < after.blocks.size(); ++i) {
     const auto pieces = partsAfter.piecesOf(i);
-    if (pieces.empty() || before.blockAt(after.blocks()[i].coord)) continue;
-    if (const auto tile = before.tileAt(after.blocks()[i].coord)) {
+    if (pieces.empty() || before.blockAt(after.blocks[i].coord)) continue;
+    if (const auto tile = before.tileAt(after.blocks[i].coord)) {
       for (const Piece& b : pieces) overlap(partsBefore.partOfTile(*tile), b.part);
     }
   }
-  for (std::uint32_t i = 0; i < before.tiles().size(); ++i) {
-    if (const auto tile = after.tileAt(before.tiles()[i].coord)) {
+  for (std::uint32_t i = 0; i < before.tiles.size(); ++i) {
+    if (const auto tile = after.tileAt(before.tiles[i].coord)) {
       overlap(partsBefore.partOfTile(i), partsAfter.partOfTile(*tile));
     }
   }
-  for (std::uint32_t i = 0; i < after.tiles().size(); ++i) {
-    if (const auto tile = before.tileAt(after.tiles()[i].coord)) {
+  for (std::uint32_t i = 0; i < after.tiles.size(); ++i) {
+    if (const auto tile = before.tileAt(after.tiles[i].coord)) {
       overlap(partsBefore.partOfTile(*tile), partsAfter.partOfTile(i));
     }
   }
@@ -252,7 +251,7 @@ void addPartsLost(const DividedFrame& dividedBefore, const DividedFrame& divided
     if (!goesOn) continue;
     ++into.count;
     if (into.listed.size() == LostParts::kMostListed) continue;
-    into.listed.push_back({frame, before.time(), place * a.centroid().homogeneous(), a.voxels});
+    into.listed.push_back({number, before.time, place * a.centroid().homogeneous(), a.voxels});
   }
 }
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "t4d/voxel4d/frame_layer.h"
+#include "t4d/voxel4d/indexed_frame.h"
 #include "t4d/voxel4d/lost_part.h"
 
 namespace t4d::voxel4d {
@@ -14,7 +14,7 @@ namespace t4d::voxel4d {
 class FrameParts {
  public:
   FrameParts() = default;
-  explicit FrameParts(const FrameLayer& layer);
+  explicit FrameParts(const IndexedFrame& frame);
 
   /// Pieces of a block, at most: in noise, more count as one.
   static constexpr std::size_t kMostPieces = 64;
@@ -40,16 +40,11 @@ class FrameParts {
   std::size_t count_ = 0;
 };
 
-/// A frame and its parts.
-struct DividedFrame {
-  FrameLayer layer;
-  FrameParts parts = FrameParts(layer);
-};
-
-/// Adds the parts that are lost between two frames, number `frame` being the first of them; `place`
-/// maps lattice points to space. A part that begins is near one that ends if its centroid is within
+/// Adds the parts that are lost between two frames, `number` being that of the first; `place` maps
+/// lattice points to space. A part that begins is near one that ends if its centroid is within
 /// twice the extent of that, or 8 voxels, and of like size if it has half to twice as many voxels.
-void addPartsLost(const DividedFrame& before, const DividedFrame& after, std::size_t frame,
+void addPartsLost(const IndexedFrame& before, const FrameParts& partsBefore,
+                  const IndexedFrame& after, const FrameParts& partsAfter, std::size_t number,
                   const model::Affine3x4& place, LostParts& into);
 
 }  // namespace t4d::voxel4d

@@ -98,10 +98,10 @@ TEST(FrameParts, AreAsManyAsAFloodFinds) {
     boxes[0].fill({0, 8, 8}, {8, 24, 16});
     boxes[1] = Box({19, 33, 26});
     const auto source = framesOf(boxes);
-    const auto layer = FrameLayer::of(*source->frame(0), Lattice{}, kLargeFrame);
-    ASSERT_TRUE(layer);
-    EXPECT_FALSE(layer->tiles().empty());
-    EXPECT_EQ(FrameParts(*layer).count(), boxes[0].countParts());
+    auto frame = source->frame(0);
+    ASSERT_TRUE(frame);
+    EXPECT_FALSE(frame->tiles.empty());
+    EXPECT_EQ(FrameParts(IndexedFrame(std::move(*frame))).count(), boxes[0].countParts());
   }
 }
 

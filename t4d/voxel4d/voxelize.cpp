@@ -97,7 +97,8 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
   const Lattice lattice{options.voxelSize, model::Point3::Zero()};
   VoxelSeries series;
   std::optional<VdbSeries> files;
-  DividedFrame before;
+  IndexedFrame before;
+  FrameParts partsBefore;
   for (const double time : times) {
     auto voxels = voxelsOf(solid, time, lattice, options.mask);
     if (!voxels) return pass(voxels.error());
@@ -122,13 +123,14 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     series.emptyFrames += insidePoints == 0 ? 1 : 0;
     series.mostActiveVoxels =
         std::max<std::uint64_t>(series.mostActiveVoxels, grid->activeVoxelCount());
-    auto layer = FrameLayer::of(std::move(voxels->inside), lattice, kLargeFrame);
-    if (!layer) return pass(layer.error());
-    DividedFrame next{std::move(*layer)};
+    IndexedFrame after(std::move(voxels->inside));
+    FrameParts partsAfter(after);
     if (series.frames > 0) {
-      addPartsLost(before, next, series.frames - 1, lattice.place(), series.partsLost);
+      addPartsLost(before, partsBefore, after, partsAfter, series.frames - 1, lattice.place(),
+                   series.partsLost);
     }
-    before = std::move(next);
+    before = std::move(after);
+    partsBefore = std::move(partsAfter);
     ++series.frames;
     if (progress) progress(static_cast<double>(series.frames) / static_cast<double>(times.size()));
   }

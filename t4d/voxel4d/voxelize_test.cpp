@@ -259,6 +259,20 @@ TEST(Voxelize, FrameTimesOutOfReachAreRefused) {
   }
 }
 
+TEST(Voxelize, ASolidOfWholeBlocksIsWrittenHoweverManyFacesItHas) {
+  // Every point is in a tile, of which there are more than can be woven.
+  TriangleMesh plate = fixtures::cube(1);
+  for (Point3& vertex : plate.vertices) {
+    vertex = (vertex.array() < 0).select(Point3::Constant(-0.5), Point3(1607.5, 1607.5, 7.5));
+  }
+  const TestFolder folder;
+  const auto written = writeVoxelFrames([&](double) { return plate; }, {0, 1},
+                                        {.voxelSize = 1, .mask = true}, folder / "frames");
+  ASSERT_TRUE(written) << written.error().text();
+  EXPECT_EQ(written->insidePoints, 2U * 1608 * 1608 * 8);
+  EXPECT_EQ(written->partsLost.count, 0U);
+}
+
 TEST(Voxelize, LevelSetsAreTheSameFarFromTheOrigin) {
   const auto wovenAt = [](double offset) {
     TriangleMesh mesh = fixtures::cube(10.5);

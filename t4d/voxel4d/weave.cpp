@@ -94,8 +94,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     slabs.report.capTetrahedra[0] = slabs.lastTetrahedra;
     return put;
   };
-  DividedFrame divided;
-  const FrameLayer& before = divided.layer;
+  FrameLayer before;
+  FrameParts partsBefore;
   double halfStepAfter = 0;
   for (std::size_t i = 0; i < count; ++i) {
     auto frame = frames.frame(i);
@@ -113,8 +113,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
       layer.error().where = frames.nameOf(i);
       return pass(layer.error());
     }
-    DividedFrame next{std::move(*layer)};
-    const FrameLayer& after = next.layer;
+    FrameLayer& after = *layer;
     const double begin = before.time();
     const double end = after.time();
     if (i > 0 && !(end > begin)) {
@@ -139,8 +138,13 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
         return pass(put.error());
       }
     }
-    if (i > 0) addPartsLost(divided, next, i - 1, place, slabs.report.partsLost);
-    divided = std::move(next);
+    FrameParts partsAfter(after.frame());
+    if (i > 0) {
+      addPartsLost(before.frame(), partsBefore, after.frame(), partsAfter, i - 1, place,
+                   slabs.report.partsLost);
+    }
+    before = std::move(after);
+    partsBefore = std::move(partsAfter);
     ++slabs.report.frames;
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
   }

@@ -54,9 +54,10 @@ struct WeaveReport {
 ///
 /// The vertices of a layer are the crossings of the frame's lattice edges, in an order that depends
 /// on the frame alone; the interior vertices of a slab are those of edges in time. A crossing lies
-/// where the field, linear along the edge, is zero, or at the midpoint if a frame has no values; of
-/// float32 values it is rounded to a millionth (2^-20) of the edge, about what they tell.
-/// Blocks are distributed over threads (oneTBB); the result is the same for any number of them.
+/// where the field, linear along the edge, is zero, or, if a frame has no values, at the midpoint
+/// in space and as WeaveOptions::between says in time; of float32 values it is rounded to a
+/// millionth (2^-20) of the edge, about what they tell. Blocks are distributed over threads
+/// (oneTBB); the result is the same for any number of them.
 ///
 /// Fails for fewer than two frames, a frame that checkFrame or checkPlace refuses, times that do
 /// not increase by model::kSmallestExtent or are beyond model::kLargestCoordinate, more than 2^32 -
