@@ -288,55 +288,33 @@ class TextReader : public SampleReader {
   std::uint64_t read_ = 0;
 };
 
-/// The planes of a TIFF, one after another.
+/// The planes of a TIFF, one after another; whole ones are read.
 class TiffReader : public SampleReader {
  public:
   TiffReader(TiffFile file, TiffPage layout, std::vector<std::uint64_t> pages)
       : file_(std::move(file)), layout_(layout), pages_(std::move(pages)) {}
 
   Result<void> read(std::span<std::byte> into) override {
-    while (!into.empty()) {
-      const std::uint64_t bytes = layout_.bytes();
-      const std::uint64_t within = at_ % bytes;
-      if (within == 0 && into.size() >= bytes) {
-        if (auto done = readPage(at_ / bytes, into.first(bytes)); !done) return done;
-        at_ += bytes;
-        into = into.subspan(bytes);
-        continue;
-      }
-      if (kept_ != at_ / bytes) {
-        page_.resize(bytes);
-        if (auto done = readPage(at_ / bytes, page_); !done) return done;
-        kept_ = at_ / bytes;
-      }
-      const std::size_t part = std::min<std::uint64_t>(bytes - within, into.size());
-      std::ranges::copy(std::span(page_).subspan(within, part), into.begin());
-      at_ += part;
-      into = into.subspan(part);
+    for (; !into.empty(); into = into.subspan(layout_.bytes())) {
+      if (auto there = file_.goTo(pages_.at(next_++)); !there) return there;
+      const auto layout = file_.layout();
+      if (!layout) return pass(layout.error());
+      if (*layout != layout_) return invalid("has changed while it was read", file_.where());
+      if (auto done = file_.read(layout_, into.first(layout_.bytes())); !done) return done;
     }
     return {};
   }
   Result<void> skip(std::uint64_t bytes) override {
-    at_ += bytes;
+    next_ += bytes / layout_.bytes();
     return {};
   }
   Result<void> finish(bool) override { return {}; }
 
  private:
-  Result<void> readPage(std::uint64_t number, std::span<std::byte> into) {
-    if (auto there = file_.goTo(pages_.at(number)); !there) return there;
-    const auto layout = file_.layout();
-    if (!layout) return pass(layout.error());
-    if (*layout != layout_) return invalid("has changed while it was read", file_.where());
-    return file_.read(layout_, into);
-  }
-
   TiffFile file_;
   TiffPage layout_;
   std::vector<std::uint64_t> pages_;
-  std::uint64_t at_ = 0;
-  std::vector<std::byte> page_;
-  std::uint64_t kept_ = ~std::uint64_t{0};  // the number of what is in page_
+  std::size_t next_ = 0;
 };
 
 /// The most that a byte of a file can stand for: gzip's best is 1,032; a number in decimals takes
