@@ -29,6 +29,7 @@ void SolidMeasures::add(const SolidMeasures& other) {
 SolidMeasures measuresOf(const model::TriangleMesh& mesh) {
   SolidMeasures made;
   if (mesh.triangles.empty()) return made;
+  made.volume = signedVolume(mesh);
   made.area = surfaceArea(mesh);
   for (const model::Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t vertex : triangle) made.bounds.add(mesh.vertices[vertex]);
@@ -44,9 +45,7 @@ SolidMeasures measuresOf(const model::TriangleMesh& mesh) {
     const Point3 a = mesh.vertices[i] - middle;
     const Point3 b = mesh.vertices[j] - middle;
     const Point3 c = mesh.vertices[k] - middle;
-    const double volume = a.dot(b.cross(c)) / 6;
-    made.volume += volume;
-    moment += volume * (a + b + c) / 4;
+    moment += a.dot(b.cross(c)) / 24 * (a + b + c);
   }
   made.centroid = made.volume != 0 ? Point3(middle + moment / made.volume) : middle;
   return made;

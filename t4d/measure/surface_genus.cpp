@@ -10,7 +10,7 @@ namespace t4d::measure {
 std::vector<ConnectedSurface> surfacesOf(const model::TriangleMesh& mesh) {
   model::UnionFind surfaces(mesh.vertices.size());
   std::vector<char> used(mesh.vertices.size(), 0);
-  std::vector<std::array<std::uint32_t, 2>> edges;
+  std::vector<std::uint64_t> edges;  // the smaller vertex in the upper half
   edges.reserve(3 * mesh.triangles.size());
   for (const model::Triangle& triangle : mesh.triangles) {
     for (int i = 0; i < 3; ++i) {
@@ -18,7 +18,7 @@ std::vector<ConnectedSurface> surfacesOf(const model::TriangleMesh& mesh) {
       const std::uint32_t b = triangle[(i + 1) % 3];
       used[a] = 1;
       surfaces.unite(a, b);
-      edges.push_back({std::min(a, b), std::max(a, b)});
+      edges.push_back(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
     }
   }
   std::sort(edges.begin(), edges.end());
@@ -26,7 +26,9 @@ std::vector<ConnectedSurface> surfacesOf(const model::TriangleMesh& mesh) {
 
   std::vector<std::int64_t> euler(mesh.vertices.size(), 0);  // at the root of each surface
   for (std::uint32_t v = 0; v < used.size(); ++v) euler[surfaces.root(v)] += used[v];
-  for (const auto& edge : edges) --euler[surfaces.root(edge[0])];
+  for (const std::uint64_t edge : edges) {
+    --euler[surfaces.root(static_cast<std::uint32_t>(edge >> 32))];
+  }
   for (const model::Triangle& triangle : mesh.triangles) ++euler[surfaces.root(triangle[0])];
 
   // The volume of each about its first vertex, which is its root.
