@@ -135,8 +135,7 @@ void noticeLostParts(const voxel4d::LostParts& parts, std::vector<std::string>& 
   const voxel4d::LostPart& first = parts.listed.front();
   std::string notice = fmt::format(
       "frame {} (counted from 0, at time {:.6g}): a part of {} at ({:.6g}, {:.6g}, {:.6g}) moves "
-      "by "
-      "more than its width, so that between this frame and the next nothing is left of it",
+      "by more than its width, so that between this frame and the next nothing is left of it",
       first.frame, first.time, counted(first.voxels, "voxel"), first.point.x(), first.point.y(),
       first.point.z());
   if (parts.count > 1) {
