@@ -217,6 +217,11 @@ const runs = [
   ['frames', [at('torus.t4d'), '--times', '1:2:2', '--light', '-o', at('frames_%d.vtp')], 0],
   ['frames', [at('torus.t4d'), '--count', 2, '--attributes', '--format', 'stl', '-o', at('lossy')], 3],
   ['frames', [at('cut.t4d'), '--count', 3, '-o', at('none')], 4],
+  ['measure', [at('voxels.t4d'), '--frames', 3, '-o', at('volumes.csv')], 0],
+  // At its last time a simplex is a corner.
+  ['measure', [at('simplex.t4d'), '--frames', 2], 0],
+  ['measure', [at('screw.t4d'), '--times', '0:1000:2'], 4],
+  ['measure', [at('cut.t4d')], 4],
   ['info', [at('simplex.t4d')], 0],
   ['info', [at('torus.t4d')], 0],
   ['info', [at('torus.t4d'), '--slabs'], 0],
