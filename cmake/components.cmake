@@ -1,19 +1,21 @@
 # The components of the library in dependency order, with the components and the packages that each
 # needs. Read by the build and by the installed package.
 set(t4d_ALL_COMPONENTS
-  model system fixtures mesh4d voxel4d formats convert measure mill edit conformance)
+  model system fixtures slice mesh4d voxel4d formats convert measure mill edit verbs conformance)
 
 set(t4d_model_NEEDS)
 set(t4d_system_NEEDS model)
 set(t4d_fixtures_NEEDS model)
+set(t4d_slice_NEEDS model)
 set(t4d_mesh4d_NEEDS system)
 set(t4d_voxel4d_NEEDS system)
 set(t4d_formats_NEEDS system)
-set(t4d_convert_NEEDS formats)
-set(t4d_measure_NEEDS convert)
+set(t4d_convert_NEEDS slice formats)
+set(t4d_measure_NEEDS slice)
 set(t4d_mill_NEEDS mesh4d voxel4d measure)
-set(t4d_edit_NEEDS mesh4d measure)
-set(t4d_conformance_NEEDS fixtures mesh4d voxel4d mill edit)
+set(t4d_edit_NEEDS mesh4d formats measure)
+set(t4d_verbs_NEEDS convert edit)
+set(t4d_conformance_NEEDS fixtures mesh4d voxel4d mill verbs)
 
 # t4d_with_needs(<variable> <components>): the components and all that they need, in order.
 function(t4d_with_needs variable)
@@ -53,6 +55,8 @@ macro(t4d_find_packages component)
     t4d_find(ISAL)
     t4d_find(TIFF)
     t4d_find(EXPAT)
+  elseif("${component}" STREQUAL "slice")
+    t4d_find(TBB CONFIG)
   elseif("${component}" STREQUAL "formats")
     t4d_find(TBB CONFIG)
     t4d_find(TinyGLTF)

@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <vector>
 
-#include <t4d/convert/slice_at_times.h>
 #include <t4d/formats/t4d/reader.h>
+#include <t4d/slice/slice_at_times.h>
 
 int main() {
   using namespace t4d;
@@ -14,7 +14,7 @@ int main() {
   std::vector<double> times;
   for (int i = 0; i < 100; ++i) times.push_back(span.begin + i * (span.end - span.begin) / 99);
   // One pass over the slabs, however many times there are. Each time has its own result.
-  const auto slices = convert::sliceAtTimes(mesh, times);
+  const auto slices = slice::sliceAtTimes(mesh, times);
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!slices[i]) {
       std::fprintf(stderr, "%s\n", slices[i].error().text().c_str());

@@ -4,8 +4,8 @@
 #include <thread>
 #include <vector>
 
-#include <t4d/convert/slice.h>
 #include <t4d/formats/t4d/reader.h>
+#include <t4d/slice/slice.h>
 
 int main() {
   using namespace t4d;
@@ -17,7 +17,7 @@ int main() {
   const auto work = [&] {
     for (std::size_t i = next++; i < volumes.size(); i = next++) {
       const auto [begin, end] = mesh.timeSpan(i);
-      const auto slice = convert::sliceAtTime(mesh, (begin + end) / 2);
+      const auto slice = slice::sliceAtTime(mesh, (begin + end) / 2);
       volumes[i] = slice ? signedVolume(slice->mesh) : -1;
     }
   };

@@ -1,8 +1,8 @@
-#include <t4d/convert/slice.h>
 #include <t4d/formats/motion_reader.h>
 #include <t4d/formats/triangle_mesh_reader.h>
 #include <t4d/formats/triangle_mesh_writer.h>
 #include <t4d/mesh4d/sweep.h>
+#include <t4d/slice/slice.h>
 
 int main() {
   using namespace t4d;
@@ -10,7 +10,7 @@ int main() {
   const auto motion = formats::readMotion("screw-in.json");
   if (!solid || !motion) return 4;
   // Slabs go to any sink: a model::Mesh keeps them, a formats::T4dWriter writes them.
-  convert::Slicer slicer(convert::Hyperplane::atTime(2.5));
+  slice::Slicer slicer(slice::Hyperplane::atTime(2.5));
   if (!mesh4d::sweep(solid->mesh, *motion, {}, slicer)) return 1;
   const formats::NamedMesh slice{"bolt", slicer.finish().mesh};
   return formats::writeTriangleMeshes("bolt-at-2.5.stl", {&slice, 1}) ? 0 : 1;

@@ -29,15 +29,19 @@
 #include "t4d/voxel4d/weave.h"
 #endif
 
-// Slices and animations.
+// Slices.
+#if __has_include("t4d/slice/slice.h")
+#include "t4d/slice/light_slice.h"
+#include "t4d/slice/slice.h"
+#include "t4d/slice/slice_at_times.h"
+#endif
+
+// Animations and files for each frame.
 #if __has_include("t4d/convert/flipbook.h")
 #include "t4d/convert/flipbook.h"
 #include "t4d/convert/frame_files.h"
-#include "t4d/convert/light_slice.h"
 #include "t4d/convert/morph_flipbook.h"
 #include "t4d/convert/rigid_flipbook.h"
-#include "t4d/convert/slice.h"
-#include "t4d/convert/slice_at_times.h"
 #endif
 
 // Files.
@@ -59,9 +63,7 @@
 #if __has_include("t4d/measure/collision_verdict.h")
 #include "t4d/measure/collision_verdict.h"
 #include "t4d/measure/compare.h"
-#include "t4d/measure/diff.h"
 #include "t4d/measure/mesh_quality.h"
-#include "t4d/measure/validate.h"
 #endif
 
 // Repairs and changes.
@@ -73,8 +75,14 @@
 #include "t4d/edit/mend_deformation.h"
 #include "t4d/edit/mend_mesh4d.h"
 #include "t4d/edit/mend_surface.h"
-#include "t4d/edit/recover.h"
 #include "t4d/edit/resolve.h"
+#endif
+
+// What the verbs of the program do to files.
+#if __has_include("t4d/verbs/diff.h")
+#include "t4d/verbs/diff.h"
+#include "t4d/verbs/recover.h"
+#include "t4d/verbs/validate.h"
 #endif
 
 // Machining.

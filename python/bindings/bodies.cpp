@@ -6,19 +6,19 @@
 #include <pybind11/stl.h>
 
 #include "python/bindings/arrays.h"
-#include "t4d/convert/slice_at_times.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/solid_measures.h"
 #include "t4d/model/flat_mesh.h"
 #include "t4d/model/sinks.h"
+#include "t4d/slice/slice_at_times.h"
 
 namespace t4d::python {
 
-const convert::TimeSlicer& Body::slicer() const {
+const slice::TimeSlicer& Body::slicer() const {
   const std::lock_guard lock(mutex_);
-  if (!slicer_) slicer_ = std::make_unique<convert::TimeSlicer>(*source);
+  if (!slicer_) slicer_ = std::make_unique<slice::TimeSlicer>(*source);
   return *slicer_;
 }
 
@@ -59,14 +59,14 @@ std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole,
   return bodies;
 }
 
-convert::Slice sliceOf(const Body& body, const std::array<double, 5>& hyperplane) {
-  convert::Hyperplane plane;
+slice::Slice sliceOf(const Body& body, const std::array<double, 5>& hyperplane) {
+  slice::Hyperplane plane;
   for (int i = 0; i < 4; ++i) plane.normal[i] = hyperplane[static_cast<std::size_t>(i)];
   plane.offset = hyperplane[4];
-  auto made = [&]() -> Result<convert::Slice> {
+  auto made = [&]() -> Result<slice::Slice> {
     const Unlocked unlocked;
     if (plane.normal.isApprox(Eigen::Vector4d::UnitW(), 0)) return body.slicer().at(plane.offset);
-    return convert::slice(*body.source, plane);
+    return slice::slice(*body.source, plane);
   }();
   return valueOf(std::move(made));
 }
@@ -88,7 +88,7 @@ py::list slices(const Body& body, const std::vector<double>& times, py::object c
   auto made =
       watch.run([&](const model::Progress& progress) -> Result<std::vector<model::TriangleMesh>> {
         std::vector<model::TriangleMesh> meshes;
-        for (auto& slice : convert::sliceAtTimes(*body.source, times, progress)) {
+        for (auto& slice : slice::sliceAtTimes(*body.source, times, progress)) {
           if (!slice) return pass(slice.error());
           meshes.push_back(std::move(slice->mesh));
         }

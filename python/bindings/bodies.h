@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "python/bindings/watch.h"
-#include "t4d/convert/slice.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::python {
 
@@ -26,11 +26,11 @@ struct Body {
   std::shared_ptr<const formats::T4dReader> file = nullptr;  ///< null in memory
 
   /// Keeps what it has found of the connectivity, so that the next slice is faster.
-  const convert::TimeSlicer& slicer() const;
+  const slice::TimeSlicer& slicer() const;
 
  private:
   mutable std::mutex mutex_;
-  mutable std::unique_ptr<convert::TimeSlicer> slicer_;
+  mutable std::unique_ptr<slice::TimeSlicer> slicer_;
 };
 
 /// Body and Slab, reading and writing of files.

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/slice.h"
 #include "t4d/formats/t4d/crc32c.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::conformance {
 namespace {
@@ -149,7 +149,7 @@ std::vector<NamedSource> bodiesOf(formats::T4dReader& reader) {
 }
 
 /// Whether the axes of a slice are given by the specification.
-bool hasGivenAxes(const convert::Hyperplane& hyperplane) {
+bool hasGivenAxes(const slice::Hyperplane& hyperplane) {
   return (hyperplane.normal.array() != 0).count() == 1;
 }
 
@@ -304,7 +304,7 @@ Result<Answer> sliceAt(const std::vector<NamedSource>& bodies, double time) {
       addSlice(answer, body.name, {});
       continue;
     }
-    auto slice = convert::sliceAtTime(*body.source, time);
+    auto slice = slice::sliceAtTime(*body.source, time);
     if (!slice) return pass(slice.error());
     addSlice(answer, body.name, slice->mesh);
   }
@@ -312,10 +312,10 @@ Result<Answer> sliceAt(const std::vector<NamedSource>& bodies, double time) {
 }
 
 Result<Answer> sliceBy(const std::vector<NamedSource>& bodies,
-                       const convert::Hyperplane& hyperplane) {
+                       const slice::Hyperplane& hyperplane) {
   AnswerBuilder answer(ordered_json::object());
   for (const NamedSource& body : bodies) {
-    auto slice = convert::slice(*body.source, hyperplane);
+    auto slice = slice::slice(*body.source, hyperplane);
     if (!slice) return pass(slice.error());
     addSlice(answer, body.name, slice->mesh, hasGivenAxes(hyperplane));
   }
@@ -342,7 +342,7 @@ Result<Answer> sliceFile(const std::filesystem::path& path, double time) {
   return sliceAt(bodiesOf(*reader), time);
 }
 
-Result<Answer> sliceFile(const std::filesystem::path& path, const convert::Hyperplane& hyperplane) {
+Result<Answer> sliceFile(const std::filesystem::path& path, const slice::Hyperplane& hyperplane) {
   auto reader = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, formats::kAnyCells);
   if (!reader) return pass(reader.error());
   return sliceBy(bodiesOf(*reader), hyperplane);

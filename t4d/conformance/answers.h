@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "t4d/convert/hyperplane.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/slice/hyperplane.h"
 
 /// The answer a reader under test must give for a file, with tolerances (t4d/formats/t4d/SPEC.md,
 /// appendix "a reader under test").
@@ -32,14 +32,13 @@ Result<Answer> describe(const std::vector<NamedSource>& bodies, formats::T4dVers
 Result<Answer> sliceAt(const std::vector<NamedSource>& bodies, double time);
 /// The slice by a hyperplane that is not one of constant time. Without the bounds where the reader
 /// chooses the axes: where the hyperplane is not one of constant x, y or z.
-Result<Answer> sliceBy(const std::vector<NamedSource>& bodies,
-                       const convert::Hyperplane& hyperplane);
+Result<Answer> sliceBy(const std::vector<NamedSource>& bodies, const slice::Hyperplane& hyperplane);
 
 /// The answers of our own reader. `describeFile` reads everything, the others only what the slice
 /// needs.
 Result<Answer> describeFile(const std::filesystem::path& path);
 Result<Answer> sliceFile(const std::filesystem::path& path, double time);
-Result<Answer> sliceFile(const std::filesystem::path& path, const convert::Hyperplane& hyperplane);
+Result<Answer> sliceFile(const std::filesystem::path& path, const slice::Hyperplane& hyperplane);
 
 /// "0x1.8p+1": parsed by strtod to the same double.
 std::string hexFloat(double number);

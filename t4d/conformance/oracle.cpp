@@ -5,13 +5,13 @@
 
 #include <fmt/format.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/edit/resolve.h"
 #include "t4d/measure/collide.h"
 #include "t4d/measure/mesh_quality.h"
 #include "t4d/measure/silhouette.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/model/sinks.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::conformance {
 namespace {
@@ -99,7 +99,7 @@ std::optional<double> checkSlice(const model::Source& mesh, const SliceExpectati
   const auto named = [&](const std::string& what) {
     return fmt::format("slice at {:.6g}: {}", expectation.time, what);
   };
-  const auto slice = convert::sliceAtTime(mesh, expectation.time);
+  const auto slice = slice::sliceAtTime(mesh, expectation.time);
   if (!slice) {
     checks.push_back(holds(named("exists"), true, false, kByDefinition, slice.error().text()));
     return std::nullopt;

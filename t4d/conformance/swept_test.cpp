@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion_reader.h"
@@ -13,11 +12,12 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/slice/slice.h"
 #include "tests/paths.h"
 
 /// Theorems for every swept solid, whatever the mesh and the motion: the slice volumes of
 /// DESIGN.md, exact layers, closed sections by any hyperplane.
-namespace t4d::convert {
+namespace t4d::slice {
 namespace {
 
 constexpr double kRelative = 1e-9;
@@ -349,4 +349,4 @@ TEST(Swept, AttributesNameTheTriangleThatATriangleCameFrom) {
 }
 
 }  // namespace
-}  // namespace t4d::convert
+}  // namespace t4d::slice

@@ -6,15 +6,15 @@
 #include <gtest/gtest.h>
 
 #include "t4d/convert/flipbook.h"
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/fields.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/slice/slice.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
 
 /// Properties of every solid woven from voxels: closed whatever happens to its topology, slices of
 /// the right topology, volumes that converge.
-namespace t4d::convert {
+namespace t4d::slice {
 namespace {
 
 struct Woven {
@@ -128,4 +128,4 @@ TEST(Woven, MovingSphereConvergesWithOrderTwo) {
 TEST(Woven, RotatingCubeConverges) { convergence(fixtures::rotatingCube(12), 2, 1.5); }
 
 }  // namespace
-}  // namespace t4d::convert
+}  // namespace t4d::slice

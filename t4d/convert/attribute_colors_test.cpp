@@ -77,7 +77,7 @@ TEST(AttributeColors, OfTrianglesAreDistinctAndTheSameAtAllTimes) {
   std::set<std::array<std::uint8_t, 4>> used;
   const std::vector<double> times = {0, 0.4, 1};
   const auto done = forEachFrame(
-      {&body, 1}, times, SliceDetail::Exact,
+      {&body, 1}, times, slice::SliceDetail::Exact,
       [&](std::size_t, std::span<const NamedMesh> meshes) -> Result<void> {
         const NamedMesh& named = meshes.front();
         EXPECT_EQ(named.colors->colors.size(), named.mesh.triangles.size());

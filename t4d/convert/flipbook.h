@@ -11,7 +11,7 @@ namespace t4d::convert {
 
 struct FlipbookOptions {
   double framesPerSecond = 24;
-  SliceDetail detail = SliceDetail::Light;
+  slice::SliceDetail detail = slice::SliceDetail::Light;
   formats::MeshWriteOptions write = {};
   Paint paint = {};
 };

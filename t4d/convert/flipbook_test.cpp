@@ -24,7 +24,7 @@ class Flipbook : public testing::Test {
  protected:
   Result<FrameSlicesReport> write(std::span<const model::Body> bodies,
                                   const std::vector<double>& times,
-                                  SliceDetail detail = SliceDetail::Light) {
+                                  slice::SliceDetail detail = slice::SliceDetail::Light) {
     FlipbookOptions options;
     options.detail = detail;
     return writeFlipbook(bodies, times, folder_.path() / "out.glb", options);
@@ -47,7 +47,7 @@ TEST_F(Flipbook, ShowsTheBodiesThatExist) {
   EXPECT_EQ(light->triangles, 4 * 12U);
   EXPECT_TRUE(light->light);
   EXPECT_TRUE(light->notices.empty());
-  const auto report = write(bodies, {0, 0.5, 1.5}, SliceDetail::Exact);
+  const auto report = write(bodies, {0, 0.5, 1.5}, slice::SliceDetail::Exact);
   ASSERT_TRUE(report) << report.error().text();
   EXPECT_EQ(report->frames, 3U);
   EXPECT_FALSE(report->light);

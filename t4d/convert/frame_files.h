@@ -42,7 +42,7 @@ struct FrameSpace {
 };
 
 struct FrameFilesOptions {
-  SliceDetail detail = SliceDetail::Exact;
+  slice::SliceDetail detail = slice::SliceDetail::Exact;
   formats::MeshWriteOptions write = {};
   Paint paint = {};
   FrameSpace space = {};

@@ -47,7 +47,7 @@ class FrameFiles : public testing::Test {
         mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}), options, mesh_));
   }
 
-  Result<FrameFilesReport> write(const std::string& extension, SliceDetail detail,
+  Result<FrameFilesReport> write(const std::string& extension, slice::SliceDetail detail,
                                  const model::Progress& progress = {}) {
     const model::Body body{"cube", &mesh_};
     FrameFilesOptions options;
@@ -68,11 +68,11 @@ class FrameFiles : public testing::Test {
 };
 
 TEST_F(FrameFiles, AreTheSolidsThatTheManifestSays) {
-  for (const SliceDetail detail : {SliceDetail::Exact, SliceDetail::Light}) {
+  for (const slice::SliceDetail detail : {slice::SliceDetail::Exact, slice::SliceDetail::Light}) {
     for (const char* extension : {".stl", ".obj", ".ply", ".glb"}) {
       const auto report = write(extension, detail);
       ASSERT_TRUE(report) << report.error().text();
-      EXPECT_EQ(report->light, detail == SliceDetail::Light);
+      EXPECT_EQ(report->light, detail == slice::SliceDetail::Light);
       const auto list = manifest();
       ASSERT_EQ(list["frames"].size(), times_.size());
       std::uint64_t bytes = 0;
@@ -83,8 +83,9 @@ TEST_F(FrameFiles, AreTheSolidsThatTheManifestSays) {
         ASSERT_TRUE(solid) << solid.error().text();
         EXPECT_EQ(solid->mesh.triangles.size(), frame["triangles"]);
         EXPECT_NEAR(signedVolume(solid->mesh), frame["volume"], 1e-5);
-        EXPECT_NEAR(signedVolume(sliceAtTime(mesh_, times_[i])->mesh), frame["volume"], 1e-12);
-        if (detail == SliceDetail::Light) {
+        EXPECT_NEAR(signedVolume(slice::sliceAtTime(mesh_, times_[i])->mesh), frame["volume"],
+                    1e-12);
+        if (detail == slice::SliceDetail::Light) {
           EXPECT_EQ(frame["triangles"], 12);
         }
         bytes += frame["bytes"].get<std::uint64_t>();
@@ -97,17 +98,17 @@ TEST_F(FrameFiles, AreTheSolidsThatTheManifestSays) {
 }
 
 TEST_F(FrameFiles, OfVtkHaveACollection) {
-  ASSERT_TRUE(write(".vtp", SliceDetail::Light));
+  ASSERT_TRUE(write(".vtp", slice::SliceDetail::Light));
   std::ifstream file(folder_ / "frames.pvd");
   const std::string text((std::istreambuf_iterator<char>(file)), {});
   EXPECT_NE(text.find("timestep=\"0.55\" part=\"0\" file=\"frame_0002.vtp\""), std::string::npos);
 }
 
 TEST_F(FrameFiles, OtherFramesInTheFolderAreRefused) {
-  ASSERT_TRUE(write(".obj", SliceDetail::Exact));
-  ASSERT_TRUE(write(".obj", SliceDetail::Light));  // over the same
+  ASSERT_TRUE(write(".obj", slice::SliceDetail::Exact));
+  ASSERT_TRUE(write(".obj", slice::SliceDetail::Light));  // over the same
   times_.pop_back();
-  const auto fewer = write(".obj", SliceDetail::Light);
+  const auto fewer = write(".obj", slice::SliceDetail::Light);
   ASSERT_FALSE(fewer);
   EXPECT_NE(fewer.error().message.find("frame_0003.obj, which would pass for a frame"),
             std::string::npos);
@@ -115,26 +116,26 @@ TEST_F(FrameFiles, OtherFramesInTheFolderAreRefused) {
 }
 
 TEST_F(FrameFiles, ASeriesThatIsRefusedLeavesTheOldOne) {
-  ASSERT_TRUE(write(".obj", SliceDetail::Exact));
+  ASSERT_TRUE(write(".obj", slice::SliceDetail::Exact));
   const auto old = manifest();
   fs::remove(folder_ / "frame_0002.obj");
   fs::create_directory(folder_ / "frame_0002.obj");
-  EXPECT_FALSE(write(".obj", SliceDetail::Light));
+  EXPECT_FALSE(write(".obj", slice::SliceDetail::Light));
   EXPECT_EQ(manifest(), old);
 }
 
 TEST_F(FrameFiles, ASeriesThatFailsHasNoManifest) {
-  ASSERT_TRUE(write(".obj", SliceDetail::Exact));
+  ASSERT_TRUE(write(".obj", slice::SliceDetail::Exact));
   const fs::path third = folder_ / "frame_0002.obj";
   const auto block = [&](double) {
     if (fs::is_regular_file(third)) fs::remove(third);
     fs::create_directory(third);
   };
-  EXPECT_FALSE(write(".obj", SliceDetail::Light, block));
+  EXPECT_FALSE(write(".obj", slice::SliceDetail::Light, block));
   EXPECT_FALSE(fs::exists(folder_ / "manifest.json"));
   fs::remove_all(folder_);
   times_ = {0, 2};
-  EXPECT_FALSE(write(".obj", SliceDetail::Light));
+  EXPECT_FALSE(write(".obj", slice::SliceDetail::Light));
   EXPECT_FALSE(fs::exists(folder_));
 }
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/convert/in_order.h"
+#include "t4d/slice/in_order.h"
 
 namespace t4d::convert {
 namespace {
@@ -20,13 +20,13 @@ struct Frame {
 /// Slices of one body, of either kind.
 class BodySlicer {
  public:
-  BodySlicer(const model::Body& body, SliceDetail detail)
+  BodySlicer(const model::Body& body, slice::SliceDetail detail)
       : body_(body), detail_(detail), exact_(*body.source), light_(*body.source) {}
 
   /// Adds what there is at a time.
   Result<void> add(double time, Frame& frame) const {
     if (!model::timeWithin(*body_.source, time)) return {};
-    if (detail_ == SliceDetail::Exact) {
+    if (detail_ == slice::SliceDetail::Exact) {
       auto slice = exact_.at(time);
       if (!slice) return pass(slice.error());
       frame.light = false;
@@ -47,16 +47,16 @@ class BodySlicer {
   }
 
  private:
-  void add(Slice slice, bool light, Frame& frame) const {
+  void add(slice::Slice slice, bool light, Frame& frame) const {
     frame.meshes.push_back(
         {.name = body_.name, .mesh = std::move(slice.mesh), .ownCorners = light});
     for (std::string& loss : slice.losses) frame.losses.push_back(std::move(loss));
   }
 
   const model::Body& body_;
-  SliceDetail detail_;
-  TimeSlicer exact_;
-  LightSlicer light_;
+  slice::SliceDetail detail_;
+  slice::TimeSlicer exact_;
+  slice::LightSlicer light_;
 };
 
 void addNew(const std::vector<std::string>& lines, std::vector<std::string>& to) {
@@ -84,7 +84,7 @@ Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<cons
 }
 
 Result<FrameSlicesReport> forEachFrame(
-    std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
+    std::span<const model::Body> bodies, std::span<const double> times, slice::SliceDetail detail,
     const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
     const Paint& paint, const model::Progress& progress) {
   if (auto checked = checkFrameTimes(bodies, times); !checked) return pass(checked.error());
@@ -103,9 +103,9 @@ Result<FrameSlicesReport> forEachFrame(
     return std::make_shared<Result<Frame>>(std::move(frame));
   };
   FrameSlicesReport report;
-  report.light = detail == SliceDetail::Light;
+  report.light = detail == slice::SliceDetail::Light;
   Result<void> done;
-  inOrder<FramePointer>(times.size(), frameAt, [&](const FramePointer& made) {
+  slice::inOrder<FramePointer>(times.size(), frameAt, [&](const FramePointer& made) {
     if (!*made) {
       done = pass(made->error());
       return false;

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "t4d/convert/light_slice.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 #include "t4d/model/body.h"
+#include "t4d/slice/light_slice.h"
 
 namespace t4d::convert {
 
@@ -21,7 +21,7 @@ using Paint = std::function<void(formats::NamedMesh& mesh, double time)>;
 struct FrameSlicesReport {
   std::uint64_t frames = 0;
   std::uint64_t triangles = 0;  ///< in all frames together
-  /// All slices consist of the layers' triangles (SliceDetail::Light).
+  /// All slices consist of the layers' triangles (slice::SliceDetail::Light).
   bool light = false;
   /// The largest distance of a light slice from the exact one; 0 if all are exact.
   double distance = 0;
@@ -36,10 +36,10 @@ Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<cons
 
 /// The solids at `times`, a mesh for each body. A body that does not exist at a time is left out of
 /// that frame. Slices on all threads, and calls `take` frame by frame with the frame's number and
-/// meshes; stops when that fails. Times are interpreted as in sliceAtTime. Fails if no body has a
-/// slab, if there are no times, and for a time before or after all bodies.
+/// meshes; stops when that fails. Times are interpreted as in slice::sliceAtTime. Fails if no body
+/// has a slab, if there are no times, and for a time before or after all bodies.
 Result<FrameSlicesReport> forEachFrame(
-    std::span<const model::Body> bodies, std::span<const double> times, SliceDetail detail,
+    std::span<const model::Body> bodies, std::span<const double> times, slice::SliceDetail detail,
     const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
     const Paint& paint = {}, const model::Progress& progress = {});
 

@@ -39,7 +39,7 @@ class MorphSink : public PrismSteps {
  private:
   Result<void> step(const Slab& slab) override {
     if (slab.timeEnd < span_.begin || slab.timeBegin > span_.end) return {};
-    distance_ = std::max(distance_, lightDistance(slab, triangles(), 0.25));
+    distance_ = std::max(distance_, slice::lightDistance(slab, triangles(), 0.25));
     if (!begun_) {
       begun_ = true;
       number(slab.lowerLayer().size());
@@ -56,7 +56,7 @@ class MorphSink : public PrismSteps {
   /// With the attributes of the light slice, which has the same vertices and triangles.
   Result<void> paint(double time) {
     if (!paint_) return {};
-    auto light = LightSlicer(*body_.source).at(time);
+    auto light = slice::LightSlicer(*body_.source).at(time);
     if (!light) return pass(light.error());
     shape_.mesh.attributes = std::move(light->slice.mesh.attributes);
     paint_(shape_, time);

@@ -76,7 +76,7 @@ TEST_F(MorphFlipbook, IsTheLightSliceAtAnyTime) {
       // Nothing is added between two layers: what is played is straight there, as the light slice.
       EXPECT_EQ(run.count(), static_cast<std::uint64_t>(keys) + 1);
       std::vector<model::Point3> found(solid.vertices.size());
-      const LightSlicer slicer(mesh);
+      const slice::LightSlicer slicer(mesh);
       for (std::uint64_t key = 0; key < run.count(); ++key) {
         ASSERT_TRUE(run.positions(key, found));
         const auto expected = slicer.at(std::min(begin + run.time(key), end));

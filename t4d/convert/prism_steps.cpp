@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/convert/prisms.h"
+#include "t4d/slice/prisms.h"
 
 namespace t4d::convert {
 
@@ -29,7 +29,7 @@ Result<void> PrismSteps::put(const Slab& slab) {
 Result<void> PrismSteps::checkTriangles(const Slab& slab) {
   if (slab.connectivity == connectivity_) return {};
   if (auto checked = checkConnectivity(*slab.connectivity); !checked) return checked;
-  auto prisms = prismsOf(*slab.connectivity);
+  auto prisms = slice::prismsOf(*slab.connectivity);
   if (!prisms) {
     return no(slab.timeBegin, "its slab does not consist of prisms: " + prisms.error().message);
   }

@@ -59,7 +59,7 @@ class RigidSink : public PrismSteps {
     }
     if (auto added = addLayer(slab.timeEnd, *slab.upperPose); !added) return added;
     motion_.distance =
-        std::max(motion_.distance, chordDistance() + lightDistance(slab, triangles(), 0.25));
+        std::max(motion_.distance, chordDistance() + slice::lightDistance(slab, triangles(), 0.25));
     return {};
   }
 
@@ -144,7 +144,7 @@ formats::RigidBody rigidBody(const model::Body& body, RigidMotion motion,
 Result<void> paint(const model::Body& body, const model::TimeSpan& span, const Paint& with,
                    formats::NamedMesh& named) {
   const model::TimeSpan own = model::timeSpanOf({&body, 1});
-  auto light = LightSlicer(*body.source).at(std::clamp(span.begin, own.begin, own.end));
+  auto light = slice::LightSlicer(*body.source).at(std::clamp(span.begin, own.begin, own.end));
   if (!light) return pass(light.error());
   const model::TriangleMesh& mesh = light->slice.mesh;
   // A vertex that no triangle has is in the solid only.

@@ -35,7 +35,7 @@ TEST(RigidMotion, IsTheSolidAtLayersAndNearItBetween) {
   double farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto& [time, pose] = motion->layers[i];
-    const auto layer = sliceAtTime(mesh, time);
+    const auto layer = slice::sliceAtTime(mesh, time);
     for (std::size_t v = 0; v < layer->mesh.vertices.size(); ++v) {
       EXPECT_EQ(model::posed(pose, motion->solid.vertices[v]), layer->mesh.vertices[v]);
     }
@@ -49,7 +49,7 @@ TEST(RigidMotion, IsTheSolidAtLayersAndNearItBetween) {
       for (model::Point3& point : played.vertices) {
         point = from.slerp(fraction, to) * (point - motion->center) + place;
       }
-      const auto exact = sliceAtTime(mesh, time + fraction * (next.time - time));
+      const auto exact = slice::sliceAtTime(mesh, time + fraction * (next.time - time));
       const double found = measure::surfaceDistance(played, exact->mesh, 1e-3).hausdorff();
       EXPECT_LE(found, motion->distance);
       farthest = std::max(farthest, found);

@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/edit/cut_into_slabs.h"
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/motions.h"
@@ -16,6 +15,7 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/flat_mesh.h"
+#include "t4d/slice/slice.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -58,7 +58,7 @@ std::vector<ClipSample> clipSamples() {
 }
 
 double volumeAt(const model::Source& mesh, double time) {
-  const auto slice = convert::slice(mesh, convert::Hyperplane::atTime(time));
+  const auto slice = slice::slice(mesh, slice::Hyperplane::atTime(time));
   EXPECT_TRUE(slice) << slice.error().text();
   EXPECT_TRUE(model::isClosed(slice->mesh));
   return model::signedVolume(slice->mesh);

@@ -7,13 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "t4d/convert/flipbook.h"
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion_reader.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/slice/slice.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -97,8 +97,8 @@ model::Mesh sweptUp(const model::TriangleMesh& solid, std::uint64_t steps) {
 }
 
 void expectSameSlice(model::Mesh& closed, model::Mesh& original, double time) {
-  const auto found = convert::sliceAtTime(closed, time);
-  const auto expected = convert::sliceAtTime(original, time);
+  const auto found = slice::sliceAtTime(closed, time);
+  const auto expected = slice::sliceAtTime(original, time);
   ASSERT_TRUE(found) << found.error().text();
   ASSERT_TRUE(expected) << expected.error().text();
   EXPECT_EQ(found->mesh.vertices, expected->mesh.vertices);
@@ -251,7 +251,7 @@ TEST(CloseRuns, VerticesOfALayerKeepTheirAttributes) {
   // This also checks that both sides of a seam match.
   Closed closed = closedFrom({&slab, 1}, {true});
   ASSERT_EQ(closed.mesh.slabs().size(), 3U);
-  const auto slice = convert::sliceAtTime(closed.mesh, 1);
+  const auto slice = slice::sliceAtTime(closed.mesh, 1);
   ASSERT_EQ(slice->mesh.attributes.size(), 1U + 2U);
 }
 

@@ -3,13 +3,13 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/edit/mend_mesh4d.h"
 #include "t4d/fixtures/polytopes.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/flat_mesh.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::edit {
 namespace {
@@ -55,8 +55,8 @@ TEST(CutIntoSlabs, KeepsClosedOrientedHypervolumeAndSlices) {
       const model::TimeSpan span = model::timeSpanOf(whole->mesh);
       for (const double fraction : {0.01, 0.3, 0.5, 0.87}) {
         const double time = span.begin + fraction * (span.end - span.begin);
-        const auto before = convert::slice(whole->mesh, convert::Hyperplane::atTime(time));
-        const auto after = convert::slice(cut->mesh, convert::Hyperplane::atTime(time));
+        const auto before = slice::slice(whole->mesh, slice::Hyperplane::atTime(time));
+        const auto after = slice::slice(cut->mesh, slice::Hyperplane::atTime(time));
         ASSERT_TRUE(before && after);
         EXPECT_TRUE(model::isClosed(after->mesh));
         EXPECT_NEAR(model::signedVolume(after->mesh), model::signedVolume(before->mesh), 1e-12);

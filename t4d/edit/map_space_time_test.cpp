@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion_reader.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::edit {
 namespace {
@@ -49,8 +49,8 @@ TEST(MapSpaceTime, KeepsTheMeshClosedOutwardAndItsHypervolume) {
     EXPECT_EQ(after->vertices, before->vertices);
     // A slice at a time is the slice of the mesh before across the axis that became time.
     const double at = 0.3;
-    const auto slice = convert::slice(mapped->cut.mesh, convert::Hyperplane::atTime(at));
-    const auto across = convert::slice(swept, {map.row(3).transpose(), at});
+    const auto slice = slice::slice(mapped->cut.mesh, slice::Hyperplane::atTime(at));
+    const auto across = slice::slice(swept, {map.row(3).transpose(), at});
     ASSERT_EQ(slice.has_value(), across.has_value());
     if (!slice) continue;  // before time began
     EXPECT_NEAR(std::abs(model::signedVolume(slice->mesh)),

@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
-#include "t4d/convert/light_slice.h"
 #include "t4d/edit/contact_times.h"
 #include "t4d/edit/displaced_source.h"
 #include "t4d/edit/give_way.h"
@@ -18,6 +17,7 @@
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/edit/vertex_tracks.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/slice/light_slice.h"
 
 namespace t4d::edit {
 namespace {
@@ -59,7 +59,7 @@ class Obstacles {
   explicit Obstacles(std::span<const Body> bodies) {
     for (const Body& body : bodies) {
       times_.push_back(timeSpanOf(*body.source));
-      slicers_.push_back(std::make_unique<convert::LightSlicer>(*body.source));
+      slicers_.push_back(std::make_unique<slice::LightSlicer>(*body.source));
     }
   }
 
@@ -88,7 +88,7 @@ class Obstacles {
 
  private:
   std::vector<model::TimeSpan> times_;
-  std::vector<std::unique_ptr<convert::LightSlicer>> slicers_;
+  std::vector<std::unique_ptr<slice::LightSlicer>> slicers_;
   std::deque<std::pair<double, std::shared_ptr<const SolidSample>>> known_;
   std::size_t kept_ = 0;
 };

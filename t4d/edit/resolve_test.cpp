@@ -6,14 +6,14 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/light_slice.h"
-#include "t4d/convert/slice.h"
 #include "t4d/edit/displaced_source.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/collide.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/slice/light_slice.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::edit {
 namespace {
@@ -60,11 +60,11 @@ void expectSound(const model::Mesh& obstacle, const model::Mesh& before, const m
   EXPECT_TRUE(checked->valid());
   EXPECT_TRUE(checked->closed && checked->oriented);
   for (double time = 0; time <= 1; time += 1.0 / 32) {
-    const auto slice = convert::sliceAtTime(after, time);
+    const auto slice = slice::sliceAtTime(after, time);
     ASSERT_TRUE(slice) << slice.error().text();
     EXPECT_TRUE(isClosed(slice->mesh));
     if (!findsCrossings()) continue;
-    const auto light = convert::LightSlicer(after).at(time);
+    const auto light = slice::LightSlicer(after).at(time);
     EXPECT_TRUE(findCrossings(light->slice.mesh, 1)->pairs.empty()) << time;
   }
   EXPECT_GE(after.slabCount(), before.slabCount());
@@ -299,7 +299,7 @@ TEST(Resolve, LawOfPrismsGivesTheChangeOfTheHypervolume) {
     for (const model::Slab& slab : mesh->slabs()) {
       if (!(slab.timeBegin < slab.timeEnd)) continue;
       const auto volume = [&](double time) {
-        return signedVolume(convert::sliceAtTime(*mesh, time)->mesh);
+        return signedVolume(slice::sliceAtTime(*mesh, time)->mesh);
       };
       const double middle = (slab.timeBegin + slab.timeEnd) / 2;
       sum += sign * (slab.timeEnd - slab.timeBegin) / 6 *

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/collision_verdict.h"
 #include "t4d/measure/triangle_tree.h"
@@ -12,6 +11,7 @@
 #include "t4d/mesh4d/test_motion.h"
 #include "t4d/model/sinks.h"
 #include "t4d/model/transformed.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::measure {
 namespace {
@@ -54,7 +54,7 @@ TEST(ChordBound, HoldsBetweenLayersForAnyStepAndSplit) {
       for (int k = 0; k <= 20; ++k) {
         TriangleMesh posed = solid;
         for (auto& vertex : posed.vertices) vertex = moved->at(k / 20.0)(vertex);
-        const auto slice = convert::sliceAtTime(mesh, k / 20.0);
+        const auto slice = slice::sliceAtTime(mesh, k / 20.0);
         ASSERT_TRUE(slice);
         worst = std::max({worst, farthest(slice->mesh, posed), farthest(posed, slice->mesh)});
       }

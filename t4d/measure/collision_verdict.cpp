@@ -7,9 +7,9 @@
 #include <queue>
 #include <vector>
 
-#include "t4d/convert/slice.h"
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/measure/winding_number.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::measure {
 namespace {
@@ -120,8 +120,8 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
   const double bound = result.knownBound();
   if (*boundA && *boundB) result.chordBound = bound;
 
-  const convert::TimeSlicer slicesOfA(a);
-  const convert::TimeSlicer slicesOfB(b);
+  const slice::TimeSlicer slicesOfA(a);
+  const slice::TimeSlicer slicesOfB(b);
   bool certain = false;
   for (const ContactInterval& interval : collision.intervals) {
     if (!interval.overlaps) continue;

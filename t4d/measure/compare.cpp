@@ -4,8 +4,8 @@
 #include <memory>
 #include <optional>
 
-#include "t4d/convert/in_order.h"
-#include "t4d/convert/slice.h"
+#include "t4d/slice/in_order.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::measure {
 
@@ -13,7 +13,7 @@ Result<model::TriangleMesh> solidAt(std::span<const model::Body> bodies, double 
   model::TriangleMesh solid;
   for (const model::Body& body : bodies) {
     if (!model::timeWithin(*body.source, time)) continue;
-    auto slice = convert::sliceAtTime(*body.source, time);
+    auto slice = slice::sliceAtTime(*body.source, time);
     if (!slice) return pass(slice.error());
     const auto first = static_cast<std::uint32_t>(solid.vertices.size());
     solid.vertices.insert(solid.vertices.end(), slice->mesh.vertices.begin(),
@@ -55,7 +55,7 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
   using Item = std::shared_ptr<const Result<SliceComparison>>;
   std::vector<SliceComparison> comparisons;
   std::optional<Error> error;
-  convert::inOrder<Item>(
+  slice::inOrder<Item>(
       times.size(),
       [&](std::size_t i) { return std::make_shared<const Result<SliceComparison>>(at(i)); },
       [&](const Item& comparison) {

@@ -8,11 +8,11 @@
 #include <gtest/gtest.h>
 
 #include "t4d/convert/flipbook.h"
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/converted_source.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::measure {
 namespace {
@@ -109,7 +109,7 @@ TEST(Compare, TimesAmidStepsDoNotBeatWithThem) {
         EXPECT_NEAR(times[i], -1 + 3.0 * static_cast<double>(i) / 8,
                     3.0 / static_cast<double>(steps));
       }
-      const auto slice = convert::sliceAtTime(mesh, times[i]);
+      const auto slice = slice::sliceAtTime(mesh, times[i]);
       ASSERT_TRUE(slice);
       EXPECT_NEAR(signedVolume(slice->mesh), 8 * (1 + std::cos(40 * M_PI / 180)) / 2, 1e-9);
     }

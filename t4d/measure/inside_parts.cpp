@@ -5,9 +5,9 @@
 #include <memory>
 #include <unordered_map>
 
-#include "t4d/convert/slice.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/model/union_find.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::measure {
 namespace {
@@ -38,8 +38,8 @@ class Sections {
     const auto [found, added] = at_.try_emplace(point[3]);
     if (added) {
       const bool atEnd = point[3] == slab_.timeEnd;
-      convert::Slicer slicer(convert::Hyperplane::atTime(point[3]),
-                             atEnd ? convert::OnHyperplane::Above : convert::OnHyperplane::Below);
+      slice::Slicer slicer(slice::Hyperplane::atTime(point[3]),
+                           atEnd ? slice::OnHyperplane::Above : slice::OnHyperplane::Below);
       if (auto put = slicer.put(slab_); !put) return pass(put.error());
       found->second = slicer.finish().mesh;
     }

@@ -10,7 +10,7 @@
 
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/slab_measure.h"
-#include "t4d/measure/validate.h"
+#include "t4d/verbs/validate.h"
 
 namespace t4d::measure {
 namespace {
@@ -300,7 +300,7 @@ TEST(ValidateT4dFile, LinksOfAllBodiesHaveToBeSound) {
       ASSERT_TRUE(writer->body(bad == first ? 0 : 1).put(slab));
     }
     ASSERT_TRUE(writer->finish());
-    const auto found = validateT4dFile(path, {.vertexLinks = true});
+    const auto found = verbs::validate(path, {.vertexLinks = true});
     std::filesystem::remove(path);
     ASSERT_TRUE(found && found->mesh);
     EXPECT_FALSE(*found->mesh->vertexLinksOk);

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <utility>
 
-#include "t4d/convert/light_slice.h"
-#include "t4d/convert/slice.h"
 #include "t4d/measure/solid_difference.h"
+#include "t4d/slice/light_slice.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::measure {
 namespace {
@@ -112,10 +112,10 @@ class Overlaps {
   }
 
  private:
-  convert::TimeSlicer a_;
-  convert::TimeSlicer b_;
-  convert::LightSlicer lightA_;
-  convert::LightSlicer lightB_;
+  slice::TimeSlicer a_;
+  slice::TimeSlicer b_;
+  slice::LightSlicer lightA_;
+  slice::LightSlicer lightB_;
 };
 
 }  // namespace

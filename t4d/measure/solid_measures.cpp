@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
-#include "t4d/convert/slice_at_times.h"
 #include "t4d/measure/surface_genus.h"
 #include "t4d/model/times.h"
+#include "t4d/slice/slice_at_times.h"
 
 namespace t4d::measure {
 
@@ -83,7 +83,7 @@ Result<std::vector<SolidMeasures>> measuresAt(std::span<const model::Body> bodie
             there.push_back(i);
             at.push_back(times[i]);
           }
-          const auto slices = convert::sliceAtTimes(*body.source, at);
+          const auto slices = slice::sliceAtTimes(*body.source, at);
           for (std::size_t k = 0; k < there.size(); ++k) {
             if (!slices[k]) {
               outcomes[run] = pass(slices[k].error());

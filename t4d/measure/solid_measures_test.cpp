@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/fields.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/slice/slice.h"
 #include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -75,7 +75,7 @@ TEST(SolidMeasures, FollowFieldsWhoseTopologyChanges) {
     for (std::size_t i = 0; i < times.size(); ++i) {
       const SolidMeasures& one = (*found)[i];
       EXPECT_EQ(one.time, times[i]);
-      const auto slice = convert::sliceAtTime(mesh, times[i]);
+      const auto slice = slice::sliceAtTime(mesh, times[i]);
       ASSERT_TRUE(slice);
       const double volume = signedVolume(slice->mesh);
       EXPECT_NEAR(one.volume, volume, 1e-12 * volume);

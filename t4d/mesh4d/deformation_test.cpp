@@ -4,10 +4,10 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::mesh4d {
 namespace {
@@ -108,7 +108,7 @@ TEST(Deformation, SlicesAtKeysAreTheSolidsAndBetweenHaveTheirVolume) {
   model::Mesh swept;
   ASSERT_TRUE(sweep(solid, StoredKeys(keys), kCones, swept));
   for (std::size_t k = 0; k < keys.size(); ++k) {
-    const auto slice = convert::sliceAtTime(swept, keys[k].time);
+    const auto slice = slice::sliceAtTime(swept, keys[k].time);
     ASSERT_TRUE(slice);
     ASSERT_EQ(slice->mesh.triangles.size(), solid.triangles.size());
     const auto less = [](const Point3& a, const Point3& b) {
@@ -122,7 +122,7 @@ TEST(Deformation, SlicesAtKeysAreTheSolidsAndBetweenHaveTheirVolume) {
     if (k + 1 == keys.size()) continue;
     for (const double s : {0.125, 0.5, 0.8}) {
       const double time = keys[k].time + s * (keys[k + 1].time - keys[k].time);
-      const auto between = convert::sliceAtTime(swept, time);
+      const auto between = slice::sliceAtTime(swept, time);
       EXPECT_TRUE(isClosed(between->mesh));
       EXPECT_NEAR(signedVolume(between->mesh), volumeBetween(solid, keys[k], keys[k + 1], s),
                   1e-12);

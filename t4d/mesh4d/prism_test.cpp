@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/model/facets.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::mesh4d {
 namespace {
@@ -82,7 +82,7 @@ TEST(Prism, SliceHasTheVolumeOfTheInterpolatedMeshHoweverVerticesMove) {
       for (std::size_t i = 0; i < between.vertices.size(); ++i) {
         between.vertices[i] = (1 - s) * solid.vertices[i] + s * other.vertices[i];
       }
-      const auto slice = convert::sliceAtTime(mesh, s);
+      const auto slice = slice::sliceAtTime(mesh, s);
       ASSERT_TRUE(slice) << slice.error().text();
       EXPECT_TRUE(isClosed(slice->mesh));
       EXPECT_NEAR(signedVolume(slice->mesh), signedVolume(between), 1e-12 * signedVolume(solid));
@@ -98,7 +98,7 @@ TEST(Prism, SliceOfATranslationIsTheSolidInBothDivisions) {
     model::Mesh mesh;
     ASSERT_TRUE(mesh.put(stepBetween(solid, moved, split)));
     for (const double s : {0.0, 0.3, 0.5, 0.9}) {
-      const auto slice = convert::sliceAtTime(mesh, s);
+      const auto slice = slice::sliceAtTime(mesh, s);
       EXPECT_TRUE(isClosed(slice->mesh));
       EXPECT_NEAR(signedVolume(slice->mesh), signedVolume(solid), 1e-12 * signedVolume(solid));
       EXPECT_NEAR(surfaceArea(slice->mesh), surfaceArea(solid), 1e-12 * surfaceArea(solid));

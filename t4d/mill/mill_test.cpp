@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/cutter_location_reader.h"
 #include "t4d/formats/gcode_reader.h"
@@ -20,6 +19,7 @@
 #include "t4d/mill/stock_field.h"
 #include "t4d/mill/tool_shape.h"
 #include "t4d/model/times.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::mill {
 namespace {
@@ -183,7 +183,7 @@ TEST(Mill, WhatIsRemovedNeverComesBack) {
   TriangleMesh before;
   double volumeBefore = 0;
   for (const double time : model::evenTimes({path.motion.timeBegin(), path.motion.timeEnd()}, 47)) {
-    const auto slice = convert::sliceAtTime(process.mesh, time);
+    const auto slice = slice::sliceAtTime(process.mesh, time);
     ASSERT_TRUE(slice);
     const double volume = model::signedVolume(slice->mesh);
     if (!before.triangles.empty()) {
@@ -195,7 +195,7 @@ TEST(Mill, WhatIsRemovedNeverComesBack) {
   // And each lies within the one before: what they differ by is what their volumes do.
   TriangleMesh earlier;
   for (const std::size_t frame : {0, 8, 16, 23}) {
-    const auto slice = convert::sliceAtTime(process.mesh, report.progress[frame].time);
+    const auto slice = slice::sliceAtTime(process.mesh, report.progress[frame].time);
     ASSERT_TRUE(slice);
     if (!earlier.triangles.empty()) {
       const auto difference = measure::solidDifference(earlier, slice->mesh);
@@ -212,7 +212,7 @@ TEST(Mill, WhatIsRemovedNeverComesBack) {
 TEST(Mill, VolumesAreThoseOfSlices) {
   const Process process = milled(kBlock, toolOf("ball:d=6,l=30", 0.01), gcode(kSlot), 1, 5);
   for (const MillProgress& at : process.report.progress) {
-    const auto slice = convert::sliceAtTime(process.mesh, at.time);
+    const auto slice = slice::sliceAtTime(process.mesh, at.time);
     EXPECT_NEAR(model::signedVolume(slice->mesh), process.report.stockVolume - at.removedVolume,
                 1e-8);
   }

@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/slice/slice.h"
 #include "t4d/voxel4d/array_frames.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -147,7 +147,7 @@ model::Mesh wovenMask(const std::vector<Cube>& cubes, const WeaveOptions& option
 }
 
 double volumeAt(const model::Mesh& mesh, double time) {
-  const auto slice = convert::sliceAtTime(mesh, time);
+  const auto slice = slice::sliceAtTime(mesh, time);
   EXPECT_TRUE(slice);
   return slice ? signedVolume(slice->mesh) : 0;
 }
@@ -208,7 +208,7 @@ TEST(WeaveMasks, ASolidThatMovesByVoxelsIsInTheMiddleBetweenThem) {
   // Three voxels a frame: where it is at any time, and not only up to the middle.
   const model::Mesh fast = wovenMask({box(4), box(7), box(10)});
   for (const double time : {0.2, 0.4, 0.6, 0.8}) {
-    const auto slice = convert::sliceAtTime(fast, time);
+    const auto slice = slice::sliceAtTime(fast, time);
     ASSERT_TRUE(slice);
     EXPECT_NEAR(boundsOf(slice->mesh).min.x(), 3.5 + 3 * time, 0.6) << time;
     EXPECT_NEAR(boundsOf(slice->mesh).max.x(), 11.5 + 3 * time, 0.6) << time;
@@ -237,7 +237,7 @@ TEST(WeaveMasks, DistancesCountTheEdgesOfVoxels) {
   model::Affine3x4 toSpace = model::Affine3x4::Zero();
   toSpace.diagonal() << 1, 1, 4;
   const model::Mesh mesh = wovenMask({box(12, 12), box(16, 13)}, {.toSpace = toSpace});
-  const auto half = convert::sliceAtTime(mesh, 0.49);
+  const auto half = slice::sliceAtTime(mesh, 0.49);
   ASSERT_TRUE(half);
   EXPECT_NEAR(boundsOf(half->mesh).max.x(), 15.5 + 2, 0.6);
 }

@@ -11,11 +11,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/model/sinks.h"
+#include "t4d/slice/slice.h"
 
 namespace t4d::bench {
 namespace {
@@ -142,23 +142,23 @@ Result<void> measureSweptMesh(const model::TriangleMesh& solid, const model::Mot
   // Between two layers, where every cell of the slab is cut or nearly.
   const std::size_t middle = mesh.slabCount() / 2;
   const model::TimeSpan span = mesh.timeSpan(middle);
-  const auto hyperplane = convert::Hyperplane::atTime(0.4 * span.begin + 0.6 * span.end);
+  const auto hyperplane = slice::Hyperplane::atTime(0.4 * span.begin + 0.6 * span.end);
   report.rows.push_back(compare(
       n, "slice at t from the file",
       [&] {
         auto reader = need(formats::T4dReader::open(packed));
-        need(convert::sliceAtTime(reader.body(0), hyperplane.offset));
+        need(slice::sliceAtTime(reader.body(0), hyperplane.offset));
       },
       "slicing every slab of the file",
       [&] {
         auto reader = need(formats::T4dReader::open(packed));
-        convert::Slicer slicer(hyperplane);
+        slice::Slicer slicer(hyperplane);
         need(pump(reader.body(0), slicer));
         slicer.finish();
       }));
   const double firstSeconds =
-      medianSeconds(4 * n, [&] { need(convert::sliceAtTime(mesh, hyperplane.offset)); });
-  const convert::TimeSlicer slicer(mesh);
+      medianSeconds(4 * n, [&] { need(slice::sliceAtTime(mesh, hyperplane.offset)); });
+  const slice::TimeSlicer slicer(mesh);
   int times = 0;
   const double furtherSeconds = medianSeconds(
       4 * n, [&] { need(slicer.at(std::lerp(span.begin, span.end, 0.6 + 0.001 * times++))); });

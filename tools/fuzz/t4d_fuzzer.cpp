@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/stream.h"
-#include "t4d/measure/validate.h"
+#include "t4d/slice/slice.h"
+#include "t4d/verbs/validate.h"
 #include "tools/fuzz/fuzz.h"
 
 /// A .t4d file, opened in every mode, validated and sliced.
@@ -111,12 +111,12 @@ void checkSlices(T4dReader& reader, bool valid) {
   for (std::size_t i = 0; i < reader.bodyCount(); ++i) {
     const model::Source& body = reader.body(i);
     const model::TimeSpan span = timeSpanOf(body);
-    std::vector<Result<convert::Slice>> slices;
+    std::vector<Result<slice::Slice>> slices;
     for (const double part : {0.0, 0.4, 1.0}) {
-      slices.push_back(convert::sliceAtTime(body, std::lerp(span.begin, span.end, part)));
+      slices.push_back(slice::sliceAtTime(body, std::lerp(span.begin, span.end, part)));
     }
-    slices.push_back(convert::slice(body, convert::Hyperplane::across(0, 0.3)));
-    slices.push_back(convert::slice(body, {{1, 2, 3, 4}, 0.1}));
+    slices.push_back(slice::slice(body, slice::Hyperplane::across(0, 0.3)));
+    slices.push_back(slice::slice(body, {{1, 2, 3, 4}, 0.1}));
     for (const auto& slice : slices) {
       if (!slice) {
         must(!valid, "a valid mesh can be sliced: " + slice.error().text());
@@ -135,8 +135,7 @@ void checkSlices(T4dReader& reader, bool valid) {
 
 /// A file that is accepted as a whole is accepted in every way.
 void checkJudgement(const std::filesystem::path& path, bool wholeFile) {
-  const auto validation =
-      measure::validateT4dFile(path, {.vertexLinks = true}, {}, formats::kAnyCells);
+  const auto validation = verbs::validate(path, {.vertexLinks = true}, {}, formats::kAnyCells);
   must(validation.has_value(), "a file can be judged");
   const auto& issues = validation->issues.issues;
   const bool damaged = std::any_of(issues.begin(), issues.end(), [](const measure::Issue& issue) {

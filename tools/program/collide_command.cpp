@@ -8,8 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/light_slice.h"
-#include "t4d/convert/slice.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/collide.h"
@@ -17,6 +15,8 @@
 #include "t4d/measure/overlap.h"
 #include "t4d/measure/triangle_tree.h"
 #include "t4d/measure/winding_number.h"
+#include "t4d/slice/light_slice.h"
+#include "t4d/slice/slice.h"
 #include "tools/program/collide_page.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -346,9 +346,9 @@ Result<std::optional<Shown>> shownOf(const BodyPair& pair) {
   if (!collision.contact() && !collision.clearance) return std::optional<Shown>();
   Shown shown;
   shown.time = collision.contact() ? collision.intervals.front().begin : collision.clearance->time;
-  auto a = convert::sliceAtTime(*pair.a.source, shown.time);
+  auto a = slice::sliceAtTime(*pair.a.source, shown.time);
   if (!a) return pass(a.error());
-  auto b = convert::sliceAtTime(*pair.b.source, shown.time);
+  auto b = slice::sliceAtTime(*pair.b.source, shown.time);
   if (!b) return pass(b.error());
   shown.a = std::move(a->mesh);
   shown.b = std::move(b->mesh);
@@ -453,8 +453,8 @@ model::Mesh standing(const model::TriangleMesh& solid) {
 /// The distances of the two solids at these times; 0 during contact.
 Result<std::vector<double>> clearancesAt(const BodyPair& pair, std::span<const double> times) {
   std::vector<double> clearances;
-  const convert::LightSlicer slicerA(*pair.a.source);
-  const convert::LightSlicer slicerB(*pair.b.source);
+  const slice::LightSlicer slicerA(*pair.a.source);
+  const slice::LightSlicer slicerB(*pair.b.source);
   for (const double time : times) {
     const auto meets = [&](const measure::ContactInterval& interval) {
       return interval.begin <= time && time <= interval.end;

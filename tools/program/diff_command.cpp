@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/measure/diff.h"
+#include "t4d/verbs/diff.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -13,46 +13,46 @@ namespace {
 struct DiffArguments {
   std::string a;
   std::string b;
-  measure::DiffOptions how;
+  verbs::DiffOptions how;
   bool json = false;
 };
 
-const char* levelName(measure::SameLevel level) {
+const char* levelName(verbs::SameLevel level) {
   switch (level) {
-    case measure::SameLevel::Bytes:
+    case verbs::SameLevel::Bytes:
       return "bytes";
-    case measure::SameLevel::Mesh:
+    case verbs::SameLevel::Mesh:
       return "mesh";
-    case measure::SameLevel::Solid:
+    case verbs::SameLevel::Solid:
       return "solid";
-    case measure::SameLevel::Different:
+    case verbs::SameLevel::Different:
       break;
   }
   return "different";
 }
 
-const char* levelText(measure::SameLevel level) {
+const char* levelText(verbs::SameLevel level) {
   switch (level) {
-    case measure::SameLevel::Bytes:
+    case verbs::SameLevel::Bytes:
       return "the same bytes";
-    case measure::SameLevel::Mesh:
+    case verbs::SameLevel::Mesh:
       return "the same mesh, stored otherwise";
-    case measure::SameLevel::Solid:
+    case verbs::SameLevel::Solid:
       return "the same solid, within the tolerance";
-    case measure::SameLevel::Different:
+    case verbs::SameLevel::Different:
       break;
   }
   return "different";
 }
 
 int run(const DiffArguments& options) {
-  Result<measure::Diff> diff;
+  Result<verbs::Diff> diff;
   {
     ProgressBar bar("comparing");
-    diff = measure::diffT4d(options.a, options.b, options.how, bar.callback());
+    diff = verbs::diff(options.a, options.b, options.how, bar.callback());
   }
   if (!diff) return report(diff.error());
-  const bool same = diff->level != measure::SameLevel::Different;
+  const bool same = diff->level != verbs::SameLevel::Different;
   if (options.json) {
     printJson({{"same", same}, {"level", levelName(diff->level)}, {"messages", diff->messages}});
   } else {

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/slice.h"
 #include "t4d/edit/clip_time.h"
 #include "t4d/edit/envelope.h"
 #include "t4d/formats/output_file.h"
@@ -14,6 +13,7 @@
 #include "t4d/formats/triangle_mesh_writer.h"
 #include "t4d/measure/chord_bound.h"
 #include "t4d/measure/visit_fields.h"
+#include "t4d/slice/slice.h"
 #include "t4d/voxel4d/point_field.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -374,7 +374,7 @@ Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passe
     model::TriangleMesh solid;
     for (const model::Body& body : input.bodies) {
       if (!model::timeWithin(*body.source, time)) continue;
-      const auto slice = convert::slice(*body.source, convert::Hyperplane::atTime(time));
+      const auto slice = slice::slice(*body.source, slice::Hyperplane::atTime(time));
       if (!slice) return pass(slice.error());
       append(solid, slice->mesh);
     }

@@ -69,7 +69,7 @@ int run(const FlipbookArguments& options) {
   printNotices(notices);
   convert::FlipbookOptions how;
   how.framesPerSecond = options.framesPerSecond;
-  how.detail = options.exact ? convert::SliceDetail::Exact : convert::SliceDetail::Light;
+  how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
   how.write = {.attributes = options.attributes, .placement = placement};
   how.write.normals = options.appearance.normalStyle();
   auto painting = options.appearance.painting(input->reader.metadata(), span, input->bodies);

@@ -145,7 +145,7 @@ int run(const FramesArguments& options) {
     return wrongUsage(*misuse);
   }
   convert::FrameFilesOptions how;
-  how.detail = options.light ? convert::SliceDetail::Light : convert::SliceDetail::Exact;
+  how.detail = options.light ? slice::SliceDetail::Light : slice::SliceDetail::Exact;
   how.space = spaceOf(metadata);
   how.write.attributes = options.attributes;
   how.write.normals = options.appearance.normalStyle();

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/slice_at_times.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/formats/cutter_location_reader.h"
 #include "t4d/formats/gcode_reader.h"
@@ -16,6 +15,7 @@
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/mill/mill.h"
 #include "t4d/mill/tool_shape.h"
+#include "t4d/slice/slice_at_times.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
@@ -218,7 +218,7 @@ Result<std::vector<std::pair<double, model::TriangleMesh>>> workpieces(
   const auto input = openBodies(path, InputOptions{});
   if (!input) return pass(input.error());
   const std::vector<double> times = model::evenTimes(span, 6);
-  auto slices = convert::sliceAtTimes(*input->bodies.front().source, times);
+  auto slices = slice::sliceAtTimes(*input->bodies.front().source, times);
   std::vector<std::pair<double, model::TriangleMesh>> found;
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!slices[i]) return pass(slices[i].error());

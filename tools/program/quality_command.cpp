@@ -8,11 +8,11 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/slab_at_time.h"
-#include "t4d/convert/slice.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/mesh_quality.h"
+#include "t4d/slice/slab_at_time.h"
+#include "t4d/slice/slice.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_bodies.h"
@@ -141,13 +141,13 @@ Result<std::vector<QualityView>> viewsOf(const measure::MeshQuality& quality,
     const auto isShown = [&](const QualityView& view) { return view.time == time; };
     if (std::ranges::any_of(views, isShown)) continue;
     const model::Source& source = *input.bodies[cell.body].source;
-    const auto at = convert::slabAtTime(source, time);
+    const auto at = slice::slabAtTime(source, time);
     if (!at) return pass(at.error());
     if (!at->slab) continue;
     const auto slab = source.slab(*at->slab);
     if (!slab) return pass(slab.error());
-    convert::Slicer slicer(convert::Hyperplane::atTime(at->time),
-                           at->atEnd ? convert::OnHyperplane::Above : convert::OnHyperplane::Below);
+    slice::Slicer slicer(slice::Hyperplane::atTime(at->time),
+                         at->atEnd ? slice::OnHyperplane::Above : slice::OnHyperplane::Below);
     measure::QualitySink with(ratio, quality.timeScale, slicer);
     if (auto put = with.put(**slab); !put) return pass(put.error());
     views.push_back({time, cell.center.head<3>(), slicer.finish().mesh});

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/edit/recover.h"
+#include "t4d/verbs/recover.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 constexpr std::size_t kLines = 20;
 
 ordered_json jsonOf(const std::string& input, const std::string& output,
-                    const edit::RecoverReport& report) {
+                    const verbs::RecoverReport& report) {
   ordered_json lost = ordered_json::array();
   for (const formats::T4dLoss& loss : report.lost) {
     lost.push_back({{"offset", loss.offset},
@@ -27,7 +27,7 @@ ordered_json jsonOf(const std::string& input, const std::string& output,
                     {"time_end", loss.time ? ordered_json(loss.time->end) : ordered_json()}});
   }
   ordered_json caps = ordered_json::array();
-  for (const edit::RecoverCap& cap : report.closed) {
+  for (const verbs::RecoverCap& cap : report.closed) {
     caps.push_back({{"body", cap.body},
                     {"time", cap.end.time},
                     {"begin", cap.end.begin},
@@ -55,7 +55,7 @@ ordered_json jsonOf(const std::string& input, const std::string& output,
   return value;
 }
 
-void printText(const std::string& output, const edit::RecoverReport& report) {
+void printText(const std::string& output, const verbs::RecoverReport& report) {
   const std::uint64_t of = report.slabsKnown.value_or(report.slabsSaved);
   print("{}: {}{} slab{} saved\n", output, grouped(report.slabsSaved),
         report.slabsKnown ? " of " + grouped(of) : "", of == 1 ? "" : "s");
@@ -67,7 +67,7 @@ void printText(const std::string& output, const edit::RecoverReport& report) {
   if (report.closed.size() > kLines) {
     print("  and {} more caps\n", grouped(report.closed.size() - kLines));
   }
-  const measure::T4dValidation& validation = *report.validation;
+  const verbs::Validation& validation = *report.validation;
   print("  {}", validation.valid() ? "valid" : "INVALID");
   if (validation.mesh) {
     print(": closed {}, oriented {}; hypervolume {:.12g}", validation.mesh->closed ? "yes" : "NO",
@@ -109,11 +109,11 @@ void printLosses(const std::vector<formats::T4dLoss>& lost) {
 
 int run(const std::string& input, const std::string& output, bool json) {
   if (const auto misuse = misuseOfOutput(output, {&input, 1})) return wrongUsage(*misuse);
-  Result<edit::RecoverReport> recovered;
+  Result<verbs::RecoverReport> recovered;
   {
     ProgressBar bar("recovering");
     recovered =
-        edit::recoverT4d(input, output, {.generator = std::string(versionText())}, bar.callback());
+        verbs::recover(input, output, {.generator = std::string(versionText())}, bar.callback());
   }
   if (!recovered) return report(recovered.error());
   printLosses(recovered->lost);

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/convert/light_slice.h"
-#include "t4d/convert/merge_coplanar.h"
-#include "t4d/convert/slice.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/model/transformed.h"
+#include "t4d/slice/light_slice.h"
+#include "t4d/slice/merge_coplanar.h"
+#include "t4d/slice/slice.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -43,18 +43,18 @@ struct SliceArguments {
 };
 
 /// The hyperplane given by the options; CLI11 has checked that there is exactly one.
-convert::Hyperplane hyperplaneOf(const SliceArguments& options) {
-  if (options.time) return convert::Hyperplane::atTime(*options.time);
-  if (options.x) return convert::Hyperplane::across(0, *options.x);
-  if (options.y) return convert::Hyperplane::across(1, *options.y);
-  if (options.z) return convert::Hyperplane::across(2, *options.z);
+slice::Hyperplane hyperplaneOf(const SliceArguments& options) {
+  if (options.time) return slice::Hyperplane::atTime(*options.time);
+  if (options.x) return slice::Hyperplane::across(0, *options.x);
+  if (options.y) return slice::Hyperplane::across(1, *options.y);
+  if (options.z) return slice::Hyperplane::across(2, *options.z);
   const auto& n = options.hyperplane;
   return {{n[0], n[1], n[2], n[3]}, n[4]};
 }
 
 /// The bodies that a slice can meet: for a slice at a time, those that exist then.
 Result<std::vector<model::Body>> bodiesAt(const std::vector<model::Body>& bodies,
-                                          const convert::Hyperplane& hyperplane) {
+                                          const slice::Hyperplane& hyperplane) {
   if (!hyperplane.normal.head<3>().isZero(0) || bodies.size() == 1) return bodies;
   const double time = hyperplane.offset / hyperplane.normal[3];
   std::vector<model::Body> there;
@@ -78,15 +78,14 @@ struct Sections {
 };
 
 /// The slice of one body; notes in `sections` whether it is light.
-Result<convert::LightSlice> sliceOf(const model::Body& body, const convert::Hyperplane& hyperplane,
-                                    bool light, Sections& sections,
-                                    const model::Progress& progress) {
+Result<slice::LightSlice> sliceOf(const model::Body& body, const slice::Hyperplane& hyperplane,
+                                  bool light, Sections& sections, const model::Progress& progress) {
   if (!light) {
-    auto exact = convert::slice(*body.source, hyperplane, progress);
+    auto exact = slice::slice(*body.source, hyperplane, progress);
     if (!exact) return pass(exact.error());
-    return convert::LightSlice{std::move(*exact), /*light=*/false, 0, {}};
+    return slice::LightSlice{std::move(*exact), /*light=*/false, 0, {}};
   }
-  auto made = convert::LightSlicer(*body.source).at(hyperplane.offset);
+  auto made = slice::LightSlicer(*body.source).at(hyperplane.offset);
   if (!made) return pass(made.error());
   sections.distance = std::max(sections.distance, made->distance);
   if (!made->light) {
@@ -99,7 +98,7 @@ Result<convert::LightSlice> sliceOf(const model::Body& body, const convert::Hype
   return made;
 }
 
-Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperplane, bool light) {
+Result<Sections> cut(const InputBodies& input, const slice::Hyperplane& hyperplane, bool light) {
   auto bodies = bodiesAt(input.bodies, hyperplane);
   if (!bodies) return pass(bodies.error());
   Sections sections;
@@ -108,7 +107,7 @@ Result<Sections> cut(const InputBodies& input, const convert::Hyperplane& hyperp
   for (const model::Body& body : *bodies) {
     auto made = sliceOf(body, hyperplane, light, sections, bar.part(body.source->slabCount()));
     if (!made) return pass(made.error());
-    convert::Slice* slice = &made->slice;
+    slice::Slice* slice = &made->slice;
     for (const model::Point3& vertex : slice->mesh.vertices) {
       if (vertex.allFinite()) continue;
       return invalid("the slice has coordinates beyond the range of doubles");
@@ -142,7 +141,7 @@ Merged mergeCoplanar(const SliceArguments& options, Sections& sections) {
   const bool byAttribute = color == "triangle" || color.starts_with("attribute:");
   Merged merged;
   for (formats::NamedMesh& section : sections.meshes) {
-    const auto one = convert::mergeCoplanar(section.mesh, options.attributes || byAttribute);
+    const auto one = slice::mergeCoplanar(section.mesh, options.attributes || byAttribute);
     section.ownCorners = false;
     merged.before += one.trianglesBefore;
     merged.distance = std::max(merged.distance, one.distance);
@@ -180,14 +179,14 @@ Result<std::vector<std::string>> placeAttributes(Sections& sections,
 }
 
 Result<std::vector<std::string>> write(const SliceArguments& options, const Sections& sections,
-                                       const convert::Hyperplane& hyperplane,
+                                       const slice::Hyperplane& hyperplane,
                                        const formats::Metadata& metadata,
                                        const formats::GltfEncoding& encoding,
                                        const model::Point3& center) {
   formats::MeshWriteOptions how{.attributes = options.attributes};
   model::Point4 origin;
   origin << originOf(metadata), 0;
-  how.origin = convert::basisOf(hyperplane).axes * origin;
+  how.origin = slice::basisOf(hyperplane).axes * origin;
   how.normals = options.appearance.normalStyle();
   how.time = options.time;
   how.gltf = encoding;
@@ -209,8 +208,8 @@ int run(const SliceArguments& options) {
   if (options.appearance.color == "time" && !options.time) {
     return wrongUsage("--color time: colours are those of a slice at a time (--time)");
   }
-  const convert::Hyperplane hyperplane = hyperplaneOf(options);
-  if (const auto checked = convert::checkHyperplane(hyperplane); !checked) {
+  const slice::Hyperplane hyperplane = hyperplaneOf(options);
+  if (const auto checked = slice::checkHyperplane(hyperplane); !checked) {
     return wrongUsage("--hyperplane: " + checked.error().message);
   }
   if (!options.output.empty()) {

@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/url.h"
-#include "t4d/measure/validate.h"
+#include "t4d/verbs/validate.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/hints.h"
@@ -18,7 +18,7 @@ ordered_json orNull(const std::optional<T>& value) {
   return value ? ordered_json(*value) : ordered_json();
 }
 
-ordered_json jsonOf(const measure::T4dValidation& validation, bool deep) {
+ordered_json jsonOf(const verbs::Validation& validation, bool deep) {
   ordered_json value;
   value["valid"] = validation.valid();
   const auto measure = [&](const char* key, auto member) {
@@ -48,7 +48,7 @@ ordered_json jsonOf(const measure::T4dValidation& validation, bool deep) {
   return value;
 }
 
-void printText(const std::string& path, const measure::T4dValidation& validation) {
+void printText(const std::string& path, const verbs::Validation& validation) {
   print("{}: {}\n", path, validation.valid() ? "valid" : "INVALID");
   if (validation.mesh) {
     const measure::MeshReport& mesh = *validation.mesh;
@@ -72,10 +72,10 @@ void printText(const std::string& path, const measure::T4dValidation& validation
 }
 
 int run(const std::string& path, bool deep, bool json, std::optional<std::uint64_t> maxCells) {
-  Result<measure::T4dValidation> validation;
+  Result<verbs::Validation> validation;
   {
     ProgressBar bar("validating");
-    validation = measure::validateT4dFile(path, {.vertexLinks = deep}, bar.callback(), maxCells);
+    validation = verbs::validate(path, {.vertexLinks = deep}, bar.callback(), maxCells);
   }
   if (!validation) return report(validation.error());
   if (json) {

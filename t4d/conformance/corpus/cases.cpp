@@ -61,7 +61,7 @@ std::vector<std::string> usedBy(const std::vector<BodySlabs>& bodies, const Imag
 /// Hyperplanes to slice the bodies by: across x, y and z, between vertices and at one; askew,
 /// likewise. None for bodies with so many cells that a slow reader would take long, and for numbers
 /// so large or so small that the products in n.p leave few digits.
-std::vector<convert::Hyperplane> sectionsOf(const std::vector<BodySlabs>& bodies) {
+std::vector<slice::Hyperplane> sectionsOf(const std::vector<BodySlabs>& bodies) {
   constexpr std::size_t kMostCells = 2000;
   model::Bounds4 bounds;
   std::size_t cells = 0;
@@ -78,15 +78,15 @@ std::vector<convert::Hyperplane> sectionsOf(const std::vector<BodySlabs>& bodies
   const double reach = bounds.max.cwiseAbs().cwiseMax(bounds.min.cwiseAbs()).maxCoeff();
   if (!(reach < 1e3) || !(extent.minCoeff() > 1e-3)) return {};
   const model::Point4 between = bounds.min + 0.375 * extent;
-  std::vector<convert::Hyperplane> hyperplanes;
+  std::vector<slice::Hyperplane> hyperplanes;
   for (int axis = 0; axis < 3; ++axis) {
-    hyperplanes.push_back(convert::Hyperplane::across(axis, between[axis]));
-    hyperplanes.push_back(convert::Hyperplane::across(axis, (*inner)[axis]));
+    hyperplanes.push_back(slice::Hyperplane::across(axis, between[axis]));
+    hyperplanes.push_back(slice::Hyperplane::across(axis, (*inner)[axis]));
   }
   for (const Eigen::Vector4d& normal :
        {Eigen::Vector4d(1, 0.5, -0.75, 0.25), Eigen::Vector4d(-0.1, 0.3, 0.7, -1.1)}) {
-    hyperplanes.push_back({normal, convert::along(normal, between)});
-    hyperplanes.push_back({normal, convert::along(normal, *inner)});
+    hyperplanes.push_back({normal, slice::along(normal, between)});
+    hyperplanes.push_back({normal, slice::along(normal, *inner)});
   }
   return hyperplanes;
 }
@@ -187,7 +187,7 @@ AcceptedCase AcceptedBuilder::finish() const {
     Answer answer = *sliceAt(sources, time);
     made.file.slices.push_back({time, std::move(answer.json), std::move(answer.within)});
   }
-  for (const convert::Hyperplane& hyperplane : sectionsOf(made.bodies)) {
+  for (const slice::Hyperplane& hyperplane : sectionsOf(made.bodies)) {
     Answer answer = *sliceBy(sources, hyperplane);
     made.file.sections.push_back({hyperplane, std::move(answer.json), std::move(answer.within)});
   }

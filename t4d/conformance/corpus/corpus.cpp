@@ -140,7 +140,7 @@ std::string manifestText(const std::vector<CorpusFile>& files) {
   return manifest.dump(1) + "\n";
 }
 
-std::vector<std::string> wordsFor(const convert::Hyperplane& hyperplane) {
+std::vector<std::string> wordsFor(const slice::Hyperplane& hyperplane) {
   const Eigen::Vector4d& n = hyperplane.normal;
   for (int axis = 0; axis < 3; ++axis) {
     if (n == Eigen::Vector4d::Unit(axis)) {

@@ -31,13 +31,13 @@ struct ExpectedSlice {
 
 /// The required answer to a slice by a hyperplane that is not one of constant time.
 struct ExpectedSection {
-  convert::Hyperplane hyperplane;
+  slice::Hyperplane hyperplane;
   std::string answer;
   std::string within;
 };
 
 /// The words that ask a reader for the slice: "x", "0.25" or "1,0.5,0,-1", "0.25".
-std::vector<std::string> wordsFor(const convert::Hyperplane& hyperplane);
+std::vector<std::string> wordsFor(const slice::Hyperplane& hyperplane);
 
 struct CorpusFile {
   std::string id;  ///< folder and name: "invalid/H2-header-checksum"

@@ -5,7 +5,7 @@
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/expect_answers.h"
 #include "t4d/conformance/corpus/temporary_file.h"
-#include "t4d/measure/validate.h"
+#include "t4d/verbs/validate.h"
 
 namespace t4d::conformance {
 namespace {
@@ -46,7 +46,7 @@ TEST(ImplFiles, WhoseMeshesAreFaultyAreFoundByTheValidator) {
     if (code == codes.end()) continue;
     ++found;
     const TemporaryFile file(made.file.bytes);
-    const auto validation = measure::validateT4dFile(file.path(), {.vertexLinks = true});
+    const auto validation = verbs::validate(file.path(), {.vertexLinks = true});
     ASSERT_TRUE(validation);
     EXPECT_FALSE(validation->valid());
     EXPECT_THAT(validation->issues.issues,

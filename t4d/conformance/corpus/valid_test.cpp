@@ -7,7 +7,7 @@
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/expect_answers.h"
 #include "t4d/conformance/corpus/temporary_file.h"
-#include "t4d/measure/validate.h"
+#include "t4d/verbs/validate.h"
 
 namespace t4d::conformance {
 namespace {
@@ -66,7 +66,7 @@ TEST(ValidFiles, AreClosedOrientedManifolds) {
   for (const AcceptedCase& made : validCases()) {
     SCOPED_TRACE(made.file.id);
     const TemporaryFile file(made.file.bytes);
-    const auto validation = measure::validateT4dFile(file.path(), {.vertexLinks = true});
+    const auto validation = verbs::validate(file.path(), {.vertexLinks = true});
     ASSERT_TRUE(validation);
     for (const measure::Issue& issue : validation->issues.issues) {
       const auto known = exceptions.find(made.file.id);

@@ -59,7 +59,7 @@ Request requestOf(const std::vector<std::string>& words) {
   }
   const auto normal = normalOf(words[1]);
   if (words.size() != 3 || !normal) return {};
-  return [plane = convert::Hyperplane{*normal, *number}](const std::string& path) {
+  return [plane = slice::Hyperplane{*normal, *number}](const std::string& path) {
     return sliceFile(path, plane);
   };
 }

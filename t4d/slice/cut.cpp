@@ -1,0 +1,136 @@
+#include "t4d/slice/cut.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace t4d::slice {
+namespace {
+
+using model::Cell;
+using model::Triangle;
+
+/// The two corners of a cell with a cut point between them: one below and one above.
+struct CutEdge {
+  std::uint8_t below;
+  std::uint8_t above;
+};
+
+/// The section of a cell for each pattern of corners above (bit i for corner i): a polygon of 0, 3
+/// or 4 cut edges. With an even permutation (i, j, k, l) of the corners it is
+///
+///     i below:       ij, ik, il          i above:  il, ik, ij
+///     i, j below:    ik, il, jl, jk
+///
+/// which faces outward if the cell does: for i below, moving away from corner i along the three
+/// edges keeps det[n, j-i, k-i, l-i] > 0.
+struct Section {
+  std::uint8_t size = 0;
+  std::array<CutEdge, 4> edges{};
+};
+
+std::array<Section, 16> makeSections() {
+  std::array<Section, 16> sections;
+  std::array<std::uint8_t, 4> p = {0, 1, 2, 3};
+  do {
+    int inversions = 0;
+    for (int a = 0; a < 4; ++a) {
+      for (int b = a + 1; b < 4; ++b) inversions += p[a] > p[b] ? 1 : 0;
+    }
+    if (inversions % 2 != 0) continue;
+    const auto [i, j, k, l] = p;
+    const unsigned one = 1U << i;
+    sections[15U ^ one] = {3, {{{i, j}, {i, k}, {i, l}, {}}}};
+    sections[one] = {3, {{{l, i}, {k, i}, {j, i}, {}}}};
+    sections[1U << k | 1U << l] = {4, {{{i, k}, {i, l}, {j, l}, {j, k}}}};
+  } while (std::next_permutation(p.begin(), p.end()));
+  return sections;
+}
+
+const std::array<Section, 16>& sections() {
+  static const std::array<Section, 16> table = makeSections();
+  return table;
+}
+
+constexpr std::uint32_t kNone = ~0U;
+
+}  // namespace
+
+std::uint32_t PointNumbers::add(const Cut::Point& point) {
+  points_.push_back(point);
+  next_.push_back(kNone);
+  return static_cast<std::uint32_t>(points_.size() - 1);
+}
+
+std::uint32_t PointNumbers::of(const Cut::Point& point) {
+  constexpr int kLongestChain = 32;
+  std::uint32_t* link = &first_[point.below];
+  for (int length = 0; *link != kNone; ++length) {
+    if (points_[*link].above == point.above) return *link;
+    if (length == kLongestChain) {
+      const std::uint64_t key = std::uint64_t{point.below} << 32U | point.above;
+      const auto [found, isNew] = others_.try_emplace(key, kNone);
+      if (isNew) found->second = add(point);
+      return found->second;
+    }
+    link = &next_[*link];
+  }
+  const auto number = static_cast<std::uint32_t>(points_.size());
+  *link = number;  // before `add`, which may move the chain
+  return add(point);
+}
+
+std::vector<std::uint32_t> numberAsInSlab(Cut& cut) {
+  std::vector<std::uint32_t> order(cut.points.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const bool allVertices = std::ranges::all_of(
+      cut.points, [](const Cut::Point& point) { return point.below == point.above; });
+  if (!allVertices) return order;
+  std::ranges::sort(order, {}, [&](std::uint32_t i) { return cut.points[i].below; });
+  std::vector<std::uint32_t> number(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) number[order[i]] = i;
+  std::ranges::sort(cut.points, {}, &Cut::Point::below);
+  for (Triangle& triangle : cut.triangles) {
+    for (std::uint32_t& corner : triangle) corner = number[corner];
+  }
+  return order;
+}
+
+Cut cutOf(std::span<const Cell> cells, std::span<const std::uint8_t> sides) {
+  Cut cut;
+  PointNumbers numbers(sides.size(), cut.points);
+  const auto& all = sections();
+  for (std::uint32_t index = 0; index < cells.size(); ++index) {
+    const Cell& cell = cells[index];
+    const std::array<std::uint8_t, 4> side = {sides[cell[0]], sides[cell[1]], sides[cell[2]],
+                                              sides[cell[3]]};
+    const unsigned pattern =
+        (side[0] & 1U) | (side[1] & 1U) << 1U | (side[2] & 1U) << 2U | (side[3] & 1U) << 3U;
+    const Section& section = all[pattern];
+    if (section.size == 0) continue;
+    const bool touches = ((side[0] | side[1] | side[2] | side[3]) & Side::kOn) != 0;
+    std::array<Cut::Point, 4> corner;
+    for (int i = 0; i < section.size; ++i) {
+      const auto [below, above] = section.edges[i];
+      corner[i] = {cell[below], cell[above]};
+      if (touches && (side[below] & Side::kOn) != 0) corner[i].above = cell[below];
+      if (touches && (side[above] & Side::kOn) != 0) corner[i].below = corner[i].above;
+    }
+    const auto same = [&](int a, int b) {
+      return corner[a].below == corner[b].below && corner[a].above == corner[b].above;
+    };
+    std::array<std::uint32_t, 4> number = {kNone, kNone, kNone, kNone};
+    for (int i = 1; i + 1 < section.size; ++i) {
+      if (touches && (same(0, i) || same(i, i + 1) || same(i + 1, 0))) continue;
+      for (const int k : {0, i, i + 1}) {
+        if (number[k] == kNone) number[k] = numbers.of(corner[k]);
+      }
+      cut.triangles.push_back({number[0], number[i], number[i + 1]});
+      cut.cells.push_back(index);
+    }
+  }
+  numberAsInSlab(cut);
+  return cut;
+}
+
+}  // namespace t4d::slice

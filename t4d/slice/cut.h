@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "t4d/model/slab.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::slice {
+
+/// Where a vertex lies with respect to a hyperplane. One on it counts as above or as not above.
+struct Side {
+  static constexpr std::uint8_t kAbove = 1;
+  static constexpr std::uint8_t kOn = 2;
+};
+
+/// What a hyperplane cuts of a slab, by marching tetrahedra: a surface without coordinates. It
+/// depends only on the cells and on the sides of their vertices.
+struct Cut {
+  /// A point of the cut: on the edge between two vertices of the slab, one of which is above, or at
+  /// a single vertex (both equal).
+  struct Point {
+    std::uint32_t below;
+    std::uint32_t above;
+  };
+  std::vector<Point> points;  ///< each once; in the order of the slab if all are vertices
+  /// Corners are points. They face away from the solid in axes e1, e2, e3 of the hyperplane if
+  /// (e1, e2, e3, normal) is oriented like (x, y, z, t).
+  std::vector<model::Triangle> triangles;
+  std::vector<std::uint32_t> cells;  ///< for each triangle, the cell that it was cut from
+};
+
+/// Numbers points in the order in which they are first asked for. Each vertex has a chain of the
+/// points on edges to vertices above it, whose entries are close together in memory because the
+/// cells are. A chain that would be longer than a few dozen, as at the apex of a cone, goes on in a
+/// hash table.
+class PointNumbers {
+ public:
+  /// Appends new points to `points`, which must outlive it.
+  PointNumbers(std::size_t vertexCount, std::vector<Cut::Point>& points)
+      : first_(vertexCount, kNone), points_(points) {}
+
+  std::uint32_t of(const Cut::Point& point);
+
+ private:
+  std::uint32_t add(const Cut::Point& point);
+
+  static constexpr std::uint32_t kNone = ~0U;
+  std::vector<std::uint32_t> first_;  // per vertex, kNone if no edge is cut
+  std::vector<std::uint32_t> next_;   // per point, in the chain
+  std::vector<Cut::Point>& points_;
+  std::unordered_map<std::uint64_t, std::uint32_t> others_;
+};
+
+/// If all points are vertices, sorts them in the order of the slab, so that the slice at a layer is
+/// numbered like the input. The order is returned: the old number of each point.
+std::vector<std::uint32_t> numberAsInSlab(Cut& cut);
+
+/// `sides` has a value for each vertex. Triangles that lose a corner because two cut points are the
+/// same vertex are dropped, and so are points that no triangle has.
+Cut cutOf(std::span<const model::Cell> cells, std::span<const std::uint8_t> sides);
+
+}  // namespace t4d::slice

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "t4d/model/slab.h"
+#include "t4d/model/slab_blocks.h"
+#include "t4d/slice/cut.h"
+#include "t4d/slice/hyperplane.h"
+#include "t4d/slice/slice.h"
+
+namespace t4d::slice {
+
+/// A slab is counted in blocks of this size.
+inline constexpr std::uint64_t kBlockCells = 65536;
+
+/// What is cut of a slab.
+struct CutSlab {
+  model::VertexCounts counts;
+  std::shared_ptr<const Cut> cut;
+  std::vector<model::Point3> positions;  // of each point of the cut
+  std::vector<double> fractions;         // likewise, from below to above
+  const model::Slab* slab = nullptr;     // with its attributes, unless it was cut by blocks
+  std::uint64_t blocksRead = 0;
+};
+
+/// A slab that has been read, or can be by blocks: one of the two.
+struct OpenSlab {
+  std::shared_ptr<const model::Slab> slab;
+  std::shared_ptr<const model::SlabBlocks> blocks;
+};
+/// By blocks if the source offers them.
+Result<OpenSlab> openSlab(const model::Source& source, std::size_t index);
+
+/// Remembers what was cut last, which is often the same in the next slab or at the next time. Safe
+/// to use from several threads at once.
+class CutMemory {
+ public:
+  /// checkConnectivity, unless this connectivity was the last one that passed.
+  Result<void> check(const std::shared_ptr<const model::Connectivity>& connectivity);
+  std::shared_ptr<const Cut> cut(const std::shared_ptr<const model::Connectivity>& connectivity,
+                                 std::vector<std::uint8_t> sides);
+
+ private:
+  std::mutex mutex_;
+  std::shared_ptr<const model::Connectivity> checked_;
+  std::shared_ptr<const model::Connectivity> connectivity_;
+  std::vector<std::uint8_t> sides_;
+  std::shared_ptr<const Cut> last_;
+};
+
+/// Cuts slabs by a hyperplane. Safe to use from several threads at once.
+class SlabCutter {
+ public:
+  SlabCutter(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<CutMemory> memory);
+
+  const HyperplaneBasis& basis() const { return basis_; }
+  /// Whether the hyperplane cuts nothing within these bounds. As n.p is computed it never decreases
+  /// where it should increase, so this is exact.
+  bool misses(const model::Bounds4& bounds) const;
+
+  /// Fails as Slicer::put does.
+  Result<CutSlab> cut(const model::Slab& slab) const;
+  /// Reads and cuts the blocks that the hyperplane meets, on all threads.
+  Result<CutSlab> cut(const model::SlabBlocks& blocks) const;
+  /// Either of these. The slab must outlive what is cut of it.
+  Result<CutSlab> cut(const OpenSlab& open) const;
+
+ private:
+  struct Heights {
+    std::vector<double> heights;
+    std::vector<std::uint8_t> sides;
+  };
+  double heightOf(const model::Point4& point) const;
+  bool isAbove(double height) const;
+  Heights heightsOf(std::span<const model::Point4> vertices) const;
+  void place(const Cut& cut, std::span<const model::Point4> vertices,
+             const std::vector<double>& heights, CutSlab& into) const;
+
+  Hyperplane hyperplane_;
+  HyperplaneBasis basis_;
+  OnHyperplane rule_;
+  std::shared_ptr<CutMemory> memory_;
+};
+
+}  // namespace t4d::slice

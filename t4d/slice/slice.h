@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "t4d/model/slab.h"
+#include "t4d/model/triangle_mesh.h"
+#include "t4d/slice/hyperplane.h"
+
+namespace t4d::slice {
+
+/// The section of a 4D mesh by a hyperplane: a closed triangle mesh facing outward, in the
+/// coordinates of basisOf(hyperplane).
+struct Slice {
+  model::TriangleMesh mesh;
+  std::uint64_t slabsRead = 0;
+  /// Slabs that were not read, because their times or bounds lie on one side of the hyperplane.
+  std::uint64_t slabsSkipped = 0;
+  /// Blocks of 65,536 cells that were read; those that the hyperplane misses are not, where the
+  /// source offers blocks.
+  std::uint64_t blocksRead = 0;
+  /// Attributes that could not be transferred, one sentence each.
+  std::vector<std::string> losses;
+};
+
+/// Whether a vertex exactly on the hyperplane counts as below or above it.
+enum class OnHyperplane : std::uint8_t { Below, Above };
+
+/// Marching tetrahedra over slabs in time order.
+///
+/// A cut point is identified by the edge it lies on; if it falls on a vertex, it is that vertex.
+/// Triangles that lose a corner this way are dropped. As a result, the section at a layer is
+/// exactly the layer's triangles, without slivers, and every section is closed.
+///
+/// A triangle gets the cell attributes of the cell it was cut from. Vertex attributes are
+/// interpolated along the edge if they are floating point; otherwise they are those of the vertex
+/// below.
+///
+/// put() fails if checkHyperplane does, or checkConnectivity or checkSlab for the slab; the
+/// connectivity is checked once for all consecutive slabs that share it.
+class Slicer : public model::Sink {
+ public:
+  explicit Slicer(const Hyperplane& hyperplane, OnHyperplane rule = OnHyperplane::Below);
+  ~Slicer() override;
+
+  Result<void> put(const model::Slab& slab) override;
+  Slice finish();
+
+ private:
+  friend class TimeSlicer;
+  friend Result<Slice> slice(const model::Source&, const Hyperplane&, const model::Progress&);
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Slices a mesh at any number of times. What is cut in a slab depends on its connectivity and on
+/// which of its vertices are above the time, and is kept for the next slice, in which often both
+/// are the same: in all steps of a swept solid, for example. Safe to use from several threads at
+/// once.
+class TimeSlicer {
+ public:
+  /// `source` must outlive the slicer.
+  explicit TimeSlicer(const model::Source& source);
+  ~TimeSlicer();
+
+  /// As sliceAtTime.
+  Result<Slice> at(double time) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The solid at `time`: the limit from later times or, at the last time of the mesh, from earlier
+/// ones. A time that equals that of a layer up to rounding (model::timeWithin) is taken as the
+/// layer's. Reads one slab. Fails if `time` is outside the mesh (the error gives the range), and if
+/// the mesh has no slabs.
+Result<Slice> sliceAtTime(const model::Source& source, double time);
+
+/// The section by any hyperplane; reads all slabs whose bounds it meets, as far as they are known
+/// without reading, and cuts one on each thread. For a hyperplane of constant time, with the
+/// normal (0, 0, 0, w) of either sign, this is sliceAtTime. Fails if checkHyperplane, the Slicer or
+/// the source does.
+Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
+                    const model::Progress& progress = {});
+
+}  // namespace t4d::slice

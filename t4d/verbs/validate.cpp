@@ -1,0 +1,120 @@
+#include "t4d/verbs/validate.h"
+
+#include <deque>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/stream.h"
+
+namespace t4d::verbs {
+namespace {
+
+/// Merges the report of one body into that of all bodies.
+void join(measure::MeshReport& all, const measure::MeshReport& one) {
+  all.slabs += one.slabs;
+  all.vertices += one.vertices;
+  all.tetrahedra += one.tetrahedra;
+  all.closed = all.closed && one.closed;
+  all.oriented = all.oriented && one.oriented;
+  all.hypervolume += one.hypervolume;
+  all.boundaryVolume += one.boundaryVolume;
+  all.components += one.components;
+  all.degenerateCells += one.degenerateCells;
+  if (one.vertexLinksOk) all.vertexLinksOk = all.vertexLinksOk.value_or(true) && *one.vertexLinksOk;
+}
+
+measure::Issue issueOf(const Error& error) {
+  // `where` is dropped: it gives the file and the offset, and the issue has the offset itself.
+  return {"file-damaged", measure::Severity::Error, error.message, {}, error.offset};
+}
+
+/// Adds what was found in a body, whose slabs are at these offsets in the file.
+template <class OffsetOf>
+void add(Validation& validation, measure::MeshReport report, const formats::Metadata& metadata,
+         std::size_t body, OffsetOf offsetOf) {
+  const std::string prefix =
+      metadata.bodies.size() > 1 ? fmt::format("body '{}': ", metadata.bodies[body].name) : "";
+  for (measure::Issue& issue : report.issues.issues) {
+    issue.message = prefix + issue.message;
+    if (issue.slab) issue.offset = offsetOf(*issue.slab);
+    validation.issues.issues.push_back(std::move(issue));
+  }
+  validation.issues.errors += report.issues.errors;
+  validation.issues.warnings += report.issues.warnings;
+  if (!validation.mesh) validation.mesh.emplace();
+  join(*validation.mesh, report);
+}
+
+/// The result for a file that cannot be read to its end, after `validation` so far.
+Result<Validation> broken(const Error& error, Validation validation = {}) {
+  const bool nobodysFault = error.code == ErrorCode::Io || error.code == ErrorCode::Failed;
+  if (nobodysFault || error.remedy == Remedy::MoreCells) return pass(error);
+  validation.mesh.reset();
+  validation.issues.add(issueOf(error));
+  return validation;
+}
+
+Result<Validation> validatePipe(const std::filesystem::path& path,
+                                const measure::CheckOptions& options,
+                                std::optional<std::uint64_t> maxCells) {
+  auto stream = formats::T4dStream::open(path, maxCells);
+  if (!stream) return broken(stream.error());
+  std::deque<measure::MeshChecker> checkers;
+  for (std::size_t i = 0; i < stream->bodyCount(); ++i) checkers.emplace_back(options);
+  std::vector<std::vector<std::uint64_t>> offsets(checkers.size());
+  while (true) {
+    const auto item = stream->next();
+    if (!item) return broken(item.error());
+    if (!*item) break;
+    const formats::T4dStream::Item& slab = **item;
+    offsets[slab.body].push_back(slab.offset);
+    if (auto put = checkers[slab.body].put(*slab.slab); !put) return broken(put.error());
+  }
+  Validation validation;
+  for (std::size_t i = 0; i < checkers.size(); ++i) {
+    add(validation, checkers[i].finish(), stream->metadata(), i,
+        [&](std::size_t slab) -> std::optional<std::uint64_t> {
+          if (slab < offsets[i].size()) return offsets[i][slab];
+          return std::nullopt;
+        });
+  }
+  return validation;
+}
+
+}  // namespace
+
+Result<Validation> validate(const std::filesystem::path& path, const measure::CheckOptions& options,
+                            const model::Progress& progress,
+                            std::optional<std::uint64_t> maxCells) {
+  if (formats::isPipe(path)) return validatePipe(path, options, maxCells);
+  // Reading all bytes is the smaller part of the work.
+  constexpr double kBytesShare = 0.2;
+  const auto part = [&](double from, double to) -> model::Progress {
+    if (!progress) return {};
+    return [=, &progress](double fraction) { progress(from + fraction * (to - from)); };
+  };
+  auto reader =
+      formats::T4dReader::open(path, formats::T4dOpen::Checked, part(0, kBytesShare), maxCells);
+  if (!reader) return broken(reader.error());
+  Validation validation;
+  const std::size_t count = reader->bodyCount();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto at = [&](std::size_t body) {
+      return kBytesShare +
+             (1 - kBytesShare) * static_cast<double>(body) / static_cast<double>(count);
+    };
+    measure::MeshChecker checker(options);
+    auto read = reader->readThrough(i, checker, part(at(i), at(i + 1)));
+    if (!read) return broken(read.error(), std::move(validation));
+    add(validation, checker.finish(), reader->metadata(), i,
+        [&](std::size_t slab) -> std::optional<std::uint64_t> {
+          if (slab < reader->body(i).slabCount()) return reader->slabOffset(i, slab);
+          return std::nullopt;
+        });
+  }
+  return validation;
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "t4d/measure/mesh_check.h"
+
+namespace t4d::verbs {
+
+/// Result of validating a .t4d file: its bytes and its meshes.
+struct Validation {
+  /// For all bodies together; empty if the file cannot be read that far.
+  std::optional<measure::MeshReport> mesh;
+  /// All findings, with the slab and its offset in the file if they concern a single one.
+  measure::IssueList issues;
+
+  bool valid() const { return issues.errors == 0; }
+};
+
+/// Checks a file against all rules of SPEC.md (as checkT4dFile) and every body as a 4D mesh
+/// (measure::MeshChecker). Keeps two slabs in memory. Problems with the file are findings; only a
+/// file that cannot be opened at all is an error, and one with more than `maxCells` cells (as
+/// T4dReader::open takes them). A pipe, or `-` for the standard input, is checked as it comes
+/// (T4dStream).
+Result<Validation> validate(const std::filesystem::path& path,
+                            const measure::CheckOptions& options = {},
+                            const model::Progress& progress = {},
+                            std::optional<std::uint64_t> maxCells = {});
+
+}  // namespace t4d::verbs
