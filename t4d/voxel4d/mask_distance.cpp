@@ -35,7 +35,7 @@ FaceMetric::FaceMetric(const std::array<double, 3>& edges) {
 template <std::int32_t kBlocks>
 class FaceDistance::Neighbourhood {
  public:
-  /// Faces that are nearer than this, in shortest edges, are found.
+  /// All faces that are nearer than this, in shortest edges, are found.
   static constexpr float kFound = static_cast<float>(kBlocks * kBlockSize) + 0.5F;
 
   Neighbourhood(const FrameLayer& frame, const Coord& block) {
@@ -106,19 +106,18 @@ class FaceDistance::Neighbourhood {
   std::vector<std::uint64_t> columns_ = std::vector<std::uint64_t>(std::size_t{kSize} * kSize);
 };
 
-std::optional<double> FaceDistance::at(unsigned index) {
+double FaceDistance::at(unsigned index) {
   const bool inside = (own_.word(index >> 6U) >> (index & 63U) & 1U) != 0;
   using Next = Neighbourhood<1>;
   using All = Neighbourhood<FaceMetric::kReach / kBlockSize>;
-  const auto look = [&]<class Where>(std::unique_ptr<Squares>& squares) -> std::optional<double> {
+  const auto look = [&]<class Where>(std::unique_ptr<Squares>& squares) {
     if (!squares) squares = Where(frame_, block_).squaresFrom(!inside, metric_);
-    const float square = (*squares)[index];
-    if (!(square < Where::kFound * Where::kFound)) return std::nullopt;
-    return inside ? -std::sqrt(square) : std::sqrt(square);
+    return std::min(std::sqrt((*squares)[index]), Where::kFound);
   };
   const std::size_t side = inside ? 1 : 0;
-  const auto near = look.template operator()<Next>(near_[side]);
-  return near ? near : look.template operator()<All>(far_[side]);
+  float distance = look.template operator()<Next>(near_[side]);
+  if (distance == Next::kFound) distance = look.template operator()<All>(far_[side]);
+  return inside ? -distance : distance;
 }
 
 }  // namespace t4d::voxel4d

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 
 #include "t4d/voxel4d/frame_layer.h"
 
@@ -18,6 +17,10 @@ class FaceMetric {
  public:
   /// No face that is more voxels away than this along an axis is looked for.
   static constexpr std::int32_t kReach = 24;
+  /// What is farther from all faces counts as this far from one, in shortest edges. So a point that
+  /// goes from one label to another leaves the one before it joins the other: what is not of the
+  /// one includes the other, and is nearer.
+  static constexpr float kMost = static_cast<float>(kReach) + 0.5F;
 
   /// Of voxels with these edge lengths, in any unit.
   explicit FaceMetric(const std::array<double, 3>& edges);
@@ -37,8 +40,8 @@ class FaceDistance {
       : frame_(frame), metric_(metric), block_(block), own_(frame.view(block)) {}
 
   /// The distance of a point, by its index in the order of BlockMask, from the nearest face, in
-  /// shortest edges: negative inside. Nothing if none is within kReach of them.
-  std::optional<double> at(unsigned index);
+  /// shortest edges, but at most kMost: negative inside.
+  double at(unsigned index);
 
  private:
   using Squares = std::array<float, 512>;  // of the distances of the points of the block

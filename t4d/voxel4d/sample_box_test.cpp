@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "t4d/voxel4d/frame_layer.h"
+
 namespace t4d::voxel4d {
 namespace {
 

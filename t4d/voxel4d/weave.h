@@ -24,7 +24,7 @@ enum class CapStyle : std::uint8_t {
 /// surface it is: in masks, labels, and samples of two values.
 enum class Between : std::uint8_t {
   /// By its distances from the faces between voxels inside and outside of both frames, so that the
-  /// surface moves evenly from frame to frame; in the middle if one is farther than 24 voxels.
+  /// surface moves evenly from frame to frame (mask_distance.h).
   Distance,
   /// In the middle between the frames, as published: everything jumps there.
   Midpoint,

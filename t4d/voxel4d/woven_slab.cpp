@@ -169,9 +169,7 @@ void WovenSlab::fractionsByDistance(const WovenBlock& block, float* into) const 
   FaceDistance a(before_, *metric_, block.coord);
   FaceDistance b(after_, *metric_, block.coord);
   eachInTime(block, [&](unsigned index) {
-    const auto before = a.at(index);
-    const auto after = before ? b.at(index) : std::nullopt;
-    *into++ = after ? static_cast<float>(crossing(*before, *after)) : 0.5F;
+    *into++ = static_cast<float>(crossing(a.at(index), b.at(index)));
   });
 }
 
