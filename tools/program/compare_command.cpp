@@ -53,7 +53,7 @@ struct CompareArguments {
   std::vector<double> voxelSizes;
   voxel4d::FrameTimes frames;
   bool mask = false;
-  std::string between = "distance";
+  std::optional<std::string> between;
   std::vector<std::string> caps;
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
@@ -78,10 +78,10 @@ std::optional<std::string> misuseOf(const CompareArguments& options) {
     return std::nullopt;
   }
   if (!options.motion.empty() || !options.voxelSizes.empty() || options.frames.count ||
-      options.frames.step || options.mask || !options.caps.empty() || options.rvMin ||
-      options.steps || !options.keep.empty()) {
-    return "--motion, --voxel-size, --frames, --frame-time, --mask, --caps, --rv-min, --steps and "
-           "--keep are for one solid; two .t4d files are compared as they are";
+      options.frames.step || options.mask || options.between || !options.caps.empty() ||
+      options.rvMin || options.steps || !options.keep.empty()) {
+    return "--motion, --voxel-size, --frames, --frame-time, --mask, --between, --caps, --rv-min, "
+           "--steps and --keep are for one solid; two .t4d files are compared as they are";
   }
   return std::nullopt;
 }
@@ -162,7 +162,7 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
     add("--frames", fmt::format("{}", times->size()));
     if (options.frames.step) add("--frame-time", fmt::format("{}", *options.frames.step));
     if (options.mask) arguments.emplace_back("--mask");
-    add("--between", options.between);
+    if (options.between) add("--between", *options.between);
   } else {
     file.mesh.name = "mesh method";
     if (options.rvMin) add("--rv-min", fmt::format("{}", *options.rvMin));

@@ -192,6 +192,9 @@ TEST_F(Program, DeformationsAreSwept) {
   misused("sweep fx/bending_0.obj fx/bending.pc2 --times 2:1 -o out.t4d", "'2:1' is not A:B");
   misused("sweep fx/bending_0.obj fx/bending.pc2 --steps 3 -o out.t4d", "--rv-min, --steps");
   misused("sweep fx/bending_[01].obj -m fx/rest.json -o out.t4d", "--motion is for one solid");
+  misused("sweep fx/cube.obj -m fx/rest.json --between midpoint -o out.t4d",
+          "--mask and --between are for --backend voxel4d");
+  misused("compare a.t4d b.t4d --between distance", "are for one solid; two .t4d files");
   misused("sweep fx/bending_[01].obj --backend voxel4d --voxel-size 1 -o out.t4d",
           "needs --motion");
 }

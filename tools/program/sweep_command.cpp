@@ -53,7 +53,7 @@ struct SweepArguments {
   std::optional<double> voxelSize;
   voxel4d::FrameTimes times;
   bool mask = false;
-  std::string between = "distance";
+  std::optional<std::string> between;
   T4dOutput output;
   bool json = false;
 
@@ -140,8 +140,8 @@ std::optional<std::string> misuseOf(const SweepArguments& options) {
     return std::nullopt;
   }
   const bool frameTime = options.times.step && !options.hasKeys();
-  if (options.voxelSize || options.times.count || frameTime || options.mask) {
-    return "--voxel-size, --frames, --frame-time and --mask are for --backend voxel4d";
+  if (options.voxelSize || options.times.count || frameTime || options.mask || options.between) {
+    return "--voxel-size, --frames, --frame-time, --mask and --between are for --backend voxel4d";
   }
   if (!options.part.empty() && !options.dividedBy.empty()) {
     return "--part and --bodies exclude each other";
@@ -180,7 +180,7 @@ std::string detailsOf(const SweepArguments& options, const std::vector<std::stri
     if (options.times.count) parameters["frames"] = *options.times.count;
     if (options.times.step) parameters["frame_time"] = *options.times.step;
     parameters["mask"] = options.mask;
-    if (options.mask) parameters["between"] = options.between;
+    if (options.mask) parameters["between"] = options.between.value_or("distance");
     parameters["caps"] = isVoxelCaps(options.caps) ? options.caps : voxelCaps().front();
   } else {
     if (options.animates()) {

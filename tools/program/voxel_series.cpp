@@ -86,17 +86,17 @@ voxel4d::CapStyle voxelCapStyle(const std::string& name) {
   return voxel4d::CapStyle::Flat;
 }
 
-void addBetween(CLI::App& command, std::string& between, const std::string& prefix) {
+void addBetween(CLI::App& command, std::optional<std::string>& between, const std::string& prefix) {
   command
       .add_option("--between", between,
                   prefix +
                       "Surface between frames of masks or labels: by distances from it, or at "
                       "the midpoint, as published")
       ->check(CLI::IsMember({"distance", "midpoint"}))
-      ->capture_default_str();
+      ->default_str("distance");
 }
 
-voxel4d::Between betweenOf(const std::string& name) {
+voxel4d::Between betweenOf(const std::optional<std::string>& name) {
   return name == "midpoint" ? voxel4d::Between::Midpoint : voxel4d::Between::Distance;
 }
 

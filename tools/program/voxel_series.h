@@ -38,8 +38,8 @@ bool isVoxelCaps(const std::string& name);
 voxel4d::CapStyle voxelCapStyle(const std::string& name);
 
 /// Adds `--between`; distance is the default. `prefix` starts its help.
-void addBetween(CLI::App& command, std::string& between, const std::string& prefix);
-voxel4d::Between betweenOf(const std::string& name);
+void addBetween(CLI::App& command, std::optional<std::string>& between, const std::string& prefix);
+voxel4d::Between betweenOf(const std::optional<std::string>& name);
 
 /// Adds a notice if most cells of a 4D mesh are in flat caps.
 void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,

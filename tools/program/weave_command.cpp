@@ -35,7 +35,7 @@ struct WeaveArguments {
   std::vector<double> spacing;
   std::vector<double> origin;
   std::string caps = "flat";
-  std::string between = "distance";
+  std::optional<std::string> between;
   std::string lengthUnit;
   std::string timeUnit;
   LostPartsOptions lostParts;
@@ -84,7 +84,7 @@ std::string detailsOf(const WeaveArguments& options) {
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   if (!options.labels.empty()) parameters["labels"] = options.labels;
   parameters["caps"] = options.caps;
-  parameters["between"] = options.between;
+  parameters["between"] = options.between.value_or("distance");
   parameters["precision"] = options.output.coding.precision;
   if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
   ordered_json source{{"frames", nameIn(options.frames.front()).string()}};
