@@ -56,6 +56,10 @@ struct VoxelPlan {
   std::size_t maskFrames = 0;
   double maskVolume = 0;         ///< volume of the slice at each frame
   std::optional<Counts> counts;  ///< if known
+  /// Of a field: store the lattice points inside instead of distances, with frames between which
+  /// its surface moves by so many voxels. 0: distances.
+  double maskMotion = 0;
+  double order = 2;  ///< of convergence, when voxels and the time between frames are halved
 };
 
 /// Properties of a surface that determine the voxel error.

@@ -281,6 +281,19 @@ std::vector<Case> analyticCases() {
   };
   cases.push_back(fieldCase(
       fixtures::growingSphere(3, 9), [=](double t) { return sphere(3 + 6 * t); }, sizes));
+  // Masks of solids that move by 3 voxels from frame to frame.
+  const auto addMasks = [&](const fixtures::Field& solid, const Surface& surface, double order) {
+    cases.push_back(fieldCase(
+        solid, [=](double) { return surface; }, sizes));
+    cases.back().id += "-mask";
+    cases.back().description += ", in masks 3 voxels apart";
+    cases.back().voxels.maskMotion = 3;
+    cases.back().voxels.order = order;
+  };
+  addMasks(fixtures::growingSphere(6, 18), sphere(18), 2);
+  addMasks(fixtures::translatingSphere(12, {13, 9, -5}), sphere(12), 2);
+  // Its faces lie on the lattice in the first and the last frame, and are half a voxel too low.
+  addMasks(fixtures::rotatingCube(20), {2400, 240 * std::numbers::sqrt2}, 1);
   cases.push_back(fieldCase(
       fixtures::pulsatingSphere(9),
       [=](double t) { return sphere(std::max(0.0, 9 * (1 - 4 * (t - 0.5) * (t - 0.5)))); }, sizes));

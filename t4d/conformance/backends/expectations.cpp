@@ -300,8 +300,10 @@ std::vector<Resolution> voxelResolutions(const Case& given) {
     if (given.voxels.mask) {
       steps = given.voxels.maskFrames - 1;
     } else if (steps == 0) {
-      const double voxels = (span.end - span.begin) * speedOf(given) / size;
-      steps = std::max(kLeastSteps, static_cast<std::uint64_t>(std::ceil(voxels)));
+      const double apart = given.voxels.maskMotion > 0 ? given.voxels.maskMotion : 1;
+      const double voxels = (span.end - span.begin) * speedOf(given) / (size * apart);
+      steps = std::max(given.voxels.maskMotion > 0 ? 1 : kLeastSteps,
+                       static_cast<std::uint64_t>(std::ceil(voxels)));
     } else {
       steps *= 2;
     }
@@ -319,13 +321,17 @@ Expectation voxelExpectation(const Case& given, const Resolution& resolution) {
   const double diameter2 = 3 * h * h + motion * motion;
   const double turn = given.mesh ? speedOf(*given.mesh).angleRadians * frameTime : 0;
   const Surface ofMesh = given.mesh ? surfaceOf(given.mesh->mesh) : Surface{};
+  // The surface of a mask, and so its distance, is off by at most half the diagonal of a voxel.
+  const double maskError = given.voxels.maskMotion > 0 ? std::numbers::sqrt3 / 2 * h : 0;
   const auto errorAt = [&](double time) {
     const Surface surface = given.mesh ? ofMesh : given.fieldSurface(time);
     const double normalError =
         turn * h * (2 * std::numbers::sqrt3 + 1) / 8 + voxel4d::kOffLattice * h;
-    return surface.bending * diameter2 / 4 + surface.area * normalError;
+    return surface.bending * diameter2 / 4 + surface.area * (normalError + maskError);
   };
-  const std::string reason = "bound of order h^2 for linear interpolation of the distance";
+  const std::string reason = maskError > 0
+                                 ? "half a voxel's diagonal from the surface"
+                                 : "bound of order h^2 for linear interpolation of the distance";
 
   Expectation expectation;
   expectation.timeBegin = {span.begin, 0, "flat caps lie exactly at the first frame's time"};

@@ -24,7 +24,7 @@ struct Resolution {
 };
 
 /// The voxel sizes of the case, each with enough frames that nothing moves by more than a voxel
-/// between two of them.
+/// between two of them, or by VoxelPlan::maskMotion voxels.
 std::vector<Resolution> voxelResolutions(const Case& given);
 
 /// A mesh woven from voxels (voxel4d): the true solid, within the error of interpolating the
@@ -38,6 +38,7 @@ std::vector<Resolution> voxelResolutions(const Case& given);
 ///   the error is at most a h sqrt(3) / 4, and along the arc a h / 8.
 /// * Vertices are kept a thousandth of a voxel off the lattice (voxel4d::kOffLattice), which moves
 ///   a face that lies on the lattice by as much.
+/// * The surface of a mask, and so the distance from it, is off by at most half a voxel's diagonal.
 ///
 /// Each vertex of a slice shares its cell with a point inside and one outside, so its distance from
 /// the surface is at most the diagonal of a voxel plus the motion between two frames.

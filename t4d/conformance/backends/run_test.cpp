@@ -8,6 +8,7 @@
 
 #include "t4d/conformance/backends/own_backends.h"
 #include "t4d/mesh4d/sweep.h"
+#include "t4d/voxel4d/sampled_frames.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -234,6 +235,19 @@ TEST(Backends, WrongVoxelsAreCaught) {
   // A mesh that lags behind its motion.
   EXPECT_THAT(failedOf(runCase(given, weaver(1, 0.2), true)),
               testing::Contains("h = 1: slice at 2: farthest vertex from the true surface"));
+}
+
+TEST(Backends, MasksThatJumpHalfwayBetweenFramesAreCaught) {
+  const OwnBackend jumps(
+      voxelBackend(), [](const Case& c, const Resolution& at, model::Sink& sink) {
+        const auto frames = voxel4d::sampledFrames(
+            c.field->value, {at.voxelSize, model::Point3::Zero()}, c.field->box,
+            model::evenTimes(c.time(), at.steps + 1), {.slope = c.field->slope, .mask = true});
+        return voxel4d::weave(*frames, {.between = voxel4d::Between::Midpoint}, sink)
+            .map([](const voxel4d::WeaveReport&) {});
+      });
+  EXPECT_THAT(failedOf(runCase(caseOf("translating-sphere-mask"), jumps, false)),
+              testing::Contains("order of convergence of the slices' volumes"));
 }
 
 }  // namespace

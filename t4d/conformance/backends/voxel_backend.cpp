@@ -29,7 +29,8 @@ class VoxelBackend : public Backend {
                                    std::move(*times), {resolution.voxelSize, given.voxels.mask})
             : voxel4d::sampledFrames(
                   given.field->value, {resolution.voxelSize, model::Point3::Zero()},
-                  given.field->box, std::move(*times), {.slope = given.field->slope});
+                  given.field->box, std::move(*times),
+                  {.slope = given.field->slope, .mask = given.voxels.maskMotion > 0});
     const auto woven = voxel4d::weave(*frames, {}, sink);
     if (!woven) return pass(woven.error());
     return {};
