@@ -109,8 +109,8 @@ TEST_F(ConformBackends, PassAndSayByWhat) {
 TEST_F(ConformBackends, ListRunsNothing) {
   const Finished done = run("--list");
   EXPECT_EQ(done.exitCode, 0);
-  EXPECT_THAT(done.out, HasSubstr("merging-spheres        voxel4d"));
-  EXPECT_THAT(done.out, HasSubstr("squirrel-size          mesh4d"));
+  EXPECT_THAT(done.out, HasSubstr("merging-spheres           voxel4d"));
+  EXPECT_THAT(done.out, HasSubstr("squirrel-size             mesh4d"));
   EXPECT_THAT(run("--list --quick").out, Not(HasSubstr("squirrel-size")));
 }
 
