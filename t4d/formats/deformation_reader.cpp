@@ -8,7 +8,7 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/mdd_reader.h"
-#include "t4d/formats/numbered_files.h"
+#include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/pc2_reader.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 
@@ -67,14 +67,13 @@ Result<void> placeVertices(const FilePoints& file, std::span<const Point3> point
 
 class SeriesKeys : public model::VertexKeys {
  public:
-  SeriesKeys(std::vector<std::filesystem::path> files, std::vector<double> times,
-             const LoadedMesh& first)
-      : files_(std::move(files)),
+  SeriesKeys(std::vector<MeshStep> steps, std::vector<double> times, const LoadedMesh& first)
+      : steps_(std::move(steps)),
         times_(std::move(times)),
         filePoints_(first.points),
         first_(first.mesh.vertices) {}
 
-  std::uint64_t count() const override { return files_.size(); }
+  std::uint64_t count() const override { return steps_.size(); }
   double time(std::uint64_t key) const override { return times_[key]; }
 
   Result<void> positions(std::uint64_t key, std::span<Point3> into) const override {
@@ -82,9 +81,9 @@ class SeriesKeys : public model::VertexKeys {
       std::ranges::copy(first_, into.begin());
       return {};
     }
-    const auto loaded = readTriangleMesh(files_[key]);
+    const auto loaded = readMeshStep(steps_[key]);
     if (!loaded) return pass(loaded.error());
-    const std::string where = files_[key].string();
+    const std::string where = steps_[key].files.front().string();
     if (auto same = checkSame(loaded->points, where); !same) return same;
     std::vector<Point3> points(filePoints_.vertexOf.size(), Point3::Zero());
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -103,7 +102,7 @@ class SeriesKeys : public model::VertexKeys {
 
  private:
   Result<void> checkSame(const FilePoints& found, const std::string& where) const {
-    const std::string first = files_.front().filename().string();
+    const std::string first = steps_.front().files.front().filename().string();
     if (found.vertexOf.size() != filePoints_.vertexOf.size() ||
         found.faceCount != filePoints_.faceCount) {
       return invalid(
@@ -120,7 +119,7 @@ class SeriesKeys : public model::VertexKeys {
                    where);
   }
 
-  std::vector<std::filesystem::path> files_;
+  std::vector<MeshStep> steps_;
   std::vector<double> times_;
   FilePoints filePoints_;
   std::vector<Point3> first_;
@@ -159,18 +158,23 @@ bool isPointCache(const std::filesystem::path& path) {
 
 Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> files,
                                          const KeyTimes& times) {
-  if (files.size() < 2) return invalid("a series has at least two meshes");
-  auto ordered = inNumberOrder(files);
-  if (!ordered) return pass(ordered.error());
-  if (auto known = checkMeshExtension(ordered->front()); !known) return pass(known.error());
-  auto keyTimes = timesOf(times, files.size(), model::steppedTimes(0, 1, files.size()),
-                          ordered->front().string());
+  auto series = meshSteps(files);
+  if (!series) return pass(series.error());
+  std::vector<double> own;
+  LoadedDeformation loaded;
+  for (const MeshStep& step : series->steps) {
+    own.push_back(step.time);
+    loaded.files.push_back(step.files.front());
+  }
+  loaded.timed = series->timed;
+  if (auto known = checkMeshExtension(loaded.files.front()); !known) return pass(known.error());
+  auto keyTimes = timesOf(times, own.size(), own, loaded.files.front().string());
   if (!keyTimes) return pass(keyTimes.error());
-  auto first = readTriangleMesh(ordered->front());
+  auto first = readMeshStep(series->steps.front());
   if (!first) return pass(first.error());
-  LoadedDeformation loaded{std::move(*first), nullptr};
+  loaded.solid = std::move(*first);
   loaded.keys =
-      std::make_unique<SeriesKeys>(std::move(*ordered), std::move(*keyTimes), loaded.solid);
+      std::make_unique<SeriesKeys>(std::move(series->steps), std::move(*keyTimes), loaded.solid);
   return loaded;
 }
 

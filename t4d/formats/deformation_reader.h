@@ -16,19 +16,22 @@ namespace t4d::formats {
 struct LoadedDeformation {
   LoadedMesh solid;  ///< at rest: the first mesh of a series, the mesh beside a cache
   std::unique_ptr<model::VertexKeys> keys;
+  /// Of each key of a series, for errors; empty for a point cache.
+  std::vector<std::filesystem::path> files = {};
+  bool timed = false;  ///< the times are from a file
 };
 
 /// The times of keys: evenly spaced between two times, or apart by `step` from 0 on. Without
-/// either, the file's own; meshes have none and are 1 apart.
+/// either, the file's own; meshes that no collection lists have none and are 1 apart.
 struct KeyTimes {
   std::optional<model::TimeSpan> between = {};
   std::optional<double> step = {};
 };
 
-/// Reads meshes of the same triangles in the order of their numbers (inNumberOrder), one key each.
-/// Meshes have no times of their own. One mesh besides the first is in memory at a time; all others
-/// are read when their key is asked for, and fail then if they are no mesh of the same points and
-/// faces.
+/// Reads meshes of the same triangles, one key each: those that a collection (.pvd) lists, in the
+/// order of their times, or files in the order of their numbers (inNumberOrder). One mesh besides
+/// the first is in memory at a time; all others are read when their key is asked for, and fail then
+/// if they are no mesh of the same points and faces.
 Result<LoadedDeformation> readMeshSeries(std::span<const std::filesystem::path> files,
                                          const KeyTimes& times);
 

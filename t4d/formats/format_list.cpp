@@ -128,6 +128,14 @@ std::vector<ListedFormat> formatList() {
                     kByExtension,
                     volume.keeps});
   }
+  list.push_back({"ParaView collection of surfaces",
+                  {},
+                  {".pvd"},
+                  "solid over time",
+                  true,
+                  true,
+                  kByExtension,
+                  {"triangles", "times"}});
   list.push_back({"animated binary glTF",
                   {},
                   {".glb"},

@@ -45,6 +45,9 @@ class MeshBuilder {
   void setPart(std::uint32_t part) { part_ = part; }
 
   std::size_t pointCount() const { return points_.size(); }
+  std::span<const model::Point3> points() const { return points_; }
+  /// For each point, the number of the first one with the same coordinates.
+  std::vector<std::uint32_t> firstEquals() const;
 
   /// For each triangle of the mesh that `finish` makes, the part of its polygon. Filled by
   /// `finish`.
@@ -73,8 +76,6 @@ class MeshBuilder {
   /// to `end` of all.
   void keepCorners(std::span<const model::Triangle> triangles, std::size_t begin, std::size_t end,
                    const std::vector<std::uint32_t>& first);
-  /// For each point, the number of the first one with the same coordinates.
-  std::vector<std::uint32_t> firstEquals() const;
 
   std::string file_;
   PlaceText placeText_;

@@ -17,6 +17,7 @@
 #include "t4d/formats/ply_writer.h"
 #include "t4d/formats/stl_reader.h"
 #include "t4d/formats/stl_writer.h"
+#include "t4d/formats/vtk_surface_reader.h"
 #include "t4d/formats/vtp_writer.h"
 
 namespace t4d::formats {
@@ -27,6 +28,7 @@ constexpr std::array<std::string_view, 2> kPlyKeeps = {"double precision", "attr
 constexpr std::array<std::string_view, 1> kOffKeeps = {"double precision"};
 constexpr std::array<std::string_view, 5> kVtpKeeps = {"double precision", "bodies",
                                                        "names of bodies", "attributes", "times"};
+constexpr std::array<std::string_view, 2> kVtuKeeps = {"double precision", "attributes"};
 constexpr std::array<std::string_view, 4> kGltfKeeps = {"bodies", "names of bodies",
                                                         "vertex attributes", "units"};
 
@@ -35,7 +37,8 @@ constexpr std::array kFormats{
     TriangleMeshFormat{".obj", "Wavefront OBJ", readObj, writeObj, false, kObjKeeps},
     TriangleMeshFormat{".ply", "PLY", readPly, writePly, false, kPlyKeeps},
     TriangleMeshFormat{".off", "OFF", readOff, writeOff, false, kOffKeeps},
-    TriangleMeshFormat{".vtp", "VTK polygonal data", nullptr, writeVtp, false, kVtpKeeps},
+    TriangleMeshFormat{".vtp", "VTK polygonal data", readVtp, writeVtp, false, kVtpKeeps},
+    TriangleMeshFormat{".vtu", "VTK unstructured grid", readVtuSurface, nullptr, false, kVtuKeeps},
     TriangleMeshFormat{".gltf", "glTF", readGltf, writeGltfText, true, kGltfKeeps},
     TriangleMeshFormat{".glb", "binary glTF", readGltf, writeGltfBinary, true, kGltfKeeps},
 };

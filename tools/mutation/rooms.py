@@ -21,7 +21,7 @@ ROOMS = {
                 "t4d/formats/text_scanner.cpp", "t4d/formats/tool_path.cpp",
                 "t4d/formats/mesh4d/gmsh_entities.cpp", "t4d/formats/mesh4d/gmsh_mesh.cpp",
                 "t4d/formats/mesh4d/g4mf_file.cpp", "t4d/formats/mesh4d/mesh4d_builder.cpp",
-                "t4d/formats/mesh4d/polyhedron.cpp", "t4d/formats/mesh4d/vtu_file.cpp"],
+                "t4d/formats/mesh4d/polyhedron.cpp", "t4d/formats/vtk_file.cpp"],
 }
 NOT_MUTATED = ("_test.cpp", "_samples.cpp", "_writer.cpp")
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/numbered_files.h"
+#include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/model/times.h"
 #include "t4d/voxel4d/occupancy.h"
@@ -15,17 +15,18 @@ namespace {
 /// Reads one mesh, and notes in the log what is said of it.
 class MeshSeries {
  public:
-  MeshSeries(std::vector<std::filesystem::path> files, std::vector<double> times, double voxelSize,
+  MeshSeries(std::vector<formats::MeshStep> steps, std::vector<double> times, double voxelSize,
              std::shared_ptr<MeshFramesLog> log)
-      : files_(std::move(files)),
+      : steps_(std::move(steps)),
         times_(std::move(times)),
         lattice_{voxelSize, model::Point3::Zero()},
         log_(std::move(log)) {}
 
   Result<model::TriangleMesh> at(double time) {
     const auto index = std::ranges::lower_bound(times_, time) - times_.begin();
-    const std::filesystem::path& file = files_[static_cast<std::size_t>(index)];
-    auto loaded = formats::readTriangleMesh(file);
+    const formats::MeshStep& step = steps_[static_cast<std::size_t>(index)];
+    const std::filesystem::path& file = step.files.front();
+    auto loaded = formats::readMeshStep(step);
     if (!loaded) return pass(loaded.error());
     if (auto good = voxel4d::checkVoxelizable(loaded->mesh, lattice_); !good) {
       Error error = good.error();
@@ -60,7 +61,7 @@ class MeshSeries {
     }
   }
 
-  std::vector<std::filesystem::path> files_;
+  std::vector<formats::MeshStep> steps_;
   std::vector<double> times_;
   voxel4d::Lattice lattice_;
   std::shared_ptr<MeshFramesLog> log_;
@@ -70,7 +71,8 @@ class MeshSeries {
 
 }  // namespace
 
-bool isTriangleMesh(const std::string& path) {
+bool isMeshFrame(const std::string& path) {
+  if (formats::isCollection(path)) return true;
   const auto* format = formats::triangleMeshFormat(path);
   return format != nullptr && format->read != nullptr;
 }
@@ -78,22 +80,29 @@ bool isTriangleMesh(const std::string& path) {
 Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
                                   const MeshFramesOptions& options) {
   const std::vector<std::filesystem::path> paths(files.begin(), files.end());
-  auto ordered = formats::inNumberOrder(paths);
-  if (!ordered) return pass(ordered.error());
-  const std::string first = ordered->front().string();
-  if (ordered->size() < 2) return invalid("one frame only; a 4D mesh needs two or more", first);
-  const double step = options.frameTime.value_or(1);
-  std::vector<double> times = model::steppedTimes(options.startTime, step, ordered->size());
-  if (!std::ranges::is_sorted(times, std::less_equal<>())) {
-    return invalid(fmt::format("frames {} apart from time {} on are too close to be told apart",
-                               step, options.startTime),
-                   first, Remedy::FrameTime);
+  auto series = formats::meshSteps(paths);
+  if (!series) return pass(series.error());
+  const std::string first = series->steps.front().files.front().string();
+  std::vector<double> times;
+  if (series->timed && !options.frameTime) {
+    for (const formats::MeshStep& step : series->steps) times.push_back(step.time);
+  } else {
+    const double step = options.frameTime.value_or(1);
+    times = model::steppedTimes(options.startTime, step, series->steps.size());
+    if (!std::ranges::is_sorted(times, std::less_equal<>())) {
+      return invalid(fmt::format("frames {} apart from time {} on are too close to be told apart",
+                                 step, options.startTime),
+                     first, Remedy::FrameTime);
+    }
   }
   MeshFrames opened{nullptr, std::make_shared<MeshFramesLog>()};
-  if (!options.frameTime) opened.log->notices.emplace_back(kMeshesAreOneApart);
-  auto series =
-      std::make_shared<MeshSeries>(std::move(*ordered), times, options.voxelSize, opened.log);
-  opened.frames = voxel4d::voxelFrames([series](double time) { return series->at(time); },
+  if (!options.frameTime && !series->timed) opened.log->notices.emplace_back(kMeshesAreOneApart);
+  for (const formats::MeshStep& step : series->steps) {
+    for (const auto& file : step.files) opened.log->files.push_back(file.string());
+  }
+  auto meshes =
+      std::make_shared<MeshSeries>(std::move(series->steps), times, options.voxelSize, opened.log);
+  opened.frames = voxel4d::voxelFrames([meshes](double time) { return meshes->at(time); },
                                        std::move(times), {options.voxelSize});
   return opened;
 }

@@ -10,14 +10,14 @@
 
 namespace t4d::tools {
 
-/// True for the name of a triangle mesh that is read.
-bool isTriangleMesh(const std::string& path);
+/// True for the name of a triangle mesh that is read, or of a collection (.pvd) of them.
+bool isMeshFrame(const std::string& path);
 
 /// What was found in the meshes of a series while they were read.
 struct MeshFramesLog {
   std::vector<std::string> notices;
   std::vector<std::string> losses;  ///< each once, however many meshes have it
-  std::vector<std::string> files;   ///< that were read besides the meshes themselves
+  std::vector<std::string> files;   ///< the meshes, and those that were read besides
 };
 
 inline constexpr const char* kMeshesAreOneApart =
@@ -30,13 +30,14 @@ struct MeshFrames {
 
 struct MeshFramesOptions {
   double voxelSize = 1;
-  std::optional<double> frameTime = {};  ///< 1, with a notice, if there is none
+  /// Without it, frames have the times of the collection, or are 1 apart, with a notice.
+  std::optional<double> frameTime = {};
   double startTime = 0;
 };
 
-/// Level sets of triangle meshes, a frame each, in the order of their numbers
-/// (formats::inNumberOrder). A mesh is read and voxelized when its frame is requested; they need
-/// not have the same triangles. Errors of a mesh name its file.
+/// Level sets of triangle meshes, a frame each, in the order of formats::meshSteps. A mesh is read
+/// and voxelized when its frame is requested; they need not have the same triangles. Errors of a
+/// mesh name its file.
 Result<MeshFrames> openMeshFrames(const std::vector<std::string>& files,
                                   const MeshFramesOptions& options);
 

@@ -15,6 +15,7 @@
 #include "t4d/formats/foreign_scene.h"
 #include "t4d/formats/gltf_animation.h"
 #include "t4d/formats/input_file.h"
+#include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/t4d/names.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
@@ -84,9 +85,15 @@ struct Made {
 std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
   const bool namesPart = !options.animation.animation.empty() || !options.animation.scene.empty();
   if (namesPart && !options.animates()) return "--animation and --scene are for an animated glTF";
+  const bool collected = std::ranges::any_of(
+      options.models, [](const auto& model) { return formats::isCollection(model); });
+  if (collected && options.models.size() > 1) {
+    return "a collection (.pvd) is given alone: it lists the meshes";
+  }
   if (!options.hasKeys()) {
-    if (options.models.size() > 1) {
-      return "--motion is for one solid; several meshes, or a point cache, move by themselves";
+    if (collected || options.models.size() > 1) {
+      return "--motion is for one solid; several meshes, their collection (.pvd), or a point cache "
+             "move by themselves";
     }
     if (!options.keyTimes.empty()) return "--times is for a solid that is deformed";
     return std::nullopt;
@@ -110,10 +117,10 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
            "a "
            "joint as a table (.csv) with --motion";
   }
-  if (options.models.size() < 2) {
+  if (options.models.size() < 2 && !collected) {
     return "--motion is required, but for an animated .glb, .gltf, .fbx or .dae and for a solid "
-           "that is deformed: name "
-           "meshes of the same triangles, or a mesh and its point cache (.pc2 or .mdd)";
+           "that is deformed: name meshes of the same triangles, a collection of them (.pvd), or a "
+           "mesh and its point cache (.pc2 or .mdd)";
   }
   const auto caches = std::ranges::count_if(
       options.models, [](const std::string& model) { return formats::isPointCache(model); });
@@ -213,7 +220,7 @@ std::string detailsOf(const SweepArguments& options, const std::vector<std::stri
     source["motion"] = nameOf(options.motion);
   } else if (formats::isPointCache(options.models.back())) {
     source["cache"] = nameOf(options.models.back());
-  } else if (!options.animates()) {
+  } else if (!options.animates() && options.models.size() > 1) {
     source["last_mesh"] = nameOf(options.models.back());
     source["meshes"] = options.models.size();
   }
@@ -382,7 +389,8 @@ struct Loaded {
   std::string lengthUnit;
   std::string timeUnit;
   std::vector<std::string> losses;
-  std::vector<std::string> files;  // all that were read
+  std::vector<std::string> files;               // all that were read
+  std::vector<std::filesystem::path> keyFiles;  // as formats::LoadedDeformation
   std::optional<edit::MendSurfaceReport> mended;
   std::vector<std::string> materials;  // the names that the attribute `material` numbers
 
@@ -440,7 +448,7 @@ Result<formats::LoadedDeformation> readDeformation(const SweepArguments& options
   }
   const std::vector<std::filesystem::path> paths(options.models.begin(), options.models.end());
   auto series = formats::readMeshSeries(paths, times);
-  if (series && !times.between && !times.step) {
+  if (series && !series->timed && !times.between && !times.step) {
     series->solid.notices.emplace_back(kMeshesAreOneApart);
   }
   return series;
@@ -483,6 +491,8 @@ Result<Loaded> readInput(const SweepArguments& options) {
     printNotices(read->solid.notices);
     loaded.losses = std::move(read->solid.losses);
     loaded.addFiles(read->solid.otherFiles);
+    loaded.addFiles(read->files);
+    loaded.keyFiles = std::move(read->files);
     formats::AnimatedBody body{"", std::move(read->solid.mesh), {}};
     body.runs.push_back(std::move(read->keys));
     if (options.mend) {
@@ -513,10 +523,11 @@ Result<Loaded> readInput(const SweepArguments& options) {
 
 /// The file of the key that the place of an error begins with: a point cache, or one mesh of a
 /// series.
-std::string fileOfKey(const SweepArguments& options, const std::string& where) {
-  if (formats::isPointCache(options.models.back())) return options.models.back();
+std::string fileOfKey(const SweepArguments& options, const Loaded& loaded,
+                      const std::string& where) {
+  if (loaded.keyFiles.empty()) return options.models.back();
   const std::size_t key = std::strtoull(where.c_str() + std::strlen("key "), nullptr, 10);
-  return options.models[std::min(key, options.models.size() - 1)];
+  return loaded.keyFiles[std::min(key, loaded.keyFiles.size() - 1)].string();
 }
 
 ordered_json halfTurnsJson(const std::vector<model::HalfTurn>& turns) {
@@ -573,7 +584,7 @@ int run(const SweepArguments& options) {
       const std::string& moving = options.hasKeys() ? options.models.back() : options.motion;
       error.where = motionsFault ? moving : options.models.front();
     } else if (error.where.starts_with("key ")) {
-      error.where = fmt::format("{}: {}", fileOfKey(options, error.where), error.where);
+      error.where = fmt::format("{}: {}", fileOfKey(options, *loaded, error.where), error.where);
     }
     return report(error);
   }

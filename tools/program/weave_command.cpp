@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
@@ -88,7 +89,7 @@ std::string detailsOf(const WeaveArguments& options) {
   parameters["precision"] = options.output.coding.precision;
   if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
   ordered_json source{{"frames", nameIn(options.frames.front()).string()}};
-  if (options.voxelSize) source["meshes"] = options.frames.size();
+  if (options.voxelSize && options.frames.size() > 1) source["meshes"] = options.frames.size();
   return ordered_json{{"source", source}, {"parameters", parameters}}.dump(
       -1, ' ', false, ordered_json::error_handler_t::replace);
 }
@@ -150,8 +151,13 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
   return opened;
 }
 
-/// The same for meshes.
+/// What is wrong with the choice of options for meshes.
 std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
+  const bool collected = std::ranges::any_of(
+      options.frames, [](const std::string& file) { return formats::isCollection(file); });
+  if (collected && options.frames.size() > 1) {
+    return "a collection (.pvd) is given alone: it lists the meshes";
+  }
   if (!options.voxelSize) {
     return "triangle meshes need --voxel-size, the edge length of a voxel; meshes that all have "
            "the same triangles can be swept as they are: t4d sweep";
@@ -163,15 +169,18 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
     return "--iso, --label, --spacing, --origin, --axes, --channel, --raw and --grid are not for "
            "triangle meshes";
   }
+  if (collected && input.startTime && !input.frameTime) {
+    return "--start-time requires --frame-time";
+  }
   return std::nullopt;
 }
 
 /// What is wrong with the choice of options; nothing if it fits the files.
 std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
   const bool volumes = voxel4d::isVolumeFile(options.frames.front());
-  const bool meshes = isTriangleMesh(options.frames.front());
+  const bool meshes = isMeshFrame(options.frames.front());
   for (const std::string& file : options.frames) {
-    if (voxel4d::isVolumeFile(file) != volumes || isTriangleMesh(file) != meshes) {
+    if (voxel4d::isVolumeFile(file) != volumes || isMeshFrame(file) != meshes) {
       return fmt::format(
           "{} and {} are not of one kind; give .vdb files, volumes, or triangle meshes",
           options.frames.front(), file);
@@ -332,7 +341,7 @@ void addWeave(CLI::App& app, int& exitCode) {
       ->add_option("FRAMES", options->frames,
                    "Frames: .vdb files or their folder; volumes: " + volumeExtensions() +
                        "; or, with --voxel-size, triangle meshes: " +
-                       formats::readableTriangleMeshExtensions())
+                       formats::readableTriangleMeshExtensions() + ", or a .pvd that lists them")
       ->required();
   command
       ->add_option("--voxel-size", options->voxelSize,

@@ -319,7 +319,8 @@ TEST(Vtu, SaysWhatIsWrong) {
     return error4dOf("a.vtu", vtuText(more, piece) + "</VTKFile>\n");
   };
   EXPECT_EQ(error4dOf("a.vtu", "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\">\n</VTKFile>"),
-            "a.vtu: is not a VTKFile of type UnstructuredGrid");
+            "a.vtu: is not a 4D mesh: a .vtu file would begin with XML with `VTKFile` of an "
+            "`UnstructuredGrid` (VTK unstructured grid, the time as point data)");
   EXPECT_EQ(error4dOf("a.vtu", "<VTKFile type=\"UnstructuredGrid\">\n<Piece\n</VTKFile>"),
             "a.vtu:3: is not XML: not well-formed (invalid token)");
   EXPECT_EQ(errorOfPiece(simplexPiece(), "byte_order=\"Middle\""),
@@ -336,7 +337,8 @@ TEST(Vtu, SaysWhatIsWrong) {
   std::string untimed = simplexPiece();
   untimed.replace(untimed.find("\"t\""), 3, "\"u\"");
   EXPECT_EQ(errorOfPiece(untimed),
-            "a.vtu: has no point data 't', which would be the fourth coordinate");
+            "a.vtu: has no point data 't', which would be the fourth coordinate; a surface is an "
+            "input of sweep and weave");
   std::string beyond = simplexPiece();
   beyond.replace(beyond.find("1 2 3 4"), 7, "1 2 3 5");
   EXPECT_EQ(errorOfPiece(beyond),

@@ -69,7 +69,7 @@ const std::vector<Mesh4dFormat>& table() {
       {"vtu",
        "VTK unstructured grid, the time as point data",
        {".vtu"},
-       "XML with `VTKFile`",
+       "XML with `VTKFile` of an `UnstructuredGrid`",
        isVtu,
        {.attributes = keptInVtu},
        readVtu,

@@ -4,40 +4,19 @@
 #include <array>
 #include <limits>
 #include <map>
-#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "t4d/formats/mesh4d/mesh4d_builder.h"
 #include "t4d/formats/mesh4d/polyhedron.h"
-#include "t4d/formats/mesh4d/vtu_file.h"
 #include "t4d/formats/mesh4d/vtu_writer.h"
-#include "t4d/formats/t4d/names.h"
-#include "t4d/model/attribute_rows.h"
+#include "t4d/formats/vtk_cells.h"
+#include "t4d/formats/vtk_data.h"
+#include "t4d/formats/vtk_file.h"
 
 namespace t4d::formats {
 namespace {
-
-constexpr std::uint8_t kTetrahedronType = 10;
-
-/// A VTK cell with flat faces, by the numbers of its corners.
-struct Shape {
-  std::size_t corners;
-  std::vector<std::vector<std::uint32_t>> faces;
-};
-
-const std::map<std::uint32_t, Shape>& shapes() {
-  static const std::map<std::uint32_t, Shape> all = {
-      {11,
-       {8, {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}}}},
-      {12,
-       {8, {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}}},
-      {13, {6, {{0, 1, 2}, {3, 4, 5}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}}}},
-      {14, {5, {{0, 1, 2, 3}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}}},
-  };
-  return all;
-}
 
 /// Types of vertices, lines and polygons, straight and curved.
 bool isLowerDimension(std::uint32_t type) {
@@ -48,42 +27,30 @@ bool isLowerDimension(std::uint32_t type) {
 bool areTetrahedra(const std::vector<std::uint8_t>& types,
                    const std::vector<std::uint32_t>& offsets) {
   std::uint64_t end = 0;
-  return std::ranges::all_of(types, [](auto type) { return type == kTetrahedronType; }) &&
+  return std::ranges::all_of(types, [](auto type) { return type == kVtkTetrahedron; }) &&
          std::ranges::all_of(offsets, [&](std::uint32_t offset) { return offset == (end += 4); });
-}
-
-const VtuArray* named(const std::vector<VtuArray>& arrays, std::string_view name) {
-  const auto found = std::ranges::find(arrays, name, &VtuArray::name);
-  return found == arrays.end() ? nullptr : &*found;
 }
 
 class VtuReader {
  public:
-  VtuReader(const InputFile& file, VtuFile& vtu)
-      : file_(file), vtu_(vtu), mesh_(file.path.string(), [&file](auto index) {
-          return fmt::format("{}: element {}", file.path.string(), index);
-        }) {}
+  VtuReader(const InputFile& file, VtkFile& vtu)
+      : file_(file),
+        vtu_(vtu),
+        mesh_(file.path.string(),
+              [&file](auto index) {
+                return fmt::format("{}: element {}", file.path.string(), index);
+              }),
+        data_(vtu) {}
 
   Result<LoadedMesh4d> read() {
-    for (const VtuPiece& piece : vtu_.pieces()) {
+    for (const VtkPiece& piece : vtu_.pieces()) {
       const std::size_t first = mesh_.vertexCount();
       if (auto done = readVertices(piece); !done) return pass(done.error());
       if (auto done = readCells(piece, first); !done) return pass(done.error());
     }
     auto names = readNames();
     if (!names) return pass(names.error());
-    std::vector<model::Attribute> attributes;
-    for (const auto& [some, rows] :
-         {std::pair{&ofVertices_, mesh_.vertexCount()}, std::pair{&ofCells_, cellCount_}}) {
-      for (auto& [name, attribute] : *some) {
-        if (attribute.rows() == rows) {
-          attributes.push_back(std::move(attribute));
-        } else {
-          skippedData_.insert(name);  // a piece does not have it
-        }
-      }
-    }
-    mesh_.setAttributes(std::move(attributes));
+    mesh_.setAttributes(data_.take(mesh_.vertexCount(), cellCount_));
     auto loaded = std::move(mesh_).finish(*names);
     if (!loaded) return loaded;
     loaded->dialect = vtu_.dialect();
@@ -92,9 +59,9 @@ class VtuReader {
       loaded->losses.push_back(
           fmt::format("{}: {} cells of lower dimension are not read", path, skippedCells_));
     }
-    if (!skippedData_.empty()) {
+    if (!data_.skipped().empty()) {
       loaded->losses.push_back(
-          fmt::format("{}: data that are not read: {}", path, fmt::join(skippedData_, ", ")));
+          fmt::format("{}: data that are not read: {}", path, fmt::join(data_.skipped(), ", ")));
     }
     if (pulled_ > 0) {
       loaded->notices.push_back(
@@ -104,16 +71,18 @@ class VtuReader {
   }
 
  private:
-  Result<void> readVertices(const VtuPiece& piece) {
+  Result<void> readVertices(const VtkPiece& piece) {
     if (piece.points == 0) return {};
     if (piece.coordinates.empty()) return invalid("a piece has no Points", file_.path.string());
-    const VtuArray* times = named(piece.pointData, "t");
-    if (times == nullptr) times = named(piece.pointData, "time");
+    const VtkArray* times = arrayNamed(piece.pointData, "t");
+    if (times == nullptr) times = arrayNamed(piece.pointData, "time");
     if (times == nullptr) {
-      return invalid("has no point data 't', which would be the fourth coordinate",
-                     file_.path.string());
+      return invalid(
+          "has no point data 't', which would be the fourth coordinate; a surface is an "
+          "input of sweep and weave",
+          file_.path.string());
     }
-    const VtuArray& coordinates = piece.coordinates.front();
+    const VtkArray& coordinates = piece.coordinates.front();
     if (coordinates.components != 3) {
       return vtu_.wrong(coordinates,
                         fmt::format("has {} components, expected 3", coordinates.components));
@@ -126,50 +95,50 @@ class VtuReader {
     if (auto read = vtu_.coordinates(*times, 3, vertices, piece.points); !read) return read;
     const std::size_t before = mesh_.vertexCount();
     if (auto added = mesh_.addVertices(std::move(vertices)); !added) return added;
-    for (const VtuArray& other : piece.pointData) {
-      if (&other != times) readAttribute(other, model::Domain::Vertex, piece.points, before, {});
+    for (const VtkArray& other : piece.pointData) {
+      if (&other != times) data_.add(other, model::Domain::Vertex, piece.points, before);
     }
     return {};
   }
 
-  Result<void> readCells(const VtuPiece& piece, std::size_t first) {
-    if (piece.cells == 0) return {};
-    const VtuArray* ends = named(piece.connectivity, "offsets");
-    const VtuArray* kinds = named(piece.connectivity, "types");
-    const VtuArray* corners = named(piece.connectivity, "connectivity");
+  Result<void> readCells(const VtkPiece& piece, std::size_t first) {
+    if (piece.cells.count == 0) return {};
+    const VtkArray* ends = arrayNamed(piece.cells.arrays, "offsets");
+    const VtkArray* kinds = arrayNamed(piece.cells.arrays, "types");
+    const VtkArray* corners = arrayNamed(piece.cells.arrays, "connectivity");
     if (ends == nullptr || kinds == nullptr || corners == nullptr) {
       return invalid("a piece has no Cells with connectivity, offsets and types",
                      file_.path.string());
     }
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
-    auto offsets = vtu_.indices(*ends, piece.cells, kMost);
+    auto offsets = vtu_.indices(*ends, piece.cells.count, kMost);
     if (!offsets) return pass(offsets.error());
-    auto types = vtu_.types(*kinds, piece.cells);
+    auto types = vtu_.types(*kinds, piece.cells.count);
     if (!types) return pass(types.error());
     if (!std::ranges::is_sorted(*offsets)) return vtu_.wrong(*ends, "goes down");
     std::vector<std::int64_t> bodies;
-    const auto isBody = [](const VtuArray& data) {
+    const auto isBody = [](const VtkArray& data) {
       return data.name == "body" && data.components == 1 && !data.type.starts_with("Float");
     };
-    for (const VtuArray& data : piece.cellData) {
+    for (const VtkArray& data : piece.cellData) {
       if (!isBody(data)) continue;
-      auto numbers = vtu_.integers(data, piece.cells);
+      auto numbers = vtu_.integers(data, piece.cells.count);
       if (!numbers) return pass(numbers.error());
       bodies = std::move(*numbers);
     }
     const std::size_t before = cellCount_;
     const auto readAttributes = [&](std::span<const std::uint32_t> rows) {
-      for (const VtuArray& data : piece.cellData) {
-        if (!isBody(data)) readAttribute(data, model::Domain::Cell, piece.cells, before, rows);
+      for (const VtkArray& data : piece.cellData) {
+        if (!isBody(data)) data_.add(data, model::Domain::Cell, piece.cells.count, before, rows);
       }
     };
     const auto points = static_cast<std::uint32_t>(piece.points);
     if (areTetrahedra(*types, *offsets)) {
       offsets->clear();
       offsets->shrink_to_fit();
-      auto cells = vtu_.tetrahedra(*corners, piece.cells, points);
+      auto cells = vtu_.tetrahedra(*corners, piece.cells.count, points);
       if (!cells) return pass(cells.error());
-      if (named(vtu_.fieldData(), kOutwardContours) != nullptr) {
+      if (arrayNamed(vtu_.fieldData(), kOutwardContours) != nullptr) {
         for (model::Cell& cell : *cells) turnOver(cell);
       }
       cellCount_ += cells->size();
@@ -179,10 +148,10 @@ class VtuReader {
     }
     const auto all = vtu_.indices(*corners, offsets->back(), points);
     if (!all) return pass(all.error());
-    mesh_.reserve(0, piece.cells);
+    mesh_.reserve(0, piece.cells.count);
     std::size_t begin = 0;
     std::vector<std::uint32_t> cellOf;  // of each tetrahedron added
-    for (std::size_t i = 0; i < piece.cells; ++i) {
+    for (std::size_t i = 0; i < piece.cells.count; ++i) {
       const std::size_t end = (*offsets)[i];
       const std::span<const std::uint32_t> cell(all->data() + begin, end - begin);
       begin = end;
@@ -202,7 +171,7 @@ class VtuReader {
                                  corners.size(), expected),
                      file_.path.string());
     };
-    if (type == kTetrahedronType) {
+    if (type == kVtkTetrahedron) {
       if (corners.size() != 4) return wrongCount(4);
       ++cellCount_;
       return mesh_.addCell({at(0), at(1), at(2), at(3)}, body, index);
@@ -211,17 +180,17 @@ class VtuReader {
       ++skippedCells_;
       return {};
     }
-    const auto shape = shapes().find(type);
-    if (shape == shapes().end()) {
+    const VtkSolidShape* shape = vtkSolidShape(type);
+    if (shape == nullptr) {
       return fail(
           ErrorCode::Unsupported,
           fmt::format("cell {} has the type {}, which is not supported; tetrahedra (10) are", index,
                       type),
           file_.path.string());
     }
-    if (corners.size() != shape->second.corners) return wrongCount(shape->second.corners);
+    if (corners.size() != shape->corners) return wrongCount(shape->corners);
     ++pulled_;
-    std::vector<std::vector<std::uint32_t>> faces = shape->second.faces;
+    std::vector<std::vector<std::uint32_t>> faces = shape->faces;
     for (auto& face : faces) {
       for (std::uint32_t& corner : face) corner = static_cast<std::uint32_t>(at(corner));
     }
@@ -234,38 +203,13 @@ class VtuReader {
     return added;
   }
 
-  /// Reads an attribute of a piece, of which `before` rows are known from those before it. `rows`
-  /// are those that the mesh has, if they are not all.
-  void readAttribute(const VtuArray& data, model::Domain domain, std::uint64_t count,
-                     std::size_t before, std::span<const std::uint32_t> rows) {
-    auto& known = domain == model::Domain::Vertex ? ofVertices_ : ofCells_;
-    constexpr std::uint64_t kMostComponents = 255;  // of .t4d
-    const bool good = checkName(data.name) && VtuFile::scalarTypeOf(data) && data.components > 0 &&
-                      data.components <= kMostComponents && skippedData_.count(data.name) == 0;
-    auto read = good ? vtu_.attribute(data, domain, count) : Result<model::Attribute>();
-    if (read && !rows.empty()) *read = rowsOf(*read, rows);
-    if (good && read && before == 0 && known.count(data.name) == 0) {
-      known.emplace(data.name, std::move(*read));
-      return;
-    }
-    const auto found = known.find(data.name);
-    if (good && read && found != known.end() && found->second.rows() == before &&
-        found->second.type == read->type && found->second.components == read->components) {
-      found->second.values.insert(found->second.values.end(), read->values.begin(),
-                                  read->values.end());
-      return;
-    }
-    known.erase(data.name);
-    skippedData_.insert(data.name);
-  }
-
   /// The names of bodies 0, 1, ...: bytes, each name with a 0 after it.
   Result<std::map<std::int64_t, std::string>> readNames() {
     std::map<std::int64_t, std::string> names;
-    for (const VtuArray& data : vtu_.fieldData()) {
+    for (const VtkArray& data : vtu_.fieldData()) {
       if (data.name == kOutwardContours) continue;
       if (data.name != "body_names") {
-        skippedData_.insert(data.name);
+        data_.skip(data.name);
         continue;
       }
       const auto text = vtu_.strings(data);
@@ -284,22 +228,22 @@ class VtuReader {
   }
 
   const InputFile& file_;
-  VtuFile& vtu_;
+  VtkFile& vtu_;
   Mesh4dBuilder mesh_;
-  std::map<std::string, model::Attribute> ofVertices_;
-  std::map<std::string, model::Attribute> ofCells_;
+  VtkData data_;
   std::size_t cellCount_ = 0;
   std::uint64_t skippedCells_ = 0;
   std::uint64_t pulled_ = 0;
-  std::set<std::string> skippedData_;
 };
 
 }  // namespace
 
-bool isVtu(std::string_view begin) { return begin.find("<VTKFile") != begin.npos; }
+bool isVtu(std::string_view begin) {
+  return begin.find("<VTKFile") != begin.npos && begin.find("UnstructuredGrid") != begin.npos;
+}
 
 Result<LoadedMesh4d> readVtu(const InputFile& file) {
-  auto vtu = VtuFile::open(file);
+  auto vtu = VtkFile::open(file, VtkType::UnstructuredGrid);
   if (!vtu) return pass(vtu.error());
   return VtuReader(file, *vtu).read();
 }

@@ -7,7 +7,7 @@
 
 namespace t4d::formats {
 
-/// Whether text is XML with a `VTKFile`.
+/// Whether text is XML with a `VTKFile` of an unstructured grid.
 bool isVtu(std::string_view begin);
 
 /// Reads a VTK file (.vtu) of an unstructured grid, as text or binary, inline or appended,

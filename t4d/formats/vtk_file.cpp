@@ -1,4 +1,4 @@
-#include "t4d/formats/mesh4d/vtu_file.h"
+#include "t4d/formats/vtk_file.h"
 
 #include <algorithm>
 #include <atomic>
@@ -55,6 +55,31 @@ std::optional<std::uint64_t> wholeNumberOf(const std::string& text) {
   return value;
 }
 
+std::string_view nameOf(VtkType type) {
+  switch (type) {
+    case VtkType::UnstructuredGrid:
+      return "UnstructuredGrid";
+    case VtkType::PolyData:
+      return "PolyData";
+    case VtkType::Collection:
+      return "Collection";
+  }
+  return {};
+}
+
+/// The arrays of an element of this name; null if it has none.
+std::vector<VtkArray>* sectionOf(VtkPiece& piece, std::string_view name) {
+  if (name == "PointData") return &piece.pointData;
+  if (name == "CellData") return &piece.cellData;
+  if (name == "Points") return &piece.coordinates;
+  if (name == "Cells") return &piece.cells.arrays;
+  if (name == "Verts") return &piece.vertices.arrays;
+  if (name == "Lines") return &piece.lines.arrays;
+  if (name == "Strips") return &piece.strips.arrays;
+  if (name == "Polys") return &piece.polygons.arrays;
+  return nullptr;
+}
+
 /// Bytes of a value of this type; 0 for an unknown one.
 std::size_t sizeOf(std::string_view type) {
   if (type == "Float64" || type == "Int64" || type == "UInt64") return 8;
@@ -108,11 +133,13 @@ void convert(std::string_view type, std::string_view bytes, std::endian order, P
 }  // namespace
 
 /// Follows the elements of the XML.
-class VtuParser {
+class VtkParser {
  public:
-  explicit VtuParser(const InputFile& file) : file_(file) { result_.file_ = &file; }
+  VtkParser(const InputFile& file, VtkType type) : file_(file), type_(type) {
+    result_.file_ = &file;
+  }
 
-  Result<VtuFile> parse() {
+  Result<VtkFile> parse() {
     const std::unique_ptr<XML_ParserStruct, void (*)(XML_Parser)> parser(XML_ParserCreate(nullptr),
                                                                          XML_ParserFree);
     parser_ = parser.get();
@@ -132,7 +159,7 @@ class VtuParser {
       return invalid(fmt::format("is not XML: {}", XML_ErrorString(XML_GetErrorCode(parser_))),
                      file_.atLine(XML_GetCurrentLineNumber(parser_)));
     }
-    if (!isGrid_) return invalid("is not a VTKFile of type UnstructuredGrid", file_.path.string());
+    if (!isRight_) return otherFile();
     if (atAppended_) {
       if (auto found = findAppended(); !found) return pass(found.error());
     }
@@ -143,11 +170,11 @@ class VtuParser {
   static void onStart(void* self, const char* name, const char** attributes) {
     Attributes given;
     for (; *attributes != nullptr; attributes += 2) given[attributes[0]] = attributes[1];
-    static_cast<VtuParser*>(self)->start(name, given);
+    static_cast<VtkParser*>(self)->start(name, given);
   }
-  static void onEnd(void* self, const char* name) { static_cast<VtuParser*>(self)->end(name); }
+  static void onEnd(void* self, const char* name) { static_cast<VtkParser*>(self)->end(name); }
   static void onText(void* self, const char* text, int size) {
-    auto* parser = static_cast<VtuParser*>(self);
+    auto* parser = static_cast<VtkParser*>(self);
     if (parser->array_ != nullptr && parser->nested_ == 0) {
       parser->array_->text.append(text, static_cast<std::size_t>(size));
     }
@@ -156,6 +183,9 @@ class VtuParser {
   void stop(Error error) {
     problem_ = std::move(error);
     XML_StopParser(parser_, XML_FALSE);
+  }
+  tl::unexpected<Error> otherFile() const {
+    return invalid(fmt::format("is not a VTKFile of type {}", nameOf(type_)), file_.path.string());
   }
   std::string here() const { return file_.atLine(XML_GetCurrentLineNumber(parser_)); }
 
@@ -168,15 +198,10 @@ class VtuParser {
     } else if (name == "Piece") {
       startPiece(attributes);
     } else if (name == "FieldData") {
-      section_ = &result_.fieldData_;
-    } else if (name == "PointData" || name == "CellData" || name == "Points" || name == "Cells") {
-      if (result_.pieces_.empty())
-        return stop(invalid(name + " is not in a Piece", here()).value());
-      VtuPiece& piece = result_.pieces_.back();
-      section_ = name == "PointData"  ? &piece.pointData
-                 : name == "CellData" ? &piece.cellData
-                 : name == "Points"   ? &piece.coordinates
-                                      : &piece.connectivity;
+      enter(name, &result_.fieldData_);
+    } else if (name == "DataSet") {
+      result_.dataSets_.push_back({attributes["timestep"], attributes["part"], attributes["file"],
+                                   XML_GetCurrentLineNumber(parser_)});
     } else if (name == "DataArray" || name == "Array") {
       startArray(attributes);
     } else if (name == "AppendedData") {
@@ -191,15 +216,24 @@ class VtuParser {
       atAppended_ = true;
       appendedAt_ = static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_));
       XML_StopParser(parser_, XML_FALSE);
+    } else if (!result_.pieces_.empty()) {
+      VtkPiece& piece = result_.pieces_.back();
+      enter(name, sectionOf(piece, name));
+      if (name != "PointData") return;
+      piece.normals = attributes["Normals"];
+      piece.textureCoordinates = attributes["TCoords"];
     }
   }
 
+  void enter(const std::string& name, std::vector<VtkArray>* section) {
+    if (section == nullptr) return;
+    section_ = section;
+    sectionName_ = name;
+  }
+
   void startFile(Attributes& attributes) {
-    isGrid_ = attributes["type"] == "UnstructuredGrid";
-    if (!isGrid_) {
-      return stop(
-          invalid("is not a VTKFile of type UnstructuredGrid", file_.path.string()).value());
-    }
+    isRight_ = attributes["type"] == nameOf(type_);
+    if (!isRight_) return stop(otherFile().value());
     const std::string& order = attributes["byte_order"];
     if (!order.empty() && order != "LittleEndian" && order != "BigEndian") {
       return stop(invalid(fmt::format("found byte_order {}, expected 'LittleEndian' or 'BigEndian'",
@@ -223,9 +257,17 @@ class VtuParser {
   }
 
   void startPiece(Attributes& attributes) {
-    VtuPiece piece;
-    for (const auto& [name, count] :
-         {std::pair{"NumberOfPoints", &piece.points}, std::pair{"NumberOfCells", &piece.cells}}) {
+    VtkPiece piece;
+    for (const auto& [name, count] : {std::pair{"NumberOfPoints", &piece.points},
+                                      {"NumberOfCells", &piece.cells.count},
+                                      {"NumberOfVerts", &piece.vertices.count},
+                                      {"NumberOfLines", &piece.lines.count},
+                                      {"NumberOfStrips", &piece.strips.count},
+                                      {"NumberOfPolys", &piece.polygons.count}}) {
+      // Files may leave out the cells that they do not have.
+      const bool needed = count == &piece.points ||
+                          (type_ == VtkType::UnstructuredGrid && count == &piece.cells.count);
+      if (!needed && attributes.count(name) == 0) continue;
       const auto number = wholeNumberOf(attributes[name]);
       if (!number || *number > std::numeric_limits<std::uint32_t>::max()) {
         return stop(invalid(fmt::format("{} is {}, expected a whole number below 2^32", name,
@@ -240,7 +282,7 @@ class VtuParser {
 
   void startArray(Attributes& attributes) {
     if (section_ == nullptr) return;
-    VtuArray array;
+    VtkArray array;
     array.name = attributes["Name"];
     array.type = attributes["type"];
     array.format = attributes["format"].empty() ? "ascii" : attributes["format"];
@@ -266,8 +308,7 @@ class VtuParser {
       --nested_;
     } else if (name == "DataArray" || name == "Array") {
       array_ = nullptr;
-    } else if (name == "PointData" || name == "CellData" || name == "Points" || name == "Cells" ||
-               name == "FieldData") {
+    } else if (name == sectionName_) {
       section_ = nullptr;
     }
   }
@@ -294,23 +335,32 @@ class VtuParser {
   }
 
   const InputFile& file_;
-  VtuFile result_;
+  VtkType type_;
+  VtkFile result_;
   XML_Parser parser_ = nullptr;
-  std::vector<VtuArray>* section_ = nullptr;
-  VtuArray* array_ = nullptr;
+  std::vector<VtkArray>* section_ = nullptr;
+  std::string sectionName_;
+  VtkArray* array_ = nullptr;
   int nested_ = 0;  // elements inside the array
-  bool isGrid_ = false;
+  bool isRight_ = false;
   bool atAppended_ = false;
   std::size_t appendedAt_ = 0;
   std::optional<Error> problem_;
 };
 
-Result<VtuFile> VtuFile::open(const InputFile& file) { return VtuParser(file).parse(); }
+Result<VtkFile> VtkFile::open(const InputFile& file, VtkType type) {
+  return VtkParser(file, type).parse();
+}
 
-std::string VtuFile::dialect() const {
+const VtkArray* arrayNamed(const std::vector<VtkArray>& arrays, std::string_view name) {
+  const auto found = std::ranges::find(arrays, name, &VtkArray::name);
+  return found == arrays.end() ? nullptr : &*found;
+}
+
+std::string VtkFile::dialect() const {
   std::string text = "ASCII";
-  for (const VtuPiece& piece : pieces_) {
-    for (const VtuArray& array : piece.coordinates) {
+  for (const VtkPiece& piece : pieces_) {
+    for (const VtkArray& array : piece.coordinates) {
       if (array.format == "binary") text = "base64";
       if (array.format == "appended") text = rawAppended_ ? "appended" : "appended base64";
     }
@@ -323,12 +373,12 @@ std::string VtuFile::dialect() const {
   return text;
 }
 
-tl::unexpected<Error> VtuFile::wrong(const VtuArray& array, const std::string& message) const {
+tl::unexpected<Error> VtkFile::wrong(const VtkArray& array, const std::string& message) const {
   return invalid(fmt::format("the array {} {}", inQuotes(array.name), message),
                  file_->path.string());
 }
 
-Result<std::string_view> VtuFile::storedOf(const VtuArray& array) const {
+Result<std::string_view> VtkFile::storedOf(const VtkArray& array) const {
   if (array.format == "binary") return array.text;
   if (array.format != "appended") {
     return wrong(array, fmt::format("has the format {}", inQuotes(array.format)));
@@ -340,7 +390,7 @@ Result<std::string_view> VtuFile::storedOf(const VtuArray& array) const {
   return appended_.substr(array.offset);
 }
 
-Result<std::uint64_t> VtuFile::sizeSaidBy(const VtuArray& array) const {
+Result<std::uint64_t> VtkFile::sizeSaidBy(const VtkArray& array) const {
   const auto stored = storedOf(array);
   if (!stored) return pass(stored.error());
   const std::size_t word = wideHeader_ ? 8 : 4;
@@ -365,7 +415,7 @@ Result<std::uint64_t> VtuFile::sizeSaidBy(const VtuArray& array) const {
 /// The blocks of an array that is not ASCII, which must unpack to `size` bytes. They follow a
 /// header: the number of bytes; or if compressed the number of blocks, the size of a block, that of
 /// the last block unless it is as large, and the compressed size of each.
-Result<VtuFile::Blocks> VtuFile::blocksOf(const VtuArray& array, std::uint64_t size) {
+Result<VtkFile::Blocks> VtkFile::blocksOf(const VtkArray& array, std::uint64_t size) {
   const auto all = storedOf(array);
   if (!all) return pass(all.error());
   const std::string_view stored = *all;
@@ -450,14 +500,14 @@ Result<VtuFile::Blocks> VtuFile::blocksOf(const VtuArray& array, std::uint64_t s
   return result;
 }
 
-void VtuFile::Blocks::add(std::string_view bytes) {
+void VtkFile::Blocks::add(std::string_view bytes) {
   for (std::uint64_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
     const std::string_view piece = bytes.substr(begin, kPieceBytes);
     list.push_back({piece, begin, piece.size()});
   }
 }
 
-Result<void> VtuFile::unpack(const VtuArray& array, const Blocks& blocks,
+Result<void> VtkFile::unpack(const VtkArray& array, const Blocks& blocks,
                              const TakeBytes& take) const {
   std::atomic<bool> damaged = false;
   tbb::enumerable_thread_specific<std::string> buffers;
@@ -477,7 +527,7 @@ Result<void> VtuFile::unpack(const VtuArray& array, const Blocks& blocks,
 }
 
 template <class Text, class Allocate, class MakePut>
-Result<void> VtuFile::forValues(const VtuArray& array, std::uint64_t count, Allocate allocate,
+Result<void> VtkFile::forValues(const VtkArray& array, std::uint64_t count, Allocate allocate,
                                 MakePut makePut) {
   if (array.format == "ascii") {
     // Each value takes a digit and a blank.
@@ -522,7 +572,8 @@ Result<void> VtuFile::forValues(const VtuArray& array, std::uint64_t count, Allo
   });
 }
 
-Result<void> VtuFile::coordinates(const VtuArray& array, int axis, std::vector<model::Point4>& into,
+template <class Point>
+Result<void> VtkFile::coordinates(const VtkArray& array, int axis, std::vector<Point>& into,
                                   std::uint64_t count) {
   const std::uint64_t columns = array.components;
   return forValues<double>(
@@ -538,7 +589,12 @@ Result<void> VtuFile::coordinates(const VtuArray& array, int axis, std::vector<m
       });
 }
 
-Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array, std::uint64_t count) {
+template Result<void> VtkFile::coordinates(const VtkArray&, int, std::vector<model::Point3>&,
+                                           std::uint64_t);
+template Result<void> VtkFile::coordinates(const VtkArray&, int, std::vector<model::Point4>&,
+                                           std::uint64_t);
+
+Result<std::vector<std::int64_t>> VtkFile::integers(const VtkArray& array, std::uint64_t count) {
   if (array.type.starts_with("Float") && array.format != "ascii") {
     return wrong(array, "has numbers that are not whole");
   }
@@ -555,7 +611,7 @@ Result<std::vector<std::int64_t>> VtuFile::integers(const VtuArray& array, std::
 }
 
 template <class Index, class Allocate>
-Result<void> VtuFile::indicesBelow(const VtuArray& array, std::uint64_t count, std::uint64_t limit,
+Result<void> VtkFile::indicesBelow(const VtkArray& array, std::uint64_t count, std::uint64_t limit,
                                    Allocate allocate) {
   if (array.type.starts_with("Float") && array.format != "ascii") {
     return wrong(array, "has numbers that are not whole");
@@ -581,7 +637,7 @@ Result<void> VtuFile::indicesBelow(const VtuArray& array, std::uint64_t count, s
   return wrong(array, fmt::format("has the number {}, expected 0 to {}", *first, limit - 1));
 }
 
-Result<std::vector<std::uint32_t>> VtuFile::indices(const VtuArray& array, std::uint64_t count,
+Result<std::vector<std::uint32_t>> VtkFile::indices(const VtkArray& array, std::uint64_t count,
                                                     std::uint32_t limit) {
   std::vector<std::uint32_t> values;
   auto done = indicesBelow<std::uint32_t>(array, count, limit, [&] {
@@ -592,7 +648,7 @@ Result<std::vector<std::uint32_t>> VtuFile::indices(const VtuArray& array, std::
   return values;
 }
 
-Result<std::vector<std::uint8_t>> VtuFile::types(const VtuArray& array, std::uint64_t count) {
+Result<std::vector<std::uint8_t>> VtkFile::types(const VtkArray& array, std::uint64_t count) {
   std::vector<std::uint8_t> values;
   auto done = indicesBelow<std::uint8_t>(array, count, 256, [&] {
     values.resize(count);
@@ -602,7 +658,7 @@ Result<std::vector<std::uint8_t>> VtuFile::types(const VtuArray& array, std::uin
   return values;
 }
 
-Result<std::vector<model::Cell>> VtuFile::tetrahedra(const VtuArray& array, std::uint64_t count,
+Result<std::vector<model::Cell>> VtkFile::tetrahedra(const VtkArray& array, std::uint64_t count,
                                                      std::uint32_t limit) {
   std::vector<model::Cell> cells;
   auto done = indicesBelow<std::uint32_t>(array, 4 * count, limit, [&] {
@@ -613,7 +669,7 @@ Result<std::vector<model::Cell>> VtuFile::tetrahedra(const VtuArray& array, std:
   return cells;
 }
 
-std::optional<model::ScalarType> VtuFile::scalarTypeOf(const VtuArray& array) {
+std::optional<model::ScalarType> VtkFile::scalarTypeOf(const VtkArray& array) {
   using model::ScalarType;
   static const std::map<std::string_view, ScalarType> types = {
       {"UInt8", ScalarType::UInt8},     {"Int8", ScalarType::Int8},
@@ -625,7 +681,7 @@ std::optional<model::ScalarType> VtuFile::scalarTypeOf(const VtuArray& array) {
   return found == types.end() ? std::nullopt : std::optional(found->second);
 }
 
-Result<model::Attribute> VtuFile::attribute(const VtuArray& array, model::Domain domain,
+Result<model::Attribute> VtkFile::attribute(const VtkArray& array, model::Domain domain,
                                             std::uint64_t count) {
   const auto type = scalarTypeOf(array);
   if (!type) return wrong(array, fmt::format("has the type {}", inQuotes(array.type)));
@@ -677,7 +733,7 @@ Result<model::Attribute> VtuFile::attribute(const VtuArray& array, model::Domain
   return made;
 }
 
-Result<std::string> VtuFile::strings(const VtuArray& array) {
+Result<std::string> VtkFile::strings(const VtkArray& array) {
   std::string bytes;
   if (array.format == "ascii") {
     const auto count = static_cast<std::uint64_t>(
