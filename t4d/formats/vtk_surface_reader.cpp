@@ -131,6 +131,7 @@ class VtkSurfaceReader {
       }
       std::vector<model::Point3> points;
       if (auto read = vtk_.coordinates(coordinates, 0, points, piece.points); !read) return read;
+      if (before == 0) builder_.reserve(points.size(), 0);
       for (const model::Point3& point : points) {
         if (auto added = builder_.addPoint(point, kNoCell); !added) return added;
       }

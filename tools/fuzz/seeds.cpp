@@ -161,7 +161,7 @@ void writeCacheSeeds(const fs::path& folder) {
 
 void writeMeshSeeds(const fs::path& folder) {
   // The first byte of an input selects its format.
-  for (const char* extension : {"stl", "obj", "ply"}) {
+  for (const char* extension : {"stl", "obj", "ply", "vtp"}) {
     const fs::path path = folder / extension;
     const fs::path named = path.string() + "." + extension;
     expect(formats::writeTriangleMeshes(named, std::vector{formats::NamedMesh{"a", tetrahedron()}},
@@ -187,6 +187,26 @@ void writeMeshSeeds(const fs::path& folder) {
             std::string("\0\0\0\0\0\0\1\0\1\0\0\0\0\1\0\0\0\1\0\0\1\3\0\0\0\1\0\2", 28));
   write(folder / "off",
         "fOFF\n# c\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 3 2\n3 0 1 2 1.0 0 0\n");
+  const std::string points =
+      "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\">0 0 0 1 0 0 0 1 0 0 0 1"
+      "</DataArray></Points>";
+  const auto cells = [](const std::string& corners, const std::string& ends) {
+    return "<DataArray type=\"Int32\" Name=\"connectivity\">" + corners +
+           "</DataArray><DataArray type=\"Int32\" Name=\"offsets\">" + ends + "</DataArray>";
+  };
+  write(folder / "text_vtp",
+        "v<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"4\" NumberOfPolys=\"1\" "
+        "NumberOfStrips=\"1\" NumberOfLines=\"0\"><CellData><DataArray type=\"UInt8\" "
+        "Name=\"vtkGhostType\">0 0</DataArray></CellData>" +
+            points + "<Polys>" + cells("0 1 2", "3") + "</Polys><Strips>" + cells("0 1 2 3", "4") +
+            "</Strips></Piece></PolyData></VTKFile>");
+  write(folder / "text_vtu",
+        "u<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" "
+        "NumberOfCells=\"2\"><PointData><DataArray type=\"Float64\" Name=\"h\">0 1 2 3"
+        "</DataArray></PointData>" +
+            points + "<Cells>" + cells("0 1 2 3 0 1 2", "4 7") +
+            "<DataArray type=\"UInt8\" Name=\"types\">10 5</DataArray></Cells></Piece>"
+            "</UnstructuredGrid></VTKFile>");
   write(folder / "colour_off", "fSTCNOFF 3 1\n0 0 0 1 2\n1 0 0 1 2\n0 1 0 1 2\n3 0 1 2\n");
 }
 

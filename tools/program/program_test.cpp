@@ -912,10 +912,8 @@ TEST_F(Program, SaysWhatToDoWithAFileOfAnotherKind) {
     bytes[at] = static_cast<char>(bytes[at] ^ 16);
   }
   ASSERT_EQ(run("slice cube.t4d --time 0 -o slice.vtp").exitCode, 0);
-  for (const char* verb : {"sweep -m fx/rest.json -o out.t4d", "info", "mend -o out.ply"}) {
-    refuses(std::string(verb) + " slice.vtp", "written, not read");
-  }
-  refuses("convert slice.vtp out.t4d", "is not a VTKFile of type UnstructuredGrid");
+  refuses("info slice.vtp", "it is a triangle mesh; sweep it first");
+  refuses("convert slice.vtp out.t4d", "is not a 4D mesh in a known format");
   // What begins as a .t4d is one, whatever its name.
   write("cube.dat", bytes);
   EXPECT_EQ(run("convert cube.dat out.off --accept-loss").exitCode, 0);
@@ -1867,9 +1865,10 @@ TEST_F(Program, BodiesAreNamedWithoutAllExtensions) {
 /// Nobody writes into these pipes: a verb that opened one would wait for ever.
 TEST_F(Program, PipesAreNoInputsButOfFilesThatAreReadOnce) {
   ASSERT_EQ(run("sweep fx/cube.obj --motion fx/rest.json -o mesh.t4d").exitCode, 0);
-  for (const char* extension : {"obj",  "stl", "ply",  "off", "gltf",   "glb", "vtp", "vtu", "msh",
-                                "fbx",  "dae", "json", "csv", "nc",     "cl",  "pc2", "mdd", "nrrd",
-                                "nhdr", "npy", "raw",  "nii", "nii.gz", "hdr", "vdb", "t4d"}) {
+  for (const char* extension :
+       {"obj",  "stl",  "ply", "off",  "gltf", "glb",    "vtp", "vtu", "pvd",
+        "msh",  "fbx",  "dae", "json", "csv",  "nc",     "cl",  "pc2", "mdd",
+        "nrrd", "nhdr", "npy", "raw",  "nii",  "nii.gz", "hdr", "vdb", "t4d"}) {
     const std::string pipe = std::string("pipe.") + extension;
     SCOPED_TRACE(pipe);
     ASSERT_EQ(shell("mkfifo " + pipe), 0);
@@ -1889,21 +1888,35 @@ TEST_F(Program, PipesAreNoInputsButOfFilesThatAreReadOnce) {
   }
 }
 
-TEST_F(Program, AMeshThatIsOnlyWrittenIsNamedAsThat) {
-  ASSERT_EQ(run("sweep fx/cube.obj --motion fx/rest.json -o mesh.t4d").exitCode, 0);
-  ASSERT_EQ(run("slice mesh.t4d --time 0 -o a.vtp").exitCode, 0);
-  ASSERT_EQ(shell("cp a.vtp b.vtp"), 0);
+TEST_F(Program, ACollectionIsASeriesWithItsTimes) {
+  ASSERT_EQ(run("sweep fx/bending_*.obj --frame-time 0.25 -o mesh.t4d").exitCode, 0);
+  ASSERT_EQ(run("frames mesh.t4d --count 5 --light -o out/a_%d.vtp").exitCode, 0);
+  const Finished swept = run("sweep out/a.pvd -o swept.t4d");
+  EXPECT_EQ(swept.exitCode, 0) << swept.err;
+  EXPECT_THAT(swept.err, testing::Not(testing::HasSubstr("1 apart")));
+  const Finished woven = run("weave out/a.pvd --voxel-size 2 -o woven.t4d");
+  EXPECT_EQ(woven.exitCode, 0) << woven.err;
+  for (const char* name : {"swept.t4d", "woven.t4d"}) {
+    const auto info = nlohmann::json::parse(run(std::string("info --json ") + name).out);
+    EXPECT_EQ(info["time_begin"], 0) << name;
+    EXPECT_EQ(info["time_end"], 2) << name;
+  }
+  ASSERT_EQ(run("weave out/a.pvd --voxel-size 2 --frame-time 3 -o woven.t4d").exitCode, 0);
+  EXPECT_EQ(nlohmann::json::parse(run("info --json woven.t4d").out)["time_end"], 12);
   for (const char* command :
-       {"weave a.vtp b.vtp -o out.t4d", "weave a.vtp b.vtp --voxel-size 1 -o out.t4d",
-        "sweep a.vtp --motion fx/rest.json -o out.t4d", "sweep a.vtp b.vtp -o out.t4d"}) {
+       {"weave out/a.pvd -o out.t4d", "weave out/a.pvd out/a_0.vtp --voxel-size 2 -o out.t4d",
+        "weave out/a.pvd --voxel-size 2 --start-time 1 -o out.t4d",
+        "sweep out/a.pvd out/a_0.vtp -o out.t4d", "sweep out/a.pvd -m fx/rest.json -o out.t4d"}) {
+    EXPECT_EQ(run(command).exitCode, 2) << command;
+    EXPECT_FALSE(fs::exists(folder_ / "out.t4d")) << command;
+  }
+  // A mesh that is missing is found before the others are woven.
+  ASSERT_EQ(shell("rm out/a_3.vtp"), 0);
+  for (const char* command :
+       {"weave out/a.pvd --voxel-size 2 -o out.t4d", "sweep out/a.pvd -o out.t4d"}) {
     const Finished refused = run(command);
     EXPECT_EQ(refused.exitCode, 4) << command;
-    EXPECT_EQ(
-        refused.err.substr(0, 84),
-        "t4d: a.vtp: .vtp (VTK polygonal data) is written, not read; triangle meshes are read")
-        << command;
-    EXPECT_EQ(refused.err.find("convert"), std::string::npos) << refused.err;
-    EXPECT_EQ(refused.err.find("--frame-time"), std::string::npos) << refused.err;
+    EXPECT_EQ(refused.err, "t4d: out/a_3.vtp: no such file\n") << command;
   }
 }
 
