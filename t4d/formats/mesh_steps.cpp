@@ -39,8 +39,13 @@ Result<fs::path> fileOf(const VtkDataSet& listed, const InputFile& collection) {
                                inQuotes(listed.file)),
                    collection.atLine(listed.line));
   }
-  if (auto known = checkMeshExtension(file); !known) return pass(known.error());
-  if (auto size = system::sizeOfRegularFile(file); !size) return pass(size.error());
+  const auto wrong = [&](const Error& error) {
+    return fail(error.code,
+                fmt::format("names the file {}: {}", inQuotes(listed.file), error.message),
+                collection.atLine(listed.line));
+  };
+  if (auto known = checkMeshExtension(file); !known) return wrong(known.error());
+  if (auto size = system::sizeOfRegularFile(file); !size) return wrong(size.error());
   return file;
 }
 

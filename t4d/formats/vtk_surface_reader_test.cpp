@@ -247,7 +247,8 @@ TEST(Collection, SaysWhatIsWrong) {
             "a.pvd:5: the timestep is 'inf', expected a number");
   EXPECT_EQ(problem(dataSet("1", "0.5", "whole.vtp")),
             "a.pvd:5: the part is '0.5', expected a whole number");
-  EXPECT_EQ(problem(dataSet("1", "0", "none.vtp")), "none.vtp: no such file");
+  EXPECT_EQ(problem(dataSet("1", "0", "none.vtp")),
+            "a.pvd:5: names the file 'none.vtp': no such file");
   EXPECT_THAT(problem(dataSet("1", "0", "grid.vtm")), HasSubstr(".vtm is not the extension"));
   const auto outside = path.parent_path().parent_path() / "outside.vtp";
   std::filesystem::copy_file(path, outside, std::filesystem::copy_options::overwrite_existing);

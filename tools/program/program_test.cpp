@@ -1916,7 +1916,7 @@ TEST_F(Program, ACollectionIsASeriesWithItsTimes) {
        {"weave out/a.pvd --voxel-size 2 -o out.t4d", "sweep out/a.pvd -o out.t4d"}) {
     const Finished refused = run(command);
     EXPECT_EQ(refused.exitCode, 4) << command;
-    EXPECT_EQ(refused.err, "t4d: out/a_3.vtp: no such file\n") << command;
+    EXPECT_EQ(refused.err, "t4d: out/a.pvd:8: names the file 'a_3.vtp': no such file\n") << command;
   }
 }
 

@@ -55,6 +55,19 @@ class Run:
         self.most_bytes = most_bytes  # by default in proportion to the inputs
 
 
+def cells_of_cube():
+    """A cube as two wedges, as the text of a .vtu."""
+    def array(name, kind, values):
+        return f'<DataArray type="{kind}" {name} format="ascii">{values}</DataArray>\n'
+    points = " ".join(f"{i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
+    return ('<VTKFile type="UnstructuredGrid"><UnstructuredGrid>\n'
+            '<Piece NumberOfPoints="8" NumberOfCells="2"><Points>\n'
+            + array('NumberOfComponents="3"', "Float64", points) + "</Points><Cells>\n"
+            + array('Name="connectivity"', "Int64", "0 1 2 4 5 6 1 3 2 5 7 6")
+            + array('Name="offsets"', "Int64", "6 12") + array('Name="types"', "UInt8", "13 13")
+            + "</Cells></Piece></UnstructuredGrid></VTKFile>\n")
+
+
 class Result:
     """How a command ended, and what it printed."""
 
@@ -104,8 +117,10 @@ class Attack:
                        seeds / "moved.t4d")
         self.make_seed("voxelize", seeds / "cube.obj", "-m", motion, "--voxel-size", 4, "--frames",
                        2, "-o", seeds / "frames")
-        for extension in ("stl", "ply", "glb", "gltf", "obj"):
+        for extension in ("stl", "ply", "glb", "gltf", "obj", "vtp"):
             self.make_seed("slice", seeds / "mesh.t4d", "-t", 0, "-o", seeds / f"slice.{extension}")
+        self.make_seed("frames", seeds / "mesh.t4d", "-n", 3, "--light", "-o", seeds / "vtp/a_%d.vtp")
+        (seeds / "cells.vtu").write_text(cells_of_cube())
         binary = {"vtu": "vtu", "msh": "gmshb", "meshb": "meditb", "g4b": "g4b"}
         for extension, form in binary.items():
             self.make_seed("convert", seeds / "mesh.t4d", seeds / f"mesh4d.{extension}", "--to",
@@ -115,7 +130,8 @@ class Attack:
             "obj": sorted(seeds.glob("*.obj")),
             "real": [path for path in sorted((ROOT.parent / "shared/meshes").glob("*.obj"))
                      if path.stat().st_size < 300_000 and self.is_swept(path)],
-            "mesh": [seeds / f"slice.{e}" for e in ("stl", "ply", "glb", "gltf", "obj")],
+            "mesh": [seeds / f"slice.{e}" for e in ("stl", "ply", "glb", "gltf", "obj", "vtp")]
+                    + [seeds / "cells.vtu"],
             "mesh4d": [seeds / f"mesh4d.{e}" for e in binary],
             "motion": sorted(seeds.glob("*.json")),
             "t4d": [seeds / f"{name}.t4d" for name in ("mesh", "plain", "voxel")],
@@ -217,6 +233,8 @@ class Attack:
             ["mill", cube, "--tool", cube, "--holder", seeds / "slice.stl", "--shank",
              seeds / "slice.ply", "-m", motion, "--voxel-size", 4, "-o", "OUT.t4d"],
             [*weave, *self.seeds["vdb"]], [*weave, *meshes, "--voxel-size", 5],
+            [*weave, seeds / "vtp/a.pvd", "--voxel-size", 5],
+            ["sweep", seeds / "vtp/a.pvd", "-o", "OUT.t4d"],
         ]
         commands += [["sweep", file, "-m", motion, "--steps", 1, "-o", "OUT.t4d"]
                      for file in self.seeds["mesh"]]

@@ -1,6 +1,7 @@
 """Meshes of the formats of other programs."""
 
 import lzma
+import shutil
 import struct
 import zlib
 
@@ -46,9 +47,9 @@ def numbers(attack):
                [mesh, motion], output)
 
 
-@input_class(weight=7)
+@input_class(weight=6)
 def meshes(attack):
-    """STL, PLY, GLB, glTF and OBJ with flipped bits, cuts, overwritten, doubled or missing parts"""
+    """STL, PLY, GLB, glTF, OBJ, .vtp and .vtu with flipped bits, cuts, overwritten, doubled or missing parts"""
     source = attack.pick("mesh")
     mesh, _ = attack.altered(source, "mesh" + source.suffix)
     output = attack.path("out.t4d")
@@ -73,8 +74,30 @@ def texts(attack):
 
 
 @input_class(weight=1)
+def collections(attack):
+    """.pvd, the text of a .vtu, or a .vtp that one lists, with a number replaced or bits flipped,
+    swept and woven"""
+    rng = attack.rng
+    folder = attack.scene / "vtp"
+    shutil.copytree(attack.folder / "seeds/vtp", folder)
+    listed = folder / "a.pvd"
+    kind = rng.choice(["list", "mesh", "grid"])
+    if kind == "list":
+        attack.altered_text(listed, "a.pvd").replace(listed)
+    elif kind == "mesh":
+        attack.altered(folder / "a_1.vtp", "a_1.vtp")[0].replace(folder / "a_1.vtp")
+    else:
+        attack.altered_text(attack.folder / "seeds/cells.vtu", "a.vtu").replace(folder / "a.vtu")
+        text = listed.read_text()
+        listed.write_text(text.replace("a_1.vtp", "a.vtu"))
+    output = attack.path("out.t4d")
+    command = rng.choice([["sweep", listed], ["weave", listed, "--voxel-size", 5]])
+    return Run([*command, "-o", output], sorted(folder.iterdir()), output)
+
+
+@input_class(weight=1)
 def bombs(attack):
-    """`.vtu` whose compressed arrays are large, and binary Gmsh, Medit and G4MF with other
+    """`.vtu` whose compressed arrays are large, as 4D meshes and as surfaces, and binary Gmsh, Medit and G4MF with other
     counts"""
     rng = attack.rng
     if rng.random() < 0.3:
@@ -87,6 +110,7 @@ def bombs(attack):
         path.write_bytes(data)
         return Run(["convert", path, attack.path("out.t4d")], [path], attack.path("out.t4d"),
                    most_bytes=700_000_000)
+    surface = rng.random() < 0.5
     points = rng.choice([10 ** 6, 2 * 10 ** 7, 10 ** 8])
     cells = rng.choice([5, 10 ** 6, 10 ** 8])
     name, pack = rng.choice([
@@ -125,5 +149,6 @@ def bombs(attack):
     path = attack.path("bomb.vtu")
     path.write_bytes(text.encode() + bytes(appended) + b"</AppendedData></VTKFile>")
     size = path.stat().st_size
-    return Run(["convert", path, attack.path("out.t4d")], [path], attack.path("out.t4d"),
-               expect={4}, most_bytes=700_000_000 + 2_000 * size)
+    output = attack.path("out.ply" if surface else "out.t4d")
+    return Run(["mend", path, "-o", output] if surface else ["convert", path, output], [path],
+               output, expect={4}, most_bytes=700_000_000 + 2_000 * size)
