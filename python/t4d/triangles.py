@@ -110,8 +110,8 @@ def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, NDArray[A
 
 
 def read_triangles(path: Path) -> TriangleMesh:
-    """Reads .stl, .obj, .ply, .off, .gltf or .glb. Vertices with equal coordinates become one.
-    Warns of what was changed or is lost."""
+    """Reads .stl, .obj, .ply, .off, .vtp, .vtu, .gltf or .glb. Vertices with equal coordinates become
+    one. Warns of what was changed or is lost."""
     place = checks.path_text(path)
     with about(place):
         mesh, notices, losses = _t4d.read_triangles(os.fsencode(place))

@@ -26,9 +26,9 @@ struct LoadedMesh {
   model::TriangleMesh mesh;
   /// What was changed while reading, a sentence each: dropped triangles, unused vertices, ...
   std::vector<std::string> notices;
-  /// What the file holds and the mesh does not, a sentence each. Only glTF files have losses; what
-  /// the other formats say of the look of a surface (normals, texture coordinates, colours,
-  /// materials) is skipped without one, but for `attributes`.
+  /// What the file holds and the mesh does not, a sentence each. Only glTF and VTK files have
+  /// losses; what the other formats say of the look of a surface (normals, texture coordinates,
+  /// colours, materials) is skipped without one, but for `attributes`.
   std::vector<std::string> losses = {};
   /// Files that were read besides the one named: the buffers of a .gltf.
   std::vector<std::filesystem::path> otherFiles = {};
@@ -38,6 +38,7 @@ struct LoadedMesh {
   /// * `color`: of .ply and .obj UInt8 sRGB, with or without opacity; of glTF (COLOR_0) linear,
   ///   UInt16, or Float32 where the file has that;
   /// * `uv`: Float32 texture coordinates, v upward (glTF: TEXCOORD_0);
+  /// * of .vtp and .vtu, point data and cell data, under their own names;
   /// * `material`: of the triangles of an .obj with `usemtl`, UInt32 numbers in `materials`.
   std::vector<model::Attribute> attributes = {};
   std::vector<std::string> materials = {};  ///< names; the first is "", for no material
@@ -47,8 +48,8 @@ struct LoadedMesh {
   std::vector<std::string> lossesBesideAttributes = {};
 };
 
-/// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .gltf
-/// or .glb, by the extension.
+/// Reads .stl (text or binary), .obj, .ply (text or binary, faces and triangle strips), .off, .vtp,
+/// .vtu (a surface, or the boundary of volume cells), .gltf or .glb, by the extension.
 ///
 /// Coordinates are the doubles nearest to the numbers in the file, in its own units and axes (glTF:
 /// the default scene in metres, y up, with its node transforms, at rest). Vertices with equal
