@@ -278,6 +278,7 @@ class VtkParser {
       *count = *number;
     }
     result_.pieces_.push_back(std::move(piece));
+    section_ = nullptr;  // of a piece that may have been moved
   }
 
   void startArray(Attributes& attributes) {

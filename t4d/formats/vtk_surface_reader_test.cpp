@@ -125,6 +125,9 @@ TEST(Vtp, SaysWhatIsWrong) {
   EXPECT_EQ(errorOf("a.vtp", vtkText("UnstructuredGrid", "")),
             "a.vtp: is not a VTKFile of type PolyData");
   EXPECT_EQ(errorOf("a.vtp", vtkText("PolyData", "")), "a.vtp: holds no triangles");
+  EXPECT_EQ(errorOfPiece("<Piece NumberOfPoints=\"8\">\n<Points>\n" + cubePiece() +
+                         textArray("type=\"Float64\"", "0") + "</Points>\n</Piece>\n"),
+            "a.vtp: a piece has no Points");
   EXPECT_EQ(errorOfPiece(cubePiece("", "4 8 12 16 20 28")),
             "a.vtp: the array 'connectivity' has fewer than 28 values");
   EXPECT_EQ(errorOfPiece(cubePiece("", "4 8 12 16 24 20")), "a.vtp: the array 'offsets' goes down");
