@@ -115,6 +115,7 @@ std::vector<ListedFormat> formatList() {
        {".nii", ".nii.gz", ".hdr"},
        {"densities", "labels", "place", "times", "units"}},
       {"TIFF, ImageJ and OME", {".tif", ".tiff"}, {"densities", "labels", "times", "units"}},
+      {"DICOM series", {".dcm"}, {"densities", "labels", "place", "times", "units"}},
       {"NumPy array", {".npy"}, {"densities", "labels", "masks"}},
       {"bare samples", {".raw"}, {"densities", "labels", "masks"}},
   };

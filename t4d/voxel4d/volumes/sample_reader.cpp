@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "t4d/system/regular_file.h"
+#include "t4d/voxel4d/volumes/dicom_series.h"
 #include "t4d/voxel4d/volumes/gzip_stream.h"
 #include "t4d/voxel4d/volumes/tiff_file.h"
 
@@ -322,6 +323,7 @@ class TiffReader : public SampleReader {
 std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
   switch (encoding) {
     case SampleEncoding::Raw:
+    case SampleEncoding::Dicom:
       return 1;
     case SampleEncoding::Gzip:
       return 1032;
@@ -337,6 +339,8 @@ std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
 
 Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, SampleType type,
                                                   std::uint64_t bytes) {
+  // Judged when the series was read.
+  if (data.encoding == SampleEncoding::Dicom) return openDicomSamples(data.dicom);
   const std::string where = data.path.string();
   const auto size = system::sizeOfRegularFile(data.path);
   if (!size) return pass(size.error());

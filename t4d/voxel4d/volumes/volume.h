@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +15,9 @@
 
 namespace t4d::voxel4d {
 
-enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff };
+enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff, Dicom };
+
+struct DicomPlanes;
 
 /// Where samples are.
 struct SampleData {
@@ -26,6 +29,7 @@ struct SampleData {
   /// Of a TIFF: where each plane (x, y) is, one after another; with the samples in the order of
   /// this machine.
   std::vector<std::uint64_t> pages = {};
+  std::shared_ptr<const DicomPlanes> dicom = {};  ///< of DICOM: its planes
 };
 
 /// What the header of a file of samples says: one frame or several, on one lattice.
@@ -51,6 +55,7 @@ struct Volume {
 
   std::optional<double> frameTime;
   double startTime = 0;
+  std::vector<double> times;  ///< of each frame, if they are not evenly apart; else empty
   std::string lengthUnit;
   std::string timeUnit;
 

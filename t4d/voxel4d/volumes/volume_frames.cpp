@@ -14,6 +14,7 @@
 #include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/natural_order.h"
 #include "t4d/voxel4d/sample_box.h"
+#include "t4d/voxel4d/volumes/dicom_series.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
@@ -37,6 +38,10 @@ Result<Volume> readTiff(const fs::path& path, const VolumeOptions& options) {
   return readTiffHeader(path, options.axes, options.channel);
 }
 
+Result<Volume> readDicom(const fs::path& path, const VolumeOptions& options) {
+  return readDicomSeries({&path, 1}, options.series);
+}
+
 constexpr std::array kRows = {
     Row{{".nrrd", "NRRD"}, readNrrd},
     Row{{".nhdr", "NRRD, detached header"}, readNrrd},
@@ -49,6 +54,7 @@ constexpr std::array kRows = {
         }},
     Row{{".tif", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
     Row{{".tiff", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
+    Row{{".dcm", "DICOM series, files or folder"}, readDicom},
     Row{{".raw", "bare samples"},
         [](const fs::path& path, const VolumeOptions& options) {
           return readRawHeader(path, options.raw);
@@ -161,7 +167,9 @@ class Frames : public FrameSource {
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return times_.size(); }
-  bool isOneApart() const override { return !options_.frameTime && !volumes_[0].frameTime; }
+  bool isOneApart() const override {
+    return !options_.frameTime && !volumes_[0].frameTime && volumes_[0].times.empty();
+  }
   std::string nameOf(std::size_t index) const override {
     return volumes_.size() > 1 ? volumes_[index].where
                                : fmt::format("{}: frame {}", volumes_[0].where, index);
@@ -403,9 +411,11 @@ Result<std::vector<double>> timesOf(const Volume& first, std::size_t count,
                                *step, start),
                    first.where, Remedy::FrameTime);
   }
+  const bool own = !options.frameTime && !first.times.empty();
   std::vector<double> times;
   for (std::size_t i = 0; i < count; ++i) {
-    times.push_back(model::steppedTime(start, *step, i));
+    times.push_back(own ? start + (first.times[i] - first.times[0])
+                        : model::steppedTime(start, *step, i));
     if (!(std::abs(times.back()) <= model::kLargestCoordinate)) {
       return invalid(fmt::format("frame {} is at time {}; the largest possible is {}", i, times[i],
                                  model::kLargestCoordinate),
@@ -433,16 +443,28 @@ std::span<const VolumeFormat> volumeFormats() {
   return formats;
 }
 
-bool isVolumeFile(const fs::path& path) { return rowOf(path) != nullptr; }
+bool isDicomInput(const fs::path& path) {
+  const Row* row = rowOf(path);
+  return row != nullptr ? row->read == readDicom : isDicom(path);
+}
+
+bool isVolumeFile(const fs::path& path) { return rowOf(path) != nullptr || isDicomInput(path); }
 
 Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
                                       const VolumeOptions& options) {
   std::vector<fs::path> files(inputs.begin(), inputs.end());
+  std::vector<Volume> volumes;
+  if (std::ranges::any_of(files, isDicomInput)) {
+    auto series = readDicomSeries(files, options.series);
+    if (!series) return pass(series.error());
+    if (auto checked = checkSizes(*series); !checked) return pass(checked.error());
+    volumes.push_back(std::move(*series));
+    files.clear();
+  }
   std::ranges::stable_sort(files, [](const fs::path& a, const fs::path& b) {
     return naturallyLess(a.string(), b.string());
   });
-  if (files.empty()) return invalid("no frames: no file is given");
-  std::vector<Volume> volumes;
+  if (inputs.empty()) return invalid("no frames: no file is given");
   for (const fs::path& file : files) {
     const Row* row = rowOf(file);
     if (row == nullptr) return invalid("is not a volume by its extension", file.string());

@@ -22,8 +22,12 @@ struct VolumeFormat {
 /// Those that openVolumeFrames reads.
 std::span<const VolumeFormat> volumeFormats();
 
-/// Whether a file is one of these, by its extension.
+/// Whether a file is one of these, by its extension, or DICOM: a file with its signature, or a
+/// folder that holds one and no .vdb file.
 bool isVolumeFile(const std::filesystem::path& path);
+
+/// Whether it is DICOM, by its contents.
+bool isDicomInput(const std::filesystem::path& path);
 
 struct VolumeOptions {
   /// Samples above this are inside. Without it, and without `label`, floats below zero are inside
@@ -42,6 +46,7 @@ struct VolumeOptions {
   /// as "tzyx"; "" is these.
   std::string axes = {};
   std::optional<std::uint32_t> channel = {};  ///< of a TIFF with several, counted from 0
+  std::string series = {};                    ///< of DICOM: a SeriesInstanceUID or SeriesNumber
   std::string raw = {};  ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
 };
 
@@ -62,10 +67,11 @@ struct VolumeFrames {
 };
 
 /// Frames from volumes: one file with an axis of time, or several of a frame each, in natural order
-/// of their names. Everything beyond the samples is outside. A frame is read when it is requested,
-/// and then is in memory as float, or as double if its samples are wider than that or scaled. A
-/// file in which time is not the slowest axis is read at once, into a temporary file of the size of
-/// its samples. Without a time between frames they are 1 apart.
+/// of their names, or from one series of DICOM images (volumes/dicom_series.h), files or their
+/// folder. Everything beyond the samples is outside. A frame is read when it is requested, and then
+/// is in memory as float, or as double if its samples are wider than that or scaled. A file in
+/// which time is not the slowest axis is read at once, into a temporary file of the size of its
+/// samples. Without a time between frames they are 1 apart.
 ///
 /// These are errors that name the file: what its header says is damaged, contradicts the size of
 /// the file, or is beyond what is read (volumes/headers.h); integers with neither `iso` nor

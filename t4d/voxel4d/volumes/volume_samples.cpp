@@ -167,6 +167,50 @@ std::string tiff(std::endian order, std::string description, const std::string& 
   return bytes;
 }
 
+std::string dicomElement(std::uint32_t tag, std::string_view type, std::string value) {
+  if (value.size() % 2 != 0) value += type == "UI" || type == "OF" ? '\0' : ' ';
+  std::string bytes = bytesOf(static_cast<std::uint16_t>(tag >> 16U)) +
+                      bytesOf(static_cast<std::uint16_t>(tag)) + std::string(type);
+  if (type == "SQ" || type == "OF") {
+    bytes += std::string(2, '\0') + bytesOf(static_cast<std::uint32_t>(value.size()));
+  } else {
+    bytes += bytesOf(static_cast<std::uint16_t>(value.size()));
+  }
+  return bytes + value;
+}
+
+std::string dicomNumber(std::uint32_t tag, std::uint16_t value) {
+  return dicomElement(tag, "US", bytesOf(value));
+}
+
+std::string dicomItem(const std::string& value) {
+  return std::string("\xFE\xFF\x00\xE0", 4) + bytesOf(static_cast<std::uint32_t>(value.size())) +
+         value;
+}
+
+/// An enhanced image, whose frames say where and when they are.
+std::string dicom(const std::string& samples) {
+  std::string frames;
+  for (int i = 0; i < kSizes[2] * kSizes[3]; ++i) {
+    const int t = i / kSizes[2];
+    const std::string time = fmt::format("20260101120000.{}", t == 0 ? "00" : "25");
+    const std::string place = fmt::format("-1\\2\\{}", 0.25 + 0.5 * (i % kSizes[2]));
+    frames +=
+        dicomItem(dicomElement(0x00209111, "SQ", dicomItem(dicomElement(0x00189074, "DT", time))) +
+                  dicomElement(0x00209113, "SQ", dicomItem(dicomElement(0x00200032, "DS", place))));
+  }
+  const std::string shared = dicomItem(
+      dicomElement(0x00209116, "SQ",
+                   dicomItem(dicomElement(0x00200037, "DS", "1\\0\\0\\0\\1\\0"))) +
+      dicomElement(0x00289110, "SQ", dicomItem(dicomElement(0x00280030, "DS", "0.5\\0.5"))));
+  return std::string(128, '\0') + "DICM" + dicomElement(0x00020010, "UI", "1.2.840.10008.1.2.1") +
+         dicomElement(0x0020000E, "UI", "1.2.3") + dicomElement(0x00280004, "CS", "MONOCHROME2") +
+         dicomElement(0x00280008, "IS", "12") + dicomNumber(0x00280010, 4) +
+         dicomNumber(0x00280011, 5) + dicomNumber(0x00280100, 32) +
+         dicomElement(0x52009229, "SQ", shared) + dicomElement(0x52009230, "SQ", frames) +
+         dicomElement(0x7FE00008, "OF", samples);
+}
+
 }  // namespace
 
 float volumeSample(int x, int y, int z, int frame) {
@@ -213,6 +257,7 @@ std::map<std::string, std::string> volumeSamples() {
             R"(PhysicalSizeY="0.5" PhysicalSizeZ="0.5" TimeIncrement="0.25"><TiffData/></Pixels>)"
             R"(</Image></OME>)",
             little)},
+      {"enhanced.dcm", dicom(little)},
       {"line.raw", "raw float32 5 4 6 2 big\n" + big},
   };
 }
