@@ -130,6 +130,9 @@ std::string hintFor(const Error& error) {
     case Remedy::FrameTime:
       return "try: --frame-time TIME, the time between two frames";
     case Remedy::GridName:
+      if (voxel4d::isDicomInput(fileOf(error))) {
+        return "try: --series NUMBER, or the UID of a series";
+      }
       return "try: --grid NAME, to use only grids of that name";
     case Remedy::ConeCaps: {
       const std::string hint = mendingHint(error.where);

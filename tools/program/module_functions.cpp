@@ -62,6 +62,12 @@ namespace fs = std::filesystem;
   return functionsOf<OpenVdbFunctions>().writePointField(path, field);
 }
 
+#ifdef T4D_WITH_GDCM
+[[gnu::visibility("hidden")]] Result<std::string> unpackDicomImage(const DicomPacked& image) {
+  return functionsOf<DicomFunctions>().unpackDicomImage(image);
+}
+#endif
+
 }  // namespace voxel4d
 
 #ifdef T4D_WITH_CURL

@@ -3,10 +3,11 @@
 #include "t4d/formats/t4d/http_source.h"
 #include "t4d/voxel4d/point_field.h"
 #include "t4d/voxel4d/vdb_frames.h"
+#include "t4d/voxel4d/volumes/dicom_codec.h"
 #include "t4d/voxel4d/voxelize.h"
 
-/// Loading OpenVDB and libcurl takes several times as long as all else that a short run does, and
-/// most verbs never use them. So the program does not link them: two modules have the functions of
+/// Loading OpenVDB, libcurl and GDCM takes several times as long as all else that a short run does,
+/// and most verbs never use them. So the program does not link them: modules have the functions of
 /// the library that need them, and each is loaded by the first call of one of its functions
 /// (module_functions.cpp). Everything else links the library as it is.
 ///
@@ -28,5 +29,13 @@ struct WebFunctions {
   decltype(&t4d::formats::openHttpSource) openHttpSource;
 };
 
+struct DicomFunctions {
+  static constexpr const char* kModule = "t4d_dicom.so";
+  static constexpr const char* kTable = "t4dDicomFunctions";
+
+  decltype(&t4d::voxel4d::unpackDicomImage) unpackDicomImage;
+};
+
+extern "C" const DicomFunctions t4dDicomFunctions;
 extern "C" const OpenVdbFunctions t4dOpenVdbFunctions;
 extern "C" const WebFunctions t4dWebFunctions;

@@ -96,6 +96,7 @@ std::string detailsOf(const WeaveArguments& options) {
 
 /// Fails if a folder holds volumes, but no .vdb files: only the latter are taken by the folder.
 Result<void> checkFolder(const std::string& folder) {
+  if (voxel4d::isDicomInput(folder)) return {};
   std::error_code ignored;
   std::set<std::string> volumes;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
@@ -197,6 +198,11 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
   if (volumes && !options.input.raw.empty() && !isOf({".raw"})) return "--raw is for .raw files";
   if (volumes && !options.input.axes.empty() && !isOf({".npy", ".tif", ".tiff"})) {
     return "--axes is for .npy and .tif files";
+  }
+  if (!options.input.series.empty() &&
+      !std::ranges::all_of(options.frames,
+                           [](const std::string& file) { return voxel4d::isDicomInput(file); })) {
+    return "--series is for DICOM files";
   }
   if (volumes && options.input.channel && !isOf({".tif", ".tiff"})) {
     return "--channel is for .tif files";
@@ -379,6 +385,8 @@ void addWeave(CLI::App& app, int& exitCode) {
       ->add_option("--channel", options->input.channel,
                    ".tif files with several channels: which, counted from 0")
       ->check(wholeNumber(0, 1U << 30U));
+  command->add_option("--series", options->input.series,
+                      "DICOM files of several series: which, by its number or UID");
   command->add_option("--raw", options->input.raw,
                       "Layout of .raw files without header: 'TYPE NX NY NZ [NT] [little|big]'");
   command->add_option("--caps", options->caps, "Caps at the ends (docs/weave.md)")
@@ -393,6 +401,7 @@ void addWeave(CLI::App& app, int& exitCode) {
   command->footer(
       "Examples:\n  t4d weave frames/*.vdb -o moving.t4d\n"
       "  t4d weave heart.nrrd --label 2 -o heart.t4d\n"
+      "  t4d weave dicom_folder --iso 300 -o scan.t4d\n"
       "  t4d weave scan_*.nii.gz --iso 300 --frame-time 0.04 -o scan.t4d\n"
       "  t4d weave frames/water_*.obj --voxel-size 0.01 --frame-time 0.04 -o water.t4d");
   command->callback([=, &exitCode] {
