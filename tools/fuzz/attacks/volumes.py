@@ -58,6 +58,39 @@ def tiff(data, kind, description):
     return bytes(out)
 
 
+def dicom(data, kind, number):
+    """An enhanced image of 5 slices at 3 times, explicit and little-endian; `data` without packing."""
+    def element(tag, type_, value):
+        value += (b" " if type_ in ("DS", "CS", "IS", "DT") else b"\0") * (len(value) % 2)
+        size = struct.pack("<2xI" if type_ in ("OW", "SQ") else "<H", len(value) & 0xFFFFFFFF)
+        return struct.pack("<HH", tag >> 16, tag & 0xFFFF) + type_.encode() + size + value
+
+    def text(tag, type_, *values):
+        return element(tag, type_, "\\".join(str(v) for v in values).encode()[:65000])
+
+    def sequence(tag, *items):
+        return element(tag, "SQ", b"".join(
+            struct.pack("<HHI", 0xFFFE, 0xE000, len(item)) + item for item in items))
+
+    letter = SAMPLE_TYPES[kind][0]
+    bits = 8 * struct.calcsize(letter)
+    frames = [
+        sequence(0x00209111, text(0x00189074, "DT", f"2026010112000{t}.{number(0)}"))
+        + sequence(0x00209113, text(0x00200032, "DS", number(0, True), number(0, True), number(k)))
+        for t in range(3) for k in range(5)]
+    shared = (sequence(0x00209116, text(0x00200037, "DS", 1, 0, 0, 0, 1, 0))
+              + sequence(0x00289110, text(0x00280030, "DS", number(1), number(1)))
+              + sequence(0x00289145, text(0x00281052, "DS", number(0)), text(0x00281053, "DS", 1)))
+    numbers = [(0x00280010, 5), (0x00280011, 6), (0x00280100, bits), (0x00280101, bits),
+               (0x00280102, bits - 1), (0x00280103, int(letter.islower()))]
+    return (b"\0" * 128 + b"DICM" + text(0x00020010, "UI", "1.2.840.10008.1.2.1")
+            + text(0x0020000E, "UI", "1.2.3") + text(0x00280004, "CS", "MONOCHROME2")
+            + text(0x00280008, "IS", 15)
+            + b"".join(element(tag, "US", struct.pack("<H", value)) for tag, value in numbers)
+            + sequence(0x52009229, shared) + sequence(0x52009230, *frames)
+            + element(0x7FE00010, "OW", data))
+
+
 def volume(attack, number):
     """A volume in one of the formats; `number` gives the numbers of its header from those of a
     volume at the origin, and whether they are a position."""
@@ -66,7 +99,10 @@ def volume(attack, number):
     kind = rng.choice(list(SAMPLE_TYPES))
     _, nrrd, npy, nifti = SAMPLE_TYPES[kind]
     order = "".join(rng.sample("xyzt", 4)) if rng.random() < 0.5 else "xyzt"
-    form = rng.choice(["nrrd", "nrrd", "nhdr", "npy", "nii", "nii.gz", "hdr", "raw", "tif", "tif"])
+    form = rng.choice(["nrrd", "nrrd", "nhdr", "npy", "nii", "nii.gz", "hdr", "raw", "tif", "tif",
+                       "dcm", "dcm"])
+    if form == "dcm":
+        kind = rng.choice(["uint8", "int16"])
     if form not in ("nrrd", "nhdr", "npy"):
         order = "xyzt"
     data = samples(kind, order, sizes)
@@ -109,6 +145,8 @@ def volume(attack, number):
             description = (f'<OME><Image><Pixels DimensionOrder="XYZTC" SizeZ="5" SizeT="3" '
                            f'PhysicalSizeX="{number(1)}" TimeIncrement="{number(0.5)}">{planes}</Pixels></Image></OME>')
         path.write_bytes(tiff(data, kind, description))
+    elif form == "dcm":
+        path.write_bytes(dicom(data, kind, number))
     elif form == "raw":
         path.write_bytes(f"raw {kind} 6 5 5 3 little\n".encode() + data)
         options += [f"--spacing={number(1)}", "--origin", *(number(0, True) for _ in "xyz"),
@@ -140,7 +178,7 @@ def volume(attack, number):
 
 @input_class(weight=8)
 def volumes(attack):
-    """NRRD, NIfTI, TIFF, `.npy` and `.raw` far away, tiny and huge, altered, with pipes, devices and
+    """NRRD, NIfTI, TIFF, DICOM, `.npy` and `.raw` far away, tiny and huge, altered, with pipes, devices and
     links in place of their files, and packed a thousandfold, with the axes in every order"""
     rng = attack.rng
     output = attack.path("out.t4d")
