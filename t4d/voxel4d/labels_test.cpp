@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "t4d/convert/slice.h"
 #include "t4d/measure/triangle_tree.h"
+#include "t4d/slice/slice.h"
 #include "t4d/voxel4d/array_frames.h"
 #include "t4d/voxel4d/weave.h"
 
@@ -109,7 +109,7 @@ double deepestOverlap(const Labelling& labelAt, int labels, int frames) {
   for (double time = 0.13; time < frames - 1; time += 0.13) {
     std::vector<model::TriangleMesh> slices;
     for (const model::Mesh& mesh : meshes) {
-      const auto slice = convert::sliceAtTime(mesh, time);
+      const auto slice = slice::sliceAtTime(mesh, time);
       if (slice && !slice->mesh.triangles.empty()) slices.push_back(slice->mesh);
     }
     for (const model::TriangleMesh& a : slices) {
