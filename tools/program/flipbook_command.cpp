@@ -51,6 +51,9 @@ int run(const FlipbookArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
+  if ((options.rigid || options.morph) && !options.frames.timesFile.empty()) {
+    return wrongUsage("--times-file: --rigid and --morph play a stretch of time evenly; use --times");
+  }
   if ((options.rigid || options.morph) && options.appearance.color == "time") {
     return wrongUsage("--color time: a body of --rigid or --morph has one colour");
   }

@@ -498,6 +498,7 @@ TEST_F(Program, MeasuresASolidOverTime) {
   // A list that goes back retimes what is played.
   EXPECT_THAT(run("flipbook cube.t4d --times-file times.csv -o back.glb").out,
               testing::HasSubstr("3 frames of time 60 to 0"));
+  misused("flipbook cube.t4d --times-file times.csv --morph -o back.glb", "play a stretch of time");
   write("wrong.txt", "0\n1\nx\n");
   refuses("measure cube.t4d --times-file wrong.txt", "wrong.txt:3: found 'x', expected a time");
   write("empty.txt", "# nothing\n");
