@@ -52,7 +52,8 @@ int run(const FlipbookArguments& options) {
     return wrongUsage(*misuse);
   }
   if ((options.rigid || options.morph) && !options.frames.timesFile.empty()) {
-    return wrongUsage("--times-file: --rigid and --morph play a stretch of time evenly; use --times");
+    return wrongUsage(
+        "--times-file: --rigid and --morph play a stretch of time evenly; use --times");
   }
   if ((options.rigid || options.morph) && options.appearance.color == "time") {
     return wrongUsage("--color time: a body of --rigid or --morph has one colour");
