@@ -47,7 +47,7 @@ function examplesOf(page) {
 
 // Times and memory vary between runs, file sizes and checksums between versions of zstd.
 const varying = [
-  [/\b[\d.]+ (bytes|kB|MB|GB|s)\b(?! long)/g, 'N $1'],
+  [/ *\b[\d.]+ (bytes|kB|MB|GB|s)\b(?! long)/g, ' N $1'],
   [/"(seconds|peak_bytes|bytes|bytes_read)": [\d.e-]+/g, '"$1": N'],
   [/\b[0-9a-f]{8}\b/g, 'CHECKSUM'],
   [/( at byte|"offset":) \d+/g, '$1 N'],

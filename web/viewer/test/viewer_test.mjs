@@ -117,14 +117,18 @@ test('the measures on the page are those of the program', async () => {
 
 test('measures of another slice are marked until those of this one are there', async () => {
   const { page } = await openAt('?file=large.t4d#t=0.4');
-  const isBusy = () => page.evaluate('document.getElementById("measures").ariaBusy');
   await page.waitForFunction('document.getElementById("measures").ariaBusy === "false"');
   const before = await page.innerText('#measures');
-  await page.evaluate('window.t4dViewer.set({ t: 1.1 })');
-  assert.equal(await isBusy(), 'true');
-  assert.equal(await page.innerText('#measures'), before);
+  // In one go, so that the measures cannot come in between.
+  const { busy, text } = await page.evaluate(() => {
+    window.t4dViewer.set({ t: 1.1 });
+    const measures = document.getElementById('measures');
+    return { busy: measures.ariaBusy, text: measures.innerText };
+  });
+  assert.equal(busy, 'true');
+  assert.equal(text, before);
   await page.waitForFunction((text) => document.getElementById('measures').innerText !== text, before);
-  assert.equal(await isBusy(), 'false');
+  assert.equal(await page.evaluate('document.getElementById("measures").ariaBusy'), 'false');
   await page.close();
 });
 
