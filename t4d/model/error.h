@@ -16,6 +16,7 @@ enum class ErrorCode {
   Io,            ///< a file cannot be opened or read (exit 4)
   Unsupported,   ///< valid, but beyond what this build or version can do (exit 4)
   Failed,        ///< a failure on valid input, or in writing the output (exit 1)
+  Options,       ///< what was asked for cannot be done with this input (exit 2)
 };
 
 /// What a caller can change to avoid an error. Messages name no option and no verb; a program adds
@@ -37,6 +38,7 @@ enum class Remedy : std::uint8_t {
   RemeshSize,   ///< mend it through voxels of another size
   MaxHole,      ///< allow wider holes to be filled
   MaxMove,      ///< allow the surface to move farther
+  Units,        ///< convert one of two inputs, or ignore that their units or axes differ
 };
 
 /// Every public function that can fail returns one of these instead of throwing.

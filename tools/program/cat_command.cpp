@@ -6,7 +6,7 @@
 
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
@@ -121,7 +121,7 @@ void printSlab(const std::string& body, std::size_t index, const model::Slab& sl
 }
 
 int run(const CatArguments& options) {
-  const auto input = openBodies(options.input, options.only);
+  const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   for (const auto& [name, source] : input->bodies) {
     const std::size_t count = source->slabCount();
@@ -129,7 +129,7 @@ int run(const CatArguments& options) {
       return report(Error{ErrorCode::InvalidInput,
                           fmt::format("body '{}' has no slab {}; it has the slabs 0 to {}", name,
                                       *options.slab, count - 1),
-                          input->reader.name(),
+                          input->name,
                           {}});
     }
   }

@@ -31,7 +31,7 @@
 #include "tools/program/compare_page.h"
 #include "tools/program/compare_text.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/voxel_series.h"
@@ -193,11 +193,11 @@ std::string nameOf(const std::string& path) {
 
 /// An open file, converted to the units of the other file if they differ.
 struct Side {
-  explicit Side(InputBodies opened) : input(std::move(opened)), bodies(input.bodies) {}
+  explicit Side(verbs::Input opened) : input(std::move(opened)), bodies(input.bodies) {}
   Side(const Side&) = delete;
   Side& operator=(const Side&) = delete;
 
-  InputBodies input;
+  verbs::Input input;
   std::vector<std::unique_ptr<model::ConvertedSource>> converted;
   std::vector<model::Body> bodies;
   ComparedMesh mesh;
@@ -234,10 +234,10 @@ Result<model::UnitConversion> conversionTo(
 
 /// Converts `b` to the units of `a`.
 Result<void> convertUnits(const Side& a, Side& b, std::vector<std::string>& notes) {
-  const std::string& pathOfA = a.input.reader.name();
-  const std::string& pathOfB = b.input.reader.name();
-  const formats::Metadata& ofA = a.input.reader.metadata();
-  const formats::Metadata& ofB = b.input.reader.metadata();
+  const std::string& pathOfA = a.input.name;
+  const std::string& pathOfB = b.input.name;
+  const formats::Metadata& ofA = a.input.metadata;
+  const formats::Metadata& ofB = b.input.metadata;
   auto length = conversionTo(ofA.lengthUnit, pathOfA, ofB.lengthUnit, pathOfB, "length",
                              model::lengthConversion, notes);
   if (!length) return pass(length.error());
@@ -262,18 +262,18 @@ Result<void> convertUnits(const Side& a, Side& b, std::vector<std::string>& note
 Result<void> measure(Side& side, const MeshFile& file) {
   ComparedMesh& mesh = side.mesh;
   mesh = file.mesh;
-  mesh.backend = side.input.reader.metadata().backend;
-  mesh.bytes = side.input.reader.fileBytes();
+  mesh.backend = side.input.metadata.backend;
+  mesh.bytes = side.input.reader->fileBytes();
   if (mesh.name.empty()) {
     mesh.name = nameOf(file.path);
     if (!mesh.backend.empty()) mesh.name += " (" + mesh.backend + ")";
   }
-  ProgressBar bar("measuring " + nameOf(file.path), slabCountOf(side.bodies), "slabs");
+  ProgressBar bar("measuring " + nameOf(file.path), verbs::slabCountOf(side.bodies), "slabs");
   for (const model::Body& body : side.bodies) {
     auto report = measure::checkMesh(*body.source, {}, bar.part(body.source->slabCount()));
     if (!report) {
       Error error = report.error();
-      if (error.where.empty()) error.where = side.input.reader.name();
+      if (error.where.empty()) error.where = side.input.name;
       return pass(error);
     }
     mesh.vertices += report->vertices;
@@ -283,7 +283,7 @@ Result<void> measure(Side& side, const MeshFile& file) {
       printNotices(
           {fmt::format("{}: body '{}' is not a closed, oriented 4D mesh; `t4d validate` "
                        "says why",
-                       side.input.reader.name(), body.name)});
+                       side.input.name, body.name)});
     }
   }
   return {};
@@ -389,13 +389,13 @@ Result<void> writeAll(std::optional<formats::OutputFile>& file, const std::strin
 int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFile& file,
                  const std::vector<MeshFile>& others, CompareReport report,
                  std::optional<double> volumeExpected) {
-  auto openedA = openBodies(file.path, {.bodies = {}, .maxCells = options.maxCells});
+  auto openedA = verbs::openInput(file.path, {.bodies = {}, .maxCells = options.maxCells});
   if (!openedA) return tools::report(openedA.error());
   Side a(std::move(*openedA));
   if (auto measured = measure(a, file); !measured) return tools::report(measured.error());
   if (auto measured = measureCells(a, {}); !measured) return tools::report(measured.error());
   for (const MeshFile& other : others) {
-    auto openedB = openBodies(other.path, {.bodies = {}, .maxCells = options.maxCells});
+    auto openedB = verbs::openInput(other.path, {.bodies = {}, .maxCells = options.maxCells});
     if (!openedB) return tools::report(openedB.error());
     Side b(std::move(*openedB));
     std::vector<std::string> notes;
@@ -407,8 +407,8 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
       return tools::report(measured.error());
     }
     const auto unitOf = [&](std::string formats::Metadata::*unit) {
-      const std::string& ofA = a.input.reader.metadata().*unit;
-      return ofA.empty() ? b.input.reader.metadata().*unit : ofA;
+      const std::string& ofA = a.input.metadata.*unit;
+      return ofA.empty() ? b.input.metadata.*unit : ofA;
     };
     report.lengthUnit = unitOf(&formats::Metadata::lengthUnit);
     report.timeUnit = unitOf(&formats::Metadata::timeUnit);
@@ -441,7 +441,7 @@ int compareFiles(const CompareArguments& options, Outputs& outputs, const MeshFi
       auto pairs = pairsToShow(a, b, times);
       if (!pairs) return tools::report(pairs.error());
       report.pairs = std::move(*pairs);
-      report.zUp = a.input.reader.metadata().up == "z";
+      report.zUp = a.input.metadata.up == "z";
     }
   }
   if (outputs.html) {

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/verbs/json_text.h"
 #include "tools/program/console.h"
-#include "tools/program/or_null.h"
 
 namespace t4d::tools {
 namespace {
@@ -29,8 +29,8 @@ ordered_json jsonOf(const ComparedMesh& mesh) {
                         {"vertices", mesh.vertices},
                         {"tetrahedra", mesh.tetrahedra},
                         {"bytes", mesh.bytes},
-                        {"seconds", orNull(mesh.seconds)},
-                        {"peak_bytes", orNull(mesh.peakBytes)},
+                        {"seconds", verbs::orNull(mesh.seconds)},
+                        {"peak_bytes", verbs::orNull(mesh.peakBytes)},
                         {"hypervolume", mesh.hypervolume},
                         {"quality",
                          {{"time_scale", mesh.shapes.timeScale},
@@ -63,15 +63,15 @@ ordered_json convergenceJson(const CompareReport& report) {
   ordered_json levels = ordered_json::array();
   for (const Comparison& comparison : report.comparisons) {
     ordered_json level = jsonOf(comparison.b);
-    level["symmetric_difference"] = orNull(comparison.meanDifference());
+    level["symmetric_difference"] = verbs::orNull(comparison.meanDifference());
     level["hausdorff"] = comparison.largestHausdorff();
     levels.push_back(std::move(level));
   }
   const ConvergenceOrders orders = ordersOf(report.comparisons);
   return {{"levels", std::move(levels)},
-          {"order_hypervolume", orNull(orders.hypervolume)},
-          {"order_symmetric_difference", orNull(orders.difference)},
-          {"order_hausdorff", orNull(orders.hausdorff)}};
+          {"order_hypervolume", verbs::orNull(orders.hypervolume)},
+          {"order_symmetric_difference", verbs::orNull(orders.difference)},
+          {"order_hausdorff", verbs::orNull(orders.hausdorff)}};
 }
 
 }  // namespace

@@ -6,9 +6,10 @@
 #include "t4d/formats/t4d/writer.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
+#include "tools/program/version.h"
 
 namespace t4d::tools {
 namespace {
@@ -26,13 +27,13 @@ int run(const CompressArguments& options) {
     return wrongUsage(*misuse);
   }
   const auto begin = std::chrono::steady_clock::now();
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  auto writer =
-      formats::T4dWriter::create(options.output, metadataOf(*input), options.coding.writeOptions());
+  auto writer = formats::T4dWriter::create(options.output, metadataOf(*input, versionText()),
+                                           options.coding.writeOptions());
   if (!writer) return report(writer.error());
   {
-    ProgressBar bar("compressing", slabCountOf(input->bodies), "slabs");
+    ProgressBar bar("compressing", verbs::slabCountOf(input->bodies), "slabs");
     for (std::size_t i = 0; i < input->bodies.size(); ++i) {
       auto done = model::pump(*input->bodies[i].source, writer->body(i),
                               bar.part(input->bodies[i].source->slabCount()));
@@ -41,7 +42,7 @@ int run(const CompressArguments& options) {
   }
   const auto bytes = finishEdited(*writer, *input);
   if (!bytes) return report(bytes.error());
-  const std::uint64_t before = input->reader.fileBytes();
+  const std::uint64_t before = input->reader->fileBytes();
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {

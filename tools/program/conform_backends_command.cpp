@@ -12,11 +12,11 @@
 #include "t4d/conformance/backends/run.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/output_folder.h"
+#include "t4d/verbs/json_text.h"
 #include "tools/program/commands.h"
 #include "tools/program/conform_page.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/or_null.h"
 
 namespace t4d::tools {
 namespace {
@@ -94,17 +94,17 @@ ordered_json jsonOf(const CaseResult& result) {
                       {"vertices", level.mesh.vertices},
                       {"tetrahedra", level.mesh.tetrahedra},
                       {"hypervolume", level.mesh.hypervolume},
-                      {"error_hypervolume", orNull(level.hypervolumeError)},
-                      {"error_slices", orNull(level.sliceError)}});
+                      {"error_hypervolume", verbs::orNull(level.hypervolumeError)},
+                      {"error_slices", verbs::orNull(level.sliceError)}});
   }
   return {{"id", result.id},
           {"backend", result.backend},
           {"passed", result.passed()},
           {"description", result.description},
-          {"expected_hypervolume", orNull(result.hypervolumeExpected)},
-          {"worst_error", orNull(result.worstError)},
-          {"order_hypervolume", orNull(result.orders.hypervolume)},
-          {"order_slices", orNull(result.orders.slices)},
+          {"expected_hypervolume", verbs::orNull(result.hypervolumeExpected)},
+          {"worst_error", verbs::orNull(result.worstError)},
+          {"order_hypervolume", verbs::orNull(result.orders.hypervolume)},
+          {"order_slices", verbs::orNull(result.orders.slices)},
           {"seconds", result.seconds},
           {"levels", levels},
           {"checks", checks}};

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
+#include "t4d/verbs/json_text.h"
 #include "tools/program/hints.h"
 
 namespace t4d::tools {
@@ -116,7 +117,14 @@ int wrongUsage(const std::string& message) {
 int report(const Error& error) {
   say(error.text());
   sayHint(hintFor(error));
-  return error.code == ErrorCode::Failed ? kFailed : kInvalid;
+  switch (error.code) {
+    case ErrorCode::Failed:
+      return kFailed;
+    case ErrorCode::Options:
+      return kUsage;
+    default:
+      return kInvalid;
+  }
 }
 
 void sayHint(const std::string& hint) {
@@ -133,20 +141,7 @@ int reportLosses(const std::vector<std::string>& losses) {
   return losses.empty() ? kDone : kLoss;
 }
 
-void printJson(const nlohmann::ordered_json& value) {
-  // JSON allows these control characters as they are.
-  std::string text;
-  for (const char c : value.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)) {
-    const bool second = text.ends_with('\xC2') && static_cast<unsigned char>(c) < 0xA0;
-    if (second) text.pop_back();
-    if (second || c == '\x7F') {
-      text += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    } else {
-      text += c;
-    }
-  }
-  printText(text + "\n");
-}
+void printJson(const nlohmann::ordered_json& value) { printText(verbs::jsonText(value) + "\n"); }
 
 void printTable(const std::vector<std::vector<std::string>>& rows, std::string_view alignment) {
   std::vector<std::size_t> widths(rows.front().size());

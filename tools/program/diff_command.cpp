@@ -4,7 +4,7 @@
 #include "t4d/verbs/diff.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {

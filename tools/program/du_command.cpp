@@ -7,7 +7,7 @@
 #include "t4d/formats/t4d/stream.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 
 namespace t4d::tools {
 namespace {

@@ -14,14 +14,14 @@
 #include "t4d/measure/chord_bound.h"
 #include "t4d/measure/visit_fields.h"
 #include "t4d/slice/slice.h"
+#include "t4d/verbs/json_text.h"
 #include "t4d/voxel4d/point_field.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/envelope_page.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/or_null.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/time_window.h"
 
@@ -87,13 +87,13 @@ Result<void> putPart(const model::Body& body, const TimeWindow& window, const mo
 }
 
 Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
-                                          const InputBodies& input, const model::TimeSpan& span) {
+                                          const verbs::Input& input, const model::TimeSpan& span) {
   // Bounds of chords are read off the same slabs again.
-  ProgressBar bar("finding the silhouette", 2 * slabCountOf(input.bodies), "slabs");
+  ProgressBar bar("finding the silhouette", 2 * verbs::slabCountOf(input.bodies), "slabs");
   std::vector<Passed> all;
   for (const model::Body& body : input.bodies) {
     const auto inBody = [&](Error error) {
-      error.where = fmt::format("{}: body '{}'{}{}", input.reader.name(), body.name,
+      error.where = fmt::format("{}: body '{}'{}{}", input.name, body.name,
                                 error.where.empty() ? "" : ", ", error.where);
       return pass(std::move(error));
     };
@@ -141,7 +141,7 @@ Result<std::vector<std::string>> write(const EnvelopeArguments& options,
   how.center = center;
   if (formats::triangleMeshFormat(options.output)->placed) {
     std::vector<std::string> notices;
-    how.placement = placementOf(metadata, notices);
+    how.placement = verbs::placementOf(metadata, notices);
     printNotices(notices);
   }
   const ProgressBar bar("writing " + options.output);
@@ -177,12 +177,13 @@ Result<measure::SpaceLattice> fieldLattice(const EnvelopeArguments& options,
 
 /// Writes the fields that are asked for.
 Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
-                                              const InputBodies& input, const model::TimeSpan& span,
+                                              const verbs::Input& input,
+                                              const model::TimeSpan& span,
                                               measure::SpaceLattice lattice) {
   const double voxelSize = lattice.spacing;
   measure::VisitFieldBuilder builder(std::move(lattice));
   {
-    ProgressBar bar("counting visits", slabCountOf(input.bodies), "slabs");
+    ProgressBar bar("counting visits", verbs::slabCountOf(input.bodies), "slabs");
     for (const model::Body& body : input.bodies) {
       auto put = putPart(body, options.window, span, builder, bar.part(body.source->slabCount()));
       if (!put) return pass(put.error());
@@ -294,7 +295,7 @@ ordered_json jsonOf(const EnvelopeArguments& options, const std::vector<Passed>&
   return {{"vertices", vertices},
           {"triangles", triangles},
           {"closed", closed},
-          {"self_intersections", orNull(crossings)},
+          {"self_intersections", verbs::orNull(crossings)},
           {"components", components},
           {"cavities", cavities},
           {"genus", std::llround(genus)},
@@ -304,9 +305,9 @@ ordered_json jsonOf(const EnvelopeArguments& options, const std::vector<Passed>&
           {"hypervolume_by_flux", byFlux},
           {"voxel_size", voxelSize > 0 ? ordered_json(voxelSize) : ordered_json()},
           {"error_bound", errorBound},
-          {"chord_bound", orNull(chords)},
+          {"chord_bound", verbs::orNull(chords)},
           {"outside", options.outside},
-          {"outside_by", orNull(outside)},
+          {"outside_by", verbs::orNull(outside)},
           {"silhouette_triangles", silhouette}};
 }
 
@@ -351,13 +352,13 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
 
 /// The page: the envelope, and the solids at some times.
 Result<void> writePage(const EnvelopeArguments& options, const std::vector<Passed>& all,
-                       const InputBodies& input, const model::TimeSpan& span) {
+                       const verbs::Input& input, const model::TimeSpan& span) {
   const ProgressBar bar("drawing");
   auto file = formats::OutputFile::create(options.html);
   if (!file) return pass(file.error());
-  const formats::Metadata& metadata = input.reader.metadata();
+  const formats::Metadata& metadata = input.metadata;
   EnvelopeReport page;
-  page.title = "Envelope of " + input.reader.name();
+  page.title = "Envelope of " + input.name;
   page.zUp = metadata.up == "z";
   const auto append = [](model::TriangleMesh& to, const model::TriangleMesh& mesh) {
     const auto first = static_cast<std::uint32_t>(to.vertices.size());
@@ -397,7 +398,7 @@ int run(const EnvelopeArguments& options) {
     return report(writable.error());
   }
   const auto begin = std::chrono::steady_clock::now();
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   const auto span = options.window.spanIn(*input);
   if (!span) return report(span.error());
@@ -467,7 +468,7 @@ int run(const EnvelopeArguments& options) {
     }
   }
   if (!options.output.empty()) {
-    auto written = write(options, *all, center, input->reader.metadata());
+    auto written = write(options, *all, center, input->metadata);
     if (!written) return report(written.error());
     losses.insert(losses.end(), written->begin(), written->end());
   }

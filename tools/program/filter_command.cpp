@@ -7,10 +7,11 @@
 #include "t4d/formats/t4d/writer.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/time_window.h"
+#include "tools/program/version.h"
 
 namespace t4d::tools {
 namespace {
@@ -32,21 +33,21 @@ int run(const FilterArguments& options) {
   }
   if (const auto misuse = options.window.misuse()) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   const auto span = options.window.spanIn(*input);
   if (!span) return report(span.error());
   std::vector<std::string> notices;
   keepThoseWithin(*span, *input, notices);
 
-  auto writer = formats::T4dWriter::create(options.output, metadataOf(*input),
+  auto writer = formats::T4dWriter::create(options.output, metadataOf(*input, versionText()),
                                            {.compression = options.compression});
   if (!writer) return report(writer.error());
   edit::TimeClip all;
   std::uint64_t capCells = 0;
   ordered_json caps = ordered_json::array();
   {
-    ProgressBar bar("filtering", slabCountOf(input->bodies), "slabs");
+    ProgressBar bar("filtering", verbs::slabCountOf(input->bodies), "slabs");
     for (std::size_t i = 0; i < input->bodies.size(); ++i) {
       const auto& [name, source] = input->bodies[i];
       const auto clip =
@@ -54,7 +55,7 @@ int run(const FilterArguments& options) {
       if (!clip) {
         Error error = clip.error();
         if (error.where.empty()) {
-          error.where = fmt::format("{}: body '{}'", input->reader.name(), name);
+          error.where = fmt::format("{}: body '{}'", input->name, name);
         }
         return report(error);
       }
@@ -63,7 +64,7 @@ int run(const FilterArguments& options) {
                             fmt::format("body '{}' is empty between the times {} and {}; choose "
                                         "others, or other bodies by --body",
                                         name, span->begin, span->end),
-                            input->reader.name(),
+                            input->name,
                             {}});
       }
       all.slabs += clip->slabs;

@@ -13,7 +13,7 @@
 #include "tools/program/detail_text.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/gltf_options.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 
 namespace t4d::tools {
@@ -62,27 +62,29 @@ int run(const FlipbookArguments& options) {
   if (options.morph && options.gltf.bits > 15) {
     return wrongUsage("--quantize: shapes of --morph have at most 15 bits");
   }
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
   const auto moments = options.frames.of(span, kMaxFrames);
   if (!moments) return report(moments.error());
   const std::vector<double>& times = *moments;
   std::vector<std::string> notices;
-  const formats::GltfPlacement placement = placementOf(input->reader.metadata(), notices);
+  const formats::GltfPlacement placement = verbs::placementOf(input->metadata, notices);
   printNotices(notices);
   convert::FlipbookOptions how;
   how.framesPerSecond = options.framesPerSecond;
   how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
   how.write = {.attributes = options.attributes, .placement = placement};
   how.write.normals = options.appearance.normalStyle();
-  auto painting = options.appearance.painting(input->reader.metadata(), span, input->bodies);
+  auto painting = options.appearance.painting(input->metadata, span, input->bodies);
   if (!painting) return report(inInput(painting.error(), *input));
   how.paint = painting->paint;
-  how.write.gltf = options.gltf.encoding(options.gltf.bits ? boundsOf(*input) : model::Bounds3());
+  const auto bounds = boundsOf(*input);
+  if (!bounds) return report(inInput(bounds.error(), *input));
+  how.write.gltf = options.gltf.encoding(options.gltf.bits ? *bounds : model::Bounds3());
   how.write.gltf.visibility = options.visibility;
-  how.write.origin = originOf(input->reader.metadata());
-  if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
+  how.write.origin = originOf(input->metadata);
+  if (options.center) how.write.center = roundCenterOf(*bounds);
   Result<convert::FrameSlicesReport> written;
   {
     // Of the other two kinds, slabs are read once for all frames.

@@ -17,7 +17,7 @@
 #include "tools/program/detail_text.h"
 #include "tools/program/frame_options.h"
 #include "tools/program/gltf_options.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/voxel_series.h"
 
@@ -68,9 +68,9 @@ int runGrids(const FramesArguments& options) {
         "--format vdb: grids have no --light, --attributes, --center, --quantize, --meshopt, "
         "--normals or --color");
   }
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const formats::Metadata& metadata = input->reader.metadata();
+  const formats::Metadata& metadata = input->metadata;
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
   const auto moments = options.frames.of(span, kMostFrameFiles);
   if (!moments) return report(moments.error());
@@ -134,9 +134,9 @@ int run(const FramesArguments& options) {
   const auto names = convert::frameNames(options.output, extension);
   if (!names) return wrongUsage(names.error().message);
   if (const auto misuse = options.gltf.misuse("a" + names->extension)) return wrongUsage(*misuse);
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const formats::Metadata& metadata = input->reader.metadata();
+  const formats::Metadata& metadata = input->metadata;
   const model::TimeSpan span = model::timeSpanOf(input->bodies);
   const auto moments = options.frames.of(span, kMostFrameFiles);
   if (!moments) return report(moments.error());
@@ -152,12 +152,14 @@ int run(const FramesArguments& options) {
   auto painting = options.appearance.painting(metadata, span, input->bodies);
   if (!painting) return report(inInput(painting.error(), *input));
   how.paint = painting->paint;
-  how.write.gltf = options.gltf.encoding(options.gltf.bits ? boundsOf(*input) : model::Bounds3());
+  const auto bounds = boundsOf(*input);
+  if (!bounds) return report(inInput(bounds.error(), *input));
+  how.write.gltf = options.gltf.encoding(options.gltf.bits ? *bounds : model::Bounds3());
   how.write.origin = originOf(metadata);
-  if (options.center) how.write.center = roundCenterOf(boundsOf(*input));
+  if (options.center) how.write.center = roundCenterOf(*bounds);
   if (formats::triangleMeshFormat("a" + names->extension)->placed) {
     std::vector<std::string> notices;
-    how.write.placement = placementOf(metadata, notices);
+    how.write.placement = verbs::placementOf(metadata, notices);
     printNotices(notices);
   }
   Result<convert::FrameFilesReport> written;

@@ -158,6 +158,9 @@ std::string hintFor(const Error& error) {
       return "try: --max-cells N, if the file is worth the work";
     case Remedy::OpenMesh:
       return "try: --weld DISTANCE, if vertices are doubled, or --allow-open";
+    case Remedy::Units:
+      return "try: t4d transform, to convert one of them, or --ignore-units, to take the numbers as "
+             "they are";
     case Remedy::Motion:
     case Remedy::None:
       break;

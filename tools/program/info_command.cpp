@@ -8,7 +8,7 @@
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 
 namespace t4d::tools {
 namespace {

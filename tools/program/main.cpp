@@ -14,10 +14,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "t4d/verbs/similar_words.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/signals.h"
-#include "tools/program/similar_words.h"
 #include "tools/program/version.h"
 
 namespace t4d::tools {
@@ -47,7 +47,7 @@ std::string guessOf(const std::string& word, const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
-  return didYouMean(std::string_view(word).substr(0, word.find('=')), names);
+  return verbs::didYouMean(std::string_view(word).substr(0, word.find('=')), names);
 }
 
 int run(int argc, char** argv) {

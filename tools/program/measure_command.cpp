@@ -12,7 +12,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/progress_bar.h"
 #include "tools/report/html_page.h"
@@ -146,7 +146,7 @@ int run(const MeasureArguments& options) {
   }
   if (const auto misuse = misuseOfOutputs(outputs)) return wrongUsage(*misuse);
   if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   const auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
   if (!times) return report(times.error());
@@ -156,7 +156,7 @@ int run(const MeasureArguments& options) {
     samples = measure::measuresAt(input->bodies, *times, bar.callback());
   }
   if (!samples) return report(inInput(samples.error(), *input));
-  const formats::Metadata& metadata = input->reader.metadata();
+  const formats::Metadata& metadata = input->metadata;
   if (!options.output.empty()) {
     const std::string extension = formats::lowerCaseExtension(options.output);
     auto written =

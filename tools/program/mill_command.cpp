@@ -19,7 +19,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/mending.h"
 #include "tools/program/mill_page.h"
 #include "tools/program/option_checks.h"
@@ -215,7 +215,7 @@ void printText(const MillArguments& options, const mill::MillReport& report,
 /// Slices of the file for the page.
 Result<std::vector<std::pair<double, model::TriangleMesh>>> workpieces(
     const std::string& path, const model::TimeSpan& span) {
-  const auto input = openBodies(path, InputOptions{});
+  const auto input = verbs::openInput(path, InputOptions{});
   if (!input) return pass(input.error());
   const std::vector<double> times = model::evenTimes(span, 6);
   auto slices = slice::sliceAtTimes(*input->bodies.front().source, times);

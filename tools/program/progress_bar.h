@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "t4d/model/slab.h"
+#include "t4d/verbs/observer.h"
 
 namespace t4d::tools {
 
@@ -15,7 +15,7 @@ namespace t4d::tools {
 /// how much there is to do. On a terminal: a bar, after half a second, erased at the end; it is
 /// drawn again while the job reports nothing, so that its time goes on. Elsewhere, such as in a
 /// log: nothing.
-class ProgressBar {
+class ProgressBar : public verbs::Stage {
  public:
   /// Output and clock (in seconds).
   struct Console {
@@ -32,16 +32,12 @@ class ProgressBar {
   /// Of a job of `total` units, such as "frames"; without a rate if `total` is 0.
   ProgressBar(std::string title, std::uint64_t total, std::string units,
               Console console = standardError());
-  ~ProgressBar();
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
+  ~ProgressBar() override;
 
-  /// To pass as a model::Progress; valid as long as the bar exists.
-  model::Progress callback();
+  model::Progress callback() override;
+  model::Progress part(std::uint64_t units) override;
   /// Draws what is known, as the thread does.
   void beat();
-  /// The same for the next of several parts of the job, which has so many of its units.
-  model::Progress part(std::uint64_t units);
 
  private:
   void start();

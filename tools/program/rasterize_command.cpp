@@ -5,7 +5,7 @@
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/frame_options.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
@@ -18,7 +18,7 @@ struct RasterizeArguments {
 };
 
 int run(const RasterizeArguments& options) {
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   voxel4d::FrameTimes when = options.series.times;
   if (!when.count && !when.step) {
@@ -27,14 +27,14 @@ int run(const RasterizeArguments& options) {
   }
   const auto times = voxel4d::frameTimes(model::timeSpanOf(input->bodies), when);
   if (!times) return report(times.error());
-  if (!originOf(input->reader.metadata()).isZero(0)) {
+  if (!originOf(input->metadata).isZero(0)) {
     printNotices(
         {"the grids have the coordinates of the file, whose origin was moved; .vdb has no "
          "place to say so"});
   }
   return writeVoxelSeries(
       options.series, *times, [&](double time) { return measure::solidAt(input->bodies, time); },
-      input->reader.name());
+      input->name);
 }
 
 }  // namespace

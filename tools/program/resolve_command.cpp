@@ -14,14 +14,15 @@
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/chord_bound.h"
 #include "t4d/measure/compare.h"
+#include "t4d/verbs/json_text.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/or_null.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/resolve_page.h"
 #include "tools/program/t4d_output.h"
+#include "tools/program/version.h"
 
 namespace t4d::tools {
 namespace {
@@ -43,37 +44,18 @@ struct ResolveArguments {
 
 /// The bodies of both files.
 struct ResolveInput {
-  InputBodies obstacles;
-  InputBodies all;                  // of the file that is changed
+  verbs::Input obstacles;
+  verbs::Input all;                 // of the file that is changed
   std::vector<std::string> change;  // names of those that give way
 };
 
-/// Fails if lengths, times or up axes mean different things.
-Result<void> checkUnits(const ResolveInput& input) {
-  const formats::Metadata& a = input.obstacles.reader.metadata();
-  const formats::Metadata& b = input.all.reader.metadata();
-  for (const auto& [what, ofA, ofB] :
-       {std::tuple("lengths are in", a.lengthUnit, b.lengthUnit),
-        std::tuple("times are in", a.timeUnit, b.timeUnit), std::tuple("up is", a.up, b.up)}) {
-    if (ofA == ofB) continue;
-    const auto shownUnit = [](const std::string& unit) {
-      return unit.empty() ? std::string("an unknown unit") : "'" + unit + "'";
-    };
-    return invalid(fmt::format("{} {} here and {} in {}; transform one of them, or take the "
-                               "numbers as they are with --ignore-units",
-                               what, shownUnit(ofB), shownUnit(ofA), input.obstacles.reader.name()),
-                   input.all.reader.name());
-  }
-  return {};
-}
-
 Result<ResolveInput> openBoth(const ResolveArguments& options) {
-  auto obstacles =
-      openBodies(options.obstacles, {.bodies = options.against, .maxCells = options.only.maxCells});
+  auto obstacles = verbs::openInput(options.obstacles,
+                                    {.bodies = options.against, .maxCells = options.only.maxCells});
   if (!obstacles) return pass(obstacles.error());
-  const auto chosen = openBodies(options.input, options.only);
+  const auto chosen = verbs::openInput(options.input, options.only);
   if (!chosen) return pass(chosen.error());
-  auto all = openBodies(options.input, {.bodies = {}, .maxCells = options.only.maxCells});
+  auto all = verbs::openInput(options.input, {.bodies = {}, .maxCells = options.only.maxCells});
   if (!all) return pass(all.error());
   ResolveInput input{std::move(*obstacles), std::move(*all), {}};
   for (const model::Body& body : chosen->bodies) input.change.push_back(body.name);
@@ -95,20 +77,20 @@ Result<ResolveInput> openBoth(const ResolveArguments& options) {
     }
   }
   if (!options.ignoreUnits) {
-    if (auto same = checkUnits(input); !same) return pass(same.error());
+    if (auto same = verbs::checkSameUnits(input.obstacles, input.all); !same)
+      return pass(same.error());
   }
   return input;
 }
 
 Result<std::string> pageOf(const ResolveInput& input,
                            const std::vector<edit::ResolvedBody>& resolved) {
-  const formats::Metadata& metadata = input.all.reader.metadata();
-  ResolvePage page{
-      fmt::format("{} gives way to {}", input.all.reader.name(), input.obstacles.reader.name()),
-      metadata.lengthUnit,
-      metadata.timeUnit,
-      metadata.up == "z",
-      {}};
+  const formats::Metadata& metadata = input.all.metadata;
+  ResolvePage page{fmt::format("{} gives way to {}", input.all.name, input.obstacles.name),
+                   metadata.lengthUnit,
+                   metadata.timeUnit,
+                   metadata.up == "z",
+                   {}};
   for (std::size_t i = 0; i < resolved.size(); ++i) {
     const model::Body& body = input.all.bodies[i];
     if (std::ranges::count(input.change, body.name) == 0) continue;
@@ -170,7 +152,7 @@ class WithoutStale : public model::Sink {
 Result<std::uint64_t> write(const ResolveArguments& options, const ResolveInput& input,
                             const std::vector<edit::ResolvedBody>& resolved,
                             std::vector<std::string>& losses) {
-  auto writer = formats::T4dWriter::create(options.output, metadataOf(input.all),
+  auto writer = formats::T4dWriter::create(options.output, metadataOf(input.all, versionText()),
                                            {.compression = options.compression});
   if (!writer) return pass(writer.error());
   std::uint64_t slabs = 0;
@@ -179,7 +161,7 @@ Result<std::uint64_t> write(const ResolveArguments& options, const ResolveInput&
   std::set<std::string> dropped;
   for (std::size_t i = 0; i < resolved.size(); ++i) {
     const model::Source& source = *resolved[i].source;
-    WithoutStale current(writer->body(i), input.all.reader.metadata().attributes, dropped);
+    WithoutStale current(writer->body(i), input.all.metadata.attributes, dropped);
     model::Sink& sink = resolved[i].report.changed ? current : writer->body(i);
     if (auto put = model::pump(source, sink, bar.part(source.slabCount())); !put) {
       return pass(put.error());
@@ -352,7 +334,7 @@ int run(const ResolveArguments& options) {
   if (options.json) {
     printJson({{"clear", true},
                {"chord_bound", deciding.known ? ordered_json(deciding.chordBound) : ordered_json()},
-               {"deciding_clearance", orNull(deciding.clearance)},
+               {"deciding_clearance", verbs::orNull(deciding.clearance)},
                {"changed", all.changed},
                {"max_displacement", all.maxDisplacement},
                {"volume_change_max", all.volumeChangeMax},
@@ -363,7 +345,7 @@ int run(const ResolveArguments& options) {
                {"bytes", *bytes}});
     return reportLosses(losses);
   }
-  print("{}: clear of {}, {}\n", options.output, input->obstacles.reader.name(), sizeText(*bytes));
+  print("{}: clear of {}, {}\n", options.output, input->obstacles.name, sizeText(*bytes));
   for (std::size_t i = 0; i < resolved.size(); ++i) {
     const std::string& name = input->all.bodies[i].name;
     if (std::ranges::count(input->change, name) > 0) printReport(name, resolved[i].report);

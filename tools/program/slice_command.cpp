@@ -17,7 +17,7 @@
 #include "tools/program/console.h"
 #include "tools/program/detail_text.h"
 #include "tools/program/gltf_options.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 
@@ -98,12 +98,12 @@ Result<slice::LightSlice> sliceOf(const model::Body& body, const slice::Hyperpla
   return made;
 }
 
-Result<Sections> cut(const InputBodies& input, const slice::Hyperplane& hyperplane, bool light) {
+Result<Sections> cut(const verbs::Input& input, const slice::Hyperplane& hyperplane, bool light) {
   auto bodies = bodiesAt(input.bodies, hyperplane);
   if (!bodies) return pass(bodies.error());
   Sections sections;
   sections.light = light;
-  ProgressBar bar("slicing", slabCountOf(*bodies), "slabs");
+  ProgressBar bar("slicing", verbs::slabCountOf(*bodies), "slabs");
   for (const model::Body& body : *bodies) {
     auto made = sliceOf(body, hyperplane, light, sections, bar.part(body.source->slabCount()));
     if (!made) return pass(made.error());
@@ -193,7 +193,7 @@ Result<std::vector<std::string>> write(const SliceArguments& options, const Sect
   how.center = center;
   if (formats::triangleMeshFormat(options.output)->placed) {
     std::vector<std::string> notices;
-    const formats::GltfPlacement placement = placementOf(metadata, notices);
+    const formats::GltfPlacement placement = verbs::placementOf(metadata, notices);
     printNotices(notices);
     // Only a slice at a time lies in space; others have time as an axis.
     if (options.time) how.placement = placement;
@@ -215,7 +215,7 @@ int run(const SliceArguments& options) {
   if (!options.output.empty()) {
     if (const auto misuse = options.gltf.misuse(options.output)) return wrongUsage(*misuse);
   }
-  auto input = openBodies(options.input, options.only);
+  auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   auto sections = cut(*input, hyperplane, options.light);
   if (!sections) {
@@ -223,8 +223,8 @@ int run(const SliceArguments& options) {
   }
   std::optional<Merged> merged;
   if (options.coplanar == "merge") merged = mergeCoplanar(options, *sections);
-  auto painting = options.appearance.painting(input->reader.metadata(),
-                                              model::timeSpanOf(input->bodies), sections->meshes);
+  auto painting = options.appearance.painting(input->metadata, model::timeSpanOf(input->bodies),
+                                              sections->meshes);
   if (!painting) return report(inInput(painting.error(), *input));
   for (formats::NamedMesh& section : sections->meshes) {
     if (painting->paint) painting->paint(section, options.time.value_or(0));
@@ -233,7 +233,7 @@ int run(const SliceArguments& options) {
   std::vector<std::string> losses;
   if (options.attributes) losses = sections->losses;
   if (!options.output.empty()) {
-    const formats::Metadata& metadata = input->reader.metadata();
+    const formats::Metadata& metadata = input->metadata;
     const model::Point3 center =
         options.center ? roundCenterOf(boundsOf(*sections)) : model::Point3(0, 0, 0);
     if (options.attributes) {
@@ -271,8 +271,8 @@ int run(const SliceArguments& options) {
                {"slabs_read", sections->slabsRead},
                {"slabs_skipped", sections->slabsSkipped},
                {"blocks_read", sections->blocksRead},
-               {"bytes_read", input->reader.bytesRead()},
-               {"requests", input->reader.requests()},
+               {"bytes_read", input->reader->bytesRead()},
+               {"requests", input->reader->requests()},
                {"light", sections->light},
                {"distance", sections->distance},
                {"color_range", painting->range()},
@@ -283,9 +283,9 @@ int run(const SliceArguments& options) {
           options.output.empty() ? "" : options.output + ": ",
           counted(vertices, "vertex", "vertices"), counted(triangles, "triangle"),
           closed ? "closed" : "NOT CLOSED", volume, area);
-    const std::uint64_t requests = input->reader.requests();
-    print("  read {} of {}, {}{}\n", sizeText(input->reader.bytesRead()),
-          sizeText(input->reader.fileBytes()), counted(sections->slabsRead, "slab"),
+    const std::uint64_t requests = input->reader->requests();
+    print("  read {} of {}, {}{}\n", sizeText(input->reader->bytesRead()),
+          sizeText(input->reader->fileBytes()), counted(sections->slabsRead, "slab"),
           requests > 0 ? ", in " + counted(requests, "request") : "");
     if (options.light) print("  {}\n", detailText(sections->light, sections->distance));
     printExtra({merged ? fmt::format("coplanar triangles merged: {} before; no point moved further "

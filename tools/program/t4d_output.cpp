@@ -8,16 +8,11 @@
 #include "t4d/formats/t4d/names.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
 #include "tools/program/centering.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/version.h"
 
 namespace t4d::tools {
-
-Result<std::uint64_t> finishEdited(formats::T4dWriter& writer, const InputBodies& input) {
-  if (auto kept = writer.keep(input.reader.optionalChunks()); !kept) return pass(kept.error());
-  return writer.finish();
-}
 
 std::filesystem::path nameIn(const std::string& path) {
   std::error_code error;

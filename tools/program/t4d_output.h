@@ -12,12 +12,6 @@
 
 namespace t4d::tools {
 
-struct InputBodies;
-
-/// Keeps what may be kept of the chunks of the input that this version does not know, and finishes
-/// the file. Returns its size in bytes.
-Result<std::uint64_t> finishEdited(formats::T4dWriter& writer, const InputBodies& input);
-
 /// The last component of a path, also of "frames/" and ".".
 std::filesystem::path nameIn(const std::string& path);
 

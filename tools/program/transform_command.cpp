@@ -20,9 +20,10 @@
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/t4d_output.h"
+#include "tools/program/version.h"
 
 namespace t4d::tools {
 namespace {
@@ -217,9 +218,9 @@ class MovingLoss : public model::Sink {
 };
 
 /// Maps space and time of all bodies; `mapped` keeps what they are now. Returns their bounds.
-Result<model::Bounds3> mapBodies(const Eigen::Matrix4d& axes, InputBodies& input,
+Result<model::Bounds3> mapBodies(const Eigen::Matrix4d& axes, verbs::Input& input,
                                  std::deque<edit::MappedMesh>& mapped) {
-  ProgressBar bar("mapping", slabCountOf(input.bodies), "slabs");
+  ProgressBar bar("mapping", verbs::slabCountOf(input.bodies), "slabs");
   model::Bounds3 bounds;
   for (model::Body& body : input.bodies) {
     auto done = edit::mapSpaceTime(*body.source, axes, bar.part(body.source->slabCount()));
@@ -247,11 +248,13 @@ int run(const TransformArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   const auto begin = std::chrono::steady_clock::now();
   const model::Transform transform = transformOf(options);
-  auto input = openBodies(options.input, options.bodies);
+  auto input = verbs::openInput(options.input, options.bodies);
   if (!input) return report(input.error());
 
   std::deque<edit::MappedMesh> mapped;
-  model::Bounds3 bounds = boundsOf(*input);
+  const auto boundsBefore = boundsOf(*input);
+  if (!boundsBefore) return report(inInput(boundsBefore.error(), *input));
+  model::Bounds3 bounds = *boundsBefore;
   std::vector<std::string> losses;
   if (mixesTime(options)) {
     auto done = mapBodies(*axesOf(options.axes), *input, mapped);
@@ -265,7 +268,7 @@ int run(const TransformArguments& options) {
     return report(fits.error());
   }
 
-  formats::Metadata metadata = metadataOf(*input);
+  formats::Metadata metadata = metadataOf(*input, versionText());
   metadata.lengthUnit = options.lengthUnit.value_or(metadata.lengthUnit);
   metadata.timeUnit = options.timeUnit.value_or(metadata.timeUnit);
   metadata.up = options.up.value_or(metadata.up);
@@ -292,7 +295,7 @@ int run(const TransformArguments& options) {
   MovingLoss moved(transform);
   std::map<std::string, std::string> lost;
   {
-    ProgressBar bar("transforming", slabCountOf(input->bodies), "slabs");
+    ProgressBar bar("transforming", verbs::slabCountOf(input->bodies), "slabs");
     for (std::size_t i = 0; i < input->bodies.size(); ++i) {
       const model::Source& source = *input->bodies[i].source;
       model::Transformed sink(writer->body(i), transform, metadata.attributes);

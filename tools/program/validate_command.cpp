@@ -2,21 +2,17 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/t4d/url.h"
+#include "t4d/verbs/json_text.h"
 #include "t4d/verbs/validate.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/hints.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 
 namespace t4d::tools {
 namespace {
 
 using nlohmann::ordered_json;
-
-template <class T>
-ordered_json orNull(const std::optional<T>& value) {
-  return value ? ordered_json(*value) : ordered_json();
-}
 
 ordered_json jsonOf(const verbs::Validation& validation, bool deep) {
   ordered_json value;
@@ -32,15 +28,15 @@ ordered_json jsonOf(const verbs::Validation& validation, bool deep) {
   measure("degenerate_cells", &measure::MeshReport::degenerateCells);
   if (deep) {
     value["vertex_links_ok"] =
-        validation.mesh ? orNull(validation.mesh->vertexLinksOk) : ordered_json();
+        validation.mesh ? verbs::orNull(validation.mesh->vertexLinksOk) : ordered_json();
   }
   ordered_json messages = ordered_json::array();
   for (const measure::Issue& issue : validation.issues.issues) {
     messages.push_back({{"code", issue.code},
                         {"severity", static_cast<int>(issue.severity)},
                         {"message", issue.message},
-                        {"slab", orNull(issue.slab)},
-                        {"offset", orNull(issue.offset)}});
+                        {"slab", verbs::orNull(issue.slab)},
+                        {"offset", verbs::orNull(issue.offset)}});
   }
   value["issues"] = {{"errors", validation.issues.errors},
                      {"warnings", validation.issues.warnings},

@@ -12,9 +12,8 @@
 #include "t4d/formats/t4d/url.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
-#include "tools/program/input_bodies.h"
+#include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
-#include "tools/program/or_null.h"
 #include "tools/viewer/viewer_page.h"
 #include "tools/viewer/viewer_server.h"
 
@@ -124,7 +123,7 @@ int run(const ViewArguments& options) {
   for (const std::string& input : options.inputs) {
     InputOptions all;
     all.maxCells = options.maxCells;
-    const auto opened = openBodies(input, all);
+    const auto opened = verbs::openInput(input, all);
     if (!opened) return report(opened.error());
   }
   if (options.output.empty()) return serve(options, files);

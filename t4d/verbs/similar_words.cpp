@@ -1,4 +1,4 @@
-#include "tools/program/similar_words.h"
+#include "t4d/verbs/similar_words.h"
 
 #include <algorithm>
 #include <cctype>
@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace t4d::tools {
+namespace t4d::verbs {
 namespace {
 
 bool sameLetter(char a, char b) {
@@ -45,4 +45,4 @@ std::string didYouMean(std::string_view word, std::span<const std::string> words
   return fmt::format(" (did you mean {}?)", *nearest);
 }
 
-}  // namespace t4d::tools
+}  // namespace t4d::verbs

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/measure/collide.h"
+#include "t4d/measure/collision_verdict.h"
+#include "t4d/verbs/input.h"
+#include "t4d/verbs/observer.h"
+
+namespace t4d::verbs {
+
+struct CollideOptions {
+  std::optional<double> clearance = {};  ///< a distance that is to be kept, in length units
+  bool ignoreUnits = false;              ///< take numbers as they are where units differ
+};
+
+/// Two bodies, and whether they meet.
+struct CollidedPair {
+  model::Body a;
+  model::Body b;
+  std::array<bool, 2> followPoses = {};  ///< of a and of b: followsPoses
+  measure::Collision collision = {};
+  measure::CollisionVerdict verdict = {};
+  std::optional<measure::ClearanceVerdict> clearance = {};  ///< with CollideOptions::clearance
+
+  /// Whether the clearance is kept for certain, or none was asked for.
+  bool keepsClearance() const;
+  /// Whether they meet, or cannot be told not to, or may be nearer than the clearance.
+  bool mayMeet() const;
+  /// The steps that decide what is open, as mesh4d::MinVolumeRatio; nothing if no steps do.
+  std::optional<double> decidingVolumeRatio() const;
+};
+
+struct CollideReport {
+  std::vector<CollidedPair> pairs;  ///< not empty
+
+  bool mayMeet() const;
+};
+
+/// Whether moving solids touch or overlap, when, and how near they come (measure::collide): each
+/// body of the first input with each of the second or, of one input, each with each. The pairs are
+/// valid as long as the inputs. Fails for two inputs with different units or up axes, unless they
+/// are ignored, and for a single body.
+Result<CollideReport> collide(std::span<const Input> inputs, const CollideOptions& options = {},
+                              Observer& observer = nobody());
+
+/// The report as JSON (docs/schemas/collide.schema.json).
+std::string jsonOf(const CollideReport& report);
+
+/// Two solids at a time.
+struct ContactView {
+  double time = 0;
+  model::TriangleMesh a;
+  model::TriangleMesh b;
+  /// Of each triangle: whether it is in contact, up to rounding.
+  std::vector<bool> contactA;
+  std::vector<bool> contactB;
+};
+
+/// The solids of a pair at their first contact or, without one, when they are nearest; nothing if
+/// they never exist at the same time.
+Result<std::optional<ContactView>> contactView(const CollidedPair& pair);
+
+/// Writes the view of the pair that meets first or, without any contact, comes nearest, with
+/// contacts in red, in any of formats::writableTriangleMeshExtensions. `metadata` is that of the
+/// first input. Returns what the format cannot hold.
+Result<std::vector<std::string>> writeContacts(const CollideReport& report,
+                                               const formats::Metadata& metadata,
+                                               const std::string& path,
+                                               Observer& observer = nobody());
+
+}  // namespace t4d::verbs

@@ -1,0 +1,145 @@
+#include "t4d/verbs/input.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/model/units.h"
+#include "t4d/verbs/similar_words.h"
+
+namespace t4d::verbs {
+namespace {
+
+bool has(const Input& input, const std::string& body) {
+  return std::ranges::find(input.bodies, body, &model::Body::name) != input.bodies.end();
+}
+
+Result<void> addBounds(const model::Source& source, model::Bounds3& bounds) {
+  for (std::size_t i = 0; i < source.slabCount(); ++i) {
+    if (const auto known = source.bounds(i)) {
+      bounds.add(*known);
+      continue;
+    }
+    const auto slab = source.slab(i);
+    if (!slab) return pass(slab.error());
+    for (const model::Point4& vertex : (*slab)->vertices) bounds.add(vertex.head<3>());
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Input> openInput(const std::string& path, const InputOptions& options) {
+  auto opened = formats::T4dReader::open(path, formats::T4dOpen::Whole, {}, options.maxCells);
+  if (!opened) return pass(opened.error());
+  auto reader = std::make_shared<formats::T4dReader>(std::move(*opened));
+  Input input{reader->name(), reader->metadata(), {}, reader};
+  const std::vector<formats::BodyInfo>& infos = input.metadata.bodies;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    names.push_back(infos[i].name);
+    if (options.bodies.empty() || std::ranges::count(options.bodies, names[i]) > 0) {
+      input.bodies.push_back({names[i], &reader->body(i)});
+    }
+  }
+  for (const std::string& wanted : options.bodies) {
+    if (std::ranges::count(names, wanted) > 0) continue;
+    return invalid(fmt::format("has no body '{}'{}; it has {}", wanted, didYouMean(wanted, names),
+                               fmt::join(names, ", ")),
+                   input.name);
+  }
+  return input;
+}
+
+std::uint64_t slabCountOf(std::span<const model::Body> bodies) {
+  std::uint64_t count = 0;
+  for (const model::Body& body : bodies) count += body.source->slabCount();
+  return count;
+}
+
+formats::Metadata metadataOf(const Input& input, std::string_view generator) {
+  formats::Metadata metadata = input.metadata;
+  metadata.generator = generator;
+  std::erase_if(metadata.bodies,
+                [&](const formats::BodyInfo& body) { return !has(input, body.name); });
+  for (formats::BodyInfo& body : metadata.bodies) {
+    if (!has(input, body.parent)) body.parent.clear();
+  }
+  return metadata;
+}
+
+Result<std::uint64_t> finishEdited(formats::T4dWriter& writer, const Input& input) {
+  if (input.reader) {
+    if (auto kept = writer.keep(input.reader->optionalChunks()); !kept) return pass(kept.error());
+  }
+  return writer.finish();
+}
+
+Error inInput(Error error, const Input& input) {
+  if (error.where.empty()) error.where = input.name;
+  return error;
+}
+
+Result<void> checkSameUnits(const Input& a, const Input& b) {
+  const auto named = [](const std::string& unit) {
+    return unit.empty() ? std::string("not stated") : "'" + unit + "'";
+  };
+  for (const auto& [what, ofA, ofB] :
+       {std::tuple("the unit of length", a.metadata.lengthUnit, b.metadata.lengthUnit),
+        std::tuple("the unit of time", a.metadata.timeUnit, b.metadata.timeUnit),
+        std::tuple("the axis that points up", a.metadata.up, b.metadata.up)}) {
+    if (ofA == ofB) continue;
+    return invalid(
+        fmt::format("{} is {}, but that of {} is {}", what, named(ofB), a.name, named(ofA)), b.name,
+        Remedy::Units);
+  }
+  return {};
+}
+
+bool followsPoses(const Input& input) {
+  const auto details = nlohmann::json::parse(input.metadata.detailsJson, nullptr, false);
+  if (!details.is_object()) return true;
+  const auto source = details.find("source");
+  return source == details.end() || !source->is_object() || !source->contains("mesh") ||
+         source->contains("motion");
+}
+
+Result<model::Bounds3> boundsOf(const Input& input) {
+  model::Bounds3 bounds;
+  if (!input.reader) {
+    for (const model::Body& body : input.bodies) {
+      if (auto added = addBounds(*body.source, bounds); !added) return pass(added.error());
+    }
+    return bounds;
+  }
+  const std::vector<formats::BodyInfo>& infos = input.reader->metadata().bodies;
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    if (has(input, infos[i].name)) bounds.add(input.reader->summary(i).bounds);
+  }
+  return bounds;
+}
+
+formats::GltfPlacement placementOf(const formats::Metadata& metadata,
+                                   std::vector<std::string>& notices) {
+  formats::GltfPlacement placement;
+  placement.zUp = metadata.up == "z";
+  if (!metadata.lengthUnit.empty()) {
+    if (const auto metres = model::metresPer(metadata.lengthUnit)) {
+      placement.metresPerUnit = *metres;
+    } else {
+      notices.push_back(
+          fmt::format("the length unit '{}' is unknown; it is written to glTF as a metre",
+                      metadata.lengthUnit));
+    }
+  }
+  nlohmann::ordered_json extras;
+  if (!metadata.lengthUnit.empty()) extras["length_unit"] = metadata.lengthUnit;
+  if (!metadata.timeUnit.empty()) extras["time_unit"] = metadata.timeUnit;
+  if (!extras.empty()) placement.extras = extras.dump();
+  return placement;
+}
+
+}  // namespace t4d::verbs

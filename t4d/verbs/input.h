@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "t4d/formats/gltf_writer.h"
+#include "t4d/formats/t4d/reader.h"
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/model/body.h"
+
+namespace t4d::verbs {
+
+/// The 4D meshes that a verb reads: bodies of a .t4d file, or of memory.
+struct Input {
+  std::string name;  ///< for messages
+  formats::Metadata metadata;
+  /// Some or all of those that `metadata` names.
+  std::vector<model::Body> bodies;
+  std::shared_ptr<formats::T4dReader> reader = nullptr;  ///< owns the bodies; null in memory
+};
+
+struct InputOptions {
+  std::vector<std::string> bodies = {};        ///< only the bodies of these names; none for all
+  std::optional<std::uint64_t> maxCells = {};  ///< as T4dReader::open takes it
+};
+
+/// Opens a .t4d file, a path or a URL. An unknown name of a body is an error that lists those that
+/// there are.
+Result<Input> openInput(const std::string& path, const InputOptions& options = {});
+
+/// All slabs of these bodies.
+std::uint64_t slabCountOf(std::span<const model::Body> bodies);
+
+/// The metadata for a file that has only the bodies of this input; made by `generator`, a program
+/// and its version. A body whose parent is not among them has none.
+formats::Metadata metadataOf(const Input& input, std::string_view generator);
+
+/// Keeps what may be kept of the chunks of the input that this version does not know, and finishes
+/// the file, which has all bodies of the input. Returns its size in bytes.
+Result<std::uint64_t> finishEdited(formats::T4dWriter& writer, const Input& input);
+
+/// The error with the name of the input as its place, unless it has one.
+Error inInput(Error error, const Input& input);
+
+/// Fails (Remedy::Units) if lengths, times or up axes of two inputs mean different things.
+Result<void> checkSameUnits(const Input& a, const Input& b);
+
+/// Whether the motion between two layers is the screw from the pose of the one to that of the
+/// other. In a sweep of an animation, nodes may move along curves there.
+bool followsPoses(const Input& input);
+
+/// Bounds in space of the bodies, at all times. Reads the slabs of a mesh in memory.
+Result<model::Bounds3> boundsOf(const Input& input);
+
+/// How to place a solid of this file in glTF: its length unit in metres and its up axis. An unknown
+/// unit is taken as metres, with a notice.
+formats::GltfPlacement placementOf(const formats::Metadata& metadata,
+                                   std::vector<std::string>& notices);
+
+}  // namespace t4d::verbs

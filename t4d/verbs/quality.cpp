@@ -1,0 +1,200 @@
+#include "t4d/verbs/quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/verbs/json_text.h"
+
+namespace t4d::verbs {
+namespace {
+
+using measure::kQualityMeasures;
+using nlohmann::ordered_json;
+
+/// Infinite numbers become null.
+ordered_json numberOrNull(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json();
+}
+
+ordered_json jsonOf(const measure::Distribution& values) {
+  const auto ofCells = [&](double value) {
+    return values.count() == 0 ? ordered_json() : numberOrNull(value);
+  };
+  return {{"min", ofCells(values.min())},
+          {"p01", ofCells(values.quantile(0.01))},
+          {"p50", ofCells(values.quantile(0.5))},
+          {"p99", ofCells(values.quantile(0.99))},
+          {"max", ofCells(values.max())}};
+}
+
+ordered_json jsonOf(const measure::MeshQuality& quality, const std::vector<std::string>& bodies) {
+  ordered_json value = {{"cells", quality.cells()},
+                        {"flat", quality.flat},
+                        {"time_scale", quality.timeScale},
+                        {"measures", ordered_json::object()},
+                        {"sides", {{"cells", quality.sides[0].count()}}},
+                        {"caps", {{"cells", quality.caps[0].count()}}},
+                        {"worst", ordered_json::array()}};
+  for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
+    const std::string name(kQualityMeasures[k].name);
+    value["measures"][name] = jsonOf(quality.all(k));
+    value["sides"]["measures"][name] = jsonOf(quality.sides[k]);
+    value["caps"]["measures"][name] = jsonOf(quality.caps[k]);
+  }
+  for (const measure::RankedCell& cell : quality.worst) {
+    ordered_json one = {{"body", bodies[cell.body]},
+                        {"slab", cell.slab},
+                        {"cell", cell.cell},
+                        {"time", cell.center[3]},
+                        {"point", {cell.center[0], cell.center[1], cell.center[2]}}};
+    for (const auto& [name, member] : kQualityMeasures) {
+      one[std::string(name)] = numberOrNull(cell.quality.*member);
+    }
+    value["worst"].push_back(std::move(one));
+  }
+  return value;
+}
+
+/// The length of the diagonal of the mesh in space; 0 if it is empty.
+Result<double> sizeOf(const Input& input) {
+  const auto bounds = boundsOf(input);
+  if (!bounds) return pass(bounds.error());
+  return bounds->empty() ? 0.0 : (bounds->max - bounds->min).norm();
+}
+
+/// Fails if cells would be flat up to rounding with this scale.
+Result<void> checkScale(double scale, double size, const model::TimeSpan& span) {
+  constexpr double kLongest = 1e12;  // of length to size; beyond it, rounding errors decide
+  if (!(span.end > span.begin && size > 0)) return {};
+  const double even = size / (span.end - span.begin);
+  const double ratio = scale / even;
+  if (ratio >= 1 / kLongest && ratio <= kLongest) return {};
+  return fail(ErrorCode::Options,
+              fmt::format("with a time scale of {} the mesh would be {:.3g} long in time and "
+                          "{:.3g} wide in space, and volumes would {}; choose a scale from {:.2g} "
+                          "to {:.2g}",
+                          scale, scale * (span.end - span.begin), size,
+                          ratio < 1 ? "vanish" : "overflow", even / kLongest, even * kLongest));
+}
+
+struct Scale {
+  double value = 1;
+  std::string reason;
+};
+
+/// The scale between space and time: as given, or from the speed of the solid.
+Result<Scale> scaleOf(const QualityOptions& options, const Input& input, Observer& observer) {
+  const auto size = sizeOf(input);
+  if (!size) return pass(size.error());
+  const model::TimeSpan span = model::timeSpanOf(input.bodies);
+  if (options.timeScale) {
+    if (auto fits = checkScale(*options.timeScale, *size, span); !fits) return pass(fits.error());
+    return Scale{*options.timeScale, "as given"};
+  }
+  const auto stage = observer.stage("measuring the speed", slabCountOf(input.bodies), "slabs");
+  const auto speed = measure::meanNormalSpeed(input.bodies, stage->callback());
+  if (!speed) return pass(speed.error());
+  if (*speed > 0) return Scale{*speed, "the mean normal speed"};
+  if (!(span.end > span.begin && *size > 0)) return Scale{1, "nothing moves or lasts"};
+  return Scale{*size / (span.end - span.begin), "nothing moves; the size divided by the duration"};
+}
+
+/// Whether float32 takes the smallest or the largest value for 0 or for infinite.
+bool exceedsSingle(const measure::Distribution& values) {
+  const measure::Distribution some = values.positiveAndFinite();
+  return some.count() > 0 && (some.min() < std::numeric_limits<float>::min() ||
+                              some.max() > std::numeric_limits<float>::max());
+}
+
+/// The measures to write, with a note for each that float32 cannot hold.
+Result<std::vector<measure::QualityMeasure>> measuresToWrite(const QualityOptions& options,
+                                                             const measure::MeshQuality& quality,
+                                                             Observer& observer) {
+  std::vector<std::string> wanted = options.attributes;
+  if (wanted.empty()) wanted.emplace_back("radius_ratio");
+  std::vector<measure::QualityMeasure> measures;
+  for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
+    const measure::QualityMeasure& one = kQualityMeasures[k];
+    if (std::erase(wanted, one.name) == 0) continue;
+    measures.push_back(one);
+    if (exceedsSingle(quality.all(k))) {
+      observer.note(
+          fmt::format("{}: some values are too small or too large for float32; they are "
+                      "written as 0 or as infinite",
+                      one.name));
+    }
+  }
+  if (!wanted.empty()) {
+    return fail(ErrorCode::Options, fmt::format("no measure has the name '{}'", wanted.front()));
+  }
+  return measures;
+}
+
+/// Writes the mesh with measures as attributes.
+Result<void> write(const QualityOptions& options, const Input& input, QualityReport& report,
+                   Observer& observer) {
+  const auto measures = measuresToWrite(options, report.quality, observer);
+  if (!measures) return pass(measures.error());
+  auto writer = formats::T4dWriter::create(options.output, metadataOf(input, options.generator),
+                                           {.compression = options.compression});
+  if (!writer) return pass(writer.error());
+  const auto stage =
+      observer.stage("writing " + options.output, slabCountOf(input.bodies), "slabs");
+  std::set<std::string> replaced;
+  for (std::size_t b = 0; b < input.bodies.size(); ++b) {
+    const model::Source& source = *input.bodies[b].source;
+    measure::QualitySink with(*measures, report.quality.timeScale, writer->body(b));
+    if (auto put = model::pump(source, with, stage->part(source.slabCount())); !put) return put;
+    replaced.insert(with.replaced().begin(), with.replaced().end());
+  }
+  if (!replaced.empty()) {
+    observer.note(fmt::format("the file had {}; {} replaced", fmt::join(replaced, ", "),
+                              replaced.size() == 1 ? "it is" : "they are"));
+  }
+  const auto bytes = finishEdited(*writer, input);
+  if (!bytes) return pass(bytes.error());
+  report.bytes = *bytes;
+  report.losses = writer->losses();
+  return {};
+}
+
+Result<QualityReport> measureAndWrite(const Input& input, const QualityOptions& options,
+                                      Observer& observer) {
+  const auto scale = scaleOf(options, input, observer);
+  if (!scale) return pass(scale.error());
+  auto quality = [&] {
+    const auto stage = observer.stage("measuring cells", slabCountOf(input.bodies), "slabs");
+    return measure::measureQuality(
+        input.bodies, {.timeScale = scale->value, .worst = options.worst}, stage->callback());
+  }();
+  if (!quality) return pass(quality.error());
+  QualityReport report{std::move(*quality), scale->reason, {}};
+  for (const model::Body& body : input.bodies) report.bodies.push_back(body.name);
+  if (!options.output.empty()) {
+    if (auto done = write(options, input, report, observer); !done) return pass(done.error());
+  }
+  return report;
+}
+
+}  // namespace
+
+Result<QualityReport> quality(const Input& input, const QualityOptions& options,
+                              Observer& observer) {
+  auto report = measureAndWrite(input, options, observer);
+  if (!report) return pass(inInput(report.error(), input));
+  return report;
+}
+
+std::string jsonOf(const QualityReport& report) {
+  ordered_json value = jsonOf(report.quality, report.bodies);
+  value["bytes"] = orNull(report.bytes);
+  return jsonText(value);
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,15 @@
+#include "tools/program/console_observer.h"
+
+#include "tools/program/console.h"
+#include "tools/program/progress_bar.h"
+
+namespace t4d::tools {
+
+std::unique_ptr<verbs::Stage> ConsoleObserver::stage(std::string title, std::uint64_t total,
+                                                     std::string units) {
+  return std::make_unique<ProgressBar>(std::move(title), total, std::move(units));
+}
+
+void ConsoleObserver::note(const std::string& notice) { printNotices({notice}); }
+
+}  // namespace t4d::tools
