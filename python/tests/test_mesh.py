@@ -516,3 +516,10 @@ def test_labels_and_affines(tmp_path):
         t4d.weave(iter(frames), label=[1, -2], times=range(3))
     with pytest.raises(t4d.InvalidInput, match="labels are whole numbers"):
         t4d.weave(frames.astype(float), label=1).load()
+
+
+def test_a_curve_retimes_frames(models, tmp_path):
+    curve = tmp_path / "curve.csv"
+    curve.write_text("playback,time\n0,2\n1,1\n")
+    report = verbs.frames(models / "cube.t4d", speed_file=curve, fps=2, format="ply", o=tmp_path / "frames")
+    assert (report.frames, report.time_begin, report.time_end) == (3, 2, 1)

@@ -26,7 +26,6 @@ struct FlipbookArguments {
   std::string input;
   std::string output;
   FrameOptions frames;
-  double framesPerSecond = 24;
   InputOptions only;
   Appearance appearance;
   GltfOptions gltf;
@@ -51,9 +50,9 @@ int run(const FlipbookArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
-  if ((options.rigid || options.morph) && !options.frames.timesFile.empty()) {
-    return wrongUsage(
-        "--times-file: --rigid and --morph play a stretch of time evenly; use --times");
+  if (const auto uneven = options.frames.unevenOption();
+      uneven && (options.rigid || options.morph)) {
+    return wrongUsage(*uneven + ": --rigid and --morph play a stretch of time evenly; use --times");
   }
   if ((options.rigid || options.morph) && options.appearance.color == "time") {
     return wrongUsage("--color time: a body of --rigid or --morph has one colour");
@@ -72,7 +71,7 @@ int run(const FlipbookArguments& options) {
   const formats::GltfPlacement placement = verbs::placementOf(input->metadata, notices);
   printNotices(notices);
   convert::FlipbookOptions how;
-  how.framesPerSecond = options.framesPerSecond;
+  how.framesPerSecond = options.frames.framesPerSecond;
   how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
   how.write = {.attributes = options.attributes, .placement = placement};
   how.write.normals = options.appearance.normalStyle();
@@ -112,7 +111,7 @@ int run(const FlipbookArguments& options) {
         files.size(), written->files.front().string(), written->files.back().string()));
   }
   printNotices(written->notices);
-  const double seconds = static_cast<double>(times.size()) / options.framesPerSecond;
+  const double seconds = static_cast<double>(times.size()) / options.frames.framesPerSecond;
   if (options.json) {
     printJson({{"frames", written->frames},
                {"triangles", written->triangles},
@@ -147,6 +146,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<FlipbookArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMaxFrames);
+  options->frames.addSpeedTo(*command);
   command->add_option("-o,--output", options->output, "Output file: .glb or .gltf")
       ->required()
       ->check(someName())
@@ -156,9 +156,6 @@ void addFlipbook(CLI::App& app, int& exitCode) {
                                          : "'" + path + "' is not a .glb or .gltf file";
           },
           ""));
-  command->add_option("--fps", options->framesPerSecond, "Frames per second")
-      ->check(numberAboveZero())
-      ->capture_default_str();
   command->add_flag("--exact", options->exact,
                     "Use exact slices, with 13 times as many triangles between layers");
   auto* rigid = command->add_flag("--rigid", options->rigid,

@@ -22,15 +22,23 @@ inline constexpr const char* kFramesOption = "-n,--frames,--count";
 void noticeDefaultFrames();
 
 /// Moments of a 4D mesh: `count` of them, evenly spaced over its whole time, `times`, or those of a
-/// file.
+/// list or a curve in a file.
 struct FrameOptions {
   std::optional<std::uint64_t> count;
   std::string times;
   std::string timesFile;
+  std::string speedFile;
+  double framesPerSecond = 24;
 
   /// Adds `--frames`, `--times` and `--times-file`, of which one or none is given, each for up to
   /// `most` frames.
   void addTo(CLI::App& command, std::uint64_t most);
+
+  /// Adds `--speed-file` to these, and `--fps`, which it returns.
+  CLI::Option* addSpeedTo(CLI::App& command);
+
+  /// The option that gives the frames times which need not be even, if one does.
+  std::optional<std::string> unevenOption() const;
 
   /// The times of the frames, up to the same `most`; tells where their number is the default. Fails
   /// if the file has none, too many, or something else.

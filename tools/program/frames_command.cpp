@@ -203,6 +203,9 @@ void addFrames(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<FramesArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostFrameFiles);
+  options->frames.addSpeedTo(*command)
+      ->description("Frames per second of --speed-file")
+      ->needs("--speed-file");
   command
       ->add_option("-o,--output", options->output,
                    "Output folder, or file name pattern such as out/bolt_%04d.ply")

@@ -509,6 +509,61 @@ TEST_F(Program, MeasuresASolidOverTime) {
   misused("measure cube.t4d -o cube.t4d", "");
 }
 
+TEST_F(Program, PlaysCurvesOfTimeAndSpeed) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);  // lasts from 0 to 64
+  const auto film = [&](const std::string& options) {
+    EXPECT_EQ(run("flipbook cube.t4d " + options + " -o film.glb").exitCode, 0) << options;
+    return contents(folder_ / "film.glb");
+  };
+  write("even.csv", "playback,time\n0,0\n64,64\n");
+  EXPECT_TRUE(film("--speed-file even.csv --fps 3") == film("--frames 193 --fps 3"));
+  // Seconds that begin anywhere.
+  write("rows.csv", "playback\ttime\r\n-1.5\t0\r\n\r\n# a comment\r\n5.5\t7\r\n62.5\t64\r\n");
+  EXPECT_TRUE(film("--speed-file rows.csv --fps 1") == film("--frames 65 --fps 1"));
+  write("twice.csv", "playback speed\n0 2\n0.7 2\n32 2\n");
+  EXPECT_TRUE(film("--speed-file twice.csv --fps 10") == film("--frames 321 --fps 10"));
+
+  const auto times = [&](const std::string& curve) {
+    write("curve.csv", curve);
+    fs::remove_all(folder_ / "frames");
+    EXPECT_EQ(run("frames cube.t4d --speed-file curve.csv --fps 2 --format ply -o frames").exitCode,
+              0);
+    std::vector<double> found;
+    const json manifest = json::parse(contents(folder_ / "frames/manifest.json"));
+    for (const json& frame : manifest["frames"]) found.push_back(frame["time"]);
+    return found;
+  };
+  const auto frame = [&](int i) {
+    return contents(folder_ / "frames" / ("frame_000" + std::to_string(i) + ".ply"));
+  };
+  EXPECT_THAT(times("playback,time\n0,10\n1,50\n2,10\n"), testing::ElementsAre(10, 30, 50, 30, 10));
+  EXPECT_EQ(frame(0), frame(4));
+  EXPECT_EQ(frame(1), frame(3));
+  // The integral of the speed 8 s, then of 16 backwards; the last row lies before the next frame.
+  EXPECT_THAT(times("playback,speed\n0,0\n2,16\n2.000001,-16\n2.6,-16\n"),
+              testing::ElementsAre(0, 1, 4, 9, 16, testing::DoubleNear(8, 1e-4)));
+  EXPECT_THAT(times("playback,time\n3,7\n"), testing::ElementsAre(7));
+
+  const auto refused = [&](const std::string& curve, const std::string& why) {
+    write("curve.csv", curve);
+    refuses("frames cube.t4d --speed-file curve.csv -o frames", why);
+  };
+  refused("# none\n", "curve.csv:1: found '', expected the header playback,time or playback,speed");
+  refused("\ntime,playback\n0,0\n", "curve.csv:2: found 'time,playback', expected the header");
+  refused("playback,time\n", "curve.csv: has no rows");
+  refused("playback,time\n0,0\n1,x\n", "curve.csv:3: found 'x', expected a number");
+  refused("playback,time\n0,0,5\n", "curve.csv:2: has 3 columns, expected 2");
+  refused("playback,time\n0,0\n2,1\n2,5\n", "curve.csv:4: playback 2 follows 2; expected seconds");
+  refused("playback,time\n0,60\n10,70\n",
+          "curve.csv:3: time 64.04166666666667 at second 4.041666666666667 of playback is outside");
+  refused("playback,speed\n0,-1\n1,-1\n", "curve.csv:3: time -0.04166");
+  refused("playback,time\n0,0\n1e300,1\n", "at 24 frames a second more than 1000000 frames");
+  misused("frames cube.t4d --speed-file even.csv --frames 4 -o frames", "at most 1");
+  misused("frames cube.t4d --speed-file even.csv --times-file even.csv -o frames", "at most 1");
+  misused("frames cube.t4d --fps 4 -o frames", "--fps requires --speed-file");
+  misused("flipbook cube.t4d --speed-file even.csv --rigid -o a.glb", "play a stretch of time");
+}
+
 TEST_F(Program, SaysWhichPartsAreLostBetweenFrames) {
   // Plates of 3 voxels that move by 3 of them.
   std::string samples = "raw uint8 8 8 12 3 little\n";

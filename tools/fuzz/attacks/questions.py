@@ -62,6 +62,56 @@ def times_files(attack):
     return Run(["measure", file, "--times-file", path, "--json"], [file, path], check=check)
 
 
+@input_class(weight=1)
+def speed_files(attack):
+    """curves of time or speed over playback: rows in disorder, numbers at the ends of floating point, bytes
+    that are no text; the frames of a good curve have its times"""
+    rng = attack.rng
+    file = attack.pick("t4d")
+    path, out = attack.path("curve.csv"), attack.path("frames")
+    bad = rng.random() < 0.5
+    info = attack.t4d("info", file, "--json").json
+    begin, end = info["time_begin"], info["time_end"]
+    # Rows at whole frames, of a mesh whose time passes at most twice as fast as at an even pace.
+    steps = [rng.randrange(1, 4) for _ in range(rng.randrange(1, 5))]
+    frames = [sum(steps[:i]) for i in range(len(steps) + 1)]
+    is_speed = rng.random() < 0.5
+    pace = (end - begin) / (2 * frames[-1])
+    values = [pace * 2 * rng.random() if is_speed else begin + (end - begin) * rng.random() for _ in frames]
+    separator = rng.choice([",", ";", "\t", " ", ", "])
+    start = rng.choice([0, 0, 10, -3])
+    rows = [[str(start + frame), repr(value)] for frame, value in zip(frames, values)]
+    lines = [separator.join(row) for row in [["playback", "speed" if is_speed else "time"], *rows]]
+    if bad:
+        at = rng.randrange(len(lines))
+        lines[at] = rng.choice(["", "#", "x", "nan,1", "1,inf", "time,playback", "\0", "\x1b[2J", "1e308,0", "0,1e308",
+                                "-1e308,1e308", f"{attack.extreme()!r},{attack.extreme()!r}", "5,5,5", "9" * 5000,
+                                "0,0\n" * 300_000])
+    path.write_bytes(rng.choice(["\n", "\r\n"]).join(lines).encode())
+    if bad and rng.random() < 0.3:
+        path, _ = attack.altered(path, "altered.csv")
+
+    def time_at(frame):
+        at = max(i for i in range(len(steps)) if frames[i] <= frame)
+        if not is_speed:
+            return values[at] + (values[at + 1] - values[at]) * (frame - frames[at]) / steps[at]
+        time = begin + sum((values[i] + values[i + 1]) / 2 * steps[i] for i in range(at))
+        passed = frame - frames[at]
+        return time + values[at] * passed + (values[at + 1] - values[at]) * passed**2 / (2 * steps[at])
+
+    def check(result):
+        if bad or not result.succeeded:
+            return [] if bad else [f"refused a good curve: {result.err}"]
+        found = [frame["time"] for frame in json.loads((out / "manifest.json").read_text())["frames"]]
+        expected = [time_at(frame) for frame in range(frames[-1] + 1)]
+        near = len(found) == len(expected) and all(
+            math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-9 * max(abs(begin), abs(end)))
+            for a, b in zip(found, expected))
+        return [] if near else [f"showed {found} in place of {expected}"]
+    return Run(["frames", file, "--speed-file", path, "--fps", 1, "--format", "ply", "--json", "-o", out],
+               [file, path], check=check)
+
+
 def pentachoron(attack, scale, far):
     """Corners, cells facing outward, and 24 times the hypervolume, of a simplex that is cut into
     five about a point inside; `far` moves a corner or that point along some axes."""
