@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <memory>
 
@@ -16,6 +15,7 @@
 #include "tools/program/option_checks.h"
 #include "tools/program/progress_bar.h"
 #include "tools/report/html_page.h"
+#include "tools/report/svg_picture.h"
 #include "tools/report/svg_plot.h"
 
 namespace t4d::tools {
@@ -30,7 +30,7 @@ struct MeasureArguments {
   std::string input;
   FrameOptions frames;
   InputOptions only;
-  std::string output;
+  std::vector<std::string> outputs;
   std::string html;
   bool json = false;
 };
@@ -112,6 +112,17 @@ Result<void> writeText(const std::string& path, const std::string& text) {
   return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
 }
 
+/// A table or a plot, as the extension says.
+Result<std::string> fileOf(const std::string& path, std::span<const SolidMeasures> samples,
+                           const formats::Metadata& metadata) {
+  constexpr double kPixelsPerUnit = 2;
+  const std::string extension = formats::lowerCaseExtension(path);
+  if (extension == ".csv") return csvOf(samples);
+  if (extension == ".json") return jsonOf(samples).dump(2) + "\n";
+  const std::string svg = svgFile(volumePlot(samples, metadata));
+  return extension == ".svg" ? svg : pngOfSvg(svg, kPixelsPerUnit);
+}
+
 void printSamples(std::span<const SolidMeasures> samples) {
   std::vector<std::vector<std::string>> rows = {
       {"time", "volume", "area", "centroid", "components", "genus"}};
@@ -127,21 +138,23 @@ void printSamples(std::span<const SolidMeasures> samples) {
   printTable(rows, "rrrlr");
 }
 
+constexpr std::string_view kExtensions[] = {".csv", ".json", ".svg", ".png"};
+
 CLI::Validator tableOrPlot() {
   return CLI::Validator(
       [](std::string& path) {
         const std::string extension = formats::lowerCaseExtension(path);
-        if (extension == ".csv" || extension == ".json" || extension == ".svg")
+        if (std::ranges::find(kExtensions, extension) != std::end(kExtensions))
           return std::string();
-        return fmt::format("'{}' is not the name of a .csv, .json or .svg file", path);
+        return fmt::format("'{}' is not the name of a .csv, .json, .svg or .png file", path);
       },
       "FILE");
 }
 
 int run(const MeasureArguments& options) {
-  const std::array outputs = {options.output, options.html};
+  std::vector<std::string> outputs = options.outputs;
+  if (!options.html.empty()) outputs.push_back(options.html);
   for (const std::string& output : outputs) {
-    if (output.empty()) continue;
     if (const auto misuse = misuseOfOutput(output, {&options.input, 1})) return wrongUsage(*misuse);
   }
   if (const auto misuse = misuseOfOutputs(outputs)) return wrongUsage(*misuse);
@@ -157,12 +170,10 @@ int run(const MeasureArguments& options) {
   }
   if (!samples) return report(inInput(samples.error(), *input));
   const formats::Metadata& metadata = input->metadata;
-  if (!options.output.empty()) {
-    const std::string extension = formats::lowerCaseExtension(options.output);
-    auto written =
-        writeText(options.output, extension == ".csv"    ? csvOf(*samples)
-                                  : extension == ".json" ? jsonOf(*samples).dump(2) + "\n"
-                                                         : svgFile(volumePlot(*samples, metadata)));
+  for (const std::string& output : options.outputs) {
+    const auto written = fileOf(output, *samples, metadata).and_then([&](const std::string& text) {
+      return writeText(output, text);
+    });
     if (!written) return report(written.error());
   }
   if (!options.html.empty()) {
@@ -173,12 +184,12 @@ int run(const MeasureArguments& options) {
   }
   if (options.json) {
     printJson(jsonOf(*samples));
-  } else if (options.output.empty() && options.html.empty()) {
+  } else if (outputs.empty()) {
     printSamples(*samples);
   } else {
     const auto [least, most] = std::ranges::minmax_element(*samples, {}, &SolidMeasures::volume);
     for (const std::string& output : outputs) {
-      if (!output.empty()) print("{}: {}\n", output, counted(samples->size(), "time"));
+      print("{}: {}\n", output, counted(samples->size(), "time"));
     }
     print("  volume from {:.9g} at time {:.6g} to {:.9g} at time {:.6g}\n", least->volume,
           least->time, most->volume, most->time);
@@ -196,15 +207,16 @@ void addMeasure(CLI::App& app, int& exitCode) {
   options->frames.addTo(*command, kMostSamples);
   options->only.addTo(*command);
   command
-      ->add_option("-o,--output", options->output,
-                   "Output file: a table (.csv, .json) or the volume over time (.svg)")
+      ->add_option(
+          "-o,--output", options->outputs,
+          "Output file: a table (.csv, .json) or a plot of the volume (.svg, .png); repeatable")
+      ->allow_extra_args(false)
       ->check(someName())
       ->check(tableOrPlot());
   command->add_option("--html", options->html, "Write a page with plots over time")
       ->check(someName());
   command->add_flag("--json", options->json, "Print JSON");
-  command->footer(
-      "Example:\n  t4d measure heart.t4d --frames 200 -o volumes.csv --html heart.html");
+  command->footer("Example:\n  t4d measure heart.t4d --frames 200 -o volumes.csv -o volumes.png");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

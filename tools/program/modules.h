@@ -5,11 +5,12 @@
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/dicom_codec.h"
 #include "t4d/voxel4d/voxelize.h"
+#include "tools/report/svg_picture.h"
 
-/// Loading OpenVDB, libcurl and GDCM takes several times as long as all else that a short run does,
-/// and most verbs never use them. So the program does not link them: modules have the functions of
-/// the library that need them, and each is loaded by the first call of one of its functions
-/// (module_functions.cpp). Everything else links the library as it is.
+/// Loading OpenVDB, libcurl, GDCM and librsvg takes several times as long as all else that a short
+/// run does, and most verbs never use them. So the program does not link them: modules have the
+/// functions of the library that need them, and each is loaded by the first call of one of its
+/// functions (module_functions.cpp). Everything else links the library as it is.
 ///
 /// A module exports a table of its functions.
 struct OpenVdbFunctions {
@@ -36,6 +37,14 @@ struct DicomFunctions {
   decltype(&t4d::voxel4d::unpackDicomImage) unpackDicomImage;
 };
 
+struct PictureFunctions {
+  static constexpr const char* kModule = "t4d_picture.so";
+  static constexpr const char* kTable = "t4dPictureFunctions";
+
+  decltype(&t4d::tools::pngOfSvg) pngOfSvg;
+};
+
 extern "C" const DicomFunctions t4dDicomFunctions;
 extern "C" const OpenVdbFunctions t4dOpenVdbFunctions;
+extern "C" const PictureFunctions t4dPictureFunctions;
 extern "C" const WebFunctions t4dWebFunctions;

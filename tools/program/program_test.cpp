@@ -492,6 +492,17 @@ TEST_F(Program, MeasuresASolidOverTime) {
   ASSERT_EQ(run("measure cube.t4d --frames 4 -o volume.svg").exitCode, 0);
   EXPECT_THAT(contents(folder_ / "volume.svg"),
               testing::StartsWith("<svg xmlns=\"http://www.w3.org/2000/svg\""));
+#ifdef T4D_WITH_RSVG
+  ASSERT_EQ(run("measure cube.t4d --frames 4 -o all.csv -o all.png -o all.svg").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "all.svg"), contents(folder_ / "volume.svg"));
+  EXPECT_THAT(contents(folder_ / "all.csv"), testing::StartsWith("time,"));
+  const std::string picture = contents(folder_ / "all.png");
+  EXPECT_THAT(picture, testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(picture.substr(16, 8), std::string("\0\0\x04\x10\0\0\x02\x08", 8));  // 1040 x 520
+#endif
+  // Programs that know no variables of style sheets show the colours, too.
+  EXPECT_THAT(contents(folder_ / "volume.svg"), testing::Not(testing::HasSubstr("var(")));
+  misused("measure cube.t4d -o same.csv -o same.csv", "two outputs are the same file");
   ASSERT_EQ(run("measure cube.t4d --frames 4 -o volumes.json").exitCode, 0);
   EXPECT_EQ(json::parse(contents(folder_ / "volumes.json"))["samples"].size(), 4U);
 
@@ -504,7 +515,7 @@ TEST_F(Program, MeasuresASolidOverTime) {
   write("empty.txt", "# nothing\n");
   refuses("measure cube.t4d --times-file empty.txt", "empty.txt: has no times");
   refuses("measure cube.t4d --times 0:500:2", "time 500 is outside the mesh");
-  misused("measure cube.t4d -o out.glb", "not the name of a .csv, .json or .svg file");
+  misused("measure cube.t4d -o out.csv -o out.glb", "not the name of a .csv, .json, .svg or .png");
   misused("measure cube.t4d --frames 2 --times 0:1:2", "");
   misused("measure cube.t4d -o cube.t4d", "");
 }

@@ -7,7 +7,8 @@
 namespace t4d::tools {
 namespace {
 
-constexpr std::string_view kStyle = R"(
+/// The first value of each colour is for light screens.
+constexpr std::string_view kPageStyle = R"(
 :root { color-scheme: light dark; --ink: #1c2330; --soft: #5d6778; --line: #dfe3ea;
   --page: #ffffff; --card: #f6f7f9; --a: #2a6cb8; --b: #c9651a; --d: #6d4fb3; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e8ebf0; --soft: #9aa5b5; --line: #333b48;
@@ -28,7 +29,9 @@ td:first-child, th:first-child { text-align: left; }
 .key.a { color: var(--a); } .key.b { color: var(--b); } .key.d { color: var(--d); }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
 .plots svg { width: 100%; background: var(--card); border-radius: 8px; }
-svg text { font-size: 12px; fill: var(--soft); }
+)";
+
+constexpr std::string_view kPlotStyle = R"(svg text { font-size: 12px; fill: var(--soft); }
 svg .title { font-size: 14px; font-weight: 600; fill: var(--ink); }
 svg .grid { stroke: var(--line); }
 .curve { fill: none; stroke-width: 2; }
@@ -36,22 +39,35 @@ svg .grid { stroke: var(--line); }
 .dot.a { fill: var(--a); } .dot.b { fill: var(--b); } .dot.d { fill: var(--d); }
 )";
 
+/// The style with light colours in place of their names, which not every program knows.
+std::string inLightColours(std::string style) {
+  constexpr std::string_view kBegin = "var(--";
+  for (std::size_t at; (at = style.find(kBegin)) != std::string::npos;) {
+    const std::size_t end = style.find(')', at);
+    const std::string name = style.substr(at + kBegin.size(), end - at - kBegin.size());
+    const std::size_t value = kPageStyle.find("--" + name + ": ") + name.size() + 4;
+    style.replace(at, end + 1 - at,
+                  kPageStyle.substr(value, kPageStyle.find_first_of("; ", value) - value));
+  }
+  return style;
+}
+
 }  // namespace
 
 std::string htmlPage(const std::string& title, std::string_view style, const std::string& body) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
-      "<style>{1}{2}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{3}</body>\n</html>\n",
-      escaped(title), kStyle, style, body);
+      "<style>{1}{2}{3}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{4}</body>\n</html>\n",
+      escaped(title), kPageStyle, kPlotStyle, style, body);
 }
 
 std::string svgFile(std::string svg) {
   svg.insert(svg.find(' '), " xmlns=\"http://www.w3.org/2000/svg\"");
   svg.insert(svg.find('>') + 1,
-             fmt::format("\n<style>{}svg {{ background: var(--card); font-family: sans-serif; }}"
-                         "</style>",
-                         kStyle));
+             fmt::format("\n<style>{}svg {{ font-family: sans-serif; }}</style>\n"
+                         "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>",
+                         inLightColours(std::string(kPlotStyle))));
   return svg;
 }
 

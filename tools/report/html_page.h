@@ -12,7 +12,7 @@ namespace t4d::tools {
 /// `style` is added to that.
 std::string htmlPage(const std::string& title, std::string_view style, const std::string& body);
 
-/// An <svg> element as a file of its own, in the same style.
+/// An <svg> element as a file of its own, in the style of light screens on white.
 std::string svgFile(std::string svg);
 
 /// A square picture, the bytes of a PNG file, with its caption below.

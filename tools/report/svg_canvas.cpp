@@ -12,6 +12,8 @@ namespace {
 constexpr double kRight = 14;
 constexpr double kBottom = 40;
 constexpr double kTitleBaseline = 18;
+/// More dots would only thicken the curve.
+constexpr std::size_t kMostDots = 2000;
 
 std::string textAt(double x, double y, const char* anchor, const std::string& text) {
   return fmt::format(
@@ -49,6 +51,7 @@ void SvgCanvas::addCurve(const std::string& cssClass, const std::vector<Point>& 
   for (const Point& point : points) corners += fmt::format("{:.1f},{:.1f} ", point.x, point.y);
   auto out = std::back_inserter(svg_);
   fmt::format_to(out, "<polyline class=\"curve {}\" points=\"{}\"/>\n", cssClass, corners);
+  if (points.size() > kMostDots) return;
   for (const Point& point : points) {
     fmt::format_to(out,
                    "<circle class=\"dot {}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\">"

@@ -38,13 +38,14 @@ Axis axisOver(double low, double high) {
   return {std::floor(low / step) * step, std::ceil(high / step) * step, step};
 }
 
-/// Formats a label with as many digits as the steps between labels need.
+/// Formats a label with as many digits as the steps between labels need, and without an exponent
+/// below a million.
 std::string labelOf(double value, double step) {
   if (std::abs(value) < step / 2) return "0";
-  const double largest = std::max(std::abs(value), step);
-  const int digits =
-      static_cast<int>(std::floor(std::log10(largest)) - std::floor(std::log10(step))) + 2;
-  return fmt::format("{:.{}g}", value, std::max(digits, 2));
+  constexpr int kWholeDigits = 6;
+  const int first = static_cast<int>(std::floor(std::log10(std::max(std::abs(value), step))));
+  const int digits = first - static_cast<int>(std::floor(std::log10(step))) + 2;
+  return fmt::format("{:.{}g}", value, std::max(digits, first < kWholeDigits ? first + 1 : 2));
 }
 
 /// The names of the curves, each beside a piece of it, in a row below the title.
