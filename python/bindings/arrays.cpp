@@ -48,9 +48,12 @@ std::string shapeText(const py::array& array) { return py::str(py::object(array.
 }  // namespace
 
 py::array viewOf(const model::Attribute& attribute, const py::handle& owner) {
+  const auto width = static_cast<py::ssize_t>(model::scalarSize(attribute.type));
+  const auto components = static_cast<py::ssize_t>(attribute.components);
   std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(attribute.rows())};
-  if (attribute.components > 1) shape.push_back(attribute.components);
-  py::array array(dtypeOf(attribute.type), shape, attribute.values.data(), owner);
+  std::vector<py::ssize_t> strides = {components * width};
+  if (components > 1) shape.push_back(components), strides.push_back(width);
+  py::array array(dtypeOf(attribute.type), shape, strides, attribute.values.data(), owner);
   array.attr("flags").attr("writeable") = false;
   return array;
 }
@@ -78,7 +81,7 @@ model::Attribute attributeOf(const std::string& name, model::Domain domain, cons
     model::Attribute attribute{name, domain, type, 1, {}};
     if (array.ndim() == 2) attribute.components = static_cast<std::uint32_t>(array.shape(1));
     const auto* bytes = static_cast<const std::byte*>(packed.data());
-    attribute.values.assign(bytes, bytes + packed.nbytes());
+    attribute.values.assign(bytes, bytes + rows * attribute.rowBytes());
     return attribute;
   }
   throw py::value_error(

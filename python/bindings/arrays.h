@@ -14,6 +14,8 @@
 
 namespace t4d::python {
 
+// New arrays are given their strides: pybind11 before 2.12 finds a wrong size of items in numpy 2.
+
 /// A read-only array of rows of numbers that keeps `owner`, and with it the memory, alive.
 template <class T>
 py::array view(const T* data, std::size_t rows, std::size_t columns, const py::handle& owner) {

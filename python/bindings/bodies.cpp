@@ -12,6 +12,7 @@
 #include "t4d/measure/solid_measures.h"
 #include "t4d/model/flat_mesh.h"
 #include "t4d/model/sinks.h"
+#include "t4d/slice/in_order.h"
 #include "t4d/slice/slice_at_times.h"
 
 namespace t4d::python {
@@ -20,6 +21,12 @@ const slice::TimeSlicer& Body::slicer() const {
   const std::lock_guard lock(mutex_);
   if (!slicer_) slicer_ = std::make_unique<slice::TimeSlicer>(*source);
   return *slicer_;
+}
+
+const slice::LightSlicer& Body::lightSlicer() const {
+  const std::lock_guard lock(mutex_);
+  if (!lightSlicer_) lightSlicer_ = std::make_unique<slice::LightSlicer>(*source);
+  return *lightSlicer_;
 }
 
 namespace {
@@ -101,6 +108,32 @@ py::list slices(const Body& body, const std::vector<double>& times, py::object c
   return list;
 }
 
+/// The meshes, and why they are exact slices where they are.
+std::vector<std::pair<std::shared_ptr<model::TriangleMesh>, std::string>> lightSlices(
+    const Body& body, const std::vector<double>& times, py::object callback) {
+  Watch watch(std::move(callback));
+  using Made = std::shared_ptr<Result<slice::LightSlice>>;
+  std::vector<std::pair<std::shared_ptr<model::TriangleMesh>, std::string>> slices;
+  watch.run([&](const model::Progress& progress) {
+    Result<void> done;
+    const auto make = [&](std::size_t i) {
+      return std::make_shared<Result<slice::LightSlice>>(body.lightSlicer().at(times[i]));
+    };
+    slice::inOrder<Made>(times.size(), make, [&](const Made& made) {
+      if (!*made) {
+        done = t4d::pass(made->error());
+        return false;
+      }
+      slices.emplace_back(std::make_shared<model::TriangleMesh>(std::move((**made).slice.mesh)),
+                          (**made).whyExact);
+      progress(static_cast<double>(slices.size()) / static_cast<double>(times.size()));
+      return true;
+    });
+    return done;
+  });
+  return slices;
+}
+
 py::dict measure(const Body& body, const std::vector<double>& times, py::object callback) {
   Watch watch(std::move(callback));
   const model::Body one{body.info.name, body.source.get()};
@@ -109,14 +142,16 @@ py::dict measure(const Body& body, const std::vector<double>& times, py::object 
   });
   const auto rows = static_cast<py::ssize_t>(found.size());
   const auto numbers = [&](auto of) {
-    py::array_t<decltype(of(found.front()))> array(rows);
+    using Number = decltype(of(found.front()));
+    py::array_t<Number> array({rows}, {static_cast<py::ssize_t>(sizeof(Number))});
     for (py::ssize_t i = 0; i < rows; ++i) {
       array.mutable_at(i) = of(found[static_cast<std::size_t>(i)]);
     }
     return array;
   };
   const auto points = [&](auto of) {
-    py::array_t<double> array({rows, py::ssize_t{3}});
+    constexpr py::ssize_t kWidth = sizeof(double);
+    py::array_t<double> array({rows, py::ssize_t{3}}, {3 * kWidth, kWidth});
     for (py::ssize_t i = 0; i < rows; ++i) {
       const measure::SolidMeasures& one = found[static_cast<std::size_t>(i)];
       for (py::ssize_t k = 0; k < 3; ++k) {
@@ -257,6 +292,7 @@ void defineBodies(py::module_& module) {
             return std::make_shared<model::TriangleMesh>(std::move(sliceOf(body, hyperplane).mesh));
           })
       .def("slices", &slices)
+      .def("light_slices", &lightSlices)
       .def("measure", &measure)
       .def("flat", &flat)
       .def("check", &check);

@@ -8,6 +8,7 @@
 
 #include "python/bindings/watch.h"
 #include "t4d/formats/t4d/reader.h"
+#include "t4d/slice/light_slice.h"
 #include "t4d/slice/slice.h"
 
 namespace t4d::python {
@@ -27,10 +28,12 @@ struct Body {
 
   /// Keeps what it has found of the connectivity, so that the next slice is faster.
   const slice::TimeSlicer& slicer() const;
+  const slice::LightSlicer& lightSlicer() const;
 
  private:
   mutable std::mutex mutex_;
   mutable std::unique_ptr<slice::TimeSlicer> slicer_;
+  mutable std::unique_ptr<slice::LightSlicer> lightSlicer_;
 };
 
 /// Body and Slab, reading and writing of files.

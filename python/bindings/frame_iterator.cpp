@@ -1,7 +1,6 @@
 #include "python/bindings/frame_iterator.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -32,36 +31,6 @@ std::optional<voxel4d::SampleType> sampleTypeOf(const py::dtype& type) {
     if (type.equal(known)) return sample;
   }
   return std::nullopt;
-}
-
-Result<voxel4d::SampleRule> ruleOf(const py::dtype& dtype, std::optional<voxel4d::SampleType> type,
-                                   const FrameIterator::Inside& inside) {
-  using voxel4d::SampleType;
-  const auto& [iso, label] = inside;
-  voxel4d::SampleRule rule;
-  if (label) {
-    if (!type || !isInteger(*type)) {
-      return invalid(fmt::format("the array is of {}; labels are whole numbers",
-                                 std::string(py::str(py::object(dtype)))));
-    }
-    rule.mask = true;
-    rule.label = label;
-    return rule;
-  }
-  if (!type || (isInteger(*type) && !iso)) {
-    return invalid(
-        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso "
-                    "or a label",
-                    std::string(py::str(py::object(dtype)))));
-  }
-  rule.mask = type == SampleType::Bool;
-  if (iso && (rule.mask || !std::isfinite(*iso))) {
-    return invalid(
-        fmt::format("the iso value is {}; expected is a finite number, and none for bools", *iso));
-  }
-  if (iso) rule.sign = -1, rule.iso = *iso;
-  rule.floats = fitsFloat32(*type);
-  return rule;
 }
 
 }  // namespace
@@ -121,7 +90,9 @@ Result<voxel4d::Frame> FrameIterator::frameOf(const py::object& given, std::size
   }
   auto made = [&]() -> Result<voxel4d::Frame> {
     const auto type = sampleTypeOf(array.dtype());
-    const auto rule = ruleOf(array.dtype(), type, inside_);
+    const std::string typeName = py::str(py::object(array.dtype()));
+    if (!type) return invalid(fmt::format("the array is of {}; expected are numbers", typeName));
+    const auto rule = voxel4d::arrayRule(*type, typeName, inside_.iso, inside_.label);
     if (!rule) return t4d::pass(rule.error());
     voxel4d::SampleBox box{*type, static_cast<const std::byte*>(array.data()), {}, {}};
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -15,7 +15,7 @@ namespace t4d::python {
 /// are in memory at a time.
 class FrameIterator : public voxel4d::FrameSource {
  public:
-  /// What is inside: as arrayFrames says or, of whole numbers, what is equal to the label.
+  /// What is inside, as of voxel4d::arrayRule.
   struct Inside {
     std::optional<double> iso;
     std::optional<std::int64_t> label;

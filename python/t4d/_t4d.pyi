@@ -104,6 +104,9 @@ class Body(_Object):
     def slices(
         self, times: Sequence[float], progress: Optional[Callable[[float], None]]
     ) -> List[TriangleMesh]: ...
+    def light_slices(
+        self, times: Sequence[float], progress: Optional[Callable[[float], None]]
+    ) -> List[Tuple[TriangleMesh, str]]: ...
     def measure(
         self, times: Sequence[float], progress: Optional[Callable[[float], None]]
     ) -> Dict[str, NDArray[Any]]: ...

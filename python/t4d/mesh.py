@@ -271,11 +271,16 @@ class Mesh(Unchanging):
         y: Optional[SupportsFloat] = None,
         z: Optional[SupportsFloat] = None,
         hyperplane: Optional[Numbers] = None,
+        light: bool = False,
     ) -> TriangleMesh:
         """The section by a hyperplane, a closed triangle mesh that faces outward: the solid at a
         time, in (x, y, z); what passes through a plane x, y or z = constant, for x in (y, z, t);
         or all points with ``hyperplane`` (a, b, c, d, v) a x + b y + c z + d t = v, in coordinates
-        that ``t4d slice`` describes."""
+        that ``t4d slice`` describes.
+
+        ``light``, at a time: the triangles of the layers, between their two positions, as ``t4d
+        slice --light``. Of a swept solid these are its own, in its order, at all times, and enclose
+        the same volume. What is not swept is sliced exactly, with a warning."""
         places = {"x": x, "y": y, "z": z, "time": time}
         planes = [
             tuple(float(i == axis) for i in range(4)) + (checks.number(name, value),)
@@ -286,15 +291,35 @@ class Mesh(Unchanging):
             planes.append(checks.numbers("hyperplane", hyperplane, 5))
         if len(planes) != 1:
             raise TypeError("give one of time, x, y, z and hyperplane")
+        if checks.flag("light", light):
+            if time is None:
+                raise TypeError("light slices are those at a time")
+            return self._light_slices([planes[0][4]], None)[0]
         with about(self._file):
             return TriangleMesh._of(self._one().slice(planes[0]))
 
-    def slices(self, times: Numbers, progress: Progress = None) -> List[TriangleMesh]:
-        """The solid at each of ``times``, in their order; every slab is read once."""
+    def slices(
+        self, times: Numbers, progress: Progress = None, *, light: bool = False
+    ) -> List[TriangleMesh]:
+        """The solid at each of ``times``, in their order; every slab is read once. ``light`` as of
+        ``slice``: then all have the same triangles, and slabs are read for each time."""
         moments = checks.numbers("times", times)
         checks.function("progress", progress)
+        if checks.flag("light", light):
+            return self._light_slices(moments, progress)
         with about(self._file):
             return [TriangleMesh._of(one) for one in self._one().slices(moments, progress)]
+
+    def _light_slices(self, times: Sequence[float], progress: Progress) -> List[TriangleMesh]:
+        with about(self._file):
+            slices = self._one().light_slices(times, progress)
+        reasons = dict.fromkeys(why for _, why in slices if why)
+        warn(
+            UserWarning,
+            [f"slices are exact where a slab does not consist of prisms: {why}" for why in reasons],
+            stacklevel=4,
+        )
+        return [TriangleMesh._of(mesh) for mesh, _ in slices]
 
     def measure(self, times: Numbers, progress: Progress = None) -> Dict[str, NDArray[Any]]:
         """Arrays of what the solid is at each of ``times``: ``time``, ``volume``, ``area``,
@@ -502,11 +527,23 @@ def sweep(
     return Mesh._of(producer=producer, name=name, metadata=metadata)
 
 
+def _is_array(frames: Any) -> bool:
+    """Of numpy, or an array like it whose parts are read when they are asked for."""
+    return hasattr(frames, "shape") and hasattr(frames, "__getitem__")
+
+
+def _one_by_one(frames: Any) -> Iterator[Any]:
+    """Not by the array's own iterator: that of zarr 2 reads many frames at once."""
+    if _is_array(frames):
+        return (frames[i] for i in range(frames.shape[0]))
+    return cast(Iterator[Any], iter(frames))
+
+
 class _Frames:
     """Frames one by one, checked, of which there are ``count``."""
 
     def __init__(self, frames: Any, count: int) -> None:
-        self._source = iter(frames)
+        self._source = _one_by_one(frames)
         self._count = count
         self._given = 0
 
@@ -545,6 +582,18 @@ def _place(
     return given[:3]
 
 
+def _units(units: Any, length_unit: str, time_unit: str) -> Tuple[str, str]:
+    """Of length and of time."""
+    if units is not None and (length_unit or time_unit):
+        raise TypeError("units takes the place of length_unit and time_unit")
+    found: Tuple[Any, ...] = length_unit, time_unit
+    if units is not None:
+        found = (units, "") if isinstance(units, str) else tuple(units)
+        if len(found) != 2:
+            raise ValueError(f"units is {units!r}; expected is a unit of length, or one and one of time")
+    return checks.text("length_unit", found[0]), checks.text("time_unit", found[1])
+
+
 def _label(label: SupportsIndex) -> int:
     return checks.whole("label", label, -(2**63), 2**63 - 1)
 
@@ -561,20 +610,23 @@ def weave(
     caps: str = "flat",
     between: str = "distance",
     name: str = "solid",
+    units: Union[None, str, Sequence[str]] = None,
     length_unit: str = "",
     time_unit: str = "",
     up: str = "y",
 ) -> Mesh:
     """The 4D mesh of a time series of volumes (the voxel method, 4D marching cubes).
 
-    ``frames`` is an array (nt, nx, ny, nz), or anything that gives arrays (nx, ny, nz) one by one:
-    of an iterator two frames are in memory at a time, and ``times`` says how many there are. Inside
-    are values above ``iso``, or whole numbers that equal ``label``; without either, values below
-    zero, and True. Several labels make a mesh of as many bodies, in memory.
+    ``frames`` is an array (nt, nx, ny, nz), or anything that gives arrays (nx, ny, nz) one by one.
+    Arrays of numpy.memmap, h5py, zarr, dask and others that read what is asked for are read frame
+    by frame, and two frames are in memory at a time; of an iterator, too, and ``times`` says how
+    many it gives. Inside are values above ``iso``, or whole numbers that equal ``label``; without
+    either, values below zero, and True. Several labels make a mesh of as many bodies, in memory.
 
     The point (0, 0, 0) lies at ``origin``, the next ones ``spacing`` apart, one number or one for
     each axis; or ``affine``, (3, 4) or (4, 4), maps indices to space, as nibabel has it. Everything
-    beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given.
+    beyond the arrays is outside. ``times`` are 0, 1, 2, ... if not given. ``units`` are those of
+    length and time, ``("um", "s")``, or of length alone, "mm"; or ``length_unit`` and ``time_unit``.
 
     Between frames of bools, or of two values, the surface moves by distances from it; with
     ``between="midpoint"`` it jumps halfway, as published.
@@ -585,7 +637,8 @@ def weave(
     """
     if isinstance(frames, np.ndarray):
         frames = checks.array("frames", frames)
-        if frames.ndim != 4:
+    if _is_array(frames):
+        if len(frames.shape) != 4:
             raise InvalidInput(
                 f"the frames have the shape {frames.shape}; expected is (nt, nx, ny, nz)"
             )
@@ -593,26 +646,31 @@ def weave(
         raise TypeError(
             f"frames is {frames!r}; expected is an array (nt, nx, ny, nz), or arrays one by one"
         )
+    count: Optional[int] = None
+    if _is_array(frames):
+        count = int(frames.shape[0])
+    elif hasattr(frames, "__len__"):
+        count = len(frames)
     if times is None:
-        if not hasattr(frames, "__len__"):
+        if count is None:
             raise TypeError("the frames come from an iterator: give their times")
-        times = range(len(frames))
+        times = range(count)
     moments = list(checks.numbers("times", times))
-    if hasattr(frames, "__len__") and len(frames) != len(moments):
+    if count is not None and count != len(moments):
         raise InvalidInput(
-            f"{checks.counted(len(moments), 'time')} for {checks.counted(len(frames), 'frame')}"
+            f"{checks.counted(len(moments), 'time')} for {checks.counted(count, 'frame')}"
         )
     if len(moments) < 2:
         raise InvalidInput(f"{checks.counted(len(moments), 'time')}; a motion has at least 2")
-    once = iter(frames) is frames
+    once = not _is_array(frames) and iter(frames) is frames
     place = _place(spacing, origin, affine)
     threshold = None if iso is None else checks.number("iso", iso)
     if label is not None and iso is not None:
         raise TypeError("an iso value and a label exclude each other")
     checks.choice("caps", caps, ("flat", "graded", "half-step"))
     checks.choice("between", between, ("distance", "midpoint"))
-    for option, value in (("name", name), ("length_unit", length_unit), ("time_unit", time_unit)):
-        checks.text(option, value)
+    checks.text("name", name)
+    length_unit, time_unit = _units(units, length_unit, time_unit)
     checks.choice("up", up, ("y", "z"))
 
     def woven(which: Optional[int], body: str) -> Mesh:

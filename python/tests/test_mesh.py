@@ -523,3 +523,29 @@ def test_a_curve_retimes_frames(models, tmp_path):
     curve.write_text("playback,time\n0,2\n1,1\n")
     report = verbs.frames(models / "cube.t4d", speed_file=curve, fps=2, format="ply", o=tmp_path / "frames")
     assert (report.frames, report.time_begin, report.time_end) == (3, 2, 1)
+
+
+def test_light_slices_are_the_programs(models, tmp_path):
+    mesh = t4d.read(models / "screw.t4d")
+    times = [30.3, 0, 64, 7.7]
+    light = mesh.slices(times, light=True)
+    for time, found in zip(times, light):
+        expected = verbs.slice(
+            models / "screw.t4d", time=time, light=True, output=t4d.TriangleMesh
+        ).mesh
+        assert np.array_equal(found.vertices, expected.vertices)
+        assert np.array_equal(found.triangles, expected.triangles)
+        assert np.array_equal(found.triangles, light[1].triangles)
+        assert np.array_equal(found.vertices, mesh.slice(time, light=True).vertices)
+        exact = mesh.slice(time)
+        assert len(found.triangles) <= len(exact.triangles)
+        assert found.volume == pytest.approx(exact.volume, rel=1e-12)
+    woven = t4d.weave(np.pad(np.ones((2, 3, 3, 3), bool), ((0, 0), (1, 1), (1, 1), (1, 1))))
+    with pytest.warns(UserWarning, match="exact where a slab does not consist of prisms"):
+        assert np.array_equal(woven.slice(0.5, light=True).vertices, woven.slice(0.5).vertices)
+    with pytest.raises(t4d.InvalidInput, match="outside"):
+        mesh.slices([1, 999], light=True)
+    with pytest.raises(TypeError, match="at a time"):
+        mesh.slice(x=1, light=True)
+    with pytest.raises(TypeError):
+        mesh.slice(1, light=1)

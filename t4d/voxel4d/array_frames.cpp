@@ -62,14 +62,8 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
     return invalid(fmt::format("the voxel size is {}, the origin ({}, {}, {})", lattice.voxelSize,
                                lattice.origin[0], lattice.origin[1], lattice.origin[2]));
   }
-  if (options.iso && (std::is_same_v<T, bool> || !std::isfinite(*options.iso))) {
-    return invalid(fmt::format(
-        "the iso value is {}; expected is a finite number, and none for bools", *options.iso));
-  }
-  SampleRule rule;
-  rule.mask = std::is_same_v<T, bool>;
-  rule.floats = std::is_same_v<T, float>;
-  if (options.iso) rule.sign = -1, rule.iso = *options.iso;
+  const auto rule = arrayRule(kTypeOf<T>, "", options.iso, {});
+  if (!rule) return pass(rule.error());
   double farthest = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto values = frames[i].values;
@@ -80,14 +74,14 @@ Result<std::unique_ptr<FrameSource>> arrayFrames(std::span<const ArrayFrame<T>> 
                       options.size[0], options.size[1], options.size[2], points),
           ofFrame());
     }
-    if (rule.mask) continue;
-    const auto signs = usableSignsOf(boxOf(frames[i], options.size), rule);
+    if (rule->mask) continue;
+    const auto signs = usableSignsOf(boxOf(frames[i], options.size), *rule);
     if (!signs) return invalid(signs.error().message, ofFrame());
     farthest = std::max(farthest, signs->farthest);
   }
-  const auto outside = fieldOutside(rule, farthest);
+  const auto outside = fieldOutside(*rule, farthest);
   if (!outside) return pass(outside.error());
-  return std::make_unique<ArrayFrames<T>>(frames, options, rule, *outside);
+  return std::make_unique<ArrayFrames<T>>(frames, options, *rule, *outside);
 }
 
 template Result<std::unique_ptr<FrameSource>> arrayFrames<float>(

@@ -409,6 +409,30 @@ std::optional<std::array<std::size_t, 3>> firstUnusable(const SampleBox& box,
   });
 }
 
+Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
+                             std::optional<double> iso, std::optional<std::int64_t> label) {
+  SampleRule rule;
+  rule.label = label;
+  rule.mask = label || type == SampleType::Bool;
+  if (label) {
+    if (isInteger(type)) return rule;
+    return invalid(fmt::format("the array is of {}; labels are whole numbers", typeName));
+  }
+  if (isInteger(type) && !iso) {
+    return invalid(
+        fmt::format("the array is of {}; expected are floats or bool, or whole numbers with an iso "
+                    "or a label",
+                    typeName));
+  }
+  if (iso && (rule.mask || !std::isfinite(*iso))) {
+    return invalid(
+        fmt::format("the iso value is {}; expected is a finite number, and none for bools", *iso));
+  }
+  if (iso) rule.sign = -1, rule.iso = *iso;
+  rule.floats = fitsFloat32(type);
+  return rule;
+}
+
 Result<void> checkArraySize(const std::array<std::size_t, 3>& size) {
   std::size_t count = 1;
   for (const std::size_t points : size) {

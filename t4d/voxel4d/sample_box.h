@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "t4d/voxel4d/frame.h"
@@ -93,6 +94,13 @@ SampleSigns signsOf(const SampleBox& box, const SampleRule& rule);
 /// The first point, in the order in memory, whose value the rule does not allow.
 std::optional<std::array<std::size_t, 3>> firstUnusable(const SampleBox& box,
                                                         const SampleRule& rule);
+
+/// What is inside an array in memory: what equals `label`, values above `iso`, or without either
+/// values below zero, and True. `typeName` is what errors call the type. Fails for labels of
+/// numbers that are not whole, whole numbers without `iso` or `label`, and `iso` with bools or not
+/// finite.
+Result<SampleRule> arrayRule(SampleType type, const std::string& typeName,
+                             std::optional<double> iso, std::optional<std::int64_t> label);
 
 /// For arrays in memory: fails for sizes of zero, or of more than 2^31 - 1 points along an axis.
 Result<void> checkArraySize(const std::array<std::size_t, 3>& size);
