@@ -151,6 +151,8 @@ class FrameSource {
   virtual std::string nameOf(std::size_t index) const;
   /// Whether nothing says how long it is from frame to frame, so that they are taken as 1 apart.
   virtual bool isOneApart() const { return false; }
+  /// What is to be said of the frames once all have been requested; "" for nothing.
+  virtual std::string notice() const { return {}; }
   /// Called once for each frame, in order.
   virtual Result<Frame> frame(std::size_t index) = 0;
 };

@@ -10,7 +10,6 @@
 #include <openvdb/io/GridDescriptor.h>
 
 #include "t4d/voxel4d/vdb_grid.h"
-#include "t4d/voxel4d/vdb_tree.h"
 
 namespace t4d::voxel4d {
 
@@ -157,9 +156,9 @@ Beginning readBeginning(VdbStream& stream, const std::string& gridType) {
 }
 
 /// Checks the counts that the writer stored in the metadata.
-void checkStatistics(const openvdb::GridBase& grid) {
+void checkStatistics(const openvdb::GridBase& grid, std::uint64_t activeVoxels) {
   const auto voxels = grid.getMetadata<openvdb::Int64Metadata>("file_voxel_count");
-  const auto count = static_cast<std::int64_t>(grid.activeVoxelCount());
+  const auto count = static_cast<std::int64_t>(activeVoxels);
   require(!voxels || voxels->value() == count,
           "is damaged: it announces {} active voxels and has {}", voxels ? voxels->value() : 0,
           count);
@@ -254,7 +253,7 @@ void VdbFile::readEntry(VdbStream& stream) {
   } else {
     place.begin = stream.position();
     const auto [grid, coding] = readBeginning(stream, place.gridType);
-    if (place.parent.empty()) readVdbTree(stream, place.gridType, coding, kLargeFrame);
+    if (place.parent.empty()) readVdbTree(stream, place.gridType, coding, {});
     place.end = stream.position();
     entry.header = grid;
   }
@@ -262,7 +261,7 @@ void VdbFile::readEntry(VdbStream& stream) {
   places_.push_back(std::move(place));
 }
 
-VdbGrid VdbFile::readWhole(std::size_t index, std::size_t largeTree) {
+VdbGrid VdbFile::readGrid(std::size_t index, const VdbTreeOptions& options) {
   const Place& place = places_[index];
   require(canReadVdbTree(place.gridType),
           "is of type {}; float, double, bool and mask grids can be used", place.gridType);
@@ -274,28 +273,28 @@ VdbGrid VdbFile::readWhole(std::size_t index, std::size_t largeTree) {
   auto [grid, coding] = readBeginning(stream, place.gridType);
   VdbTree tree;
   if (place.parent.empty()) {
-    tree = readVdbTree(stream, place.gridType, coding, largeTree);
+    tree = readVdbTree(stream, place.gridType, coding, options);
     grid->setTree(tree.tree);
   }
   require(stream.position() == place.end, "is damaged: it ends at byte {} instead of {}",
           stream.position(), place.end);
   if (place.parent.empty()) {
-    checkStatistics(*grid);
+    checkStatistics(*grid, tree.activeVoxels);
     return {grid, std::move(tree.values)};
   }
   // The grid shares the tree of another grid.
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (places_[i].uniqueName != place.parent || !places_[i].parent.empty()) continue;
-    VdbGrid parent = readWhole(i, largeTree);
+    VdbGrid parent = readGrid(i, options);
     grid->setTree(parent.grid->baseTreePtr());
     return {grid, std::move(parent.values)};
   }
   throw VdbDamage("is damaged: it shares the tree of a grid that is not there");
 }
 
-Result<VdbGrid> VdbFile::read(std::size_t index, std::size_t largeTree) {
+Result<VdbGrid> VdbFile::read(std::size_t index, const VdbTreeOptions& options) {
   try {
-    return readWhole(index, largeTree);
+    return readGrid(index, options);
   } catch (const std::exception& exception) {
     return damaged(entries_[index].where, exception);
   }

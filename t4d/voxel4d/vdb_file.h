@@ -11,6 +11,7 @@
 #include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_grid.h"
 #include "t4d/voxel4d/vdb_stream.h"
+#include "t4d/voxel4d/vdb_tree.h"
 
 namespace t4d::voxel4d {
 
@@ -34,8 +35,8 @@ class VdbFile {
   /// In file order.
   std::span<const Entry> grids() const { return entries_; }
 
-  /// The whole grid. Values of leaf nodes that take `largeTree` bytes or more are in a file.
-  Result<VdbGrid> read(std::size_t index, std::size_t largeTree = kLargeFrame);
+  /// The grid, with the background outside the region if one is given.
+  Result<VdbGrid> read(std::size_t index, const VdbTreeOptions& options = {});
 
  private:
   /// The directory entry of a grid.
@@ -50,7 +51,7 @@ class VdbFile {
   VdbFile() = default;
   void readDirectory();
   void readEntry(VdbStream& stream);
-  VdbGrid readWhole(std::size_t index, std::size_t largeTree);
+  VdbGrid readGrid(std::size_t index, const VdbTreeOptions& options);
 
   std::filesystem::path path_;
   std::ifstream stream_;

@@ -9,6 +9,8 @@
 #include "t4d/model/limits.h"
 #include "t4d/model/times.h"
 #include "t4d/voxel4d/natural_order.h"
+#include "t4d/voxel4d/occupancy.h"
+#include "t4d/voxel4d/region_border.h"
 #include "t4d/voxel4d/vdb_file.h"
 #include "t4d/voxel4d/vdb_grid.h"
 
@@ -194,6 +196,22 @@ Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOp
   return lattice;
 }
 
+/// The points of a region as far as points can be.
+std::optional<openvdb::CoordBBox> boxOf(const std::optional<Region>& region) {
+  if (!region) return std::nullopt;
+  constexpr std::int64_t kFarthest = 2 * std::int64_t{kMaxCoordinate};
+  openvdb::CoordBBox box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& [begin, end] = region->space[axis];
+    const auto near = [&](std::int64_t at) {
+      return static_cast<std::int32_t>(std::clamp(at, -kFarthest, kFarthest));
+    };
+    box.min()[axis] = near(begin.value_or(-kFarthest));
+    box.max()[axis] = near(end.value_or(kFarthest)) - 1;
+  }
+  return box;
+}
+
 class VdbFrames : public FrameSource {
  public:
   VdbFrames(std::vector<Place> places, const Lattice& lattice, const VdbFramesOptions& options,
@@ -202,12 +220,15 @@ class VdbFrames : public FrameSource {
         oneApart_(oneApart),
         lattice_(lattice),
         iso_(options.iso),
-        largeFrame_(options.largeFrame) {}
+        read_{options.largeFrame, boxOf(options.region)} {
+    if (options.region) border_ = RegionBorder(options.region->space);
+  }
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return places_.size(); }
   std::string nameOf(std::size_t index) const override { return places_[index].where; }
   bool isOneApart() const override { return oneApart_; }
+  std::string notice() const override { return border_.notice(); }
 
   Result<Frame> frame(std::size_t index) override {
     const Place& place = places_[index];
@@ -221,10 +242,11 @@ class VdbFrames : public FrameSource {
     if (place.grid >= file_->grids().size() || file_->grids()[place.grid].where != place.where) {
       return invalid("the file has changed while it was read", place.where);
     }
-    auto grid = file_->read(place.grid, largeFrame_);
+    auto grid = file_->read(place.grid, read_);
     if (!grid) return pass(grid.error());
     auto frame = frameOf(*grid, place.time, iso_, place.where);
     if (!frame) return frame;
+    border_.look(*frame);
     const auto anyInside = [](const Block& block) {
       return std::any_of(block.inside.begin(), block.inside.end(),
                          [](std::uint64_t word) { return word != 0; });
@@ -247,7 +269,8 @@ class VdbFrames : public FrameSource {
   bool oneApart_;
   Lattice lattice_;
   std::optional<double> iso_;
-  std::size_t largeFrame_;
+  VdbTreeOptions read_;
+  RegionBorder border_;
   std::unique_ptr<VdbFile> file_;  // of the last frame requested
   fs::path openPath_;
   bool solid_ = false;  // whether any frame so far had a point inside
@@ -280,6 +303,12 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
     return numberOf(*place.header, kTimeMetadata).has_value();
   });
   if (auto set = setTimes(*places, options, oneApart); !set) return pass(set.error());
+  if (options.region) {
+    const auto used =
+        extentOf(options.region->time, 't', places->size(), places->front().file.string());
+    if (!used) return pass(used.error());
+    keep(*places, *used);
+  }
   return std::make_unique<VdbFrames>(std::move(*places), *lattice, options, oneApart);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/region.h"
 
 namespace t4d::voxel4d {
 
@@ -18,7 +19,10 @@ struct VdbFramesOptions {
   std::optional<double> iso = {};
   /// Time between two frames; overrides the times in the metadata. Where no grid has one, it is 1.
   std::optional<double> frameTime = {};
-  double startTime = 0;   ///< of the first frame, with `frameTime`
+  double startTime = 0;  ///< of the first frame, with `frameTime`
+  /// What is used: points of index space, whose numbers may be negative, and frames counted from 0.
+  /// Positions and times stay what they are without it.
+  std::optional<Region> region = {};
   std::string grid = {};  ///< use only grids with this name; "" for all
   /// From how many bytes of values on a frame has them in a temporary file.
   std::size_t largeFrame = kLargeFrame;

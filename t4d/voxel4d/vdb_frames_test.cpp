@@ -12,6 +12,7 @@
 #include "t4d/voxel4d/natural_order.h"
 #include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/test_files.h"
+#include "t4d/voxel4d/weave.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -205,6 +206,97 @@ TEST_F(VdbFrames, LargeOnesHaveTheirValuesInAFile) {
     for (std::size_t i = 0; i < 2; ++i) expectSame(found[i], expected[i]);
     EXPECT_TRUE(checkFrame(found[1]));
   }
+}
+
+/// Tiles of all levels, leaf nodes, and voxels that are inside and inactive.
+template <class Grid>
+typename Grid::Ptr tiled(double time) {
+  using Value = typename Grid::ValueType;
+  const Value inside = std::is_same_v<Value, bool> ? Value(1) : Value(-3);
+  auto grid = Grid::create(std::is_same_v<Value, bool> ? Value(0) : Value(3));
+  grid->setName("solid");
+  grid->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(time));
+  auto& tree = grid->tree();
+  tree.addTile(1, {16, 0, 0}, inside, true);
+  tree.addTile(1, {16, 8, -8}, inside, true);
+  tree.addTile(2, {-128, 0, 0}, inside, true);
+  for (int i = 0; i < 300; ++i) {
+    const openvdb::Coord at(i * 7 % 23 - 6, i * 5 % 17, i * 3 % 29 - 9);
+    if (std::is_same_v<Value, bool> || i % 3 > 0) {
+      tree.setValueOn(at, std::is_same_v<Value, bool> ? Value(1) : Value(i % 5 - 2.5));
+    } else {
+      tree.setValueOff(at, inside);
+    }
+  }
+  return grid;
+}
+
+model::Mesh woven(const fs::path& path, const VdbFramesOptions& options = {}) {
+  model::Mesh mesh;
+  auto source = openVdbFrames(std::vector{path}, options);
+  EXPECT_TRUE(source) << source.error().text();
+  EXPECT_TRUE(source && weave(**source, {}, mesh));
+  return mesh;
+}
+
+TEST_F(VdbFrames, ARegionIsTheGridThatOpenVdbClips) {
+  const auto check = [&]<class Grid>(const typename Grid::Ptr&) {
+    for (const std::string ranges :
+         {"-5:12,3:9,:", "0:20,:,-3:4", "-100:-90,10:30,5:6", "17:19,-99:99,-99:99",
+          "-64:64,-64:64,-64:64", ":,:,:", "-3:-2,2:3,0:1"}) {
+      const Region region = *parseRegion(ranges);
+      openvdb::CoordBBox box = openvdb::CoordBBox::inf();
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto& [begin, end] = region.space[axis];
+        if (begin) box.min()[axis] = static_cast<std::int32_t>(*begin);
+        if (end) box.max()[axis] = static_cast<std::int32_t>(*end - 1);
+      }
+      openvdb::GridCPtrVec whole;
+      openvdb::GridCPtrVec clipped;
+      for (const double time : {0.0, 1.0, 2.0, 3.0}) {
+        whole.push_back(tiled<Grid>(time));
+        if (time == 0 || time == 3) continue;
+        const auto grid = tiled<Grid>(time);
+        grid->clip(box);
+        clipped.push_back(grid);
+      }
+      const auto from = write("whole.vdb", whole);
+      const model::Mesh expected = woven(write("clipped.vdb", clipped));
+      VdbFramesOptions options;
+      options.region = region;
+      options.region->time = {1, 3};
+      for (const std::size_t large : {std::size_t{0}, kLargeFrame}) {
+        SCOPED_TRACE(ranges + (large == 0 ? " in a file" : ""));
+        options.largeFrame = large;
+        const model::Mesh found = woven(from, options);
+        ASSERT_EQ(found.slabCount(), 3U);
+        ASSERT_EQ(expected.slabCount(), 3U);
+        for (std::size_t i = 0; i < 3; ++i) {
+          EXPECT_FALSE(found.slabs()[i].vertices.empty());
+          EXPECT_TRUE(found.slabs()[i].vertices == expected.slabs()[i].vertices);
+          EXPECT_TRUE(*found.slabs()[i].connectivity == *expected.slabs()[i].connectivity);
+        }
+      }
+    }
+  };
+  check.operator()<openvdb::FloatGrid>({});
+  check.operator()<openvdb::DoubleGrid>({});
+  check.operator()<openvdb::BoolGrid>({});
+  check.operator()<openvdb::MaskGrid>({});
+}
+
+TEST_F(VdbFrames, ARegionSaysWhereItCutsTheSolid) {
+  const auto path = write("balls.vdb", {sphereAt(0), sphereAt(1), sphereAt(2, 5)});
+  const auto noticeWith = [&](const std::string& ranges) {
+    auto source = *openVdbFrames(std::vector{path}, {.region = *parseRegion(ranges)});
+    for (std::size_t i = 0; i < source->frameCount(); ++i) EXPECT_TRUE(source->frame(i));
+    return source->notice();
+  };
+  EXPECT_EQ(noticeWith("-11:12,-11:12,-11:12"), "");
+  EXPECT_TRUE(noticeWith("-3:12,:,:9").ends_with("closed there: at x = -3, z = 8"));
+  EXPECT_EQ(refusal({path}, {.region = *parseRegion(":,:,:,1:4")}),
+            "balls.vdb: --region has 1:4 along t, where there are 3 frames, counted from 0");
+  EXPECT_TRUE(refusal({path}, {.region = *parseRegion("100:120,:,:")}).ends_with("is inside"));
 }
 
 TEST_F(VdbFrames, TilesOfAllLevels) {

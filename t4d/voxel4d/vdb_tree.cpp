@@ -1,5 +1,6 @@
 #include "t4d/voxel4d/vdb_tree.h"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -79,24 +80,33 @@ class TreeReader {
   using Stored = std::conditional_t<kIsBool, std::uint8_t, Value>;
 
  public:
-  TreeReader(VdbStream& stream, const VdbCoding& coding)
-      : stream_(stream), coding_(coding), packed_(stream, coding.compression) {}
+  TreeReader(VdbStream& stream, const VdbCoding& coding, const VdbTreeOptions& options)
+      : stream_(stream), coding_(coding), options_(options), packed_(stream, coding.compression) {}
 
-  VdbTree read(std::size_t largeTree) {
+  VdbTree read() {
     const auto buffers = stream_.take<std::int32_t>();
     require(buffers == 1, "is damaged: its tree has {} buffers", buffers);
     background_ = takeValue();
     auto tree = std::make_shared<Tree>(valueOf(background_));
     readRoot(tree->root());
     std::unique_ptr<FrameFile> file;
-    if (!kIsBool && leaves_.size() * Leaf::SIZE * sizeof(Value) >= largeTree) {
+    const auto used = static_cast<std::size_t>(
+        std::ranges::count_if(leaves_, [this](const Leaf* leaf) { return isUsed(*leaf); }));
+    if (!kIsBool && used * Leaf::SIZE * sizeof(Value) >= options_.largeTree) {
       file = orThrow(FrameFile::create());
     }
-    for (std::size_t i = 0; i < leaves_.size(); ++i) {
-      leaves_[i]->setTransientData(static_cast<openvdb::Index32>(i));
-      readLeafValues(*leaves_[i], file.get());
+    openvdb::Index32 number = 0;
+    for (Leaf* const leaf : leaves_) {
+      leaf->setTransientData(number);
+      if (isUsed(*leaf)) ++number;
+      readLeafValues(*leaf, file.get());
     }
-    return {tree, std::move(file)};
+    const std::uint64_t activeVoxels = tree->activeVoxelCount();
+    if (options_.region) {
+      clip(tree->root());
+      if (file) moveNewValues(*tree, number, *file);
+    }
+    return {tree, std::move(file), activeVoxels};
   }
 
  private:
@@ -168,12 +178,74 @@ class TreeReader {
         const auto values = takeLeafMask();
         for (auto on = values.beginOn(); on; ++on) leaf.setValueOnly(on.pos(), true);
       }
-    } else if (file != nullptr) {
+    } else if (file != nullptr || !isUsed(leaf)) {
       std::array<Stored, Leaf::SIZE> values;
       readValues(std::span<Stored>(values), active);
+      if (!isUsed(leaf)) return;
+      clipValues(leaf, values);
       orThrow(file->append(std::as_bytes(std::span(values))));
     } else {
-      readValues(std::span<Stored>(leaf.buffer().data(), Leaf::SIZE), active);
+      const std::span<Stored> values(leaf.buffer().data(), Leaf::SIZE);
+      readValues(values, active);
+      clipValues(leaf, values);
+    }
+  }
+
+  /// Sets what is outside the region to the background. OpenVDB's own clip() also divides tiles of
+  /// the background, and prunes, for which all values must be in memory.
+  template <class Node>
+  void clip(Node& node) const {
+    struct Tile {
+      openvdb::CoordBBox box;
+      Value value;
+      bool active;
+    };
+    const openvdb::CoordBBox& region = *options_.region;
+    std::vector<Tile> cut;
+    for (auto tile = node.cbeginValueAll(); tile; ++tile) {
+      const Coord corner = tile.getCoord();
+      const openvdb::CoordBBox box(corner, corner.offsetBy(Node::ChildNodeType::DIM - 1));
+      if (*tile == valueOf(background_) || region.isInside(box)) continue;
+      cut.push_back({box, *tile, tile.isValueOn()});
+    }
+    std::vector<Coord> outside;
+    for (auto child = node.beginChildOn(); child; ++child) {
+      const openvdb::CoordBBox box = child->getNodeBoundingBox();
+      if (!region.hasOverlap(box)) {
+        outside.push_back(box.min());
+      } else if (!region.isInside(box)) {
+        clip(*child);
+      }
+    }
+    for (const Coord& at : outside) node.addTile(Node::LEVEL, at, valueOf(background_), false);
+    for (auto& [box, value, active] : cut) {
+      node.addTile(Node::LEVEL, box.min(), valueOf(background_), false);
+      box.intersect(region);
+      if (!box.empty()) node.fill(box, value, active);
+    }
+  }
+  void clip(Leaf& leaf) const { leaf.clip(*options_.region, valueOf(background_)); }
+
+  /// Tiles that were partly in the region have become leaf nodes, with their values in memory.
+  static void moveNewValues(Tree& tree, openvdb::Index32 number, FrameFile& file) {
+    if constexpr (!kIsBool) {
+      for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
+        if (leaf->buffer().empty()) continue;
+        leaf->setTransientData(number++);
+        orThrow(file.append(std::as_bytes(std::span(leaf->buffer().data(), Leaf::SIZE))));
+      }
+    }
+  }
+
+  bool isUsed(const Leaf& leaf) const {
+    return !options_.region || options_.region->hasOverlap(leaf.getNodeBoundingBox());
+  }
+
+  /// Sets values outside the region to the background.
+  void clipValues(const Leaf& leaf, std::span<Stored> values) const {
+    if (!options_.region || options_.region->isInside(leaf.getNodeBoundingBox())) return;
+    for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+      if (!options_.region->isInside(leaf.offsetToGlobalCoord(i))) values[i] = background_;
     }
   }
 
@@ -280,16 +352,17 @@ class TreeReader {
 
   VdbStream& stream_;
   VdbCoding coding_;
+  VdbTreeOptions options_;
   PackedBytes packed_;
   Stored background_{};
   std::vector<Leaf*> leaves_;  // in the order in which they are stored
 };
 
-using Read = VdbTree (*)(VdbStream&, const VdbCoding&, std::size_t);
+using Read = VdbTree (*)(VdbStream&, const VdbCoding&, const VdbTreeOptions&);
 
 template <class Tree>
-VdbTree read(VdbStream& stream, const VdbCoding& coding, std::size_t largeTree) {
-  return TreeReader<Tree>(stream, coding).read(largeTree);
+VdbTree read(VdbStream& stream, const VdbCoding& coding, const VdbTreeOptions& options) {
+  return TreeReader<Tree>(stream, coding, options).read();
 }
 
 Read readerOf(const std::string& treeType) {
@@ -305,8 +378,8 @@ Read readerOf(const std::string& treeType) {
 bool canReadVdbTree(const std::string& treeType) { return readerOf(treeType) != nullptr; }
 
 VdbTree readVdbTree(VdbStream& stream, const std::string& treeType, const VdbCoding& coding,
-                    std::size_t largeTree) {
-  return readerOf(treeType)(stream, coding, largeTree);
+                    const VdbTreeOptions& options) {
+  return readerOf(treeType)(stream, coding, options);
 }
 
 }  // namespace t4d::voxel4d

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/frame_file.h"
 #include "t4d/voxel4d/openvdb_grids.h"
 #include "t4d/voxel4d/vdb_stream.h"
@@ -15,10 +18,19 @@ struct VdbCoding {
   bool half = false;              ///< values of voxels and tiles have 16 bits
 };
 
+/// Which part of a tree is read, and how.
+struct VdbTreeOptions {
+  /// From how many bytes of values of leaf nodes on they are put into a file.
+  std::size_t largeTree = kLargeFrame;
+  /// Outside is the background, inactive; values there are not kept in memory.
+  std::optional<openvdb::CoordBBox> region = {};
+};
+
 /// A tree, and the values of its leaf nodes if it has none.
 struct VdbTree {
   openvdb::TreeBase::Ptr tree;
   std::unique_ptr<FrameFile> values;
+  std::uint64_t activeVoxels = 0;  ///< of the whole tree
 };
 
 /// Whether readVdbTree supports a tree type: float, double, bool and mask trees of OpenVDB's
@@ -32,11 +44,11 @@ bool canReadVdbTree(const std::string& treeType);
 /// early they leave pointers uninitialized. So every node is created here, after everything in it
 /// has been checked. OpenVDB only decompresses data of the right size.
 ///
-/// If the values of leaf nodes take `largeTree` bytes or more, they are put into a file instead of
-/// the tree: those of a node at the number that is its transient data.
+/// If the values of leaf nodes take VdbTreeOptions::largeTree bytes or more, they are put into a
+/// file instead of the tree: those of a node at the number that is its transient data.
 ///
 /// Throws VdbDamage and the exceptions of the stream and of OpenVDB.
 VdbTree readVdbTree(VdbStream& stream, const std::string& treeType, const VdbCoding& coding,
-                    std::size_t largeTree);
+                    const VdbTreeOptions& options);
 
 }  // namespace t4d::voxel4d

@@ -4,6 +4,7 @@
 
 #include "t4d/voxel4d/volumes/dicom_codec.h"
 #include "t4d/voxel4d/volumes/dicom_series.h"
+#include "t4d/voxel4d/volumes/plane_reader.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -39,29 +40,18 @@ void convert(const DicomPlanes& planes, const DicomImage& image, std::string& st
   }
 }
 
-class DicomReader : public SampleReader {
- public:
-  explicit DicomReader(std::shared_ptr<const DicomPlanes> planes) : planes_(std::move(planes)) {}
+std::uint64_t planeBytes(const DicomPlanes& planes) {
+  return planes.layout.samples() * (planes.scaled ? sizeof(float) : planes.layout.bits / 8);
+}
 
-  Result<void> read(std::span<std::byte> into) override {
-    for (; !into.empty(); into = into.subspan(planeBytes())) {
-      if (auto done = readPlane(planes_->images.at(next_++), into.data()); !done) return done;
-    }
-    return {};
-  }
-  Result<void> skip(std::uint64_t bytes) override {
-    next_ += bytes / planeBytes();
-    return {};
-  }
-  Result<void> finish(bool) override { return {}; }
+class DicomReader : public PlaneReader {
+ public:
+  explicit DicomReader(std::shared_ptr<const DicomPlanes> planes)
+      : PlaneReader(planeBytes(*planes)), planes_(std::move(planes)) {}
 
  private:
-  std::uint64_t planeBytes() const {
-    const DicomLayout& layout = planes_->layout;
-    return layout.samples() * (planes_->scaled ? sizeof(float) : layout.bits / 8);
-  }
-
-  Result<void> readPlane(const DicomImage& image, std::byte* into) const {
+  Result<void> readPlane(std::uint64_t number, std::span<std::byte> into) override {
+    const DicomImage& image = planes_->images.at(number);
     const DicomLayout& layout = planes_->layout;
     const std::filesystem::path& file = planes_->files[image.file];
     auto stored = readDicomPieces(file, image);
@@ -78,7 +68,7 @@ class DicomReader : public SampleReader {
     if (stored->size() < layout.bytes()) {
       return invalid("has become shorter while it was read", file.string());
     }
-    const auto as = [&]<class T>(T) { convert<T>(*planes_, image, *stored, into); };
+    const auto as = [&]<class T>(T) { convert<T>(*planes_, image, *stored, into.data()); };
     switch (layout.type()) {
       case SampleType::Int8:
         as(std::int8_t{});
@@ -102,7 +92,6 @@ class DicomReader : public SampleReader {
   }
 
   std::shared_ptr<const DicomPlanes> planes_;
-  std::size_t next_ = 0;
 };
 
 }  // namespace

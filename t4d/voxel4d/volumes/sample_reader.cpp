@@ -16,6 +16,7 @@
 #include "t4d/system/regular_file.h"
 #include "t4d/voxel4d/volumes/dicom_series.h"
 #include "t4d/voxel4d/volumes/gzip_stream.h"
+#include "t4d/voxel4d/volumes/plane_reader.h"
 #include "t4d/voxel4d/volumes/tiff_file.h"
 
 namespace t4d::voxel4d {
@@ -46,7 +47,7 @@ class RawReader : public SampleReader {
       : file_(std::move(file)), where_(std::move(where)), at_(begin), end_(end) {}
 
   Result<void> read(std::span<std::byte> into) override {
-    constexpr std::size_t kWindow = std::size_t{1} << 18U;
+    constexpr std::size_t kWindow = std::size_t{1} << 16U;
     while (!into.empty()) {
       if (at_ < windowBegin_ || at_ >= windowBegin_ + window_.size()) {
         if (at_ >= end_) return invalid("is cut off: it ends before its samples do", where_);
@@ -289,33 +290,26 @@ class TextReader : public SampleReader {
   std::uint64_t read_ = 0;
 };
 
-/// The planes of a TIFF, one after another; whole ones are read.
-class TiffReader : public SampleReader {
+class TiffReader : public PlaneReader {
  public:
   TiffReader(TiffFile file, TiffPage layout, std::vector<std::uint64_t> pages)
-      : file_(std::move(file)), layout_(layout), pages_(std::move(pages)) {}
-
-  Result<void> read(std::span<std::byte> into) override {
-    for (; !into.empty(); into = into.subspan(layout_.bytes())) {
-      if (auto there = file_.goTo(pages_.at(next_++)); !there) return there;
-      const auto layout = file_.layout();
-      if (!layout) return pass(layout.error());
-      if (*layout != layout_) return invalid("has changed while it was read", file_.where());
-      if (auto done = file_.read(layout_, into.first(layout_.bytes())); !done) return done;
-    }
-    return {};
-  }
-  Result<void> skip(std::uint64_t bytes) override {
-    next_ += bytes / layout_.bytes();
-    return {};
-  }
-  Result<void> finish(bool) override { return {}; }
+      : PlaneReader(layout.bytes()),
+        file_(std::move(file)),
+        layout_(layout),
+        pages_(std::move(pages)) {}
 
  private:
+  Result<void> readPlane(std::uint64_t number, std::span<std::byte> into) override {
+    if (auto there = file_.goTo(pages_.at(number)); !there) return there;
+    const auto layout = file_.layout();
+    if (!layout) return pass(layout.error());
+    if (*layout != layout_) return invalid("has changed while it was read", file_.where());
+    return file_.read(layout_, into);
+  }
+
   TiffFile file_;
   TiffPage layout_;
   std::vector<std::uint64_t> pages_;
-  std::size_t next_ = 0;
 };
 
 /// The most that a byte of a file can stand for: gzip's best is 1,032; a number in decimals takes

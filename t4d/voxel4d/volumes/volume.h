@@ -32,6 +32,12 @@ struct SampleData {
   std::shared_ptr<const DicomPlanes> dicom = {};  ///< of DICOM: its planes
 };
 
+/// An axis of which not all samples are read.
+struct StoredAxis {
+  std::uint64_t size = 0;   ///< samples in the file
+  std::uint64_t first = 0;  ///< the first that is read
+};
+
 /// What the header of a file of samples says: one frame or several, on one lattice.
 struct Volume {
   std::string where;  ///< for errors: the file with the header
@@ -45,6 +51,8 @@ struct Volume {
   /// y, z or t.
   std::vector<std::uint64_t> sizes;
   std::string axes;
+  /// Of a region: each axis of the data, of which `sizes` are read. Else empty.
+  std::vector<StoredAxis> stored = {};
 
   /// From (i, j, k), numbers of a sample along x, y and z, to a position.
   model::Affine3x4 place = model::Affine3x4::Identity();
@@ -59,7 +67,7 @@ struct Volume {
   std::string lengthUnit;
   std::string timeUnit;
 
-  /// One for all, or one for each frame.
+  /// One for all, or one for each frame that is read.
   std::vector<SampleData> data;
 
   /// Samples along 'x', 'y', 'z' or 't'; 1 along an axis that is not there.
@@ -68,6 +76,11 @@ struct Volume {
     return at == std::string::npos ? 1 : sizes[at];
   }
   std::uint64_t frames() const { return size('t'); }
+  /// The number in the file of the first sample that is read.
+  std::uint64_t first(char axis) const {
+    const auto at = axes.find(axis);
+    return at == std::string::npos || stored.empty() ? 0 : stored[at].first;
+  }
 };
 
 }  // namespace t4d::voxel4d

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,10 +14,12 @@
 #include "t4d/system/scratch_file.h"
 #include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/natural_order.h"
+#include "t4d/voxel4d/region_border.h"
 #include "t4d/voxel4d/sample_box.h"
 #include "t4d/voxel4d/volumes/dicom_series.h"
 #include "t4d/voxel4d/volumes/header_text.h"
 #include "t4d/voxel4d/volumes/headers.h"
+#include "t4d/voxel4d/volumes/region_reader.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
 
 namespace t4d::voxel4d {
@@ -154,6 +157,21 @@ class FrameByFrame {
   std::optional<system::ScratchFile> file_;
 };
 
+/// Where a volume goes on beyond its region.
+RegionBorder borderOf(const Volume& volume) {
+  std::array<IndexRange, 3> cut;
+  std::array<std::int64_t, 3> offset{};
+  for (std::size_t i = 0; i < volume.stored.size(); ++i) {
+    if (volume.axes[i] == 't') continue;
+    const auto& [size, first] = volume.stored[i];
+    const std::size_t axis = volume.axes[i] - 'x';
+    offset[axis] = static_cast<std::int64_t>(first);
+    if (first > 0) cut[axis].begin = 0;
+    if (first + volume.sizes[i] < size) cut[axis].end = volume.sizes[i];
+  }
+  return RegionBorder(cut, offset);
+}
+
 /// One frame after another of one or several volumes.
 class Frames : public FrameSource {
  public:
@@ -163,7 +181,8 @@ class Frames : public FrameSource {
         times_(std::move(times)),
         lattice_(lattice),
         options_(options),
-        rule_(rule) {}
+        rule_(rule),
+        border_(borderOf(volumes_.front())) {}
 
   const Lattice& lattice() const override { return lattice_; }
   std::size_t frameCount() const override { return times_.size(); }
@@ -171,9 +190,11 @@ class Frames : public FrameSource {
     return !options_.frameTime && !volumes_[0].frameTime && volumes_[0].times.empty();
   }
   std::string nameOf(std::size_t index) const override {
-    return volumes_.size() > 1 ? volumes_[index].where
-                               : fmt::format("{}: frame {}", volumes_[0].where, index);
+    return volumes_.size() > 1
+               ? volumes_[index].where
+               : fmt::format("{}: frame {}", volumes_[0].where, index + volumes_[0].first('t'));
   }
+  std::string notice() const override { return border_.notice(); }
 
   Result<Frame> frame(std::size_t index) override {
     const Volume& volume = volumes_[volumes_.size() > 1 ? index : 0];
@@ -185,7 +206,7 @@ class Frames : public FrameSource {
     if (!signs.usable) {
       return invalid(
           fmt::format("the sample ({}) of frame {} (counted from 0) is not finite, or too large",
-                      indexText(volume, *firstUnusable(box, rule_)), at_),
+                      indexText(volume, *firstUnusable(box, rule_)), at_ + volume.first('t')),
           volume.where);
     }
     solid_ = solid_ || !signs.blocks.empty() || !signs.tiles.empty();
@@ -199,7 +220,9 @@ class Frames : public FrameSource {
     }
     const auto outside = fieldOutside(rule_, signs.farthest);
     if (!outside) return pass(outside.error());
-    return frameOf(box, rule_, std::move(signs), *outside, times_[index], bytes);
+    Frame frame = frameOf(box, rule_, std::move(signs), *outside, times_[index], bytes);
+    border_.look(frame);
+    return frame;
   }
 
  private:
@@ -236,11 +259,9 @@ class Frames : public FrameSource {
 
     // Frames that follow one another are read in one go.
     if (!reader_ || series || alone) {
-      auto reader =
-          openSamples(data, volume.type, data.begin + inner * outer * framesInFile * size);
+      auto reader = openRegion(volume, data);
       if (!reader) return ofData(reader.error(), volume, data);
       reader_ = std::move(*reader);
-      if (auto done = reader_->skip(data.begin); !done) return ofData(done.error(), volume, data);
       if (framesInFile > 1 && outer > 1) {
         sorted_.emplace(inner * size, framesInFile, outer);
         if (auto done = sorted_->fill(*reader_); !done) return ofData(done.error(), volume, data);
@@ -277,7 +298,8 @@ class Frames : public FrameSource {
     std::string text;
     for (const char name : volume.axes) {
       if (name == 't') continue;
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, point[name - 'x']);
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name,
+                          point[name - 'x'] + volume.first(name));
     }
     return text;
   }
@@ -287,6 +309,7 @@ class Frames : public FrameSource {
   Lattice lattice_;
   VolumeOptions options_;
   SampleRule rule_;
+  RegionBorder border_;
   std::vector<std::shared_ptr<Buffer>> buffers_;
   std::unique_ptr<SampleReader> reader_;
   std::optional<FrameByFrame> sorted_;  // of a file in which time is not the slowest axis
@@ -375,6 +398,31 @@ Result<void> checkSizes(const Volume& volume) {
   return {};
 }
 
+/// Leaves of a volume what is to be read, and of its own frames `frames`.
+Result<void> crop(Volume& volume, const std::array<IndexRange, 3>& region, const Extent& frames) {
+  std::map<char, Extent> read = {{'t', frames}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const char name = "xyz"[axis];
+    const auto extent = extentOf(region[axis], name, volume.size(name), volume.where);
+    if (!extent) return pass(extent.error());
+    read[name] = *extent;
+  }
+  for (std::size_t i = 0; i < volume.axes.size(); ++i) {
+    const Extent& extent = read[volume.axes[i]];
+    volume.stored.push_back({volume.sizes[i], extent.begin});
+    volume.sizes[i] = extent.count;
+  }
+  if (volume.data.size() > 1) keep(volume.data, frames);
+  return {};
+}
+
+/// The first point that is read, in samples from the first that is stored.
+Eigen::Vector3d firstOf(const Volume& volume) {
+  Eigen::Vector3d first;
+  for (int axis = 0; axis < 3; ++axis) first[axis] = static_cast<double>(volume.first("xyz"[axis]));
+  return first;
+}
+
 Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& options) {
   model::Affine3x4 place = volume.place;
   for (int axis = 0; options.spacing && axis < 3; ++axis) {
@@ -383,6 +431,7 @@ Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& opti
     place.col(axis) *= length > 0 ? (*options.spacing)[axis] / length : 1;
   }
   if (options.origin) place.col(3) = Eigen::Vector3d(options.origin->data());
+  place.col(3) += place.leftCols<3>() * firstOf(volume);
   const double longest = place.leftCols<3>().colwise().norm().maxCoeff();
   const double volumeOfVoxel = std::abs(place.leftCols<3>().determinant());
   constexpr double kFlat = 1e-9;  // of a cube with the longest edge: such voxels are damage
@@ -397,8 +446,10 @@ Result<model::Affine3x4> placeOf(const Volume& volume, const VolumeOptions& opti
   return place;
 }
 
-Result<std::vector<double>> timesOf(const Volume& first, std::size_t count,
+/// Of the frames that are read, of all.
+Result<std::vector<double>> timesOf(const Volume& first, const Extent& frames,
                                     const VolumeOptions& options) {
+  const std::uint64_t count = frames.count;
   if (count > kMaxFrames) {
     return invalid(fmt::format("has {} frames; at most {} are allowed", count, kMaxFrames),
                    first.where);
@@ -414,18 +465,19 @@ Result<std::vector<double>> timesOf(const Volume& first, std::size_t count,
   const bool own = !options.frameTime && !first.times.empty();
   std::vector<double> times;
   for (std::size_t i = 0; i < count; ++i) {
-    times.push_back(own ? start + (first.times[i] - first.times[0])
-                        : model::steppedTime(start, *step, i));
+    const std::size_t number = frames.begin + i;
+    times.push_back(own ? start + (first.times[number] - first.times[0])
+                        : model::steppedTime(start, *step, number));
     if (!(std::abs(times.back()) <= model::kLargestCoordinate)) {
-      return invalid(fmt::format("frame {} is at time {}; the largest possible is {}", i, times[i],
-                                 model::kLargestCoordinate),
-                     first.where, i == 0 ? Remedy::None : Remedy::FrameTime);
+      return invalid(fmt::format("frame {} is at time {}; the largest possible is {}", number,
+                                 times[i], model::kLargestCoordinate),
+                     first.where, number == 0 ? Remedy::None : Remedy::FrameTime);
     }
     if (i > 0 && !(times[i] > times[i - 1])) {
       return invalid(
           fmt::format("frames are {} apart from time {} on: doubles are too coarse there "
                       "to tell frame {} from the one before",
-                      *step, start, i),
+                      *step, start, number),
           first.where, Remedy::FrameTime);
     }
   }
@@ -485,11 +537,21 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
                                pages ? ": with --axes tyx each of its pages is a frame" : ""),
                    first.where);
   }
+  Extent frames{0, count};
+  if (options.region) {
+    const auto used = extentOf(options.region->time, 't', count, first.where);
+    if (!used) return pass(used.error());
+    frames = *used;
+    for (Volume& volume : volumes) {
+      auto cropped = crop(volume, options.region->space, files.size() > 1 ? Extent{0, 1} : frames);
+      if (!cropped) return pass(cropped.error());
+    }
+  }
   const auto rule = ruleOf(first, options);
   if (!rule) return pass(rule.error());
   const auto place = placeOf(first, options);
   if (!place) return pass(place.error());
-  auto times = timesOf(first, count, options);
+  auto times = timesOf(first, frames, options);
   if (!times) return pass(times.error());
 
   VolumeFrames opened;
@@ -505,6 +567,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   } else {
     opened.toSpace = *place;
   }
+  if (files.size() > 1) keep(volumes, frames);
   opened.frames =
       std::make_unique<Frames>(std::move(volumes), std::move(*times), lattice, options, *rule);
   return opened;

@@ -10,6 +10,7 @@
 
 #include "t4d/model/layer_pose.h"
 #include "t4d/voxel4d/frame.h"
+#include "t4d/voxel4d/region.h"
 
 namespace t4d::voxel4d {
 
@@ -47,6 +48,9 @@ struct VolumeOptions {
   std::string axes = {};
   std::optional<std::uint32_t> channel = {};  ///< of a TIFF with several, counted from 0
   std::string series = {};                    ///< of DICOM: a SeriesInstanceUID or SeriesNumber
+  /// What is read: samples along x, y and z, and frames, all counted from 0. Positions and times
+  /// stay what they are without it.
+  std::optional<Region> region = {};
   std::string raw = {};  ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
 };
 
@@ -75,9 +79,9 @@ struct VolumeFrames {
 ///
 /// These are errors that name the file: what its header says is damaged, contradicts the size of
 /// the file, or is beyond what is read (volumes/headers.h); integers with neither `iso` nor
-/// `label`; samples that are not finite; voxels without volume; files of one series that differ;
-/// fewer than two frames, or more than kMaxFrames. If no frame has a sample inside, requesting the
-/// last frame is an error.
+/// `label`; samples that are not finite; a region that is not within the samples; voxels without
+/// volume; files of one series that differ; fewer than two frames, or more than kMaxFrames. If no
+/// frame has a sample inside, requesting the last frame is an error.
 Result<VolumeFrames> openVolumeFrames(std::span<const std::filesystem::path> inputs,
                                       const VolumeOptions& options = {});
 
