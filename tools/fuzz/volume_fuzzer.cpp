@@ -50,6 +50,7 @@ int test(std::span<const std::uint8_t> bytes) {
   const int choice = bytes[0] / 16 % 3;
   if (choice == 1) options.iso = 0.5;
   if (choice == 2) options.label = 1;
+  if (bytes[0] / 48 % 2 == 1) options.region = voxel4d::Region{{{{0, 2}, {}, {1, {}}}}, {}};
   auto opened = voxel4d::openVolumeFrames(files, options);
   if (!opened) {
     must(!opened.error().message.empty(), "a refusal says what");

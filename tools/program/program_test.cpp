@@ -845,6 +845,22 @@ TEST_F(Program, WeaveSaysWhatItDoesNotRead) {
               testing::HasSubstr("taken as distances"));
 }
 
+TEST_F(Program, WeavesARegion) {
+  ASSERT_EQ(run("weave fx/labels.nrrd --label 2 -o whole.t4d").exitCode, 0);
+  const std::string part = "weave fx/labels.nrrd --label 2 -o part.t4d --region ";
+  const Finished cut = run(part + ":,8:,:,1:4 --json");
+  ASSERT_EQ(cut.exitCode, 0) << cut.err;
+  EXPECT_EQ(cut.value()["frames"], 3);
+  EXPECT_THAT(cut.err, testing::HasSubstr("is closed there: at y = 8"));
+  const json info = run("info part.t4d --json").value();
+  EXPECT_EQ(info["details"]["parameters"]["region"], ":,8:,:,1:4");
+  refuses(part + ":,:,:,1:99", "labels.nrrd: --region has 1:99 along t, where there are");
+  for (const std::string wrong : {":,:", "4:4,:,:", "a:,:,:"}) {
+    EXPECT_EQ(run(part + wrong).exitCode, 2) << wrong;
+  }
+  EXPECT_EQ(run("weave fx/bending_*.obj --voxel-size 1 --region :,:,: -o out.t4d").exitCode, 2);
+}
+
 TEST_F(Program, JoinsTheHalvesThatTwoProcessesSweep) {
   const std::string sweep = "sweep fx/torus.obj --motion fx/several-segments.json --caps cone ";
   ASSERT_EQ(run(sweep + "-o whole.t4d").exitCode, 0);

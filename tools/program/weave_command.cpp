@@ -35,6 +35,7 @@ struct WeaveArguments {
   std::optional<double> voxelSize;
   std::vector<double> spacing;
   std::vector<double> origin;
+  std::string region;
   std::string caps = "flat";
   std::optional<std::string> between;
   std::string lengthUnit;
@@ -79,11 +80,21 @@ CLI::Validator axesOfArray() {
       "AXES");
 }
 
+CLI::Validator regionOfFrames() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const auto region = voxel4d::parseRegion(text);
+        return region ? std::string() : region.error().message;
+      },
+      "X0:X1,Y0:Y1,Z0:Z1[,T0:T1]");
+}
+
 std::string detailsOf(const WeaveArguments& options) {
   ordered_json parameters;
   if (options.voxelSize) parameters["voxel_size"] = *options.voxelSize;
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   if (!options.labels.empty()) parameters["labels"] = options.labels;
+  if (!options.region.empty()) parameters["region"] = options.region;
   parameters["caps"] = options.caps;
   parameters["between"] = options.between.value_or("distance");
   parameters["precision"] = options.output.coding.precision;
@@ -144,7 +155,8 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
     return voxel4d::openVolumeFrames(inputs, input);
   }
   voxel4d::VdbFramesOptions input{options.input.iso, options.input.frameTime,
-                                  options.input.startTime.value_or(0), options.grid};
+                                  options.input.startTime.value_or(0), options.input.region,
+                                  options.grid};
   auto frames = voxel4d::openVdbFrames(inputs, input);
   if (!frames) return pass(unreadable(frames.error()));
   voxel4d::VolumeFrames opened;
@@ -166,9 +178,9 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
   const voxel4d::VolumeOptions& input = options.input;
   if (input.iso || !options.labels.empty() || !input.raw.empty() || !input.axes.empty() ||
       input.channel || !options.spacing.empty() || !options.origin.empty() ||
-      !options.grid.empty()) {
-    return "--iso, --label, --spacing, --origin, --axes, --channel, --raw and --grid are not for "
-           "triangle meshes";
+      !options.grid.empty() || input.region) {
+    return "--iso, --label, --spacing, --origin, --axes, --channel, --raw, --region and --grid are "
+           "not for triangle meshes";
   }
   if (collected && input.startTime && !input.frameTime) {
     return "--start-time requires --frame-time";
@@ -257,6 +269,7 @@ int run(const WeaveArguments& options) {
   if (!file) return report(file.error());
   const voxel4d::CapStyle caps = voxelCapStyle(options.caps);
   voxel4d::WeaveReport woven;
+  std::vector<std::string> notices;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (i > 0) {
       input = openFrames(options, labels[i], meshes);
@@ -281,14 +294,17 @@ int run(const WeaveArguments& options) {
     woven.frames = body->frames;
     for (int end = 0; end < 2; ++end) woven.capTetrahedra[end] += body->capTetrahedra[end];
     woven.partsLost.add(body->partsLost);
+    if (const std::string notice = input->frames->notice(); !notice.empty()) {
+      notices.push_back(labels.size() > 1 ? fmt::format("label {}: {}", *labels[i], notice)
+                                          : notice);
+    }
   }
-  std::vector<std::string> notices;
   std::vector<std::string> losses;
   if (meshes) {
     if (const auto misuse = misuseOfOutput(options.output.path, meshes->files)) {
       return wrongUsage(*misuse);
     }
-    notices = meshes->notices;
+    notices.insert(notices.end(), meshes->notices.begin(), meshes->notices.end());
     losses = meshes->losses;
   }
   auto bytes = file->finish();
@@ -385,6 +401,10 @@ void addWeave(CLI::App& app, int& exitCode) {
       ->add_option("--channel", options->input.channel,
                    ".tif files with several channels: which, counted from 0")
       ->check(wholeNumber(0, 1U << 30U));
+  command
+      ->add_option("--region", options->region,
+                   "Samples and frames to use, counted from 0 (default: all)")
+      ->check(regionOfFrames());
   command->add_option("--series", options->input.series,
                       "DICOM files of several series: which, by its number or UID");
   command->add_option("--raw", options->input.raw,
@@ -401,6 +421,7 @@ void addWeave(CLI::App& app, int& exitCode) {
   command->footer(
       "Examples:\n  t4d weave frames/*.vdb -o moving.t4d\n"
       "  t4d weave heart.nrrd --label 2 -o heart.t4d\n"
+      "  t4d weave embryo.tif --iso 900 --region 100:400,80:300,:,0:50 -o part.t4d\n"
       "  t4d weave dicom_folder --iso 300 -o scan.t4d\n"
       "  t4d weave scan_*.nii.gz --iso 300 --frame-time 0.04 -o scan.t4d\n"
       "  t4d weave frames/water_*.obj --voxel-size 0.01 --frame-time 0.04 -o water.t4d");
@@ -413,6 +434,7 @@ void addWeave(CLI::App& app, int& exitCode) {
     if (!spacing.empty()) {
       options->input.spacing = {spacing.front(), spacing[spacing.size() / 2], spacing.back()};
     }
+    if (!options->region.empty()) options->input.region = *voxel4d::parseRegion(options->region);
     if (const auto& origin = options->origin; !origin.empty()) {
       options->input.origin = {origin[0], origin[1], origin[2]};
     }

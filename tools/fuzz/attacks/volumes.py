@@ -11,6 +11,17 @@ SAMPLE_TYPES = {"uint8": ("B", "uchar", "u1", 2), "int16": ("h", "short", "i2", 
                 "float32": ("f", "float", "f4", 16), "float64": ("d", "double", "f8", 64)}
 
 
+def region(rng):
+    """A `--region`, often one that the frames do not have."""
+    if rng.random() < 0.1:
+        return rng.choice(["", ",,", ":,:", "1,2,3", "0:9:2,:,:", "5:5,:,:", "1e9:,:,:", ":,:,:,1:2"])
+
+    def end():
+        return rng.choice(["", "", 0, 1, 2, 3, 5, 6, -1, -20, 2**31, 2**63 - 1, -2**63, 2**64])
+
+    return ",".join(f"{end()}:{end()}" for _ in range(rng.choice([3, 3, 4])))
+
+
 @input_class(weight=6)
 def vdb(attack):
     """`.vdb` with flipped bits, cuts, overwritten, doubled or missing parts"""
@@ -18,7 +29,8 @@ def vdb(attack):
     file, _ = attack.altered(source, "frame.vdb")
     other = attack.rng.choice(attack.seeds["vdb"])
     output = attack.path("out.t4d")
-    return Run(["weave", file, other, "--frame-time", "1", "-o", output], [file, other], output)
+    part = [f"--region={region(attack.rng)}"] if attack.rng.random() < 0.3 else []
+    return Run(["weave", file, other, "--frame-time", "1", *part, "-o", output], [file, other], output)
 
 
 def samples(kind, order, sizes):
@@ -108,6 +120,8 @@ def volume(attack, number):
     data = samples(kind, order, sizes)
     path = attack.path(f"volume.{form}")
     options = ["--iso", 50, "--between", rng.choice(["distance", "midpoint"])]
+    if rng.random() < 0.3:
+        options.append(f"--region={region(rng)}")
     if form in ("nrrd", "nhdr"):
         packing = rng.choice(["raw", "gzip"])
         steps = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
