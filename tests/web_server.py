@@ -24,17 +24,18 @@ lock = threading.Lock()
 
 
 class Answer:
-    """A part of a file, with the fields of its header; a fault changes one of them."""
+    """A part of a file, or all of it if nothing is wanted, with the fields of its header; a fault
+    changes one of them."""
 
     def __init__(self, content, wanted):
         self.content = content
-        first, last = re.fullmatch(r'bytes=(\d*)-(\d*)', wanted).groups()
+        first, last = re.fullmatch(r'bytes=(\d*)-(\d*)', wanted or 'bytes=0-').groups()
         size = len(content)
         self.first = int(first) if first else max(0, size - int(last))
         self.end = min(size, int(last) + 1) if first and last else size
         self.total = size
         self.body = content[self.first:self.end]
-        self.status = 206
+        self.status = 206 if wanted else 200
         self.etag = '"' + hashlib.sha1(content).hexdigest() + '"'
         self.modified = 'Sat, 01 Jan 2022 00:00:00 GMT'
         self.range = None       # instead of the true Content-Range
@@ -56,7 +57,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def note(self, status, sent):
         with lock:
-            entry = {'path': self.path, 'range': self.headers.get('Range'),
+            entry = {'path': self.path, 'range': self.headers.get('Range', ''),
                      'match': self.headers.get('If-Match', ''), 'status': status, 'bytes': sent}
             print(json.dumps(entry), file=log, flush=True)
 

@@ -17,7 +17,10 @@ namespace t4d::formats {
 
 namespace {
 
+constexpr long kOk = 200;
 constexpr long kPartialContent = 206;
+constexpr long kNotFound = 404;
+constexpr long kGone = 410;
 constexpr long kPreconditionFailed = 412;
 constexpr long kRangeNotSatisfiable = 416;
 
@@ -84,6 +87,7 @@ bool isDropped(CURLcode code) {
 struct HttpClient::Answer {
   CURL* curl = nullptr;
   std::uint64_t most = 0;
+  std::uint64_t mostWhole = 0;  ///< of a file that is sent as a whole
   std::string header;
   std::vector<std::byte> body;
   bool tooLong = false;
@@ -93,6 +97,10 @@ struct HttpClient::Answer {
     long code = 0;
     curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &code);
     return code;
+  }
+  /// The bytes that an answer of this status may have.
+  std::uint64_t mostOf(long code) const {
+    return code == kPartialContent ? most : code == kOk ? mostWhole : 0;
   }
   std::string_view statusLine() const {
     const std::string_view all(header);
@@ -119,12 +127,15 @@ struct HttpClient::Answer {
     answer.header += line;
     return line.size();
   }
-  /// Stops at once where the answer is not a part of the file.
+  /// Stops at once where the answer is not what was requested. The page that says that there is no
+  /// such file is dropped, which keeps the connection.
   static std::size_t takeBody(const char* data, std::size_t one, std::size_t size, void* self) {
     auto& answer = *static_cast<Answer*>(self);
     const std::size_t bytes = one * size;
-    if (answer.status() != kPartialContent) return 0;
-    answer.tooLong = bytes > answer.most - answer.body.size();
+    const long code = answer.status();
+    if (answer.mostWhole > 0 && (code == kNotFound || code == kGone)) return bytes;
+    if (answer.mostOf(code) == 0) return 0;
+    answer.tooLong = bytes > answer.mostOf(code) - answer.body.size();
     if (answer.tooLong) return 0;
     const auto* from = reinterpret_cast<const std::byte*>(data);
     answer.body.insert(answer.body.end(), from, from + bytes);
@@ -133,7 +144,7 @@ struct HttpClient::Answer {
   /// libcurl reads the bodies of redirects itself.
   static int watch(void* self, curl_off_t, curl_off_t received, curl_off_t, curl_off_t) {
     auto& answer = *static_cast<Answer*>(self);
-    answer.wordy = answer.status() != kPartialContent &&
+    answer.wordy = answer.mostOf(answer.status()) == 0 &&
                    static_cast<std::uint64_t>(received) > kMostDiscardedBytes;
     return answer.wordy ? 1 : 0;
   }
@@ -161,7 +172,7 @@ tl::unexpected<Error> HttpClient::refused(const std::string& message) const {
   return fail(ErrorCode::Io, message, name_);
 }
 
-Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
+Result<void> HttpClient::request(Answer& answer, const std::string& range,
                                  const std::string& ifMatch) {
   CURL* const curl = session_->curl;
   if (curl == nullptr) return refused("libcurl cannot be used");
@@ -170,18 +181,19 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
   const bool secure = schemeOf(session_->url) == "https";
   const auto mostSeconds =
       static_cast<long>(timeouts_.connectSeconds + timeouts_.stalledSeconds +
-                        most / static_cast<std::uint64_t>(timeouts_.leastBytesPerSecond));
+                        std::max(answer.most, answer.mostWhole) /
+                            static_cast<std::uint64_t>(timeouts_.leastBytesPerSecond));
+  answer.curl = curl;
   for (int attempt = 1;; ++attempt) {
-    Answer answer;
-    answer.curl = curl;
-    answer.most = most;
+    answer.header.clear();
+    answer.body.clear();
     std::array<char, CURL_ERROR_SIZE> words{};
     curl_slist* fields = curl_slist_append(nullptr, "Accept-Encoding: identity");
     if (!ifMatch.empty()) fields = curl_slist_append(fields, ("If-Match: " + ifMatch).c_str());
     // Keeps the connection.
     curl_easy_reset(curl);
     curl_easy_setopt(curl, CURLOPT_URL, session_->url.c_str());
-    curl_easy_setopt(curl, CURLOPT_RANGE, range.c_str());
+    if (!range.empty()) curl_easy_setopt(curl, CURLOPT_RANGE, range.c_str());
     curl_easy_setopt(curl, CURLOPT_HTTPHEADER, fields);
     curl_easy_setopt(curl, CURLOPT_USERAGENT, "t4d");
     curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
@@ -209,7 +221,7 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
     requests_ += 1 + static_cast<std::uint64_t>(redirects);
     bytesReceived_ += answer.body.size();
     if (code == CURLE_OK || (code == CURLE_WRITE_ERROR && !answer.header.empty())) {
-      return judge(answer, range);
+      return {};
     }
     if (answer.wordy) {
       return refused(
@@ -223,6 +235,55 @@ Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
     if (attempt > 1) message += fmt::format("; it was tried {} times", attempt);
     return refused(message);
   }
+}
+
+Result<HttpPart> HttpClient::get(const std::string& range, std::uint64_t most,
+                                 const std::string& ifMatch) {
+  Answer answer;
+  answer.most = most;
+  if (auto done = request(answer, range, ifMatch); !done) return pass(done.error());
+  return judge(answer, range);
+}
+
+Result<std::optional<system::WebFile>> HttpClient::getFile(const std::string& range,
+                                                           std::uint64_t most) {
+  constexpr std::uint64_t kMostWhole = std::uint64_t{1} << 30U;
+  Answer answer;
+  answer.most = most;
+  answer.mostWhole = range.empty() ? most : kMostWhole;
+  if (auto done = request(answer, range, {}); !done) return pass(done.error());
+  const long status = answer.status();
+  if (status == kNotFound || status == kGone) return std::nullopt;
+  const auto fileOf = [](const std::vector<std::byte>& bytes, bool whole) {
+    return system::WebFile{{reinterpret_cast<const char*>(bytes.data()), bytes.size()}, whole};
+  };
+  if (status == kPartialContent && !range.empty()) {
+    const auto part = judge(answer, range);
+    if (!part) return pass(part.error());
+    return fileOf(part->bytes, false);
+  }
+  if (status != kOk) {
+    return refused(fmt::format("the server answers {}", quotable(answer.statusLine())));
+  }
+  if (answer.tooLong) {
+    return refused(fmt::format("has more than {} bytes, which is not expected", answer.mostWhole));
+  }
+  if (auto good = judgeEncoding(answer); !good) return pass(good.error());
+  return fileOf(answer.body, true);
+}
+
+void HttpClient::goTo(const std::string& url) {
+  session_->url = url;
+  name_ = shownName(url);
+}
+
+Result<void> HttpClient::judgeEncoding(const Answer& answer) const {
+  const std::string encoding = answer.field("Content-Encoding");
+  if (encoding.empty() || sameIgnoringCase(encoding, "identity")) return {};
+  return refused(
+      fmt::format("the server sends parts of the file encoded as {}, which cannot be put together; "
+                  "download the file first",
+                  quotable(encoding)));
 }
 
 Result<HttpPart> HttpClient::judge(Answer& answer, const std::string& range) const {
@@ -245,13 +306,7 @@ Result<HttpPart> HttpClient::judge(Answer& answer, const std::string& range) con
   if (answer.tooLong) {
     return refused(fmt::format("the server sends more than the {} bytes requested", answer.most));
   }
-  const std::string encoding = answer.field("Content-Encoding");
-  if (!encoding.empty() && !sameIgnoringCase(encoding, "identity")) {
-    return refused(fmt::format(
-        "the server sends parts of the file encoded as {}, which cannot be put together; "
-        "download the file first",
-        quotable(encoding)));
-  }
+  if (auto good = judgeEncoding(answer); !good) return pass(good.error());
   const std::string said = answer.field("Content-Range");
   const auto found = contentRangeOf(said);
   if (!found) {
