@@ -18,6 +18,7 @@
 #include "t4d/voxel4d/volumes/gzip_stream.h"
 #include "t4d/voxel4d/volumes/plane_reader.h"
 #include "t4d/voxel4d/volumes/tiff_file.h"
+#include "t4d/voxel4d/volumes/zarr_samples.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -318,6 +319,7 @@ std::uint64_t mostBytes(SampleEncoding encoding, SampleType type) {
   switch (encoding) {
     case SampleEncoding::Raw:
     case SampleEncoding::Dicom:
+    case SampleEncoding::Zarr:
       return 1;
     case SampleEncoding::Gzip:
       return 1032;
@@ -335,6 +337,7 @@ Result<std::unique_ptr<SampleReader>> openSamples(const SampleData& data, Sample
                                                   std::uint64_t bytes) {
   // Judged when the series was read.
   if (data.encoding == SampleEncoding::Dicom) return openDicomSamples(data.dicom);
+  if (data.encoding == SampleEncoding::Zarr) return openZarrSamples(data.zarr);
   const std::string where = data.path.string();
   const auto size = system::sizeOfRegularFile(data.path);
   if (!size) return pass(size.error());

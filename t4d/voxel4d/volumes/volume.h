@@ -15,9 +15,10 @@
 
 namespace t4d::voxel4d {
 
-enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff, Dicom };
+enum class SampleEncoding : std::uint8_t { Raw, Gzip, Text, Tiff, Dicom, Zarr };
 
 struct DicomPlanes;
+struct ZarrSamples;
 
 /// Where samples are.
 struct SampleData {
@@ -30,6 +31,7 @@ struct SampleData {
   /// this machine.
   std::vector<std::uint64_t> pages = {};
   std::shared_ptr<const DicomPlanes> dicom = {};  ///< of DICOM: its planes
+  std::shared_ptr<const ZarrSamples> zarr = {};   ///< of Zarr: the chosen channel
 };
 
 /// An axis of which not all samples are read.

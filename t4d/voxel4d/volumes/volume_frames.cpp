@@ -21,6 +21,9 @@
 #include "t4d/voxel4d/volumes/headers.h"
 #include "t4d/voxel4d/volumes/region_reader.h"
 #include "t4d/voxel4d/volumes/sample_reader.h"
+#include "t4d/voxel4d/volumes/zarr.h"
+#include "t4d/voxel4d/volumes/zarr_samples.h"
+#include "t4d/voxel4d/volumes/zarr_store.h"
 
 namespace t4d::voxel4d {
 namespace {
@@ -45,6 +48,12 @@ Result<Volume> readDicom(const fs::path& path, const VolumeOptions& options) {
   return readDicomSeries({&path, 1}, options.series);
 }
 
+Result<Volume> readZarrInput(const fs::path& path, const VolumeOptions& options) {
+  return readZarr(path, {options.axes, options.level, options.channel}, options.web);
+}
+
+constexpr Row kZarr = {{".zarr", "Zarr, OME-Zarr: folder or URL"}, readZarrInput};
+
 constexpr std::array kRows = {
     Row{{".nrrd", "NRRD"}, readNrrd},
     Row{{".nhdr", "NRRD, detached header"}, readNrrd},
@@ -58,6 +67,7 @@ constexpr std::array kRows = {
     Row{{".tif", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
     Row{{".tiff", "TIFF: ImageJ, OME-TIFF, or pages"}, readTiff},
     Row{{".dcm", "DICOM series, files or folder"}, readDicom},
+    kZarr,
     Row{{".raw", "bare samples"},
         [](const fs::path& path, const VolumeOptions& options) {
           return readRawHeader(path, options.raw);
@@ -65,11 +75,13 @@ constexpr std::array kRows = {
 };
 
 const Row* rowOf(const fs::path& path) {
+  if (isWebUrl(path)) return &kZarr;
   std::string name = path.filename().string();
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   const auto found = std::ranges::find_if(
       kRows, [&](const Row& row) { return name.ends_with(row.format.extension); });
-  return found == kRows.end() ? nullptr : &*found;
+  if (found != kRows.end()) return &*found;
+  return isZarr(path) ? &kZarr : nullptr;
 }
 
 /// An error in the data of a volume says which header names them, if it is in another file.
@@ -195,6 +207,11 @@ class Frames : public FrameSource {
                : fmt::format("{}: frame {}", volumes_[0].where, index + volumes_[0].first('t'));
   }
   std::string notice() const override { return border_.notice(); }
+
+  std::string notice() const override {
+    const auto& zarr = volumes_.front().data.front().zarr;
+    return zarr ? zarrNotice(*zarr->counts) : std::string();
+  }
 
   Result<Frame> frame(std::size_t index) override {
     const Volume& volume = volumes_[volumes_.size() > 1 ? index : 0];
@@ -498,6 +515,11 @@ std::span<const VolumeFormat> volumeFormats() {
 bool isDicomInput(const fs::path& path) {
   const Row* row = rowOf(path);
   return row != nullptr ? row->read == readDicom : isDicom(path);
+}
+
+bool isZarrInput(const fs::path& path) {
+  const Row* row = rowOf(path);
+  return row != nullptr && row->read == readZarrInput;
 }
 
 bool isVolumeFile(const fs::path& path) { return rowOf(path) != nullptr || isDicomInput(path); }

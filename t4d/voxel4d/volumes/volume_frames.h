@@ -9,6 +9,7 @@
 #include <string>
 
 #include "t4d/model/layer_pose.h"
+#include "t4d/system/web_files.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/region.h"
 
@@ -23,12 +24,15 @@ struct VolumeFormat {
 /// Those that openVolumeFrames reads.
 std::span<const VolumeFormat> volumeFormats();
 
-/// Whether a file is one of these, by its extension, or DICOM: a file with its signature, or a
-/// folder that holds one and no .vdb file.
+/// Whether a file is one of these, by its extension; DICOM, a file with its signature or a folder
+/// that holds one and no .vdb file; or Zarr.
 bool isVolumeFile(const std::filesystem::path& path);
 
 /// Whether it is DICOM, by its contents.
 bool isDicomInput(const std::filesystem::path& path);
+
+/// Whether it is Zarr: a URL, or a folder that holds its metadata or has .zarr in its path.
+bool isZarrInput(const std::filesystem::path& path);
 
 struct VolumeOptions {
   /// Samples above this are inside. Without it, and without `label`, floats below zero are inside
@@ -44,9 +48,11 @@ struct VolumeOptions {
   std::optional<std::array<double, 3>> spacing = {};
   std::optional<std::array<double, 3>> origin = {};
   /// What the axes of a .npy array are, as "txyz", or of the pages of a TIFF that does not say it,
-  /// as "tzyx"; "" is these.
+  /// as "tzyx"; "" is these. Those of a Zarr array override what it says.
   std::string axes = {};
-  std::optional<std::uint32_t> channel = {};  ///< of a TIFF with several, counted from 0
+  std::optional<std::uint32_t> channel = {};  ///< of TIFF or Zarr with several, counted from 0
+  std::uint32_t level = 0;                    ///< of an image of OME-Zarr; 0 is the finest
+  system::WebFiles web = {};                  ///< what requests URLs; without it they are refused
   std::string series = {};                    ///< of DICOM: a SeriesInstanceUID or SeriesNumber
   /// What is read: samples along x, y and z, and frames, all counted from 0. Positions and times
   /// stay what they are without it.
@@ -72,10 +78,10 @@ struct VolumeFrames {
 
 /// Frames from volumes: one file with an axis of time, or several of a frame each, in natural order
 /// of their names, or from one series of DICOM images (volumes/dicom_series.h), files or their
-/// folder. Everything beyond the samples is outside. A frame is read when it is requested, and then
-/// is in memory as float, or as double if its samples are wider than that or scaled. A file in
-/// which time is not the slowest axis is read at once, into a temporary file of the size of its
-/// samples. Without a time between frames they are 1 apart.
+/// folder, or from Zarr (volumes/zarr.h). Everything beyond the samples is outside. A frame is read
+/// when it is requested, and then is in memory as float, or as double if its samples are wider than
+/// that or scaled. A file in which time is not the slowest axis is read at once, into a temporary
+/// file of the size of its samples. Without a time between frames they are 1 apart.
 ///
 /// These are errors that name the file: what its header says is damaged, contradicts the size of
 /// the file, or is beyond what is read (volumes/headers.h); integers with neither `iso` nor

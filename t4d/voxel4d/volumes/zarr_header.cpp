@@ -1,0 +1,452 @@
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include "t4d/voxel4d/volumes/header_text.h"
+#include "t4d/voxel4d/volumes/zarr.h"
+#include "t4d/voxel4d/volumes/zarr_samples.h"
+
+namespace t4d::voxel4d {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// What an image says of its axes and where its samples are.
+struct ZarrImage {
+  std::string axes;  ///< x, y, z, t or c for each axis of its arrays
+  std::vector<double> scale;
+  std::vector<double> translation;
+  std::string lengthUnit;
+  std::string timeUnit;
+};
+
+const json& memberOf(const json& object, const char* name) {
+  static const json kNone;
+  if (!object.is_object()) return kNone;
+  const auto found = object.find(name);
+  return found == object.end() ? kNone : *found;
+}
+
+std::string textOf(const json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+/// x, y, z, t or c by a name or a type; 0 for another.
+char axisNamed(const std::string& given, const std::string& type = {}) {
+  const std::string name = lowerCase(given);
+  if (name == "t" || name == "time" || type == "time")
+    return type.empty() || type == "time" ? 't' : 0;
+  if (name == "c" || name == "channel" || type == "channel") {
+    return type.empty() || type == "channel" ? 'c' : 0;
+  }
+  const bool isSpace = type.empty() || type == "space";
+  return isSpace && name.size() == 1 && name[0] >= 'x' && name[0] <= 'z' ? name[0] : 0;
+}
+
+tl::unexpected<Error> cannotTellAxes(const std::string& said, const std::string& where) {
+  return invalid(fmt::format("has the axes {}, which do not tell x, y, z, t and c; --axes gives "
+                             "them, as tzyx",
+                             said),
+                 where);
+}
+
+/// Whether x and y are there, and none twice.
+bool areUsable(const std::string& axes) {
+  return std::set(axes.begin(), axes.end()).size() == axes.size() &&
+         axes.find_first_not_of("ctxyz") == std::string::npos &&
+         axes.find('x') != std::string::npos && axes.find('y') != std::string::npos;
+}
+
+// OME-Zarr --------------------------------------------------------------------------------------
+
+/// "um" for a micrometer, "s" for a second; others as they are.
+std::string unitNamed(const std::string& name) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kUnits = {{
+      {"angstrom", "angstrom"},
+      {"nanometer", "nm"},
+      {"micrometer", "um"},
+      {"millimeter", "mm"},
+      {"centimeter", "cm"},
+      {"meter", "m"},
+      {"kilometer", "km"},
+      {"nanosecond", "ns"},
+      {"microsecond", "us"},
+      {"millisecond", "ms"},
+      {"second", "s"},
+      {"minute", "min"},
+      {"hour", "h"},
+      {"day", "d"},
+  }};
+  for (const auto& [known, unit] : kUnits) {
+    if (name == known) return std::string(unit);
+  }
+  return shown(name);
+}
+
+/// Reads the multiscales of one group.
+class OmeReader {
+ public:
+  OmeReader(const json& image, std::string where) : image_(image), where_(std::move(where)) {}
+
+  /// `given` overrides the axes that the file names, if it is not empty.
+  Result<ZarrImage> axes(std::string_view given) const {
+    ZarrImage image;
+    const json& axes = memberOf(image_, "axes");
+    if (axes.is_null()) {  // before version 0.3
+      image.axes = given.empty() ? "tczyx" : given;
+      return image;
+    }
+    if (!axes.is_array() || axes.empty()) return wrong("axes", axes);
+    std::vector<std::string> names;
+    for (const json& axis : axes) {
+      const std::string name = textOf(axis.is_string() ? axis : memberOf(axis, "name"));
+      const char letter = given.size() == axes.size()
+                              ? given[names.size()]
+                              : axisNamed(name, textOf(memberOf(axis, "type")));
+      names.push_back(shown(name));
+      image.axes += letter;
+    }
+    if (!areUsable(image.axes)) {
+      return cannotTellAxes(fmt::format("'{}'", fmt::join(names, "', '")), where_);
+    }
+    if (auto done = readUnits(axes, image); !done) return pass(done.error());
+    return image;
+  }
+
+  const json& levels() const { return memberOf(image_, "datasets"); }
+
+  /// The path of a level, which must be in this group.
+  Result<std::string> pathOf(const json& level) const {
+    const json& path = memberOf(level, "path");
+    const std::string text = textOf(path);
+    bool good = !text.empty() && text.size() < 1000 && text.find('\\') == std::string::npos &&
+                text.find_first_of("?#") == std::string::npos &&
+                std::ranges::all_of(text, [](unsigned char c) { return c >= 32 && c != 127; });
+    for (const fs::path& part : fs::path(text)) {
+      if (part == ".." || part == "." || part.empty() || part == "/") good = false;
+    }
+    if (good) return text;
+    return invalid(fmt::format("names the level '{}'; a level must be in the group",
+                               shown(path.is_string() ? text : path.dump().substr(0, 40))),
+                   where_);
+  }
+
+  /// Scale and translation of a level, and then of the whole.
+  Result<void> place(const json& level, ZarrImage& image) const {
+    image.scale.assign(image.axes.size(), 1);
+    image.translation.assign(image.axes.size(), 0);
+    for (const json* from : {&level, &image_}) {
+      const json& list = memberOf(*from, "coordinateTransformations");
+      if (list.is_null()) continue;
+      if (!list.is_array()) return wrong("coordinateTransformations", list);
+      for (const json& one : list) {
+        if (auto done = apply(one, image); !done) return done;
+      }
+    }
+    return {};
+  }
+
+ private:
+  Result<void> readUnits(const json& axes, ZarrImage& image) const {
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      const std::string unit = unitNamed(textOf(memberOf(axes[i], "unit")));
+      if (unit.empty() || image.axes[i] == 'c') continue;
+      std::string& known = image.axes[i] == 't' ? image.timeUnit : image.lengthUnit;
+      if (!known.empty() && known != unit) {
+        return invalid(
+            fmt::format("has axes in {} and in {}; expected is one unit of length", known, unit),
+            where_);
+      }
+      known = unit;
+    }
+    return {};
+  }
+
+  Result<void> apply(const json& transformation, ZarrImage& image) const {
+    const std::string type = textOf(memberOf(transformation, "type"));
+    if (type == "identity") return {};
+    const json& list = memberOf(transformation, type == "scale" ? "scale" : "translation");
+    if ((type != "scale" && type != "translation") || list.is_null()) {
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("has the transformation {}; scale and translation with their numbers "
+                              "can be read",
+                              shown(transformation.dump().substr(0, 100))),
+                  where_);
+    }
+    if (!list.is_array() || list.size() != image.axes.size()) return wrong(type, list);
+    for (std::size_t axis = 0; axis < list.size(); ++axis) {
+      if (!list[axis].is_number() || !std::isfinite(list[axis].get<double>())) {
+        return wrong(type, list);
+      }
+      const auto number = list[axis].get<double>();
+      if (type == "scale") {
+        image.scale[axis] *= number;
+        image.translation[axis] *= number;
+      } else {
+        image.translation[axis] += number;
+      }
+    }
+    return {};
+  }
+
+  tl::unexpected<Error> wrong(std::string_view name, const json& value) const {
+    return invalid(
+        fmt::format(
+            "its image has the {} {}, which cannot be", name,
+            shown(value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, 100))),
+        where_);
+  }
+
+  const json& image_;
+  std::string where_;
+};
+
+// Arrays ----------------------------------------------------------------------------------------
+
+/// Axes of an array that is alone: those given, those it names, or as of a .npy file.
+Result<std::string> axesOfArray(const ZarrNode& node, std::string_view given) {
+  const ZarrArray& array = *node.array;
+  const std::size_t count = array.shape.size();
+  if (!given.empty()) {
+    std::string axes(given);
+    if (axes.size() == count + 1) std::erase(axes, 't');
+    if (axes.size() == count) return axes;
+    return invalid(fmt::format("has {} axes, not those of '{}'", count, given), node.where);
+  }
+  std::vector<std::string> names = array.names;
+  if (const json& of = memberOf(node.attributes, "_ARRAY_DIMENSIONS");
+      names.empty() && of.is_array()) {
+    for (const json& name : of) names.push_back(textOf(name));
+  }
+  std::string axes;
+  for (const std::string& name : names) {
+    if (const char axis = axisNamed(name)) axes += axis;
+  }
+  if (axes.size() == count && areUsable(axes)) return axes;
+  if (count == 4) return std::string("txyz");
+  if (count == 3) return std::string("xyz");
+  return cannotTellAxes(fmt::format("of a shape {}", fmt::join(array.shape, " x ")), node.where);
+}
+
+/// Whether an array has frames and channels as another.
+Result<void> checkLevel(const ZarrArray& array, const ZarrArray& first, const std::string& axes,
+                        const std::string& where) {
+  if (array.shape.size() != axes.size()) {
+    return invalid(
+        fmt::format("has {} axes, but its image has {}", array.shape.size(), axes.size()), where);
+  }
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (axes[i] != 't' && axes[i] != 'c') continue;
+    if (array.shape[i] == first.shape.at(i)) continue;
+    return invalid(fmt::format("has {} {}, but the finest level {}", array.shape[i],
+                               axes[i] == 't' ? "frames" : "channels", first.shape[i]),
+                   where);
+  }
+  return {};
+}
+
+/// Fails for frames that are larger than memory, and than what is stored of the array could be.
+Result<void> checkFrame(const ZarrSamples& samples, const std::string& where) {
+  std::uint64_t bytes = sizeOf(samples.array.type);
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;
+  for (std::size_t i = 0; i < samples.axes.size(); ++i) {
+    if (samples.axes[i] == 't' || samples.axes[i] == 'c') continue;
+    const std::uint64_t size = samples.array.shape[i];
+    bytes = size > kMost / bytes ? kMost : bytes * size;
+  }
+  const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                               static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  if (bytes > memory / 2) {
+    return invalid(fmt::format("announces frames of {} x {} x {} samples, for two of which this "
+                               "machine has not the memory",
+                               samples.array.shape[samples.axes.find('x')],
+                               samples.array.shape[samples.axes.find('y')],
+                               samples.axes.find('z') == std::string::npos
+                                   ? 1
+                                   : samples.array.shape[samples.axes.find('z')]),
+                   where);
+  }
+  if (samples.store->remote()) return {};
+  // The most that codecs make of a byte.
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 16U;
+  constexpr std::uint64_t kAlways = std::uint64_t{64} << 20U;
+  std::uint64_t stored = 0;
+  std::error_code problem;
+  fs::recursive_directory_iterator entry(samples.store->folder() / samples.array.path, problem);
+  for (; !problem && entry != fs::recursive_directory_iterator(); entry.increment(problem)) {
+    if (bytes <= kAlways || stored > bytes / kMostBytes) return {};
+    std::error_code ignored;
+    const bool isChunk = entry->is_regular_file(ignored) &&
+                         !entry->path().filename().string().starts_with(".z") &&
+                         entry->path().filename() != "zarr.json";
+    const std::uintmax_t size = isChunk ? entry->file_size(ignored) : 0;
+    if (!ignored) stored += size;
+  }
+  if (bytes <= kAlways || stored > bytes / kMostBytes) return {};
+  return invalid(
+      fmt::format("announces frames of {} bytes, but its chunks have {} in all", bytes, stored),
+      where);
+}
+
+Result<std::uint64_t> chosenChannel(const ZarrSamples& samples,
+                                    const std::optional<std::uint32_t>& channel,
+                                    const std::string& where) {
+  const std::size_t axis = samples.axes.find('c');
+  const std::uint64_t channels = axis == std::string::npos ? 1 : samples.array.shape[axis];
+  if (channels > 1 && !channel) {
+    return invalid(
+        fmt::format("has {} channels; choose one by --channel 0 to {}", channels, channels - 1),
+        where);
+  }
+  if (channel.value_or(0) < channels) return channel.value_or(0);
+  return invalid(fmt::format("has {} channel{}, so there is no channel {} (counted from 0)",
+                             channels, channels == 1 ? "" : "s", *channel),
+                 where);
+}
+
+Result<Volume> volumeOf(std::shared_ptr<ZarrSamples> samples, const ZarrImage& image,
+                        const std::optional<std::uint32_t>& channel, const std::string& where,
+                        const fs::path& path) {
+  const auto chosen = chosenChannel(*samples, channel, where);
+  if (!chosen) return pass(chosen.error());
+  samples->channel = *chosen;
+  if (auto good = checkFrame(*samples, where); !good) return pass(good.error());
+  Volume volume;
+  volume.where = where;
+  volume.type = samples->array.type;
+  volume.order = std::endian::native;
+  volume.axes = spaceAxes(*samples);
+  if (samples->axes.find('t') != std::string::npos) volume.axes += 't';
+  for (const char axis : volume.axes) {
+    volume.sizes.push_back(samples->array.shape[samples->axes.find(axis)]);
+  }
+  for (std::size_t i = 0; i < image.scale.size(); ++i) {
+    const char axis = image.axes[i];
+    if (axis == 't') {
+      volume.frameTime = image.scale[i];
+      volume.startTime = image.translation[i];
+    } else if (axis != 'c') {
+      volume.place(axis - 'x', axis - 'x') = image.scale[i];
+      volume.place(axis - 'x', 3) = image.translation[i];
+    }
+  }
+  volume.lengthUnit = image.lengthUnit;
+  volume.timeUnit = image.timeUnit;
+  SampleData data{.path = path};
+  data.encoding = SampleEncoding::Zarr;
+  data.zarr = std::move(samples);
+  volume.data = {std::move(data)};
+  return volume;
+}
+
+Result<Volume> readPyramid(std::shared_ptr<const ZarrStore> store, const ZarrNode& group,
+                           const json& image, const ZarrChoice& choice, const fs::path& path) {
+  const OmeReader reader(image, group.where);
+  auto axes = reader.axes(choice.axes);
+  if (!axes) return pass(axes.error());
+  const json& levels = reader.levels();
+  constexpr std::size_t kMostLevels = 100;
+  if (!levels.is_array() || levels.empty() || levels.size() > kMostLevels) {
+    return invalid("its image names no levels (datasets), or too many", group.where);
+  }
+  if (choice.level >= levels.size()) {
+    return invalid(fmt::format("has {} level{}, so there is no level {} (counted from 0)",
+                               levels.size(), levels.size() == 1 ? "" : "s", choice.level),
+                   group.where);
+  }
+  std::vector<std::string> absent;
+  std::optional<ZarrArray> first;
+  auto samples = std::make_shared<ZarrSamples>();
+  std::string where;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const auto at = reader.pathOf(levels[i]);
+    if (!at) return pass(at.error());
+    auto node = readZarrNode(*store, *at);
+    const bool there = node && *node && (*node)->array;
+    if (!there) {
+      if (!node && i == choice.level) return pass(node.error());
+      if (i == choice.level)
+        return invalid("there is no array, but it is a level of the image", store->nameOf(*at));
+      absent.push_back(*at);
+      continue;
+    }
+    const ZarrArray& array = *(*node)->array;
+    if (auto good = checkLevel(array, first.value_or(array), axes->axes, (*node)->where); !good) {
+      return pass(good.error());
+    }
+    if (!first) first = array;
+    if (i != choice.level) continue;
+    samples->array = array;
+    where = (*node)->where;
+  }
+  if (auto placed = reader.place(levels[choice.level], *axes); !placed) return pass(placed.error());
+  samples->store = std::move(store);
+  samples->axes = axes->axes;
+  auto volume = volumeOf(std::move(samples), *axes, choice.channel, where, path);
+  if (volume && !absent.empty()) {
+    volume->notice = fmt::format("levels that cannot be read: {}", fmt::join(absent, ", "));
+  }
+  return volume;
+}
+
+/// The first image of a group; null if it has none.
+const json& imageOf(const ZarrNode& group) {
+  const json& ome = memberOf(group.attributes, "ome");
+  const json& images = memberOf(ome.is_object() ? ome : group.attributes, "multiscales");
+  static const json kNone;
+  return images.is_array() && !images.empty() ? images[0] : kNone;
+}
+
+}  // namespace
+
+bool isZarr(const fs::path& path) {
+  if (isWebUrl(path)) return true;
+  if (std::ranges::any_of(path, [](const fs::path& part) { return part.extension() == ".zarr"; })) {
+    return true;
+  }
+  constexpr std::array kMetadata = {"zarr.json", ".zarray", ".zgroup"};
+  return std::ranges::any_of(kMetadata, [&](const char* name) {
+    std::error_code ignored;
+    return fs::is_regular_file(path / name, ignored);
+  });
+}
+
+Result<Volume> readZarr(const fs::path& path, const ZarrChoice& choice,
+                        const system::WebFiles& web) {
+  auto store = ZarrStore::open(path, web);
+  if (!store) return pass(store.error());
+  auto node = readZarrNode(**store, "");
+  if (!node) return pass(node.error());
+  const std::string name = (*store)->nameOf("");
+  if (!*node) {
+    return invalid("has none of zarr.json, .zarray, .zgroup and .zattrs, so it is no Zarr", name);
+  }
+  if ((*node)->array) {
+    const auto axes = axesOfArray(**node, choice.axes);
+    if (!axes) return pass(axes.error());
+    if (!areUsable(*axes)) return cannotTellAxes("'" + *axes + "'", (*node)->where);
+    if (choice.level > 0) {
+      return invalid(fmt::format("is one array, so there is no level {}", choice.level), name);
+    }
+    auto samples = std::make_shared<ZarrSamples>();
+    samples->store = *store;
+    samples->array = *(*node)->array;
+    samples->axes = *axes;
+    return volumeOf(std::move(samples), {}, choice.channel, (*node)->where, path);
+  }
+  const json& image = imageOf(**node);
+  if (image.is_object()) return readPyramid(*store, **node, image, choice, path);
+  return invalid(
+      fmt::format("is a group without an image (multiscales); name an image or an array in it, as "
+                  "{}/0",
+                  name),
+      name);
+}
+
+}  // namespace t4d::voxel4d
