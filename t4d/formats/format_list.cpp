@@ -116,6 +116,7 @@ std::vector<ListedFormat> formatList() {
        {"densities", "labels", "place", "times", "units"}},
       {"TIFF, ImageJ and OME", {".tif", ".tiff"}, {"densities", "labels", "times", "units"}},
       {"DICOM series", {".dcm"}, {"densities", "labels", "place", "times", "units"}},
+      {"Zarr, OME-Zarr", {".zarr"}, {"densities", "labels", "masks", "place", "times", "units"}},
       {"NumPy array", {".npy"}, {"densities", "labels", "masks"}},
       {"bare samples", {".raw"}, {"densities", "labels", "masks"}},
   };

@@ -78,6 +78,10 @@ namespace formats {
   return functionsOf<WebFunctions>().openHttpSource(url, timeouts);
 }
 
+[[gnu::visibility("hidden")]] system::WebFiles httpFiles(HttpTimeouts timeouts) {
+  return functionsOf<WebFunctions>().httpFiles(timeouts);
+}
+
 }  // namespace formats
 #endif
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "t4d/formats/t4d/http_files.h"
 #include "t4d/formats/t4d/http_source.h"
 #include "t4d/voxel4d/point_field.h"
 #include "t4d/voxel4d/vdb_frames.h"
@@ -28,6 +29,7 @@ struct WebFunctions {
   static constexpr const char* kTable = "t4dWebFunctions";
 
   decltype(&t4d::formats::openHttpSource) openHttpSource;
+  decltype(&t4d::formats::httpFiles) httpFiles;
 };
 
 struct DicomFunctions {

@@ -11,6 +11,8 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/mesh_steps.h"
+#include "t4d/formats/t4d/http_files.h"
+#include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
@@ -99,7 +101,7 @@ std::string detailsOf(const WeaveArguments& options) {
   parameters["between"] = options.between.value_or("distance");
   parameters["precision"] = options.output.coding.precision;
   if (options.output.coding.grid) parameters["grid"] = *options.output.coding.grid;
-  ordered_json source{{"frames", nameIn(options.frames.front()).string()}};
+  ordered_json source{{"frames", nameIn(formats::shownName(options.frames.front())).string()}};
   if (options.voxelSize && options.frames.size() > 1) source["meshes"] = options.frames.size();
   return ordered_json{{"source", source}, {"parameters", parameters}}.dump(
       -1, ' ', false, ordered_json::error_handler_t::replace);
@@ -107,7 +109,7 @@ std::string detailsOf(const WeaveArguments& options) {
 
 /// Fails if a folder holds volumes, but no .vdb files: only the latter are taken by the folder.
 Result<void> checkFolder(const std::string& folder) {
-  if (voxel4d::isDicomInput(folder)) return {};
+  if (voxel4d::isVolumeFile(folder)) return {};
   std::error_code ignored;
   std::set<std::string> volumes;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
@@ -152,6 +154,8 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
   if (voxel4d::isVolumeFile(inputs.front())) {
     voxel4d::VolumeOptions input = options.input;
     input.label = label;
+    const auto isUrl = [](const std::string& name) { return !formats::schemeOf(name).empty(); };
+    if (std::ranges::any_of(options.frames, isUrl)) input.web = formats::httpFiles();
     return voxel4d::openVolumeFrames(inputs, input);
   }
   voxel4d::VdbFramesOptions input{options.input.iso, options.input.frameTime,
@@ -177,9 +181,10 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
   }
   const voxel4d::VolumeOptions& input = options.input;
   if (input.iso || !options.labels.empty() || !input.raw.empty() || !input.axes.empty() ||
-      input.channel || !options.spacing.empty() || !options.origin.empty() ||
+      input.channel || input.level > 0 || !options.spacing.empty() || !options.origin.empty() ||
       !options.grid.empty() || input.region) {
-    return "--iso, --label, --spacing, --origin, --axes, --channel, --raw, --region and --grid are "
+    return "--iso, --label, --spacing, --origin, --axes, --channel, --level, --raw, --region and "
+           "--grid are "
            "not for triangle meshes";
   }
   if (collected && input.startTime && !input.frameTime) {
@@ -202,23 +207,25 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
   if (meshes) return misuseOfMeshes(options);
   if (options.voxelSize) return "--voxel-size is for triangle meshes; grids have voxels already";
   if (volumes && !options.grid.empty()) return "--grid is for .vdb files";
-  const auto isOf = [&](std::initializer_list<std::string_view> extensions) {
+  const auto isOf = [&](std::initializer_list<std::string_view> extensions, bool orZarr = false) {
     return std::ranges::all_of(options.frames, [&](const std::string& file) {
+      if (orZarr && voxel4d::isZarrInput(file)) return true;
       return std::ranges::find(extensions, formats::lowerCaseExtension(file)) != extensions.end();
     });
   };
   if (volumes && !options.input.raw.empty() && !isOf({".raw"})) return "--raw is for .raw files";
-  if (volumes && !options.input.axes.empty() && !isOf({".npy", ".tif", ".tiff"})) {
-    return "--axes is for .npy and .tif files";
+  if (volumes && !options.input.axes.empty() && !isOf({".npy", ".tif", ".tiff"}, true)) {
+    return "--axes is for .npy and .tif files, and for Zarr";
   }
   if (!options.input.series.empty() &&
       !std::ranges::all_of(options.frames,
                            [](const std::string& file) { return voxel4d::isDicomInput(file); })) {
     return "--series is for DICOM files";
   }
-  if (volumes && options.input.channel && !isOf({".tif", ".tiff"})) {
-    return "--channel is for .tif files";
+  if (volumes && options.input.channel && !isOf({".tif", ".tiff"}, true)) {
+    return "--channel is for .tif files, and for Zarr";
   }
+  if (options.input.level > 0 && !isOf({}, true)) return "--level is for Zarr";
   if (!options.labels.empty() && options.input.iso) return "--label and --iso exclude each other";
   if (std::set(options.labels.begin(), options.labels.end()).size() < options.labels.size()) {
     return "--label: a label is given twice";
@@ -255,7 +262,7 @@ int run(const WeaveArguments& options) {
   const auto unit = [](const std::string& given, const std::string& ofFile) {
     return given.empty() ? ofFile : given;
   };
-  T4dFile::About about = {"voxel4d", options.frames.front(),
+  T4dFile::About about = {"voxel4d", formats::shownName(options.frames.front()),
                           unit(options.lengthUnit, input->lengthUnit),
                           unit(options.timeUnit, input->timeUnit), detailsOf(options)};
   about.space = input->space;
@@ -311,7 +318,9 @@ int run(const WeaveArguments& options) {
   if (!bytes) return report(bytes.error());
   noticeCaps(caps, woven, notices);
   noticeLostParts(woven.partsLost, notices);
-  if (!input->notice.empty()) notices.push_back(options.frames.front() + ": " + input->notice);
+  if (!input->notice.empty()) {
+    notices.push_back(formats::shownName(options.frames.front()) + ": " + input->notice);
+  }
   if (input->frames->isOneApart()) {
     notices.emplace_back(
         "nothing says how long it is from frame to frame: frames are 1 apart; --frame-time sets "
@@ -394,12 +403,16 @@ void addWeave(CLI::App& app, int& exitCode) {
              "X Y Z");
   command
       ->add_option("--axes", options->input.axes,
-                   "Axis order of .npy arrays (default: txyz, or xyz for several files), or of "
-                   "the pages of .tif files")
+                   "Axis order of .npy and Zarr arrays (default: txyz, or xyz for several files), "
+                   "or of the pages of .tif files")
       ->check(axesOfArray());
   command
       ->add_option("--channel", options->input.channel,
-                   ".tif files with several channels: which, counted from 0")
+                   ".tif files and Zarr with several channels: which, counted from 0")
+      ->check(wholeNumber(0, 1U << 30U));
+  command
+      ->add_option("--level", options->input.level,
+                   "OME-Zarr: level of the image (default: 0, the finest)")
       ->check(wholeNumber(0, 1U << 30U));
   command
       ->add_option("--region", options->region,
@@ -423,6 +436,7 @@ void addWeave(CLI::App& app, int& exitCode) {
       "  t4d weave heart.nrrd --label 2 -o heart.t4d\n"
       "  t4d weave embryo.tif --iso 900 --region 100:400,80:300,:,0:50 -o part.t4d\n"
       "  t4d weave dicom_folder --iso 300 -o scan.t4d\n"
+      "  t4d weave https://host/embryo.zarr --level 2 --iso 900 -o embryo.t4d\n"
       "  t4d weave scan_*.nii.gz --iso 300 --frame-time 0.04 -o scan.t4d\n"
       "  t4d weave frames/water_*.obj --voxel-size 0.01 --frame-time 0.04 -o water.t4d");
   command->callback([=, &exitCode] {

@@ -1,3 +1,4 @@
 #include "tools/program/modules.h"
 
-extern "C" const WebFunctions t4dWebFunctions = {&t4d::formats::openHttpSource};
+extern "C" const WebFunctions t4dWebFunctions = {&t4d::formats::openHttpSource,
+                                                 &t4d::formats::httpFiles};
