@@ -184,8 +184,7 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
       input.channel || input.level > 0 || !options.spacing.empty() || !options.origin.empty() ||
       !options.grid.empty() || input.region) {
     return "--iso, --label, --spacing, --origin, --axes, --channel, --level, --raw, --region and "
-           "--grid are "
-           "not for triangle meshes";
+           "--grid are not for triangle meshes";
   }
   if (collected && input.startTime && !input.frameTime) {
     return "--start-time requires --frame-time";

@@ -1,8 +1,10 @@
 """Volumes: frames of voxels, and four-dimensional arrays of samples."""
 
 import gzip
+import json
 import math
 import struct
+import zlib
 
 from .attack import Run, input_class
 
@@ -103,6 +105,56 @@ def dicom(data, kind, number):
             + element(0x7FE00010, "OW", data))
 
 
+def zarr(attack, path, data, kind, number):
+    """An image of OME-Zarr with one level of a chunk a frame, or in shards, of which frames follow
+    one another in the data."""
+    rng = attack.rng
+    sizes, chunk = [3, 5, 5, 6], [1, 5, 5, 6]
+    frame = len(data) // 3
+    packing = rng.choice(["raw", "gzip", "zlib", "shards"])
+    pack = {"gzip": gzip.compress, "zlib": zlib.compress}.get(packing, bytes)
+    frames = [pack(data[i * frame:(i + 1) * frame]) for i in range(3)]
+    image = {"axes": [{"name": a, "type": "time" if a == "t" else "space"} for a in "tzyx"],
+             "datasets": [{"path": "0", "coordinateTransformations": [
+                 {"type": "scale", "scale": [float(number(0.5)), *(float(number(1)) for _ in "zyx")]},
+                 {"type": "translation", "translation": [0, *(float(number(0, True)) for _ in "zyx")]}]}]}
+    version2 = packing in ("raw", "zlib") and rng.random() < 0.5
+    files = {}
+    if version2:
+        files[".zgroup"] = {"zarr_format": 2}
+        files[".zattrs"] = {"multiscales": [{**image, "version": "0.4"}]}
+        files["0/.zarray"] = {"zarr_format": 2, "shape": sizes, "chunks": chunk, "order": "C",
+                              "dtype": f"<{SAMPLE_TYPES[kind][2]}", "fill_value": 0, "filters": None,
+                              "compressor": None if packing == "raw" else {"id": packing}}
+        files.update({f"0/{i}.0.0.0": frames[i] for i in range(3)})
+    else:
+        little = {"name": "bytes", "configuration": {"endian": "little"}}
+        codecs = [little] + ([{"name": packing}] if packing in ("gzip", "zlib") else [])
+        if packing == "shards":
+            codecs = [{"name": "sharding_indexed", "configuration": {
+                "chunk_shape": chunk, "codecs": [little], "index_codecs": [little]}}]
+        files["zarr.json"] = {"zarr_format": 3, "node_type": "group", "attributes": {
+            "ome": {"version": "0.5", "multiscales": [image]}}}
+        files["0/zarr.json"] = {
+            "zarr_format": 3, "node_type": "array", "shape": sizes, "data_type": kind, "fill_value": 0,
+            "chunk_grid": {"name": "regular", "configuration": {
+                "chunk_shape": [4, 5, 5, 6] if packing == "shards" else chunk}},
+            "chunk_key_encoding": {"name": "default"}, "codecs": codecs}
+        index = struct.pack("<8Q", *(v for i in range(3) for v in (i * frame, frame)), *[2**64 - 1] * 2)
+        chunks = [data + index] if packing == "shards" else frames
+        files.update({f"0/c/{i}/0/0/0": part for i, part in enumerate(chunks)})
+    if rng.random() < 0.2:
+        # A number of the metadata that sizes something.
+        metadata = files["0/.zarray" if version2 else "0/zarr.json"]
+        grid = metadata if version2 else metadata["chunk_grid"]["configuration"]
+        of = rng.choice([metadata["shape"], grid["chunks" if version2 else "chunk_shape"]])
+        of[rng.randrange(4)] = rng.choice([0, -1, 1, 7, 1000, 2**20, 2**31, 2**40, 2**63, 2**64, "x"])
+    for name, content in files.items():
+        file = path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content if isinstance(content, bytes) else json.dumps(content).encode())
+
+
 def volume(attack, number):
     """A volume in one of the formats; `number` gives the numbers of its header from those of a
     volume at the origin, and whether they are a position."""
@@ -112,7 +164,7 @@ def volume(attack, number):
     _, nrrd, npy, nifti = SAMPLE_TYPES[kind]
     order = "".join(rng.sample("xyzt", 4)) if rng.random() < 0.5 else "xyzt"
     form = rng.choice(["nrrd", "nrrd", "nhdr", "npy", "nii", "nii.gz", "hdr", "raw", "tif", "tif",
-                       "dcm", "dcm"])
+                       "dcm", "dcm", "zarr", "zarr", "zarr"])
     if form == "dcm":
         kind = rng.choice(["uint8", "int16"])
     if form not in ("nrrd", "nhdr", "npy"):
@@ -159,6 +211,8 @@ def volume(attack, number):
             description = (f'<OME><Image><Pixels DimensionOrder="XYZTC" SizeZ="5" SizeT="3" '
                            f'PhysicalSizeX="{number(1)}" TimeIncrement="{number(0.5)}">{planes}</Pixels></Image></OME>')
         path.write_bytes(tiff(data, kind, description))
+    elif form == "zarr":
+        zarr(attack, path, data, kind, number)
     elif form == "dcm":
         path.write_bytes(dicom(data, kind, number))
     elif form == "raw":
@@ -192,7 +246,7 @@ def volume(attack, number):
 
 @input_class(weight=8)
 def volumes(attack):
-    """NRRD, NIfTI, TIFF, DICOM, `.npy` and `.raw` far away, tiny and huge, altered, with pipes, devices and
+    """NRRD, NIfTI, TIFF, DICOM, Zarr, `.npy` and `.raw` far away, tiny and huge, altered, with pipes, devices and
     links in place of their files, and packed a thousandfold, with the axes in every order"""
     rng = attack.rng
     output = attack.path("out.t4d")
@@ -218,7 +272,7 @@ def volumes(attack):
                 return repr(attack.extreme())
             return repr(float(n))
         path, options = volume(attack, number)
-    files = [p for p in attack.scene.iterdir()]
+    files = [p for p in attack.scene.rglob("*") if p.is_file()]
     if kind == "altered":
         victim = rng.choice(files)
         content, _ = attack.altered(victim, "altered")
@@ -236,7 +290,9 @@ def volumes(attack):
             outside.write_bytes(content)
             attack.ending.callback(outside.unlink)
             victim.symlink_to(outside)
-        return Run(["weave", path, *options, "-o", output], [path], output, expect={1, 2, 4})
+        # A chunk of Zarr that is missing has the fill value.
+        expect = {0, 1, 2, 4} if path.suffix == ".zarr" and way == "missing" else {1, 2, 4}
+        return Run(["weave", path, *options, "-o", output], [path], output, expect=expect)
     if rng.random() < 0.2:
         options += ["--caps", rng.choice(["graded", "half-step"])]
     return Run(["weave", path, *options, "-o", output], files, output)
