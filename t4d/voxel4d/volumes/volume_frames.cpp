@@ -206,11 +206,11 @@ class Frames : public FrameSource {
                ? volumes_[index].where
                : fmt::format("{}: frame {}", volumes_[0].where, index + volumes_[0].first('t'));
   }
-  std::string notice() const override { return border_.notice(); }
-
   std::string notice() const override {
     const auto& zarr = volumes_.front().data.front().zarr;
-    return zarr ? zarrNotice(*zarr->counts) : std::string();
+    const std::string chunks = zarr ? zarrNotice(*zarr->counts) : std::string();
+    const std::string border = border_.notice();
+    return border + (border.empty() || chunks.empty() ? "" : "; ") + chunks;
   }
 
   Result<Frame> frame(std::size_t index) override {
