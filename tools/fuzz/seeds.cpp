@@ -1,7 +1,10 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
+
+#include <fmt/format.h>
 
 #include "t4d/fixtures/deformations.h"
 #include "t4d/fixtures/fields.h"
@@ -292,6 +295,13 @@ void writeVolumeSeeds(const fs::path& folder) {
       write(folder / name, static_cast<char>(i) + bytes);
     }
   }
+  // Files of Zarr, each after a line with its name and size.
+  std::string files;
+  for (const auto& [name, bytes] : voxel4d::zarrSample()) {
+    files += fmt::format("{} {}\n{}", name, bytes.size(), bytes);
+  }
+  const auto zarr = std::ranges::find(formats, ".zarr", &voxel4d::VolumeFormat::extension);
+  write(folder / "image.zarr", static_cast<char>(zarr - formats.begin()) + files);
 }
 
 }  // namespace

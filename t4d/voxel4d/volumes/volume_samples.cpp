@@ -218,6 +218,27 @@ float volumeSample(int x, int y, int z, int frame) {
                             1.45);
 }
 
+std::map<std::string, std::string> zarrSample() {
+  const std::string samples = bytesOf(values("xyzt"));
+  return {
+      {"zarr.json",
+       R"({"zarr_format": 3, "node_type": "group", "attributes": {"ome": {"version": "0.5",
+           "multiscales": [{"axes": [{"name": "t", "type": "time"}, {"name": "z", "type": "space"},
+             {"name": "y", "type": "space"}, {"name": "x", "type": "space"}],
+           "datasets": [{"path": "0", "coordinateTransformations": [
+             {"type": "scale", "scale": [0.25, 0.5, 0.5, 0.5]},
+             {"type": "translation", "translation": [0, 0.25, 2, -1]}]}]}]}}})"},
+      {"0/zarr.json",
+       R"({"zarr_format": 3, "node_type": "array", "shape": [2, 6, 4, 5], "data_type": "float32",
+           "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [1, 6, 4, 5]}},
+           "chunk_key_encoding": {"name": "default"}, "fill_value": 1,
+           "codecs": [{"name": "bytes", "configuration": {"endian": "little"}},
+                      {"name": "gzip"}]})"},
+      {"0/c/0/0/0/0", gzipped(samples.substr(0, samples.size() / 2))},
+      {"0/c/1/0/0/0", gzipped(samples.substr(samples.size() / 2))},
+  };
+}
+
 std::map<std::string, std::string> volumeSamples() {
   constexpr std::endian kLittle = std::endian::little;
   constexpr std::endian kBig = std::endian::big;

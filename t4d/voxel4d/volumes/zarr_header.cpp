@@ -251,6 +251,51 @@ Result<void> checkLevel(const ZarrArray& array, const ZarrArray& first, const st
   return {};
 }
 
+/// Bytes of the files of an array in a folder, counted up to so many.
+std::uint64_t storedInFolder(const fs::path& folder, std::uint64_t enough) {
+  std::uint64_t stored = 0;
+  std::error_code problem;
+  fs::recursive_directory_iterator entry(folder, problem);
+  for (; !problem && entry != fs::recursive_directory_iterator(); entry.increment(problem)) {
+    if (stored > enough) return stored;
+    std::error_code ignored;
+    const std::string name = entry->path().filename().string();
+    const bool isChunk =
+        entry->is_regular_file(ignored) && !name.starts_with(".z") && name != "zarr.json";
+    const std::uintmax_t size = isChunk ? entry->file_size(ignored) : 0;
+    if (!ignored) stored += size;
+  }
+  return stored;
+}
+
+/// Bytes of some files of the frame in the middle, from its middle on, up to so many.
+std::uint64_t storedOnServer(const ZarrSamples& samples, std::uint64_t enough) {
+  constexpr std::uint64_t kMostFiles = 64;
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30U;
+  constexpr std::uint64_t kPart = std::uint64_t{1} << 16U;
+  const ZarrArray& array = samples.array;
+  std::uint64_t stored = 0;
+  for (std::uint64_t i = 0; i < kMostFiles && stored <= enough; ++i) {
+    std::vector<std::uint64_t> number;
+    for (std::size_t axis = 0; axis < array.shape.size(); ++axis) {
+      const std::uint64_t size =
+          array.chunk[axis] * (array.shards ? array.shards->chunks[axis] : 1);
+      const std::uint64_t files = (array.shape[axis] - 1) / size + 1;
+      const bool inSpace = samples.axes[axis] != 't' && samples.axes[axis] != 'c';
+      number.push_back(samples.axes[axis] == 'c' ? samples.channel / size
+                                                 : (files / 2 + (inSpace ? i : 0)) % files);
+    }
+    const std::string key = array.key(number);
+    // Shards may be large.
+    if (array.shards && samples.store->read(key, ZarrPart{0, kPart}).value_or(std::nullopt)) {
+      stored += kPart;
+    } else if (const auto file = samples.store->read(key, kMostBytes).value_or(std::nullopt)) {
+      stored += file->size();
+    }
+  }
+  return stored;
+}
+
 /// Fails for frames that are larger than memory, and than what is stored of the array could be.
 Result<void> checkFrame(const ZarrSamples& samples, const std::string& where) {
   std::uint64_t bytes = sizeOf(samples.array.type);
@@ -263,32 +308,20 @@ Result<void> checkFrame(const ZarrSamples& samples, const std::string& where) {
   const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
                                static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   if (bytes > memory / 2) {
-    return invalid(fmt::format("announces frames of {} x {} x {} samples, for two of which this "
-                               "machine has not the memory",
-                               samples.array.shape[samples.axes.find('x')],
-                               samples.array.shape[samples.axes.find('y')],
-                               samples.axes.find('z') == std::string::npos
-                                   ? 1
-                                   : samples.array.shape[samples.axes.find('z')]),
+    return invalid(fmt::format("has the shape {}: two of its frames do not fit into memory",
+                               fmt::join(samples.array.shape, " x ")),
                    where);
   }
-  if (samples.store->remote()) return {};
   // The most that codecs make of a byte.
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 16U;
   constexpr std::uint64_t kAlways = std::uint64_t{64} << 20U;
-  std::uint64_t stored = 0;
-  std::error_code problem;
-  fs::recursive_directory_iterator entry(samples.store->folder() / samples.array.path, problem);
-  for (; !problem && entry != fs::recursive_directory_iterator(); entry.increment(problem)) {
-    if (bytes <= kAlways || stored > bytes / kMostBytes) return {};
-    std::error_code ignored;
-    const bool isChunk = entry->is_regular_file(ignored) &&
-                         !entry->path().filename().string().starts_with(".z") &&
-                         entry->path().filename() != "zarr.json";
-    const std::uintmax_t size = isChunk ? entry->file_size(ignored) : 0;
-    if (!ignored) stored += size;
-  }
-  if (bytes <= kAlways || stored > bytes / kMostBytes) return {};
+  if (bytes <= kAlways) return {};
+  const std::uint64_t enough = bytes / kMostBytes;
+  const std::uint64_t stored =
+      samples.store->remote()
+          ? storedOnServer(samples, enough)
+          : storedInFolder(samples.store->folder() / samples.array.path, enough);
+  if (stored > enough) return {};
   return invalid(
       fmt::format("announces frames of {} bytes, but its chunks have {} in all", bytes, stored),
       where);
