@@ -592,3 +592,9 @@ def test_random_damage_never_crashes(tmp_path):
             done = program("weave", path, "--iso", 49, "-o", tmp_path / "out.t4d")
             assert done.returncode in (0, 3, 4), done.stderr
             file.write_bytes(whole)
+
+
+def test_far_more_chunks_than_files_are_refused(tmp_path):
+    path = version3(tmp_path / "in.zarr", solid(), (1, 1, 1, 1))
+    for shape in ([2, 300, 300, 300], [2**20, 100, 100, 10]):
+        assert "chunks" in refused(changed(path, tmp_path, put("shape", shape)), tmp_path, *PLAIN)

@@ -251,19 +251,27 @@ Result<void> checkLevel(const ZarrArray& array, const ZarrArray& first, const st
   return {};
 }
 
-/// Bytes of the files of an array in a folder, counted up to so many.
-std::uint64_t storedInFolder(const fs::path& folder, std::uint64_t enough) {
-  std::uint64_t stored = 0;
+/// Files with chunks, and their bytes.
+struct Stored {
+  std::uint64_t files = 0;
+  std::uint64_t bytes = 0;
+};
+
+/// Of an array in a folder, counted until there are enough.
+template <class IsEnough>
+Stored storedInFolder(const fs::path& folder, const IsEnough& isEnough) {
+  Stored stored;
   std::error_code problem;
   fs::recursive_directory_iterator entry(folder, problem);
   for (; !problem && entry != fs::recursive_directory_iterator(); entry.increment(problem)) {
-    if (stored > enough) return stored;
+    if (isEnough(stored)) return stored;
     std::error_code ignored;
     const std::string name = entry->path().filename().string();
-    const bool isChunk =
-        entry->is_regular_file(ignored) && !name.starts_with(".z") && name != "zarr.json";
-    const std::uintmax_t size = isChunk ? entry->file_size(ignored) : 0;
-    if (!ignored) stored += size;
+    if (name.starts_with(".z") || name == "zarr.json") continue;
+    if (!entry->is_regular_file(ignored)) continue;
+    ++stored.files;
+    const std::uintmax_t size = entry->file_size(ignored);
+    if (!ignored) stored.bytes += size;
   }
   return stored;
 }
@@ -275,7 +283,7 @@ std::uint64_t storedOnServer(const ZarrSamples& samples, std::uint64_t enough) {
   constexpr std::uint64_t kPart = std::uint64_t{1} << 16U;
   const ZarrArray& array = samples.array;
   std::uint64_t stored = 0;
-  for (std::uint64_t i = 0; i < kMostFiles && stored <= enough; ++i) {
+  for (std::uint64_t i = 0; i < kMostFiles && stored < enough; ++i) {
     std::vector<std::uint64_t> number;
     for (std::size_t axis = 0; axis < array.shape.size(); ++axis) {
       const std::uint64_t size =
@@ -296,34 +304,73 @@ std::uint64_t storedOnServer(const ZarrSamples& samples, std::uint64_t enough) {
   return stored;
 }
 
-/// Fails for frames that are larger than memory, and than what is stored of the array could be.
-Result<void> checkFrame(const ZarrSamples& samples, const std::string& where) {
-  std::uint64_t bytes = sizeOf(samples.array.type);
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;
-  for (std::size_t i = 0; i < samples.axes.size(); ++i) {
-    if (samples.axes[i] == 't' || samples.axes[i] == 'c') continue;
-    const std::uint64_t size = samples.array.shape[i];
-    bytes = size > kMost / bytes ? kMost : bytes * size;
+/// What an array announces.
+struct Announced {
+  std::uint64_t frameBytes = 1;
+  std::uint64_t frameChunks = 1;
+  std::uint64_t chunks = 1;
+
+  static void multiply(std::uint64_t& number, std::uint64_t by) {
+    constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;
+    number = by > kMost / number ? kMost : number * by;
   }
+};
+
+Announced announcedBy(const ZarrSamples& samples) {
+  Announced announced;
+  announced.frameBytes = sizeOf(samples.array.type);
+  for (std::size_t i = 0; i < samples.axes.size(); ++i) {
+    if (samples.axes[i] == 'c') continue;
+    const std::uint64_t size = samples.array.shape[i];
+    const std::uint64_t chunks = (size - 1) / samples.array.chunk[i] + 1;
+    Announced::multiply(announced.chunks, chunks);
+    if (samples.axes[i] == 't') continue;
+    Announced::multiply(announced.frameBytes, size);
+    Announced::multiply(announced.frameChunks, chunks);
+  }
+  return announced;
+}
+
+/// Fails for frames that are larger than memory or than what is stored of the array could be, and
+/// for far more chunks than are stored.
+Result<void> checkAmount(const ZarrSamples& samples, const std::string& where) {
+  const Announced announced = announcedBy(samples);
   const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
                                static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  if (bytes > memory / 2) {
+  if (announced.frameBytes > memory / 2) {
     return invalid(fmt::format("has the shape {}: two of its frames do not fit into memory",
                                fmt::join(samples.array.shape, " x ")),
                    where);
   }
+  constexpr std::uint64_t kMostChunksOfFrame = std::uint64_t{1} << 20U;
+  if (announced.frameChunks > kMostChunksOfFrame) {
+    return invalid(fmt::format("has {} chunks in a frame; at most {} are read",
+                               announced.frameChunks, kMostChunksOfFrame),
+                   where);
+  }
   // The most that codecs make of a byte.
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 16U;
-  constexpr std::uint64_t kAlways = std::uint64_t{64} << 20U;
-  if (bytes <= kAlways) return {};
-  const std::uint64_t enough = bytes / kMostBytes;
-  const std::uint64_t stored =
-      samples.store->remote()
-          ? storedOnServer(samples, enough)
-          : storedInFolder(samples.store->folder() / samples.array.path, enough);
-  if (stored > enough) return {};
+  constexpr std::uint64_t kBytesAlways = std::uint64_t{64} << 20U;
+  constexpr std::uint64_t kMostChunks = 256;  // for each that is stored
+  constexpr std::uint64_t kChunksAlways = std::uint64_t{1} << 17U;
+  constexpr std::uint64_t kIndexBytes = 16;  // of a chunk in a shard
+  const std::uint64_t enoughBytes =
+      announced.frameBytes > kBytesAlways ? announced.frameBytes / kMostBytes + 1 : 0;
+  const std::uint64_t enoughChunks =
+      announced.chunks > kChunksAlways ? announced.chunks / kMostChunks + 1 : 0;
+  const auto isEnough = [&](const Stored& stored) {
+    return stored.bytes >= enoughBytes && stored.files + stored.bytes / kIndexBytes >= enoughChunks;
+  };
+  if (isEnough({})) return {};
+  const fs::path folder = samples.store->folder() / samples.array.path;
+  const Stored stored = samples.store->remote()
+                            ? Stored{enoughChunks, storedOnServer(samples, enoughBytes)}
+                            : storedInFolder(folder, isEnough);
+  if (isEnough(stored)) return {};
   return invalid(
-      fmt::format("announces frames of {} bytes, but its chunks have {} in all", bytes, stored),
+      fmt::format("announces {} chunks, and frames of {} bytes, but {} bytes are stored in {} "
+                  "chunks",
+                  announced.chunks, announced.frameBytes, stored.bytes, stored.files),
       where);
 }
 
@@ -349,7 +396,7 @@ Result<Volume> volumeOf(std::shared_ptr<ZarrSamples> samples, const ZarrImage& i
   const auto chosen = chosenChannel(*samples, channel, where);
   if (!chosen) return pass(chosen.error());
   samples->channel = *chosen;
-  if (auto good = checkFrame(*samples, where); !good) return pass(good.error());
+  if (auto good = checkAmount(*samples, where); !good) return pass(good.error());
   Volume volume;
   volume.where = where;
   volume.type = samples->array.type;

@@ -87,16 +87,18 @@ void copyRow(std::size_t size, const std::byte* from, std::uint64_t step, std::b
 /// Copies samples of `size` bytes, in rows along `fast`.
 void copyBox(const Copy& copy, std::size_t fast, std::size_t size, const std::byte* from,
              std::byte* to) {
-  Numbers rows = copy.sizes;
-  rows[fast] = 1;
-  const std::uint64_t count = product(rows);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const Numbers at = numbersOf(i, rows);
-    const auto offset = [&](const Numbers& steps) {
-      return std::inner_product(at.begin(), at.end(), steps.begin(), std::uint64_t{0}) * size;
-    };
-    copyRow(size, from + offset(copy.from), copy.from[fast], to + offset(copy.to), copy.to[fast],
-            copy.sizes[fast]);
+  Numbers at(copy.sizes.size(), 0);  // the first of a row
+  for (std::size_t axis = 0; axis < at.size();) {
+    copyRow(size, from, copy.from[fast], to, copy.to[fast], copy.sizes[fast]);
+    for (axis = 0; axis < at.size(); ++axis) {
+      if (axis == fast) continue;
+      from += copy.from[axis] * size;
+      to += copy.to[axis] * size;
+      if (++at[axis] < copy.sizes[axis]) break;
+      from -= copy.from[axis] * copy.sizes[axis] * size;
+      to -= copy.to[axis] * copy.sizes[axis] * size;
+      at[axis] = 0;
+    }
   }
 }
 

@@ -143,8 +143,8 @@ Result<std::optional<std::string>> ZarrStore::fetch(const std::string& key,
   };
   if (part != nullptr) {
     const std::unique_lock lock(mutex_);
-    const auto whole = wholeKey_ == key ? whole_ : nullptr;
-    if (whole != nullptr) return cut(*whole);
+    const auto found = whole_.find(key);
+    if (found != whole_.end()) return cut(*found->second);
   }
   auto file = web_(urlOf(key), range, most);
   if (!file) return pass(file.error());
@@ -154,8 +154,10 @@ Result<std::optional<std::string>> ZarrStore::fetch(const std::string& key,
   if ((*file)->whole) {
     auto kept = std::make_shared<const std::string>(std::move(bytes));
     const std::unique_lock lock(mutex_);
-    wholeKey_ = key;
-    whole_ = kept;
+    constexpr std::uint64_t kMostKept = std::uint64_t{256} << 20U;
+    wholeBytes_ += kept->size();
+    if (wholeBytes_ > kMostKept) whole_.clear(), wholeBytes_ = kept->size();
+    whole_[key] = kept;
     return cut(*kept);
   }
   if (bytes.size() != part->bytes) return tooShort(bytes.size(), *part, nameOf(key));

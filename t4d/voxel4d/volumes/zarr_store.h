@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -51,10 +52,10 @@ class ZarrStore {
   std::string url_;    // without a slash at its end
   std::string query_;  // with its question mark
   std::string shown_;
-  // The last file that a server sent as a whole although a part of it was requested.
+  // Files that a server sent as a whole although a part of them was requested.
   mutable std::mutex mutex_;
-  mutable std::string wholeKey_;
-  mutable std::shared_ptr<const std::string> whole_;
+  mutable std::map<std::string, std::shared_ptr<const std::string>> whole_;
+  mutable std::uint64_t wholeBytes_ = 0;
 };
 
 /// Whether it is the URL of a file on a web server.
