@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "t4d/voxel4d/volumes/zarr_samples.h"
+
 namespace t4d::voxel4d {
 namespace {
 
@@ -109,6 +111,13 @@ class RegionReader : public SampleReader {
 }  // namespace
 
 Result<std::unique_ptr<SampleReader>> openRegion(const Volume& volume, const SampleData& data) {
+  if (data.encoding == SampleEncoding::Zarr) {
+    std::vector<ZarrRange> ranges;
+    for (const char axis : data.zarr->axes) {
+      ranges.push_back({volume.first(axis), volume.size(axis)});
+    }
+    return openZarrSamples(data.zarr, std::move(ranges));
+  }
   const std::vector<FileAxis> axes = axesOf(volume);
   std::uint64_t bytes = sizeOf(volume.type);
   for (const FileAxis& axis : axes) bytes *= axis.stored;
