@@ -313,7 +313,7 @@ class Mesh(Unchanging):
     def _light_slices(self, times: Sequence[float], progress: Progress) -> List[TriangleMesh]:
         with about(self._file):
             slices = self._one().light_slices(times, progress)
-        reasons = dict.fromkeys(why for _, why in slices if why)
+        reasons = [why for _, why in slices if why][:1]
         warn(
             UserWarning,
             [f"slices are exact where a slab does not consist of prisms: {why}" for why in reasons],

@@ -1,6 +1,8 @@
 #include "t4d/convert/frame_slices.h"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,7 +15,7 @@ struct Frame {
   std::vector<formats::NamedMesh> meshes;
   bool light = true;
   double distance = 0;
-  std::vector<std::string> notices;
+  std::vector<std::pair<std::string, std::string>> exact;  // bodies with exact slices, and why
   std::vector<std::string> losses;
 };
 
@@ -37,11 +39,7 @@ class BodySlicer {
     if (!slice) return pass(slice.error());
     frame.light = frame.light && slice->light;
     frame.distance = std::max(frame.distance, slice->distance);
-    if (!slice->light) {
-      frame.notices.push_back(
-          fmt::format("body '{}' has exact slices, because a slab does not consist of prisms: {}",
-                      body_.name, slice->whyExact));
-    }
+    if (!slice->light) frame.exact.emplace_back(body_.name, slice->whyExact);
     add(std::move(slice->slice), slice->light, frame);
     return {};
   }
@@ -105,6 +103,7 @@ Result<FrameSlicesReport> forEachFrame(
   FrameSlicesReport report;
   report.light = detail == slice::SliceDetail::Light;
   Result<void> done;
+  std::set<std::string> noted;  // of each body, the first slab is named
   slice::inOrder<FramePointer>(times.size(), frameAt, [&](const FramePointer& made) {
     if (!*made) {
       done = pass(made->error());
@@ -121,7 +120,11 @@ Result<FrameSlicesReport> forEachFrame(
     }
     report.light = report.light && frame.light;
     report.distance = std::max(report.distance, frame.distance);
-    addNew(frame.notices, report.notices);
+    for (const auto& [body, why] : frame.exact) {
+      if (!noted.insert(body).second) continue;
+      report.notices.push_back(fmt::format(
+          "body '{}' has exact slices, because a slab does not consist of prisms: {}", body, why));
+    }
     addNew(frame.losses, report.losses);
     ++report.frames;
     if (progress) progress(static_cast<double>(report.frames) / static_cast<double>(times.size()));
