@@ -1,7 +1,7 @@
 // The pages: their links resolve, and the output they show is what the program prints.
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
-import { existsSync, readFileSync, readdirSync, symlinkSync } from 'node:fs';
+import { existsSync, readFileSync, readdirSync, symlinkSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
 
@@ -39,8 +39,9 @@ for (const page of pages) {
 
 /** The commands in the blocks of a page, with their output: [{command, output}]. */
 function examplesOf(page) {
-  const blocks = [...read(page).matchAll(/^( *)```\n([^]*?)^\1```$/gm)]
-    .map(([, indent, text]) => text.replaceAll(new RegExp(`^${indent}`, 'gm'), ''));
+  const blocks = [...read(page).matchAll(/^( *)```(\w*)\n([^]*?)^\1```$/gm)]
+    .filter(([, , language]) => language === '')
+    .map(([, indent, , text]) => text.replaceAll(new RegExp(`^${indent}`, 'gm'), ''));
   return blocks.flatMap((text) => [...text.matchAll(/^\$ ((?:.*\\\n)*.*\n)((?:(?!\$ ).*\n)*)/gm)])
     .map(([, command, output]) => ({ command: command.trim(), output }));
 }
@@ -69,10 +70,11 @@ function serve(t, files) {
   });
 }
 
-const shell = (command, cwd) => spawnSync('sh', ['-c', command], {
+// The Python of the system has the packages that tools/setup installs.
+const shell = (command, cwd, env = {}) => spawnSync('sh', ['-c', command], {
   cwd,
   encoding: 'utf8',
-  env: { ...process.env, PATH: `${build}:${process.env.PATH}` },
+  env: { ...process.env, PATH: `${build}:/usr/bin:${process.env.PATH}`, ...env },
 });
 
 // The table of verbs in the README: [{verb, page, command}].
@@ -122,6 +124,28 @@ for (const page of new Set(rows.map((row) => row.page).filter(Boolean))) {
       await t.test(command, { skip: missing && `no ${missing}` }, () => {
         const done = shell(command.replace('https://example.com/', site),
           path.join(folder, 'fixtures'));
+        assert.deepEqual(comparable(done.stdout + done.stderr), comparable(output));
+      });
+    }
+  });
+}
+
+/** Saves the Python blocks that begin with a comment `# NAME.py`. */
+function saveScripts(page, to) {
+  for (const [, text, name] of read(page).matchAll(/^```python\n(# (\w+\.py)\n[^]*?)^```$/gm)) {
+    writeFileSync(path.join(to, name), text);
+  }
+}
+
+for (const page of ['docs/tutorials/scientists.md', 'docs/tutorials/artists.md']) {
+  test(`examples of ${page}`, async (t) => {
+    const place = path.join(makeFolder(path.basename(page, '.md')), 'fixtures');
+    saveScripts(page, place);
+    const examples = examplesOf(page);
+    assert.ok(examples.length > 5);
+    for (const { command, output } of examples) {
+      await t.test(command, () => {
+        const done = shell(command, place, { PYTHONPATH: path.join(build, 'python') });
         assert.deepEqual(comparable(done.stdout + done.stderr), comparable(output));
       });
     }
