@@ -159,7 +159,8 @@ std::string hintFor(const Error& error) {
     case Remedy::OpenMesh:
       return "try: --weld DISTANCE, if vertices are doubled, or --allow-open";
     case Remedy::Units:
-      return "try: t4d transform, to convert one of them, or --ignore-units, to take the numbers as "
+      return "try: t4d transform, to convert one of them, or --ignore-units, to take the numbers "
+             "as "
              "they are";
     case Remedy::Motion:
     case Remedy::None:
