@@ -192,6 +192,12 @@ TEST(RegionOfAVolume, IsTheSameInEveryFormat) {
   options.axes = "";
   options.raw = "float32 5 4 6 little";
   expectSame(woven({folder / "f01.raw", folder / "f02.raw"}, options), expected);
+  for (const auto& [name, bytes] : zarrSample()) {
+    fs::create_directories((folder / "image.zarr" / name).parent_path());
+    write(folder / "image.zarr" / name, bytes);
+  }
+  options.raw = "";
+  expectSame(woven({folder / "image.zarr"}, options), expected);
 }
 
 TEST(RegionOfAVolume, OfSeveralFilesTakesSomeAtTheirTimes) {
