@@ -369,6 +369,23 @@ def test_missing_files_on_the_web(tmp_path):
             assert f"{server.url}/5.zarr/scale/0/c/0/1" in said and str(status) in said
 
 
+def test_chunks_outside_of_a_region_are_not_requested(tmp_path):
+    array = solid("uint16")
+    version3(tmp_path / "in.zarr", array, (1, 4, 4, 5))
+    version3(tmp_path / "huge.zarr", array, (1, 4, 4, 5))
+    region = ("--region", "5:10,4:8,0:8,1:3")
+    with Server(tmp_path) as server:
+        same(server.url + "/in.zarr", array, tmp_path, *PLAIN, *region, npy_options=region)
+        chunks = sorted(r for r in server.requests if "/c/" in r)
+        assert chunks == [f"/in.zarr/c/{t}/{z}/1/1" for t in (1, 2) for z in (0, 1)]
+    # Only what is read must fit into memory.
+    metadata = tmp_path / "huge.zarr" / "zarr.json"
+    whole = json.loads(metadata.read_text())
+    metadata.write_text(json.dumps({**whole, "shape": [3, 2**17, 2**17, 2**17]}))
+    same(tmp_path / "huge.zarr", array, tmp_path, *PLAIN, *region, npy_options=region)
+    assert "memory" in refused(tmp_path / "huge.zarr", tmp_path, *PLAIN)
+
+
 def test_shards_on_the_web(tmp_path):
     """Also from a server that sends files only as a whole."""
     array = solid("uint16")

@@ -569,6 +569,10 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
       if (!cropped) return pass(cropped.error());
     }
   }
+  for (const Volume& volume : volumes) {
+    if (!volume.data[0].zarr) continue;
+    if (auto good = checkZarrAmount(volume); !good) return pass(good.error());
+  }
   const auto rule = ruleOf(first, options);
   if (!rule) return pass(rule.error());
   const auto place = placeOf(first, options);

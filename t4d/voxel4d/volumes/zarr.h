@@ -24,4 +24,8 @@ bool isZarr(const std::filesystem::path& path);
 Result<Volume> readZarr(const std::filesystem::path& path, const ZarrChoice& choice,
                         const system::WebFiles& web);
 
+/// Fails for frames that are larger than memory or than what is stored of the array could be, and
+/// for far more chunks than are stored. Counts what is to be read of a volume of Zarr.
+Result<void> checkZarrAmount(const Volume& volume);
+
 }  // namespace t4d::voxel4d

@@ -304,76 +304,6 @@ std::uint64_t storedOnServer(const ZarrSamples& samples, std::uint64_t enough) {
   return stored;
 }
 
-/// What an array announces.
-struct Announced {
-  std::uint64_t frameBytes = 1;
-  std::uint64_t frameChunks = 1;
-  std::uint64_t chunks = 1;
-
-  static void multiply(std::uint64_t& number, std::uint64_t by) {
-    constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;
-    number = by > kMost / number ? kMost : number * by;
-  }
-};
-
-Announced announcedBy(const ZarrSamples& samples) {
-  Announced announced;
-  announced.frameBytes = sizeOf(samples.array.type);
-  for (std::size_t i = 0; i < samples.axes.size(); ++i) {
-    if (samples.axes[i] == 'c') continue;
-    const std::uint64_t size = samples.array.shape[i];
-    const std::uint64_t chunks = (size - 1) / samples.array.chunk[i] + 1;
-    Announced::multiply(announced.chunks, chunks);
-    if (samples.axes[i] == 't') continue;
-    Announced::multiply(announced.frameBytes, size);
-    Announced::multiply(announced.frameChunks, chunks);
-  }
-  return announced;
-}
-
-/// Fails for frames that are larger than memory or than what is stored of the array could be, and
-/// for far more chunks than are stored.
-Result<void> checkAmount(const ZarrSamples& samples, const std::string& where) {
-  const Announced announced = announcedBy(samples);
-  const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                               static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  if (announced.frameBytes > memory / 2) {
-    return invalid(fmt::format("has the shape {}: two of its frames do not fit into memory",
-                               fmt::join(samples.array.shape, " x ")),
-                   where);
-  }
-  constexpr std::uint64_t kMostChunksOfFrame = std::uint64_t{1} << 20U;
-  if (announced.frameChunks > kMostChunksOfFrame) {
-    return invalid(fmt::format("has {} chunks in a frame; at most {} are read",
-                               announced.frameChunks, kMostChunksOfFrame),
-                   where);
-  }
-  // The most that codecs make of a byte.
-  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 16U;
-  constexpr std::uint64_t kBytesAlways = std::uint64_t{64} << 20U;
-  constexpr std::uint64_t kMostChunks = 256;  // for each that is stored
-  constexpr std::uint64_t kChunksAlways = std::uint64_t{1} << 17U;
-  constexpr std::uint64_t kIndexBytes = 16;  // of a chunk in a shard
-  const std::uint64_t enoughBytes =
-      announced.frameBytes > kBytesAlways ? announced.frameBytes / kMostBytes + 1 : 0;
-  const std::uint64_t enoughChunks =
-      announced.chunks > kChunksAlways ? announced.chunks / kMostChunks + 1 : 0;
-  const auto isEnough = [&](const Stored& stored) {
-    return stored.bytes >= enoughBytes && stored.files + stored.bytes / kIndexBytes >= enoughChunks;
-  };
-  if (isEnough({})) return {};
-  const fs::path folder = samples.store->folder() / samples.array.path;
-  const Stored stored = samples.store->remote()
-                            ? Stored{enoughChunks, storedOnServer(samples, enoughBytes)}
-                            : storedInFolder(folder, isEnough);
-  if (isEnough(stored)) return {};
-  return invalid(
-      fmt::format("announces {} chunks, and frames of {} bytes, but {} bytes are stored in {} "
-                  "chunks",
-                  announced.chunks, announced.frameBytes, stored.bytes, stored.files),
-      where);
-}
-
 Result<std::uint64_t> chosenChannel(const ZarrSamples& samples,
                                     const std::optional<std::uint32_t>& channel,
                                     const std::string& where) {
@@ -396,7 +326,6 @@ Result<Volume> volumeOf(std::shared_ptr<ZarrSamples> samples, const ZarrImage& i
   const auto chosen = chosenChannel(*samples, channel, where);
   if (!chosen) return pass(chosen.error());
   samples->channel = *chosen;
-  if (auto good = checkAmount(*samples, where); !good) return pass(good.error());
   Volume volume;
   volume.where = where;
   volume.type = samples->array.type;
@@ -475,6 +404,36 @@ Result<Volume> readPyramid(std::shared_ptr<const ZarrStore> store, const ZarrNod
   return volume;
 }
 
+/// What is to be read of an array.
+struct Announced {
+  std::uint64_t frameBytes = 1;
+  std::uint64_t frameChunks = 1;
+  std::uint64_t chunks = 1;
+
+  static void multiply(std::uint64_t& number, std::uint64_t by) {
+    constexpr std::uint64_t kMost = std::uint64_t{1} << 62U;
+    number = by > kMost / number ? kMost : number * by;
+  }
+};
+
+Announced announcedBy(const Volume& volume) {
+  const ZarrSamples& samples = *volume.data[0].zarr;
+  Announced announced;
+  announced.frameBytes = sizeOf(volume.type);
+  for (std::size_t i = 0; i < samples.axes.size(); ++i) {
+    if (samples.axes[i] == 'c') continue;
+    const std::uint64_t size = volume.size(samples.axes[i]);
+    const std::uint64_t first = volume.first(samples.axes[i]);
+    const std::uint64_t chunk = samples.array.chunk[i];
+    const std::uint64_t chunks = (first + size - 1) / chunk - first / chunk + 1;
+    Announced::multiply(announced.chunks, chunks);
+    if (samples.axes[i] == 't') continue;
+    Announced::multiply(announced.frameBytes, size);
+    Announced::multiply(announced.frameChunks, chunks);
+  }
+  return announced;
+}
+
 /// The first image of a group; null if it has none.
 const json& imageOf(const ZarrNode& group) {
   const json& ome = memberOf(group.attributes, "ome");
@@ -484,6 +443,48 @@ const json& imageOf(const ZarrNode& group) {
 }
 
 }  // namespace
+
+Result<void> checkZarrAmount(const Volume& volume) {
+  const ZarrSamples& samples = *volume.data[0].zarr;
+  const Announced announced = announcedBy(volume);
+  const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                               static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  if (announced.frameBytes > memory / 2) {
+    return invalid(fmt::format("has frames of {} bytes, two of which do not fit into memory",
+                               announced.frameBytes),
+                   volume.where);
+  }
+  constexpr std::uint64_t kMostChunksOfFrame = std::uint64_t{1} << 20U;
+  if (announced.frameChunks > kMostChunksOfFrame) {
+    return invalid(fmt::format("has {} chunks in a frame; at most {} are read",
+                               announced.frameChunks, kMostChunksOfFrame),
+                   volume.where);
+  }
+  // The most that codecs make of a byte.
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 16U;
+  constexpr std::uint64_t kBytesAlways = std::uint64_t{64} << 20U;
+  constexpr std::uint64_t kMostChunks = 256;  // for each that is stored
+  constexpr std::uint64_t kChunksAlways = std::uint64_t{1} << 17U;
+  constexpr std::uint64_t kIndexBytes = 16;  // of a chunk in a shard
+  const std::uint64_t enoughBytes =
+      announced.frameBytes > kBytesAlways ? announced.frameBytes / kMostBytes + 1 : 0;
+  const std::uint64_t enoughChunks =
+      announced.chunks > kChunksAlways ? announced.chunks / kMostChunks + 1 : 0;
+  const auto isEnough = [&](const Stored& stored) {
+    return stored.bytes >= enoughBytes && stored.files + stored.bytes / kIndexBytes >= enoughChunks;
+  };
+  if (isEnough({})) return {};
+  const fs::path folder = samples.store->folder() / samples.array.path;
+  const Stored stored = samples.store->remote()
+                            ? Stored{enoughChunks, storedOnServer(samples, enoughBytes)}
+                            : storedInFolder(folder, isEnough);
+  if (isEnough(stored)) return {};
+  return invalid(
+      fmt::format("announces {} chunks, and frames of {} bytes, but {} bytes are stored in {} "
+                  "chunks",
+                  announced.chunks, announced.frameBytes, stored.bytes, stored.files),
+      volume.where);
+}
 
 bool isZarr(const fs::path& path) {
   if (isWebUrl(path)) return true;
