@@ -8,93 +8,19 @@
 
 #include "t4d/model/limits.h"
 #include "t4d/model/times.h"
-#include "t4d/voxel4d/natural_order.h"
+#include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/occupancy.h"
 #include "t4d/voxel4d/region_border.h"
 #include "t4d/voxel4d/vdb_file.h"
 #include "t4d/voxel4d/vdb_grid.h"
+#include "t4d/voxel4d/vdb_places.h"
+#include "t4d/voxel4d/vdb_velocity.h"
 
 namespace t4d::voxel4d {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// All .vdb files in a folder, except hidden ones.
-Result<std::vector<fs::path>> filesIn(const fs::path& folder) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (entry.path().extension() == ".vdb" && name.front() != '.') files.push_back(entry.path());
-  }
-  if (error) {
-    return fail(ErrorCode::Io, "cannot read the folder: " + error.message(), folder.string());
-  }
-  if (files.empty()) return invalid("no frames: the folder has no .vdb files", folder.string());
-  return files;
-}
-
-Result<std::vector<fs::path>> filesOf(std::span<const fs::path> inputs) {
-  std::vector<fs::path> files;
-  for (const fs::path& input : inputs) {
-    std::error_code ignored;
-    if (!fs::is_directory(input, ignored)) {
-      files.push_back(input);
-      continue;
-    }
-    auto found = filesIn(input);
-    if (!found) return pass(found.error());
-    files.insert(files.end(), found->begin(), found->end());
-  }
-  if (files.empty()) return invalid("no frames: no .vdb file is given");
-  std::stable_sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return naturallyLess(a.string(), b.string());
-  });
-  return files;
-}
-
-/// One frame, without its tree.
-struct Place {
-  fs::path file;
-  std::size_t grid = 0;  // in the file
-  std::string where;
-  openvdb::GridBase::ConstPtr header;
-  double time = 0;
-};
-
-/// The places of the frames in order, without their times.
-Result<std::vector<Place>> placesOf(const std::vector<fs::path>& files, const std::string& grid) {
-  std::vector<Place> places;
-  for (const fs::path& path : files) {
-    auto file = VdbFile::open(path);
-    if (!file) return pass(file.error());
-    const auto grids = (*file)->grids();
-    std::vector<std::size_t> chosen;
-    std::string names;
-    for (std::size_t i = 0; i < grids.size(); ++i) {
-      names += fmt::format("{}'{}'", i == 0 ? "" : ", ", grids[i].label);
-      if (grid.empty() || grids[i].name == grid) chosen.push_back(i);
-    }
-    if (grids.empty()) return invalid("holds no grid", path.string());
-    if (chosen.empty()) {
-      return invalid(fmt::format("holds no grid '{}'; it has {}", grid, names), path.string());
-    }
-    if (files.size() > 1 && chosen.size() > 1) {
-      return invalid(fmt::format("holds {} grids ({}); where there are several files, each must "
-                                 "hold one",
-                                 chosen.size(), names),
-                     path.string(), Remedy::GridName);
-    }
-    std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
-      return naturallyLess(grids[a].label, grids[b].label);
-    });
-    for (const std::size_t i : chosen) {
-      places.push_back({path, i, grids[i].where, grids[i].header, 0});
-    }
-  }
-  return places;
-}
 
 std::optional<double> numberOf(const openvdb::GridBase& grid, const char* name) {
   if (const auto value = grid.getMetadata<openvdb::DoubleMetadata>(name)) return value->value();
@@ -106,7 +32,8 @@ std::optional<double> numberOf(const openvdb::GridBase& grid, const char* name) 
   return std::nullopt;
 }
 
-Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& options, bool oneApart) {
+Result<void> setTimes(std::vector<VdbPlace>& places, const VdbFramesOptions& options,
+                      bool oneApart) {
   if (options.frameTime && !(*options.frameTime > 0 && std::isfinite(*options.frameTime))) {
     return invalid(fmt::format("the time between frames is {}; it must be a positive number",
                                *options.frameTime));
@@ -115,7 +42,7 @@ Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& option
     return invalid(fmt::format("the start time is {}", options.startTime));
   }
   for (std::size_t i = 0; i < places.size(); ++i) {
-    Place& place = places[i];
+    VdbPlace& place = places[i];
     if (options.frameTime || oneApart) {
       place.time = model::steppedTime(options.startTime, options.frameTime.value_or(1), i);
     } else {
@@ -150,13 +77,13 @@ Result<void> setTimes(std::vector<Place>& places, const VdbFramesOptions& option
   return {};
 }
 
-bool severalNames(const std::vector<Place>& places) {
-  return std::any_of(places.begin(), places.end(), [&](const Place& place) {
+bool severalNames(const std::vector<VdbPlace>& places) {
+  return std::any_of(places.begin(), places.end(), [&](const VdbPlace& place) {
     return place.header->getName() != places.front().header->getName();
   });
 }
 
-Result<Lattice> checkHeaders(const std::vector<Place>& places, const VdbFramesOptions& options) {
+Result<Lattice> checkHeaders(const std::vector<VdbPlace>& places, const VdbFramesOptions& options) {
   Lattice lattice;
   GridKind kind{};
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -214,7 +141,7 @@ std::optional<openvdb::CoordBBox> boxOf(const std::optional<Region>& region) {
 
 class VdbFrames : public FrameSource {
  public:
-  VdbFrames(std::vector<Place> places, const Lattice& lattice, const VdbFramesOptions& options,
+  VdbFrames(std::vector<VdbPlace> places, const Lattice& lattice, const VdbFramesOptions& options,
             bool oneApart)
       : places_(std::move(places)),
         oneApart_(oneApart),
@@ -231,18 +158,8 @@ class VdbFrames : public FrameSource {
   std::string notice() const override { return border_.notice(); }
 
   Result<Frame> frame(std::size_t index) override {
-    const Place& place = places_[index];
-    if (!file_ || openPath_ != place.file) {
-      file_.reset();
-      auto file = VdbFile::open(place.file);
-      if (!file) return pass(file.error());
-      file_ = std::move(*file);
-      openPath_ = place.file;
-    }
-    if (place.grid >= file_->grids().size() || file_->grids()[place.grid].where != place.where) {
-      return invalid("the file has changed while it was read", place.where);
-    }
-    auto grid = file_->read(place.grid, read_);
+    const VdbPlace& place = places_[index];
+    auto grid = reader_.read(place, read_);
     if (!grid) return pass(grid.error());
     auto frame = frameOf(*grid, place.time, iso_, place.where);
     if (!frame) return frame;
@@ -265,14 +182,13 @@ class VdbFrames : public FrameSource {
   }
 
  private:
-  std::vector<Place> places_;
+  std::vector<VdbPlace> places_;
   bool oneApart_;
   Lattice lattice_;
   std::optional<double> iso_;
   VdbTreeOptions read_;
   RegionBorder border_;
-  std::unique_ptr<VdbFile> file_;  // of the last frame requested
-  fs::path openPath_;
+  VdbPlaceReader reader_;
   bool solid_ = false;  // whether any frame so far had a point inside
 };
 
@@ -283,9 +199,19 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
   if (options.iso && !std::isfinite(*options.iso)) {
     return invalid(fmt::format("the iso value is {}", *options.iso));
   }
-  auto files = filesOf(inputs);
+  if (options.region && !options.velocity.empty()) {
+    return invalid(
+        "a region and a velocity exclude each other: where a solid is cut off it does not move");
+  }
+  auto files = vdbFilesOf(inputs);
   if (!files) return pass(files.error());
-  auto places = placesOf(*files, options.grid);
+  std::vector<std::string> velocity;
+  if (!options.velocity.empty()) {
+    auto names = vdbVelocityGrids(files->front(), options.velocity);
+    if (!names) return pass(names.error());
+    velocity = std::move(*names);
+  }
+  auto places = vdbPlacesOf(*files, options.grid, velocity);
   if (!places) return pass(places.error());
   const auto lattice = checkHeaders(*places, options);
   if (!lattice) {
@@ -299,9 +225,10 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
   if (places->size() == 1) {
     return invalid("one frame only; a 4D mesh needs two or more", places->front().where);
   }
-  const bool oneApart = !options.frameTime && std::ranges::none_of(*places, [](const Place& place) {
-    return numberOf(*place.header, kTimeMetadata).has_value();
-  });
+  const bool oneApart =
+      !options.frameTime && std::ranges::none_of(*places, [](const VdbPlace& place) {
+        return numberOf(*place.header, kTimeMetadata).has_value();
+      });
   if (auto set = setTimes(*places, options, oneApart); !set) return pass(set.error());
   if (options.region) {
     const auto used =
@@ -309,7 +236,20 @@ Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const fs::path> inp
     if (!used) return pass(used.error());
     keep(*places, *used);
   }
-  return std::make_unique<VdbFrames>(std::move(*places), *lattice, options, oneApart);
+  const std::size_t count = places->size();
+  auto frames = std::make_unique<VdbFrames>(std::move(*places), *lattice, options, oneApart);
+  if (velocity.empty()) return frames;
+  if (oneApart) {
+    return invalid(
+        fmt::format(
+            "velocities need the time from frame to frame, and no grid has a number '{}' in "
+            "its metadata",
+            kTimeMetadata),
+        files->front().string(), Remedy::FrameTime);
+  }
+  auto velocities = openVdbVelocity(*files, velocity, *lattice, count);
+  if (!velocities) return pass(velocities.error());
+  return advectedFrames(std::move(frames), std::move(*velocities), options.substeps);
 }
 
 }  // namespace t4d::voxel4d

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -24,6 +25,11 @@ struct VdbFramesOptions {
   /// Positions and times stay what they are without it.
   std::optional<Region> region = {};
   std::string grid = {};  ///< use only grids with this name; "" for all
+  /// The velocity of each frame, in length units per time unit: a vec3s grid, staggered or not, or
+  /// three float grids with .x, _x or x after this name; "" for none. There are then
+  /// `substeps` - 1 more frames between every two (advected_frames.h).
+  std::string velocity = {};
+  std::uint32_t substeps = 1;
   /// From how many bytes of values on a frame has them in a temporary file.
   std::size_t largeFrame = kLargeFrame;
 };
@@ -43,7 +49,9 @@ struct VdbFramesOptions {
 /// transforms that are not a uniform scale with a translation, or differ from the first frame's; a
 /// background that is inside; values that are not finite; no time; times that do not increase;
 /// fewer than two frames. If no frame has a point inside, requesting the last frame is an error.
-/// Otherwise frames without inside points are allowed anywhere.
+/// Otherwise frames without inside points are allowed anywhere. With `velocity` also: frames
+/// without a time; bool and mask grids; a velocity that is missing, of another type, not finite, or
+/// on a lattice with another transform than a uniform scale with a translation.
 Result<std::unique_ptr<FrameSource>> openVdbFrames(std::span<const std::filesystem::path> inputs,
                                                    const VdbFramesOptions& options = {});
 

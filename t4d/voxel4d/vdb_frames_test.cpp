@@ -4,6 +4,7 @@
 #include <fstream>
 #include <limits>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/tools/LevelSetSphere.h>
@@ -524,6 +525,116 @@ TEST_F(VdbFrames, RefusesTypesThatOpenVdbDoesNotKnow) {
   EXPECT_EQ(refusal(afterGood(grid)),
             "frame2.vdb: its grid 'odd' is of type Tree_float_4_3_3; float, double, bool and mask "
             "grids can be used");
+}
+
+/// A ball that moves by 6 voxels along x from frame to frame.
+openvdb::FloatGrid::Ptr movingBall(int frame) {
+  auto grid = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
+      6, openvdb::Vec3f(6.0F * static_cast<float>(frame), 0, 0), 1);
+  grid->setName("ball");
+  return grid;
+}
+
+/// Its velocity where |x| and so on are below `reach`, for frames that are half a time unit apart.
+openvdb::Vec3SGrid::Ptr velocityOf(int frame, openvdb::GridClass kind, int reach = 8) {
+  auto grid = openvdb::Vec3SGrid::create();
+  grid->setName("vel");
+  grid->setGridClass(kind);
+  const int x = 6 * frame;
+  grid->fill({{x - reach, -reach, -reach}, {x + reach, reach, reach}}, openvdb::Vec3f(12, 0, 0));
+  return grid;
+}
+
+class VdbVelocities : public VdbFrames {
+ protected:
+  using Change = std::function<void(openvdb::GridPtrVec&)>;
+
+  /// Two frames with their velocities; the grids of the second are changed.
+  std::vector<fs::path> files(openvdb::GridClass kind, const Change& change = {}) {
+    std::vector<fs::path> files;
+    for (int frame = 0; frame < 2; ++frame) {
+      openvdb::GridPtrVec grids = {movingBall(frame), velocityOf(frame, kind)};
+      if (frame == 1 && change) change(grids);
+      files.push_back(write("f" + std::to_string(frame) + ".vdb", {grids.begin(), grids.end()}));
+    }
+    return files;
+  }
+  static VdbFramesOptions halfway() { return {.frameTime = 0.5, .velocity = "vel", .substeps = 2}; }
+  std::string refusalOf(const Change& change) {
+    return refusal(files(openvdb::GRID_UNKNOWN, change), halfway());
+  }
+  /// Frame 1 is the ball halfway.
+  void expectHalfway(const std::vector<Frame>& frames) {
+    ASSERT_EQ(frames.size(), 3U);
+    EXPECT_EQ(frames[1].time, 0.25);
+    const double ball = static_cast<double>(countInside(frames[0]));
+    EXPECT_NEAR(static_cast<double>(countInside(frames[1])), ball, 0.02 * ball);
+  }
+};
+
+TEST_F(VdbVelocities, CarryTheSolidBetweenFrames) {
+  expectHalfway(read(files(openvdb::GRID_UNKNOWN), halfway()));
+  expectHalfway(read(files(openvdb::GRID_STAGGERED), halfway()));
+  const auto frames = read(files(openvdb::GRID_UNKNOWN), {.frameTime = 0.5, .grid = "ball"});
+  const auto carried = read(files(openvdb::GRID_UNKNOWN), halfway());
+  expectSame(frames[0], carried[0]);
+  expectSame(frames[1], carried[2]);
+}
+
+TEST_F(VdbVelocities, MayBeThreeGridsWithVoxelsOfTheirOwn) {
+  std::vector<fs::path> files;
+  for (int frame = 0; frame < 2; ++frame) {
+    openvdb::GridCPtrVec grids = {movingBall(frame)};
+    for (const char* axis : {"x", "y", "z"}) {
+      auto grid = openvdb::FloatGrid::create();
+      grid->setName(std::string("vel_") + axis);
+      grid->setTransform(openvdb::math::Transform::createLinearTransform(2));
+      grid->transform().postTranslate({0.5, 0, 0});
+      grid->fill({{-10, -10, -10}, {10, 10, 10}}, *axis == 'x' ? 12.0F : 0.0F);
+      grids.push_back(grid);
+    }
+    files.push_back(write("f" + std::to_string(frame) + ".vdb", grids));
+  }
+  expectHalfway(read(files, halfway()));
+}
+
+TEST_F(VdbVelocities, AreRefusedIfTheyCannotBeRight) {
+  const auto changed = [&](const std::function<void(openvdb::Vec3SGrid&)>& change) {
+    return refusalOf([&](openvdb::GridPtrVec& grids) {
+      change(*openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids[1]));
+    });
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(changed([&](auto& grid) {
+              grid.tree().setValueOn({5, 1, 2}, {0, nan, 0});
+            }),
+            "f1.vdb: grid 'vel': has a velocity that is not finite, at the voxel (5, 1, 2)");
+  EXPECT_EQ(changed([](auto& grid) {
+              grid.tree().setValueOn({12, 0, 0}, {1e30F, 0, 0});
+            }).substr(0, 63),
+            "f1.vdb: grid 'vel': moves the surface by 5e+29 voxels from fram");
+  EXPECT_EQ(changed([](auto& grid) {
+              grid.transform().postTranslate({500, 0, 0});
+            }),
+            "f1.vdb: grid 'vel': none of its velocities is near the surface of the frame: its "
+            "transform may be another");
+  EXPECT_THAT(changed([](auto& grid) { grid.transform().postRotate(0.5); }),
+              testing::HasSubstr("f1.vdb: grid 'vel': its transform takes"));
+  EXPECT_EQ(refusalOf([](openvdb::GridPtrVec& grids) { grids.pop_back(); }),
+            "f1.vdb: holds no grid 'vel'; it has 'ball'");
+  EXPECT_EQ(refusalOf([](openvdb::GridPtrVec& grids) {
+              grids[1] = movingBall(1);
+              grids[1]->setName("vel");
+            }),
+            "f1.vdb: grid 'vel': is a grid of type float; a velocity is a vec3s grid, or three "
+            "float grids");
+  EXPECT_EQ(refusal(files(openvdb::GRID_UNKNOWN), {.velocity = "vel", .substeps = 2}),
+            "f0.vdb: velocities need the time from frame to frame, and no grid has a number "
+            "'t4d_time' in its metadata");
+  EXPECT_EQ(
+      refusal(files(openvdb::GRID_UNKNOWN), {.frameTime = 1, .velocity = "wind", .substeps = 2}),
+      "f0.vdb: holds no velocity 'wind', neither as a vec3s grid nor as three float grids "
+      "such as 'wind.x'; it has 'ball', 'vel'");
 }
 
 TEST_F(VdbFrames, RefusesOtherTransforms) {

@@ -60,6 +60,18 @@ openvdb::MaskGrid::Ptr mask() {
   return grid;
 }
 
+openvdb::Vec3SGrid::Ptr velocities(openvdb::GridClass kind) {
+  auto grid = openvdb::Vec3SGrid::create(openvdb::Vec3f(0, 0, 1));
+  grid->setName("v");
+  grid->setGridClass(kind);
+  for (int i = 0; i < 8; ++i) {
+    grid->tree().setValueOn({i, 1, 2}, openvdb::Vec3f(0.5F * static_cast<float>(i), 1, 0));
+    grid->tree().setValueOff({i, 2, 2}, openvdb::Vec3f(0, 0, -1));
+  }
+  grid->tree().addTile(1, {16, 0, 0}, openvdb::Vec3f(1, 2, 3), true);
+  return grid;
+}
+
 template <class Grid>
 typename Grid::Ptr halved(typename Grid::Ptr grid) {
   grid->setSaveFloatAsHalf(true);
@@ -99,6 +111,9 @@ std::vector<VdbSample> vdbSamples() {
   add("half", {halved<FloatGrid>(gridWith<FloatGrid>(3))}, kUsual);
   add("mask", {mask()}, kUsual);
   add("streamed", {gridWith<FloatGrid>(3), bools()}, kUsual, false);
+  add("velocity", {gridWith<FloatGrid>(1), velocities(openvdb::GRID_STAGGERED)}, kUsual);
+  add("velocity_half", {halved<openvdb::Vec3SGrid>(velocities(openvdb::GRID_UNKNOWN))}, kUsual,
+      false);
   const auto shared = gridWith<FloatGrid>(1);
   const auto twin = shared->copy();
   twin->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(2));

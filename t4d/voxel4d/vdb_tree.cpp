@@ -292,9 +292,11 @@ class TreeReader {
     if constexpr (!kIsBool) {
       if (coding_.half) {
         if (into.empty()) return;  // then not even a size is stored
-        std::vector<openvdb::math::half> halves(into.size());
+        using Half = typename io::RealToHalf<Value>::HalfT;
+        std::vector<Half> halves(into.size());
         packed_.read(reinterpret_cast<char*>(halves.data()), halves.size() * sizeof halves[0]);
-        std::copy(halves.begin(), halves.end(), into.begin());
+        std::transform(halves.begin(), halves.end(), into.begin(),
+                       [](const Half& half) { return Value(half); });
         return;
       }
     }
@@ -370,6 +372,7 @@ Read readerOf(const std::string& treeType) {
   if (treeType == openvdb::DoubleTree::treeType()) return read<openvdb::DoubleTree>;
   if (treeType == openvdb::BoolTree::treeType()) return read<openvdb::BoolTree>;
   if (treeType == openvdb::MaskTree::treeType()) return read<openvdb::MaskTree>;
+  if (treeType == openvdb::Vec3STree::treeType()) return read<openvdb::Vec3STree>;
   return nullptr;
 }
 

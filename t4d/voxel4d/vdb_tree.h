@@ -33,7 +33,7 @@ struct VdbTree {
   std::uint64_t activeVoxels = 0;  ///< of the whole tree
 };
 
-/// Whether readVdbTree supports a tree type: float, double, bool and mask trees of OpenVDB's
+/// Whether readVdbTree supports a tree type: float, double, bool, mask and vec3s trees of OpenVDB's
 /// default configuration.
 bool canReadVdbTree(const std::string& treeType);
 

@@ -143,6 +143,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
       addPartsLost(before.frame(), partsBefore, after.frame(), partsAfter, i - 1, place,
                    slabs.report.partsLost);
     }
+    slabs.report.masks += after.isMask() ? 1 : 0;
     before = std::move(after);
     partsBefore = std::move(partsAfter);
     ++slabs.report.frames;

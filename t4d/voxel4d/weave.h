@@ -43,6 +43,7 @@ struct WeaveReport {
   std::uint64_t vertices = 0;
   std::uint64_t tetrahedra = 0;
   std::uint64_t frames = 0;
+  std::uint64_t masks = 0;  ///< of the frames, those that WeaveOptions::between concerns
   std::array<std::uint64_t, 2> capTetrahedra = {0, 0};  ///< start, end
   LostParts partsLost = {};
 };

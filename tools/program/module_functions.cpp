@@ -44,6 +44,13 @@ namespace fs = std::filesystem;
   return functionsOf<OpenVdbFunctions>().openVdbFrames(inputs, options);
 }
 
+[[gnu::visibility("hidden")]] std::unique_ptr<FrameSource> advectedFrames(
+    std::unique_ptr<FrameSource> frames, std::unique_ptr<VelocitySource> velocities,
+    std::uint32_t substeps) {
+  return functionsOf<OpenVdbFunctions>().advectedFrames(std::move(frames), std::move(velocities),
+                                                        substeps);
+}
+
 [[gnu::visibility("hidden")]] std::unique_ptr<FrameSource> voxelFrames(
     SolidAtTime solid, std::vector<double> times, const VoxelizeOptions& options) {
   return functionsOf<OpenVdbFunctions>().voxelFrames(std::move(solid), std::move(times), options);

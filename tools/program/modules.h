@@ -2,6 +2,7 @@
 
 #include "t4d/formats/t4d/http_files.h"
 #include "t4d/formats/t4d/http_source.h"
+#include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/point_field.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/dicom_codec.h"
@@ -19,6 +20,7 @@ struct OpenVdbFunctions {
   static constexpr const char* kTable = "t4dOpenVdbFunctions";
 
   decltype(&t4d::voxel4d::openVdbFrames) openVdbFrames;
+  decltype(&t4d::voxel4d::advectedFrames) advectedFrames;
   decltype(&t4d::voxel4d::voxelFrames) voxelFrames;
   decltype(&t4d::voxel4d::writeVoxelFrames) writeVoxelFrames;
   decltype(&t4d::voxel4d::writePointField) writePointField;

@@ -1861,6 +1861,10 @@ TEST_F(Program, VolumesAreWoven) {
   ASSERT_EQ(run("weave bare.raw --raw 'bool 2 2 2 2' --frame-time 1 -o bare.t4d").exitCode, 0);
   misused("weave fx/labels.nrrd one.vdb --iso 1 -o out.t4d", "are not of one kind");
   misused("weave frames --label 1 -o out.t4d", "--label");
+  misused("weave frames --substeps 4 -o out.t4d", "--substeps requires --velocity");
+  misused("weave frames --velocity estimate -o out.t4d", "cannot be estimated");
+  misused("weave frames --velocity v --between distance -o out.t4d", "--between is for masks");
+  misused("weave fx/labels.nrrd --label 1 --velocity v -o out.t4d", "--velocity is for .vdb files");
   misused("weave fx/labels.nrrd --label 99999999999999999999 -o out.t4d", "--label");
   misused("weave fx/labels.nrrd --label 3 3 -o out.t4d", "--label: a label is given twice");
   misused("weave fx/labels.nrrd --axes xxyz -o out.t4d", "is not an order of x, y, z, t and c");

@@ -29,11 +29,16 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr std::uint32_t kDefaultSubsteps = 4;
+constexpr std::uint32_t kMostSubsteps = 1000;
+
 struct WeaveArguments {
   std::vector<std::string> frames;
   voxel4d::VolumeOptions input;
   std::vector<std::int64_t> labels;
   std::string grid;
+  std::string velocity;
+  std::optional<std::uint32_t> substeps;
   std::optional<double> voxelSize;
   std::vector<double> spacing;
   std::vector<double> origin;
@@ -97,6 +102,10 @@ std::string detailsOf(const WeaveArguments& options) {
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   if (!options.labels.empty()) parameters["labels"] = options.labels;
   if (!options.region.empty()) parameters["region"] = options.region;
+  if (!options.velocity.empty()) {
+    parameters["velocity"] = options.velocity;
+    parameters["substeps"] = options.substeps.value_or(kDefaultSubsteps);
+  }
   parameters["caps"] = options.caps;
   parameters["between"] = options.between.value_or("distance");
   parameters["precision"] = options.output.coding.precision;
@@ -158,9 +167,13 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
     if (std::ranges::any_of(options.frames, isUrl)) input.web = formats::httpFiles();
     return voxel4d::openVolumeFrames(inputs, input);
   }
-  voxel4d::VdbFramesOptions input{options.input.iso, options.input.frameTime,
-                                  options.input.startTime.value_or(0), options.input.region,
-                                  options.grid};
+  voxel4d::VdbFramesOptions input{options.input.iso,
+                                  options.input.frameTime,
+                                  options.input.startTime.value_or(0),
+                                  options.input.region,
+                                  options.grid,
+                                  options.velocity,
+                                  options.substeps.value_or(kDefaultSubsteps)};
   auto frames = voxel4d::openVdbFrames(inputs, input);
   if (!frames) return pass(unreadable(frames.error()));
   voxel4d::VolumeFrames opened;
@@ -192,6 +205,26 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
   return std::nullopt;
 }
 
+/// What is wrong with the options of frames in between.
+std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, bool vdb) {
+  if (options.velocity.empty()) {
+    if (options.substeps) return "--substeps requires --velocity";
+    return std::nullopt;
+  }
+  if (options.velocity == "estimate") {
+    return "velocities cannot be estimated from the frames; --velocity names a grid that holds "
+           "them";
+  }
+  if (!options.region.empty()) {
+    return "--region and --velocity exclude each other: where a solid is cut off it does not move";
+  }
+  if (!vdb) return "--velocity is for .vdb files, which hold the velocity as a grid";
+  if (options.between) {
+    return "--between is for masks and labels; --velocity is for level sets and densities";
+  }
+  return std::nullopt;
+}
+
 /// What is wrong with the choice of options; nothing if it fits the files.
 std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
   const bool volumes = voxel4d::isVolumeFile(options.frames.front());
@@ -203,6 +236,7 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
           options.frames.front(), file);
     }
   }
+  if (auto misuse = misuseOfVelocity(options, !volumes && !meshes)) return misuse;
   if (meshes) return misuseOfMeshes(options);
   if (options.voxelSize) return "--voxel-size is for triangle meshes; grids have voxels already";
   if (volumes && !options.grid.empty()) return "--grid is for .vdb files";
@@ -298,6 +332,7 @@ int run(const WeaveArguments& options) {
     woven.vertices += body->vertices;
     woven.tetrahedra += body->tetrahedra;
     woven.frames = body->frames;
+    woven.masks += body->masks;
     for (int end = 0; end < 2; ++end) woven.capTetrahedra[end] += body->capTetrahedra[end];
     woven.partsLost.add(body->partsLost);
     if (const std::string notice = input->frames->notice(); !notice.empty()) {
@@ -317,6 +352,11 @@ int run(const WeaveArguments& options) {
   if (!bytes) return report(bytes.error());
   noticeCaps(caps, woven, notices);
   noticeLostParts(woven.partsLost, notices);
+  if (options.between && woven.masks == 0) {
+    notices.push_back("--between " + *options.between +
+                      " has no effect: no frame is a mask or has labels, and the values of level "
+                      "sets and densities say when points change sides");
+  }
   if (!input->notice.empty()) {
     notices.push_back(formats::shownName(options.frames.front()) + ": " + input->notice);
   }
@@ -331,6 +371,10 @@ int run(const WeaveArguments& options) {
         "them as densities, inside above VALUE");
   }
   printNotices(notices);
+  const std::uint64_t inBetween =
+      options.velocity.empty()
+          ? 0
+          : woven.frames - 1 - (woven.frames - 1) / options.substeps.value_or(kDefaultSubsteps);
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -338,6 +382,7 @@ int run(const WeaveArguments& options) {
     printJson({{"vertices", woven.vertices},
                {"tetrahedra", woven.tetrahedra},
                {"frames", woven.frames},
+               {"frames_in_between", inBetween},
                {"seconds", seconds},
                {"peak_bytes", peakBytes()},
                {"cap_tetrahedra", woven.capTetrahedra},
@@ -347,6 +392,10 @@ int run(const WeaveArguments& options) {
   } else {
     print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven.vertices),
           grouped(woven.tetrahedra), counted(woven.frames, "frame"));
+    if (inBetween > 0) {
+      print("  {} of them in between, by the velocity '{}'\n", grouped(inBetween),
+            options.velocity);
+    }
     print("  caps of {} and {} tetrahedra\n", grouped(woven.capTetrahedra[0]),
           grouped(woven.capTetrahedra[1]));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
@@ -394,6 +443,16 @@ void addWeave(CLI::App& app, int& exitCode) {
                    "Time of the first frame (default: from the file, else 0)")
       ->check(finiteNumber());
   command->add_option("--grid", options->grid, "Use only grids with this name (default: all)");
+  command
+      ->add_option("--velocity", options->velocity,
+                   "Velocity grid of .vdb files, in length units per time unit: makes frames in "
+                   "between (docs/weave.md)")
+      ->check(someName());
+  command
+      ->add_option(
+          "--substeps", options->substeps,
+          fmt::format("Steps from frame to frame with --velocity (default: {})", kDefaultSubsteps))
+      ->check(wholeNumber(1, kMostSubsteps));
   addNumbers(*command, "--spacing", options->spacing,
              "Volumes: voxel edge lengths (default: from the file, else 1)", 1, 3, "DX [DY DZ]")
       ->check(numberAboveZero());

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "t4d/model/error.h"
+#include "t4d/voxel4d/frame.h"
+
+namespace t4d::voxel4d {
+
+/// How matter moves at the time of a frame.
+struct VelocityField {
+  /// The velocity at a lattice point of the frames, in lattice points per time unit; nothing where
+  /// it is not known. Called from several threads.
+  std::function<std::optional<Eigen::Vector3d>(const Coord& point)> at;
+  bool moves = false;  ///< whether a velocity is known anywhere
+};
+
+/// Provides the velocities of frames.
+class VelocitySource {
+ public:
+  virtual ~VelocitySource() = default;
+  /// What errors say of the velocities of a frame: their file and grid.
+  virtual std::string nameOf(std::size_t index) const = 0;
+  /// Called once for each frame, in order. The field keeps what it needs.
+  virtual Result<VelocityField> field(std::size_t index) = 0;
+};
+
+}  // namespace t4d::voxel4d
