@@ -445,8 +445,7 @@ void addWeave(CLI::App& app, int& exitCode) {
   command->add_option("--grid", options->grid, "Use only grids with this name (default: all)");
   command
       ->add_option("--velocity", options->velocity,
-                   "Velocity grid of .vdb files, in length units per time unit: makes frames in "
-                   "between (docs/weave.md)")
+                   "Velocity grid of .vdb files: makes frames in between (docs/weave.md)")
       ->check(someName());
   command
       ->add_option(
