@@ -14,8 +14,10 @@
 #include "t4d/formats/t4d/http_files.h"
 #include "t4d/formats/t4d/url.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/vdb_frames.h"
 #include "t4d/voxel4d/volumes/volume_frames.h"
+#include "t4d/voxel4d/volumes/volume_velocity.h"
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -37,7 +39,8 @@ struct WeaveArguments {
   voxel4d::VolumeOptions input;
   std::vector<std::int64_t> labels;
   std::string grid;
-  std::string velocity;
+  std::string velocity;                    // a grid of .vdb files
+  std::vector<std::string> velocityFiles;  // of volumes
   std::optional<std::uint32_t> substeps;
   std::optional<double> voxelSize;
   std::vector<double> spacing;
@@ -50,6 +53,10 @@ struct WeaveArguments {
   LostPartsOptions lostParts;
   T4dOutput output;
   bool json = false;
+
+  bool hasVelocity() const { return !velocity.empty() || !velocityFiles.empty(); }
+  /// Steps from one frame to the next.
+  std::uint32_t steps() const { return hasVelocity() ? substeps.value_or(kDefaultSubsteps) : 1; }
 };
 
 /// ".nrrd, .nhdr, ...".
@@ -102,9 +109,14 @@ std::string detailsOf(const WeaveArguments& options) {
   if (options.input.iso) parameters["iso"] = *options.input.iso;
   if (!options.labels.empty()) parameters["labels"] = options.labels;
   if (!options.region.empty()) parameters["region"] = options.region;
-  if (!options.velocity.empty()) {
-    parameters["velocity"] = options.velocity;
-    parameters["substeps"] = options.substeps.value_or(kDefaultSubsteps);
+  if (options.hasVelocity()) {
+    std::vector<std::string> names;
+    for (const std::string& file : options.velocityFiles) {
+      names.push_back(nameIn(formats::shownName(file)).string());
+    }
+    parameters["velocity"] =
+        names.empty() ? options.velocity : fmt::format("{}", fmt::join(names, ", "));
+    parameters["substeps"] = options.steps();
   }
   parameters["caps"] = options.caps;
   parameters["between"] = options.between.value_or("distance");
@@ -145,6 +157,22 @@ Error unreadable(Error error) {
   return error;
 }
 
+/// Adds frames that velocities carry to volumes.
+Result<void> addFramesInBetween(const WeaveArguments& options, const voxel4d::VolumeOptions& input,
+                                voxel4d::VolumeFrames& opened) {
+  if (opened.frames->isOneApart()) {
+    return invalid("velocities need the time from frame to frame, which the file does not say",
+                   options.frames.front(), Remedy::FrameTime);
+  }
+  const std::vector<std::filesystem::path> files(options.velocityFiles.begin(),
+                                                 options.velocityFiles.end());
+  auto velocities = voxel4d::openVolumeVelocity(files, input, opened);
+  if (!velocities) return pass(velocities.error());
+  opened.frames =
+      voxel4d::advectedFrames(std::move(opened.frames), std::move(*velocities), options.steps());
+  return {};
+}
+
 /// Frames of triangle meshes, of OpenVDB, or of volumes: what has the label, or is inside without
 /// one. `meshes` becomes what is found in meshes.
 Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
@@ -164,8 +192,15 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
     voxel4d::VolumeOptions input = options.input;
     input.label = label;
     const auto isUrl = [](const std::string& name) { return !formats::schemeOf(name).empty(); };
-    if (std::ranges::any_of(options.frames, isUrl)) input.web = formats::httpFiles();
-    return voxel4d::openVolumeFrames(inputs, input);
+    if (std::ranges::any_of(options.frames, isUrl) ||
+        std::ranges::any_of(options.velocityFiles, isUrl)) {
+      input.web = formats::httpFiles();
+    }
+    auto opened = voxel4d::openVolumeFrames(inputs, input);
+    if (opened && !options.velocityFiles.empty()) {
+      if (auto done = addFramesInBetween(options, input, *opened); !done) return pass(done.error());
+    }
+    return opened;
   }
   voxel4d::VdbFramesOptions input{options.input.iso,
                                   options.input.frameTime,
@@ -173,7 +208,7 @@ Result<voxel4d::VolumeFrames> openFrames(const WeaveArguments& options,
                                   options.input.region,
                                   options.grid,
                                   options.velocity,
-                                  options.substeps.value_or(kDefaultSubsteps)};
+                                  options.steps()};
   auto frames = voxel4d::openVdbFrames(inputs, input);
   if (!frames) return pass(unreadable(frames.error()));
   voxel4d::VolumeFrames opened;
@@ -206,9 +241,9 @@ std::optional<std::string> misuseOfMeshes(const WeaveArguments& options) {
 }
 
 /// What is wrong with the options of frames in between.
-std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, bool vdb) {
-  if (options.velocity.empty()) {
-    if (options.substeps) return "--substeps requires --velocity";
+std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, bool vdb, bool volumes) {
+  if (!options.hasVelocity()) {
+    if (options.substeps) return "--substeps requires --velocity or --velocity-file";
     return std::nullopt;
   }
   if (options.velocity == "estimate") {
@@ -216,11 +251,20 @@ std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, bool 
            "them";
   }
   if (!options.region.empty()) {
-    return "--region and --velocity exclude each other: where a solid is cut off it does not move";
+    return "--region and velocities exclude each other: where a solid is cut off it does not move";
   }
-  if (!vdb) return "--velocity is for .vdb files, which hold the velocity as a grid";
-  if (options.between) {
-    return "--between is for masks and labels; --velocity is for level sets and densities";
+  if (!options.velocity.empty() && !vdb) {
+    return "--velocity is for .vdb files, which hold the velocity as a grid; that of a volume is "
+           "in files of its own: --velocity-file VX VY VZ";
+  }
+  if (!options.velocityFiles.empty() && !volumes) {
+    return "--velocity-file is for volumes; the velocity of .vdb files is a grid: --velocity GRID";
+  }
+  if (options.velocityFiles.size() == 2) {
+    return "--velocity-file takes three files, or one with three channels";
+  }
+  if (options.between || !options.labels.empty()) {
+    return "--between and --label are for masks; velocities carry level sets and densities";
   }
   return std::nullopt;
 }
@@ -236,7 +280,7 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
           options.frames.front(), file);
     }
   }
-  if (auto misuse = misuseOfVelocity(options, !volumes && !meshes)) return misuse;
+  if (auto misuse = misuseOfVelocity(options, !volumes && !meshes, volumes)) return misuse;
   if (meshes) return misuseOfMeshes(options);
   if (options.voxelSize) return "--voxel-size is for triangle meshes; grids have voxels already";
   if (volumes && !options.grid.empty()) return "--grid is for .vdb files";
@@ -275,8 +319,8 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
 }
 
 int run(const WeaveArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.output.path, options.frames)) {
-    return wrongUsage(*misuse);
+  for (const auto& inputs : {options.frames, options.velocityFiles}) {
+    if (const auto misuse = misuseOfOutput(options.output.path, inputs)) return wrongUsage(*misuse);
   }
   for (const std::string& input : options.frames) {
     if (auto good = checkFolder(input); !good) return report(good.error());
@@ -371,10 +415,7 @@ int run(const WeaveArguments& options) {
         "them as densities, inside above VALUE");
   }
   printNotices(notices);
-  const std::uint64_t inBetween =
-      options.velocity.empty()
-          ? 0
-          : woven.frames - 1 - (woven.frames - 1) / options.substeps.value_or(kDefaultSubsteps);
+  const std::uint64_t inBetween = woven.frames - 1 - (woven.frames - 1) / options.steps();
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -393,8 +434,7 @@ int run(const WeaveArguments& options) {
     print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven.vertices),
           grouped(woven.tetrahedra), counted(woven.frames, "frame"));
     if (inBetween > 0) {
-      print("  {} of them in between, by the velocity '{}'\n", grouped(inBetween),
-            options.velocity);
+      print("  {} of them in between, by velocities\n", grouped(inBetween));
     }
     print("  caps of {} and {} tetrahedra\n", grouped(woven.capTetrahedra[0]),
           grouped(woven.capTetrahedra[1]));
@@ -448,9 +488,16 @@ void addWeave(CLI::App& app, int& exitCode) {
                    "Velocity grid of .vdb files: makes frames in between (docs/weave.md)")
       ->check(someName());
   command
+      ->add_option("--velocity-file", options->velocityFiles,
+                   "Velocities of volumes: makes frames in between (docs/weave.md)")
+      ->type_name("VX VY VZ")
+      ->expected(1, 3)
+      ->delimiter(',')
+      ->check(someName());
+  command
       ->add_option(
           "--substeps", options->substeps,
-          fmt::format("Steps from frame to frame with --velocity (default: {})", kDefaultSubsteps))
+          fmt::format("Steps from frame to frame with velocities (default: {})", kDefaultSubsteps))
       ->check(wholeNumber(1, kMostSubsteps));
   addNumbers(*command, "--spacing", options->spacing,
              "Volumes: voxel edge lengths (default: from the file, else 1)", 1, 3, "DX [DY DZ]")

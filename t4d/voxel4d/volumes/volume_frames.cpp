@@ -227,7 +227,7 @@ class Frames : public FrameSource {
           volume.where);
     }
     solid_ = solid_ || !signs.blocks.empty() || !signs.tiles.empty();
-    if (index + 1 == times_.size() && !solid_) {
+    if (index + 1 == times_.size() && !solid_ && !options_.valuesAlone) {
       return invalid(
           options_.label ? fmt::format("no sample of any frame is {}", *options_.label)
           : options_.iso
@@ -347,6 +347,9 @@ Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
     rule.label = options.label;
     return rule;
   }
+  if (volume.type == SampleType::Bool && options.valuesAlone) {
+    return invalid("has bools as samples; expected are numbers", volume.where);
+  }
   if (volume.type == SampleType::Bool) {
     rule.mask = true;
     if (!options.iso) return rule;
@@ -355,7 +358,7 @@ Result<SampleRule> ruleOf(const Volume& volume, const VolumeOptions& options) {
   if (options.iso && !std::isfinite(*options.iso)) {
     return invalid(fmt::format("the iso value is {}", *options.iso));
   }
-  if (!options.iso && isInteger(volume.type)) {
+  if (!options.iso && isInteger(volume.type) && !options.valuesAlone) {
     return invalid(
         "has whole numbers as samples, which do not say what is inside; an iso value or a label "
         "must be given",
@@ -583,6 +586,7 @@ Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,
   VolumeFrames opened;
   opened.space = first.space;
   opened.notice = first.notice;
+  opened.sizes = {first.size('x'), first.size('y'), first.size('z')};
   opened.takenAsDistances = !rule->mask && !options.iso;
   opened.lengthUnit = first.lengthUnit;
   opened.timeUnit = first.timeUnit;

@@ -57,6 +57,9 @@ struct VolumeOptions {
   /// What is read: samples along x, y and z, and frames, all counted from 0. Positions and times
   /// stay what they are without it.
   std::optional<Region> region = {};
+  /// Whether samples are values, such as velocities, that say nothing of what is inside: numbers of
+  /// any type and sign.
+  bool valuesAlone = false;
   std::string raw = {};  ///< what a .raw file without a header holds: "raw float32 64 64 64 10"
 };
 
@@ -66,6 +69,7 @@ struct VolumeOptions {
 struct VolumeFrames {
   std::unique_ptr<FrameSource> frames;
   std::optional<model::Affine3x4> toSpace;
+  std::array<std::uint64_t, 3> sizes = {};  ///< samples along x, y and z
   bool takenAsDistances = false;  ///< floats, of which those below 0 are inside
   /// What positions are relative to a patient, "RAS" (x to the right, y anterior, z superior) or
   /// "LPS"; "" if the file does not say. NRRD's left-handed spaces are mirrored, which `notice`

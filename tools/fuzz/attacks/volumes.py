@@ -296,3 +296,50 @@ def volumes(attack):
     if rng.random() < 0.2:
         options += ["--caps", rng.choice(["graded", "half-step"])]
     return Run(["weave", path, *options, "-o", output], files, output)
+
+
+@input_class(weight=3)
+def velocities(attack):
+    """velocities of volumes: other sizes, types and numbers than those of the solid, altered, pipes and devices"""
+    rng = attack.rng
+    output = attack.path("out.t4d")
+
+    def npy(name, kind, valueAt, size=8):
+        letter, _, descr, _ = SAMPLE_TYPES[kind]
+        head = (f"{{'descr': '<{descr}', 'fortran_order': False, 'shape': (3, {size}, {size}, {size}), }}"
+                ).ljust(117) + "\n"
+        values = [valueAt(i % size, i // size % size, i // size**2 % size, i // size**3) for i in range(3 * size**3)]
+        path = attack.path(name)
+        path.write_bytes(b"\x93NUMPY\1\0" + struct.pack("<H", len(head)) + head.encode()
+                         + struct.pack(f"<{len(values)}{letter}", *values))
+        return path
+
+    solid = npy("solid.npy", "float32", lambda x, y, z, t: math.dist((x, y, z), (3 + t / 2, 4, 4)) - 2.2)
+    files = []
+    for axis in "xyz":
+        kind = rng.choice(["float32", "float32", "float64", "int16"])
+        speed = rng.choice([0, 0.5, 1, -3, 20, 1e3] if kind != "int16" else [0, 1, -3, 20])
+        if kind == "float64" and rng.random() < 0.2:
+            speed = attack.extreme()
+        files.append(npy(f"v{axis}.npy", kind, lambda *_: speed if kind != "int16" else int(speed),
+                         size=rng.choice([8, 8, 8, 8, 7])))
+    if rng.random() < 0.3:
+        content, _ = attack.altered(files[0], "altered")
+        content.rename(files[0])
+    elif rng.random() < 0.2:
+        files[1].unlink()
+        attack.make_odd(files[1], rng.choice(["fifo", "zeros", "null", "folder", "loop", "missing"]))
+    given = rng.sample(files, rng.choice([3, 3, 3, 3, 2, 1]))
+    command = ["weave", solid, "--axes", "tzyx", "--frame-time", rng.choice([1, 0.01, 1e6]),
+               "--velocity-file", ",".join(map(str, given)), "--substeps", rng.choice([1, 2, 5]), "-o", output]
+    return Run(command, [solid, *files], output)
+
+
+@input_class(weight=2)
+def vdb_velocities(attack):
+    """`.vdb` frames with one of their own grids, or none, as velocity"""
+    file, _ = attack.altered(attack.pick("vdb"), "frame.vdb")
+    other = attack.rng.choice(attack.seeds["vdb"])
+    output = attack.path("out.t4d")
+    name = attack.rng.choice(["surface", "v", "vel", "\x1b[31m", "grid"])
+    return Run(["weave", file, other, "--frame-time", "1", f"--velocity={name}", "-o", output], [file, other], output)

@@ -1,0 +1,125 @@
+#include "t4d/voxel4d/volumes/volume_velocity.h"
+
+#include <array>
+
+#include <fmt/format.h>
+
+#include "t4d/voxel4d/sample_box.h"
+
+namespace t4d::voxel4d {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The value of a point that is in the box of the samples.
+double valueAt(const SampleField& samples, const Coord& point) {
+  const Coord block{point.x / kBlockSize, point.y / kBlockSize, point.z / kBlockSize};
+  const auto index = static_cast<unsigned>(point.x % kBlockSize * 64 + point.y % kBlockSize * 8 +
+                                           point.z % kBlockSize);
+  return samples.at(block, index);
+}
+
+class VolumeVelocity : public VelocitySource {
+ public:
+  /// `toLattice` maps velocities in space to those in lattice points.
+  VolumeVelocity(std::array<VolumeFrames, 3> components, const Eigen::Matrix3d& toLattice)
+      : components_(std::move(components)), toLattice_(toLattice) {}
+
+  std::string nameOf(std::size_t index) const override {
+    return components_[0].frames->nameOf(index);
+  }
+
+  Result<VelocityField> field(std::size_t index) override {
+    std::array<Frame, 3> frames;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      auto frame = components_[axis].frames->frame(index);
+      if (!frame) return pass(frame.error());
+      frames[axis] = std::move(*frame);
+    }
+    VelocityField field;
+    field.moves = true;
+    field.at = [frames = std::move(frames), toLattice = toLattice_,
+                sizes = components_[0].sizes](const Coord& point) {
+      const auto isIn = [](std::int32_t at, std::uint64_t size) {
+        return at >= 0 && static_cast<std::uint64_t>(at) < size;
+      };
+      std::optional<Eigen::Vector3d> velocity;
+      if (!isIn(point.x, sizes[0]) || !isIn(point.y, sizes[1]) || !isIn(point.z, sizes[2])) {
+        return velocity;
+      }
+      const Eigen::Vector3d inSpace(valueAt(*frames[0].samples, point),
+                                    valueAt(*frames[1].samples, point),
+                                    valueAt(*frames[2].samples, point));
+      if (!inSpace.isZero(0)) velocity = toLattice * inSpace;
+      return velocity;
+    };
+    return field;
+  }
+
+ private:
+  std::array<VolumeFrames, 3> components_;
+  Eigen::Matrix3d toLattice_;
+};
+
+bool mayHaveChannels(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  return isZarrInput(file) || extension == ".tif" || extension == ".tiff";
+}
+
+Result<void> checkAlike(const VolumeFrames& component, const VolumeFrames& frames) {
+  const std::string where = component.frames->nameOf(0);
+  const auto shape = [](const VolumeFrames& volume) {
+    return fmt::format("{} x {} x {} samples in {} frames", volume.sizes[0], volume.sizes[1],
+                       volume.sizes[2], volume.frames->frameCount());
+  };
+  if (component.sizes != frames.sizes ||
+      component.frames->frameCount() != frames.frames->frameCount()) {
+    return invalid(fmt::format("has velocities of {} (x, y, z); the solid has {}", shape(component),
+                               shape(frames)),
+                   where);
+  }
+  if (component.toSpace != frames.toSpace ||
+      component.frames->lattice() != frames.frames->lattice()) {
+    return invalid("has velocities at other positions than the samples of the solid", where);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<VelocitySource>> openVolumeVelocity(std::span<const fs::path> files,
+                                                           const VolumeOptions& options,
+                                                           const VolumeFrames& frames) {
+  if (files.size() != 1 && files.size() != 3) {
+    return invalid(
+        fmt::format("velocities are in {} files; expected are three, of the components "
+                    "along x, y and z, or one with three channels",
+                    files.size()));
+  }
+  if (files.size() == 1 && !mayHaveChannels(files[0])) {
+    return invalid(
+        "has one value for each sample; a velocity is in three files, of the components "
+        "along x, y and z, or in one TIFF or Zarr with three channels",
+        files[0].string());
+  }
+  VolumeOptions how = options;
+  how.valuesAlone = true;
+  how.iso.reset();
+  how.label.reset();
+  std::array<VolumeFrames, 3> components;
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    if (files.size() == 1) how.channel = axis;
+    auto opened = openVolumeFrames({&files[files.size() == 1 ? 0 : axis], 1}, how);
+    if (!opened) return pass(opened.error());
+    if (auto alike = checkAlike(*opened, frames); !alike) return pass(alike.error());
+    components[axis] = std::move(*opened);
+  }
+  const Eigen::Matrix3d toSpace =
+      frames.toSpace
+          ? Eigen::Matrix3d(frames.toSpace->leftCols<3>())
+          : Eigen::Matrix3d(frames.frames->lattice().voxelSize * Eigen::Matrix3d::Identity());
+  return std::make_unique<VolumeVelocity>(std::move(components), toSpace.inverse());
+}
+
+}  // namespace t4d::voxel4d
