@@ -70,7 +70,7 @@ struct VolumeFrames {
   std::unique_ptr<FrameSource> frames;
   std::optional<model::Affine3x4> toSpace;
   std::array<std::uint64_t, 3> sizes = {};  ///< samples along x, y and z
-  bool takenAsDistances = false;  ///< floats, of which those below 0 are inside
+  bool takenAsDistances = false;            ///< floats, of which those below 0 are inside
   /// What positions are relative to a patient, "RAS" (x to the right, y anterior, z superior) or
   /// "LPS"; "" if the file does not say. NRRD's left-handed spaces are mirrored, which `notice`
   /// says.
