@@ -159,9 +159,10 @@ std::string hintFor(const Error& error) {
     case Remedy::OpenMesh:
       return "try: --weld DISTANCE, if vertices are doubled, or --allow-open";
     case Remedy::Units:
-      return "try: t4d transform, to convert one of them, or --ignore-units, to take the numbers "
-             "as "
-             "they are";
+      return "try: t4d transform --scale FACTOR --length-unit NAME, --time-scale FACTOR "
+             "--time-unit "
+             "NAME, or --rotate 1 0 0 90 --up AXIS, to convert one of them; or --ignore-units, to "
+             "take the numbers as they are";
     case Remedy::Motion:
     case Remedy::None:
       break;

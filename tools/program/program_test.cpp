@@ -1864,6 +1864,9 @@ TEST_F(Program, VolumesAreWoven) {
   misused("weave frames --substeps 4 -o out.t4d", "--substeps requires --velocity");
   misused("weave frames --velocity estimate -o out.t4d", "cannot be estimated");
   misused("weave frames --velocity v --between distance -o out.t4d", "--between is for masks");
+  misused("weave fx/labels.nrrd --label 1 --velocity-file a.npy b.npy c.npy -o out.t4d",
+          "--label makes masks");
+  misused("weave frames --velocity-file a.npy b.npy c.npy -o out.t4d", "--velocity GRID");
   misused("weave fx/labels.nrrd --label 1 --velocity v -o out.t4d", "--velocity is for .vdb files");
   misused("weave fx/labels.nrrd --label 99999999999999999999 -o out.t4d", "--label");
   misused("weave fx/labels.nrrd --label 3 3 -o out.t4d", "--label: a label is given twice");

@@ -263,8 +263,11 @@ std::optional<std::string> misuseOfVelocity(const WeaveArguments& options, bool 
   if (options.velocityFiles.size() == 2) {
     return "--velocity-file takes three files, or one with three channels";
   }
-  if (options.between || !options.labels.empty()) {
-    return "--between and --label are for masks; velocities carry level sets and densities";
+  if (options.between) {
+    return "--between is for masks and labels; velocities carry level sets and densities";
+  }
+  if (!options.labels.empty()) {
+    return "--label makes masks; velocities carry level sets and densities";
   }
   return std::nullopt;
 }
