@@ -39,6 +39,14 @@ void readFrames(const std::vector<std::filesystem::path>& files,
   }
 }
 
+/// In the first frame of the grids named "solid"; many if it cannot be read.
+std::uint64_t pointsInside(const std::vector<std::filesystem::path>& files) {
+  const auto frames = voxel4d::openVdbFrames(files, {.frameTime = 1, .grid = "solid"});
+  if (!frames) return UINT64_MAX;
+  const auto frame = (*frames)->frame(0);
+  return frame ? voxel4d::countInside(*frame) : UINT64_MAX;
+}
+
 int test(std::span<const std::uint8_t> bytes) {
   static MemoryFile file;
   file.set(bytes);
@@ -52,8 +60,12 @@ int test(std::span<const std::uint8_t> bytes) {
              {.frameTime = 1, .region = voxel4d::Region{{{{1, 12}, {-3, 9}, {0, 4}}}, {}}});
   must(heap.peak() <= kMemoryPerFileByte * bytes.size() + kMemoryAlways,
        fmt::format("reading {} bytes takes {} of memory", bytes.size(), heap.peak()));
-  // What moves takes memory for all about its surface, which tiles in few bytes can have.
-  readFrames({file.path(), file.path()}, {.frameTime = 1, .velocity = "v", .substeps = 2});
+  // What moves takes time for all about its surface, which tiles in few bytes can have.
+  constexpr std::uint64_t kFewPoints = 1000;
+  if (pointsInside({file.path(), file.path()}) < kFewPoints) {
+    readFrames({file.path(), file.path()},
+               {.frameTime = 0.01, .grid = "solid", .velocity = "v", .substeps = 2});
+  }
   return 0;
 }
 
