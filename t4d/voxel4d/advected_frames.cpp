@@ -45,6 +45,8 @@ FloatGrid::Ptr blended(const FloatGrid& a, const FloatGrid& b, double part, doub
   return blend;
 }
 
+bool isEmpty(const Frame& frame) { return countInside(frame) == 0; }
+
 class AdvectedFrames : public FrameSource {
  public:
   AdvectedFrames(std::unique_ptr<FrameSource> frames, std::unique_ptr<VelocitySource> velocities,
@@ -56,7 +58,15 @@ class AdvectedFrames : public FrameSource {
     return frames_->frameCount() == 0 ? 0 : (frames_->frameCount() - 1) * substeps_ + 1;
   }
   bool isOneApart() const override { return frames_->isOneApart(); }
-  std::string notice() const override { return frames_->notice(); }
+  std::string notice() const override {
+    const std::string notice = frames_->notice();
+    if (vanished_ == 0) return notice;
+    return notice + (notice.empty() ? "" : "; ") +
+           fmt::format(
+               "nothing is left of the solid in {} of the frames in between: the velocities "
+               "may have another sign, or another unit",
+               vanished_);
+  }
   std::string nameOf(std::size_t index) const override {
     const std::size_t frame = index / substeps_;
     if (index % substeps_ == 0) return frames_->nameOf(frame);
@@ -119,7 +129,9 @@ class AdvectedFrames : public FrameSource {
     const VdbGrid grid{blended(*before_.band->carried(time - begin),
                                *next_.band->carried(time - end), part, scale),
                        nullptr};
-    return frameOf(grid, time, {}, nameOf(index));
+    auto frame = frameOf(grid, time, {}, nameOf(index));
+    if (frame && isEmpty(*frame) && !isEmpty(before_.frame) && !isEmpty(next_.frame)) ++vanished_;
+    return frame;
   }
 
   /// The values of one in between change as much from voxel to voxel as those of its neighbours, so
@@ -134,6 +146,7 @@ class AdvectedFrames : public FrameSource {
   std::unique_ptr<FrameSource> frames_;
   std::unique_ptr<VelocitySource> velocities_;
   std::uint32_t substeps_;
+  std::uint64_t vanished_ = 0;
   Moving before_;
   Moving next_;
 };

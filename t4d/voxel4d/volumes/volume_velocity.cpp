@@ -1,5 +1,6 @@
 #include "t4d/voxel4d/volumes/volume_velocity.h"
 
+#include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
@@ -20,6 +21,18 @@ double valueAt(const SampleField& samples, const Coord& point) {
   return samples.at(block, index);
 }
 
+/// Whether any sample is not 0.
+bool hasMotion(const SampleField& samples, const std::array<std::uint64_t, 3>& sizes) {
+  for (std::int32_t x = 0; static_cast<std::uint64_t>(x) < sizes[0]; ++x) {
+    for (std::int32_t y = 0; static_cast<std::uint64_t>(y) < sizes[1]; ++y) {
+      for (std::int32_t z = 0; static_cast<std::uint64_t>(z) < sizes[2]; ++z) {
+        if (valueAt(samples, {x, y, z}) != 0) return true;
+      }
+    }
+  }
+  return false;
+}
+
 class VolumeVelocity : public VelocitySource {
  public:
   /// `toLattice` maps velocities in space to those in lattice points.
@@ -38,7 +51,9 @@ class VolumeVelocity : public VelocitySource {
       frames[axis] = std::move(*frame);
     }
     VelocityField field;
-    field.moves = true;
+    const auto& sizes = components_[0].sizes;
+    field.moves = std::ranges::any_of(
+        frames, [&](const Frame& frame) { return hasMotion(*frame.samples, sizes); });
     field.at = [frames = std::move(frames), toLattice = toLattice_,
                 sizes = components_[0].sizes](const Coord& point) {
       const auto isIn = [](std::int32_t at, std::uint64_t size) {

@@ -124,6 +124,27 @@ TEST_F(VolumeVelocities, CarryABallToTheMiddle) {
   EXPECT_NEAR(inside[1], inside[0], 0.01 * inside[0]);
 }
 
+TEST_F(VolumeVelocities, OfAFrameAtRestCarryNothing) {
+  const fs::path input = ball();
+  auto frames = openVolumeFrames({&input, 1}, options());
+  ASSERT_TRUE(frames);
+  auto source = openVolumeVelocity(velocities({0, 0, 0}), options(), *frames);
+  ASSERT_TRUE(source);
+  const auto carried = advectedFrames(std::move(frames->frames), std::move(*source), 2);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(carried->frame(i));
+}
+
+TEST_F(VolumeVelocities, OfTheOtherSignLeaveANotice) {
+  const fs::path input = ball();
+  auto frames = openVolumeFrames({&input, 1}, options());
+  ASSERT_TRUE(frames);
+  auto source = openVolumeVelocity(velocities({-32, 0, 0}), options(), *frames);
+  ASSERT_TRUE(source);
+  const auto carried = advectedFrames(std::move(frames->frames), std::move(*source), 2);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(carried->frame(i));
+  EXPECT_NE(carried->notice().find("in 1 of the frames in between"), std::string::npos);
+}
+
 TEST_F(VolumeVelocities, MayBeNumbersOfAnySignAndType) {
   std::array<fs::path, 3> files = velocities({-4, -4, -4});
   files[1] = file<std::int16_t>("whole.npy", [](const Point3&, int) { return 3; });
