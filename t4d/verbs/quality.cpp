@@ -90,10 +90,10 @@ struct Scale {
 
 /// The scale between space and time: as given, or from the speed of the solid.
 Result<Scale> scaleOf(const QualityOptions& options, const Input& input, Observer& observer) {
-  const auto size = sizeOf(input);
-  if (!size) return pass(size.error());
   const model::TimeSpan span = model::timeSpanOf(input.bodies);
   if (options.timeScale) {
+    const auto size = sizeOf(input);
+    if (!size) return pass(size.error());
     if (auto fits = checkScale(*options.timeScale, *size, span); !fits) return pass(fits.error());
     return Scale{*options.timeScale, "as given"};
   }
@@ -101,6 +101,8 @@ Result<Scale> scaleOf(const QualityOptions& options, const Input& input, Observe
   const auto speed = measure::meanNormalSpeed(input.bodies, stage->callback());
   if (!speed) return pass(speed.error());
   if (*speed > 0) return Scale{*speed, "the mean normal speed"};
+  const auto size = sizeOf(input);
+  if (!size) return pass(size.error());
   if (!(span.end > span.begin && *size > 0)) return Scale{1, "nothing moves or lasts"};
   return Scale{*size / (span.end - span.begin), "nothing moves; the size divided by the duration"};
 }
