@@ -14,6 +14,7 @@
 
 #include "t4d/voxel4d/advected_frames.h"
 #include "t4d/voxel4d/indexed_frame.h"
+#include "t4d/voxel4d/mean_of_known.h"
 #include "t4d/voxel4d/sample_box.h"
 #include "t4d/voxel4d/vdb_grid.h"
 
@@ -70,13 +71,11 @@ void visitBareFaces(const IndexedFrame& frame, Visit visit) {
   }
 }
 
+/// `valueAt` gives the field at a point of the block, by its index.
 template <class ValueAt>
-void addLeaf(openvdb::FloatTree& tree, const Coord& block, const BlockMask& inside,
-             ValueAt valueAt) {
+void addLeaf(openvdb::FloatTree& tree, const Coord& block, ValueAt valueAt) {
   float* const values = tree.touchLeaf(cornerOf(block))->buffer().data();
-  for (unsigned i = 0; i < 512; ++i) {
-    values[i] = signedFloat(valueAt(i), (inside[i / 64] >> (i % 64) & 1U) != 0);
-  }
+  for (unsigned i = 0; i < 512; ++i) values[i] = valueAt(i);
 }
 
 void addSamples(openvdb::FloatTree& tree, const IndexedFrame& frame) {
@@ -87,11 +86,10 @@ void addSamples(openvdb::FloatTree& tree, const IndexedFrame& frame) {
   }
   visitBareFaces(frame, [&](const Coord& block) { blocks.insert(block); });
   for (const Coord& block : blocks) {
-    BlockMask inside{};
-    for (unsigned i = 0; i < 512; ++i) {
-      inside[i / 64] |= std::uint64_t{frame.samples->at(block, i) < 0} << (i % 64);
-    }
-    addLeaf(tree, block, inside, [&](unsigned i) { return frame.samples->at(block, i); });
+    addLeaf(tree, block, [&](unsigned i) {
+      const double value = frame.samples->at(block, i);
+      return signedFloat(value, value < 0);
+    });
   }
 }
 
@@ -99,8 +97,10 @@ void addBlocks(openvdb::FloatTree& tree, const IndexedFrame& frame) {
   for (std::size_t i = 0; i < frame.blocks.size(); ++i) {
     ValueBuffer buffer;
     const BlockValues values = valuesOf(frame, i, buffer);
-    addLeaf(tree, frame.blocks[i].coord, frame.blocks[i].inside,
-            [&](unsigned j) { return values.at(j); });
+    const BlockMask& inside = frame.blocks[i].inside;
+    addLeaf(tree, frame.blocks[i].coord, [&](unsigned j) {
+      return signedFloat(values.at(j), (inside[j / 64] >> (j % 64) & 1U) != 0);
+    });
   }
   visitBareFaces(frame, [&](const Coord& block) { tree.touchLeaf(cornerOf(block)); });
 }
@@ -179,19 +179,11 @@ std::pair<double, openvdb::Coord> fastest(const Vec3SGrid& velocity) {
 
 /// Between lattice points, of the known ones about it; zero where none is.
 Vec3f interpolated(const openvdb::Vec3STree& known, const Vec3d& at) {
-  const openvdb::Coord low = openvdb::Coord::floor(at);
-  Vec3d sum(0);
-  double weights = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const openvdb::Coord point = low.offsetBy(corner & 1, corner >> 1 & 1, corner >> 2);
+  const auto mean = meanOfKnown<Vec3d>(at, [&](const openvdb::Coord& point) {
     Vec3f value;
-    if (!known.probeValue(point, value)) continue;
-    double weight = 1;
-    for (int axis = 0; axis < 3; ++axis) weight *= 1 - std::abs(at[axis] - point[axis]);
-    sum += weight * Vec3d(value);
-    weights += weight;
-  }
-  return weights > 0 ? Vec3f(sum / weights) : Vec3f(0);
+    return known.probeValue(point, value) ? std::optional(Vec3d(value)) : std::nullopt;
+  });
+  return Vec3f(mean.value_or(Vec3d(0)));
 }
 
 /// What is not active is `far` from the surface.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <openvdb/tools/ValueTransformer.h>
 
+#include "t4d/voxel4d/mean_of_known.h"
 #include "t4d/voxel4d/vdb_places.h"
 
 namespace t4d::voxel4d {
@@ -26,19 +27,7 @@ struct Component {
     Eigen::Vector3d point = (position - lattice.origin) / lattice.voxelSize;
     if (!(point.cwiseAbs().maxCoeff() < kMaxPoint)) return std::nullopt;
     for (double& x : point) x = std::abs(x - std::round(x)) < kRounding ? std::round(x) : x;
-    const Eigen::Vector3d low = point.array().floor();
-    double sum = 0;
-    double weights = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d at8 = low + Eigen::Vector3d(corner & 1, corner >> 1 & 1, corner >> 2);
-      const double weight = (1 - (point - at8).array().abs()).prod();
-      if (!(weight > 0)) continue;
-      const auto value = at({int(at8[0]), int(at8[1]), int(at8[2])});
-      sum += weight * value.value_or(0);
-      weights += value ? weight : 0;
-    }
-    if (weights > 0) return sum / weights;
-    return std::nullopt;
+    return meanOfKnown<double>({point.x(), point.y(), point.z()}, at);
   }
 
  private:
