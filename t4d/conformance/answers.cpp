@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/t4d/crc32c.h"
 #include "t4d/slice/slice.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::conformance {
 namespace {
@@ -38,11 +38,11 @@ std::string checksumText(std::uint32_t checksum) { return fmt::format("{:08x}", 
 template <class Row>
 std::uint32_t checksumOf(const std::vector<Row>& rows, std::uint32_t before) {
   static_assert(sizeof(Row) == 4 * sizeof(rows[0][0]), "four numbers, without padding");
-  return formats::crc32c(rows.data(), rows.size() * sizeof(Row), before);
+  return system::crc32c(rows.data(), rows.size() * sizeof(Row), before);
 }
 
 ordered_json attributeAnswer(const model::Attribute& attribute) {
-  const std::uint32_t checksum = formats::crc32c(attribute.values.data(), attribute.values.size());
+  const std::uint32_t checksum = system::crc32c(attribute.values.data(), attribute.values.size());
   return {{"domain", attribute.domain == model::Domain::Vertex ? "vertex" : "cell"},
           {"name", attribute.name},
           {"type", count(static_cast<std::uint64_t>(attribute.type))},

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/conformance/corpus/shapes.h"
-#include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/system/crc32c.h"
 #include "tests/paths.h"
 
 namespace t4d::conformance {
@@ -137,8 +137,8 @@ TEST(Answers, HaveChecksumsOfAllSlabsOneAfterAnother) {
   const auto checksum = [&](const char* member) {
     return std::stoul(body[member].get<std::string>(), nullptr, 16);
   };
-  EXPECT_EQ(checksum("vertices_checksum"), formats::crc32c(vertices.data(), vertices.size() * 32));
-  EXPECT_EQ(checksum("cells_checksum"), formats::crc32c(cells.data(), cells.size() * 16));
+  EXPECT_EQ(checksum("vertices_checksum"), system::crc32c(vertices.data(), vertices.size() * 32));
+  EXPECT_EQ(checksum("cells_checksum"), system::crc32c(cells.data(), cells.size() * 16));
 }
 
 }  // namespace

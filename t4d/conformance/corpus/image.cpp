@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::conformance {
 
@@ -22,7 +22,7 @@ std::string textOf(const std::array<std::uint8_t, 8>& bytes) {
 std::string textOf(const ChunkType& type) { return {type.begin(), type.end()}; }
 
 std::uint32_t checksumOf(std::string_view bytes) {
-  return formats::crc32c(bytes.data(), bytes.size());
+  return system::crc32c(bytes.data(), bytes.size());
 }
 
 template <class Predicate>

@@ -5,7 +5,7 @@
 
 #include "t4d/conformance/corpus/invalid.h"
 #include "t4d/conformance/corpus/shapes.h"
-#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/system/crc32c.h"
 
 /// Faults of the file header, the order of chunks, their headers, and the footer.
 namespace t4d::conformance {
@@ -15,7 +15,7 @@ using namespace std::string_literals;
 
 using NamedNumber = std::pair<const char*, std::uint64_t>;
 
-std::uint32_t crc32c(std::string_view bytes) { return formats::crc32c(bytes.data(), bytes.size()); }
+std::uint32_t crc32c(std::string_view bytes) { return system::crc32c(bytes.data(), bytes.size()); }
 
 /// The checksum of PNG and zip.
 std::uint32_t crc32(std::string_view bytes) {

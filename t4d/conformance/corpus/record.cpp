@@ -6,7 +6,7 @@
 
 #include "t4d/conformance/corpus/zstd_frame.h"
 #include "t4d/formats/t4d/chunks.h"
-#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::conformance {
 
@@ -106,7 +106,7 @@ Record Record::asPayload() const {
   Record payload;
   for (const auto& [name, bytes] : blocks_) {
     payload.put(name + " size", static_cast<std::uint32_t>(bytes.size()));
-    payload.put(name + " checksum", formats::crc32c(bytes.data(), bytes.size()));
+    payload.put(name + " checksum", system::crc32c(bytes.data(), bytes.size()));
   }
   const std::size_t begin = payload.size();
   payload.bytes_ += bytes_;

@@ -241,10 +241,10 @@ TEST(ArrayCodec, RefusesFramesThatAreNotExactlyTheArray) {
 }
 
 TEST(Crc32c, HasItsCheckValueAndIsZeroOfNothing) {
-  EXPECT_EQ(crc32c("123456789", 9), 0xE3069283u);
-  EXPECT_EQ(crc32c("", 0), 0u);
-  EXPECT_EQ(crc32c("6789", 4, crc32c("12345", 5)), 0xE3069283u);
-  EXPECT_EQ(crc32c(std::string(32, '\0').data(), 32), 0x8A9136AAu);  // RFC 3720, B.4
+  EXPECT_EQ(system::crc32c("123456789", 9), 0xE3069283u);
+  EXPECT_EQ(system::crc32c("", 0), 0u);
+  EXPECT_EQ(system::crc32c("6789", 4, system::crc32c("12345", 5)), 0xE3069283u);
+  EXPECT_EQ(system::crc32c(std::string(32, '\0').data(), 32), 0x8A9136AAu);  // RFC 3720, B.4
 }
 
 }  // namespace

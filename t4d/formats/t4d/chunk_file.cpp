@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 
@@ -66,7 +66,7 @@ Result<ChunkFile::Header> ChunkFile::readHeader() const {
   if (!bytes) return pass(bytes.error());
   std::uint32_t crc = 0;
   std::memcpy(&crc, bytes->data() + kFileHeaderCopyBytes, sizeof crc);
-  if (hasSignature(*bytes) && crc != crc32c(bytes->data(), kFileHeaderCopyBytes)) {
+  if (hasSignature(*bytes) && crc != system::crc32c(bytes->data(), kFileHeaderCopyBytes)) {
     return damaged(8, "the file header's checksum does not match: the file is damaged");
   }
   return decodeHeader(std::span(*bytes).first<kFileHeaderCopyBytes>());
@@ -124,7 +124,7 @@ Result<ChunkFile::Footer> ChunkFile::readFooter(std::uint64_t end) const {
       0) {
     return damaged(offset, "the footer is missing: the file is truncated, or something follows it");
   }
-  if (crc != crc32c(bytes->data(), covered)) {
+  if (crc != system::crc32c(bytes->data(), covered)) {
     return damaged(offset, "the footer's checksum does not match: the file is damaged");
   }
   if (length != end) {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 
@@ -33,7 +33,7 @@ ChunkHeaderBytes encodeChunkHeader(const ChunkHeader& header) {
   bytes.put(header.frontBytes);
   bytes.put(header.blocks);
   bytes.put(header.frontCrc);
-  bytes.put(crc32c(bytes.data(), bytes.size()));
+  bytes.put(system::crc32c(bytes.data(), bytes.size()));
   ChunkHeaderBytes encoded;
   std::copy_n(bytes.data(), encoded.size(), encoded.begin());
   return encoded;
@@ -44,7 +44,7 @@ std::uint32_t checksumOf(const ChunkHeader& header) {
 }
 
 bool hasRightChecksum(std::span<const std::byte, kChunkHeaderBytes> bytes) {
-  return crc32c(bytes.data(), kCoveredBytes) == storedChecksum(bytes.data());
+  return system::crc32c(bytes.data(), kCoveredBytes) == storedChecksum(bytes.data());
 }
 
 ChunkHeader decodeChunkHeader(std::span<const std::byte, kDirectoryEntryBytes> bytes,
@@ -76,7 +76,7 @@ ChunkFront frontOf(ChunkType type, const PayloadWriter& payload, std::uint64_t o
   made.header.payloadBytes = made.front.size() + blockBytes;
   made.header.frontBytes = static_cast<std::uint32_t>(made.front.size());
   made.header.blocks = static_cast<std::uint32_t>(payload.blocks().size());
-  made.header.frontCrc = crc32c(made.front.data(), made.front.size());
+  made.header.frontCrc = system::crc32c(made.front.data(), made.front.size());
   made.header.offset = offset;
   return made;
 }
@@ -101,7 +101,7 @@ bool isZero(std::span<const std::byte> bytes) {
 
 Result<PayloadView> placesOf(const ChunkHeader& header, std::span<const std::byte> payload) {
   const auto front = payload.first(header.frontBytes);
-  const std::uint32_t crc = crc32c(front.data(), front.size());
+  const std::uint32_t crc = system::crc32c(front.data(), front.size());
   if (crc != header.frontCrc) {
     Error error{ErrorCode::InvalidInput,
                 fmt::format("the checksum of the chunk {} is {:08x}, not {:08x}: the file is "
@@ -136,7 +136,7 @@ Result<void> checkBlock(const ChunkHeader& header, std::span<const std::byte> pa
   const auto at = static_cast<std::uint64_t>(block.data() - payload.data());
   ByteReader entry(payload.subspan(number * kBlockEntryBytes + sizeof(std::uint32_t)));
   const auto expected = entry.take<std::uint32_t>();
-  const std::uint32_t found = crc32c(block.data(), block.size());
+  const std::uint32_t found = system::crc32c(block.data(), block.size());
   if (found != expected) {
     return wrongIn(
         header, at,

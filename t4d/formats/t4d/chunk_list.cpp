@@ -4,7 +4,7 @@
 #include <cstring>
 #include <span>
 
-#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 
@@ -21,7 +21,7 @@ std::size_t endOfChunks(std::string_view file) {
 
 /// Stores the checksum of `[from, from + size)` at `to`.
 void putChecksum(std::string& file, std::size_t to, std::size_t from, std::size_t size) {
-  const std::uint32_t crc = crc32c(file.data() + from, size);
+  const std::uint32_t crc = system::crc32c(file.data() + from, size);
   std::memcpy(file.data() + to, &crc, sizeof crc);
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 
@@ -16,7 +16,7 @@ Result<void> ChunkWriter::begin(const std::string& head, std::uint16_t minorVers
   header.put(minorVersion);
   header.put(indexed_ ? kFlagIndexed : std::uint32_t{0});
   header.put(std::uint32_t{0});
-  header.put(crc32c(header.data(), header.size()));
+  header.put(system::crc32c(header.data(), header.size()));
   if (auto done = out_.write(header.data(), header.size()); !done) return done;
   std::copy_n(header.data(), index_.fileHeader.size(), index_.fileHeader.begin());
   PayloadWriter payload;
@@ -74,7 +74,7 @@ Result<void> ChunkWriter::putIndexAndFooter(std::uint64_t doneOffset) {
   footer.put(doneOffset);
   footer.put(std::uint64_t{out_.size() + kFooterBytes});
   footer.put(checksumOf(index_.chunks.back()));
-  footer.put(crc32c(footer.data(), footer.size()));
+  footer.put(system::crc32c(footer.data(), footer.size()));
   footer.putBytes(kEndSignature.data(), kEndSignature.size());
   return out_.write(footer.data(), footer.size());
 }

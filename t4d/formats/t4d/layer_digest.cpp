@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 
@@ -24,7 +24,7 @@ void LayerDigest::setBlock(std::size_t block, std::span<const model::Point4> ver
   for (int axis = 0; axis < 3; ++axis) {
     std::ranges::transform(vertices, column.begin(),
                            [&](const model::Point4& vertex) { return vertex[axis] + 0.0; });
-    blocks_[block][axis] = crc32c(column.data(), column.size() * sizeof(double));
+    blocks_[block][axis] = system::crc32c(column.data(), column.size() * sizeof(double));
   }
 }
 

@@ -581,7 +581,7 @@ TEST(T4dReader, RefusesLengthsBeyondTheFileWithoutAskingForMemory) {
           std::uint64_t{sample.bytes.size()}}) {
       std::string bytes = sample.bytes;
       overwrite(bytes, chunk.offset + 8, length);
-      overwrite(bytes, chunk.offset + 28, crc32c(bytes.data() + chunk.offset, 28));
+      overwrite(bytes, chunk.offset + 28, system::crc32c(bytes.data() + chunk.offset, 28));
       const auto path = writeFile("long.t4d", bytes);
       const auto checked = checkT4dFile(path);
       ASSERT_FALSE(checked);
@@ -606,8 +606,8 @@ TEST(T4dReaderDeathTest, SaysThatAFileDoesNotFitIntoMemory) {
   overwrite(bytes, at + 8, length);
   overwrite(bytes, at + 16, static_cast<std::uint32_t>(table.size()));
   overwrite(bytes, at + 20, std::uint32_t{25});
-  overwrite(bytes, at + 24, crc32c(table.data(), table.size()));
-  overwrite(bytes, at + 28, crc32c(bytes.data() + at, 28));
+  overwrite(bytes, at + 24, system::crc32c(table.data(), table.size()));
+  overwrite(bytes, at + 28, system::crc32c(bytes.data() + at, 28));
   bytes += table;
   const auto path = writeFile("huge.t4d", bytes);
   std::filesystem::resize_file(path, bytes.size() - table.size() + length);

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "t4d/formats/t4d/crc32c.h"
+#include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 
@@ -25,7 +25,7 @@ bool BlockFile::read(std::uint64_t offset, std::span<std::byte> into) const {
 StoredBlock::StoredBlock(std::vector<std::byte> bytes)
     : bytes_(std::move(bytes)),
       size_(bytes_.size()),
-      checksum_(crc32c(bytes_.data(), bytes_.size())) {}
+      checksum_(system::crc32c(bytes_.data(), bytes_.size())) {}
 
 void StoredBlock::moveTo(const std::shared_ptr<BlockFile>& file) {
   const auto offset = file->add(bytes_);

@@ -13,13 +13,13 @@
 
 #include "t4d/formats/t4d/chunk_list.h"
 #include "t4d/formats/t4d/chunks.h"
-#include "t4d/formats/t4d/crc32c.h"
 #include "t4d/formats/t4d/layout.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/formats/test_files.h"
 #include "t4d/model/slab.h"
+#include "t4d/system/crc32c.h"
 
 /// Shared by the tests of .t4d: slabs, and hand-made files.
 namespace t4d::formats {
@@ -242,7 +242,7 @@ class FileBuilder {
     header.put(minor);
     header.put(flags);
     header.put(std::uint32_t{0});
-    header.put(crc32c(header.data(), header.size()));
+    header.put(system::crc32c(header.data(), header.size()));
     append(header.bytes());
     t4d_layout::PayloadWriter payload;
     payload.putBytes(head.data(), head.size());

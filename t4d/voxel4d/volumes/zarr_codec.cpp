@@ -9,11 +9,11 @@
 
 #include <blosc.h>
 #include <fmt/format.h>
-#include <isa-l/crc.h>
 #include <isa-l/igzip_lib.h>
 #include <lz4.h>
 #include <zstd.h>
 
+#include "t4d/system/crc32c.h"
 #include "t4d/system/upper_halves.h"
 
 namespace t4d::voxel4d {
@@ -70,15 +70,7 @@ Result<std::string> unpackBlosc(const std::string& packed, std::uint64_t most) {
 Result<std::string> checkCrc32c(std::string packed) {
   if (packed.size() < 4) return isDamaged(ZarrCodec::Crc32c, "they are cut off");
   const std::size_t size = packed.size() - 4;
-  // The library takes the length as an int.
-  constexpr std::size_t kPiece = std::size_t{1} << 30U;
-  auto* from = reinterpret_cast<unsigned char*>(packed.data());
-  std::uint32_t crc = ~std::uint32_t{0};
-  for (std::size_t at = 0; at < size; at += kPiece) {
-    crc = crc32_iscsi(from + at, static_cast<int>(std::min(kPiece, size - at)), crc);
-  }
-  system::clearUpperHalves();
-  if (~crc != littleEndian(packed.data() + size)) {
+  if (system::crc32c(packed.data(), size) != littleEndian(packed.data() + size)) {
     return isDamaged(ZarrCodec::Crc32c, "the checksum is wrong");
   }
   packed.resize(size);
