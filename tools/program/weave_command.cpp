@@ -302,7 +302,9 @@ std::optional<std::string> misuseOfInput(const WeaveArguments& options) {
                            [](const std::string& file) { return voxel4d::isDicomInput(file); })) {
     return "--series is for DICOM files";
   }
-  if (volumes && options.input.channel && !isOf({".tif", ".tiff"}, true)) {
+  if (volumes && options.input.channel &&
+      !std::ranges::all_of(
+          options.frames, [](const std::string& file) { return voxel4d::mayHaveChannels(file); })) {
     return "--channel is for .tif files, and for Zarr";
   }
   if (options.input.level > 0 && !isOf({}, true)) return "--level is for Zarr";

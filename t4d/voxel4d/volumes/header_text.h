@@ -63,6 +63,11 @@ inline std::string shown(std::string_view text) {
   return word;
 }
 
+/// The channel that is asked for, of so many; it need not be said of one. Fails if there is none.
+Result<std::uint64_t> chosenChannel(std::uint64_t channels,
+                                    const std::optional<std::uint32_t>& channel,
+                                    const std::string& where);
+
 /// By the names bool, int8, ..., uint64, float32, float64.
 std::optional<SampleType> sampleTypeNamed(std::string_view name);
 std::string_view nameOf(SampleType type);

@@ -336,18 +336,8 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
                                shown(planes->axes)),
                    where);
   }
-  const std::uint64_t channels = planes->size('c');
-  if (channels > 1 && !channel) {
-    return invalid(
-        fmt::format("has {} channels; choose one by --channel 0 to {}", channels, channels - 1),
-        where);
-  }
-  const std::uint64_t chosen = channel.value_or(0);
-  if (chosen >= channels) {
-    return invalid(fmt::format("has {} channel{}, so there is no channel {} (counted from 0)",
-                               channels, channels == 1 ? "" : "s", chosen),
-                   where);
-  }
+  const auto chosen = chosenChannel(planes->size('c'), channel, where);
+  if (!chosen) return pass(chosen.error());
 
   Volume volume;
   volume.where = where;
@@ -366,7 +356,7 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
   const std::uint64_t count = planes->count();
   if (pages.size() == 1 && count > 1 && plain && description.starts_with("ImageJ=")) {
     // Files of more than 4 GiB have one page, after which all planes follow.
-    if (channels > 1) {
+    if (planes->size('c') > 1) {
       return fail(ErrorCode::Unsupported,
                   "is larger than a TIFF can be, and has several channels; save it as BigTIFF or "
                   "with one channel",
@@ -388,7 +378,7 @@ Result<Volume> readTiffHeader(const std::filesystem::path& path, std::string_vie
     std::uint64_t plane = 0;
     for (std::size_t i = 0; i < planes->axes.size(); ++i) {
       const char axis = planes->axes[i];
-      plane = plane * planes->sizes[i] + (axis == 't' ? frame : axis == 'z' ? slice : chosen);
+      plane = plane * planes->sizes[i] + (axis == 't' ? frame : axis == 'z' ? slice : *chosen);
     }
     return plane;
   };

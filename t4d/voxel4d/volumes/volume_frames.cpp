@@ -525,6 +525,11 @@ bool isZarrInput(const fs::path& path) {
   return row != nullptr && row->read == readZarrInput;
 }
 
+bool mayHaveChannels(const fs::path& path) {
+  const Row* row = rowOf(path);
+  return row != nullptr && (row->read == readTiff || row->read == readZarrInput);
+}
+
 bool isVolumeFile(const fs::path& path) { return rowOf(path) != nullptr || isDicomInput(path); }
 
 Result<VolumeFrames> openVolumeFrames(std::span<const fs::path> inputs,

@@ -34,6 +34,9 @@ bool isDicomInput(const std::filesystem::path& path);
 /// Whether it is Zarr: a URL, or a folder that holds its metadata or has .zarr in its path.
 bool isZarrInput(const std::filesystem::path& path);
 
+/// Whether VolumeOptions::channel is for its format: TIFF and Zarr.
+bool mayHaveChannels(const std::filesystem::path& path);
+
 struct VolumeOptions {
   /// Samples above this are inside. Without it, and without `label`, floats below zero are inside
   /// (level sets), and bools that are true.

@@ -77,11 +77,6 @@ class VolumeVelocity : public VelocitySource {
   Eigen::Matrix3d toLattice_;
 };
 
-bool mayHaveChannels(const fs::path& file) {
-  const std::string extension = file.extension().string();
-  return isZarrInput(file) || extension == ".tif" || extension == ".tiff";
-}
-
 Result<void> checkAlike(const VolumeFrames& component, const VolumeFrames& frames) {
   const std::string where = component.frames->nameOf(0);
   const auto shape = [](const VolumeFrames& volume) {

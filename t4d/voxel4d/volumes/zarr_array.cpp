@@ -60,17 +60,6 @@ Result<std::optional<json>> readObject(const ZarrStore& store, const std::string
   return value;
 }
 
-std::string shownJson(const json& value) {
-  return shown(value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, 200));
-}
-
-const json& member(const json& object, const char* name) {
-  static const json kNone;
-  if (!object.is_object()) return kNone;
-  const auto found = object.find(name);
-  return found == object.end() ? kNone : *found;
-}
-
 std::optional<std::vector<std::uint64_t>> sizesIn(const json& list) {
   if (!list.is_array() || list.empty() || list.size() > kMostAxes) return std::nullopt;
   std::vector<std::uint64_t> sizes;
@@ -106,54 +95,56 @@ class ArrayReader {
       : metadata_(metadata), where_(std::move(where)) {}
 
   Result<ZarrArray> readVersion2() {
-    if (auto done = readShape(member(metadata_, "chunks"), "chunks"); !done)
+    if (auto done = readShape(memberOf(metadata_, "chunks"), "chunks"); !done)
       return pass(done.error());
     if (auto done = readTypeOfNumpy(); !done) return pass(done.error());
-    const json& order = member(metadata_, "order");
+    const json& order = memberOf(metadata_, "order");
     if (order != "C" && order != "F") return wrong("order", order);
     if (order == "F") std::ranges::reverse(order_);
-    const json& filters = member(metadata_, "filters");
+    const json& filters = memberOf(metadata_, "filters");
     if (!filters.is_null() && !(filters.is_array() && filters.empty())) {
-      return unsupported("the filter", member(filters.is_array() ? filters[0] : filters, "id"),
+      return unsupported("the filter", memberOf(filters.is_array() ? filters[0] : filters, "id"),
                          "none");
     }
-    if (const json& compressor = member(metadata_, "compressor"); !compressor.is_null()) {
-      if (auto done = addCodec(member(compressor, "id")); !done) return pass(done.error());
+    if (const json& compressor = memberOf(metadata_, "compressor"); !compressor.is_null()) {
+      if (auto done = addCodec(memberOf(compressor, "id")); !done) return pass(done.error());
     }
-    const json& separator = member(metadata_, "dimension_separator");
+    const json& separator = memberOf(metadata_, "dimension_separator");
     if (auto done = readSeparator(separator, '.'); !done) return pass(done.error());
     if (auto done = readFill(); !done) return pass(done.error());
     return finish();
   }
 
   Result<ZarrArray> readVersion3() {
-    const json& grid = member(metadata_, "chunk_grid");
-    if (member(grid, "name") != "regular") {
-      return unsupported("the chunk grid", member(grid, "name"), "regular");
+    const json& grid = memberOf(metadata_, "chunk_grid");
+    if (memberOf(grid, "name") != "regular") {
+      return unsupported("the chunk grid", memberOf(grid, "name"), "regular");
     }
-    if (auto done = readShape(member(member(grid, "configuration"), "chunk_shape"), "chunk_shape");
+    if (auto done =
+            readShape(memberOf(memberOf(grid, "configuration"), "chunk_shape"), "chunk_shape");
         !done) {
       return pass(done.error());
     }
     if (auto done = readTypeByName(); !done) return pass(done.error());
-    const json& keys = member(metadata_, "chunk_key_encoding");
-    const json& name = keys.is_string() ? keys : member(keys, "name");
+    const json& keys = memberOf(metadata_, "chunk_key_encoding");
+    const json& name = keys.is_string() ? keys : memberOf(keys, "name");
     if (name != "default" && name != "v2") {
       return unsupported("the chunk key encoding", name, "default, v2");
     }
     array_.keysWithC = name == "default";
-    if (auto done = readSeparator(member(member(keys, "configuration"), "separator"),
+    if (auto done = readSeparator(memberOf(memberOf(keys, "configuration"), "separator"),
                                   array_.keysWithC ? '/' : '.');
         !done) {
       return pass(done.error());
     }
-    const json& transformers = member(metadata_, "storage_transformers");
+    const json& transformers = memberOf(metadata_, "storage_transformers");
     if (transformers.is_array() && !transformers.empty()) {
-      return unsupported("the storage transformer", member(transformers[0], "name"), "none");
+      return unsupported("the storage transformer", memberOf(transformers[0], "name"), "none");
     }
-    if (auto done = readCodecs(member(metadata_, "codecs"), true); !done) return pass(done.error());
+    if (auto done = readCodecs(memberOf(metadata_, "codecs"), true); !done)
+      return pass(done.error());
     if (auto done = readFill(); !done) return pass(done.error());
-    if (const json& names = member(metadata_, "dimension_names"); names.is_array()) {
+    if (const json& names = memberOf(metadata_, "dimension_names"); names.is_array()) {
       for (const json& axis : names) {
         array_.names.push_back(axis.is_string() ? axis.get<std::string>() : std::string());
       }
@@ -176,8 +167,8 @@ class ArrayReader {
   }
 
   Result<void> readShape(const json& chunks, const char* nameOfChunks) {
-    const auto shape = sizesIn(member(metadata_, "shape"));
-    if (!shape) return wrong("shape", member(metadata_, "shape"));
+    const auto shape = sizesIn(memberOf(metadata_, "shape"));
+    if (!shape) return wrong("shape", memberOf(metadata_, "shape"));
     const auto chunk = sizesIn(chunks);
     if (!chunk || chunk->size() != shape->size()) return wrong(nameOfChunks, chunks);
     array_.shape = *shape;
@@ -188,7 +179,7 @@ class ArrayReader {
 
   /// "<u2".
   Result<void> readTypeOfNumpy() {
-    const json& value = member(metadata_, "dtype");
+    const json& value = memberOf(metadata_, "dtype");
     const std::string descr = value.is_string() ? value.get<std::string>() : std::string();
     std::string name;
     if (descr.size() == 3 && std::string_view("<>|").find(descr[0]) != std::string::npos &&
@@ -204,7 +195,7 @@ class ArrayReader {
   }
 
   Result<void> readTypeByName() {
-    const json& value = member(metadata_, "data_type");
+    const json& value = memberOf(metadata_, "data_type");
     return takeType(value.is_string() ? value.get<std::string>() : std::string(), value);
   }
 
@@ -249,16 +240,16 @@ class ArrayReader {
     if (!codecs.is_array()) return wrong("codecs", codecs);
     bool asBytes = false;
     for (const json& codec : codecs) {
-      const json& name = codec.is_string() ? codec : member(codec, "name");
-      const json& configuration = member(codec, "configuration");
+      const json& name = codec.is_string() ? codec : memberOf(codec, "name");
+      const json& configuration = memberOf(codec, "configuration");
       if (array_.shards && mayShard) {
         return unsupported("behind sharding_indexed the codec", name, "none");
       }
       Result<void> done;
       if (name == "transpose" && !asBytes) {
-        done = transpose(member(configuration, "order"));
+        done = transpose(memberOf(configuration, "order"));
       } else if (name == "bytes" && !asBytes) {
-        done = readEndian(member(configuration, "endian"));
+        done = readEndian(memberOf(configuration, "endian"));
         asBytes = true;
       } else if (name == "sharding_indexed" && !asBytes && mayShard) {
         if (order_ != firstToLast(order_.size())) {
@@ -305,7 +296,7 @@ class ArrayReader {
   }
 
   Result<void> shard(const json& configuration) {
-    const json& shape = member(configuration, "chunk_shape");
+    const json& shape = memberOf(configuration, "chunk_shape");
     const auto chunk = sizesIn(shape);
     if (!chunk || chunk->size() != array_.chunk.size()) return wrong("chunk_shape", shape);
     ZarrShards shards;
@@ -320,17 +311,17 @@ class ArrayReader {
       count *= shards.chunks[i];
     }
     array_.chunk = *chunk;
-    const json& location = member(configuration, "index_location");
+    const json& location = memberOf(configuration, "index_location");
     if (!location.is_null() && location != "start" && location != "end") {
       return wrong("index_location", location);
     }
     shards.indexAtEnd = location != "start";
-    const json& index = member(configuration, "index_codecs");
+    const json& index = memberOf(configuration, "index_codecs");
     const auto nameAt = [&](std::size_t i) {
-      return index[i].is_string() ? index[i] : member(index[i], "name");
+      return index[i].is_string() ? index[i] : memberOf(index[i], "name");
     };
     if (!index.is_array() || index.empty() || index.size() > 2 || nameAt(0) != "bytes" ||
-        member(member(index[0], "configuration"), "endian") == "big" ||
+        memberOf(memberOf(index[0], "configuration"), "endian") == "big" ||
         (index.size() == 2 && nameAt(1) != "crc32c")) {
       return fail(ErrorCode::Unsupported,
                   fmt::format("has shards whose index has the codecs {}; known: bytes (little "
@@ -340,11 +331,11 @@ class ArrayReader {
     }
     shards.indexChecked = index.size() == 2;
     array_.shards = shards;
-    return readCodecs(member(configuration, "codecs"), false);
+    return readCodecs(memberOf(configuration, "codecs"), false);
   }
 
   Result<void> readFill() {
-    const json& value = member(metadata_, "fill_value");
+    const json& value = memberOf(metadata_, "fill_value");
     if (value.is_null()) return {};
     const auto put = [&](auto number) {
       std::memcpy(array_.fill.data(), &number, sizeof number);
@@ -433,6 +424,17 @@ class ArrayReader {
 
 }  // namespace
 
+std::string shownJson(const json& value) {
+  return shown(value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, 200));
+}
+
+const json& memberOf(const json& object, const char* name) {
+  static const json kNone;
+  if (!object.is_object()) return kNone;
+  const auto found = object.find(name);
+  return found == object.end() ? kNone : *found;
+}
+
 std::uint64_t ZarrShards::indexBytes() const {
   constexpr std::uint64_t kEntry = 16;
   return std::accumulate(chunks.begin(), chunks.end(), kEntry, std::multiplies<>()) +
@@ -468,11 +470,11 @@ Result<std::optional<ZarrNode>> readZarrNode(const ZarrStore& store, const std::
   auto version3 = take("zarr.json");
   if (!version3) return pass(version3.error());
   if (*version3) {
-    if (member(**version3, "zarr_format") != 3) {
+    if (memberOf(**version3, "zarr_format") != 3) {
       return invalid("is not of Zarr version 3", node.where);
     }
-    node.attributes = member(**version3, "attributes");
-    if (member(**version3, "node_type") != "array") return node;
+    node.attributes = memberOf(**version3, "attributes");
+    if (memberOf(**version3, "node_type") != "array") return node;
     return keep(ArrayReader(**version3, node.where).readVersion3());
   }
   auto attributes = readObject(store, keyIn(path, ".zattrs"));
@@ -481,7 +483,7 @@ Result<std::optional<ZarrNode>> readZarrNode(const ZarrStore& store, const std::
   const auto version2 = take(".zarray");
   if (!version2) return pass(version2.error());
   if (*version2) {
-    if (member(**version2, "zarr_format") != 2) {
+    if (memberOf(**version2, "zarr_format") != 2) {
       return invalid("is not of Zarr version 2", node.where);
     }
     return keep(ArrayReader(**version2, node.where).readVersion2());

@@ -60,4 +60,10 @@ struct ZarrNode {
 /// Fails for what is damaged and, for arrays, for what cannot be read: named.
 Result<std::optional<ZarrNode>> readZarrNode(const ZarrStore& store, const std::string& path);
 
+/// The member of an object; null if it is none, or has none of the name.
+const nlohmann::json& memberOf(const nlohmann::json& object, const char* name);
+
+/// Metadata for a message: short, and without controls.
+std::string shownJson(const nlohmann::json& value);
+
 }  // namespace t4d::voxel4d

@@ -26,13 +26,6 @@ struct ZarrImage {
   std::string timeUnit;
 };
 
-const json& memberOf(const json& object, const char* name) {
-  static const json kNone;
-  if (!object.is_object()) return kNone;
-  const auto found = object.find(name);
-  return found == object.end() ? kNone : *found;
-}
-
 std::string textOf(const json& value) {
   return value.is_string() ? value.get<std::string>() : std::string();
 }
@@ -176,7 +169,7 @@ class OmeReader {
       return fail(ErrorCode::Unsupported,
                   fmt::format("has the transformation {}; scale and translation with their numbers "
                               "can be read",
-                              shown(transformation.dump().substr(0, 100))),
+                              shownJson(transformation)),
                   where_);
     }
     if (!list.is_array() || list.size() != image.axes.size()) return wrong(type, list);
@@ -196,11 +189,8 @@ class OmeReader {
   }
 
   tl::unexpected<Error> wrong(std::string_view name, const json& value) const {
-    return invalid(
-        fmt::format(
-            "its image has the {} {}, which cannot be", name,
-            shown(value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, 100))),
-        where_);
+    return invalid(fmt::format("its image has the {} {}, which cannot be", name, shownJson(value)),
+                   where_);
   }
 
   const json& image_;
@@ -304,26 +294,12 @@ std::uint64_t storedOnServer(const ZarrSamples& samples, std::uint64_t enough) {
   return stored;
 }
 
-Result<std::uint64_t> chosenChannel(const ZarrSamples& samples,
-                                    const std::optional<std::uint32_t>& channel,
-                                    const std::string& where) {
-  const std::size_t axis = samples.axes.find('c');
-  const std::uint64_t channels = axis == std::string::npos ? 1 : samples.array.shape[axis];
-  if (channels > 1 && !channel) {
-    return invalid(
-        fmt::format("has {} channels; choose one by --channel 0 to {}", channels, channels - 1),
-        where);
-  }
-  if (channel.value_or(0) < channels) return channel.value_or(0);
-  return invalid(fmt::format("has {} channel{}, so there is no channel {} (counted from 0)",
-                             channels, channels == 1 ? "" : "s", *channel),
-                 where);
-}
-
 Result<Volume> volumeOf(std::shared_ptr<ZarrSamples> samples, const ZarrImage& image,
                         const std::optional<std::uint32_t>& channel, const std::string& where,
                         const fs::path& path) {
-  const auto chosen = chosenChannel(*samples, channel, where);
+  const std::size_t channelAxis = samples->axes.find('c');
+  const auto chosen = chosenChannel(
+      channelAxis == std::string::npos ? 1 : samples->array.shape[channelAxis], channel, where);
   if (!chosen) return pass(chosen.error());
   samples->channel = *chosen;
   Volume volume;
