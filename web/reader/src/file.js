@@ -150,10 +150,10 @@ function checkDone(done, bodies, headers) {
 }
 
 const recordOf = (slab) => {
-  const { min, max } = noBounds(3);
-  widen({ min, max }, slab.vertices);
-  const { at, begin, end, connectivity, lower, upper, body } = slab;
-  return { at, begin, end, connectivity, lower, upper, body, numCells: slab.cells.length / 4, min, max };
+  const { at, begin, end, connectivity, lower, upper, body, cells, min, max } = slab;
+  return {
+    at, begin, end, connectivity, lower, upper, body, numCells: cells.length / 4, min: min.slice(0, 3), max: max.slice(0, 3),
+  };
 };
 
 /** Checks what INDX says of a slab. */
@@ -506,17 +506,21 @@ export class T4dFile {
     return wanted.map((promise) => promise());
   }
 
+  /**
+   * A CONN, or a layer: a LAYR, or what a POSE makes of one.
+   * @param {number} offset
+   */
+  async part(offset, parsed = this.parsed([offset])) {
+    const part = await parsed.get(offset);
+    if (part?.kind !== 'POSE') return part;
+    const { layer: layr, at } = part;
+    check(layr < at && this.headers.get(layr)?.type === 'LAYR', at, 'K2', `no LAYR at ${layr}, before the pose`);
+    return posed(part, await this.parsed([layr]).get(layr));
+  }
+
   async assemble(record, parsed) {
-    const layer = async (offset) => {
-      const part = await parsed.get(offset);
-      if (part?.kind !== 'POSE') return part;
-      const { layer: layr, at } = part;
-      check(layr < at && this.headers.get(layr)?.type === 'LAYR', at, 'K2', `no LAYR at ${layr}, before the pose`);
-      return posed(part, await this.parsed([layr]).get(layr));
-    };
     const slab = await parsed.get(record.at);
-    const found = await Promise.all(
-      [parsed.get(slab.connectivity), layer(slab.lower), layer(slab.upper)]);
+    const found = await Promise.all([slab.connectivity, slab.lower, slab.upper].map((offset) => this.part(offset, parsed)));
     const made = assembled(slab, ...found);
     checkRecord(record, recordOf(made), record.at);
     return made;

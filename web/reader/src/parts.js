@@ -3,6 +3,7 @@ import { arrayRecord, f32Type, f64Type, i32Type, u32Type, valuesOf } from './arr
 import { Fields, isSame } from './chunk.js';
 import { isName, textOf } from './head.js';
 import { check } from './invalid.js';
+import { prismsOf } from './prisms.js';
 
 /**
  * @typedef {object} Attribute
@@ -22,6 +23,10 @@ import { check } from './invalid.js';
  * @property {number} numLower the first vertices, those of the lower layer
  * @property {number} numUpper the last vertices, those of the upper layer
  * @property {number} numMeans vertices that are means of others, the last before the upper layer
+ * @property {import('./prisms.js').Prisms|null} prisms that its cells are, if they are
+ * @property {Float64Array} bounds minimum and maximum of x, y, z, t of each block of 65,536 cells; of none for one block
+ * @property {number[]} min x, y, z, t
+ * @property {number[]} max x, y, z, t
  * @property {number} connectivity offset of its CONN; slabs of the same have the same `cells`
  * @property {Attribute[]} attributes
  */
@@ -45,7 +50,18 @@ export function widen({ min, max }, vertices) {
   }
 }
 
-const blockRows = 65536;
+/** Minimum and maximum of x, y, z, t of vertices, and whether all of them are finite. */
+function extentOf(vertices) {
+  const bounds = noBounds(4);
+  widen(bounds, vertices);
+  // What is not finite less itself is NaN.
+  let nothing = 0;
+  for (let i = 0; i < vertices.length; ++i) nothing += vertices[i] - vertices[i];
+  return { ...bounds, areFinite: nothing === 0 };
+}
+
+/** Arrays have blocks of as many rows. */
+export const blockRows = 65536;
 
 function parseAttribute(fields, features) {
   const { at } = fields;
@@ -96,39 +112,47 @@ function checkCells(cells, numVertices, at) {
   }
 }
 
-/** The different vertices of each block of cells, called as use(block, vertex). */
-function eachBlockVertex(cells, use) {
+/** The different vertices of each block of cells. */
+function verticesOfBlocks(cells) {
   // Not as long as there are vertices: a CONN may claim any number of them.
   let largest = 0;
   for (let i = 0; i < cells.length; ++i) if (cells[i] > largest) largest = cells[i];
   const seenIn = new Uint32Array(largest + 1);
-  for (let i = 0; i < cells.length; ++i) {
-    const block = Math.floor(i / (4 * blockRows));
-    const vertex = cells[i];
-    if (seenIn[vertex] === block + 1) continue;
-    seenIn[vertex] = block + 1;
-    use(block, vertex);
+  const found = new Uint32Array(largest + 1);
+  const blocks = [];
+  for (let begin = 0; begin < cells.length; begin += 4 * blockRows) {
+    const end = Math.min(cells.length, begin + 4 * blockRows);
+    const block = blocks.length + 1;
+    let count = 0;
+    for (let i = begin; i < end; ++i) {
+      const vertex = cells[i];
+      if (seenIn[vertex] === block) continue;
+      seenIn[vertex] = block;
+      found[count++] = vertex;
+    }
+    blocks.push(found.slice(0, count));
   }
+  return blocks;
 }
 
 /** The ranges of the blocks of cells (N2), six numbers each. */
-function rangesOf({ cells, numVertices, numLower, numUpper, numMeans, firstSource, sources }) {
+function rangesOf({ blockVertices, numVertices, numLower, numUpper, numMeans, firstSource, sources }) {
   const firstUpper = numVertices - numUpper;
   const firstMean = firstUpper - numMeans;
-  const ranges = new Uint32Array(6 * Math.ceil(cells.length / (4 * blockRows)));
+  const ranges = new Uint32Array(6 * blockVertices.length);
   const need = (block, vertex) => {
     const part = 6 * block + (vertex < numLower ? 0 : vertex < firstUpper ? 2 : 4);
     if (ranges[part + 1] === 0 || vertex < ranges[part]) ranges[part] = vertex;
     if (vertex >= ranges[part + 1]) ranges[part + 1] = vertex + 1;
   };
-  eachBlockVertex(cells, (block, vertex) => {
+  blockVertices.forEach((vertices, block) => vertices.forEach((vertex) => {
     if (vertex < firstMean || vertex >= firstUpper) {
       need(block, vertex);
       return;
     }
     const mean = vertex - firstMean;
     for (let k = firstSource[mean]; k < firstSource[mean + 1]; ++k) need(block, sources[k]);
-  });
+  }));
   return ranges;
 }
 
@@ -179,7 +203,9 @@ export function parseConn(chunk, head) {
     kind: 'CONN', at, numVertices, numLower, numUpper, numMeans, cells, firstSource, sources, attributes,
     numStored: numVertices - numLower - numUpper - numMeans, numRanges,
   };
+  conn.prisms = prismsOf(conn);
   if (numRanges > 0) {
+    conn.blockVertices = verticesOfBlocks(cells);
     const said = new Uint32Array(rangeBytes.slice().buffer);
     check(isSame(said, rangesOf(conn)), at, 'N2', 'not the vertices that the blocks of cells need');
   }
@@ -277,33 +303,50 @@ export function parseSlab(chunk, head) {
   return { kind: 'SLAB', at, begin, end, connectivity, lower, upper, body, bounds, positions, times, attributes };
 }
 
+/** Minimum and maximum of x, y, z, t of some vertices. */
+function boundsOfSome(numbers, vertices) {
+  const low = new Array(4).fill(Infinity);
+  const high = new Array(4).fill(-Infinity);
+  for (let axis = 0; axis < 4; ++axis) {
+    for (let i = 0; i < numbers.length; ++i) {
+      const value = vertices[4 * numbers[i] + axis];
+      if (value < low[axis]) low[axis] = value;
+      if (value > high[axis]) high[axis] = value;
+    }
+  }
+  return [...low, ...high];
+}
+
 function checkBounds(slab, conn, vertices) {
   const count = slab.bounds.length / 8;
   if (count === 0) return;
   check(count === conn.numRanges, slab.at, 'S10', `${count} bounds for ${conn.numRanges} blocks of cells`);
-  const found = Float64Array.from({ length: 8 * count }, (_, i) => (i % 8 < 4 ? Infinity : -Infinity));
-  eachBlockVertex(conn.cells, (block, vertex) => {
-    for (let axis = 0; axis < 4; ++axis) {
-      const value = vertices[4 * vertex + axis];
-      const k = 8 * block + axis;
-      if (value < found[k]) found[k] = value;
-      if (value > found[k + 4]) found[k + 4] = value;
-    }
-  });
+  const found = Float64Array.from(conn.blockVertices.flatMap((numbers) => boundsOfSome(numbers, vertices)));
   check(isSame(slab.bounds, found), slab.at, 'S10', 'not the bounds of the blocks of cells');
 }
 
 function fillMeans(vertices, { numVertices, numUpper, numMeans, firstSource, sources }) {
   const first = numVertices - numUpper - numMeans;
-  for (let i = 0; i < numMeans; ++i) {
+  for (let i = 0, to = 4 * first; i < numMeans; ++i, to += 4) {
     const begin = firstSource[i];
     const end = firstSource[i + 1];
-    const count = end - begin;
-    for (let axis = 0; axis < 4; ++axis) {
-      let sum = vertices[4 * sources[begin] + axis];
-      for (let k = begin + 1; k < end; ++k) sum += vertices[4 * sources[k] + axis];
-      vertices[4 * (first + i) + axis] = sum / count;
+    let from = 4 * sources[begin];
+    let x = vertices[from];
+    let y = vertices[from + 1];
+    let z = vertices[from + 2];
+    let t = vertices[from + 3];
+    for (let k = begin + 1; k < end; ++k) {
+      from = 4 * sources[k];
+      x += vertices[from];
+      y += vertices[from + 1];
+      z += vertices[from + 2];
+      t += vertices[from + 3];
     }
+    const count = end - begin;
+    vertices[to] = x / count;
+    vertices[to + 1] = y / count;
+    vertices[to + 2] = z / count;
+    vertices[to + 3] = t / count;
   }
 }
 
@@ -403,17 +446,17 @@ export function assembled(slab, conn, lower, upper) {
   put(slab.positions, numLower, (i) => slab.times[i]);
   if (upper) put(upper.positions, numVertices - numUpper, () => upper.time);
   fillMeans(vertices, conn);
-  for (let i = 0; i < vertices.length; ++i) {
-    // What is not finite less itself is NaN.
-    check(vertices[i] - vertices[i] === 0, at, 'P2', () => `vertex ${Math.floor(i / 4)} is not finite`);
-  }
+  const { min, max, areFinite } = extentOf(vertices);
+  check(areFinite, at, 'P2', () => `vertex ${Math.floor(vertices.findIndex((value) => !Number.isFinite(value)) / 4)} is not finite`);
   for (let i = numLower; i < numVertices - numUpper; ++i) {
     const t = vertices[4 * i + 3];
-    check(t >= begin && t <= end, at, 'P4', () => `vertex ${i} is outside the times of the slab`);
+    if (t >= begin && t <= end) continue;
+    check(false, at, 'P4', `vertex ${i} is outside the times of the slab`);
   }
   checkBounds(slab, conn, vertices);
   return {
     at, body: slab.body, begin, end, vertices, cells: conn.cells, numVertices, numLower, numUpper, numMeans,
-    connectivity: conn.at, lower: slab.lower, upper: slab.upper, attributes: attributesOf(slab, conn, lower, upper),
+    min, max, prisms: conn.prisms, bounds: slab.bounds, connectivity: conn.at, lower: slab.lower, upper: slab.upper,
+    attributes: attributesOf(slab, conn, lower, upper),
   };
 }

@@ -1,3 +1,5 @@
+import { blockRows } from './parts.js';
+
 /**
  * @typedef {object} Hyperplane all p with normal . p = offset
  * @property {number[]} normal
@@ -187,6 +189,44 @@ class Growing {
   take() { return this.values.slice(0, this.length); }
 }
 
+/** The cells that may be cut, in their order, as use(begin, end) of `slab.cells`. */
+function eachRunThatMayBeCut(slab, heights, plane, use) {
+  const { cells, prisms, bounds } = slab;
+  if (prisms) {
+    const clear = clearHeight(slab, plane);
+    const { corners, cellsEach } = prisms;
+    for (let i = 0, k = 0; i < cells.length; i += 4 * cellsEach, k += 6) {
+      if (!areOnOneSide(corners, k, heights, clear)) use(i, i + 4 * cellsEach);
+    }
+    return;
+  }
+  const cellsOfBlocks = 4 * blockRows;
+  for (let i = 0, k = 0; i < cells.length; i += cellsOfBlocks, k += 8) {
+    if (bounds.length > 0 && !plane.mayCut(bounds.subarray(k, k + 4), bounds.subarray(k + 4, k + 8))) continue;
+    use(i, Math.min(cells.length, i + cellsOfBlocks));
+  }
+}
+
+/** Whether the six corners of a prism, so also their means, are above the hyperplane or all below. */
+function areOnOneSide(corners, k, heights, clear) {
+  const first = heights[corners[k]];
+  if (first > clear) {
+    return heights[corners[k + 1]] > clear && heights[corners[k + 2]] > clear && heights[corners[k + 3]] > clear
+      && heights[corners[k + 4]] > clear && heights[corners[k + 5]] > clear;
+  }
+  return first < -clear && heights[corners[k + 1]] < -clear && heights[corners[k + 2]] < -clear
+    && heights[corners[k + 3]] < -clear && heights[corners[k + 4]] < -clear && heights[corners[k + 5]] < -clear;
+}
+
+/** Means are rounded, and heights: by some 16 units in the last place of the largest term, in all. */
+const meanSlack = 64 * Number.EPSILON;
+
+/** Vertices that are higher above the hyperplane have only means above it. */
+function clearHeight({ min, max }, { normal, offset }) {
+  const terms = normal.map((n, axis) => Math.abs(n) * Math.max(Math.abs(min[axis]), Math.abs(max[axis])));
+  return meanSlack * (Math.abs(offset) + terms.reduce((sum, term) => sum + term));
+}
+
 /**
  * Marching tetrahedra: add() the slabs of a body that the hyperplane cuts in the order of time, then finish().
  * @param {Hyperplane} plane
@@ -204,7 +244,7 @@ export function cut(plane, atLast = false) {
     const above = new Uint8Array(numVertices);
     for (let i = 0; i < numVertices; ++i) above[i] = heights[i] > 0 || (atLast && heights[i] === 0) ? 1 : 0;
     const pointOf = new Int32Array(numVertices).fill(-1); // of vertices on the hyperplane
-    const edges = new EdgePoints(Math.min(cells.length / 4, 65536));
+    const edges = new EdgePoints(before?.edges.count ?? 0);
     const shared = before && slab.lower !== 0 && before.slab.end === slab.begin
       && before.slab.numUpper === numLower ? before : null;
     const firstShared = shared ? shared.slab.numVertices - numLower : 0;
@@ -238,25 +278,29 @@ export function cut(plane, atLast = false) {
       return point;
     };
 
-    for (let i = 0; i < cells.length; i += 4) {
-      const mask = above[cells[i]] | (above[cells[i + 1]] << 1) | (above[cells[i + 2]] << 2)
-        | (above[cells[i + 3]] << 3);
-      if (mask === 0 || mask === 15) continue;
-      const row = 9 * mask;
-      const corners = flatTable[row];
-      const at = (k) => place(cells[i + flatTable[row + 1 + 2 * k]], cells[i + flatTable[row + 2 + 2 * k]]);
-      const first = at(0);
-      let second = at(1);
-      for (let k = 2; k < corners; ++k) {
-        const third = at(k);
-        if (first !== second && second !== third && third !== first) { // X4
-          if (plane.isReversed) triangles.push3(first, third, second);
-          else triangles.push3(first, second, third);
-          triangleCells.push(i / 4);
+    const cutCells = (begin, end) => {
+      for (let i = begin; i < end; i += 4) {
+        const mask = above[cells[i]] | (above[cells[i + 1]] << 1) | (above[cells[i + 2]] << 2)
+          | (above[cells[i + 3]] << 3);
+        if (mask === 0 || mask === 15) continue;
+        const row = 9 * mask;
+        const corners = flatTable[row];
+        const at = (k) => place(cells[i + flatTable[row + 1 + 2 * k]], cells[i + flatTable[row + 2 + 2 * k]]);
+        const first = at(0);
+        let second = at(1);
+        for (let k = 2; k < corners; ++k) {
+          const third = at(k);
+          if (first !== second && second !== third && third !== first) { // X4
+            if (plane.isReversed) triangles.push3(first, third, second);
+            else triangles.push3(first, second, third);
+            triangleCells.push(i / 4);
+          }
+          second = third;
         }
-        second = third;
       }
-    }
+    };
+
+    eachRunThatMayBeCut(slab, heights, plane, cutCells);
     before = { slab, pointOf, edges };
     // Only the upper layer is looked at again.
     if (numUpper === 0) before = null;
@@ -266,18 +310,20 @@ export function cut(plane, atLast = false) {
   function finish() {
     const used = new Int32Array(points.length / 4).fill(-1);
     const corners = triangles.take();
-    const points4 = new Growing(Float64Array);
     const all = points.values;
+    const places = new Float64Array(points.length);
+    let count = 0;
     for (let i = 0; i < corners.length; ++i) {
       const point = corners[i];
       if (used[point] < 0) {
-        used[point] = points4.length / 4;
-        points4.push4(all[4 * point], all[4 * point + 1], all[4 * point + 2], all[4 * point + 3]);
+        used[point] = count;
+        for (let k = 0; k < 4; ++k) places[4 * count + k] = all[4 * point + k];
+        ++count;
       }
       corners[i] = used[point];
     }
-    const four = points4.take();
-    const three = new Float64Array(four.length / 4 * 3);
+    const four = places.subarray(0, 4 * count);
+    const three = new Float64Array(3 * count);
     plane.axes.forEach(([x, y, z, t], axis) => {
       for (let i = 0, k = axis; i < four.length; i += 4, k += 3) {
         three[k] = x * four[i] + y * four[i + 1] + z * four[i + 2] + t * four[i + 3];

@@ -15,8 +15,12 @@ export class Client {
     this.worker = new Worker(url);
     this.pending = new Map();
     this.next = 0;
-    this.worker.onmessage = ({ data: { id, value, error } }) => {
-      const { resolve, reject } = this.pending.get(id);
+    this.worker.onmessage = ({ data: { id, part, value, error } }) => {
+      const { resolve, reject, onPart } = this.pending.get(id);
+      if (part) {
+        onPart(part);
+        return;
+      }
       this.pending.delete(id);
       if (error) reject(new FileError(error));
       else resolve(value);
@@ -27,11 +31,22 @@ export class Client {
     };
   }
 
+  /** The answer of a call, as a promise. */
   call(call, args) {
+    return this.begin(call, args).answer;
+  }
+
+  /**
+   * A call whose answer comes in parts, and that can be stopped.
+   * @param {(part: any) => void} onPart called for each part that comes before the answer
+   * @returns {{answer: Promise<any>, stop: () => void}} of a call that was stopped, the answer is null
+   */
+  begin(call, args, onPart) {
     const id = this.next++;
-    return new Promise((resolve, reject) => {
-      this.pending.set(id, { resolve, reject });
+    const answer = new Promise((resolve, reject) => {
+      this.pending.set(id, { resolve, reject, onPart });
       this.worker.postMessage({ id, call, args });
     });
+    return { answer, stop: () => this.worker.postMessage({ id, stop: true }) };
   }
 }

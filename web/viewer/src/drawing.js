@@ -18,9 +18,10 @@ export function invalidate() {
   isDirty = true;
 }
 
-/** More of the same has come: drawn now and then, so that drawing does not hold up the rest. */
-export function onArrival() {
+/** More of the same has come: drawn now and then, so that drawing does not hold up the rest, but a picture at once. */
+export function onArrival({ isPicture = false } = {}) {
   hasArrivals = true;
+  isDirty ||= isPicture;
 }
 
 function lookOf(pane) {

@@ -279,6 +279,13 @@ export class FacesMesh extends NumberedMesh {
   }
 }
 
+/** The times of points, relative to another. */
+function timesOf(points4, center) {
+  const times = new Float32Array(points4.length / 4);
+  for (let i = 0; i < times.length; ++i) times[i] = points4[4 * i + 3] - center;
+  return times;
+}
+
 /** A section that the worker cut: too large to be cut here, or with distances. */
 export class CutMesh extends THREE.Mesh {
   /**
@@ -289,15 +296,15 @@ export class CutMesh extends THREE.Mesh {
   constructor({ points4, triangles, distances }, axes, center) {
     const geometry = new THREE.BufferGeometry();
     const positions = new Float32Array(points4.length / 4 * 3);
-    for (let i = 0, k = 0; i < points4.length; i += 4) {
-      for (const axis of axes) {
-        positions[k++] = axis.reduce((sum, part, j) => sum + part * (points4[i + j] - center[j]), 0);
+    const [cx, cy, cz, ct] = center;
+    axes.forEach(([x, y, z, t], axis) => {
+      for (let i = 0, k = axis; i < points4.length; i += 4, k += 3) {
+        positions[k] = x * (points4[i] - cx) + y * (points4[i + 1] - cy) + z * (points4[i + 2] - cz) + t * (points4[i + 3] - ct);
       }
-    }
+    });
     geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
     geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
-    const timeOf = (_, i) => points4[4 * i + 3] - center[3];
-    const values = distances ?? Float32Array.from({ length: points4.length / 4 }, timeOf);
+    const values = distances ?? timesOf(points4, ct);
     geometry.setAttribute('value', new THREE.BufferAttribute(values, 1));
     super(geometry, materialOf(meshVertex));
     this.frustumCulled = false;

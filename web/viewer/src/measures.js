@@ -1,9 +1,12 @@
 // Measures of the slice and of the files, as tables.
 import { element, shown, shownBytes } from './common.js';
 import { comparison, showsDistances } from './comparison.js';
-import { client, haveOneUnit, panes, state, unitOf } from './page.js';
+import { haveOneUnit, panes, state, unitOf } from './page.js';
 import { planeOf } from './pane.js';
 import { isPlaying } from './play.js';
+
+/** Milliseconds in which the slider moves on. */
+const shortWait = 120;
 
 let measureTimer = 0;
 /** Counts what was to be measured: answers about anything but the last are too late. */
@@ -14,7 +17,7 @@ export function measureLater() {
   // They are of what was shown before.
   element('measures').ariaBusy = 'true';
   clearTimeout(measureTimer);
-  measureTimer = setTimeout(measureNow, isPlaying ? 400 : 120);
+  measureTimer = setTimeout(measureNow, isPlaying ? 400 : shortWait);
 }
 
 /** Measures of the slice, of the bodies that are shown, for each pane. */
@@ -24,19 +27,22 @@ async function measureNow() {
     fillTable('measures', []);
     return;
   }
-  const { normal, offset } = planeOf(state);
   let answers;
   try {
-    answers = await Promise.all(panes.map(({ info }) => client.call('slice', { file: info.file, normal, offset })));
+    answers = await Promise.all(panes.map((pane) => pane.measuresOf(planeOf(state))));
   } catch {
     // What is damaged was said when it was to be shown.
     if (turn === measured) fillTable('measures', [['', 'not whole']]);
     return;
   }
   if (turn !== measured) return;
-  element('save').disabled = answers.every(({ sections }) =>
+  if (answers.includes(null)) {
+    measureTimer = setTimeout(measureNow, shortWait);
+    return;
+  }
+  element('save').disabled = answers.every((sections) =>
     sections.every(({ name, numTriangles }) => numTriangles === 0 || state.hidden.includes(name)));
-  const totals = answers.map(({ sections }) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
+  const totals = answers.map((sections) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
   const unit = unitOf('length_unit');
   const [squared, cubed] = unitsOf(state.cut, unit, unitOf('time_unit'));
   const row = (title, pick) => [title, ...totals.map(pick)];

@@ -12,6 +12,12 @@ import { CutMesh, FacesMesh, GpuSlab, makeCells, measureCorners, mostTexels, rea
  */
 const slabBudget = 768 * 1024 * 1024;
 
+/**
+ * Triangles of a sketch, which is shown until a section of the worker is there. Without a GPU, a processor draws as many
+ * in 0.1 to 0.2 s.
+ */
+const sketchBudget = 100_000;
+
 /** What a cell takes on the page, about: itself where cells are not shared, and a quarter of a vertex. */
 const cellBytes = 32;
 
@@ -35,6 +41,11 @@ export function shownAxes(plane, timeScale) {
   return { axes: axes.map(([a, b, c, d]) => [a, b, c, d * timeScale]), isReversed };
 }
 
+const keyOf = ({ normal, offset }) => JSON.stringify([normal, offset]);
+
+/** When the browser has shown what the page says by now. */
+const framesLater = () => new Promise((resolve) => { requestAnimationFrame(() => requestAnimationFrame(resolve)); });
+
 export class Pane {
   /**
    * @param {THREE.WebGLRenderer} renderer
@@ -42,7 +53,8 @@ export class Pane {
    * @param info of the worker's open()
    * @param {THREE.Color[]} bodyColors
    * @param {number[]} center x, y, z, t of what is shown
-   * @param {() => void} onChange called when there is something new to draw
+   * @param {(what?: {isPicture: boolean}) => void} onChange called when there is something new to draw, with what is
+   *   drawn at once even if more is to come
    * @param {(error: Error) => void} onError
    */
   constructor(renderer, client, info, bodyColors, center, onChange, onError) {
@@ -54,6 +66,7 @@ export class Pane {
     this.cells = new Map(); // by connectivity
     this.sections = new Map(); // by 'onion/body/slab'
     this.bytes = 0;
+    this.cut = null; // the section that the worker cuts
     this.loading = 0;
     this.read = info.read;
     this.requests = info.requests;
@@ -185,7 +198,7 @@ export class Pane {
    */
   show({ planes, timeScale, hidden, look, faces }) {
     if (!faces && !this.fits(planes[0].plane)) return this.showCut(planes[0].plane, timeScale, hidden, look);
-    this.cutKey = null;
+    this.endCut();
     const wanted = new Map();
     const slabKeys = new Set();
     let isWhole = true;
@@ -252,44 +265,90 @@ export class Pane {
   }
 
   /**
-   * Shows a section that the worker cuts, in the memory of a few slabs; the one before stays meanwhile.
-   * @returns {boolean} whether it is there
+   * Shows a section that the worker cuts, in the memory of a few slabs: what there is of it, and before that another.
+   * @returns {boolean} whether all of it is there
    */
   showCut(plane, timeScale, hidden, look) {
-    const key = JSON.stringify([plane.normal, plane.offset, timeScale, [...hidden]]);
-    if (this.cutKey === key) {
-      this.lookCut(look);
-      return this.cutDone === key;
-    }
-    // One at a time: the slider moves on while it is cut.
-    if (this.cutting) return false;
-    this.cutKey = key;
-    this.cutting = true;
+    const { cut } = this;
+    if (cut) this.putCut(cut, timeScale, hidden, look);
+    // While the slider moves, something is seen of every section that is begun.
+    if (cut?.key !== keyOf(plane) && (!cut || cut.isSeen)) this.beginCut(plane);
+    return this.cut.key === keyOf(plane) && this.cut.isWhole;
+  }
+
+  /** Has the worker cut a section, and end the one that it is cutting. */
+  beginCut(plane) {
+    this.endCut();
+    const { file, bodies } = this.info;
+    const cut = { plane, key: keyOf(plane), sections: bodies.map(() => null), version: 0, isSeen: false, isWhole: false };
+    const take = (sections) => {
+      cut.sections = sections.map((section, body) => (section ? { ...section, name: bodies[body].name } : cut.sections[body]));
+      ++cut.version;
+    };
     const { normal, offset } = plane;
-    this.client.call('slice', { file: this.info.file, normal, offset, meshes: true }).then(({ sections }) => {
-      this.showSections(sections, plane, timeScale, hidden, look);
-    }).catch((error) => this.onError(error)).finally(() => {
-      this.cutting = false;
-      this.cutDone = key;
-      this.onChange();
+    const { answer, stop } = this.client.begin('sections', { file, normal, offset, budget: sketchBudget }, (part) => {
+      take(part);
+      this.onChange({ isPicture: true });
     });
-    return false;
+    cut.stop = stop;
+    cut.measures = answer.then((sections) => {
+      if (sections) take(sections);
+      return sections;
+    });
+    cut.measures.catch((error) => this.onError(error)).then(framesLater).then(() => {
+      // Its numbers are seen by now: a large picture takes long to draw.
+      Object.assign(cut, { isSeen: true, isWhole: true });
+      this.onChange({ isPicture: true });
+    });
+    this.cut = cut;
+  }
+
+  endCut() {
+    this.cut?.stop();
+    this.cut = null;
+  }
+
+  /** Shows what there is of a section of the worker. */
+  putCut(cut, timeScale, hidden, look) {
+    const shown = JSON.stringify([cut.version, timeScale, [...hidden]]);
+    if (cut.version > 0 && cut.shown !== shown) {
+      this.putSections(cut.sections, cut.plane, timeScale, hidden);
+      cut.shown = shown;
+      cut.isSeen = true;
+    }
+    this.lookCut(look);
   }
 
   /**
-   * Shows sections of the worker instead of what was shown.
+   * Shows sections that were cut for something else.
    * @param {object} look as of show()
    */
   showSections(sections, plane, timeScale, hidden, look) {
+    this.endCut();
+    this.putSections(sections, plane, timeScale, hidden);
+    this.lookCut(look);
+  }
+
+  /** Puts sections in the place of what was shown. */
+  putSections(sections, plane, timeScale, hidden) {
     for (const each of [...this.sections.keys()]) this.drop(each);
     const { axes } = shownAxes(plane, timeScale);
     sections.forEach((section, body) => {
-      if (hidden.has(section.name) || section.triangles.length === 0) return;
+      if (!section || hidden.has(section.name) || section.triangles.length === 0) return;
       const mesh = new CutMesh(section, axes, this.center);
       this.sections.set(`cut/${body}`, mesh);
       this.group.add(mesh);
     });
-    this.lookCut(look);
+  }
+
+  /**
+   * Measures of the section of each body.
+   * @returns {Promise<object[]|null>} null if the worker is to cut it for the picture, and has not begun
+   */
+  async measuresOf(plane) {
+    const { normal, offset } = plane;
+    if (this.fits(plane)) return (await this.client.call('slice', { file: this.info.file, normal, offset })).sections;
+    return this.cut?.key === keyOf(plane) ? this.cut.measures : null;
   }
 
   /** Colours the sections of the worker. */
@@ -365,6 +424,7 @@ export class Pane {
   }
 
   dispose() {
+    this.endCut();
     for (const key of [...this.sections.keys()]) this.drop(key);
     for (const { gpu } of this.slabs.values()) gpu?.dispose();
     this.slabs.clear();

@@ -1,10 +1,12 @@
 // Opens files, decodes slabs and measures slices, away from the page's own thread.
 //
-// Requests are { id, call, args }, answers { id, value } or { id, error }.
+// Requests are { id, call, args }, answers { id, value } or { id, error }; before an answer there may be { id, part }.
+// { id, stop: true } stops a call that can be stopped.
 import { cut, FetchError, httpSource, hyperplane, Invalid, measure, open } from 't4d-reader';
 
 import { blockCells } from './common.js';
 import { distancesFrom } from './distance.js';
+import { sketchesOf } from './sketch.js';
 
 const files = [];
 /** Connectivities whose cells the page has, for each file. */
@@ -102,6 +104,34 @@ const calls = {
     };
   },
 
+  /**
+   * A section across time of each body, with its measures; null if the call was stopped. Parts are what there is before
+   * that: for each body a mesh, or null where there is none that is new.
+   */
+  async sections({ file: index, normal, offset, budget }, { give, isStopped }) {
+    const file = files[index];
+    const plane = hyperplane(normal, offset);
+    let paused = performance.now();
+    const pause = async () => {
+      if (performance.now() - paused < pauseMilliseconds) return;
+      await new Promise((resolve) => { setTimeout(resolve); });
+      if (isStopped()) throw stopped;
+      paused = performance.now();
+    };
+    try {
+      const sketch = await giveSketches(file, plane, budget, give, pause);
+      const growth = giveGrowth(sketch, give);
+      const { sections } = await sectionsOf(file, plane, async (body, cutter) => {
+        growth(body, cutter);
+        await pause();
+      });
+      return sections.map((section) => ({ ...measure(section), name: section.name, ...meshOf(section) }));
+    } catch (error) {
+      if (error === stopped) return null;
+      throw error;
+    }
+  },
+
   /** Of two files, the sections but for hidden bodies, with the `distances` of their points from the other's. */
   async distances({ files: [a, b], normal, offset, hidden }) {
     const plane = hyperplane(normal, offset);
@@ -116,8 +146,51 @@ const calls = {
   },
 };
 
-/** The sections of all bodies of a file, and the milliseconds that they took without reading. */
-async function sectionsOf(file, plane) {
+const stopped = new Error('stopped');
+
+/** A call that can be stopped looks at its messages after as many. */
+const pauseMilliseconds = 50;
+
+/** Where there is no sketch, what was cut so far is given after as many, and then when twice the time is over. */
+const growthMilliseconds = 500;
+
+/** What the page draws of a section. */
+const meshOf = ({ points4, triangles }) => ({ points4, triangles });
+
+/** Gives the sketches of a section; whether each body has one. */
+async function giveSketches(file, plane, budget, give, pause) {
+  const records = file.recordsOf(plane);
+  let hasSketch = records.map(() => false);
+  try {
+    for await (const sketch of sketchesOf(file, records, plane, budget)) {
+      hasSketch = sketch.map(Boolean);
+      give(sketch);
+      await pause();
+    }
+  } catch (error) {
+    // What is damaged is said when the section itself is cut.
+    if (error === stopped) throw error;
+  }
+  return hasSketch;
+}
+
+/** Gives what was cut so far of bodies without a sketch, now and then. */
+function giveGrowth(hasSketch, give) {
+  const begin = performance.now();
+  let next = growthMilliseconds;
+  return (body, cutter) => {
+    const now = performance.now() - begin;
+    if (hasSketch[body] || now < next) return;
+    give(hasSketch.map((_, i) => (i === body ? meshOf(cutter.finish()) : null)));
+    next = 2 * now;
+  };
+}
+
+/**
+ * The sections of all bodies of a file, and the milliseconds that they took without reading.
+ * @param {(body: number, cutter) => Promise<void>} [onSlab] called after each slab
+ */
+async function sectionsOf(file, plane, onSlab = async () => {}) {
   const sections = [];
   let milliseconds = 0;
   for (const [i, records] of file.recordsOf(plane).entries()) {
@@ -127,6 +200,7 @@ async function sectionsOf(file, plane) {
       const begin = performance.now();
       cutter.add(slab);
       milliseconds += performance.now() - begin;
+      await onSlab(i, cutter);
     }
     const begin = performance.now();
     sections.push({ ...cutter.finish(), name: file.bodies[i].name });
@@ -135,13 +209,26 @@ async function sectionsOf(file, plane) {
   return { sections, milliseconds };
 }
 
-self.onmessage = async ({ data: { id, call, args } }) => {
+/** The numbers of the calls that are to stop. */
+const toStop = new Set();
+
+self.onmessage = async ({ data: { id, call, args, stop } }) => {
+  if (stop) {
+    toStop.add(id);
+    return;
+  }
   try {
-    self.postMessage({ id, value: await calls[call](args) });
+    const give = (part) => self.postMessage({ id, part }, buffersOf(part));
+    const value = await calls[call](args, { give, isStopped: () => toStop.has(id) });
+    self.postMessage({ id, value }, call === 'sections' ? buffersOf(value) : []);
   } catch (error) {
     const isKnown = error instanceof Invalid || error instanceof FetchError;
     self.postMessage({
       id, error: { message: error.message, at: error.at, rule: error.rule, isKnown, stack: isKnown ? undefined : error.stack },
     });
   }
+  toStop.delete(id);
 };
+
+/** The memory of meshes, which goes to the page. */
+const buffersOf = (meshes) => (meshes ?? []).filter(Boolean).flatMap(({ points4, triangles }) => [points4.buffer, triangles.buffer]);

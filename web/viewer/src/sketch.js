@@ -1,0 +1,106 @@
+// Sketches of sections across time, which are there long before the sections themselves.
+//
+// Of a swept solid, a layer is a triangle mesh. A sketch has the curves in which the hyperplane cuts some of the layers,
+// each as a ribbon that reaches halfway to the next ones:
+//
+//        t ^        ____          every ribbon has the shape of the section at the time of its layer,
+//          |    ___|____|         and is as wide as the time between layers
+//          |   |____|
+//          +-----------> x, y, z
+
+/** A first sketch has as many layers, about. */
+const fewLayers = 32;
+
+/** Adds the ribbons of a layer, from time `begin` to `end`, four points for each: where its prisms have a triangle. */
+function addRibbons(ribbons, { positions, time }, { corners }, { normal, offset }, [begin, end]) {
+  const [nx, ny, nz, nt] = normal;
+  const heights = new Float64Array(positions.length / 3);
+  for (let i = 0, k = 0; i < heights.length; ++i, k += 3) {
+    heights[i] = nx * positions[k] + ny * positions[k + 1] + nz * positions[k + 2] + nt * time - offset;
+  }
+  // Points move along with time, so that they stay in the hyperplane.
+  const pace = -nt / (nx * nx + ny * ny + nz * nz);
+  const addEdge = (from, to) => {
+    const share = heights[from] / (heights[from] - heights[to]);
+    const along = (axis) => {
+      const value = positions[3 * from + axis];
+      return value + share * (positions[3 * to + axis] - value);
+    };
+    const x = along(0);
+    const y = along(1);
+    const z = along(2);
+    for (const t of [begin, end]) {
+      const moved = (t - time) * pace;
+      ribbons.push(x + moved * nx, y + moved * ny, z + moved * nz, t);
+    }
+  };
+  for (let i = 0; i < corners.length; i += 6) {
+    const a = corners[i];
+    const b = corners[i + 1];
+    const c = corners[i + 2];
+    const [isA, isB, isC] = [heights[a] > 0, heights[b] > 0, heights[c] > 0];
+    if (isA === isB && isB === isC) continue;
+    // From the corner that is alone on its side.
+    const [alone, one, other] = isA === isB ? [c, a, b] : isA === isC ? [b, c, a] : [a, b, c];
+    addEdge(alone, one);
+    addEdge(alone, other);
+  }
+}
+
+/** Two triangles for every four points. */
+function sectionOf(ribbons) {
+  const triangles = new Uint32Array(ribbons.length / 16 * 6);
+  for (let i = 0, point = 0; i < triangles.length; i += 6, point += 4) {
+    triangles.set([point, point + 1, point + 2, point + 2, point + 1, point + 3], i);
+  }
+  return { points4: Float64Array.from(ribbons), triangles };
+}
+
+/** Of slabs in the order of time, every so many. */
+async function sketchOf(file, records, plane, stride) {
+  const ribbons = [];
+  let begin = records[0].begin;
+  for (let i = 0; i < records.length; i += stride) {
+    const record = records[i];
+    const next = records[i + stride];
+    const end = next ? (record.begin + next.begin) / 2 : records.at(-1).end;
+    const connectivity = await file.part(record.connectivity);
+    if (connectivity.prisms) {
+      addRibbons(ribbons, await file.part(record.lower), connectivity.prisms, plane, [begin, end]);
+    }
+    begin = end;
+  }
+  return sectionOf(ribbons);
+}
+
+/** Whether slabs consist of prisms: by one amid them, the caps being at the ends. */
+async function arePrisms(file, records) {
+  if (records.length === 0) return false;
+  const { prisms } = await file.part(records[records.length >> 1].connectivity);
+  return Boolean(prisms);
+}
+
+/**
+ * Sketches of a section across time, each finer than the one before; none of a file that was not swept.
+ * @param {import('t4d-reader').T4dFile} file
+ * @param {import('t4d-reader').SlabRecord[][]} records of each body, that the hyperplane may cut
+ * @param {import('t4d-reader').Hyperplane} plane
+ * @param {number} budget triangles of the finest sketch, about
+ * @yields {({points4: Float64Array, triangles: Uint32Array}|null)[]} one for each body, null where there is none
+ */
+export async function* sketchesOf(file, records, plane, budget) {
+  const can = await Promise.all(records.map((each) => arePrisms(file, each)));
+  if (!can.includes(true)) return;
+  const numLayers = Math.max(...records.map(({ length }, i) => (can[i] ? length : 0)));
+  let stride = Math.ceil(numLayers / fewLayers);
+  for (;;) {
+    const sections = [];
+    for (const [i, each] of records.entries()) sections.push(can[i] ? await sketchOf(file, each, plane, stride) : null);
+    const numTriangles = sections.reduce((sum, section) => sum + (section?.triangles.length ?? 0) / 3, 0);
+    yield sections;
+    // Every layer has about as many triangles.
+    const finer = Math.max(1, Math.ceil(stride * numTriangles / budget));
+    if (finer >= stride) return;
+    stride = finer;
+  }
+}
