@@ -24,7 +24,8 @@ import { prismsOf } from './prisms.js';
  * @property {number} numUpper the last vertices, those of the upper layer
  * @property {number} numMeans vertices that are means of others, the last before the upper layer
  * @property {import('./prisms.js').Prisms|null} prisms that its cells are, if they are
- * @property {Float64Array} bounds minimum and maximum of x, y, z, t of each block of 65,536 cells; of none for one block
+ * @property {Float64Array} blockBounds minimum and maximum of x, y, z, t of each block of 65,536 cells; empty for one
+ *   block
  * @property {number[]} min x, y, z, t
  * @property {number[]} max x, y, z, t
  * @property {number} connectivity offset of its CONN; slabs of the same have the same `cells`
@@ -35,8 +36,12 @@ export const noBounds = (size) => ({
   min: new Array(size).fill(Infinity), max: new Array(size).fill(-Infinity),
 });
 
-/** Widens the bounds by vertices of x, y, z, t, by as many coordinates as they have. */
+/**
+ * Widens the bounds by vertices of x, y, z, t, by as many coordinates as they have.
+ * @returns {boolean} whether these are finite
+ */
 export function widen({ min, max }, vertices) {
+  let nothing = 0;
   for (let axis = 0; axis < min.length; ++axis) {
     let low = min[axis];
     let high = max[axis];
@@ -44,20 +49,12 @@ export function widen({ min, max }, vertices) {
       const value = vertices[i];
       if (value < low) low = value;
       if (value > high) high = value;
+      nothing += value - value; // NaN if it is not finite
     }
     min[axis] = low;
     max[axis] = high;
   }
-}
-
-/** Minimum and maximum of x, y, z, t of vertices, and whether all of them are finite. */
-function extentOf(vertices) {
-  const bounds = noBounds(4);
-  widen(bounds, vertices);
-  // What is not finite less itself is NaN.
-  let nothing = 0;
-  for (let i = 0; i < vertices.length; ++i) nothing += vertices[i] - vertices[i];
-  return { ...bounds, areFinite: nothing === 0 };
+  return nothing === 0;
 }
 
 /** Arrays have blocks of as many rows. */
@@ -446,8 +443,9 @@ export function assembled(slab, conn, lower, upper) {
   put(slab.positions, numLower, (i) => slab.times[i]);
   if (upper) put(upper.positions, numVertices - numUpper, () => upper.time);
   fillMeans(vertices, conn);
-  const { min, max, areFinite } = extentOf(vertices);
-  check(areFinite, at, 'P2', () => `vertex ${Math.floor(vertices.findIndex((value) => !Number.isFinite(value)) / 4)} is not finite`);
+  const bounds = noBounds(4);
+  check(widen(bounds, vertices), at, 'P2',
+    () => `vertex ${Math.floor(vertices.findIndex((value) => !Number.isFinite(value)) / 4)} is not finite`);
   for (let i = numLower; i < numVertices - numUpper; ++i) {
     const t = vertices[4 * i + 3];
     if (t >= begin && t <= end) continue;
@@ -456,7 +454,7 @@ export function assembled(slab, conn, lower, upper) {
   checkBounds(slab, conn, vertices);
   return {
     at, body: slab.body, begin, end, vertices, cells: conn.cells, numVertices, numLower, numUpper, numMeans,
-    min, max, prisms: conn.prisms, bounds: slab.bounds, connectivity: conn.at, lower: slab.lower, upper: slab.upper,
+    ...bounds, prisms: conn.prisms, blockBounds: slab.bounds, connectivity: conn.at, lower: slab.lower, upper: slab.upper,
     attributes: attributesOf(slab, conn, lower, upper),
   };
 }

@@ -47,37 +47,37 @@ function addRibbons(ribbons, { positions, time }, { corners }, { normal, offset 
   }
 }
 
-/** Two triangles for every four points. */
-function sectionOf(ribbons) {
-  const triangles = new Uint32Array(ribbons.length / 16 * 6);
+/** Two triangles for the four points of every ribbon. */
+function meshOf(ribbons) {
+  const triangles = new Uint32Array(6 * ribbons.length / 16);
   for (let i = 0, point = 0; i < triangles.length; i += 6, point += 4) {
     triangles.set([point, point + 1, point + 2, point + 2, point + 1, point + 3], i);
   }
   return { points4: Float64Array.from(ribbons), triangles };
 }
 
-/** Of slabs in the order of time, every so many. */
+/** The sketch of a body, of every so many of its layers, without its caps. */
 async function sketchOf(file, records, plane, stride) {
   const ribbons = [];
-  let begin = records[0].begin;
-  for (let i = 0; i < records.length; i += stride) {
-    const record = records[i];
-    const next = records[i + stride];
-    const end = next ? (record.begin + next.begin) / 2 : records.at(-1).end;
-    const connectivity = await file.part(record.connectivity);
-    if (connectivity.prisms) {
-      addRibbons(ribbons, await file.part(record.lower), connectivity.prisms, plane, [begin, end]);
-    }
+  const steps = records.filter(isStep);
+  let begin = steps[0].begin;
+  for (let i = 0; i < steps.length; i += stride) {
+    const { lower, connectivity } = steps[i];
+    const end = i + stride < steps.length ? (steps[i].begin + steps[i + stride].begin) / 2 : steps.at(-1).end;
+    const { prisms } = await file.part(connectivity);
+    if (prisms) addRibbons(ribbons, await file.part(lower), prisms, plane, [begin, end]);
     begin = end;
   }
-  return sectionOf(ribbons);
+  return meshOf(ribbons);
 }
 
-/** Whether slabs consist of prisms: by one amid them, the caps being at the ends. */
-async function arePrisms(file, records) {
-  if (records.length === 0) return false;
-  const { prisms } = await file.part(records[records.length >> 1].connectivity);
-  return Boolean(prisms);
+/** Whether a slab is not a cap. */
+const isStep = ({ begin, end }) => begin < end;
+
+/** Whether a body was swept: by one of its slabs. */
+async function wasSwept(file, records) {
+  const step = records.find(isStep);
+  return Boolean(step && (await file.part(step.connectivity)).prisms);
 }
 
 /**
@@ -89,7 +89,7 @@ async function arePrisms(file, records) {
  * @yields {({points4: Float64Array, triangles: Uint32Array}|null)[]} one for each body, null where there is none
  */
 export async function* sketchesOf(file, records, plane, budget) {
-  const can = await Promise.all(records.map((each) => arePrisms(file, each)));
+  const can = await Promise.all(records.map((each) => wasSwept(file, each)));
   if (!can.includes(true)) return;
   const numLayers = Math.max(...records.map(({ length }, i) => (can[i] ? length : 0)));
   let stride = Math.ceil(numLayers / fewLayers);
