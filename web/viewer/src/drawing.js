@@ -12,10 +12,32 @@ export let isWhole = false;
 let isDirty = true;
 let hasArrivals = false;
 let drawnAt = 0;
+/** What it takes to draw all of the picture. */
 let drawMilliseconds = 0;
+/** Whether sketches are drawn, where there are any, as long as the camera moves. */
+let isRough = false;
+let restTimer = 0;
+
+/** A picture that takes longer does not follow the camera. */
+const slowMilliseconds = 100;
+
+/** Without a move in as many milliseconds, the camera rests. */
+const restMilliseconds = 250;
 
 export function invalidate() {
   isDirty = true;
+}
+
+/** The camera has moved. */
+export function onMove() {
+  isDirty = true;
+  isRough ||= drawMilliseconds > slowMilliseconds;
+  clearTimeout(restTimer);
+  if (!isRough) return;
+  restTimer = setTimeout(() => {
+    isRough = false;
+    isDirty = true;
+  }, restMilliseconds);
 }
 
 /** More of the same has come: drawn now and then, so that drawing does not hold up the rest, but a picture at once. */
@@ -76,9 +98,10 @@ export function update() {
 export function draw() {
   isDirty = false;
   const begin = performance.now();
+  for (const pane of panes) pane.setRough(isRough);
   view.render(panes);
   drawnAt = performance.now();
-  drawMilliseconds = drawnAt - begin;
+  if (!isRough) view.whenDrawn(() => { drawMilliseconds = performance.now() - begin; });
 }
 
 /** Draws what has changed; whether it has. */
@@ -96,5 +119,5 @@ export function drawChanges() {
 export async function whole() {
   do {
     await new Promise((resolve) => { requestAnimationFrame(resolve); });
-  } while (isDirty || hasArrivals || !isWhole);
+  } while (isDirty || hasArrivals || !isWhole || isRough);
 }

@@ -286,29 +286,40 @@ function timesOf(points4, center) {
   return times;
 }
 
+/** The triangles of a section of the worker, along some axes. */
+function geometryOf({ points4, triangles, distances }, axes, [cx, cy, cz, ct]) {
+  const positions = new Float32Array(points4.length / 4 * 3);
+  axes.forEach(([x, y, z, t], axis) => {
+    for (let i = 0, k = axis; i < points4.length; i += 4, k += 3) {
+      positions[k] = x * (points4[i] - cx) + y * (points4[i + 1] - cy) + z * (points4[i + 2] - cz) + t * (points4[i + 3] - ct);
+    }
+  });
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+  geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
+  geometry.setAttribute('value', new THREE.BufferAttribute(distances ?? timesOf(points4, ct), 1));
+  return geometry;
+}
+
 /** A section that the worker cut: too large to be cut here, or with distances. */
 export class CutMesh extends THREE.Mesh {
   /**
-   * @param section of the worker's slice(), with its mesh
+   * @param section of the worker, with its `sketch` if it has one
    * @param {number[][]} axes that it is shown along
    * @param {number[]} center
    */
-  constructor({ points4, triangles, distances }, axes, center) {
-    const geometry = new THREE.BufferGeometry();
-    const positions = new Float32Array(points4.length / 4 * 3);
-    const [cx, cy, cz, ct] = center;
-    axes.forEach(([x, y, z, t], axis) => {
-      for (let i = 0, k = axis; i < points4.length; i += 4, k += 3) {
-        positions[k] = x * (points4[i] - cx) + y * (points4[i + 1] - cy) + z * (points4[i + 2] - cz) + t * (points4[i + 3] - ct);
-      }
-    });
-    geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-    geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
-    const values = distances ?? timesOf(points4, ct);
-    geometry.setAttribute('value', new THREE.BufferAttribute(values, 1));
-    super(geometry, materialOf(meshVertex));
+  constructor(section, axes, center) {
+    const whole = geometryOf(section, axes, center);
+    super(whole, materialOf(meshVertex));
+    this.whole = whole;
+    this.sketch = section.sketch ? geometryOf(section.sketch, axes, center) : whole;
     this.frustumCulled = false;
-    this.modesOfValues = distances ? ['distance'] : ['time', 'age'];
+    this.modesOfValues = section.distances ? ['distance'] : ['time', 'age'];
+  }
+
+  /** Draws the sketch, if there is one, or the section. */
+  setRough(isRough) {
+    this.geometry = isRough ? this.sketch : this.whole;
   }
 
   /** Colours it by the distances that it has; without them by time or age; or by body. */
@@ -320,7 +331,8 @@ export class CutMesh extends THREE.Mesh {
   }
 
   dispose() {
-    this.geometry.dispose();
+    this.whole.dispose();
+    this.sketch.dispose();
     this.material.dispose();
   }
 }

@@ -1,6 +1,6 @@
 import { fitOtherSpace, view } from './camera.js';
 import { comparison } from './comparison.js';
-import { drawChanges, invalidate, isWhole, whole } from './drawing.js';
+import { drawChanges, invalidate, isWhole, onMove, whole } from './drawing.js';
 import { openFile, openFirst } from './files.js';
 import { listen } from './input.js';
 import { linkLater } from './link.js';
@@ -24,7 +24,7 @@ onChange((before) => {
 });
 
 view.controls.addEventListener('change', () => {
-  invalidate();
+  onMove();
   linkLater();
 });
 

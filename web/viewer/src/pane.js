@@ -282,7 +282,11 @@ export class Pane {
     const { file, bodies } = this.info;
     const cut = { plane, key: keyOf(plane), sections: bodies.map(() => null), version: 0, isSeen: false, isWhole: false };
     const take = (sections) => {
-      cut.sections = sections.map((section, body) => (section ? { ...section, name: bodies[body].name } : cut.sections[body]));
+      cut.sections = sections.map((section, body) => {
+        const before = cut.sections[body];
+        if (!section) return before;
+        return { ...section, name: bodies[body].name, sketch: before?.isSketch && !section.isSketch ? before : null };
+      });
       ++cut.version;
     };
     const { normal, offset } = plane;
@@ -349,6 +353,11 @@ export class Pane {
     const { normal, offset } = plane;
     if (this.fits(plane)) return (await this.client.call('slice', { file: this.info.file, normal, offset })).sections;
     return this.cut?.key === keyOf(plane) ? this.cut.measures : null;
+  }
+
+  /** Draws sketches, where there are any, in the place of the sections of the worker. */
+  setRough(isRough) {
+    for (const mesh of this.sections.values()) if (mesh instanceof CutMesh) mesh.setRough(isRough);
   }
 
   /** Colours the sections of the worker. */

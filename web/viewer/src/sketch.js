@@ -53,7 +53,7 @@ function meshOf(ribbons) {
   for (let i = 0, point = 0; i < triangles.length; i += 6, point += 4) {
     triangles.set([point, point + 1, point + 2, point + 2, point + 1, point + 3], i);
   }
-  return { points4: Float64Array.from(ribbons), triangles };
+  return { points4: Float64Array.from(ribbons), triangles, isSketch: true };
 }
 
 /** The sketch of a body, of every so many of its layers, without its caps. */
@@ -86,7 +86,7 @@ async function wasSwept(file, records) {
  * @param {import('t4d-reader').SlabRecord[][]} records of each body, that the hyperplane may cut
  * @param {import('t4d-reader').Hyperplane} plane
  * @param {number} budget triangles of the finest sketch, about
- * @yields {({points4: Float64Array, triangles: Uint32Array}|null)[]} one for each body, null where there is none
+ * @yields {({points4: Float64Array, triangles: Uint32Array, isSketch: true}|null)[]} one for each body, null where there is none
  */
 export async function* sketchesOf(file, records, plane, budget) {
   const can = await Promise.all(records.map((each) => wasSwept(file, each)));

@@ -102,6 +102,23 @@ export class View {
     }
   }
 
+  /** Calls when the GPU has drawn what it is to draw by now. */
+  whenDrawn(call) {
+    const gl = this.renderer.getContext();
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = () => {
+      const isDrawn = gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED;
+      if (!isDrawn && !gl.isContextLost()) {
+        requestAnimationFrame(look);
+        return;
+      }
+      gl.deleteSync(fence);
+      call();
+    };
+    requestAnimationFrame(look);
+  }
+
   /** Waits until the GPU has drawn. */
   finish() {
     const gl = this.renderer.getContext();

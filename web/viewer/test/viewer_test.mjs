@@ -267,6 +267,91 @@ for (const color of ['body', 'time']) test(`a section that is too large for the 
   await page.close();
 });
 
+/** Has the worker cut a section, and notes what there is each time that there is more. */
+const cutByWorker = (page, state) => page.evaluate(async (changes) => {
+  const { panes: [pane], set, whole } = window.t4dViewer;
+  const measures = document.getElementById('measures');
+  const notes = [];
+  const { onChange } = pane;
+  pane.onChange = (what) => {
+    const section = pane.cut?.sections[0];
+    if (section) notes.push({ isSketch: Boolean(section.isSketch), busy: measures.ariaBusy, text: measures.innerText });
+    onChange(what);
+  };
+  pane.budget = 1;
+  set(changes);
+  await whole();
+  pane.onChange = onChange;
+  return notes;
+}, state);
+
+test('a section of the worker is a sketch at first, with its numbers marked until they are right', async () => {
+  const { page, errors } = await openAt('?file=torus.t4d#t=0.4');
+  await page.waitForFunction('document.getElementById("measures").ariaBusy === "false"');
+  const before = await page.innerText('#measures');
+  const notes = await cutByWorker(page, { cut: 'x', x: 0.3 });
+  assert.deepEqual(notes.map(({ isSketch }) => isSketch).filter((each, i, all) => each !== all[i - 1]), [true, false]);
+  for (const { busy, text } of notes.filter(({ isSketch }) => isSketch)) assert.deepEqual([busy, text], ['true', before]);
+  const { triangles, vertices, volume, area } = t4d('slice', at('torus.t4d'), '--x', 0.3);
+  await page.waitForFunction('document.getElementById("measures").ariaBusy === "false"');
+  const numbers = await page.locator('#measures td:last-child').allInnerTexts();
+  assert.deepEqual(numbers, [
+    ...[triangles, vertices].map((count) => count.toLocaleString('en')),
+    ...[volume, area].map((value) => String(Number(value.toPrecision(6)))),
+  ]);
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('what was not swept is shown when it is cut, with the right numbers', async () => {
+  const { page, errors } = await openAt('?file=large.t4d');
+  const notes = await cutByWorker(page, { cut: 'y', y: 0.1 });
+  assert.ok(notes.every(({ isSketch }) => !isSketch));
+  const { triangles } = t4d('slice', at('large.t4d'), '--y', 0.1);
+  await page.waitForFunction((text) => document.getElementById('measures').innerText.includes(text), triangles.toLocaleString('en'));
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('a section of the worker that is left for another comes to nothing', async () => {
+  const { page, errors } = await openAt('?file=torus.t4d');
+  const { shown, isCutting } = await page.evaluate(async () => {
+    const { panes: [pane], set, whole } = window.t4dViewer;
+    pane.budget = 1;
+    for (let i = 0; i < 40; ++i) {
+      set({ cut: 'x', x: 0.1 + i / 100 });
+      await new Promise((resolve) => { setTimeout(resolve, i % 4 * 10); });
+    }
+    await whole();
+    return { shown: pane.cut.plane.offset, isCutting: !pane.cut.isWhole };
+  });
+  assert.deepEqual([shown, isCutting], [0.1 + 39 / 100, false]);
+  const { triangles } = t4d('slice', at('torus.t4d'), '--x', shown);
+  await page.waitForFunction((text) => document.getElementById('measures').innerText.includes(text), triangles.toLocaleString('en'));
+  await page.evaluate(() => window.t4dViewer.set({ x: 0.2 }));
+  await page.evaluate(() => { window.t4dViewer.panes[0].budget = 1e9; });
+  const [found] = await shownMeasures(page, { cut: 't', t: 0.4 });
+  sameAsProgram(found, t4d('slice', at('torus.t4d'), '--time', 0.4), 'after it');
+  assert.equal(await page.evaluate('window.t4dViewer.panes[0].cut'), null);
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('a section that is slow to draw is a sketch while the camera moves', async () => {
+  const { page, errors } = await openAt('?file=torus.t4d');
+  await cutByWorker(page, { cut: 'x', x: 0.3 });
+  const { triangles } = t4d('slice', at('torus.t4d'), '--x', 0.3);
+  const [rough, whole] = await page.evaluate(() => [true, false].map((isRough) => {
+    const [pane] = window.t4dViewer.panes;
+    pane.setRough(isRough);
+    return pane.sections.get('cut/0').geometry.index.count / 3;
+  }));
+  assert.equal(whole, triangles);
+  assert.ok(rough > 0 && rough < triangles / 2, `${rough} of ${triangles}`);
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
 test('edges are lines', async () => {
   const { page, errors } = await openAt('?file=cube.t4d#t=1.9', { viewport: { width: 1280, height: 800 } });
   const [edges, solid] = await page.evaluate(async () => {
