@@ -12,14 +12,15 @@ export let isWhole = false;
 let isDirty = true;
 let hasArrivals = false;
 let drawnAt = 0;
-/** What it takes to draw all of the picture. */
+/** What it takes to draw the picture, but for sketches in its place. */
 let drawMilliseconds = 0;
-/** Whether sketches are drawn, where there are any, as long as the camera moves. */
-let isRough = false;
+/** Whether the camera moves, where the picture does not follow. */
+let isMoving = false;
 let restTimer = 0;
 
-/** A picture that takes longer does not follow the camera. */
+/** Of a picture that takes longer, sketches are drawn while the camera moves, and while another is waited for. */
 const slowMilliseconds = 100;
+const isSlow = () => drawMilliseconds > slowMilliseconds;
 
 /** Without a move in as many milliseconds, the camera rests. */
 const restMilliseconds = 250;
@@ -31,11 +32,11 @@ export function invalidate() {
 /** The camera has moved. */
 export function onMove() {
   isDirty = true;
-  isRough ||= drawMilliseconds > slowMilliseconds;
+  isMoving = isSlow();
   clearTimeout(restTimer);
-  if (!isRough) return;
+  if (!isMoving) return;
   restTimer = setTimeout(() => {
-    isRough = false;
+    isMoving = false;
     isDirty = true;
   }, restMilliseconds);
 }
@@ -98,6 +99,7 @@ export function update() {
 export function draw() {
   isDirty = false;
   const begin = performance.now();
+  const isRough = isSlow() && (isMoving || !isWhole);
   for (const pane of panes) pane.setRough(isRough);
   view.render(panes);
   drawnAt = performance.now();
@@ -119,5 +121,5 @@ export function drawChanges() {
 export async function whole() {
   do {
     await new Promise((resolve) => { requestAnimationFrame(resolve); });
-  } while (isDirty || hasArrivals || !isWhole || isRough);
+  } while (isDirty || hasArrivals || !isWhole || isMoving);
 }
