@@ -152,7 +152,8 @@ function checkDone(done, bodies, headers) {
 const recordOf = (slab) => {
   const { at, begin, end, connectivity, lower, upper, body, cells, min, max } = slab;
   return {
-    at, begin, end, connectivity, lower, upper, body, numCells: cells.length / 4, min: min.slice(0, 3), max: max.slice(0, 3),
+    at, begin, end, connectivity, lower, upper, body, numCells: cells.length / 4,
+    min: min.slice(0, 3), max: max.slice(0, 3),
   };
 };
 

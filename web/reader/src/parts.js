@@ -405,6 +405,8 @@ function attributesOf(slab, conn, lower, upper) {
   return [...conn.attributes, ...ofVertices, ...own.filter(({ domain }) => domain === 'cell')];
 }
 
+const firstNotFinite = (vertices) => Math.floor(vertices.findIndex((value) => !Number.isFinite(value)) / 4);
+
 /**
  * A slab, put together.
  * @param slab of parseSlab()
@@ -444,8 +446,7 @@ export function assembled(slab, conn, lower, upper) {
   if (upper) put(upper.positions, numVertices - numUpper, () => upper.time);
   fillMeans(vertices, conn);
   const bounds = noBounds(4);
-  check(widen(bounds, vertices), at, 'P2',
-    () => `vertex ${Math.floor(vertices.findIndex((value) => !Number.isFinite(value)) / 4)} is not finite`);
+  check(widen(bounds, vertices), at, 'P2', () => `vertex ${firstNotFinite(vertices)} is not finite`);
   for (let i = numLower; i < numVertices - numUpper; ++i) {
     const t = vertices[4 * i + 3];
     if (t >= begin && t <= end) continue;
@@ -454,7 +455,8 @@ export function assembled(slab, conn, lower, upper) {
   checkBounds(slab, conn, vertices);
   return {
     at, body: slab.body, begin, end, vertices, cells: conn.cells, numVertices, numLower, numUpper, numMeans,
-    ...bounds, prisms: conn.prisms, blockBounds: slab.bounds, connectivity: conn.at, lower: slab.lower, upper: slab.upper,
+    ...bounds, prisms: conn.prisms, blockBounds: slab.bounds,
+    connectivity: conn.at, lower: slab.lower, upper: slab.upper,
     attributes: attributesOf(slab, conn, lower, upper),
   };
 }

@@ -7,7 +7,8 @@ import { fileURLToPath } from 'node:url';
 
 import { cut, heightsOf, hyperplane, open } from '../src/index.js';
 
-const folder = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../../t4d/conformance/corpus/files/valid');
+const here = path.dirname(fileURLToPath(import.meta.url));
+const folder = path.resolve(here, '../../../t4d/conformance/corpus/files/valid');
 const fileOf = (name) => open(new Uint8Array(readFileSync(path.join(folder, name))));
 const all = readdirSync(folder).filter((name) => name.endsWith('.t4d'));
 
@@ -108,10 +109,13 @@ test('blocks of cells that a hyperplane misses are left out, and nothing else', 
   const vertices = Float64Array.from([...corners, ...corners.map((value, i) => (i % 4 === 0 ? value + 10 : value))]);
   const cells = Uint32Array.from({ length: 4 * 65537 }, (_, i) => i % 4 + (i < 4 * 65536 ? 0 : 4));
   const blockBounds = Float64Array.from([0, 0, 0, 0, 1, 1, 1, 1, 10, 0, 0, 0, 11, 1, 1, 1]);
-  const slab = { begin: 0, end: 1, vertices, cells, numVertices: 8, numLower: 0, numUpper: 0, prisms: null, blockBounds };
+  const slab = {
+    begin: 0, end: 1, vertices, cells, numVertices: 8, numLower: 0, numUpper: 0, prisms: null, blockBounds,
+  };
   const countAt = (x, change) => sectionOf([slab], hyperplane([1, 0, 0, 0], x), change).triangles.length / 3;
   assert.deepEqual([0.5, 5, 10.5].map((x) => countAt(x)), [65536, 0, 1]);
   // A block is judged by its bounds alone.
-  const withWrongBounds = (each) => ({ ...each, blockBounds: blockBounds.map((value, i) => (i < 8 ? value + 20 : value)) });
+  const wrongBounds = blockBounds.map((value, i) => (i < 8 ? value + 20 : value));
+  const withWrongBounds = (each) => ({ ...each, blockBounds: wrongBounds });
   assert.equal(countAt(0.5, withWrongBounds), 0);
 });

@@ -47,6 +47,6 @@ export class Client {
       this.pending.set(id, { resolve, reject, onPart });
       this.worker.postMessage({ id, call, args });
     });
-    return { answer, stop: () => this.worker.postMessage({ id, stop: true }) };
+    return { answer, stop: () => this.pending.has(id) && this.worker.postMessage({ id, stop: true }) };
   }
 }

@@ -98,11 +98,11 @@ export function update() {
 
 export function draw() {
   isDirty = false;
-  const begin = performance.now();
   const isRough = isSlow() && (isMoving || !isWhole);
   for (const pane of panes) pane.setRough(isRough);
   view.render(panes);
   drawnAt = performance.now();
+  const begin = drawnAt;
   if (!isRough) view.whenDrawn(() => { drawMilliseconds = performance.now() - begin; });
 }
 

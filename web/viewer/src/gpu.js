@@ -291,7 +291,8 @@ function geometryOf({ points4, triangles, distances }, axes, [cx, cy, cz, ct]) {
   const positions = new Float32Array(points4.length / 4 * 3);
   axes.forEach(([x, y, z, t], axis) => {
     for (let i = 0, k = axis; i < points4.length; i += 4, k += 3) {
-      positions[k] = x * (points4[i] - cx) + y * (points4[i + 1] - cy) + z * (points4[i + 2] - cz) + t * (points4[i + 3] - ct);
+      positions[k] = x * (points4[i] - cx) + y * (points4[i + 1] - cy) + z * (points4[i + 2] - cz)
+        + t * (points4[i + 3] - ct);
     }
   });
   const geometry = new THREE.BufferGeometry();

@@ -13,8 +13,8 @@ import { CutMesh, FacesMesh, GpuSlab, makeCells, measureCorners, mostTexels, rea
 const slabBudget = 768 * 1024 * 1024;
 
 /**
- * Triangles of a sketch, which is shown until a section of the worker is there. Without a GPU, a processor draws as many
- * in 0.1 to 0.2 s.
+ * Triangles of a sketch, which is shown until a section of the worker is there. Without a GPU, as many are drawn in 0.1
+ * to 0.2 s.
  */
 const sketchBudget = 100_000;
 
@@ -280,7 +280,7 @@ export class Pane {
   beginCut(plane) {
     this.endCut();
     const { file, bodies } = this.info;
-    const cut = { plane, key: keyOf(plane), sections: bodies.map(() => null), version: 0, isSeen: false, isWhole: false };
+    const cut = { plane, key: keyOf(plane), isSeen: false, isWhole: false, sections: bodies.map(() => null), version: 0 };
     const take = (sections) => {
       cut.sections = sections.map((section, body) => {
         const before = cut.sections[body];
@@ -290,10 +290,12 @@ export class Pane {
       ++cut.version;
     };
     const { normal, offset } = plane;
-    const { answer, stop } = this.client.begin('sections', { file, normal, offset, budget: sketchBudget }, (part) => {
+    const onPart = (part) => {
       take(part);
-      this.onChange({ isPicture: true });
-    });
+      if (this.cut === cut) this.onChange({ isPicture: true });
+    };
+    const args = { file, normal, offset, budget: sketchBudget };
+    const { answer, stop } = this.client.begin('sections', args, onPart);
     cut.stop = stop;
     cut.measures = answer.then((sections) => {
       if (sections) take(sections);

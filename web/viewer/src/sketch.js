@@ -1,7 +1,7 @@
 // Sketches of sections across time, which are there long before the sections themselves.
 //
-// Of a swept solid, a layer is a triangle mesh. A sketch has the curves in which the hyperplane cuts some of the layers,
-// each as a ribbon that reaches halfway to the next ones:
+// Of a swept solid, a layer is a triangle mesh. A sketch has the curves in which the hyperplane cuts some of the
+// layers, each as a ribbon that reaches halfway to the next ones:
 //
 //        t ^        ____          every ribbon has the shape of the section at the time of its layer,
 //          |    ___|____|         and is as wide as the time between layers
@@ -60,6 +60,7 @@ function meshOf(ribbons) {
 async function sketchOf(file, records, plane, stride) {
   const ribbons = [];
   const steps = records.filter(isStep);
+  file.parsed(steps.filter((_, i) => i % stride === 0).map(({ lower }) => lower)); // in few requests
   let begin = steps[0].begin;
   for (let i = 0; i < steps.length; i += stride) {
     const { lower, connectivity } = steps[i];
@@ -86,16 +87,20 @@ async function wasSwept(file, records) {
  * @param {import('t4d-reader').SlabRecord[][]} records of each body, that the hyperplane may cut
  * @param {import('t4d-reader').Hyperplane} plane
  * @param {number} budget triangles of the finest sketch, about
- * @yields {({points4: Float64Array, triangles: Uint32Array, isSketch: true}|null)[]} one for each body, null where there is none
+ * @yields {({points4: Float64Array, triangles: Uint32Array, isSketch: true}|null)[]} one for each body, null where
+ *   there is none
  */
 export async function* sketchesOf(file, records, plane, budget) {
+  if (plane.isTime) return;
   const can = await Promise.all(records.map((each) => wasSwept(file, each)));
   if (!can.includes(true)) return;
   const numLayers = Math.max(...records.map(({ length }, i) => (can[i] ? length : 0)));
   let stride = Math.ceil(numLayers / fewLayers);
   for (;;) {
     const sections = [];
-    for (const [i, each] of records.entries()) sections.push(can[i] ? await sketchOf(file, each, plane, stride) : null);
+    for (const [i, each] of records.entries()) {
+      sections.push(can[i] ? await sketchOf(file, each, plane, stride) : null);
+    }
     const numTriangles = sections.reduce((sum, section) => sum + (section?.triangles.length ?? 0) / 3, 0);
     yield sections;
     // Every layer has about as many triangles.

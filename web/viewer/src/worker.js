@@ -148,10 +148,10 @@ const calls = {
 
 const stopped = new Error('stopped');
 
-/** A call that can be stopped looks at its messages after as many. */
+/** A call that can be stopped looks every so often whether it was. */
 const pauseMilliseconds = 50;
 
-/** Where there is no sketch, what was cut so far is given after as many, and then when twice the time is over. */
+/** Where there is no sketch, what was cut so far is given after this time, and whenever the time has doubled. */
 const growthMilliseconds = 500;
 
 /** What the page draws of a section. */
@@ -231,4 +231,5 @@ self.onmessage = async ({ data: { id, call, args, stop } }) => {
 };
 
 /** The memory of meshes, which goes to the page. */
-const buffersOf = (meshes) => (meshes ?? []).filter(Boolean).flatMap(({ points4, triangles }) => [points4.buffer, triangles.buffer]);
+const buffersOf = (meshes) => (meshes ?? []).filter(Boolean)
+  .flatMap(({ points4, triangles }) => [points4.buffer, triangles.buffer]);

@@ -20,7 +20,7 @@ before(() => {
   rmSync(folder, { recursive: true, force: true });
   mkdirSync(folder, { recursive: true });
   run('t4d-fixtures', at('fx'));
-  for (const motion of ['rest', 'skew-axis']) {
+  for (const motion of ['rest', 'skew-axis', 'screw-in']) {
     run('t4d', 'sweep', at('fx/torus.obj'), '--motion', at(`fx/${motion}.json`), '-o', at(`${motion}.t4d`));
   }
 });
@@ -43,7 +43,8 @@ const alongAxes = ({ points4, triangles }, { axes }) => {
   return { points, triangles };
 };
 
-const isNear = (found, expected) => assert.ok(Math.abs(found - expected) <= 1e-9 * Math.abs(expected), `${found}, expected ${expected}`);
+const isNear = (found, expected) =>
+  assert.ok(Math.abs(found - expected) <= 1e-9 * Math.abs(expected), `${found}, expected ${expected}`);
 
 test('at rest, the sketch is the section but for its caps', async () => {
   const file = await fileOf('rest.t4d');
@@ -71,7 +72,7 @@ test('a sketch is in its hyperplane, and lasts as long as the motion', async () 
 });
 
 test('sketches are finer one by one, as far as the budget allows', async () => {
-  const file = await fileOf('skew-axis.t4d');
+  const file = await fileOf('screw-in.t4d');
   const plane = hyperplane([1, 0, 0, 0], 0.3);
   const unlimited = (await sketches(file, plane)).map(numTriangles);
   assert.ok(unlimited.length > 1, unlimited);
@@ -81,6 +82,10 @@ test('sketches are finer one by one, as far as the budget allows', async () => {
     assert.ok(counts.every((count, i) => i === 0 || count > counts[i - 1]), counts);
     if (counts.length > 1) assert.ok(counts.at(-1) < 1.5 * budget, `${counts}, ${budget}`);
   }
+});
+
+test('a slice at a time has no sketch', async () => {
+  assert.deepEqual(await sketches(await fileOf('skew-axis.t4d'), hyperplane([0, 0, 0, 1], 0.1)), []);
 });
 
 test('what was not swept has no sketch', async () => {
