@@ -2,5 +2,5 @@
 export { answering, open, readAll, T4dFile } from './file.js';
 export { crc32c } from './crc32c.js';
 export { Invalid } from './invalid.js';
-export { cut, cutTable, determinant4, heightsOf, hyperplane, measure } from './slice.js';
+export { cut, cutTable, determinant4, eachRunThatMayBeCut, heightsOf, hyperplane, measure } from './slice.js';
 export { blobSource, bytesSource, FetchError, httpSource } from './source.js';

@@ -192,9 +192,15 @@ class Growing {
   take() { return this.values.slice(0, this.length); }
 }
 
-/** The cells that may be cut, in their order, as use(begin, end) of `slab.cells`. */
-function eachRunThatMayBeCut(slab, heights, plane, use) {
-  const { cells, prisms, blockBounds: bounds } = slab;
+/**
+ * The cells that may be cut, in their order.
+ * @param {import('./parts.js').Slab} slab
+ * @param {Float64Array} heights of its vertices, from heightsOf()
+ * @param {Hyperplane} plane
+ * @param {(begin: number, end: number) => void} use called with the ends of a part of `slab.cells`
+ */
+export function eachRunThatMayBeCut(slab, heights, plane, use) {
+  const { cells, prisms, blockBounds: bounds = [] } = slab;
   if (prisms) {
     const clear = clearHeight(slab, plane);
     const { corners, cellsEach } = prisms;

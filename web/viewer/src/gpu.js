@@ -1,7 +1,7 @@
 // Slabs as textures, and what draws their sections.
 import * as THREE from 'three';
 
-import { cutTable, heightsOf } from 't4d-reader';
+import { cutTable, eachRunThatMayBeCut, heightsOf } from 't4d-reader';
 
 import { blockCells, rowTexels } from './common.js';
 import { facesVertex, fragment, meshVertex, sectionVertex } from './shaders.js';
@@ -49,7 +49,7 @@ export class GpuSlab {
    */
   constructor(slab, cells, center) {
     Object.assign(this, {
-      vertices: slab.vertices, begin: slab.begin, end: slab.end, numCells: slab.numCells, bounds: slab.bounds,
+      vertices: slab.vertices, begin: slab.begin, end: slab.end, min: slab.min, max: slab.max, numCells: slab.numCells, bounds: slab.bounds,
       attributes: slab.attributes, cells,
     });
     ++cells.users;
@@ -95,8 +95,9 @@ export class GpuSlab {
 const linearOf = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
 
 /** The cells of a connectivity on the GPU, for GpuSlab. */
-export const makeCells = (cells) => ({
-  texture: textureOf('rgbaUint', cells.length / 4, (data) => data.set(cells)), users: 0, bytes: cells.byteLength,
+export const makeCells = ({ cells, prisms }) => ({
+  texture: textureOf('rgbaUint', cells.length / 4, (data) => data.set(cells)), prisms, users: 0,
+  bytes: cells.byteLength + (prisms?.corners.byteLength ?? 0),
 });
 
 const blackEdges = new THREE.Color(0.02, 0.02, 0.03);
@@ -218,19 +219,15 @@ export class SectionMesh extends NumberedMesh {
 
   /** Lists the triangles that are cut, and returns their number. */
   classify(plane, heights, atLast) {
-    const { bounds } = this.slab;
     const cells = this.slab.cells.texture.image.data;
     const above = new Uint8Array(heights.length);
-    const end = 4 * this.slab.numCells;
     for (let i = 0; i < heights.length; ++i) above[i] = heights[i] > 0 || (atLast && heights[i] === 0) ? 1 : 0;
     let list = this.material.uniforms.triangles.value.image.data;
     let count = 0;
-    for (let block = 0; block < bounds.length / 8; ++block) {
-      const [low, high] = [bounds.subarray(8 * block, 8 * block + 4), bounds.subarray(8 * block + 4, 8 * block + 8)];
-      if (!plane.mayCut(low, high)) continue;
-      if (count + 2 * blockCells > list.length) list = this.grow(2 * (count + 2 * blockCells), count);
-      const blockEnd = Math.min(end, 4 * blockCells * (block + 1));
-      for (let i = 4 * blockCells * block; i < blockEnd; i += 4) {
+    this.eachRun(plane, heights, (begin, end) => {
+      const most = count + (end - begin) / 2;
+      if (most > list.length) list = this.grow(2 * most, count);
+      for (let i = begin; i < end; i += 4) {
         const a = cells[i];
         const b = cells[i + 1];
         const c = cells[i + 2];
@@ -248,8 +245,22 @@ export class SectionMesh extends NumberedMesh {
           if (isQuadrilateral && isWhole(mask, 1, ofCell)) list[count++] = entry | 1;
         }
       }
-    }
+    });
     return count;
+  }
+
+  /** The cells that may be cut, as use(begin, end) of the numbers of their corners. */
+  eachRun(plane, heights, use) {
+    const { bounds, numCells, min, max, cells: { prisms, texture } } = this.slab;
+    const cells = texture.image.data.subarray(0, 4 * numCells);
+    if (prisms) {
+      eachRunThatMayBeCut({ cells, prisms, min, max }, heights, plane, use);
+      return;
+    }
+    for (let i = 0, k = 0; i < cells.length; i += 4 * blockCells, k += 8) {
+      if (!plane.mayCut(bounds.subarray(k, k + 4), bounds.subarray(k + 4, k + 8))) continue;
+      use(i, Math.min(cells.length, i + 4 * blockCells));
+    }
   }
 
   /** Makes room for as many triangles. */

@@ -146,7 +146,7 @@ export class Pane {
   async fetchSlab(body, number) {
     const { file } = this.info;
     const slab = await this.client.call('slab', { file, body, slab: number });
-    if (slab.cells) this.cells.set(slab.connectivity, makeCells(slab.cells));
+    if (slab.cells) this.cells.set(slab.connectivity, makeCells(slab));
     if (this.cells.has(slab.connectivity)) return slab;
     // They were forgotten while this was on its way.
     await this.client.call('forget', { file, connectivity: slab.connectivity });

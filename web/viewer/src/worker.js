@@ -60,10 +60,10 @@ const calls = {
     const slab = await file.slab(file.bodies[body].slabs[number]);
     const hasCells = sent[index].has(slab.connectivity);
     sent[index].add(slab.connectivity);
-    const { begin, end, vertices, cells, connectivity, numVertices } = slab;
+    const { begin, end, min, max, vertices, cells, prisms, connectivity, numVertices } = slab;
     return {
-      begin, end, vertices, connectivity, numVertices, numCells: cells.length / 4,
-      cells: hasCells ? null : cells, bounds: boundsOfBlocks(slab),
+      begin, end, min, max, vertices, connectivity, numVertices, numCells: cells.length / 4,
+      cells: hasCells ? null : cells, prisms: hasCells ? null : prisms, bounds: boundsOfBlocks(slab),
       attributes: slab.attributes.filter((each) => each.components <= 4)
         .map(({ domain, name, type, components }) => ({ domain, name, type, components })),
       read: file.bytesRead, requests: file.requests,
