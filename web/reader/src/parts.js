@@ -23,7 +23,7 @@ import { prismsOf } from './prisms.js';
  * @property {number} numLower the first vertices, those of the lower layer
  * @property {number} numUpper the last vertices, those of the upper layer
  * @property {number} numMeans vertices that are means of others, the last before the upper layer
- * @property {import('./prisms.js').Prisms|null} prisms that its cells are, if they are
+ * @property {Uint32Array|null} prisms six corners of each prism, if its cells are those of prisms (prisms.js)
  * @property {Float64Array} blockBounds minimum and maximum of x, y, z, t of each block of 65,536 cells; empty for one
  *   block
  * @property {number[]} min x, y, z, t

@@ -1,4 +1,5 @@
 import { blockRows } from './parts.js';
+import { cellsOfPrism } from './prisms.js';
 
 /**
  * @typedef {object} Hyperplane all p with normal . p = offset
@@ -203,9 +204,8 @@ export function eachRunThatMayBeCut(slab, heights, plane, use) {
   const { cells, prisms, blockBounds: bounds = [] } = slab;
   if (prisms) {
     const clear = clearHeight(slab, plane);
-    const { corners, cellsEach } = prisms;
-    for (let i = 0, k = 0; i < cells.length; i += 4 * cellsEach, k += 6) {
-      if (!areOnOneSide(corners, k, heights, clear)) use(i, i + 4 * cellsEach);
+    for (let i = 0, k = 0; i < cells.length; i += 4 * cellsOfPrism, k += 6) {
+      if (!areOnOneSide(prisms, k, heights, clear)) use(i, i + 4 * cellsOfPrism);
     }
     return;
   }
@@ -216,7 +216,7 @@ export function eachRunThatMayBeCut(slab, heights, plane, use) {
   }
 }
 
-/** Whether the six corners of a prism, so also their means, are above the hyperplane or all below. */
+/** Whether the six corners of a prism, so also their means, are all above the hyperplane or all below. */
 function areOnOneSide(corners, k, heights, clear) {
   const first = heights[corners[k]];
   if (first > clear) {

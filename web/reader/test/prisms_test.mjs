@@ -87,9 +87,9 @@ test('prisms are 14 cells of six corners each, which lie in layers over each oth
   for (const { name, bodies } of swept) {
     for (const { prisms, cells, numLower, numVertices, numUpper, begin, end, vertices } of bodies.flat()) {
       if (!prisms) continue;
-      assert.equal(14 * 4 * prisms.corners.length / 6, cells.length, name);
-      for (let i = 0; i < prisms.corners.length; i += 6) {
-        const [a, b, c, ...upper] = prisms.corners.subarray(i, i + 6);
+      assert.equal(14 * 4 * prisms.length / 6, cells.length, name);
+      for (let i = 0; i < prisms.length; i += 6) {
+        const [a, b, c, ...upper] = prisms.subarray(i, i + 6);
         assert.ok([a, b, c].every((corner) => corner < numLower && vertices[4 * corner + 3] === begin));
         assert.deepEqual(upper, [a, b, c].map((corner) => corner + numVertices - numUpper));
         assert.ok(upper.every((corner) => vertices[4 * corner + 3] === end));

@@ -97,7 +97,7 @@ const linearOf = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055)
 /** The cells of a connectivity on the GPU, for GpuSlab. */
 export const makeCells = ({ cells, prisms }) => ({
   texture: textureOf('rgbaUint', cells.length / 4, (data) => data.set(cells)), prisms, users: 0,
-  bytes: cells.byteLength + (prisms?.corners.byteLength ?? 0),
+  bytes: cells.byteLength + (prisms?.byteLength ?? 0),
 });
 
 const blackEdges = new THREE.Color(0.02, 0.02, 0.03);

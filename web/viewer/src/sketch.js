@@ -12,7 +12,7 @@
 const fewLayers = 32;
 
 /** Adds the ribbons of a layer, from time `begin` to `end`, four points for each: where its prisms have a triangle. */
-function addRibbons(ribbons, { positions, time }, { corners }, { normal, offset }, [begin, end]) {
+function addRibbons(ribbons, { positions, time }, prisms, { normal, offset }, [begin, end]) {
   const [nx, ny, nz, nt] = normal;
   const heights = new Float64Array(positions.length / 3);
   for (let i = 0, k = 0; i < heights.length; ++i, k += 3) {
@@ -34,10 +34,10 @@ function addRibbons(ribbons, { positions, time }, { corners }, { normal, offset 
       ribbons.push(x + moved * nx, y + moved * ny, z + moved * nz, t);
     }
   };
-  for (let i = 0; i < corners.length; i += 6) {
-    const a = corners[i];
-    const b = corners[i + 1];
-    const c = corners[i + 2];
+  for (let i = 0; i < prisms.length; i += 6) {
+    const a = prisms[i];
+    const b = prisms[i + 1];
+    const c = prisms[i + 2];
     const [isA, isB, isC] = [heights[a] > 0, heights[b] > 0, heights[c] > 0];
     if (isA === isB && isB === isC) continue;
     // From the corner that is alone on its side.
