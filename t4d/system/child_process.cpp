@@ -19,6 +19,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -292,9 +293,11 @@ struct ChildProcess::State {
     kill(-child, SIGKILL);
     note.release();
     int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    rusage usage{};
+    while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {
     }
     child = 0;
+    run.peakBytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
     return status;
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -47,9 +48,10 @@ struct ProgramRun {
   };
   End end = End::Exited;
   int code = 0;
-  std::string output;   ///< standard output
-  std::string message;  ///< standard error
-  double seconds = 0;   ///< from start to end
+  std::string output;           ///< standard output
+  std::string message;          ///< standard error
+  double seconds = 0;           ///< from start to end
+  std::uint64_t peakBytes = 0;  ///< of memory, as the system counts it
 };
 
 /// Splits a command as a user types it, "python3 my_reader.py --fast", into words. Quotes and

@@ -8,6 +8,7 @@
 #include "t4d/formats/triangle_mesh_reader.h"
 #include "tools/bench/collided_meshes.h"
 #include "tools/bench/swept_mesh.h"
+#include "tools/bench/whole_commands.h"
 #include "tools/bench/woven_voxels.h"
 
 namespace {
@@ -20,6 +21,7 @@ struct Options {
   int repetitions = 7;
   std::string backend = "mesh4d";
   bool large = false;
+  bool files = false;
   bool json = false;
 };
 
@@ -35,7 +37,39 @@ Result<model::Motion> paperScrew() {
   return model::chainScrews(0, {&run, 1});
 }
 
+/// A folder of this run's own, which goes with it.
+class Folder {
+ public:
+  explicit Folder(const std::string& within)
+      : path_(std::filesystem::path(within) / fmt::format("t4d-bench-{}", getpid())) {
+    std::filesystem::create_directories(path_);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+Result<bench::Report> measureFiles(const Options& options) {
+  bench::Report report;
+  report.repetitions = options.repetitions;
+  report.input = "whole commands";
+  const Folder folder(options.folder);
+  const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "t4d";
+  auto measured = bench::measureWholeCommands(
+      {options.repetitions, options.large, options.mesh, program, folder.path()}, report);
+  if (!measured) return pass(measured.error());
+  return report;
+}
+
 Result<bench::Report> measure(const Options& options) {
+  if (options.files) return measureFiles(options);
   bench::Report report;
   report.repetitions = options.repetitions;
   if (options.backend == "voxel4d") {
@@ -66,10 +100,9 @@ Result<bench::Report> measure(const Options& options) {
     return report;
   }
 #endif
-  const auto folder = std::filesystem::path(options.folder) / fmt::format("t4d-bench-{}", getpid());
-  std::filesystem::create_directories(folder);
-  auto measured = bench::measureSweptMesh(solid, *motion, kPaperMinVolumeRatio, folder, report);
-  std::filesystem::remove_all(folder);
+  const Folder folder(options.folder);
+  auto measured =
+      bench::measureSweptMesh(solid, *motion, kPaperMinVolumeRatio, folder.path(), report);
   if (!measured) return pass(measured.error());
   return report;
 }
@@ -86,11 +119,16 @@ int main(int argc, char** argv) try {
                  "(against frames; where there is CGAL)")
       ->check(CLI::IsMember({"mesh4d", "voxel4d", "collide"}))
       ->capture_default_str();
+  app.add_flag(
+      "--files", options.files,
+      "Time whole commands on files instead: frames that others write, and every verb that "
+      "walks through a mesh, on one thread and on two");
   app.add_flag("--large", options.large,
-               "voxel4d: also a shell of 48 million cells a slab, which takes minutes");
+               "voxel4d: also a shell of 48 million cells a slab, which takes minutes; with "
+               "--files: also 1.7 GB of samples");
   app.add_option("--mesh", options.mesh,
                  "The solid: .stl, .obj, .ply, .off, .gltf or .glb (default: a sphere of 20,480 "
-                 "triangles)");
+                 "triangles; with --files: a bolt)");
   app.add_option("--repetitions", options.repetitions, "Number of runs; medians are printed")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

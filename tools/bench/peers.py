@@ -1,0 +1,80 @@
+"""What others take for the inputs of `t4d-bench --files`: prints seconds as JSON.
+
+    peers.py pass FILE.npy              numpy: which samples are above 0
+    peers.py surfaces FILE.nrrd         VTK: vtkFlyingEdges3D of each frame, in space
+    peers.py cut FILE.vtu TIME          VTK: vtkContour3DLinearGrid of the cells at a time
+
+Loading Python, numpy and VTK does not count; reading the file does.
+"""
+
+import json
+import sys
+import time
+
+import numpy
+
+
+def read_nrrd(path):
+    with open(path, "rb") as file:
+        fields = {}
+        for line in iter(lambda: file.readline().decode().strip(), ""):
+            name, colon, value = line.partition(": ")
+            if colon:
+                fields[name] = value
+        kind = {"uint8": numpy.uint8, "float": numpy.float32}[fields["type"]]
+        shape = [int(size) for size in fields["sizes"].split()]
+        return numpy.fromfile(file, kind).reshape(shape[::-1])
+
+
+def pass_over(path):
+    samples = numpy.load(path, mmap_mode="r")
+    return sum(int((frame > 0).sum()) for frame in samples)
+
+
+def surfaces(path):
+    import vtkmodules.all as vtk
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    triangles = 0
+    frames = read_nrrd(path)
+    for frame in frames:
+        image = vtk.vtkImageData()
+        image.SetDimensions(frame.shape[::-1])
+        image.GetPointData().SetScalars(numpy_to_vtk(frame.ravel()))
+        edges = vtk.vtkFlyingEdges3D()
+        edges.SetInputData(image)
+        edges.SetValue(0, 0.5 if frame.dtype == numpy.uint8 else 0.0)
+        edges.ComputeNormalsOff()
+        edges.Update()
+        triangles += edges.GetOutput().GetNumberOfPolys()
+    return triangles
+
+
+def cut(path, at):
+    import vtkmodules.all as vtk
+
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    grid = reader.GetOutput()
+    grid.GetPointData().SetActiveScalars("t")
+    contour = vtk.vtkContour3DLinearGrid()
+    contour.SetInputData(grid)
+    contour.SetValue(0, float(at))
+    contour.SetScalarTree(None)
+    contour.UseScalarTreeOff()
+    begin = time.perf_counter()
+    contour.Update()
+    return grid.GetNumberOfCells() / (time.perf_counter() - begin)
+
+
+def main():
+    what, arguments = sys.argv[1], sys.argv[2:]
+    if what != "pass":
+        import vtkmodules.all  # noqa: F401
+    begin = time.perf_counter()
+    result = {"pass": pass_over, "surfaces": surfaces, "cut": cut}[what](*arguments)
+    print(json.dumps({"seconds": time.perf_counter() - begin, "result": result}))
+
+
+main()
