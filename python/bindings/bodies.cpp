@@ -12,7 +12,7 @@
 #include "t4d/measure/solid_measures.h"
 #include "t4d/model/flat_mesh.h"
 #include "t4d/model/sinks.h"
-#include "t4d/slice/in_order.h"
+#include "t4d/model/in_order.h"
 #include "t4d/slice/slice_at_times.h"
 
 namespace t4d::python {
@@ -119,7 +119,7 @@ std::vector<std::pair<std::shared_ptr<model::TriangleMesh>, std::string>> lightS
     const auto make = [&](std::size_t i) {
       return std::make_shared<Result<slice::LightSlice>>(body.lightSlicer().at(times[i]));
     };
-    slice::inOrder<Made>(times.size(), make, [&](const Made& made) {
+    model::inOrder<Made>(times.size(), make, [&](const Made& made) {
       if (!*made) {
         done = t4d::pass(made->error());
         return false;

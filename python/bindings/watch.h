@@ -38,6 +38,13 @@ class Watch {
       if (watch_.stops()) return fail(ErrorCode::Failed, "interrupted");
       return next_.put(slab);
     }
+    std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override {
+      return next_.prepare(slab);
+    }
+    Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override {
+      if (watch_.stops()) return fail(ErrorCode::Failed, "interrupted");
+      return next_.putPrepared(slab, prepared);
+    }
     Result<void> putStreamed(const model::StreamedSlab& slab) override {
       if (watch_.stops()) return fail(ErrorCode::Failed, "interrupted");
       return next_.putStreamed(slab);

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/slice/in_order.h"
+#include "t4d/model/in_order.h"
 
 namespace t4d::convert {
 namespace {
@@ -104,7 +104,7 @@ Result<FrameSlicesReport> forEachFrame(
   report.light = detail == slice::SliceDetail::Light;
   Result<void> done;
   std::set<std::string> noted;  // of each body, the first slab is named
-  slice::inOrder<FramePointer>(times.size(), frameAt, [&](const FramePointer& made) {
+  model::inOrder<FramePointer>(times.size(), frameAt, [&](const FramePointer& made) {
     if (!*made) {
       done = pass(made->error());
       return false;

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "t4d/slice/in_order.h"
+#include "t4d/model/in_order.h"
 #include "t4d/slice/slice.h"
 
 namespace t4d::measure {
@@ -55,7 +55,7 @@ Result<std::vector<SliceComparison>> compareAt(std::span<const model::Body> a,
   using Item = std::shared_ptr<const Result<SliceComparison>>;
   std::vector<SliceComparison> comparisons;
   std::optional<Error> error;
-  slice::inOrder<Item>(
+  model::inOrder<Item>(
       times.size(),
       [&](std::size_t i) { return std::make_shared<const Result<SliceComparison>>(at(i)); },
       [&](const Item& comparison) {

@@ -9,6 +9,7 @@
 
 #include "t4d/measure/slab_measure.h"
 #include "t4d/measure/vertex_links.h"
+#include "t4d/model/shared_parts.h"
 
 namespace t4d::measure {
 
@@ -28,72 +29,78 @@ struct MeshChecker::Checked {
 };
 
 struct MeshChecker::Seam {
-  std::shared_ptr<const Checked> before;
-  std::shared_ptr<const Checked> after;
+  CheckedPointer before;
+  CheckedPointer after;
   std::vector<model::Facet> unmatched;
   std::vector<std::uint32_t> nonManifold;
 };
 
+struct MeshChecker::Measured : Prepared {
+  Result<CheckedPointer> checked;
+  model::Bounds4 bounds;
+  SlabMeasure measure;
+};
+
+struct MeshChecker::Shared {
+  model::SharedParts<const model::Connectivity*, Checked> checked;
+};
+
 MeshChecker::MeshChecker(CheckOptions options)
-    : options_(options), seam_(std::make_unique<Seam>()) {
+    : options_(options), shared_(std::make_unique<Shared>()), seam_(std::make_unique<Seam>()) {
   if (options_.vertexLinks) report_.vertexLinksOk = true;
 }
 
 MeshChecker::~MeshChecker() = default;
 
 Result<void> MeshChecker::put(const model::Slab& slab) {
-  const auto where = [&] { return fmt::format("slab {}", report_.slabs); };
-  if (!slab.connectivity) return invalid("has no connectivity", where());
-  const bool known = before_ && before_->connectivity == slab.connectivity;
-  if (!known) {
-    if (auto sound = model::checkConnectivity(*slab.connectivity); !sound) {
-      return invalid(sound.error().message, where());
-    }
-  }
-  if (auto sound = model::checkSlab(slab); !sound) return invalid(sound.error().message, where());
+  return putPrepared(slab, prepare(slab).get());
+}
 
-  for (const model::Point4& vertex : slab.vertices) report_.bounds.add(vertex);
+Result<MeshChecker::Checked> MeshChecker::check(
+    const std::shared_ptr<const model::Connectivity>& connectivity) const {
+  if (auto sound = model::checkConnectivity(*connectivity); !sound) return pass(sound.error());
+  Checked checked;
+  checked.connectivity = connectivity;
+  tbb::parallel_invoke([&] { checked.facets = model::facetTopology(*connectivity); },
+                       [&] {
+                         if (options_.vertexLinks) {
+                           checked.nonManifold = nonManifoldInteriorVertices(*connectivity);
+                         }
+                       },
+                       [&] { checked.components = componentsOf(*connectivity); });
+  return checked;
+}
+
+std::unique_ptr<MeshChecker::Prepared> MeshChecker::prepare(const model::Slab& slab) const {
+  auto prepared = std::make_unique<Measured>();
+  if (!slab.connectivity) {
+    prepared->checked = invalid("has no connectivity");
+    return prepared;
+  }
+  prepared->checked =
+      shared_->checked.get(slab.connectivity.get(), [&] { return check(slab.connectivity); });
+  if (!prepared->checked) return prepared;
+  if (auto sound = model::checkSlab(slab); !sound) {
+    prepared->checked = pass(sound.error());
+    return prepared;
+  }
+  model::Bounds4& bounds = prepared->bounds;
+  for (const model::Point4& vertex : slab.vertices) bounds.add(vertex);
   // A cell's volume is known up to a few units in the last place of its corners.
-  const model::Point4 rounding =
-      4 * std::numeric_limits<double>::epsilon() *
-      report_.bounds.min.cwiseAbs().cwiseMax(report_.bounds.max.cwiseAbs());
-  SlabMeasure measured;
-  std::shared_ptr<const Checked> checked = before_;
-  if (known) {
-    measured = measureOf(slab, rounding);
-  } else {
-    auto fresh = std::make_shared<Checked>();
-    fresh->connectivity = slab.connectivity;
-    tbb::parallel_invoke([&] { fresh->facets = model::facetTopology(*slab.connectivity); },
-                         [&] {
-                           if (options_.vertexLinks) {
-                             fresh->nonManifold = nonManifoldInteriorVertices(*slab.connectivity);
-                           }
-                         },
-                         [&] {
-                           fresh->components = componentsOf(*slab.connectivity);
-                           measured = measureOf(slab, rounding);
-                         });
-    checked = std::move(fresh);
-  }
+  const model::Point4 rounding = 4 * std::numeric_limits<double>::epsilon() *
+                                 bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs());
+  prepared->measure = measureOf(slab, rounding);
+  return prepared;
+}
 
+Result<void> MeshChecker::putPrepared(const model::Slab& slab, Prepared* prepared) {
+  auto& [found, bounds, measured] = static_cast<Measured&>(*prepared);
+  if (!found) return invalid(found.error().message, fmt::format("slab {}", report_.slabs));
+  const CheckedPointer& checked = *found;
   const model::Connectivity& connectivity = *slab.connectivity;
+  report_.bounds.add(bounds);
   reportFacets(checked->facets.unmatched, "in the slab", report_.slabs);
-  if (!checked->nonManifold.empty()) {
-    report_.vertexLinksOk = false;
-    // This is the apex of a cone over a surface that is not a single sphere. The cap encloses
-    // nothing, so hypervolume and slices stay exact.
-    const bool inCap = slab.timeBegin == slab.timeEnd;
-    report_.issues.add(
-        {inCap ? "cap-vertex-link" : "vertex-link",
-         inCap ? Severity::Warning : Severity::Error,
-         fmt::format("vertex {} is non-manifold: its link is not a sphere ({} such vertices{})",
-                     checked->nonManifold.front(), checked->nonManifold.size(),
-                     inCap ? ", inside a cap" : ""),
-         report_.slabs,
-         {}},
-        checked->nonManifold.size());
-  }
+  reportNonManifold(*checked, slab);
   checkSeam(&slab, checked);
   components_.add(checked->components, connectivity.lowerCount, connectivity.upperCount);
   add(measured, slab);
@@ -104,8 +111,25 @@ Result<void> MeshChecker::put(const model::Slab& slab) {
   report_.time.end = slab.timeEnd;
   ++report_.slabs;
   keepUpperLayer(slab);
-  before_ = std::move(checked);
+  before_ = checked;
   return {};
+}
+
+void MeshChecker::reportNonManifold(const Checked& checked, const model::Slab& slab) {
+  if (checked.nonManifold.empty()) return;
+  report_.vertexLinksOk = false;
+  // This is the apex of a cone over a surface that is not a single sphere. The cap encloses
+  // nothing, so hypervolume and slices stay exact.
+  const bool inCap = slab.timeBegin == slab.timeEnd;
+  report_.issues.add(
+      {inCap ? "cap-vertex-link" : "vertex-link",
+       inCap ? Severity::Warning : Severity::Error,
+       fmt::format("vertex {} is non-manifold: its link is not a sphere ({} such vertices{})",
+                   checked.nonManifold.front(), checked.nonManifold.size(),
+                   inCap ? ", inside a cap" : ""),
+       report_.slabs,
+       {}},
+      checked.nonManifold.size());
 }
 
 void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const char* where,
@@ -147,8 +171,7 @@ void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const ch
 }
 
 /// Checks the layer between the previous slab and `after`; either is absent at an end of the mesh.
-void MeshChecker::checkSeam(const model::Slab* after,
-                            const std::shared_ptr<const Checked>& checkedAfter) {
+void MeshChecker::checkSeam(const model::Slab* after, const CheckedPointer& checkedAfter) {
   const std::uint32_t upper = before_ ? before_->connectivity->upperCount : 0;
   if (after != nullptr && before_) {
     if (upper == after->connectivity->lowerCount) {

@@ -79,16 +79,23 @@ class MeshChecker : public model::Sink {
   ~MeshChecker() override;
 
   Result<void> put(const model::Slab& slab) override;
+  std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override;
+  Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override;
 
   /// The report. Call it once, after the last slab.
   MeshReport finish();
 
  private:
-  struct Checked;  // a connectivity and what was found in it
-  struct Seam;     // two consecutive ones
+  struct Checked;   // a connectivity and what was found in it
+  struct Seam;      // two consecutive ones
+  struct Measured;  // a slab, prepared
+  struct Shared;    // what slabs that are prepared at the same time share
+  using CheckedPointer = std::shared_ptr<const Checked>;
 
+  Result<Checked> check(const std::shared_ptr<const model::Connectivity>& connectivity) const;
   void reportFacets(const std::vector<model::Facet>& facets, const char* where, std::uint64_t slab);
-  void checkSeam(const model::Slab* after, const std::shared_ptr<const Checked>& checkedAfter);
+  void checkSeam(const model::Slab* after, const CheckedPointer& checkedAfter);
+  void reportNonManifold(const Checked& checked, const model::Slab& slab);
   void compareLayers(const model::Slab& slab);
   void add(const SlabMeasure& measured, const model::Slab& slab);
   void keepUpperLayer(const model::Slab& slab);
@@ -96,7 +103,8 @@ class MeshChecker : public model::Sink {
 
   CheckOptions options_;
   MeshReport report_;
-  std::shared_ptr<const Checked> before_;
+  std::unique_ptr<Shared> shared_;
+  CheckedPointer before_;
   std::unique_ptr<Seam> seam_;
   ComponentCounter components_;
   double hypervolumeCarry_ = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <type_traits>
 
 #include <tbb/combinable.h>
 #include <tbb/parallel_for.h>
@@ -41,21 +42,35 @@ bool isWorse(const RankedCell& a, const RankedCell& b) {
   return std::tie(a.body, a.slab, a.cell) < std::tie(b.body, b.slab, b.cell);
 }
 
-/// What a thread has found.
+/// The worst of some cells.
+class Worst {
+ public:
+  explicit Worst(std::size_t most) : most_(most) {}
+
+  void add(const RankedCell& cell) {
+    if (most_ == 0 || (cells_.size() == most_ && !isWorse(cell, cells_.front()))) return;
+    cells_.push_back(cell);
+    std::ranges::push_heap(cells_, isWorse);
+    if (cells_.size() <= most_) return;
+    std::ranges::pop_heap(cells_, isWorse);
+    cells_.pop_back();
+  }
+  const std::vector<RankedCell>& cells() const { return cells_; }
+  std::vector<RankedCell> sorted() && {
+    std::ranges::sort(cells_, isWorse);
+    return std::move(cells_);
+  }
+
+ private:
+  std::size_t most_;
+  std::vector<RankedCell> cells_;  // a heap, the best of them first
+};
+
+/// What a thread has counted.
 struct Tally {
   std::array<Distribution, kQualityMeasures.size()> sides;
   std::array<Distribution, kQualityMeasures.size()> caps;
   std::uint64_t flat = 0;
-  std::vector<RankedCell> worst;  // a heap, the best of them first
-
-  void rank(const RankedCell& cell, std::size_t most) {
-    if (most == 0 || (worst.size() == most && !isWorse(cell, worst.front()))) return;
-    worst.push_back(cell);
-    std::ranges::push_heap(worst, isWorse);
-    if (worst.size() <= most) return;
-    std::ranges::pop_heap(worst, isWorse);
-    worst.pop_back();
-  }
 };
 
 /// How large the volume of a parallelepiped can be by rounding alone, if its corners are rounded
@@ -73,17 +88,30 @@ double roundingOfVolume(const std::array<model::Point4, 4>& corners, const Eigen
 
 constexpr std::size_t kPiece = 16384;  // cells of a task
 
-/// Calls visit(body, slab number, slab) for each slab.
-template <class Visit>
+/// Calls take(body, slab number, item) for each slab in order, with what `make` has made of it, for
+/// several slabs at once.
+template <class Make, class Take>
 Result<void> eachSlab(std::span<const model::Body> bodies, const model::Progress& progress,
-                      Visit visit) {
+                      const Make& make, const Take& take) {
   struct Visitor : model::Sink {
-    Visitor(const Visit& visit, std::size_t body) : visit(visit), body(body) {}
+    struct Made : Prepared {
+      explicit Made(const Make& make, const model::Slab& slab) : item(make(slab)) {}
+      std::invoke_result_t<Make, const model::Slab&> item;
+    };
+    Visitor(const Make& make, const Take& take, std::size_t body)
+        : make(make), take(take), body(body) {}
     Result<void> put(const model::Slab& slab) override {
-      visit(body, number++, slab);
+      return putPrepared(slab, prepare(slab).get());
+    }
+    std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override {
+      return std::make_unique<Made>(make, slab);
+    }
+    Result<void> putPrepared(const model::Slab& /*slab*/, Prepared* made) override {
+      take(body, number++, static_cast<Made*>(made)->item);
       return {};
     }
-    const Visit& visit;
+    const Make& make;
+    const Take& take;
     std::size_t body;
     std::size_t number = 0;
   };
@@ -96,7 +124,7 @@ Result<void> eachSlab(std::span<const model::Body> bodies, const model::Progress
       progress((static_cast<double>(before) + fraction * static_cast<double>(here)) /
                static_cast<double>(all));
     };
-    Visitor visitor(visit, b);
+    Visitor visitor(make, take, b);
     auto done = model::pump(*bodies[b].source, visitor, progress ? ofAll : model::Progress());
     if (!done) return done;
     before += here;
@@ -193,11 +221,12 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
   for (const model::Body& body : bodies) sources.push_back(body.source);
   const auto scale = model::spaceScaleOf(sources);
   if (!scale) return pass(scale.error());
-  const auto add = [&](std::size_t, std::size_t, const model::Slab& slab) {
-    if (!(slab.timeEnd > slab.timeBegin)) return;
+  using Pieces = std::vector<std::array<double, 2>>;
+  const auto piecesOf = [&](const model::Slab& slab) {
+    if (!(slab.timeEnd > slab.timeBegin)) return Pieces();
     const std::vector<model::Cell>& cells = slab.connectivity->cells;
     // Sums of fixed pieces do not depend on the number of threads.
-    std::vector<std::array<double, 2>> pieces((cells.size() + kPiece - 1) / kPiece);
+    Pieces pieces((cells.size() + kPiece - 1) / kPiece);
     tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
       const std::size_t end = std::min(cells.size(), (piece + 1) * kPiece);
       for (std::size_t i = piece * kPiece; i < end; ++i) {
@@ -217,38 +246,53 @@ Result<double> meanNormalSpeed(std::span<const model::Body> bodies,
             (edges(3, 0) * v.cross(w) + edges(3, 1) * w.cross(u) + edges(3, 2) * u.cross(v)).norm();
       }
     });
+    return pieces;
+  };
+  const auto add = [&](std::size_t, std::size_t, const Pieces& pieces) {
     for (const auto& [time, space] : pieces) {
       alongTime += time;
       inSpace += space;
     }
   };
-  if (auto done = eachSlab(bodies, progress, add); !done) return pass(done.error());
+  if (auto done = eachSlab(bodies, progress, piecesOf, add); !done) return pass(done.error());
   return inSpace > 0 ? scale->fromUnit(alongTime / inSpace) : 0;
 }
 
 Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
                                    const QualityOptions& options, const model::Progress& progress) {
+  // Counts, which may be added in any order.
   tbb::combinable<Tally> tallies;
-  const auto add = [&](std::size_t body, std::size_t number, const model::Slab& slab) {
+  const auto worstOf = [&](const model::Slab& slab) {
     const std::vector<model::Cell>& cells = slab.connectivity->cells;
-    const std::size_t pieces = (cells.size() + kPiece - 1) / kPiece;
-    tbb::parallel_for(std::size_t{0}, pieces, [&](std::size_t piece) {
+    std::vector<Worst> worst((cells.size() + kPiece - 1) / kPiece, Worst(options.worst));
+    tbb::parallel_for(std::size_t{0}, worst.size(), [&](std::size_t piece) {
       Tally& tally = tallies.local();
       auto& distributions = slab.timeEnd > slab.timeBegin ? tally.sides : tally.caps;
       const std::size_t end = std::min(cells.size(), (piece + 1) * kPiece);
       for (std::size_t i = piece * kPiece; i < end; ++i) {
         const auto corners = cornersOf(slab, cells[i]);
-        RankedCell cell{body, number, i, {}, qualityOf(corners, options.timeScale)};
+        RankedCell cell{0, 0, i, {}, qualityOf(corners, options.timeScale)};
         for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
           distributions[k].add(cell.quality.*kQualityMeasures[k].value);
         }
         if (std::isinf(cell.quality.radiusRatio)) ++tally.flat;
         cell.center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
-        tally.rank(cell, options.worst);
+        worst[piece].add(cell);
       }
     });
+    return worst;
   };
-  if (auto done = eachSlab(bodies, progress, add); !done) return pass(done.error());
+  Worst worst(options.worst);
+  const auto add = [&](std::size_t body, std::size_t number, const std::vector<Worst>& ofSlab) {
+    for (const Worst& piece : ofSlab) {
+      for (RankedCell cell : piece.cells()) {
+        cell.body = body;
+        cell.slab = number;
+        worst.add(cell);
+      }
+    }
+  };
+  if (auto done = eachSlab(bodies, progress, worstOf, add); !done) return pass(done.error());
   Tally sum;
   tallies.combine_each([&](const Tally& tally) {
     for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
@@ -256,11 +300,9 @@ Result<MeshQuality> measureQuality(std::span<const model::Body> bodies,
       sum.caps[k].add(tally.caps[k]);
     }
     sum.flat += tally.flat;
-    for (const RankedCell& cell : tally.worst) sum.rank(cell, options.worst);
   });
-  std::ranges::sort(sum.worst, isWorse);
   return MeshQuality{options.timeScale, std::move(sum.sides), std::move(sum.caps), sum.flat,
-                     std::move(sum.worst)};
+                     std::move(worst).sorted()};
 }
 
 void QualitySink::dropNamed(std::vector<model::Attribute>& attributes) {

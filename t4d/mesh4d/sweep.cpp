@@ -12,6 +12,7 @@
 
 #include "t4d/mesh4d/motion_keys.h"
 #include "t4d/model/corner_attributes.h"
+#include "t4d/model/in_order.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/surface_check.h"
 
@@ -251,10 +252,14 @@ class Sweeper {
     }
   }
 
-  Result<void> put(const Slab& slab) {
+  void count(const Slab& slab) {
     const model::Connectivity& connectivity = *slab.connectivity;
     report_.vertices += connectivity.vertexCount - connectivity.lowerCount;
     report_.tetrahedra += connectivity.cells.size();
+  }
+
+  Result<void> put(const Slab& slab) {
+    count(slab);
     return sink_.put(slab);
   }
 
@@ -269,52 +274,92 @@ class Sweeper {
     return put(slab);
   }
 
-  Result<void> putSteps(const StepRange& range, bool lookForFolds) {
+  /// A step on its way through the threads.
+  struct Step {
+    Result<void> read;
+    std::uint64_t number = 0;
+    std::shared_ptr<const std::vector<Point3>> lower;
+    std::shared_ptr<const std::vector<Point3>> upper;
     Slab slab;
-    slab.connectivity = stepConnectivity(mesh_, options_.prism);
-    slab.vertices.resize(slab.connectivity->vertexCount);
-    Point4* const lower = slab.vertices.data();
-    Point4* const upper = lower + slab.connectivity->firstUpper();
-    slab.timeEnd = keys_.time(range.begin);
-    if (auto placed = place(range.begin, upper); !placed) return placed;
-    for (std::uint64_t step = range.begin; step < range.end; ++step) {
-      const std::uint64_t key = step + 1;
-      std::copy(upper, upper + vertexCount(), lower);
-      if (auto placed = place(key, upper); !placed) return placed;
-      slab.timeBegin = slab.timeEnd;
-      slab.timeEnd = keys_.time(key);
-      if (!(slab.timeEnd > slab.timeBegin)) {
-        return invalid(
-            fmt::format("key {} is at time {}, not after the key before it, at {}: times "
-                        "must increase",
-                        key, slab.timeEnd, slab.timeBegin),
-            {}, Remedy::Motion);
-      }
-      const bool joined = key == range.end && key + 1 < keys_.count();
-      slab.upperPose = joined ? nullptr : poseOf(key);
-      setMeans(*slab.connectivity, slab.vertices);
-      if (lookForFolds) {
-        noteFold(slab);
-        // From pose to pose all vertices move by one affine map, in which nothing meets.
-        if (!keys_.pose(step) || !keys_.pose(key)) {
-          if (auto noted = noteCrossing(slab); !noted) return noted;
-        }
-      }
-      if (auto put = this->put(slab); !put) return put;
+    std::unique_ptr<model::Sink::Prepared> prepared;
+    std::optional<Fold> fold;
+  };
+  using StepPointer = std::shared_ptr<Step>;
+
+  Result<void> putSteps(const StepRange& range, bool lookForFolds) {
+    const std::uint64_t steps = range.end - range.begin;
+    const auto connectivity = stepConnectivity(mesh_, options_.prism);
+    if (auto loaded = load(range.begin); !loaded) return loaded;
+    auto last = std::make_shared<const std::vector<Point3>>(positions_);
+    const auto read = [&](std::size_t i) {
+      auto step = std::make_shared<Step>();
+      step->number = range.begin + i;
+      step->lower = last;
+      step->read = readStep(step->number);
+      if (!step->read) return step;
+      step->upper = last = std::make_shared<const std::vector<Point3>>(positions_);
+      const bool joined = step->number + 1 == range.end && range.end + 1 < keys_.count();
+      if (!joined) step->slab.upperPose = poseOf(step->number + 1);
+      step->slab.connectivity = connectivity;
+      return step;
+    };
+    const auto make = [&](StepPointer step) {
+      if (step->read) makeStep(*step, lookForFolds);
+      return step;
+    };
+    Result<void> result;
+    const auto take = [&](const StepPointer& step) {
+      result = step->read ? takeStep(*step, lookForFolds) : step->read;
+      if (!result) return false;
       if (progress_) {
-        progress_(static_cast<double>(key - range.begin) /
-                  static_cast<double>(range.end - range.begin));
+        progress_(static_cast<double>(step->number + 1 - range.begin) / static_cast<double>(steps));
       }
-    }
-    return {};
+      return true;
+    };
+    model::inOrder<StepPointer, StepPointer>(steps, model::slabsAtOnce(connectivity->cells.size()),
+                                             read, make, take);
+    return result;
   }
 
-  void noteFold(const Slab& slab) {
-    const auto fold = foldOf(mesh_, slab);
-    if (!fold) return;
-    report_.foldedPrisms += fold->prisms;
+  /// Reads the key at which a step ends.
+  Result<void> readStep(std::uint64_t step) {
+    const std::uint64_t key = step + 1;
+    if (auto loaded = load(key); !loaded) return loaded;
+    if (keys_.time(key) > keys_.time(step)) return {};
+    return invalid(fmt::format("key {} is at time {}, not after the key before it, at {}: times "
+                               "must increase",
+                               key, keys_.time(key), keys_.time(step)),
+                   {}, Remedy::Motion);
+  }
+
+  void makeStep(Step& step, bool lookForFolds) const {
+    Slab& slab = step.slab;
+    slab.timeBegin = keys_.time(step.number);
+    slab.timeEnd = keys_.time(step.number + 1);
+    slab.vertices.resize(slab.connectivity->vertexCount);
+    Point4* into = slab.vertices.data();
+    for (const Point3& position : *step.lower) *into++ << position, slab.timeBegin;
+    into = slab.vertices.data() + slab.connectivity->firstUpper();
+    for (const Point3& position : *step.upper) *into++ << position, slab.timeEnd;
+    setMeans(*slab.connectivity, slab.vertices);
+    if (lookForFolds) step.fold = foldOf(mesh_, slab);
+    step.prepared = sink_.prepare(slab);
+  }
+
+  Result<void> takeStep(const Step& step, bool lookForFolds) {
+    if (step.fold) note(*step.fold);
+    // From pose to pose all vertices move by one affine map, in which nothing meets.
+    if (lookForFolds && (!keys_.pose(step.number) || !keys_.pose(step.number + 1))) {
+      if (auto noted = noteCrossing(step.slab); !noted) return noted;
+    }
+    count(step.slab);
+    return sink_.putPrepared(step.slab, step.prepared.get());
+  }
+
+  void note(const Fold& fold) {
+    report_.foldedPrisms += fold.prisms;
     ++report_.foldedSteps;
-    if (report_.folds.size() < kMostFolds) report_.folds.push_back(*fold);
+    if (report_.folds.size() < kMostFolds) report_.folds.push_back(fold);
   }
 
   Result<void> noteCrossing([[maybe_unused]] const Slab& slab) {

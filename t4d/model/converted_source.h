@@ -15,6 +15,9 @@ class ConvertedSource : public Source {
 
   std::size_t slabCount() const override { return source_->slabCount(); }
   TimeSpan timeSpan(std::size_t index) const override;
+  std::optional<std::uint64_t> cellCount(std::size_t index) const override {
+    return source_->cellCount(index);
+  }
   Result<std::shared_ptr<const Slab>> slab(std::size_t index) const override;
 
  private:

@@ -1,7 +1,10 @@
 #include "t4d/model/facets.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
+
+#include "t4d/model/in_order.h"
 
 namespace t4d::model {
 namespace {
@@ -140,13 +143,16 @@ FacetTopology FacetParts::topology(std::size_t part) const {
 
 FacetTopology facetTopology(const Connectivity& connectivity) {
   const FacetParts parts(connectivity);
-  FacetTopology topology = parts.topology(0);
-  for (std::size_t part = 1; part < parts.size(); ++part) {
-    const FacetTopology more = parts.topology(part);
-    append(topology.unmatched, more.unmatched);
-    append(topology.lower, more.lower);
-    append(topology.upper, more.upper);
-  }
+  FacetTopology topology;
+  inOrder<std::shared_ptr<const FacetTopology>>(
+      parts.size(),
+      [&](std::size_t part) { return std::make_shared<const FacetTopology>(parts.topology(part)); },
+      [&](const std::shared_ptr<const FacetTopology>& part) {
+        append(topology.unmatched, part->unmatched);
+        append(topology.lower, part->lower);
+        append(topology.upper, part->upper);
+        return true;
+      });
   return topology;
 }
 

@@ -23,10 +23,12 @@ class AttributeNames : public Sink {
   /// The sink must outlive this one.
   explicit AttributeNames(Sink& next) : next_(next) {}
 
-  Result<void> put(const Slab& slab) override {
+  Result<void> put(const Slab& slab) override { return putPrepared(slab, prepare(slab).get()); }
+  std::unique_ptr<Prepared> prepare(const Slab& slab) const override { return next_.prepare(slab); }
+  Result<void> putPrepared(const Slab& slab, Prepared* prepared) override {
     if (slab.connectivity) note(slab.connectivity->cellAttributes);
     note(slab.attributes);
-    return next_.put(slab);
+    return next_.putPrepared(slab, prepared);
   }
   const std::set<std::string>& names() const { return names_; }
 
@@ -51,6 +53,18 @@ class Tee : public Sink {
     }
     return {};
   }
+  std::unique_ptr<Prepared> prepare(const Slab& slab) const override {
+    auto all = std::make_unique<PreparedAll>();
+    for (const Sink* sink : sinks_) all->each.push_back(sink->prepare(slab));
+    return all;
+  }
+  Result<void> putPrepared(const Slab& slab, Prepared* prepared) override {
+    const auto& all = static_cast<const PreparedAll&>(*prepared);
+    for (std::size_t i = 0; i < sinks_.size(); ++i) {
+      if (auto done = sinks_[i]->putPrepared(slab, all.each[i].get()); !done) return done;
+    }
+    return {};
+  }
   Result<void> putStreamed(const StreamedSlab& slab) override {
     for (Sink* sink : sinks_) {
       if (auto done = sink->putStreamed(slab); !done) return done;
@@ -59,6 +73,10 @@ class Tee : public Sink {
   }
 
  private:
+  struct PreparedAll : Prepared {
+    std::vector<std::unique_ptr<Prepared>> each;
+  };
+
   std::vector<Sink*> sinks_;
 };
 

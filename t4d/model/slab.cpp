@@ -2,9 +2,7 @@
 
 #include <cmath>
 #include <cstring>
-#include <future>
 #include <limits>
-#include <thread>
 
 #include <fmt/format.h>
 
@@ -45,6 +43,8 @@ Result<void> checkMeans(const Connectivity& connectivity) {
   return {};
 }
 
+}  // namespace
+
 Result<void> checkAttributes(std::span<const Attribute> attributes, std::size_t vertexCount,
                              std::size_t cellCount) {
   for (const Attribute& attribute : attributes) {
@@ -58,8 +58,6 @@ Result<void> checkAttributes(std::span<const Attribute> attributes, std::size_t 
   }
   return {};
 }
-
-}  // namespace
 
 Result<void> checkCells(std::span<const Cell> cells, std::uint32_t vertexCount,
                         std::uint64_t first) {
@@ -193,25 +191,6 @@ Result<void> checkSlab(const Slab& slab) {
   return checkAttributes(slab.attributes, connectivity.vertexCount, connectivity.cells.size());
 }
 
-Result<void> pump(const Source& source, Sink& sink, const Progress& progress) {
-  const std::size_t count = source.slabCount();
-  const auto policy =
-      std::thread::hardware_concurrency() > 1 ? std::launch::async : std::launch::deferred;
-  const auto read = [&](std::size_t index) {
-    return std::async(policy, [&source, index] { return source.slab(index); });
-  };
-  std::future<Result<std::shared_ptr<const Slab>>> next;
-  if (count > 0) next = read(0);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto slab = next.get();
-    if (!slab) return pass(slab.error());
-    if (i + 1 < count) next = read(i + 1);
-    if (auto put = sink.put(**slab); !put) return put;
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
-  }
-  return {};
-}
-
 TimeSpan timeSpanOf(const Source& source) {
   if (source.slabCount() == 0) return {};
   return {source.timeSpan(0).begin, source.timeSpan(source.slabCount() - 1).end};
@@ -224,6 +203,11 @@ Result<void> Mesh::put(const Slab& slab) {
 
 TimeSpan Mesh::timeSpan(std::size_t index) const {
   return {slabs_[index].timeBegin, slabs_[index].timeEnd};
+}
+
+std::optional<std::uint64_t> Mesh::cellCount(std::size_t index) const {
+  const auto& connectivity = slabs_[index].connectivity;
+  return connectivity ? connectivity->cells.size() : 0;
 }
 
 Result<std::shared_ptr<const Slab>> Mesh::slab(std::size_t index) const {

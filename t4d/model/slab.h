@@ -78,6 +78,10 @@ struct Connectivity : VertexCounts {
 Result<void> checkCells(std::span<const Cell> cells, std::uint32_t vertexCount,
                         std::uint64_t first = 0);
 
+/// Fails for an attribute of the wrong length.
+Result<void> checkAttributes(std::span<const Attribute> attributes, std::size_t vertexCount,
+                             std::size_t cellCount);
+
 /// Fails for inconsistent counts, an index out of range, a cell with a repeated vertex, a mean of
 /// nothing or of a mean, and an attribute of the wrong length. All code that takes slabs from
 /// outside the library checks this first.
@@ -124,12 +128,23 @@ Result<void> checkSlab(const Slab& slab);
 
 class SlabBlocks;
 class StreamedSlab;
+struct LayeredSlab;
 
 /// Takes the slabs of one 4D mesh in time order. After an error, the caller must stop.
 class Sink {
  public:
   virtual ~Sink() = default;
   virtual Result<void> put(const Slab& slab) = 0;
+
+  /// What a sink works out of a slab alone, without those before it.
+  struct Prepared {
+    virtual ~Prepared() = default;
+  };
+  /// Called for several slabs at once, in any order. Null where `put` has all the work.
+  virtual std::unique_ptr<Prepared> prepare(const Slab& /*slab*/) const { return nullptr; }
+  /// As `put`, with what `prepare` returned for this slab.
+  virtual Result<void> putPrepared(const Slab& slab, Prepared* /*prepared*/) { return put(slab); }
+
   /// Takes a slab that is made piece by piece. Unless overridden, puts it whole.
   virtual Result<void> putStreamed(const StreamedSlab& slab);
 };
@@ -143,6 +158,10 @@ class Source {
   virtual TimeSpan timeSpan(std::size_t index) const = 0;
   /// The bounds of the slab's vertices, if they are known without reading it.
   virtual std::optional<Bounds3> bounds(std::size_t /*index*/) const { return std::nullopt; }
+  /// How many cells the slab has, if that is known without reading it.
+  virtual std::optional<std::uint64_t> cellCount(std::size_t /*index*/) const {
+    return std::nullopt;
+  }
   /// The slab is valid while the caller holds it and the source exists. A caller that releases each
   /// slab before requesting the next has one in memory at a time.
   virtual Result<std::shared_ptr<const Slab>> slab(std::size_t index) const = 0;
@@ -151,12 +170,17 @@ class Source {
   virtual Result<std::shared_ptr<const SlabBlocks>> blocks(std::size_t /*index*/) const {
     return std::shared_ptr<const SlabBlocks>();
   }
+  /// The same slab without its means; null if the source does not offer that for this slab.
+  virtual Result<std::shared_ptr<const LayeredSlab>> layered(std::size_t /*index*/) const {
+    return std::shared_ptr<const LayeredSlab>();
+  }
 };
 
 /// Called with the fraction done, from 0 to 1.
 using Progress = std::function<void(double)>;
 
-/// Puts all slabs of `source` into `sink`. While the sink has one, another thread reads the next.
+/// Puts all slabs of `source` into `sink`. They are read and prepared on all threads. Two slabs are
+/// in memory, or as many as the threads need if they are known to be small.
 Result<void> pump(const Source& source, Sink& sink, const Progress& progress = {});
 
 /// The first and last time; {0, 0} for a source without slabs.
@@ -168,6 +192,7 @@ class Mesh : public Sink, public Source {
   Result<void> put(const Slab& slab) override;
   std::size_t slabCount() const override { return slabs_.size(); }
   TimeSpan timeSpan(std::size_t index) const override;
+  std::optional<std::uint64_t> cellCount(std::size_t index) const override;
   /// Valid until the next `put`.
   Result<std::shared_ptr<const Slab>> slab(std::size_t index) const override;
 

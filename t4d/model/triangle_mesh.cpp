@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <Eigen/Geometry>
 
@@ -91,26 +92,37 @@ double surfaceArea(const TriangleMesh& mesh) {
 }
 
 bool isClosed(const TriangleMesh& mesh) {
-  // Each edge as (smaller vertex, larger vertex) in the high bits and its direction in the low one.
-  std::vector<std::uint64_t> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const Triangle& triangle : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) {
-      const std::uint64_t from = triangle[i];
-      const std::uint64_t to = triangle[(i + 1) % 3];
-      edges.push_back(from < to ? from << 32 | to : (to << 32 | from) | std::uint64_t{1} << 63);
+  // The edges of each vertex to a larger one: that one, and in the low bit the direction.
+  std::uint32_t last = 0;
+  for (const Triangle& triangle : mesh.triangles) last = std::max(last, std::ranges::max(triangle));
+  std::vector<std::size_t> ends(std::size_t{last} + 2);
+  const auto eachEdge = [&](auto visit) {
+    for (const Triangle& triangle : mesh.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const std::uint32_t from = triangle[i];
+        const std::uint32_t to = triangle[i == 2 ? 0 : i + 1];
+        visit(std::min(from, to), std::uint64_t{std::max(from, to)} << 1 | (from < to ? 1 : 0));
+      }
     }
-  }
-  constexpr std::uint64_t kDirection = std::uint64_t{1} << 63;
-  std::sort(edges.begin(), edges.end(),
-            [](std::uint64_t a, std::uint64_t b) { return (a & ~kDirection) < (b & ~kDirection); });
-  for (std::size_t i = 0; i < edges.size();) {
-    const std::uint64_t edge = edges[i] & ~kDirection;
-    std::int64_t balance = 0;
-    for (; i < edges.size() && (edges[i] & ~kDirection) == edge; ++i) {
-      balance += (edges[i] & kDirection) != 0 ? -1 : 1;
+  };
+  eachEdge([&](std::uint32_t smaller, std::uint64_t) { ++ends[smaller + 1]; });
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<std::uint64_t> edges(ends.back());
+  // Where the next edge goes, and in the end where those of a vertex end.
+  ends.pop_back();
+  eachEdge([&](std::uint32_t smaller, std::uint64_t edge) { edges[ends[smaller]++] = edge; });
+  std::size_t begin = 0;
+  for (const std::size_t end : ends) {
+    std::sort(edges.begin() + static_cast<std::ptrdiff_t>(begin),
+              edges.begin() + static_cast<std::ptrdiff_t>(end));
+    while (begin < end) {
+      const std::uint64_t larger = edges[begin] >> 1;
+      std::int64_t balance = 0;
+      for (; begin < end && edges[begin] >> 1 == larger; ++begin) {
+        balance += (edges[begin] & 1) != 0 ? 1 : -1;
+      }
+      if (balance != 0) return false;
     }
-    if (balance != 0) return false;
   }
   return true;
 }

@@ -96,41 +96,49 @@ std::vector<std::uint32_t> numberAsInSlab(Cut& cut) {
   return order;
 }
 
-Cut cutOf(std::span<const Cell> cells, std::span<const std::uint8_t> sides) {
-  Cut cut;
-  PointNumbers numbers(sides.size(), cut.points);
-  const auto& all = sections();
-  for (std::uint32_t index = 0; index < cells.size(); ++index) {
-    const Cell& cell = cells[index];
-    const std::array<std::uint8_t, 4> side = {sides[cell[0]], sides[cell[1]], sides[cell[2]],
-                                              sides[cell[3]]};
-    const unsigned pattern =
-        (side[0] & 1U) | (side[1] & 1U) << 1U | (side[2] & 1U) << 2U | (side[3] & 1U) << 3U;
-    const Section& section = all[pattern];
-    if (section.size == 0) continue;
-    const bool touches = ((side[0] | side[1] | side[2] | side[3]) & Side::kOn) != 0;
-    std::array<Cut::Point, 4> corner;
-    for (int i = 0; i < section.size; ++i) {
-      const auto [below, above] = section.edges[i];
-      corner[i] = {cell[below], cell[above]};
-      if (touches && (side[below] & Side::kOn) != 0) corner[i].above = cell[below];
-      if (touches && (side[above] & Side::kOn) != 0) corner[i].below = corner[i].above;
-    }
-    const auto same = [&](int a, int b) {
-      return corner[a].below == corner[b].below && corner[a].above == corner[b].above;
-    };
-    std::array<std::uint32_t, 4> number = {kNone, kNone, kNone, kNone};
-    for (int i = 1; i + 1 < section.size; ++i) {
-      if (touches && (same(0, i) || same(i, i + 1) || same(i + 1, 0))) continue;
-      for (const int k : {0, i, i + 1}) {
-        if (number[k] == kNone) number[k] = numbers.of(corner[k]);
-      }
-      cut.triangles.push_back({number[0], number[i], number[i + 1]});
-      cut.cells.push_back(index);
-    }
+void CellCutter::add(std::uint32_t index) {
+  const Cell& cell = cells_[index];
+  const std::array<std::uint8_t, 4> side = {sides_[cell[0]], sides_[cell[1]], sides_[cell[2]],
+                                            sides_[cell[3]]};
+  const unsigned pattern =
+      (side[0] & 1U) | (side[1] & 1U) << 1U | (side[2] & 1U) << 2U | (side[3] & 1U) << 3U;
+  const Section& section = sections()[pattern];
+  if (section.size == 0) return;
+  const bool touches = ((side[0] | side[1] | side[2] | side[3]) & Side::kOn) != 0;
+  std::array<Cut::Point, 4> corner;
+  for (int i = 0; i < section.size; ++i) {
+    const auto [below, above] = section.edges[i];
+    corner[i] = {cell[below], cell[above]};
+    if (touches && (side[below] & Side::kOn) != 0) corner[i].above = cell[below];
+    if (touches && (side[above] & Side::kOn) != 0) corner[i].below = corner[i].above;
   }
-  numberAsInSlab(cut);
-  return cut;
+  const auto same = [&](int a, int b) {
+    return corner[a].below == corner[b].below && corner[a].above == corner[b].above;
+  };
+  std::array<std::uint32_t, 4> number = {kNone, kNone, kNone, kNone};
+  for (int i = 1; i + 1 < section.size; ++i) {
+    if (touches && (same(0, i) || same(i, i + 1) || same(i + 1, 0))) continue;
+    for (const int k : {0, i, i + 1}) {
+      if (number[k] == kNone) number[k] = numbers_.of(corner[k]);
+    }
+    cut_.triangles.push_back({number[0], number[i], number[i + 1]});
+    cut_.cells.push_back(index);
+  }
+}
+
+void CellCutter::add(std::uint32_t begin, std::uint32_t end) {
+  for (std::uint32_t index = begin; index < end; ++index) add(index);
+}
+
+Cut CellCutter::finish() {
+  numberAsInSlab(cut_);
+  return std::move(cut_);
+}
+
+Cut cutOf(std::span<const Cell> cells, std::span<const std::uint8_t> sides) {
+  CellCutter cutter(cells, sides);
+  cutter.add(0, static_cast<std::uint32_t>(cells.size()));
+  return cutter.finish();
 }
 
 }  // namespace t4d::slice

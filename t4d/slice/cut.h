@@ -58,8 +58,29 @@ class PointNumbers {
 /// numbered like the input. The order is returned: the old number of each point.
 std::vector<std::uint32_t> numberAsInSlab(Cut& cut);
 
-/// `sides` has a value for each vertex. Triangles that lose a corner because two cut points are the
-/// same vertex are dropped, and so are points that no triangle has.
+/// Cuts some of the cells of a slab, in their order. Triangles that lose a corner because two cut
+/// points are the same vertex are dropped, and so are points that no triangle has.
+class CellCutter {
+ public:
+  /// `sides` has a value for each vertex; those of the vertices of cells that are cut count.
+  CellCutter(std::span<const model::Cell> cells, std::span<const std::uint8_t> sides)
+      : cells_(cells), sides_(sides), numbers_(sides.size(), cut_.points) {}
+  CellCutter(const CellCutter&) = delete;
+  CellCutter& operator=(const CellCutter&) = delete;
+
+  void add(std::uint32_t begin, std::uint32_t end);
+  Cut finish();
+
+ private:
+  void add(std::uint32_t index);
+
+  std::span<const model::Cell> cells_;
+  std::span<const std::uint8_t> sides_;
+  Cut cut_;
+  PointNumbers numbers_;
+};
+
+/// All cells.
 Cut cutOf(std::span<const model::Cell> cells, std::span<const std::uint8_t> sides);
 
 }  // namespace t4d::slice

@@ -1,10 +1,13 @@
 #include "t4d/slice/slab_cutter.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
+#include <set>
 #include <utility>
 
-#include "t4d/slice/in_order.h"
+#include "t4d/model/in_order.h"
 
 namespace t4d::slice {
 namespace {
@@ -56,6 +59,32 @@ struct BlockItem {
   std::optional<Error> error;
 };
 
+/// As CellRuns::supports has it.
+std::array<std::uint32_t, CellRuns::kSupport> supportOf(const model::Connectivity& connectivity,
+                                                        std::span<const model::Cell> cells) {
+  std::set<std::uint32_t> support;
+  const model::Means& means = connectivity.means;
+  for (const model::Cell& cell : cells) {
+    for (const std::uint32_t vertex : cell) {
+      if (vertex < connectivity.firstMean() || vertex >= connectivity.firstUpper()) {
+        support.insert(vertex);
+        continue;
+      }
+      const std::uint32_t mean = vertex - connectivity.firstMean();
+      support.insert(means.sources.begin() + means.offsets[mean],
+                     means.sources.begin() + means.offsets[mean + 1]);
+    }
+  }
+  std::array<std::uint32_t, CellRuns::kSupport> found{};
+  if (support.empty() || support.size() > found.size()) {
+    found[0] = CellRuns::kUnknown;
+    return found;
+  }
+  found.fill(*support.begin());
+  std::ranges::copy(support, found.begin());
+  return found;
+}
+
 }  // namespace
 
 Result<void> CutMemory::check(const std::shared_ptr<const model::Connectivity>& connectivity) {
@@ -85,6 +114,19 @@ std::shared_ptr<const Cut> CutMemory::cut(
   return made;
 }
 
+std::shared_ptr<const CellRuns> CutMemory::runs(
+    const std::shared_ptr<const model::Connectivity>& connectivity) {
+  return *runs_.get(connectivity.get(), [&]() -> Result<CellRuns> {
+    CellRuns runs{connectivity, {}};
+    const std::vector<model::Cell>& cells = connectivity->cells;
+    for (std::size_t begin = 0; begin < cells.size(); begin += CellRuns::kRunCells) {
+      const std::size_t count = std::min<std::size_t>(CellRuns::kRunCells, cells.size() - begin);
+      runs.supports.push_back(supportOf(*connectivity, std::span(cells).subspan(begin, count)));
+    }
+    return runs;
+  });
+}
+
 SlabCutter::SlabCutter(const Hyperplane& hyperplane, OnHyperplane rule,
                        std::shared_ptr<CutMemory> memory)
     : hyperplane_(scaledHyperplane(hyperplane)),
@@ -99,25 +141,30 @@ bool SlabCutter::isAbove(double height) const {
   return rule_ == OnHyperplane::Above ? height >= 0 : height > 0;
 }
 
+std::uint8_t SlabCutter::sideOf(double height) const {
+  return (isAbove(height) ? Side::kAbove : 0) | (height == 0 ? Side::kOn : 0);
+}
+
 SlabCutter::Heights SlabCutter::heightsOf(std::span<const Point4> vertices) const {
   Heights of{std::vector<double>(vertices.size()), std::vector<std::uint8_t>(vertices.size())};
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const double height = heightOf(vertices[i]);
-    of.heights[i] = height;
-    of.sides[i] = (isAbove(height) ? Side::kAbove : 0) | (height == 0 ? Side::kOn : 0);
+    of.heights[i] = heightOf(vertices[i]);
+    of.sides[i] = sideOf(of.heights[i]);
   }
   return of;
 }
 
 /// Sets positions and fractions.
-void SlabCutter::place(const Cut& cut, std::span<const Point4> vertices,
-                       const std::vector<double>& heights, CutSlab& into) const {
+template <class VertexAt>
+void SlabCutter::place(const Cut& cut, VertexAt vertexAt, const std::vector<double>& heights,
+                       CutSlab& into) const {
   into.fractions.reserve(cut.points.size());
   into.positions.reserve(cut.points.size());
   for (const auto& [below, above] : cut.points) {
     const double drop = heights[below];
     const double fraction = below == above ? 0 : drop / (drop - heights[above]);
-    const Point4 point = vertices[below] + fraction * (vertices[above] - vertices[below]);
+    const Point4 from = vertexAt(below);
+    const Point4 point = from + fraction * (vertexAt(above) - from);
     into.fractions.push_back(fraction);
     into.positions.emplace_back(basis_.axes * point);
   }
@@ -140,10 +187,89 @@ Result<CutSlab> SlabCutter::cut(const Slab& slab) const {
   auto [heights, sides] = heightsOf(slab.vertices);
   CutSlab made;
   made.counts = *slab.connectivity;
-  made.slab = &slab;
+  for (const auto& attribute : slab.connectivity->cellAttributes) {
+    made.attributes.push_back(&attribute);
+  }
+  for (const auto& attribute : slab.attributes) made.attributes.push_back(&attribute);
   made.blocksRead = (slab.connectivity->cells.size() + kBlockCells - 1) / kBlockCells;
   made.cut = memory_->cut(slab.connectivity, std::move(sides));
-  place(*made.cut, slab.vertices, heights, made);
+  place(
+      *made.cut, [&](std::uint32_t i) -> const Point4& { return slab.vertices[i]; }, heights, made);
+  return made;
+}
+
+/// More than what rounding changes in the height of a vertex or of a mean.
+double SlabCutter::roundingOf(const model::LayeredSlab& slab) const {
+  Point4 largest = Point4::Zero();
+  const auto add = [&](const std::vector<Point4>& vertices) {
+    for (const Point4& vertex : vertices) largest = largest.cwiseMax(vertex.cwiseAbs());
+  };
+  add(*slab.lower);
+  add(slab.interior);
+  add(*slab.upper);
+  constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+  return kRounding * (hyperplane_.normal.cwiseAbs().dot(largest) + std::abs(hyperplane_.offset));
+}
+
+/// The heights of means are set where they are needed.
+Cut SlabCutter::cutRuns(const model::LayeredSlab& slab, const CellRuns& runs, Heights& of) const {
+  const model::Connectivity& connectivity = *slab.connectivity;
+  const std::vector<model::Cell>& cells = connectivity.cells;
+  const double rounding = roundingOf(slab);
+  constexpr std::uint8_t kUnset = 0xff;
+  std::fill(of.sides.begin() + connectivity.firstMean(),
+            of.sides.begin() + connectivity.firstUpper(), kUnset);
+  const auto isClear = [&](const std::array<std::uint32_t, CellRuns::kSupport>& support) {
+    if (support[0] == CellRuns::kUnknown) return false;
+    double lowest = of.heights[support[0]];
+    double highest = lowest;
+    for (const std::uint32_t vertex : support) {
+      lowest = std::min(lowest, of.heights[vertex]);
+      highest = std::max(highest, of.heights[vertex]);
+    }
+    return lowest > rounding || highest < -rounding;
+  };
+  CellCutter cutter(cells, of.sides);
+  for (std::size_t run = 0; run < runs.supports.size(); ++run) {
+    if (isClear(runs.supports[run])) continue;
+    const auto begin = static_cast<std::uint32_t>(run * CellRuns::kRunCells);
+    const auto end =
+        std::min(begin + CellRuns::kRunCells, static_cast<std::uint32_t>(cells.size()));
+    for (std::uint32_t i = begin; i < end; ++i) {
+      for (const std::uint32_t vertex : cells[i]) {
+        if (of.sides[vertex] != kUnset) continue;
+        of.heights[vertex] = heightOf(slab.vertex(vertex));
+        of.sides[vertex] = sideOf(of.heights[vertex]);
+      }
+    }
+    cutter.add(begin, end);
+  }
+  return cutter.finish();
+}
+
+Result<CutSlab> SlabCutter::cut(const model::LayeredSlab& slab) const {
+  if (auto checked = checkHyperplane(hyperplane_); !checked) return pass(checked.error());
+  const model::Connectivity& connectivity = *slab.connectivity;
+  Heights of{std::vector<double>(connectivity.vertexCount),
+             std::vector<std::uint8_t>(connectivity.vertexCount)};
+  const auto set = [&](const std::vector<Point4>& vertices, std::uint32_t first) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      of.heights[first + i] = heightOf(vertices[i]);
+      of.sides[first + i] = sideOf(of.heights[first + i]);
+    }
+  };
+  set(*slab.lower, 0);
+  set(slab.interior, connectivity.lowerCount);
+  set(*slab.upper, connectivity.firstUpper());
+  CutSlab made;
+  made.counts = connectivity;
+  for (const auto& attribute : connectivity.cellAttributes) made.attributes.push_back(&attribute);
+  for (const auto& attribute : slab.cellAttributes) made.attributes.push_back(&attribute);
+  made.blocksRead = (connectivity.cells.size() + kBlockCells - 1) / kBlockCells;
+  const auto runs = memory_->runs(slab.connectivity);
+  made.cut = std::make_shared<const Cut>(cutRuns(slab, *runs, of));
+  place(
+      *made.cut, [&](std::uint32_t i) { return slab.vertex(i); }, of.heights, made);
   return made;
 }
 
@@ -164,13 +290,15 @@ Result<CutSlab> SlabCutter::cut(const model::SlabBlocks& blocks) const {
     }
     const auto [heights, sides] = heightsOf(block->vertices);
     cut->cut = cutOf(block->cells, sides);
-    place(cut->cut, block->vertices, heights, cut->placed);
+    place(
+        cut->cut, [&](std::uint32_t k) -> const Point4& { return block->vertices[k]; }, heights,
+        cut->placed);
     block->cells = {};
     block->vertices = {};
     cut->block = std::move(*block);
     return cut;
   };
-  inOrder<std::shared_ptr<BlockItem>>(met.size(), item, [&](const auto& made) {
+  model::inOrder<std::shared_ptr<BlockItem>>(met.size(), item, [&](const auto& made) {
     if (made->error) {
       error = made->error;
       return false;
@@ -183,16 +311,24 @@ Result<CutSlab> SlabCutter::cut(const model::SlabBlocks& blocks) const {
 }
 
 Result<CutSlab> SlabCutter::cut(const OpenSlab& open) const {
+  if (open.layered) return cut(*open.layered);
   return open.blocks ? cut(*open.blocks) : cut(*open.slab);
 }
 
 Result<OpenSlab> openSlab(const model::Source& source, std::size_t index) {
   auto blocks = source.blocks(index);
   if (!blocks) return pass(blocks.error());
-  if (*blocks) return OpenSlab{nullptr, std::move(*blocks)};
+  if (*blocks) return OpenSlab{nullptr, std::move(*blocks), nullptr};
   auto slab = source.slab(index);
   if (!slab) return pass(slab.error());
-  return OpenSlab{std::move(*slab), nullptr};
+  return OpenSlab{std::move(*slab), nullptr, nullptr};
+}
+
+Result<OpenSlab> openPartly(const model::Source& source, std::size_t index) {
+  auto layered = source.layered(index);
+  if (!layered) return pass(layered.error());
+  if (*layered) return OpenSlab{nullptr, nullptr, std::move(*layered)};
+  return openSlab(source, index);
 }
 
 }  // namespace t4d::slice

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <vector>
 
+#include "t4d/model/layered_slab.h"
+#include "t4d/model/shared_parts.h"
 #include "t4d/model/slab.h"
 #include "t4d/model/slab_blocks.h"
 #include "t4d/slice/cut.h"
@@ -20,19 +23,36 @@ inline constexpr std::uint64_t kBlockCells = 65536;
 struct CutSlab {
   model::VertexCounts counts;
   std::shared_ptr<const Cut> cut;
-  std::vector<model::Point3> positions;  // of each point of the cut
-  std::vector<double> fractions;         // likewise, from below to above
-  const model::Slab* slab = nullptr;     // with its attributes, unless it was cut by blocks
+  std::vector<model::Point3> positions;             // of each point of the cut
+  std::vector<double> fractions;                    // likewise, from below to above
+  std::vector<const model::Attribute*> attributes;  // of the slab, unless it was cut by blocks
   std::uint64_t blocksRead = 0;
 };
 
-/// A slab that has been read, or can be by blocks: one of the two.
+/// A slab that has been read, whole or without its means, or can be by blocks: one of these.
 struct OpenSlab {
   std::shared_ptr<const model::Slab> slab;
   std::shared_ptr<const model::SlabBlocks> blocks;
+  std::shared_ptr<const model::LayeredSlab> layered;
+
+  bool none() const { return !slab && !blocks && !layered; }
 };
 /// By blocks if the source offers them.
 Result<OpenSlab> openSlab(const model::Source& source, std::size_t index);
+/// For a hyperplane that few cells meet: by blocks or without means if the source offers that.
+Result<OpenSlab> openPartly(const model::Source& source, std::size_t index);
+
+/// The cells of a connectivity in runs of kRunCells, the cells of a prism (the paper, section 4.1).
+struct CellRuns {
+  static constexpr std::uint32_t kRunCells = 14;
+  static constexpr std::size_t kSupport = 6;
+
+  std::shared_ptr<const model::Connectivity> connectivity;
+  /// Of each run that has no more than these, the vertices that all others are means of; otherwise
+  /// kUnknown comes first.
+  static constexpr std::uint32_t kUnknown = ~0U;
+  std::vector<std::array<std::uint32_t, kSupport>> supports;
+};
 
 /// Remembers what was cut last, which is often the same in the next slab or at the next time. Safe
 /// to use from several threads at once.
@@ -42,8 +62,11 @@ class CutMemory {
   Result<void> check(const std::shared_ptr<const model::Connectivity>& connectivity);
   std::shared_ptr<const Cut> cut(const std::shared_ptr<const model::Connectivity>& connectivity,
                                  std::vector<std::uint8_t> sides);
+  std::shared_ptr<const CellRuns> runs(
+      const std::shared_ptr<const model::Connectivity>& connectivity);
 
  private:
+  model::SharedParts<const model::Connectivity*, CellRuns> runs_;
   std::mutex mutex_;
   std::shared_ptr<const model::Connectivity> checked_;
   std::shared_ptr<const model::Connectivity> connectivity_;
@@ -65,7 +88,10 @@ class SlabCutter {
   Result<CutSlab> cut(const model::Slab& slab) const;
   /// Reads and cuts the blocks that the hyperplane meets, on all threads.
   Result<CutSlab> cut(const model::SlabBlocks& blocks) const;
-  /// Either of these. The slab must outlive what is cut of it.
+  /// Looks at the means of a run of cells only where the hyperplane may separate its other
+  /// vertices.
+  Result<CutSlab> cut(const model::LayeredSlab& slab) const;
+  /// One of these. The slab must outlive what is cut of it.
   Result<CutSlab> cut(const OpenSlab& open) const;
 
  private:
@@ -75,9 +101,13 @@ class SlabCutter {
   };
   double heightOf(const model::Point4& point) const;
   bool isAbove(double height) const;
+  std::uint8_t sideOf(double height) const;
   Heights heightsOf(std::span<const model::Point4> vertices) const;
-  void place(const Cut& cut, std::span<const model::Point4> vertices,
-             const std::vector<double>& heights, CutSlab& into) const;
+  double roundingOf(const model::LayeredSlab& slab) const;
+  Cut cutRuns(const model::LayeredSlab& slab, const CellRuns& runs, Heights& of) const;
+  template <class VertexAt>
+  void place(const Cut& cut, VertexAt vertexAt, const std::vector<double>& heights,
+             CutSlab& into) const;
 
   Hyperplane hyperplane_;
   HyperplaneBasis basis_;

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "t4d/slice/in_order.h"
+#include "t4d/model/in_order.h"
 #include "t4d/slice/slab_at_time.h"
 #include "t4d/slice/slab_cutter.h"
 
@@ -113,14 +113,7 @@ class Slicer::Impl {
 /// Appends the rows of the new triangles and vertices to the slice's attributes. The first slab
 /// that is cut defines them; an attribute that a later slab lacks is lost.
 void Slicer::Impl::carryAttributes(const CutSlab& made, const std::vector<std::uint32_t>& added) {
-  std::vector<const Attribute*> given;
-  if (made.slab != nullptr) {
-    const Slab& slab = *made.slab;
-    for (const Attribute& attribute : slab.connectivity->cellAttributes) {
-      given.push_back(&attribute);
-    }
-    for (const Attribute& attribute : slab.attributes) given.push_back(&attribute);
-  }
+  const std::vector<const Attribute*>& given = made.attributes;
   std::vector<Attribute>& carried = slice_.mesh.attributes;
   if (!hasAttributes_) {
     hasAttributes_ = true;
@@ -224,10 +217,9 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
   struct Item {
     Result<OpenSlab> open = OpenSlab();  // neither, for a slab that the hyperplane misses
     Result<CutSlab> cut;
+    bool missed() const { return open && open->none(); }
   };
-  using ItemPointer = std::shared_ptr<Item>;
-  // One after another, so that parts that slabs share are read once.
-  const auto read = [&](std::size_t index) {
+  const auto cut = [&](std::size_t index) {
     auto item = std::make_shared<Item>();
     if (const auto bounds = source.bounds(index)) {
       const auto [begin, end] = source.timeSpan(index);
@@ -236,22 +228,16 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
       all.max << bounds->max, end;
       if (slicer.cutter.misses(all)) return item;
     }
-    item->open = openSlab(source, index);
-    return item;
-  };
-  const auto missed = [](const Item& item) {
-    return item.open && !item.open->slab && !item.open->blocks;
-  };
-  const auto cut = [&](ItemPointer item) {
-    if (item->open && !missed(*item)) item->cut = slicer.cutter.cut(*item->open);
+    item->open = openPartly(source, index);
+    if (item->open) item->cut = slicer.cutter.cut(*item->open);
     return item;
   };
   std::optional<Error> error;  // the first one
   std::size_t done = 0;
-  inOrder<ItemPointer, ItemPointer>(count, read, cut, [&](const ItemPointer& item) {
+  model::inOrder<std::shared_ptr<Item>>(count, cut, [&](const std::shared_ptr<Item>& item) {
     if (!item->open) {
       error = item->open.error();
-    } else if (missed(*item)) {
+    } else if (item->missed()) {
       slicer.skip();
     } else if (!item->cut) {
       error = item->cut.error();

@@ -404,10 +404,15 @@ TEST(Slice, SkipsSlabsThatAHyperplaneMissesAndNoOthers) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> number(-1, 1);
   std::uint64_t skipped = 0;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 90; ++i) {
     Hyperplane hyperplane{{number(random), number(random), number(random), number(random)},
                           8 * number(random)};
     if (i < 20) hyperplane = Hyperplane::across(0, 6 + 6 * number(random));
+    // Through a vertex, and along x through many.
+    const model::Slab& slab = mesh.slabs()[1 + random() % 49];
+    const model::Point4& vertex = slab.vertices[random() % slab.vertices.size()];
+    if (i >= 60) hyperplane.offset = along(hyperplane.normal, vertex);
+    if (i >= 75) hyperplane = Hyperplane::across(1 + i % 2, i % 3 == 0 ? 0 : vertex[1 + i % 2]);
     const auto whole = slice(mesh, hyperplane);
     const auto fromFile = slice(reader->body(0), hyperplane);
     ASSERT_TRUE(whole && fromFile);

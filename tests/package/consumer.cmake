@@ -1,12 +1,12 @@
 # Builds a project that uses t4d::model alone in one of three ways: find_package, add_subdirectory,
-# FetchContent. Nothing but Eigen may be needed to use the installed component.
+# FetchContent. Nothing but Eigen and oneTBB may be needed to use the installed component.
 cmake_minimum_required(VERSION 3.25)
 include(${settings})
 start()
 set(arguments -D how=${how} -D CMAKE_BUILD_TYPE=)
 if(how STREQUAL "find_package")
   list(APPEND arguments -D CMAKE_PREFIX_PATH=${prefix})
-  foreach(package fmt tl-expected nlohmann_json TBB OpenVDB TetGen CGAL TinyGLTF zstd ISAL LZ4 LibLZMA LibMd CURL Assimp meshoptimizer Gdcm Blosc)
+  foreach(package fmt tl-expected nlohmann_json OpenVDB TetGen CGAL TinyGLTF zstd ISAL LZ4 LibLZMA LibMd CURL Assimp meshoptimizer Gdcm Blosc)
     list(APPEND arguments -D CMAKE_DISABLE_FIND_PACKAGE_${package}=TRUE)
   endforeach()
 else()
@@ -17,7 +17,7 @@ run(${CMAKE_COMMAND} --build build --verbose)
 if(run_output MATCHES "-Werror")
   message(FATAL_ERROR "warnings are errors in a project that did not ask for it")
 endif()
-foreach(library fmt tbb openvdb tet zstd isal lz4 lzma md CGAL curl assimp meshoptimizer gdcmMSFF blosc)
+foreach(library fmt openvdb tet zstd isal lz4 lzma md CGAL curl assimp meshoptimizer gdcmMSFF blosc)
   if(run_output MATCHES "lib${library}[.]|-l${library}([ \n]|$)")
     message(FATAL_ERROR "t4d::model links ${library}: ${CMAKE_MATCH_0}")
   endif()

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <tbb/parallel_invoke.h>
 
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/model/transformed.h"
@@ -255,9 +256,9 @@ int run(const SliceArguments& options) {
   for (const formats::NamedMesh& section : sections->meshes) {
     vertices += section.mesh.vertices.size();
     triangles += section.mesh.triangles.size();
-    volume += signedVolume(section.mesh);
-    area += surfaceArea(section.mesh);
-    closed = closed && isClosed(section.mesh);
+    tbb::parallel_invoke([&] { volume += signedVolume(section.mesh); },
+                         [&] { area += surfaceArea(section.mesh); },
+                         [&] { closed = closed && isClosed(section.mesh); });
   }
   if (!std::isfinite(volume) || !std::isfinite(area)) {
     printNotices({"coordinates are too large to measure volume or area"});

@@ -138,6 +138,15 @@ Result<void> T4dFile::put(const model::Slab& slab) {
   return sink().put(slab);
 }
 
+std::unique_ptr<T4dFile::Prepared> T4dFile::prepare(const model::Slab& slab) const {
+  // Where the mesh is centred, the first slab must come first.
+  return output_.center ? nullptr : writer_->body(body_).prepare(slab);
+}
+
+Result<void> T4dFile::putPrepared(const model::Slab& slab, Prepared* prepared) {
+  return prepared == nullptr ? put(slab) : writer_->body(body_).putPrepared(slab, prepared);
+}
+
 Result<void> T4dFile::putStreamed(const model::StreamedSlab& slab) {
   return writer_ ? sink().putStreamed(slab) : put(assembled(slab));
 }

@@ -69,6 +69,8 @@ class T4dFile : public model::Sink {
   /// Slabs go to this body from now on; at first, to body 0.
   void setBody(std::size_t index) { body_ = index; }
   Result<void> put(const model::Slab& slab) override;
+  std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override;
+  Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override;
   Result<void> putStreamed(const model::StreamedSlab& slab) override;
   /// The size of the file in bytes.
   Result<std::uint64_t> finish();

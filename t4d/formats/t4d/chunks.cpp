@@ -462,39 +462,43 @@ std::vector<Attribute> ownAttributes(const model::Slab& slab) {
 
 namespace {
 
-/// The fields of a SLAB up to its attributes.
-void putSlab(PayloadWriter& into, const model::TimeSpan& time, const SlabParts& parts,
-             std::size_t attributes, std::span<const model::Bounds4> bounds, std::uint64_t interior,
-             const VertexMaker& vertices, const ArrayOptions& options) {
-  putTime(into, time);
-  putParts(into, parts);
-  into.put(static_cast<std::uint32_t>(attributes));
-  into.put(static_cast<std::uint32_t>(bounds.size()));
-  into.put(kZero);
+/// The fields of a SLAB from the number of its bounds on, up to its attributes.
+PayloadWriter boundsAndInterior(std::span<const model::Bounds4> bounds, std::uint64_t interior,
+                                const VertexMaker& vertices, const ArrayOptions& options) {
+  PayloadWriter payload;
+  payload.put(static_cast<std::uint32_t>(bounds.size()));
+  payload.put(kZero);
   for (const model::Bounds4& block : bounds) {
     for (const Point4* corner : {&block.min, &block.max}) {
-      for (int k = 0; k < 4; ++k) into.put((*corner)[k]);
+      for (int k = 0; k < 4; ++k) payload.put((*corner)[k]);
     }
   }
-  putPositions(into, interior, vertices, options);
-  putTimes(into, interior, vertices, options.level);
+  putPositions(payload, interior, vertices, options);
+  putTimes(payload, interior, vertices, options.level);
+  return payload;
 }
 
 }  // namespace
 
-PayloadWriter encodeSlab(const model::StreamedSlab& slab, const SlabParts& parts,
-                         std::span<const model::Bounds4> bounds, const ArrayOptions& options) {
+PayloadWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
+                         SlabContents contents) {
   PayloadWriter payload;
-  const auto interior = [&](std::uint64_t first, std::span<Point4> into) {
-    slab.vertices(slab.lowerCount + static_cast<std::uint32_t>(first), into);
-  };
-  putSlab(payload, slab.time, parts, 0, bounds, slab.firstUpper() - slab.lowerCount, interior,
-          options);
+  putTime(payload, time);
+  putParts(payload, parts);
+  payload.put(contents.attributes);
+  payload.append(std::move(contents.payload));
   return payload;
 }
 
-PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
-                         const ArrayOptions& options) {
+SlabContents encodeContents(const model::StreamedSlab& slab, std::span<const model::Bounds4> bounds,
+                            const ArrayOptions& options) {
+  const auto interior = [&](std::uint64_t first, std::span<Point4> into) {
+    slab.vertices(slab.lowerCount + static_cast<std::uint32_t>(first), into);
+  };
+  return {0, boundsAndInterior(bounds, slab.firstUpper() - slab.lowerCount, interior, options)};
+}
+
+SlabContents encodeContents(const model::Slab& slab, const ArrayOptions& options) {
   const Connectivity& connectivity = *slab.connectivity;
   const auto interior =
       std::span(slab.vertices)
@@ -503,11 +507,17 @@ PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
   // Slabs with means are those of swept solids, which are small and read whole.
   std::vector<model::Bounds4> bounds;
   if (connectivity.means.size() == 0) bounds = boundsOfBlocks(connectivity, slab.vertices);
-  PayloadWriter payload;
-  putSlab(payload, {slab.timeBegin, slab.timeEnd}, parts, attributes.size(), bounds,
-          interior.size(), makerOf(interior), options);
-  for (const Attribute& attribute : attributes) putAttribute(payload, attribute, options.level);
-  return payload;
+  SlabContents contents = {static_cast<std::uint32_t>(attributes.size()),
+                           boundsAndInterior(bounds, interior.size(), makerOf(interior), options)};
+  for (const Attribute& attribute : attributes) {
+    putAttribute(contents.payload, attribute, options.level);
+  }
+  return contents;
+}
+
+PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
+                         const ArrayOptions& options) {
+  return encodeSlab({slab.timeBegin, slab.timeEnd}, parts, encodeContents(slab, options));
 }
 
 Result<SlabFront> takeSlabFront(PayloadReader& from, const Features& features) {

@@ -139,12 +139,22 @@ struct SlabChunk {
 /// not means, if there are any; then those of cells.
 std::vector<model::Attribute> ownAttributes(const model::Slab& slab);
 
+/// What the chunk of a slab has after its time and its parts.
+struct SlabContents {
+  std::uint32_t attributes = 0;
+  t4d_layout::PayloadWriter
+      payload;  ///< all after their number; its fields begin at a multiple of 8
+};
+
 /// `slab` is as it is stored: rounded with float32 or a grid.
-t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
-                                     const ArrayOptions& options);
+SlabContents encodeContents(const model::Slab& slab, const ArrayOptions& options);
 /// `bounds` are those of StreamedConnectivity.
-t4d_layout::PayloadWriter encodeSlab(const model::StreamedSlab& slab, const SlabParts& parts,
-                                     std::span<const model::Bounds4> bounds,
+SlabContents encodeContents(const model::StreamedSlab& slab, std::span<const model::Bounds4> bounds,
+                            const ArrayOptions& options);
+t4d_layout::PayloadWriter encodeSlab(const model::TimeSpan& time, const SlabParts& parts,
+                                     SlabContents contents);
+/// Whole.
+t4d_layout::PayloadWriter encodeSlab(const model::Slab& slab, const SlabParts& parts,
                                      const ArrayOptions& options);
 Result<SlabChunk> decodeSlab(const t4d_layout::PayloadView& payload,
                              const t4d_layout::Features& features = {});

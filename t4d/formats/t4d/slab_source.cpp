@@ -25,6 +25,10 @@ std::shared_ptr<const std::vector<model::Point3>> positionsOf(
   return positions;
 }
 
+bool isOfCells(const model::Attribute& attribute) {
+  return attribute.domain == model::Domain::Cell;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) const {
@@ -40,11 +44,9 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::slab(std::size_t index) c
 
 Result<std::shared_ptr<const model::SlabBlocks>> SlabSource::blocks(std::size_t index) const {
   if (layerOf_) return std::shared_ptr<const model::SlabBlocks>();
-  {
-    // FileSlab would read the front of the connectivity to find this out.
-    const std::scoped_lock lock(kept_->mutex);
-    if (kept_->connectivityOffset == records_[index].connectivity() &&
-        (kept_->connectivity->means.size() > 0 || !kept_->connectivity->cellAttributes.empty())) {
+  // FileSlab would read the front of the connectivity to find this out.
+  if (const auto last = kept_->connectivities.last(records_[index].connectivity())) {
+    if ((*last)->means.size() > 0 || !(*last)->cellAttributes.empty()) {
       return std::shared_ptr<const model::SlabBlocks>();
     }
   }
@@ -96,37 +98,25 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::read(const IndexRecord& r
   return withinMemory(file_->path(), [&] { return readSlab(record); });
 }
 
-Result<SlabSource::ConnectivityPointer> SlabSource::readConnectivity(std::uint64_t offset) const {
-  {
-    const std::scoped_lock lock(kept_->mutex);
-    if (kept_->connectivityOffset == offset) return kept_->connectivity;
-    // Avoids two in memory while this one is decoded.
-    kept_->connectivityOffset.reset();
-    kept_->connectivity.reset();
-  }
-  auto chunk = file_->readChunk(offset, kConnectivity);
-  if (!chunk) return pass(chunk.error());
-  auto connectivity = decodeConnectivity(chunk->payload.view, features_);
-  if (!connectivity) return file_->damaged(offset, "CONN: " + connectivity.error().message);
-  const std::scoped_lock lock(kept_->mutex);
-  // Another thread may have been faster: slabs that repeat a connectivity share one object.
-  if (kept_->connectivityOffset == offset) return kept_->connectivity;
-  kept_->connectivityOffset = offset;
-  kept_->connectivity = *connectivity;
-  return connectivity;
+Result<SlabSource::ConnectivityPointer> SlabSource::connectivity(std::uint64_t offset) const {
+  const auto made = kept_->connectivities.get(offset, [&]() -> Result<ConnectivityPointer> {
+    auto chunk = file_->readChunk(offset, kConnectivity);
+    if (!chunk) return pass(chunk.error());
+    auto decoded = decodeConnectivity(chunk->payload.view, features_);
+    if (!decoded) return file_->damaged(offset, "CONN: " + decoded.error().message);
+    return decoded;
+  });
+  if (!made) return pass(made.error());
+  // It stays known while a slab has it, so that slabs which repeat it share one object.
+  return ConnectivityPointer(*made, (*made)->get());
 }
 
-std::optional<SlabSource::DecodedLayer> SlabSource::takeKeptLayer(std::uint64_t offset) const {
-  const std::scoped_lock lock(kept_->mutex);
-  if (offset == 0 || offset != kept_->upperOffset) return std::nullopt;
-  kept_->upperOffset = 0;
-  return std::exchange(kept_->upperLayer, {});
+Result<SlabSource::LayerPointer> SlabSource::layer(std::uint64_t offset) const {
+  if (offset == 0) return std::make_shared<const DecodedLayer>();
+  return kept_->layers.get(offset, [&] { return readLayer(offset); });
 }
 
-Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) const {
-  StoredLayer stored;
-  if (offset == 0) return stored;
-  stored.offset = offset;
+Result<SlabSource::DecodedLayer> SlabSource::readLayer(std::uint64_t offset) const {
   const auto header = file_->readChunkHeader(offset);
   if (!header) return pass(header.error());
   if (header->type != kLayer && header->type != kPose) {
@@ -135,42 +125,62 @@ Result<SlabSource::StoredLayer> SlabSource::readLayer(std::uint64_t offset) cons
   }
   auto payload = file_->readPayload(*header);
   if (!payload) return pass(payload.error());
-  const auto wrong = [&](const std::string& message) {
-    return file_->damaged(offset, fmt::format("{}: {}", header->name(), message));
+  if (header->type == kPose) return readPose(*header, *payload);
+  const auto wrong = [&](const Error& error) {
+    return file_->damaged(offset, "LAYR: " + error.message);
   };
-  stored.payload = std::move(*payload);
-  if (header->type == kLayer) {
-    auto layer = decodeLayer(stored.payload.view, features_);
-    if (!layer) return wrong(layer.error().message);
-    stored.layer = std::move(*layer);
-    return stored;
-  }
-  const auto posed = decodePose(stored.payload.view, features_);
+  auto stored = decodeLayer(payload->view, features_);
+  if (!stored) return wrong(stored.error());
+  DecodedLayer layer;
+  layer.vertices.resize(stored->size());
+  if (auto set = unpackLayer(*stored, layer.vertices, features_); !set) return wrong(set.error());
+  layer.attributes = std::move(stored->attributes);
+  if (!features_.pose || layer.vertices.empty()) return layer;
+  // It may be what the next layers are poses of.
+  const bool float32 = stored->positions.type == model::ScalarType::Float32;
+  const auto reference = kept_->references.get(offset, [&]() -> Result<Reference> {
+    return Reference{positionsOf(layer.vertices), layer.attributes, float32};
+  });
+  layer.pose = std::make_shared<const model::LayerPose>(
+      model::LayerPose{(*reference)->points, model::Affine3x4::Identity(), (*reference)->float32});
+  return layer;
+}
+
+Result<SlabSource::DecodedLayer> SlabSource::readPose(const ChunkHeader& header,
+                                                      const Payload& payload) const {
+  const auto wrong = [&](const std::string& message) {
+    return file_->damaged(header.offset, "POSE: " + message);
+  };
+  const auto posed = decodePose(payload.view, features_);
   if (!posed) return wrong(posed.error().message);
-  std::optional<std::uint64_t> place = offset - posed->layer;
+  std::optional<std::uint64_t> place = header.offset - posed->layer;
   if (layerOf_) {
-    place = layerOf_(offset, posed->layer);
+    place = layerOf_(header.offset, posed->layer);
     if (!place) {
       return wrong(
           fmt::format("its LAYR, {} bytes before it, is missing or damaged", posed->layer));
     }
-  } else if (posed->layer == 0 || posed->layer >= offset) {
+  } else if (posed->layer == 0 || posed->layer >= header.offset) {
     return wrong("it moves no LAYR that comes before it");
   }
-  auto reference = readReference(*place);
-  if (!reference) return pass(reference.error());
-  stored.layer.time = posed->time;
-  stored.layer.attributes = std::move(reference->attributes);
-  stored.pose = std::make_shared<const model::LayerPose>(
-      model::LayerPose{std::move(reference->points), posed->pose, reference->float32});
-  return stored;
+  const auto from = reference(*place);
+  if (!from) return pass(from.error());
+  DecodedLayer layer;
+  layer.attributes = (*from)->attributes;
+  layer.pose = std::make_shared<const model::LayerPose>(
+      model::LayerPose{(*from)->points, posed->pose, (*from)->float32});
+  layer.vertices.reserve(layer.pose->reference->size());
+  for (std::size_t i = 0; i < layer.pose->reference->size(); ++i) {
+    layer.vertices.emplace_back() << layer.pose->at(i), posed->time;
+  }
+  return layer;
+}
+
+Result<SlabSource::ReferencePointer> SlabSource::reference(std::uint64_t offset) const {
+  return kept_->references.get(offset, [&] { return readReference(offset); });
 }
 
 Result<SlabSource::Reference> SlabSource::readReference(std::uint64_t offset) const {
-  {
-    const std::scoped_lock lock(kept_->mutex);
-    if (kept_->reference && kept_->reference->offset == offset) return *kept_->reference;
-  }
   auto chunk = file_->readChunk(offset, kLayer);
   if (!chunk) return pass(chunk.error());
   auto layer = decodeLayer(chunk->payload.view, features_);
@@ -179,40 +189,11 @@ Result<SlabSource::Reference> SlabSource::readReference(std::uint64_t offset) co
   if (auto set = unpackLayer(*layer, vertices, features_); !set) {
     return file_->damaged(offset, "LAYR: " + set.error().message);
   }
-  Reference reference{offset, positionsOf(vertices), std::move(layer->attributes),
-                      layer->positions.type == model::ScalarType::Float32};
-  const std::scoped_lock lock(kept_->mutex);
-  // Another thread may have been faster: layers of one reference share one object.
-  if (!kept_->reference || kept_->reference->offset != offset) kept_->reference = reference;
-  return *kept_->reference;
+  return Reference{positionsOf(vertices), std::move(layer->attributes),
+                   layer->positions.type == model::ScalarType::Float32};
 }
 
-Result<void> SlabSource::unpack(const StoredLayer& stored, std::span<model::Point4> into) const {
-  if (!stored.pose) {
-    auto set = unpackLayer(stored.layer, into, features_);
-    if (!set) return file_->damaged(stored.offset, "LAYR: " + set.error().message);
-    return {};
-  }
-  for (std::size_t i = 0; i < into.size(); ++i) {
-    into[i] << stored.pose->at(i), stored.layer.time;
-  }
-  return {};
-}
-
-std::shared_ptr<const model::LayerPose> SlabSource::poseOf(
-    const StoredLayer& stored, std::span<const model::Point4> vertices) const {
-  if (stored.pose || !features_.pose || vertices.empty()) return stored.pose;
-  // A LAYR of this file may be what the next layers are poses of.
-  const bool float32 = stored.layer.positions.type == model::ScalarType::Float32;
-  const std::scoped_lock lock(kept_->mutex);
-  if (!kept_->reference || kept_->reference->offset != stored.offset) {
-    kept_->reference = {stored.offset, positionsOf(vertices), stored.layer.attributes, float32};
-  }
-  return std::make_shared<const model::LayerPose>(model::LayerPose{
-      kept_->reference->points, model::Affine3x4::Identity(), kept_->reference->float32});
-}
-
-Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecord& record) const {
+Result<SlabSource::Parts> SlabSource::readParts(const IndexRecord& record) const {
   const ChunkFile& file = *file_;
   auto chunk = file.readChunk(record.slab, kSlab);
   if (!chunk) return pass(chunk.error());
@@ -225,61 +206,59 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   if (!(record == IndexRecord{record.slab, chunk->header.bytes(), decoded->parts, decoded->time})) {
     return wrong("the index says something else than the slab itself");
   }
-  auto kept = takeKeptLayer(record.lower());
-  const auto slab = std::make_shared<model::Slab>();
-  auto shared = readConnectivity(record.connectivity());
+  auto shared = connectivity(record.connectivity());
   if (!shared) return pass(shared.error());
-  slab->connectivity = std::move(*shared);
-  const Connectivity& connectivity = *slab->connectivity;
-
-  auto lower = readLayer(kept ? 0 : record.lower());
+  auto lower = layer(record.lower());
   if (!lower) return pass(lower.error());
-  auto upper = readLayer(record.upper());
+  auto upper = layer(record.upper());
   if (!upper) return pass(upper.error());
-  const std::uint64_t lowerCount = kept ? kept->vertices.size() : lower->size();
-  const std::uint64_t interiorCount = connectivity.firstMean() - connectivity.lowerCount;
-  if (lowerCount != connectivity.lowerCount || upper->size() != connectivity.upperCount ||
-      decoded->interior.size() != interiorCount) {
+  const Connectivity& counts = **shared;
+  const std::uint64_t interior = counts.firstMean() - counts.lowerCount;
+  if ((*lower)->vertices.size() != counts.lowerCount ||
+      (*upper)->vertices.size() != counts.upperCount || decoded->interior.size() != interior) {
     return wrong(
         fmt::format("its connectivity has {} lower, {} interior and {} upper vertices, "
                     "the file {}, {} and {}",
-                    connectivity.lowerCount, interiorCount, connectivity.upperCount, lowerCount,
-                    decoded->interior.size(), upper->size()));
+                    counts.lowerCount, interior, counts.upperCount, (*lower)->vertices.size(),
+                    decoded->interior.size(), (*upper)->vertices.size()));
   }
+  return Parts{std::move(*decoded), std::move(*shared), std::move(*lower), std::move(*upper)};
+}
+
+Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecord& record) const {
+  auto parts = readParts(record);
+  if (!parts) return pass(parts.error());
+  const auto wrong = [&](const std::string& message) {
+    return file_->damaged(record.slab, "SLAB: " + message);
+  };
+  const SlabChunk& own = parts->own;
+  const DecodedLayer& lower = *parts->lower;
+  const DecodedLayer& upper = *parts->upper;
+  const auto slab = std::make_shared<model::Slab>();
+  slab->connectivity = parts->connectivity;
+  const Connectivity& connectivity = *slab->connectivity;
   // Use the slab's own times: the index may have -0 where it has 0.
-  slab->timeBegin = decoded->time.begin;
-  slab->timeEnd = decoded->time.end;
+  slab->timeBegin = own.time.begin;
+  slab->timeEnd = own.time.end;
   slab->vertices.resize(connectivity.vertexCount);
-  const std::span vertices(slab->vertices);
-  if (kept) {
-    std::ranges::copy(kept->vertices, vertices.begin());
-    lower->layer.attributes = std::move(kept->attributes);
-    kept.reset();
-  } else if (auto set = unpack(*lower, vertices.first(lowerCount)); !set) {
-    return pass(set.error());
-  }
-  std::copy(decoded->interior.begin(), decoded->interior.end(), vertices.begin() + lowerCount);
-  if (auto set = unpack(*upper, vertices.last(connectivity.upperCount)); !set) {
-    return pass(set.error());
-  }
-  slab->upperPose = poseOf(*upper, slab->upperLayer());
+  const auto interior = std::ranges::copy(lower.vertices, slab->vertices.begin()).out;
+  std::ranges::copy(own.interior, interior);
+  std::ranges::copy(upper.vertices, slab->vertices.begin() + connectivity.firstUpper());
+  slab->upperPose = upper.pose;
   setMeans(connectivity, slab->vertices);
   auto attributes = joinedAttributes(
       connectivity,
-      {std::move(lower->layer.attributes), vertexRows(decoded->attributes, 0, interiorCount),
-       std::move(upper->layer.attributes)},
-      kMaxExpansion * file.knownBytes());
+      {lower.attributes, vertexRows(own.attributes, 0, own.interior.size()), upper.attributes},
+      kMaxExpansion * file_->knownBytes());
   if (!attributes) return wrong(attributes.error().message);
   slab->attributes = std::move(*attributes);
-  std::ranges::copy_if(
-      decoded->attributes, std::back_inserter(slab->attributes),
-      [](const model::Attribute& own) { return own.domain == model::Domain::Cell; });
+  std::ranges::copy_if(own.attributes, std::back_inserter(slab->attributes), isOfCells);
   if (auto sound = checkSlab(*slab); !sound) return wrong(sound.error().message);
   const auto sameBounds = [](const model::Bounds4& a, const model::Bounds4& b) {
     return a.min == b.min && a.max == b.max;
   };
-  if (!decoded->cellBounds.empty() &&
-      !std::ranges::equal(decoded->cellBounds, boundsOfBlocks(connectivity, slab->vertices),
+  if (!own.cellBounds.empty() &&
+      !std::ranges::equal(own.cellBounds, boundsOfBlocks(connectivity, slab->vertices),
                           sameBounds)) {
     return wrong("the bounds of its blocks of cells are not those of their vertices");
   }
@@ -289,12 +268,46 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
   if (auto sound = checkStorable(connectivity.cellAttributes, slab->attributes); !sound) {
     return wrong(sound.error().message);
   }
-  const std::scoped_lock lock(kept_->mutex);
-  kept_->upperOffset = record.upper();
-  kept_->upperLayer = {
-      {slab->upperLayer().begin(), slab->upperLayer().end()},
-      vertexRows(slab->attributes, connectivity.firstUpper(), connectivity.upperCount)};
   return slab;
+}
+
+Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::layered(std::size_t index) const {
+  if (file_->remote()) plan(index);
+  return withinMemory(file_->path(), [&] { return readLayered(records_[index]); });
+}
+
+Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::readLayered(
+    const IndexRecord& record) const {
+  using Pointer = std::shared_ptr<const model::LayeredSlab>;
+  const auto shared = connectivity(record.connectivity());
+  if (!shared) return pass(shared.error());
+  const Connectivity& counts = **shared;
+  if (counts.means.size() == 0) return Pointer();
+  auto parts = readParts(record);
+  if (!parts) return pass(parts.error());
+  const SlabChunk& own = parts->own;
+  if (!parts->lower->attributes.empty() || !std::ranges::all_of(own.attributes, isOfCells) ||
+      !parts->upper->attributes.empty()) {
+    return Pointer();
+  }
+  const auto check = [&](std::span<const model::Point4> vertices, std::uint32_t first) {
+    return checkVertices(vertices, counts, own.time, first);
+  };
+  auto sound =
+      check(parts->lower->vertices, 0)
+          .and_then([&] { return check(own.interior, counts.lowerCount); })
+          .and_then([&] { return check(parts->upper->vertices, counts.firstUpper()); })
+          .and_then([&] {
+            return checkAttributes(own.attributes, counts.vertexCount, counts.cells.size());
+          })
+          .and_then([&] { return checkStorable(counts.cellAttributes, own.attributes); });
+  if (!sound) return file_->damaged(record.slab, "SLAB: " + sound.error().message);
+  const auto verticesOf = [](const LayerPointer& layer) {
+    return model::LayeredSlab::Layer(layer, &layer->vertices);
+  };
+  return std::make_shared<const model::LayeredSlab>(model::LayeredSlab{
+      own.time, parts->connectivity, verticesOf(parts->lower), std::move(parts->own.interior),
+      verticesOf(parts->upper), std::move(parts->own.attributes)});
 }
 
 }  // namespace t4d::formats

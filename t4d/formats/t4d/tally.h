@@ -10,10 +10,24 @@ namespace t4d::formats {
 class Tally : public model::Sink {
  public:
   Result<void> put(const model::Slab& slab) override {
-    addSlab(sum, slab);
+    return putPrepared(slab, prepare(slab).get());
+  }
+  std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override {
+    auto bounds = std::make_unique<PreparedBounds>();
+    for (const model::Point4& vertex : slab.vertices) bounds->bounds.add(vertex.head<3>());
+    return bounds;
+  }
+  Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override {
+    addSlab(sum, {slab.timeBegin, slab.timeEnd}, *slab.connectivity,
+            slab.connectivity->cells.size(), static_cast<PreparedBounds*>(prepared)->bounds);
     return {};
   }
   BodySummary sum;
+
+ private:
+  struct PreparedBounds : Prepared {
+    model::Bounds3 bounds;
+  };
 };
 
 /// As checkSummary, for the DONE at `doneOffset`.

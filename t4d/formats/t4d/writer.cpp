@@ -24,6 +24,7 @@
 #include "t4d/formats/t4d/part_window.h"
 #include "t4d/formats/t4d/vertex_attributes.h"
 #include "t4d/model/limits.h"
+#include "t4d/model/shared_parts.h"
 
 namespace t4d::formats {
 namespace {
@@ -84,11 +85,31 @@ class T4dWriter::File {
   }
 
  private:
+  /// What is checked and encoded of a slab without those before it.
+  struct Encoded : model::Sink::Prepared {
+    Result<void> sound;
+    Result<void> means;
+    LayerDigest lower;
+    LayerDigest upper;
+    SlabExtent extent;
+    std::vector<model::Attribute> upperAttributes;
+    bool posed = false;  // the hint gives the upper layer
+    std::shared_ptr<const PayloadWriter> connectivity;
+    // Unless positions are rounded, for which the first slab must be known.
+    PayloadWriter upperLayer;  // unless it is posed
+    SlabContents contents;
+  };
+
   class Body : public model::Sink {
    public:
     Body(File& file, std::uint32_t bodyIndex) : index(bodyIndex), file_(file) {}
-    Result<void> put(const Slab& slab) override {
-      return file_.put(*this, [&] { return file_.putSlab(*this, slab); });
+    Result<void> put(const Slab& slab) override { return putPrepared(slab, prepare(slab).get()); }
+    std::unique_ptr<Prepared> prepare(const Slab& slab) const override {
+      return file_.prepare(slab);
+    }
+    Result<void> putPrepared(const Slab& slab, Prepared* prepared) override {
+      return file_.put(
+          *this, [&] { return file_.putSlab(*this, slab, static_cast<Encoded&>(*prepared)); });
     }
     Result<void> putStreamed(const StreamedSlab& slab) override {
       // What rounding does to cells is told from the whole slab.
@@ -131,10 +152,15 @@ class T4dWriter::File {
     return chunks_.begin(*text, minorVersionFor(metadata_));
   }
 
+  using PayloadPointer = std::shared_ptr<const PayloadWriter>;
   struct StoredConnectivity {
-    PayloadWriter payload;
+    PayloadPointer payload;
     std::size_t bytes = 0;
     std::uint64_t offset = 0;
+  };
+  struct EncodedConnectivity {
+    std::shared_ptr<const Connectivity> connectivity;
+    PayloadPointer payload;
   };
 
   /// After a failure the file cannot be finished: it would look complete, but lack slabs.
@@ -161,14 +187,13 @@ class T4dWriter::File {
 
   /// How to store the upper layer as a pose, if that gives it exactly.
   std::optional<model::LayerPose> poseOf(const Body& body, const Slab& slab,
-                                         const std::vector<model::Attribute>& attributes) const {
-    const auto& hint = slab.upperPose;
-    if (!poses_ || !hint || slab.upperLayer().empty() || !hint->gives(slab.upperLayer())) {
+                                         const Encoded& encoded) const {
+    if (!poses_ || !encoded.posed) return std::nullopt;
+    model::LayerPose pose = *slab.upperPose;
+    pose.float32 = pose.float32 || arrays_.float32;
+    if (isReference(body, pose) && encoded.upperAttributes != body.referenceAttributes) {
       return std::nullopt;
     }
-    model::LayerPose pose = *hint;
-    pose.float32 = pose.float32 || arrays_.float32;
-    if (isReference(body, pose) && attributes != body.referenceAttributes) return std::nullopt;
     return pose;
   }
 
@@ -233,18 +258,19 @@ class T4dWriter::File {
 
   /// Returns the offset of the chunk, which may have been written before: slabs of a motion that
   /// repeats itself, and caps, often have the same connectivity.
-  Result<std::uint64_t> putConnectivity(PayloadWriter payload) {
+  Result<std::uint64_t> putConnectivity(PayloadPointer payload) {
     constexpr std::size_t kMostBytes = std::size_t{4} << 20;
     const auto same = [&](const StoredConnectivity& other) {
-      return std::ranges::equal(other.payload.bytes(), payload.bytes()) &&
-             other.payload.blocks() == payload.blocks() && mayBeNamed(kConnectivity, other.offset);
+      return std::ranges::equal(other.payload->bytes(), payload->bytes()) &&
+             other.payload->blocks() == payload->blocks() &&
+             mayBeNamed(kConnectivity, other.offset);
     };
     const auto found = std::ranges::find_if(stored_, same);
     if (found != stored_.end()) return found->offset;
-    auto offset = putChunk(kConnectivity, payload);
+    auto offset = putChunk(kConnectivity, *payload);
     if (!offset) return offset;
-    std::size_t bytes = payload.size();
-    for (const auto& block : payload.blocks()) bytes += block.size();
+    std::size_t bytes = payload->size();
+    for (const auto& block : payload->blocks()) bytes += block.size();
     storedBytes_ += bytes;
     stored_.push_back({std::move(payload), bytes, *offset});
     while (storedBytes_ > kMostBytes ||
@@ -284,38 +310,78 @@ class T4dWriter::File {
     return {};
   }
 
-  Result<void> checkAgainstBody(const Body& body, const Slab& slab) {
-    if (!slab.connectivity) return invalid("has no connectivity");
-    if (slab.connectivity != body.connectivity) {
-      if (auto sound = checkConnectivity(*slab.connectivity); !sound) return sound;
-    }
+  /// What can be told of a slab alone.
+  Result<void> checkAlone(const Slab& slab) const {
     if (auto sound = checkSlab(slab); !sound) return sound;
     if (auto sound = checkStorable(slab.connectivity->cellAttributes, slab.attributes); !sound) {
       return sound;
     }
-    if (arrays_.float32) {
-      constexpr double kLargest = std::numeric_limits<float>::max();
-      for (const Point4& vertex : slab.vertices) {
-        const double coordinate = vertex.head<3>().cwiseAbs().maxCoeff();
-        if (coordinate > kLargest) {
-          return invalid(fmt::format(
-              "a coordinate of {:.3g} is too large for float32; write float64", coordinate));
-        }
+    if (!arrays_.float32) return {};
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    for (const Point4& vertex : slab.vertices) {
+      const double coordinate = vertex.head<3>().cwiseAbs().maxCoeff();
+      if (coordinate > kLargest) {
+        return invalid(fmt::format("a coordinate of {:.3g} is too large for float32; write float64",
+                                   coordinate));
       }
     }
+    return {};
+  }
+
+  static Result<void> checkMeans(const Slab& slab) {
+    if (slab.connectivity->means.size() == 0) return {};
+    std::vector<Point4> vertices = slab.vertices;
+    setMeans(*slab.connectivity, vertices);
+    if (vertices == slab.vertices) return {};
+    return invalid("a vertex is not the mean that its connectivity says it is");
+  }
+
+  Result<PayloadPointer> encodedConnectivity(
+      const std::shared_ptr<const Connectivity>& connectivity) {
+    if (!connectivity) return invalid("has no connectivity");
+    using Made = Result<EncodedConnectivity>;
+    const auto made = connectivities_.get(connectivity.get(), [&]() -> Made {
+      if (auto sound = checkConnectivity(*connectivity); !sound) return pass(sound.error());
+      return EncodedConnectivity{connectivity, std::make_shared<const PayloadWriter>(
+                                                   encodeConnectivity(*connectivity, arrays_))};
+    });
+    if (!made) return pass(made.error());
+    return (*made)->payload;
+  }
+
+  std::unique_ptr<Encoded> prepare(const Slab& slab) {
+    auto encoded = std::make_unique<Encoded>();
+    auto connectivity = encodedConnectivity(slab.connectivity);
+    encoded->sound = connectivity ? checkAlone(slab) : pass(connectivity.error());
+    if (!encoded->sound) return encoded;
+    encoded->connectivity = std::move(*connectivity);
+    encoded->means = checkMeans(slab);
+    encoded->lower = LayerDigest(slab.lowerLayer());
+    encoded->upper = LayerDigest(slab.upperLayer());
+    encoded->upperAttributes =
+        vertexRows(slab.attributes, slab.connectivity->firstUpper(), slab.connectivity->upperCount);
+    encoded->posed =
+        slab.upperPose && !slab.upperLayer().empty() && slab.upperPose->gives(slab.upperLayer());
+    if (rounds()) return encoded;
+    encoded->extent = extentOf(slab);
+    if (!encoded->posed) encoded->upperLayer = upperLayerOf(slab, encoded->upperAttributes);
+    encoded->contents = encodeContents(slab, arrays_);
+    return encoded;
+  }
+
+  bool rounds() const { return arrays_.float32 || step_; }
+  PayloadWriter upperLayerOf(const Slab& slab,
+                             const std::vector<model::Attribute>& attributes) const {
+    return encodeLayer(slab.timeEnd, slab.upperLayer(), attributes, arrays_);
+  }
+
+  Result<void> checkAgainstBody(const Body& body, const Slab& slab, const Encoded& encoded) {
+    if (!encoded.sound) return encoded.sound;
     if (arrays_.grid) {
       if (auto fits = checkGrid(slab); !fits) return fits;
     }
-    if (auto joins = checkSeam(body, slab.timeBegin, LayerDigest(slab.lowerLayer())); !joins) {
-      return joins;
-    }
-    if (slab.connectivity->means.size() > 0) {
-      scratch_ = slab.vertices;
-      setMeans(*slab.connectivity, scratch_);
-      if (scratch_ != slab.vertices) {
-        return invalid("a vertex is not the mean that its connectivity says it is");
-      }
-    }
+    if (auto joins = checkSeam(body, slab.timeBegin, encoded.lower); !joins) return joins;
+    if (!encoded.means) return encoded.means;
     return checkVertexAttributes(slab, body.summary.slabs > 0 ? &body.upperAttributes : nullptr);
   }
 
@@ -332,27 +398,29 @@ class T4dWriter::File {
     return {};
   }
 
-  Result<void> putSlab(Body& body, const Slab& slab) {
+  Result<void> putSlab(Body& body, const Slab& slab, Encoded& encoded) {
     const bool some = !slab.vertices.empty();
     if (auto begun =
             putHead(some ? slab.vertices[0] : Point4(0, 0, 0, 0), slab.upperPose != nullptr);
         !begun) {
       return begun;
     }
-    if (auto checked = checkAgainstBody(body, slab); !checked) return checked;
-    std::vector<model::Attribute> upperAttributes =
-        vertexRows(slab.attributes, slab.connectivity->firstUpper(), slab.connectivity->upperCount);
-    const std::optional<model::LayerPose> pose = poseOf(body, slab, upperAttributes);
+    if (auto checked = checkAgainstBody(body, slab, encoded); !checked) return checked;
+    const std::optional<model::LayerPose> pose = poseOf(body, slab, encoded);
     const std::optional<Slab> rounded =
-        arrays_.round() ? std::optional(storedSlab(body, slab, pose)) : std::nullopt;
+        rounds() ? std::optional(storedSlab(body, slab, pose)) : std::nullopt;
     const Slab& stored = rounded ? *rounded : slab;
     if (slab.connectivity != body.connectivity ||
         !mayBeNamed(kConnectivity, body.connectivityOffset)) {
-      auto offset = putConnectivity(encodeConnectivity(*slab.connectivity, arrays_));
+      auto offset = putConnectivity(encoded.connectivity);
       if (!offset) return pass(offset.error());
       body.connectivity = slab.connectivity;
       body.connectivityOffset = *offset;
     }
+    const auto upperLayer = [&] {
+      const bool made = !rounded && !encoded.posed;
+      return made ? std::move(encoded.upperLayer) : upperLayerOf(slab, encoded.upperAttributes);
+    };
     const model::TimeSpan time = {slab.timeBegin, slab.timeEnd};
     auto parts = putLayers(
         body, *slab.connectivity,
@@ -363,17 +431,20 @@ class T4dWriter::File {
                           vertexRows(slab.attributes, 0, slab.connectivity->lowerCount), arrays_));
         },
         [&] {
-          return pose ? putPosedLayer(body, time.end, stored.upperLayer(), upperAttributes, *pose)
-                      : putChunk(kLayer, encodeLayer(time.end, slab.upperLayer(), upperAttributes,
-                                                     arrays_));
+          return pose ? putPosedLayer(body, time.end, stored.upperLayer(), encoded.upperAttributes,
+                                      *pose)
+                      : putChunk(kLayer, upperLayer());
         });
     if (!parts) return pass(parts.error());
     if (rounded) {
       rounding_.add(slab, *rounded);
       body.storedUpper.assign(rounded->upperLayer().begin(), rounded->upperLayer().end());
+      encoded.extent = extentOf(stored);
+      encoded.contents = encodeContents(stored, arrays_);
     }
-    return putRecord(body, time, *slab.connectivity, *parts, encodeSlab(stored, *parts, arrays_),
-                     extentOf(stored), LayerDigest(slab.upperLayer()), std::move(upperAttributes));
+    return putRecord(body, time, *slab.connectivity, *parts,
+                     encodeSlab(time, *parts, std::move(encoded.contents)), encoded.extent,
+                     std::move(encoded.upper), std::move(encoded.upperAttributes));
   }
 
   /// A range of the vertices of a slab, looked at piece by piece.
@@ -421,7 +492,8 @@ class T4dWriter::File {
 
     auto connectivity = encodeConnectivity(slab, arrays_.level);
     if (!connectivity) return pass(connectivity.error());
-    auto offset = putConnectivity(std::move(connectivity->payload));
+    auto offset =
+        putConnectivity(std::make_shared<const PayloadWriter>(std::move(connectivity->payload)));
     if (!offset) return pass(offset.error());
     body.connectivity = nullptr;
     body.connectivityOffset = *offset;
@@ -435,9 +507,10 @@ class T4dWriter::File {
         body, slab, [&] { return layer(slab.time.begin, 0, slab.lowerCount); },
         [&] { return layer(slab.time.end, slab.firstUpper(), slab.upperCount); });
     if (!parts) return pass(parts.error());
-    return putRecord(body, slab.time, slab, *parts,
-                     encodeSlab(slab, *parts, connectivity->bounds, arrays_), extent, upper->digest,
-                     {});
+    return putRecord(
+        body, slab.time, slab, *parts,
+        encodeSlab(slab.time, *parts, encodeContents(slab, connectivity->bounds, arrays_)), extent,
+        upper->digest, {});
   }
 
   /// The parts of a slab, which comes next; `lower` and `upper` write the layers that are not in
@@ -488,7 +561,7 @@ class T4dWriter::File {
   bool poses_ = false;
   PartWindow window_;
   std::vector<Body> bodies_;
-  std::vector<Point4> scratch_;
+  model::SharedParts<const Connectivity*, EncodedConnectivity> connectivities_;
   std::deque<StoredConnectivity> stored_;  // the last ones
   std::size_t storedBytes_ = 0;
   RoundingLoss rounding_;
@@ -521,7 +594,7 @@ Result<T4dWriter> T4dWriter::create(const std::filesystem::path& path, const Met
   return T4dWriter(std::make_unique<File>(path, std::move(*out), metadata, options));
 }
 
-model::Sink& T4dWriter::body(std::size_t index) { return file_->body(index); }
+model::Sink& T4dWriter::body(std::size_t index) const { return file_->body(index); }
 
 Result<void> T4dWriter::keep(const OptionalChunks& chunks) { return file_->keep(chunks); }
 

@@ -54,7 +54,7 @@ class T4dWriter {
   /// whose means differ from those its connectivity defines; the same goes for attributes of
   /// vertices, to the bit. -0 equals 0, and the file keeps the sign of the upper layer. The sink is
   /// valid as long as the writer.
-  model::Sink& body(std::size_t index);
+  model::Sink& body(std::size_t index) const;
 
   /// Copies chunks of the file that is edited which this version does not know, as far as they may
   /// be copied (SPEC.md, section "Editors"); losses() names the others. Call after the first slab.

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+namespace t4d::model {
+
+/// How many threads the caller may use.
+inline std::size_t threadCount() {
+  return static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+}
+
+/// Of slabs on which threads work at the same time. All of them work on a slab that has more.
+inline constexpr std::uint64_t kCellsAtOnce = std::uint64_t{1} << 20;
+
+/// How many slabs of so many cells are worked on at the same time. A thread whose slab must wait
+/// for those before it goes on with another.
+inline std::size_t slabsAtOnce(std::uint64_t cells) {
+  if (threadCount() == 1) return 1;
+  const std::uint64_t fitting = kCellsAtOnce / std::max<std::uint64_t>(cells, 1);
+  return std::clamp<std::size_t>(fitting, 1, 2 * threadCount());
+}
+
+/// Reads inputs 0 to count - 1 one by one, makes an item of each on all threads, and takes these
+/// one by one in order, until `take` returns false. At most `atOnce` are in memory.
+template <class Input, class Item, class Read, class Make, class Take>
+void inOrder(std::size_t count, std::size_t atOnce, Read read, Make make, Take take) {
+  std::size_t next = 0;
+  std::atomic<bool> ended = false;
+  const auto readNext = [&](tbb::flow_control& flow) {
+    if (next < count && !ended) return read(next++);
+    flow.stop();
+    return Input();
+  };
+  const auto takeItem = [&](const Item& item) {
+    if (!ended && !take(item)) ended = true;
+  };
+  tbb::parallel_pipeline(
+      atOnce, tbb::make_filter<void, Input>(tbb::filter_mode::serial_in_order, readNext) &
+                  tbb::make_filter<Input, Item>(tbb::filter_mode::parallel, make) &
+                  tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, takeItem));
+}
+
+/// Where the inputs are the numbers themselves.
+template <class Item, class Make, class Take>
+void inOrder(std::size_t count, std::size_t atOnce, Make make, Take take) {
+  const auto number = [](std::size_t i) { return i; };
+  inOrder<std::size_t, Item>(count, atOnce, number, make, take);
+}
+
+/// With as many items in memory as there are threads.
+template <class Item, class Make, class Take>
+void inOrder(std::size_t count, Make make, Take take) {
+  inOrder<Item>(count, threadCount(), make, take);
+}
+
+}  // namespace t4d::model
