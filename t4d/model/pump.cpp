@@ -47,9 +47,13 @@ Result<void> pump(const Source& source, Sink& sink, const Progress& progress) {
   Result<void> result;
   while (result && done < count) {
     const std::size_t first = done;
-    const auto make = [&](std::size_t number) {
+    // One after another, so that parts that slabs share are read once.
+    const auto read = [&](std::size_t number) {
       auto item = std::make_shared<Item>();
       item->slab = source.slab(first + number);
+      return item;
+    };
+    const auto make = [&](std::shared_ptr<Item> item) {
       if (item->slab && !item->isLarge()) item->prepare(sink);
       return item;
     };
@@ -68,7 +72,7 @@ Result<void> pump(const Source& source, Sink& sink, const Progress& progress) {
       atOnce = kFewSlabs;
       return false;
     };
-    inOrder<std::shared_ptr<Item>>(count - first, atOnce, make, take);
+    inOrder<std::shared_ptr<Item>, std::shared_ptr<Item>>(count - first, atOnce, read, make, take);
   }
   return result;
 }

@@ -219,7 +219,9 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
     Result<CutSlab> cut;
     bool missed() const { return open && open->none(); }
   };
-  const auto cut = [&](std::size_t index) {
+  using ItemPointer = std::shared_ptr<Item>;
+  // One after another, so that parts that slabs share are read once.
+  const auto read = [&](std::size_t index) {
     auto item = std::make_shared<Item>();
     if (const auto bounds = source.bounds(index)) {
       const auto [begin, end] = source.timeSpan(index);
@@ -229,12 +231,15 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
       if (slicer.cutter.misses(all)) return item;
     }
     item->open = openPartly(source, index);
-    if (item->open) item->cut = slicer.cutter.cut(*item->open);
+    return item;
+  };
+  const auto cut = [&](ItemPointer item) {
+    if (item->open && !item->missed()) item->cut = slicer.cutter.cut(*item->open);
     return item;
   };
   std::optional<Error> error;  // the first one
   std::size_t done = 0;
-  model::inOrder<std::shared_ptr<Item>>(count, cut, [&](const std::shared_ptr<Item>& item) {
+  const auto take = [&](const ItemPointer& item) {
     if (!item->open) {
       error = item->open.error();
     } else if (item->missed()) {
@@ -247,7 +252,8 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
     ++done;
     if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
     return !error;
-  });
+  };
+  model::inOrder<ItemPointer, ItemPointer>(count, model::threadCount(), read, cut, take);
   if (error) return pass(*error);
   return slicer.finish(source);
 }
