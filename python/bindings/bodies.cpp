@@ -11,8 +11,8 @@
 #include "t4d/measure/mesh_check.h"
 #include "t4d/measure/solid_measures.h"
 #include "t4d/model/flat_mesh.h"
-#include "t4d/model/sinks.h"
 #include "t4d/model/in_order.h"
+#include "t4d/model/sinks.h"
 #include "t4d/slice/slice_at_times.h"
 
 namespace t4d::python {
