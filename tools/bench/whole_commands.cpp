@@ -144,6 +144,7 @@ class Commands {
   /// A command on one thread and on all; against a peer on one.
   Result<void> row(const std::string& name, const Words& words, const std::string& peerName = {},
                    const Words& peerArguments = {}) {
+    fmt::print(stderr, "t4d-bench: {}\n", name);
     const auto one = timed(words, 1);
     if (!one) return pass(one.error());
     const auto two = timed(words, 2);
@@ -212,7 +213,7 @@ class Commands {
   /// Verbs that walk through the slabs.
   Result<void> walks() {
     for (const auto& [mesh, file] :
-         {std::pair("a swept bolt", at("bolt.t4d")), std::pair("a woven mesh", at("sets.t4d"))}) {
+         {std::pair("a swept bolt", at("bolt.t4d")), std::pair("a woven ball", at("ball.t4d"))}) {
       const auto named = [mesh = std::string(mesh)](const char* verb) {
         return fmt::format("{}: {}", mesh, verb);
       };
@@ -221,13 +222,13 @@ class Commands {
           {named("quality"), {"quality", file}},
           {named("slice by x"), {"slice", file, "--x", "0.1", "-o", at("x.ply")}},
           {named("slice by a hyperplane"),
-           {"slice", file, "--hyperplane", "1", "0.3", "0.2", "0.5", "2", "-o", at("h.ply")}},
+           {"slice", file, "--hyperplane", "1,0.3,0.2,0.5,2", "-o", at("h.ply")}},
           {named("flipbook"), {"flipbook", file, "--frames", "60", "-o", at("flip.glb")}},
           {named("frames"), {"frames", file, "--frames", "60", "-o", at("frames/f_%04d.ply")}},
-          {named("measure"), {"measure", file, "--frames", "200"}},
+          {named("measure"), {"measure", file, "--frames", "100"}},
           {named("rasterize"),
-           {"rasterize", file, "--voxel-size", "0.5", "--frames", "20", "-o", at("grids")}},
-          {named("compare"), {"compare", file, file, "--slices", "9"}},
+           {"rasterize", file, "--voxel-size", "1", "--frames", "10", "-o", at("grids")}},
+          {named("compare"), {"compare", file, file, "--slices", "3"}},
           {named("compress"), {"compress", file, "-o", at("small.t4d")}},
           {named("convert"), {"convert", file, at("mesh.vtu")}},
           {named("envelope"), {"envelope", file, "-o", at("envelope.ply")}},
