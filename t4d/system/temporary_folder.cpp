@@ -8,16 +8,32 @@
 
 namespace t4d::system {
 
+namespace {
+
+auto cannot(const char* hint, const std::string& reason, const std::filesystem::path& where) {
+  return fail(ErrorCode::Failed,
+              std::string("cannot make a temporary folder") + hint + ": " + reason, where.string());
+}
+
+constexpr const char* kHint = " (TMPDIR says where)";
+
+}  // namespace
+
 Result<TemporaryFolder> TemporaryFolder::create() {
-  const auto cannot = [](const std::string& reason, const std::filesystem::path& where) {
-    return fail(ErrorCode::Failed, "cannot make a temporary folder (TMPDIR says where): " + reason,
-                where.string());
-  };
   std::error_code error;
   const auto parent = std::filesystem::temp_directory_path(error);
-  if (error) return cannot(error.message(), parent);
+  if (error) return cannot(kHint, error.message(), parent);
+  return make(parent, kHint);
+}
+
+Result<TemporaryFolder> TemporaryFolder::createIn(const std::filesystem::path& parent) {
+  return make(parent, "");
+}
+
+Result<TemporaryFolder> TemporaryFolder::make(const std::filesystem::path& parent,
+                                              const char* hint) {
   std::string name = (parent / "t4d-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) return cannot(std::strerror(errno), parent);
+  if (mkdtemp(name.data()) == nullptr) return cannot(hint, std::strerror(errno), parent);
   return TemporaryFolder(name);
 }
 

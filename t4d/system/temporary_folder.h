@@ -11,7 +11,10 @@ namespace t4d::system {
 /// signal ends the process.
 class TemporaryFolder {
  public:
+  /// Where the system has temporary files.
   static Result<TemporaryFolder> create();
+  /// Within `parent`, which exists.
+  static Result<TemporaryFolder> createIn(const std::filesystem::path& parent);
 
   TemporaryFolder(TemporaryFolder&& other) noexcept;
   TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
@@ -20,6 +23,7 @@ class TemporaryFolder {
   const std::filesystem::path& path() const { return path_; }
 
  private:
+  static Result<TemporaryFolder> make(const std::filesystem::path& parent, const char* hint);
   explicit TemporaryFolder(const std::filesystem::path& path)
       : path_(path), note_(Cleanup::folder(path)) {}
   std::filesystem::path path_;

@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/triangle_mesh_reader.h"
+#include "t4d/system/temporary_folder.h"
 #include "tools/bench/collided_meshes.h"
 #include "tools/bench/swept_mesh.h"
 #include "tools/bench/whole_commands.h"
@@ -37,33 +37,20 @@ Result<model::Motion> paperScrew() {
   return model::chainScrews(0, {&run, 1});
 }
 
-/// A folder of this run's own, which goes with it.
-class Folder {
- public:
-  explicit Folder(const std::string& within)
-      : path_(std::filesystem::path(within) / fmt::format("t4d-bench-{}", getpid())) {
-    std::filesystem::create_directories(path_);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+Result<system::TemporaryFolder> temporaryFolder(const Options& options) {
+  std::filesystem::create_directories(options.folder);
+  return system::TemporaryFolder::createIn(options.folder);
+}
 
 Result<bench::Report> measureFiles(const Options& options) {
   bench::Report report;
   report.repetitions = options.repetitions;
   report.input = "whole commands";
-  const Folder folder(options.folder);
+  const auto folder = temporaryFolder(options);
+  if (!folder) return pass(folder.error());
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "t4d";
   auto measured = bench::measureWholeCommands(
-      {options.repetitions, options.large, options.mesh, program, folder.path()}, report);
+      {options.repetitions, options.large, options.mesh, program, folder->path()}, report);
   if (!measured) return pass(measured.error());
   return report;
 }
@@ -100,9 +87,10 @@ Result<bench::Report> measure(const Options& options) {
     return report;
   }
 #endif
-  const Folder folder(options.folder);
+  const auto folder = temporaryFolder(options);
+  if (!folder) return pass(folder.error());
   auto measured =
-      bench::measureSweptMesh(solid, *motion, kPaperMinVolumeRatio, folder.path(), report);
+      bench::measureSweptMesh(solid, *motion, kPaperMinVolumeRatio, folder->path(), report);
   if (!measured) return pass(measured.error());
   return report;
 }

@@ -2,7 +2,6 @@
 
     peers.py pass FILE.npy              numpy: which samples are above 0
     peers.py surfaces FILE.nrrd         VTK: vtkFlyingEdges3D of each frame, in space
-    peers.py cut FILE.vtu TIME          VTK: vtkContour3DLinearGrid of the cells at a time
 
 Loading Python, numpy and VTK does not count; reading the file does.
 """
@@ -50,30 +49,12 @@ def surfaces(path):
     return triangles
 
 
-def cut(path, at):
-    import vtkmodules.all as vtk
-
-    reader = vtk.vtkXMLUnstructuredGridReader()
-    reader.SetFileName(path)
-    reader.Update()
-    grid = reader.GetOutput()
-    grid.GetPointData().SetActiveScalars("t")
-    contour = vtk.vtkContour3DLinearGrid()
-    contour.SetInputData(grid)
-    contour.SetValue(0, float(at))
-    contour.SetScalarTree(None)
-    contour.UseScalarTreeOff()
-    begin = time.perf_counter()
-    contour.Update()
-    return grid.GetNumberOfCells() / (time.perf_counter() - begin)
-
-
 def main():
     what, arguments = sys.argv[1], sys.argv[2:]
     if what != "pass":
         import vtkmodules.all  # noqa: F401
     begin = time.perf_counter()
-    result = {"pass": pass_over, "surfaces": surfaces, "cut": cut}[what](*arguments)
+    result = {"pass": pass_over, "surfaces": surfaces}[what](*arguments)
     print(json.dumps({"seconds": time.perf_counter() - begin, "result": result}))
 
 

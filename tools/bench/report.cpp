@@ -16,13 +16,13 @@ double secondsOf(const std::function<void()>& run) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+}  // namespace
+
 double medianOf(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t middle = values.size() / 2;
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
-
-}  // namespace
 
 Row compare(int repetitions, std::string what, const std::function<void()>& run,
             std::string against, const std::function<void()>& runAgainst) {

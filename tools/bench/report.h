@@ -36,6 +36,8 @@ struct Report {
 Row compare(int repetitions, std::string what, const std::function<void()>& run,
             std::string against, const std::function<void()>& runAgainst);
 
+double medianOf(std::vector<double> values);
+
 /// The median of the seconds that `run` takes.
 double medianSeconds(int repetitions, const std::function<void()>& run);
 

@@ -25,11 +25,6 @@ struct Run {
   std::uint64_t peakBytes = 0;
 };
 
-double medianOf(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
-
 /// Writes samples of a field, x fastest, as the file formats below want them.
 template <class Sample>
 void putSamples(std::ofstream& file, int size, int frames,
@@ -72,7 +67,7 @@ void writeNpy(const std::filesystem::path& path, int size, int frames,
   putSamples<float>(file, size, frames, field);
 }
 
-/// The signed distance from a ball that moves along z, growing inward for `sign` -1.
+/// The signed distance from a ball that moves along z.
 std::function<float(int, int, int, int)> movingBall(double radius, double middle, double first,
                                                     double step) {
   return [=](int x, int y, int z, int t) {

@@ -141,9 +141,9 @@ std::vector<model::Attribute> ownAttributes(const model::Slab& slab);
 
 /// What the chunk of a slab has after its time and its parts.
 struct SlabContents {
-  std::uint32_t attributes = 0;
-  t4d_layout::PayloadWriter
-      payload;  ///< all after their number; its fields begin at a multiple of 8
+  std::uint32_t attributes = 0;  ///< their number
+  /// All after it; begins at a multiple of 8 bytes, which arrays are aligned to.
+  t4d_layout::PayloadWriter payload;
 };
 
 /// `slab` is as it is stored: rounded with float32 or a grid.
