@@ -273,7 +273,9 @@ Result<std::shared_ptr<const model::Slab>> SlabSource::readSlab(const IndexRecor
 
 Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::layered(std::size_t index) const {
   if (file_->remote()) plan(index);
-  return withinMemory(file_->path(), [&] { return readLayered(records_[index]); });
+  auto slab = withinMemory(file_->path(), [&] { return readLayered(records_[index]); });
+  // What is wrong with it is said where it is read whole.
+  return slab ? slab : std::shared_ptr<const model::LayeredSlab>();
 }
 
 Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::readLayered(
@@ -301,7 +303,13 @@ Result<std::shared_ptr<const model::LayeredSlab>> SlabSource::readLayered(
             return checkAttributes(own.attributes, counts.vertexCount, counts.cells.size());
           })
           .and_then([&] { return checkStorable(counts.cellAttributes, own.attributes); });
-  if (!sound) return file_->damaged(record.slab, "SLAB: " + sound.error().message);
+  if (!sound) return pass(sound.error());
+  SlabExtent extent{counts.cells.size(), {}};
+  for (const auto* vertices : {&parts->lower->vertices, &own.interior, &parts->upper->vertices}) {
+    for (const model::Point4& vertex : *vertices) extent.bounds.add(vertex.head<3>());
+  }
+  // Means can lie outside by rounding: whether the index is wrong is told by the whole slab.
+  if (record.extent && *record.extent != extent) return Pointer();
   const auto verticesOf = [](const LayerPointer& layer) {
     return model::LayeredSlab::Layer(layer, &layer->vertices);
   };
