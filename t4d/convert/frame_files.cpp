@@ -1,6 +1,7 @@
 #include "t4d/convert/frame_files.h"
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <set>
 
@@ -94,6 +95,44 @@ Result<std::optional<system::Cleanup>> prepareFolder(const FrameNames& names, st
   return std::nullopt;
 }
 
+/// The folder of a series, which several threads begin to fill.
+class SeriesFolder {
+ public:
+  SeriesFolder(const FrameNames& names, std::uint64_t count) : names_(names), count_(count) {}
+  ~SeriesFolder() {
+    std::error_code ignored;
+    if (made_) fs::remove(names_.folder, ignored);  // only if it is empty
+  }
+  SeriesFolder(const SeriesFolder&) = delete;
+  SeriesFolder& operator=(const SeriesFolder&) = delete;
+
+  /// Makes it, the first time, and removes the lists of an older series.
+  Result<void> prepare() {
+    std::call_once(once_, [&] {
+      auto made = prepareFolder(names_, count_);
+      if (!made) {
+        prepared_ = pass(made.error());
+        return;
+      }
+      made_ = std::move(*made);
+      for (const std::string& old : {names_.manifest, names_.collection}) {
+        if (prepared_) prepared_ = removeOldManifest(names_.folder / old);
+      }
+    });
+    return prepared_;
+  }
+
+  /// The series is complete.
+  void keep() { made_.reset(); }
+
+ private:
+  const FrameNames& names_;
+  std::uint64_t count_;
+  std::once_flag once_;
+  Result<void> prepared_;
+  std::optional<system::Cleanup> made_;  // nothing if it was there
+};
+
 /// Losses of frames, each once, and no more than anyone reads.
 class FrameLosses {
  public:
@@ -162,27 +201,20 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                                          const FrameFilesOptions& options,
                                          const model::Progress& progress) {
   if (auto good = checkWritableExtension(names); !good) return pass(good.error());
-  std::optional<system::Cleanup> madeFolder;
-  FrameFilesReport report;
-  FrameLosses losses;
-  FramesManifest manifest;
-  std::string collection;
-  const auto take = [&](std::size_t frame,
-                        std::span<const formats::NamedMesh> meshes) -> Result<void> {
-    if (frame == 0) {
-      auto prepared = prepareFolder(names, times.size());
-      if (!prepared) return pass(prepared.error());
-      madeFolder = std::move(*prepared);
-      for (const std::string& old : {names.manifest, names.collection}) {
-        if (auto removed = removeOldManifest(names.folder / old); !removed) return removed;
-      }
-    }
+  SeriesFolder folder(names, times.size());
+  struct Written {
+    FrameEntry entry;
+    std::vector<std::string> losses;
+  };
+  std::vector<Written> written(times.size());
+  const auto write = [&](std::size_t frame,
+                         std::span<const formats::NamedMesh> meshes) -> Result<void> {
+    if (auto good = folder.prepare(); !good) return good;
     const std::string name = names.fileName(frame, times.size());
     formats::MeshWriteOptions how = options.write;
     how.time = times[frame];
     auto lost = formats::writeTriangleMeshes(names.folder / name, meshes, how);
     if (!lost) return pass(lost.error());
-    losses.add(name, *lost);
     std::uint64_t vertices = 0;
     std::uint64_t triangles = 0;
     double volume = 0;
@@ -193,18 +225,24 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     }
     std::error_code ignored;
     const std::uint64_t bytes = fs::file_size(names.folder / name, ignored);
-    report.bytes += bytes;
-    manifest.frames.push_back({name, times[frame], vertices, triangles, volume, bytes});
-    collection += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", times[frame],
-                              formats::xmlEscaped(name));
+    written[frame] = {{name, times[frame], vertices, triangles, volume, bytes}, std::move(*lost)};
     return {};
   };
-  auto sliced = forEachFrame(bodies, times, options.detail, take, options.paint, progress);
-  if (!sliced) {
-    std::error_code ignored;
-    if (madeFolder) fs::remove(names.folder, ignored);  // only if it is empty
-    return pass(sliced.error());
-  }
+  FrameFilesReport report;
+  FrameLosses losses;
+  FramesManifest manifest;
+  std::string collection;
+  const auto list = [&](std::size_t frame, std::span<const formats::NamedMesh>) -> Result<void> {
+    auto& [entry, lost] = written[frame];
+    losses.add(entry.file, lost);
+    report.bytes += entry.bytes;
+    collection += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", entry.time,
+                              formats::xmlEscaped(entry.file));
+    manifest.frames.push_back(std::move(entry));
+    return {};
+  };
+  auto sliced = forEachFrame(bodies, times, options.detail, list, options.paint, progress, write);
+  if (!sliced) return pass(sliced.error());
   static_cast<FrameSlicesReport&>(report) = std::move(*sliced);
   if (!options.write.attributes) report.losses.clear();
   for (std::string& line : losses.lines()) report.losses.push_back(std::move(line));
@@ -225,7 +263,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
   if (auto done = writeManifest(names.folder / names.manifest, manifest); !done) {
     return pass(done.error());
   }
-  if (madeFolder) madeFolder->release();
+  folder.keep();
   return report;
 }
 

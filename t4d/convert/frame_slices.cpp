@@ -81,10 +81,10 @@ Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<cons
   return {};
 }
 
-Result<FrameSlicesReport> forEachFrame(
-    std::span<const model::Body> bodies, std::span<const double> times, slice::SliceDetail detail,
-    const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
-    const Paint& paint, const model::Progress& progress) {
+Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
+                                       std::span<const double> times, slice::SliceDetail detail,
+                                       const UseFrame& take, const Paint& paint,
+                                       const model::Progress& progress, const UseFrame& prepare) {
   if (auto checked = checkFrameTimes(bodies, times); !checked) return pass(checked.error());
   std::vector<std::unique_ptr<BodySlicer>> slicers;
   for (const model::Body& body : bodies) {
@@ -96,6 +96,14 @@ Result<FrameSlicesReport> forEachFrame(
     for (const auto& slicer : slicers) {
       if (auto added = slicer->add(times[number], frame); !added) {
         return std::make_shared<Result<Frame>>(pass(added.error()));
+      }
+    }
+    for (formats::NamedMesh& mesh : frame.meshes) {
+      if (paint) paint(mesh, times[number]);
+    }
+    if (prepare) {
+      if (auto prepared = prepare(number, frame.meshes); !prepared) {
+        return std::make_shared<Result<Frame>>(pass(prepared.error()));
       }
     }
     return std::make_shared<Result<Frame>>(std::move(frame));
@@ -110,9 +118,6 @@ Result<FrameSlicesReport> forEachFrame(
       return false;
     }
     Frame& frame = **made;
-    for (formats::NamedMesh& mesh : frame.meshes) {
-      if (paint) paint(mesh, times[report.frames]);
-    }
     done = take(report.frames, frame.meshes);
     if (!done) return false;
     for (const formats::NamedMesh& mesh : frame.meshes) {

@@ -34,13 +34,19 @@ struct FrameSlicesReport {
 /// one is before or after all bodies.
 Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<const double> times);
 
-/// The solids at `times`, a mesh for each body. A body that does not exist at a time is left out of
-/// that frame. Slices on all threads, and calls `take` frame by frame with the frame's number and
-/// meshes; stops when that fails. Times are interpreted as in slice::sliceAtTime. Fails if no body
-/// has a slab, if there are no times, and for a time before or after all bodies.
-Result<FrameSlicesReport> forEachFrame(
-    std::span<const model::Body> bodies, std::span<const double> times, slice::SliceDetail detail,
-    const std::function<Result<void>(std::size_t, std::span<const formats::NamedMesh>)>& take,
-    const Paint& paint = {}, const model::Progress& progress = {});
+/// What is done with a frame, by its number. Stops all when it fails.
+using UseFrame =
+    std::function<Result<void>(std::size_t frame, std::span<const formats::NamedMesh> meshes)>;
+
+/// The solids at `times`, a mesh for each body, painted if `paint` is given. A body that does not
+/// exist at a time is left out of that frame. Slices, paints and calls `prepare`, if it is given,
+/// on all threads, in any order; then `take` frame by frame. Times are interpreted as in
+/// slice::sliceAtTime. Fails if no body has a slab, if there are no times, and for a time before or
+/// after all bodies; of several frames that fail, the first is told.
+Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
+                                       std::span<const double> times, slice::SliceDetail detail,
+                                       const UseFrame& take, const Paint& paint = {},
+                                       const model::Progress& progress = {},
+                                       const UseFrame& prepare = {});
 
 }  // namespace t4d::convert

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/parallel_sort.h>
 
 #include "t4d/measure/exact_signs.h"
 #include "t4d/measure/parallel_for.h"
@@ -143,12 +145,25 @@ Result<SpaceLattice> SpaceLattice::about(const model::Bounds3& bounds, double sp
   return lattice;
 }
 
+/// The number of the first point that does not come before a place. Searched for near the place
+/// that the spacing gives, which rounding moves by a point at most.
+template <class ComesBefore>
+std::uint32_t SpaceLattice::firstNear(int axis, double value, ComesBefore comesBefore) const {
+  const std::vector<double>& points = at[axis];
+  const double last = static_cast<double>(points.size());
+  const double steps = std::clamp((value - points.front()) / spacing, 0.0, last);
+  auto number = static_cast<std::uint32_t>(steps);
+  while (number > 0 && !comesBefore(points[number - 1])) --number;
+  while (number < points.size() && comesBefore(points[number])) ++number;
+  return number;
+}
+
 std::uint32_t SpaceLattice::firstFrom(int axis, double value) const {
-  return static_cast<std::uint32_t>(std::ranges::lower_bound(at[axis], value) - at[axis].begin());
+  return firstNear(axis, value, [value](double point) { return point < value; });
 }
 
 std::uint32_t SpaceLattice::firstAfter(int axis, double value) const {
-  return static_cast<std::uint32_t>(std::ranges::upper_bound(at[axis], value) - at[axis].begin());
+  return firstNear(axis, value, [value](double point) { return point <= value; });
 }
 
 /// Where a triangle crosses a lattice edge.
@@ -240,7 +255,7 @@ std::vector<VisitLattice::Event> VisitLattice::eventsAlong(const TriangleMesh& s
     events.insert(events.end(), some.begin(), some.end());
     some = {};
   }
-  std::ranges::sort(events, std::less<>());
+  tbb::parallel_sort(events);
   return events;
 }
 
@@ -396,14 +411,22 @@ struct LatticeWork {
 };
 
 LatticeWork workOf(const TriangleMesh& surface, const SpaceLattice& lattice) {
-  LatticeWork work;
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-    const auto [a, b, c] = cornersOf(surface, i);
-    const Point3 u = (b - a) / lattice.spacing;
-    const Point3 v = (c - a) / lattice.spacing;
-    work.crossings += u.cross(v).lpNorm<1>() / 2;
-    work.rows += (u.cwiseMax(v).cwiseMax(0) - u.cwiseMin(v).cwiseMin(0)).sum();
-  }
+  using Triangles = tbb::blocked_range<std::size_t>;
+  LatticeWork work = tbb::parallel_deterministic_reduce(
+      Triangles(0, surface.triangles.size(), kTogether), LatticeWork(),
+      [&](const Triangles& some, LatticeWork sum) {
+        for (std::size_t i = some.begin(); i != some.end(); ++i) {
+          const auto [a, b, c] = cornersOf(surface, i);
+          const Point3 u = (b - a) / lattice.spacing;
+          const Point3 v = (c - a) / lattice.spacing;
+          sum.crossings += u.cross(v).lpNorm<1>() / 2;
+          sum.rows += (u.cwiseMax(v).cwiseMax(0) - u.cwiseMin(v).cwiseMin(0)).sum();
+        }
+        return sum;
+      },
+      [](const LatticeWork& a, const LatticeWork& b) {
+        return LatticeWork{.rows = a.rows + b.rows, .crossings = a.crossings + b.crossings};
+      });
   for (int axis = 0; axis < 3; ++axis) {
     work.outer += 8.0 * static_cast<double>(lattice.at[(axis + 1) % 3].size()) *
                   static_cast<double>(lattice.at[(axis + 2) % 3].size());

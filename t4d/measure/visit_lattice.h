@@ -38,6 +38,10 @@ struct SpaceLattice {
   std::uint64_t pointCount() const {
     return std::uint64_t{at[0].size()} * at[1].size() * at[2].size();
   }
+
+ private:
+  template <class ComesBefore>
+  std::uint32_t firstNear(int axis, double value, ComesBefore comesBefore) const;
 };
 
 /// A point of a lattice, or the lower end of an edge, or the lowest corner of a cube.

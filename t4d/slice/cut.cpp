@@ -29,7 +29,7 @@ struct Section {
   std::array<CutEdge, 4> edges{};
 };
 
-std::array<Section, 16> makeSections() {
+constexpr std::array<Section, 16> makeSections() {
   std::array<Section, 16> sections;
   std::array<std::uint8_t, 4> p = {0, 1, 2, 3};
   do {
@@ -47,10 +47,7 @@ std::array<Section, 16> makeSections() {
   return sections;
 }
 
-const std::array<Section, 16>& sections() {
-  static const std::array<Section, 16> table = makeSections();
-  return table;
-}
+constexpr std::array<Section, 16> kSections = makeSections();
 
 constexpr std::uint32_t kNone = ~0U;
 
@@ -58,22 +55,22 @@ constexpr std::uint32_t kNone = ~0U;
 
 std::uint32_t PointNumbers::add(const Cut::Point& point) {
   points_.push_back(point);
-  next_.push_back(kNone);
+  links_.push_back({point.above, kNone});
   return static_cast<std::uint32_t>(points_.size() - 1);
 }
 
-std::uint32_t PointNumbers::of(const Cut::Point& point) {
+std::uint32_t PointNumbers::find(const Cut::Point& point) {
   constexpr int kLongestChain = 32;
   std::uint32_t* link = &first_[point.below];
   for (int length = 0; *link != kNone; ++length) {
-    if (points_[*link].above == point.above) return *link;
+    if (links_[*link].above == point.above) return *link;
     if (length == kLongestChain) {
       const std::uint64_t key = std::uint64_t{point.below} << 32U | point.above;
       const auto [found, isNew] = others_.try_emplace(key, kNone);
       if (isNew) found->second = add(point);
       return found->second;
     }
-    link = &next_[*link];
+    link = &links_[*link].next;
   }
   const auto number = static_cast<std::uint32_t>(points_.size());
   *link = number;  // before `add`, which may move the chain
@@ -96,14 +93,10 @@ std::vector<std::uint32_t> numberAsInSlab(Cut& cut) {
   return order;
 }
 
-void CellCutter::add(std::uint32_t index) {
-  const Cell& cell = cells_[index];
+void CellCutter::addSection(const Cell& cell, unsigned pattern, std::uint32_t index) {
+  const Section& section = kSections[pattern];
   const std::array<std::uint8_t, 4> side = {sides_[cell[0]], sides_[cell[1]], sides_[cell[2]],
                                             sides_[cell[3]]};
-  const unsigned pattern =
-      (side[0] & 1U) | (side[1] & 1U) << 1U | (side[2] & 1U) << 2U | (side[3] & 1U) << 3U;
-  const Section& section = sections()[pattern];
-  if (section.size == 0) return;
   const bool touches = ((side[0] | side[1] | side[2] | side[3]) & Side::kOn) != 0;
   std::array<Cut::Point, 4> corner;
   for (int i = 0; i < section.size; ++i) {
@@ -127,7 +120,11 @@ void CellCutter::add(std::uint32_t index) {
 }
 
 void CellCutter::add(std::uint32_t begin, std::uint32_t end) {
-  for (std::uint32_t index = begin; index < end; ++index) add(index);
+  for (std::uint32_t index = begin; index < end; ++index) {
+    const Cell& cell = cells_[index];
+    const unsigned pattern = patternOf(cell);
+    if (kSections[pattern].size != 0) addSection(cell, pattern, index);
+  }
 }
 
 Cut CellCutter::finish() {

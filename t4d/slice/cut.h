@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <unordered_map>
@@ -24,6 +25,7 @@ struct Cut {
   struct Point {
     std::uint32_t below;
     std::uint32_t above;
+    bool operator==(const Point&) const = default;
   };
   std::vector<Point> points;  ///< each once; in the order of the slab if all are vertices
   /// Corners are points. They face away from the solid in axes e1, e2, e3 of the hyperplane if
@@ -35,23 +37,39 @@ struct Cut {
 /// Numbers points in the order in which they are first asked for. Each vertex has a chain of the
 /// points on edges to vertices above it, whose entries are close together in memory because the
 /// cells are. A chain that would be longer than a few dozen, as at the apex of a cone, goes on in a
-/// hash table.
+/// hash table. Most points were asked for shortly before: those are looked at first.
 class PointNumbers {
  public:
   /// Appends new points to `points`, which must outlive it.
   PointNumbers(std::size_t vertexCount, std::vector<Cut::Point>& points)
       : first_(vertexCount, kNone), points_(points) {}
 
-  std::uint32_t of(const Cut::Point& point);
+  std::uint32_t of(const Cut::Point& point) {
+    Recent& recent = recent_[(point.below * 7 + point.above * 31) % recent_.size()];
+    if (recent.point == point) return recent.number;
+    recent = {point, find(point)};
+    return recent.number;
+  }
 
  private:
+  static constexpr std::uint32_t kNone = ~0U;
+  struct Recent {
+    Cut::Point point = {kNone, kNone};
+    std::uint32_t number = kNone;
+  };
+  struct Link {
+    std::uint32_t above;
+    std::uint32_t next;
+  };
+
+  std::uint32_t find(const Cut::Point& point);
   std::uint32_t add(const Cut::Point& point);
 
-  static constexpr std::uint32_t kNone = ~0U;
   std::vector<std::uint32_t> first_;  // per vertex, kNone if no edge is cut
-  std::vector<std::uint32_t> next_;   // per point, in the chain
+  std::vector<Link> links_;           // per point, in the chain
   std::vector<Cut::Point>& points_;
   std::unordered_map<std::uint64_t, std::uint32_t> others_;
+  std::array<Recent, 256> recent_;
 };
 
 /// If all points are vertices, sorts them in the order of the slab, so that the slice at a layer is
@@ -72,7 +90,11 @@ class CellCutter {
   Cut finish();
 
  private:
-  void add(std::uint32_t index);
+  void addSection(const model::Cell& cell, unsigned pattern, std::uint32_t index);
+  unsigned patternOf(const model::Cell& cell) const {
+    return (sides_[cell[0]] & 1U) | (sides_[cell[1]] & 1U) << 1U | (sides_[cell[2]] & 1U) << 2U |
+           (sides_[cell[3]] & 1U) << 3U;
+  }
 
   std::span<const model::Cell> cells_;
   std::span<const std::uint8_t> sides_;

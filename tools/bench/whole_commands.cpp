@@ -232,7 +232,10 @@ class Commands {
         if (auto done = row(name, words); !done) return done;
       }
     }
-    return {};
+    // The last mesh that was converted.
+    return row("a woven ball: slice at a time",
+               {"slice", at("ball.t4d"), "--time", "8.3", "-o", at("t.ply")},
+               "vtkContour3DLinearGrid, in memory", {"contour", at("mesh.vtu"), "8.3"});
   }
 
   const WholeCommandsOptions& options_;

@@ -14,7 +14,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "t4d/fixtures/solids.h"
 #include "t4d/formats/t4d/test_slabs.h"
+#include "t4d/mesh4d/sweep.h"
 #include "t4d/model/slab_blocks.h"
 
 namespace t4d::formats {
@@ -571,6 +573,48 @@ TEST(T4dReader, GivesTheTimesOfTheSlabWhereTheIndexHasAnotherZero) {
   const auto slab = reader->body(0).slab(0);
   ASSERT_TRUE(slab) << slab.error().text();
   EXPECT_FALSE(std::signbit((*slab)->timeBegin));
+}
+
+/// A slab without its means is believed only where the index has its bounds; else the slab is read
+/// whole, which tells what is wrong.
+TEST(T4dReader, GivesNoLayersOfASlabWhoseBoundsInTheIndexLie) {
+  const auto path = temporaryPath("bounds.t4d");
+  auto writer = T4dWriter::create(path, metadataOf({"cube"}), {.compression = 0});
+  ASSERT_TRUE(writer) << writer.error().text();
+  model::ScrewRun turn;
+  turn.duration = 1;
+  turn.screw = {.axisDirection = {0, 0, 1}, .angleDegrees = 90};
+  mesh4d::SweepOptions steps;
+  steps.steps = mesh4d::StepsPerSegment{3};
+  ASSERT_TRUE(mesh4d::sweep(fixtures::cube(1), *model::chainScrews(0, std::span(&turn, 1)), steps,
+                            writer->body(0)));
+  ASSERT_TRUE(writer->finish());
+  const auto sound = T4dReader::open(path);
+  ASSERT_TRUE(sound) << sound.error().text();
+  const model::Source& body = sound->body(0);
+  const std::string bytes = fileContents(path);
+  const ChunkHeader index = listChunks(bytes).back();
+  std::size_t at = index.payload();
+  ASSERT_EQ(body.slabCount(), 5u);
+  for (std::size_t i = 0; i < body.slabCount(); ++i) {
+    const auto layered = body.layered(i);
+    EXPECT_EQ(layered && *layered, (*body.slab(i))->connectivity->means.size() > 0) << i;
+    // Bounds stand in the order of slabs.
+    const model::Point3 least = body.bounds(i)->min;
+    at = bytes.find(std::string_view(reinterpret_cast<const char*>(&least), sizeof least), at);
+    ASSERT_LT(at, index.end());
+    std::string lying = bytes;
+    overwrite(lying, at, least.x() - 1);
+    at += sizeof least;
+    repairChecksums(lying);
+    const auto reader = T4dReader::open(writeFile("lying_bounds.t4d", lying));
+    ASSERT_TRUE(reader) << reader.error().text();
+    const auto none = reader->body(0).layered(i);
+    EXPECT_TRUE(none && !*none) << i;
+    const auto slab = reader->body(0).slab(i);
+    ASSERT_FALSE(slab) << i;
+    EXPECT_THAT(slab.error().text(), HasSubstr("other cells or bounds than the slab has"));
+  }
 }
 
 TEST(T4dReader, RefusesLengthsBeyondTheFileWithoutAskingForMemory) {
