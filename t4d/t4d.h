@@ -76,6 +76,7 @@
 #include "t4d/edit/mend_mesh4d.h"
 #include "t4d/edit/mend_surface.h"
 #include "t4d/edit/resolve.h"
+#include "t4d/edit/simplify.h"
 #endif
 
 // What the verbs of the program do to files.

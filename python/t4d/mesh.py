@@ -349,6 +349,14 @@ class Mesh(Unchanging):
         """Enclosed, in length^3 times time."""
         return float(self.check()["hypervolume"])
 
+    def simplify(self, **options: Any) -> "Mesh":
+        """A Mesh with fewer cells: ``max_error=0.1`` for the largest distance of a slice from that of
+        this mesh, which is proved, ``ratio=0.1`` for a part of the cells, or ``cells=1000``. Options
+        are those of ``t4d.verbs.simplify``, whose report says what it measured."""
+        from t4d.verbs import run
+
+        return run("simplify", self, **{"output": Mesh, **options}).mesh
+
     def save(
         self,
         path: Path,

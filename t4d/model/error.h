@@ -38,6 +38,7 @@ enum class Remedy : std::uint8_t {
   RemeshSize,   ///< mend it through voxels of another size
   MaxHole,      ///< allow wider holes to be filled
   MaxMove,      ///< allow the surface to move farther
+  Recover,      ///< close the 4D mesh, or merge its vertices
   Units,        ///< convert one of two inputs, or ignore that their units or axes differ
 };
 

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/verbs/json_text.h"
+#include "t4d/verbs/time_scale.h"
 
 namespace t4d::verbs {
 namespace {
@@ -59,52 +60,6 @@ ordered_json jsonOf(const measure::MeshQuality& quality, const std::vector<std::
     value["worst"].push_back(std::move(one));
   }
   return value;
-}
-
-/// The length of the diagonal of the mesh in space; 0 if it is empty.
-Result<double> sizeOf(const Input& input) {
-  const auto bounds = boundsOf(input);
-  if (!bounds) return pass(bounds.error());
-  return bounds->empty() ? 0.0 : (bounds->max - bounds->min).norm();
-}
-
-/// Fails if cells would be flat up to rounding with this scale.
-Result<void> checkScale(double scale, double size, const model::TimeSpan& span) {
-  constexpr double kLongest = 1e12;  // of length to size; beyond it, rounding errors decide
-  if (!(span.end > span.begin && size > 0)) return {};
-  const double even = size / (span.end - span.begin);
-  const double ratio = scale / even;
-  if (ratio >= 1 / kLongest && ratio <= kLongest) return {};
-  return fail(ErrorCode::Options,
-              fmt::format("with a time scale of {} the mesh would be {:.3g} long in time and "
-                          "{:.3g} wide in space, and volumes would {}; choose a scale from {:.2g} "
-                          "to {:.2g}",
-                          scale, scale * (span.end - span.begin), size,
-                          ratio < 1 ? "vanish" : "overflow", even / kLongest, even * kLongest));
-}
-
-struct Scale {
-  double value = 1;
-  std::string reason;
-};
-
-/// The scale between space and time: as given, or from the speed of the solid.
-Result<Scale> scaleOf(const QualityOptions& options, const Input& input, Observer& observer) {
-  const model::TimeSpan span = model::timeSpanOf(input.bodies);
-  if (options.timeScale) {
-    const auto size = sizeOf(input);
-    if (!size) return pass(size.error());
-    if (auto fits = checkScale(*options.timeScale, *size, span); !fits) return pass(fits.error());
-    return Scale{*options.timeScale, "as given"};
-  }
-  const auto stage = observer.stage("measuring the speed", slabCountOf(input.bodies), "slabs");
-  const auto speed = measure::meanNormalSpeed(input.bodies, stage->callback());
-  if (!speed) return pass(speed.error());
-  if (*speed > 0) return Scale{*speed, "the mean normal speed"};
-  const auto size = sizeOf(input);
-  if (!size) return pass(size.error());
-  if (!(span.end > span.begin && *size > 0)) return Scale{1, "nothing moves or lasts"};
-  return Scale{*size / (span.end - span.begin), "nothing moves; the size divided by the duration"};
 }
 
 /// Whether float32 takes the smallest or the largest value for 0 or for infinite.
@@ -168,7 +123,7 @@ Result<void> write(const QualityOptions& options, const Input& input, QualityRep
 
 Result<QualityReport> measureAndWrite(const Input& input, const QualityOptions& options,
                                       Observer& observer) {
-  const auto scale = scaleOf(options, input, observer);
+  const auto scale = timeScaleOf(options.timeScale, input, observer);
   if (!scale) return pass(scale.error());
   auto quality = [&] {
     const auto stage = observer.stage("measuring cells", slabCountOf(input.bodies), "slabs");

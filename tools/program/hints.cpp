@@ -158,6 +158,9 @@ std::string hintFor(const Error& error) {
       return "try: --max-cells N, if the file is worth the work";
     case Remedy::OpenMesh:
       return "try: --weld DISTANCE, if vertices are doubled, or --allow-open";
+    case Remedy::Recover:
+      return "try: t4d recover, which closes an open mesh, or t4d convert --weld DISTANCE, if "
+             "vertices are doubled";
     case Remedy::Units:
       return "try: t4d transform --scale FACTOR --length-unit NAME, --time-scale FACTOR "
              "--time-unit "

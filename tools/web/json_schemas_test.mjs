@@ -139,6 +139,7 @@ const runs = [
   ['transform', [at('no such file'), '-o', at('moved.t4d')], 4],
   ['filter', [at('joined.t4d'), '--from', '0.7', '-o', at('filtered.t4d')], 0],
   ['filter', [at('joined.t4d'), '--from', '1000', '-o', at('none.t4d')], 4],
+  ['simplify', [at('filtered.t4d'), '--ratio', '0.7', '-o', at('simplified.t4d')], 0],
   ['diff', [at('joined.t4d'), at('joined.t4d')], 0],
   ['diff', [at('joined.t4d'), at('filtered.t4d')], 1],
   ['compress', [at('filtered.t4d'), '--grid-step', '0.01', '-o', at('compressed.t4d')], 0],

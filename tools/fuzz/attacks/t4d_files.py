@@ -340,7 +340,7 @@ def editors(attack):
         return rng.choice([kind, kind, kind, "NEWX", "PADD"]), fields, blocks
     paths, heads, given = [], [], []
     verb = rng.choice(["compress", "transform", "filter", "quality", "recover", "join",
-                       "convert", "resolve"])
+                       "convert", "resolve", "simplify"])
     shared = [chunk() for _ in range(rng.randrange(3))]
     for i in range(2 if verb == "join" else 1):
         file = T4dFile()
@@ -358,7 +358,8 @@ def editors(attack):
         paths.append(attack.path(f"in{i}.t4d"))
         paths[-1].write_bytes(file.bytes)
     output = attack.path("out.t4d")
-    arguments = {"transform": ["--move", "1", "2", "3"], "filter": ["--to", "0.5"]}.get(verb, [])
+    arguments = {"transform": ["--move", "1", "2", "3"], "filter": ["--to", "0.5"],
+                 "simplify": ["--ratio", "0.5", "--max-error", "0.5"]}.get(verb, [])
     command = [verb, *paths, *arguments, "-o", output]
     if verb == "convert":
         command = [verb, *paths, output]

@@ -1,0 +1,79 @@
+#include "t4d/edit/near_samples.h"
+
+#include <algorithm>
+
+#include "t4d/edit/cell_normal.h"
+
+namespace t4d::edit {
+
+using model::Cell;
+using model::Point4;
+
+NearSamples::NearSamples(std::vector<Sample> samples, std::size_t cellCount,
+                         const measure::SliceBound* original)
+    : original_(original),
+      samples_(std::move(samples)),
+      first_(cellCount, kNone),
+      next_(samples_.size(), kNone) {
+  for (std::uint32_t i = 0; i < samples_.size(); ++i) {
+    next_[i] = first_[samples_[i].cell];
+    first_[samples_[i].cell] = i;
+  }
+}
+
+bool NearSamples::stayNear(const CellComplex& complex, std::span<const Point4> vertices,
+                           std::uint32_t a, std::uint32_t b, const Point4& place, double distance) {
+  remaining_.clear();
+  emptied_.clear();
+  moves_.clear();
+  if (original_ == nullptr) return true;
+  const auto addCells = [&](std::uint32_t centre, std::uint32_t other) {
+    complex.eachCell(centre, [&](std::uint32_t cell, int k) {
+      const Cell& corners = complex.cells()[cell];
+      const bool isShared = std::ranges::find(corners, other) != corners.end();
+      if (isShared && centre == b) return;  // seen around a
+      emptied_.push_back(cell);
+      if (isShared) return;
+      auto points = cornersOf(vertices, corners);
+      points[k] = place;
+      const measure::SpaceTimeTetrahedron made(points);
+      if (made.timeBegin() < made.timeEnd()) remaining_.push_back({cell, made});
+    });
+  };
+  addCells(a, b);
+  addCells(b, a);
+  if (remaining_.empty()) return true;
+  if (!original_->isNear(place, distance)) return false;
+  for (const std::uint32_t cell : emptied_) {
+    for (std::uint32_t i = first_[cell]; i != kNone; i = next_[i]) {
+      const std::uint32_t found = nearest(samples_[i].point, distance);
+      if (found == kNone) return false;
+      moves_.push_back({i, found});
+    }
+  }
+  return true;
+}
+
+std::uint32_t NearSamples::nearest(const Point4& point, double distance) const {
+  double least = distance * distance;
+  std::uint32_t found = kNone;
+  for (const auto& [cell, tetrahedron] : remaining_) {
+    const double squared = tetrahedron.squaredDistance(point, least);
+    if (squared > least || (squared == least && found != kNone)) continue;
+    least = squared;
+    found = cell;
+    if (least == 0) break;
+  }
+  return found;
+}
+
+void NearSamples::move() {
+  for (const std::uint32_t cell : emptied_) first_[cell] = kNone;
+  for (const auto& [sample, cell] : moves_) {
+    samples_[sample].cell = cell;
+    next_[sample] = first_[cell];
+    first_[cell] = sample;
+  }
+}
+
+}  // namespace t4d::edit

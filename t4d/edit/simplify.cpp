@@ -1,0 +1,346 @@
+#include "t4d/edit/simplify.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "t4d/edit/collapse_patch.h"
+#include "t4d/edit/patch.h"
+#include "t4d/edit/proved_collapse.h"
+#include "t4d/measure/mesh_check.h"
+#include "t4d/model/in_order.h"
+#include "t4d/model/sinks.h"
+
+namespace t4d::edit {
+namespace {
+
+using model::Attribute;
+using model::Slab;
+
+using Slabs = std::vector<std::shared_ptr<const Slab>>;
+
+/// Windows of more slabs than have so many cells gain little.
+constexpr std::uint64_t kWindowCells = 250'000;
+
+/// How far samples may be at the first try, as a part of the largest error: between them slices are
+/// farther.
+constexpr double kFirstReach = 0.8;
+
+/// Slabs of the source that become one.
+struct Window {
+  std::size_t begin = 0;
+  std::size_t end = 0;  // one more than the last
+};
+
+/// Consecutive slabs; each without thickness, as caps are, is alone.
+std::vector<Window> windowsOf(const model::Source& source, const std::vector<std::uint64_t>& cells,
+                              std::optional<std::uint64_t> slabs) {
+  std::vector<Window> windows;
+  std::uint64_t inWindow = 0;
+  bool wasFlat = true;
+  for (std::size_t i = 0; i < source.slabCount(); ++i) {
+    const model::TimeSpan time = source.timeSpan(i);
+    const bool isFlat = time.begin == time.end;
+    const bool isFull = windows.empty() || (slabs ? i - windows.back().begin >= *slabs
+                                                  : inWindow + cells[i] > kWindowCells);
+    if (isFull || isFlat || wasFlat) {
+      windows.push_back({i, i});
+      inWindow = 0;
+    }
+    windows.back().end = i + 1;
+    inWindow += cells[i];
+    wasFlat = isFlat;
+  }
+  return windows;
+}
+
+/// Whether two attributes are the same but for their values.
+bool areAlike(const Attribute& a, const Attribute& b) {
+  return a.name == b.name && a.domain == b.domain && a.type == b.type &&
+         a.components == b.components;
+}
+
+/// What a first reading of the mesh finds.
+class Survey : public model::Sink {
+ public:
+  Result<void> put(const Slab& slab) override {
+    cells_.push_back(slab.connectivity ? slab.connectivity->cells.size() : 0);
+    if (slab.connectivity) noteAttributes(slab);
+    return checker_.put(slab);
+  }
+
+  measure::MeshReport report() { return checker_.finish(); }
+  const std::vector<std::uint64_t>& cells() const { return cells_; }
+  /// Those that every slab has, without rows.
+  const std::vector<Attribute>& attributes() const { return attributes_; }
+  const std::set<std::string>& dropped() const { return dropped_; }
+
+ private:
+  void noteAttributes(const Slab& slab) {
+    std::vector<Attribute> its;
+    for (const auto* some : {&slab.connectivity->cellAttributes, &slab.attributes}) {
+      for (const Attribute& one : *some) {
+        its.push_back({one.name, one.domain, one.type, one.components, {}});
+      }
+    }
+    if (cells_.size() == 1) attributes_ = its;
+    dropUnless(its, attributes_);
+    for (const Attribute& one : its) {
+      if (!has(attributes_, one)) dropped_.insert(one.name);
+    }
+  }
+
+  void dropUnless(const std::vector<Attribute>& wanted, std::vector<Attribute>& from) {
+    std::erase_if(from, [&](const Attribute& one) {
+      if (has(wanted, one)) return false;
+      dropped_.insert(one.name);
+      return true;
+    });
+  }
+
+  static bool has(const std::vector<Attribute>& some, const Attribute& wanted) {
+    return std::ranges::any_of(some, [&](const Attribute& one) { return areAlike(one, wanted); });
+  }
+
+  measure::MeshChecker checker_{{.vertexLinks = true}};
+  std::vector<std::uint64_t> cells_;
+  std::vector<Attribute> attributes_;
+  std::set<std::string> dropped_;
+};
+
+/// A window after the first step, with what is left to do.
+struct Simplified {
+  Patch patch;
+  Original original = {};  // with a largest error
+  double goal = 0;         // cells that are to be left
+  double goalNow = 0;      // and before the seam with the next is simplified
+};
+
+class Simplifier {
+ public:
+  Simplifier(const model::Source& source, const SimplifyOptions& options, double timeScale,
+             model::Sink& sink)
+      : source_(source), options_(options), timeScale_(timeScale), sink_(sink) {
+    const model::TimeSpan span = model::timeSpanOf(source);
+    collapse_.firstTime = span.begin * timeScale;
+    collapse_.lastTime = span.end * timeScale;
+    collapse_.preserve = options.preserve;
+  }
+
+  Result<Slabs> read(const Window& window, const std::vector<Attribute>& attributes) const {
+    Slabs slabs;
+    for (std::size_t i = window.begin; i < window.end; ++i) {
+      auto slab = source_.slab(i);
+      if (!slab) return pass(slab.error());
+      slabs.push_back(withAttributes(*slab, attributes));
+    }
+    return slabs;
+  }
+
+  /// Simplifies what has no vertex in the first and the last layer of a window.
+  Result<Simplified> inside(const Slabs& slabs) const {
+    auto patch = patchOf(slabs, timeScale_);
+    if (!patch) return pass(patch.error());
+    if (options_.maxError) {
+      std::ranges::fill(patch->reaches, kFirstReach * *options_.maxError);
+      addSamples(*patch);
+    }
+    // Cells at a layer are for the steps that simplify it. Without a ratio, errors alone decide.
+    const double ratio = options_.ratio.value_or(1);
+    const auto cells = static_cast<double>(patch->cells.size());
+    const double atLower = cellsAt(*patch, 0, patch->lowerCount);
+    const double atUpper = cellsAt(*patch, patch->firstUpper(), patch->vertexCount());
+    Simplified made;
+    made.goal = ratio * cells;
+    made.goalNow = made.goal + (1 - ratio) * atUpper;
+    CollapseOptions options = collapse_;
+    options.cells = cellsFor(made.goalNow + (1 - ratio) * atLower);
+    if (options_.maxError) {
+      made.original = originalOf(*patch);
+      made.patch = provedCollapse(*patch, made.original, *options_.maxError, options);
+    } else {
+      made.patch = collapsed(std::move(*patch), options).patch;
+    }
+    return made;
+  }
+
+  /// Simplifies the layer between the last window and this one, and puts the last.
+  Result<void> add(Simplified next) {
+    if (!last_) {
+      last_ = std::move(next);
+      return {};
+    }
+    if (last_->patch.upperCount > 0 && last_->patch.upperCount == next.patch.lowerCount) {
+      CollapseOptions options = collapse_;
+      options.cells = cellsFor(last_->goal + next.goalNow);
+      Patch whole = joined(std::move(last_->patch), next.patch);
+      if (options_.maxError) {
+        whole = provedCollapse(whole, joined(std::move(last_->original), next.original),
+                               *options_.maxError, options);
+      } else {
+        whole = collapsed(std::move(whole), options).patch;
+      }
+      PatchPair parts = parted(whole);
+      // What the one has too many, the other is to have less, within reason: the last would pay.
+      constexpr double kLeastOfGoal = 0.8;
+      const double excess = static_cast<double>(parts.lower.cells.size()) - last_->goal;
+      next.goal = std::max(kLeastOfGoal * next.goal, next.goal - excess);
+      last_->patch = std::move(parts.lower);
+      next.patch = std::move(parts.upper);
+    }
+    auto put = putLast();
+    last_ = std::move(next);
+    return put;
+  }
+
+  Result<void> putLast() { return sink_.put(slabOf(std::move(last_->patch), timeScale_)); }
+
+ private:
+  /// The slab with these attributes only.
+  static std::shared_ptr<const Slab> withAttributes(const std::shared_ptr<const Slab>& slab,
+                                                    const std::vector<Attribute>& wanted) {
+    const auto isUnwanted = [&](const Attribute& one) {
+      return std::ranges::none_of(wanted, [&](const Attribute& it) { return areAlike(one, it); });
+    };
+    if (std::ranges::none_of(slab->attributes, isUnwanted) &&
+        std::ranges::none_of(slab->connectivity->cellAttributes, isUnwanted)) {
+      return slab;
+    }
+    auto kept = std::make_shared<Slab>(*slab);
+    auto connectivity = std::make_shared<model::Connectivity>(*slab->connectivity);
+    std::erase_if(kept->attributes, isUnwanted);
+    std::erase_if(connectivity->cellAttributes, isUnwanted);
+    kept->connectivity = std::move(connectivity);
+    return kept;
+  }
+
+  /// Each vertex that is in a slice, and the middle of each edge that is long against the largest
+  /// error.
+  void addSamples(Patch& patch) const {
+    constexpr double kLong = 16;
+    const double longest = kLong * *options_.maxError;
+    std::vector<bool> isSample(patch.vertices.size());
+    std::vector<std::array<std::uint32_t, 3>> edges;  // two ends and a cell
+    for (std::uint32_t i = 0; i < patch.cells.size(); ++i) {
+      const auto& at = patch.vertices;
+      const model::Cell& cell = patch.cells[i];
+      if (std::ranges::all_of(cell, [&](auto v) { return at[v][3] == at[cell[0]][3]; })) continue;
+      for (int k = 0; k < 4; ++k) {
+        if (!isSample[cell[k]]) patch.samples.push_back({at[cell[k]], i});
+        isSample[cell[k]] = true;
+        for (int j = 0; j < k; ++j) {
+          if ((at[cell[k]] - at[cell[j]]).norm() <= longest) continue;
+          const auto [from, to] = std::minmax(cell[k], cell[j]);
+          edges.push_back({from, to, i});
+        }
+      }
+    }
+    std::ranges::sort(edges);
+    const auto isSame = [](const auto& a, const auto& b) { return a[0] == b[0] && a[1] == b[1]; };
+    const auto repeated = std::ranges::unique(edges, isSame);
+    edges.erase(repeated.begin(), repeated.end());
+    for (const auto& [from, to, cell] : edges) {
+      patch.samples.push_back({(patch.vertices[from] + patch.vertices[to]) / 2, cell});
+    }
+  }
+
+  std::uint64_t cellsFor(double goal) const {
+    return options_.ratio ? static_cast<std::uint64_t>(std::max(goal, 0.0)) : 0;
+  }
+
+  /// The number of cells with one of these vertices.
+  static double cellsAt(const Patch& patch, std::uint32_t begin, std::uint32_t end) {
+    const auto isAt = [&](const model::Cell& cell) {
+      return std::ranges::any_of(cell, [&](std::uint32_t v) { return v >= begin && v < end; });
+    };
+    return static_cast<double>(std::ranges::count_if(patch.cells, isAt));
+  }
+
+  const model::Source& source_;
+  const SimplifyOptions& options_;
+  double timeScale_;
+  model::Sink& sink_;
+  CollapseOptions collapse_;
+  std::optional<Simplified> last_;
+};
+
+Result<void> checkOptions(const SimplifyOptions& options) {
+  const auto wrong = [](std::string message) {
+    return fail(ErrorCode::Options, std::move(message));
+  };
+  if (!options.ratio && !options.maxError) {
+    return wrong("a part of the cells to keep or a largest error is needed");
+  }
+  if (options.ratio && !(*options.ratio > 0 && *options.ratio <= 1)) {
+    return wrong(fmt::format("the part of the cells to keep is {}, not above 0 and at most 1",
+                             *options.ratio));
+  }
+  if (options.maxError && !(*options.maxError > 0)) {
+    return wrong(fmt::format("the largest error is {}, not above 0", *options.maxError));
+  }
+  if (!(options.timeScale > 0) || !std::isfinite(options.timeScale)) {
+    return wrong(fmt::format("the time scale is {}, not a number above 0", options.timeScale));
+  }
+  return {};
+}
+
+double powerOfTwoNear(double scale) { return std::exp2(std::round(std::log2(scale))); }
+
+}  // namespace
+
+Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptions& options,
+                                model::Sink& sink, const model::Progress& progress) {
+  if (auto sound = checkOptions(options); !sound) return pass(sound.error());
+  Survey survey;
+  if (auto read = model::pump(source, survey); !read) return pass(read.error());
+  const measure::MeshReport before = survey.report();
+  if (!before.valid()) {
+    const auto& issues = before.issues.issues;
+    const auto error =
+        std::ranges::find(issues, measure::Severity::Error, &measure::Issue::severity);
+    return invalid(fmt::format("only a closed, oriented and manifold mesh can be simplified: {}",
+                               error->message),
+                   {}, Remedy::Recover);
+  }
+  measure::MeshChecker after;
+  model::Tee both({&after, &sink});
+  Simplifier simplifier(source, options, powerOfTwoNear(options.timeScale), both);
+  const auto windows = windowsOf(source, survey.cells(), options.windowSlabs);
+  Result<void> done;
+  using Read = std::shared_ptr<const Result<Slabs>>;
+  using Made = std::shared_ptr<Result<Simplified>>;
+  model::inOrder<Read, Made>(
+      windows.size(), model::threadCount(),
+      [&](std::size_t i) {
+        return std::make_shared<const Result<Slabs>>(
+            simplifier.read(windows[i], survey.attributes()));
+      },
+      [&](const Read& slabs) {
+        return std::make_shared<Result<Simplified>>(
+            *slabs ? simplifier.inside(**slabs) : Result<Simplified>(pass(slabs->error())));
+      },
+      [&, count = 0.0](const Made& made) mutable {
+        done = *made ? simplifier.add(std::move(**made)) : Result<void>(pass(made->error()));
+        if (progress) progress(++count / static_cast<double>(windows.size()));
+        return done.has_value();
+      });
+  if (done) done = simplifier.putLast();
+  if (!done) return pass(done.error());
+  const measure::MeshReport result = after.finish();
+  SimplifyReport report;
+  report.cellsBefore = before.tetrahedra;
+  report.verticesBefore = before.vertices;
+  report.hypervolumeBefore = before.hypervolume;
+  report.cells = result.tetrahedra;
+  report.vertices = result.vertices;
+  report.hypervolume = result.hypervolume;
+  report.maxError = options.maxError;
+  report.droppedAttributes = survey.dropped();
+  return report;
+}
+
+}  // namespace t4d::edit

@@ -1,0 +1,236 @@
+#include "t4d/verbs/simplify.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "t4d/formats/t4d/writer.h"
+#include "t4d/measure/compare.h"
+#include "t4d/verbs/json_text.h"
+#include "t4d/verbs/time_scale.h"
+
+namespace t4d::verbs {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// An error of less than this part of the size is lost in rounding.
+constexpr double kLeastError = 1e-12;
+
+/// Part of the diagonal of the bounds that is the error without any wish.
+constexpr double kUsualError = 1e-3;
+
+std::uint64_t cellsOf(const Input& input) {
+  std::uint64_t cells = 0;
+  if (!input.reader) return cells;
+  const auto& infos = input.reader->metadata().bodies;
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    if (std::ranges::find(input.bodies, infos[i].name, &model::Body::name) == input.bodies.end()) {
+      continue;
+    }
+    cells += input.reader->summary(i).tetrahedra;
+  }
+  return cells;
+}
+
+/// The options for each body.
+Result<edit::SimplifyOptions> optionsOf(const SimplifyOptions& wanted, const Input& input,
+                                        double timeScale) {
+  const auto bounds = boundsOf(input);
+  if (!bounds) return pass(bounds.error());
+  const double size = bounds->empty() ? 0 : (bounds->max - bounds->min).norm();
+  edit::SimplifyOptions options;
+  options.timeScale = timeScale;
+  options.preserve = wanted.preserve;
+  options.windowSlabs = wanted.windowSlabs;
+  options.ratio = wanted.ratio;
+  options.maxError = wanted.maxError;
+  if (wanted.cells) {
+    const auto cells = static_cast<double>(cellsOf(input));
+    options.ratio = std::min(1.0, static_cast<double>(*wanted.cells) / std::max(cells, 1.0));
+  }
+  if (!options.ratio && !options.maxError) options.maxError = kUsualError * size;
+  if (options.maxError && !(*options.maxError >= kLeastError * size)) {
+    return fail(ErrorCode::Options,
+                fmt::format("an error of {} is below what doubles can hold for a mesh of size "
+                            "{:.4g}; allow at least {:.2g}",
+                            *options.maxError, size, kLeastError * size));
+  }
+  return options;
+}
+
+/// Says of bodies that are stored as poses what they lose.
+Result<void> noteSweeps(const Input& input, Observer& observer) {
+  for (const model::Body& body : input.bodies) {
+    const std::size_t slabs = body.source->slabCount();
+    if (slabs < 2) continue;
+    const auto slab = body.source->slab(1);
+    if (!slab) return pass(slab.error());
+    if (!(*slab)->upperPose) continue;
+    observer.note(
+        fmt::format("body '{}' is swept: its file holds poses of one solid, and is small as it is; "
+                    "simplified, it loses the poses and the exact layers",
+                    body.name));
+  }
+  return {};
+}
+
+/// Says that a number of cells was not reached, and why.
+void noteGoal(const edit::SimplifyOptions& options, const edit::SimplifyReport& mesh,
+              Observer& observer) {
+  constexpr double kNearGoal = 1.02;
+  if (!options.ratio) return;
+  const double goal = *options.ratio * static_cast<double>(mesh.cellsBefore);
+  if (static_cast<double>(mesh.cells) <= kNearGoal * goal + 64) return;
+  observer.note(
+      fmt::format("ended at {} cells, not {:.0f}: any further collapse would {}change the "
+                  "topology, turn a cell "
+                  "over, make a needle, or move a layer between two windows",
+                  mesh.cells, goal, options.maxError ? "exceed the largest error, " : ""));
+}
+
+void add(const edit::SimplifyReport& body, edit::SimplifyReport& all) {
+  all.cellsBefore += body.cellsBefore;
+  all.cells += body.cells;
+  all.verticesBefore += body.verticesBefore;
+  all.vertices += body.vertices;
+  all.hypervolumeBefore += body.hypervolumeBefore;
+  all.hypervolume += body.hypervolume;
+  if (body.maxError) all.maxError = std::max(all.maxError.value_or(0), *body.maxError);
+  all.droppedAttributes.insert(body.droppedAttributes.begin(), body.droppedAttributes.end());
+}
+
+Result<void> write(const Input& input, const edit::SimplifyOptions& options,
+                   const SimplifyOptions& wanted, SimplifyReport& report, Observer& observer) {
+  auto writer = formats::T4dWriter::create(wanted.output, metadataOf(input, wanted.generator),
+                                           {.compression = wanted.compression});
+  if (!writer) return pass(writer.error());
+  const auto stage = observer.stage("simplifying", slabCountOf(input.bodies), "slabs");
+  for (std::size_t b = 0; b < input.bodies.size(); ++b) {
+    const model::Source& source = *input.bodies[b].source;
+    const auto done =
+        edit::simplify(source, options, writer->body(b), stage->part(source.slabCount()));
+    if (!done) return pass(done.error());
+    add(*done, report.mesh);
+  }
+  const auto bytes = finishEdited(*writer, input);
+  if (!bytes) return pass(bytes.error());
+  report.bytes = *bytes;
+  report.losses = writer->losses();
+  if (!report.mesh.droppedAttributes.empty()) {
+    report.losses.push_back(fmt::format("attributes that only some slabs have: {}",
+                                        fmt::join(report.mesh.droppedAttributes, ", ")));
+  }
+  return {};
+}
+
+/// Compares slices of the file with those of the input.
+Result<void> compareSlices(const Input& before, const Input& after, const SimplifyOptions& wanted,
+                           SimplifyReport& report, Observer& observer) {
+  constexpr double kTolerance = 1e-3;  // of the diagonal of two slices
+  const auto times = model::evenTimes(model::timeSpanOf(before.bodies), wanted.times);
+  const auto stage = observer.stage("comparing slices", times.size(), "slices");
+  double sum = 0;
+  for (const double time : times) {
+    const auto a = measure::solidAt(before.bodies, time);
+    if (!a) return pass(a.error());
+    const auto b = measure::solidAt(after.bodies, time);
+    if (!b) return pass(b.error());
+    const double distance = measure::surfaceDistance(*a, *b, kTolerance).hausdorff();
+    sum += distance;
+    if (distance > report.measuredError) {
+      report.measuredError = distance;
+      report.measuredErrorTime = time;
+    }
+    if (auto shown = stage->part(1)) shown(1);
+  }
+  report.meanError = times.empty() ? 0 : sum / static_cast<double>(times.size());
+  return {};
+}
+
+Result<void> measureCells(const Input& before, const Input& after, double timeScale,
+                          SimplifyReport& report, Observer& observer) {
+  const auto stage = observer.stage(
+      "measuring cells", slabCountOf(before.bodies) + slabCountOf(after.bodies), "slabs");
+  std::size_t which = 0;
+  for (const Input* input : {&before, &after}) {
+    auto quality = measure::measureQuality(input->bodies, {.timeScale = timeScale, .worst = 0},
+                                           stage->part(slabCountOf(input->bodies)));
+    if (!quality) return pass(quality.error());
+    report.quality[which++] = std::move(*quality);
+  }
+  return {};
+}
+
+Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOptions& wanted,
+                                          Observer& observer) {
+  if (wanted.ratio && wanted.cells) {
+    return fail(ErrorCode::Options, "either a ratio or a number of cells can be given");
+  }
+  const auto scale = timeScaleOf(wanted.timeScale, input, observer);
+  if (!scale) return pass(scale.error());
+  const auto options = optionsOf(wanted, input, scale->value);
+  if (!options) return pass(options.error());
+  SimplifyReport report;
+  report.scaleReason = scale->reason;
+  report.bytesBefore = input.reader ? input.reader->fileBytes() : 0;
+  if (auto noted = noteSweeps(input, observer); !noted) return pass(noted.error());
+  const auto begin = std::chrono::steady_clock::now();
+  if (auto done = write(input, *options, wanted, report, observer); !done) {
+    return pass(done.error());
+  }
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  noteGoal(*options, report.mesh, observer);
+  const auto after = openInput(wanted.output);
+  if (!after) return pass(after.error());
+  if (auto done = compareSlices(input, *after, wanted, report, observer); !done) {
+    return pass(done.error());
+  }
+  if (auto done = measureCells(input, *after, scale->value, report, observer); !done) {
+    return pass(done.error());
+  }
+  return report;
+}
+
+}  // namespace
+
+Result<SimplifyReport> simplify(const Input& input, const SimplifyOptions& options,
+                                Observer& observer) {
+  auto report = simplifyAndMeasure(input, options, observer);
+  if (!report) return pass(inInput(report.error(), input));
+  return report;
+}
+
+std::string jsonOf(const SimplifyReport& report, std::uint64_t peakBytes) {
+  const edit::SimplifyReport& mesh = report.mesh;
+  ordered_json value = {{"cells_before", mesh.cellsBefore},
+                        {"cells", mesh.cells},
+                        {"vertices_before", mesh.verticesBefore},
+                        {"vertices", mesh.vertices},
+                        {"hypervolume_before", mesh.hypervolumeBefore},
+                        {"hypervolume", mesh.hypervolume},
+                        {"max_error", orNull(mesh.maxError)},
+                        {"measured_error", report.measuredError},
+                        {"measured_error_time", report.measuredErrorTime},
+                        {"mean_error", report.meanError},
+                        {"time_scale", report.quality[0].timeScale}};
+  std::size_t height = 0;
+  while (measure::kQualityMeasures[height].name != "height") ++height;
+  for (const auto& [name, quality] :
+       {std::pair("height_before", &report.quality[0]), std::pair("height", &report.quality[1])}) {
+    const measure::Distribution heights = quality->all(height);
+    value[name] = {
+        {"min", heights.min()}, {"p01", heights.quantile(0.01)}, {"p50", heights.quantile(0.5)}};
+  }
+  value["bytes_before"] = report.bytesBefore;
+  value["bytes"] = report.bytes;
+  value["seconds"] = report.seconds;
+  value["peak_bytes"] = peakBytes;
+  return jsonText(value);
+}
+
+}  // namespace t4d::verbs

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "t4d/edit/simplify.h"
+#include "t4d/measure/mesh_quality.h"
+#include "t4d/verbs/input.h"
+#include "t4d/verbs/observer.h"
+
+namespace t4d::verbs {
+
+struct SimplifyOptions {
+  /// The part of the cells to keep, above 0 and at most 1.
+  std::optional<double> ratio = {};
+  /// The number of cells to keep, of all bodies together. Not with a ratio.
+  std::optional<std::uint64_t> cells = {};
+  /// As edit::SimplifyOptions::maxError. Without any of the three, a thousandth of the diagonal of
+  /// the bounds.
+  std::optional<double> maxError = {};
+  std::optional<double> timeScale = {};  ///< as timeScaleOf takes it
+  std::string preserve = {};             ///< as edit::SimplifyOptions::preserve
+  std::optional<std::uint64_t> windowSlabs = {};
+  std::uint64_t times = 17;    ///< at which slices are compared, evenly spaced
+  std::string output = {};     ///< the .t4d to write
+  int compression = 3;         ///< as formats::T4dWriteOptions::compression
+  std::string generator = {};  ///< program and version, for the metadata
+};
+
+struct SimplifyReport {
+  edit::SimplifyReport mesh;  ///< of all bodies together
+  std::string scaleReason;    ///< where the time scale is from
+  double measuredError = 0;   ///< the largest distance of two slices at one time (Hausdorff)
+  double measuredErrorTime = 0;
+  double meanError = 0;                              ///< the mean of these distances
+  std::array<measure::MeshQuality, 2> quality = {};  ///< before and after
+  std::uint64_t bytesBefore = 0;                     ///< of the file; 0 for a mesh in memory
+  std::uint64_t bytes = 0;
+  double seconds = 0;  ///< of the simplification alone, with reading and writing
+  std::vector<std::string> losses = {};
+};
+
+/// Simplifies each body (edit::simplify) and writes the file; then reads it again, compares slices
+/// of both at times, and measures the shape of the cells of both. Fails (Options) for options that
+/// contradict each other or that no mesh can meet.
+Result<SimplifyReport> simplify(const Input& input, const SimplifyOptions& options,
+                                Observer& observer = nobody());
+
+/// The report as JSON (docs/schemas/simplify.schema.json), without the memory that it took.
+std::string jsonOf(const SimplifyReport& report, std::uint64_t peakBytes);
+
+}  // namespace t4d::verbs
