@@ -355,7 +355,8 @@ class Mesh(Unchanging):
         are those of ``t4d.verbs.simplify``, whose report says what it measured."""
         from t4d.verbs import run
 
-        return run("simplify", self, **{"output": Mesh, **options}).mesh
+        simplified: Mesh = run("simplify", self, **{"output": Mesh, **options}).mesh
+        return simplified
 
     def save(
         self,

@@ -87,3 +87,14 @@ def test_a_body_of_several_is_all_that_a_verb_sees(models, tmp_path):
     names = both.names
     assert len(names) > 1
     assert [body["name"] for body in verbs.info(both[1])["bodies"]] == names[1:2]
+
+
+def test_simplify_in_memory_keeps_the_hypervolume_and_its_promise(models):
+    mesh = t4d.read(models / "cube.t4d")
+    small = mesh.simplify(max_error=0.1)
+    cells = [sum(len(slab.cells) for slab in one.slabs()) for one in (mesh, small)]
+    assert cells[1] < cells[0] / 10
+    assert small.hypervolume == pytest.approx(512000, rel=1e-12)
+    assert small.time_span == mesh.time_span
+    with pytest.raises(t4d.Error, match="at most 1"):
+        mesh.simplify(ratio=2)

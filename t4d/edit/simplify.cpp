@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "t4d/edit/collapse_patch.h"
 #include "t4d/edit/patch.h"
@@ -288,6 +289,20 @@ Result<void> checkOptions(const SimplifyOptions& options) {
   return {};
 }
 
+Result<void> checkPreserved(const std::string& name, const Survey& survey) {
+  if (name.empty()) return {};
+  std::vector<std::string> names;
+  for (const Attribute& attribute : survey.attributes()) {
+    if (attribute.domain == model::Domain::Cell) names.push_back(attribute.name);
+  }
+  if (std::ranges::find(names, name) != names.end()) return {};
+  return fail(
+      ErrorCode::Options,
+      fmt::format(
+          "no attribute '{}' of cells in all slabs has borders to preserve; {}", name,
+          names.empty() ? "there is none" : fmt::format("there is {}", fmt::join(names, ", "))));
+}
+
 double powerOfTwoNear(double scale) { return std::exp2(std::round(std::log2(scale))); }
 
 }  // namespace
@@ -306,6 +321,7 @@ Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptio
                                error->message),
                    {}, Remedy::Recover);
   }
+  if (auto known = checkPreserved(options.preserve, survey); !known) return pass(known.error());
   measure::MeshChecker after;
   model::Tee both({&after, &sink});
   Simplifier simplifier(source, options, powerOfTwoNear(options.timeScale), both);

@@ -188,7 +188,8 @@ TEST(Simplify, WhatCannotBeDoneIsRefused) {
   model::Mesh into;
   for (const SimplifyOptions& wrong :
        {SimplifyOptions{}, SimplifyOptions{.ratio = 0.0}, SimplifyOptions{.ratio = 1.5},
-        SimplifyOptions{.maxError = -1.0}, SimplifyOptions{.ratio = 0.5, .timeScale = 0}}) {
+        SimplifyOptions{.maxError = -1.0}, SimplifyOptions{.ratio = 0.5, .timeScale = 0},
+        SimplifyOptions{.ratio = 0.5, .preserve = "label"}}) {
     const auto done = simplify(mesh, wrong, into);
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::Options);

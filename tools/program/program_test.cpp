@@ -2509,6 +2509,26 @@ TEST_F(Program, QualityRefusesWhatWouldSayNothing) {
   misused("quality cube.t4d --time-scale 1e-300", "volumes would vanish");
 }
 
+TEST_F(Program, SimplifyKeepsItsPromise) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const json done = run("simplify cube.t4d --max-error 0.1 --json -o small.t4d").value();
+  EXPECT_EQ(done["cells_before"], 21552);
+  EXPECT_LT(done["cells"], 2155);
+  EXPECT_EQ(done["max_error"], 0.1);
+  EXPECT_LE(done["measured_error"], 0.1);
+  EXPECT_NEAR(done["hypervolume"].get<double>(), 512000, 1e-5);
+  EXPECT_EQ(run("validate small.t4d --deep").exitCode, 0);
+  const Finished swept = run("simplify cube.t4d --ratio 0.5 -o half.t4d");
+  EXPECT_EQ(swept.exitCode, 0);
+  EXPECT_NE(swept.err.find("is small as it is"), std::string::npos) << swept.err;
+  EXPECT_TRUE(
+      run("simplify cube.t4d --ratio 0.5 --json -o half.t4d").value()["max_error"].is_null());
+  misused("simplify cube.t4d --ratio 2 -o out.t4d", "not above 0 and at most 1");
+  misused("simplify cube.t4d --max-error 1e-12 -o out.t4d", "allow at least");
+  misused("simplify cube.t4d --ratio 0.5 --preserve nothing -o out.t4d", "no attribute 'nothing'");
+  misused("simplify cube.t4d --ratio 0.5 -o cube.t4d", "input");
+}
+
 TEST_F(Program, MillSaysWhatItRemovesAndWhatIsWrong) {
   write("slot.nc", "G0 X-16 Y0 Z7\nG1 X16 F600\n");
   const std::string mill = "mill fx/paper-cube.obj --tool flat:d=6,l=30 --gcode slot.nc ";
