@@ -200,7 +200,8 @@ class PatchCollapser {
 
   /// The same with sums of normals that have no rounding errors of earlier collapses.
   std::optional<VertexPlacement> exactPlacement(const Candidate& candidate) const {
-    const auto [a, b] = std::pair(candidate.a, candidate.b);
+    const std::uint32_t a = candidate.a;
+    const std::uint32_t b = candidate.b;
     Eigen::Vector4d normalA = Eigen::Vector4d::Zero();
     Eigen::Vector4d normalB = Eigen::Vector4d::Zero();
     Eigen::Vector4d shared = Eigen::Vector4d::Zero();

@@ -50,6 +50,7 @@ bool isAmong(const std::vector<PlacedCell>& cells, const PlacedCell& one) {
 std::vector<Cell> someOf(const std::vector<Cell>& cells,
                          const std::vector<std::uint32_t>& numbers) {
   std::vector<Cell> some;
+  some.reserve(numbers.size());
   for (const std::uint32_t number : numbers) some.push_back(cells[number]);
   return some;
 }

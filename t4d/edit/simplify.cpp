@@ -242,8 +242,7 @@ class Simplifier {
     }
     std::ranges::sort(edges);
     const auto isSame = [](const auto& a, const auto& b) { return a[0] == b[0] && a[1] == b[1]; };
-    const auto repeated = std::ranges::unique(edges, isSame);
-    edges.erase(repeated.begin(), repeated.end());
+    edges.erase(std::unique(edges.begin(), edges.end(), isSame), edges.end());
     for (const auto& [from, to, cell] : edges) {
       patch.samples.push_back({(patch.vertices[from] + patch.vertices[to]) / 2, cell});
     }

@@ -175,6 +175,7 @@ std::vector<Neighbours> neighboursOf(const CellSet& set) {
 
 std::vector<Bounds4> boundsOfAll(const std::vector<Tetrahedron>& all) {
   std::vector<Bounds4> bounds;
+  bounds.reserve(all.size());
   for (const Tetrahedron& one : all) bounds.push_back(one.bounds);
   return bounds;
 }
