@@ -8,10 +8,6 @@ namespace {
 using model::Cell;
 using Edge = std::array<std::uint32_t, 2>;
 
-bool hasCorner(const Cell& cell, std::uint32_t vertex) {
-  return std::ranges::find(cell, vertex) != cell.end();
-}
-
 Edge sorted(std::uint32_t p, std::uint32_t q) { return p < q ? Edge{p, q} : Edge{q, p}; }
 
 bool isAmong(const std::vector<Edge>& edges, const Edge& edge) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -8,6 +9,10 @@
 #include "t4d/model/slab.h"
 
 namespace t4d::edit {
+
+inline bool hasCorner(const model::Cell& cell, std::uint32_t vertex) {
+  return std::ranges::find(cell, vertex) != cell.end();
+}
 
 /// The cells of a 4D mesh as a simplicial complex whose edges can be collapsed. The corners of a
 /// vertex are a linked list, so that its star, the cells around it, is found at once:

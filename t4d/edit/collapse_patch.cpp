@@ -85,8 +85,7 @@ class PatchCollapser {
   void holdVertices() {
     std::vector<bool> isAtOneTime(patch_.vertices.size());
     for (const Cell& cell : patch_.cells) {
-      const auto time = [&](int k) { return patch_.vertices[cell[k]][3]; };
-      if (time(0) != time(1) || time(0) != time(2) || time(0) != time(3)) continue;
+      if (!measure::isAtOneTime(cornersOf(patch_.vertices, cell))) continue;
       for (const std::uint32_t corner : cell) isAtOneTime[corner] = true;
     }
     for (std::uint32_t i = 0; i < patch_.vertexCount(); ++i) {
@@ -136,7 +135,7 @@ class PatchCollapser {
   }
 
   bool isCornerOf(std::uint32_t cell, std::uint32_t vertex) const {
-    return std::ranges::count(complex_.cells()[cell], vertex) > 0;
+    return hasCorner(complex_.cells()[cell], vertex);
   }
 
   // --- the queue
@@ -314,7 +313,7 @@ class PatchCollapser {
           const Eigen::Vector4d normal = cellNormal(after);
           const Eigen::Vector4d old = cellNormal(before);
           least = std::min(least, squaredHeight(after, normal));
-          if (isAtOneTime(after) && !isAtOneTime(before)) return false;
+          if (measure::isAtOneTime(after) && !measure::isAtOneTime(before)) return false;
           return normal.squaredNorm() > 0 &&
                  (old.squaredNorm() == 0 || turnsLittle(old, normal, mean));
         });
@@ -331,11 +330,6 @@ class PatchCollapser {
       return size > 0 ? one.head<3>().dot(mean) / size : 1;
     };
     return facing(normal) >= std::min(kLeastCosine, facing(old));
-  }
-
-  static bool isAtOneTime(const std::array<Point4, 4>& corners) {
-    const double time = corners[0][3];
-    return corners[1][3] == time && corners[2][3] == time && corners[3][3] == time;
   }
 
   double leastHeightAround(std::uint32_t a, std::uint32_t b) const {

@@ -30,14 +30,14 @@ bool NearSamples::stayNear(const CellComplex& complex, std::span<const Point4> v
   const auto addCells = [&](std::uint32_t centre, std::uint32_t other) {
     complex.eachCell(centre, [&](std::uint32_t cell, int k) {
       const Cell& corners = complex.cells()[cell];
-      const bool isShared = std::ranges::find(corners, other) != corners.end();
+      const bool isShared = hasCorner(corners, other);
       if (isShared && centre == b) return;  // seen around a
       emptied_.push_back(cell);
       if (isShared) return;
       auto points = cornersOf(vertices, corners);
       points[k] = place;
       const measure::SpaceTimeTetrahedron made(points);
-      if (made.timeBegin() < made.timeEnd()) remaining_.push_back({cell, made});
+      if (!measure::isAtOneTime(points)) remaining_.push_back({cell, made});
     });
   };
   addCells(a, b);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "t4d/edit/cell_normal.h"
 #include "t4d/edit/collapse_patch.h"
 #include "t4d/edit/patch.h"
 #include "t4d/edit/proved_collapse.h"
@@ -229,7 +230,7 @@ class Simplifier {
     for (std::uint32_t i = 0; i < patch.cells.size(); ++i) {
       const auto& at = patch.vertices;
       const model::Cell& cell = patch.cells[i];
-      if (std::ranges::all_of(cell, [&](auto v) { return at[v][3] == at[cell[0]][3]; })) continue;
+      if (measure::isAtOneTime(cornersOf(at, cell))) continue;
       for (int k = 0; k < 4; ++k) {
         if (!isSample[cell[k]]) patch.samples.push_back({at[cell[k]], i});
         isSample[cell[k]] = true;

@@ -8,14 +8,6 @@ namespace t4d::edit {
 using model::Cell;
 using model::Point4;
 
-namespace {
-
-bool has(const Cell& cell, std::uint32_t vertex) {
-  return std::ranges::find(cell, vertex) != cell.end();
-}
-
-}  // namespace
-
 bool SliceTopology::hasSphere(std::uint32_t vertex, bool remember) {
   const LinkSides sides = sidesAfter(vertex, CellComplex::kNone, CellComplex::kNone, 0);
   if (!counter_.isSphere()) return false;
@@ -55,7 +47,7 @@ LinkSides SliceTopology::sidesAfter(std::uint32_t vertex, std::uint32_t a, std::
   const auto addLink = [&](std::uint32_t around) {
     complex_.eachCell(around, [&](std::uint32_t cell, int k) {
       const Cell& corners = complex_.cells()[cell];
-      if (a != b && has(corners, a) && has(corners, b)) return;
+      if (a != b && hasCorner(corners, a) && hasCorner(corners, b)) return;
       std::array<std::uint32_t, 3> triangle{};
       for (int i = 1; i < 4; ++i) {
         const std::uint32_t corner = corners[(k + i) % 4];

@@ -21,7 +21,7 @@ std::optional<std::uint32_t> neighbourOf(const CellComplex& complex, std::uint32
   complex.eachCell(corners[(k + 1) % 4], [&](std::uint32_t near, int) {
     if (near == cell) return;
     const auto isCommon = [&](std::uint32_t corner) {
-      return corner != corners[k] && std::ranges::count(corners, corner) > 0;
+      return corner != corners[k] && hasCorner(corners, corner);
     };
     if (std::ranges::count_if(complex.cells()[near], isCommon) == 3) found = near;
   });
@@ -35,7 +35,7 @@ void addBorder(const Cell& cell, int k, Patch& patch) {
   const Eigen::Vector4d normal = cellNormal(cornersOf(at, cell));
   const std::uint32_t p = cell[(k + 1) % 4];
   const Eigen::Vector4d across =
-      crossProduct(normal, at[cell[(k + 2) % 4]] - at[p], at[cell[(k + 3) % 4]] - at[p]);
+      measure::crossProduct(normal, at[cell[(k + 2) % 4]] - at[p], at[cell[(k + 3) % 4]] - at[p]);
   if (!(across.norm() > 0)) return;
   for (int i = 1; i < 4; ++i) {
     patch.quadrics[cell[(k + i) % 4]].addHyperplane(across.normalized(),
@@ -81,8 +81,7 @@ bool ValueBorders::haveSameValue(std::uint32_t one, std::uint32_t other) const {
 std::size_t ValueBorders::valuesAround(std::uint32_t vertex, std::uint32_t other) {
   around_.clear();
   complex_.eachCell(vertex, [&](std::uint32_t cell, int) {
-    const Cell& corners = complex_.cells()[cell];
-    if (other != CellComplex::kNone && std::ranges::find(corners, other) == corners.end()) return;
+    if (other != CellComplex::kNone && !hasCorner(complex_.cells()[cell], other)) return;
     const auto same = [&](std::uint32_t one) { return haveSameValue(one, cell); };
     if (std::ranges::none_of(around_, same)) around_.push_back(cell);
   });

@@ -128,11 +128,6 @@ bool isWellInside(const Point3& point, const std::array<Point3, 4>& corners) {
   return true;
 }
 
-bool isAtOneTime(const CellSet& set, const Cell& cell) {
-  const double time = set.vertices[cell[0]][3];
-  return std::ranges::all_of(cell, [&](std::uint32_t v) { return set.vertices[v][3] == time; });
-}
-
 struct Facet {
   std::array<std::uint32_t, 3> vertices;  // increasing
   std::uint32_t tetrahedron;
@@ -144,7 +139,7 @@ struct Facet {
 std::vector<Tetrahedron> tetrahedraOf(const CellSet& set) {
   std::vector<Tetrahedron> all;
   for (const Cell& cell : set.cells) {
-    if (!isAtOneTime(set, cell)) all.emplace_back(cornersIn(set, cell));
+    if (!isAtOneTime(cornersIn(set, cell))) all.emplace_back(cornersIn(set, cell));
   }
   return all;
 }
@@ -153,7 +148,7 @@ std::vector<Neighbours> neighboursOf(const CellSet& set) {
   std::vector<Facet> facets;
   std::uint32_t number = 0;
   for (const Cell& cell : set.cells) {
-    if (isAtOneTime(set, cell)) continue;
+    if (isAtOneTime(cornersIn(set, cell))) continue;
     for (std::uint32_t k = 0; k < 4; ++k) {
       Facet& facet = facets.emplace_back(
           Facet{{cell[(k + 1) % 4], cell[(k + 2) % 4], cell[(k + 3) % 4]}, number, k});
@@ -431,7 +426,7 @@ std::vector<std::uint32_t> SliceBound::notProvedNear(const CellSet& cells, doubl
   tbb::parallel_for(Range(0, cells.cells.size(), 64), [&](const Range& range) {
     Proof& proof = proofs.local();
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      if (isAtOneTime(cells, cells.cells[i])) continue;
+      if (isAtOneTime(cornersIn(cells, cells.cells[i]))) continue;
       isProved[i] = proof.prove(cornersIn(cells, cells.cells[i])) ? 1 : 0;
     }
   });

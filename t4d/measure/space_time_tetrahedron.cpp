@@ -31,21 +31,11 @@ double squaredDistanceToTriangle(const Point3& p, const Point3& a, const Point3&
                    model::squaredDistanceToSegment(p, c, a)});
 }
 
-/// Perpendicular to the three edges from the first corner: their minors.
 Eigen::Vector4d normalOf(const std::array<Point4, 4>& corners) {
-  Eigen::Matrix<double, 3, 4> edges;
-  for (int i = 0; i < 3; ++i) edges.row(i) = (corners[i + 1] - corners[0]).transpose();
-  Eigen::Vector4d normal;
-  for (int k = 0; k < 4; ++k) {
-    Eigen::Matrix3d minor;
-    for (int column = 0, c = 0; column < 4; ++column) {
-      if (column != k) minor.col(c++) = edges.col(column);
-    }
-    normal[k] = (k % 2 == 0 ? 1 : -1) * minor.determinant();
-  }
+  const Eigen::Vector4d normal =
+      crossProduct(corners[1] - corners[0], corners[2] - corners[0], corners[3] - corners[0]);
   const double size = normal.head<3>().norm();
-  if (size > 0) normal /= size;
-  return normal;
+  return size > 0 ? Eigen::Vector4d(normal / size) : normal;
 }
 
 }  // namespace
