@@ -11,11 +11,14 @@
 
 #include "t4d/edit/cell_normal.h"
 #include "t4d/edit/collapse_patch.h"
+#include "t4d/edit/common_attributes.h"
 #include "t4d/edit/patch.h"
 #include "t4d/edit/proved_collapse.h"
+#include "t4d/edit/slab_windows.h"
 #include "t4d/measure/mesh_check.h"
 #include "t4d/model/in_order.h"
 #include "t4d/model/sinks.h"
+#include "t4d/model/source_part.h"
 
 namespace t4d::edit {
 namespace {
@@ -25,94 +28,9 @@ using model::Slab;
 
 using Slabs = std::vector<std::shared_ptr<const Slab>>;
 
-/// Windows of more slabs than have so many cells gain little.
-constexpr std::uint64_t kWindowCells = 250'000;
-
 /// How far samples may be at the first try, as a part of the largest error: between them slices are
 /// farther.
 constexpr double kFirstReach = 0.8;
-
-/// Slabs of the source that become one.
-struct Window {
-  std::size_t begin = 0;
-  std::size_t end = 0;  // one more than the last
-};
-
-/// Consecutive slabs; each without thickness, as caps are, is alone.
-std::vector<Window> windowsOf(const model::Source& source, const std::vector<std::uint64_t>& cells,
-                              std::optional<std::uint64_t> slabs) {
-  std::vector<Window> windows;
-  std::uint64_t inWindow = 0;
-  bool wasFlat = true;
-  for (std::size_t i = 0; i < source.slabCount(); ++i) {
-    const model::TimeSpan time = source.timeSpan(i);
-    const bool isFlat = time.begin == time.end;
-    const bool isFull = windows.empty() || (slabs ? i - windows.back().begin >= *slabs
-                                                  : inWindow + cells[i] > kWindowCells);
-    if (isFull || isFlat || wasFlat) {
-      windows.push_back({i, i});
-      inWindow = 0;
-    }
-    windows.back().end = i + 1;
-    inWindow += cells[i];
-    wasFlat = isFlat;
-  }
-  return windows;
-}
-
-/// Whether two attributes are the same but for their values.
-bool areAlike(const Attribute& a, const Attribute& b) {
-  return a.name == b.name && a.domain == b.domain && a.type == b.type &&
-         a.components == b.components;
-}
-
-/// What a first reading of the mesh finds.
-class Survey : public model::Sink {
- public:
-  Result<void> put(const Slab& slab) override {
-    cells_.push_back(slab.connectivity ? slab.connectivity->cells.size() : 0);
-    if (slab.connectivity) noteAttributes(slab);
-    return checker_.put(slab);
-  }
-
-  measure::MeshReport report() { return checker_.finish(); }
-  const std::vector<std::uint64_t>& cells() const { return cells_; }
-  /// Those that every slab has, without rows.
-  const std::vector<Attribute>& attributes() const { return attributes_; }
-  const std::set<std::string>& dropped() const { return dropped_; }
-
- private:
-  void noteAttributes(const Slab& slab) {
-    std::vector<Attribute> its;
-    for (const auto* some : {&slab.connectivity->cellAttributes, &slab.attributes}) {
-      for (const Attribute& one : *some) {
-        its.push_back({one.name, one.domain, one.type, one.components, {}});
-      }
-    }
-    if (cells_.size() == 1) attributes_ = its;
-    dropUnless(its, attributes_);
-    for (const Attribute& one : its) {
-      if (!has(attributes_, one)) dropped_.insert(one.name);
-    }
-  }
-
-  void dropUnless(const std::vector<Attribute>& wanted, std::vector<Attribute>& from) {
-    std::erase_if(from, [&](const Attribute& one) {
-      if (has(wanted, one)) return false;
-      dropped_.insert(one.name);
-      return true;
-    });
-  }
-
-  static bool has(const std::vector<Attribute>& some, const Attribute& wanted) {
-    return std::ranges::any_of(some, [&](const Attribute& one) { return areAlike(one, wanted); });
-  }
-
-  measure::MeshChecker checker_{{.vertexLinks = true}};
-  std::vector<std::uint64_t> cells_;
-  std::vector<Attribute> attributes_;
-  std::set<std::string> dropped_;
-};
 
 /// A window after the first step, with what is left to do.
 struct Simplified {
@@ -138,7 +56,7 @@ class Simplifier {
     for (std::size_t i = window.begin; i < window.end; ++i) {
       auto slab = source_.slab(i);
       if (!slab) return pass(slab.error());
-      slabs.push_back(withAttributes(*slab, attributes));
+      slabs.push_back(withOnly(attributes, *slab));
     }
     return slabs;
   }
@@ -202,24 +120,6 @@ class Simplifier {
   Result<void> putLast() { return sink_.put(slabOf(std::move(last_->patch), timeScale_)); }
 
  private:
-  /// The slab with these attributes only.
-  static std::shared_ptr<const Slab> withAttributes(const std::shared_ptr<const Slab>& slab,
-                                                    const std::vector<Attribute>& wanted) {
-    const auto isUnwanted = [&](const Attribute& one) {
-      return std::ranges::none_of(wanted, [&](const Attribute& it) { return areAlike(one, it); });
-    };
-    if (std::ranges::none_of(slab->attributes, isUnwanted) &&
-        std::ranges::none_of(slab->connectivity->cellAttributes, isUnwanted)) {
-      return slab;
-    }
-    auto kept = std::make_shared<Slab>(*slab);
-    auto connectivity = std::make_shared<model::Connectivity>(*slab->connectivity);
-    std::erase_if(kept->attributes, isUnwanted);
-    std::erase_if(connectivity->cellAttributes, isUnwanted);
-    kept->connectivity = std::move(connectivity);
-    return kept;
-  }
-
   /// Each vertex that is in a slice, and the middle of each edge that is long against the largest
   /// error.
   void addSamples(Patch& patch) const {
@@ -289,10 +189,10 @@ Result<void> checkOptions(const SimplifyOptions& options) {
   return {};
 }
 
-Result<void> checkPreserved(const std::string& name, const Survey& survey) {
+Result<void> checkPreserved(const std::string& name, const std::vector<Attribute>& common) {
   if (name.empty()) return {};
   std::vector<std::string> names;
-  for (const Attribute& attribute : survey.attributes()) {
+  for (const Attribute& attribute : common) {
     if (attribute.domain == model::Domain::Cell) names.push_back(attribute.name);
   }
   if (std::ranges::find(names, name) != names.end()) return {};
@@ -303,6 +203,26 @@ Result<void> checkPreserved(const std::string& name, const Survey& survey) {
           names.empty() ? "there is none" : fmt::format("there is {}", fmt::join(names, ", "))));
 }
 
+/// What a first reading of the mesh finds.
+struct Survey {
+  measure::MeshReport mesh;
+  CommonAttributes attributes;
+};
+
+Result<Survey> surveyOf(const model::Source& source, const measure::CheckOptions& options) {
+  measure::MeshChecker checker(options);
+  Survey survey;
+  model::Tee both({&checker, &survey.attributes});
+  if (auto read = model::pump(source, both); !read) return pass(read.error());
+  survey.mesh = checker.finish();
+  if (survey.mesh.valid()) return survey;
+  const auto& issues = survey.mesh.issues.issues;
+  const auto error = std::ranges::find(issues, measure::Severity::Error, &measure::Issue::severity);
+  return invalid(fmt::format("only a closed, oriented and manifold mesh can be simplified: {}",
+                             error->message),
+                 {}, Remedy::Recover);
+}
+
 double powerOfTwoNear(double scale) { return std::exp2(std::round(std::log2(scale))); }
 
 }  // namespace
@@ -310,30 +230,32 @@ double powerOfTwoNear(double scale) { return std::exp2(std::round(std::log2(scal
 Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptions& options,
                                 model::Sink& sink, const model::Progress& progress) {
   if (auto sound = checkOptions(options); !sound) return pass(sound.error());
-  Survey survey;
-  if (auto read = model::pump(source, survey); !read) return pass(read.error());
-  const measure::MeshReport before = survey.report();
-  if (!before.valid()) {
-    const auto& issues = before.issues.issues;
-    const auto error =
-        std::ranges::find(issues, measure::Severity::Error, &measure::Issue::severity);
-    return invalid(fmt::format("only a closed, oriented and manifold mesh can be simplified: {}",
-                               error->message),
-                   {}, Remedy::Recover);
+  if (source.slabCount() == 0) return invalid("the mesh has no cells");
+  const auto all = windowsOf(source, options.windowSlabs);
+  if (!all) return pass(all.error());
+  const auto windows = windowsOfPart(*all, options.part);
+  if (!windows) return pass(windows.error());
+  const measure::CheckOptions asPart = {.vertexLinks = true,
+                                        .goesOnBefore = !options.part.isFirst(),
+                                        .goesOnAfter = !options.part.isLast()};
+  const auto sound =
+      surveyOf(model::SourcePart(source, windows->front().begin, windows->back().end), asPart);
+  if (!sound) return pass(sound.error());
+  const auto& [before, common] = *sound;
+  if (auto known = checkPreserved(options.preserve, common.attributes()); !known) {
+    return pass(known.error());
   }
-  if (auto known = checkPreserved(options.preserve, survey); !known) return pass(known.error());
-  measure::MeshChecker after;
+  measure::MeshChecker after(asPart);
   model::Tee both({&after, &sink});
   Simplifier simplifier(source, options, powerOfTwoNear(options.timeScale), both);
-  const auto windows = windowsOf(source, survey.cells(), options.windowSlabs);
   Result<void> done;
   using Read = std::shared_ptr<const Result<Slabs>>;
   using Made = std::shared_ptr<Result<Simplified>>;
   model::inOrder<Read, Made>(
-      windows.size(), model::threadCount(),
+      windows->size(), model::threadCount(),
       [&](std::size_t i) {
         return std::make_shared<const Result<Slabs>>(
-            simplifier.read(windows[i], survey.attributes()));
+            simplifier.read((*windows)[i], common.attributes()));
       },
       [&](const Read& slabs) {
         return std::make_shared<Result<Simplified>>(
@@ -341,7 +263,7 @@ Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptio
       },
       [&, count = 0.0](const Made& made) mutable {
         done = *made ? simplifier.add(std::move(**made)) : Result<void>(pass(made->error()));
-        if (progress) progress(++count / static_cast<double>(windows.size()));
+        if (progress) progress(++count / static_cast<double>(windows->size()));
         return done.has_value();
       });
   if (done) done = simplifier.putLast();
@@ -355,7 +277,8 @@ Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptio
   report.vertices = result.vertices;
   report.hypervolume = result.hypervolume;
   report.maxError = options.maxError;
-  report.droppedAttributes = survey.dropped();
+  report.slabs = {windows->front().begin, windows->back().end};
+  report.droppedAttributes = common.others();
   return report;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <set>
 #include <string>
 
+#include "t4d/model/part.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::edit {
@@ -21,9 +23,14 @@ struct SimplifyOptions {
   std::string preserve = {};
   /// The slabs that become one; without it, as many as have some hundred thousand cells.
   std::optional<std::uint64_t> windowSlabs = {};
+  /// Only some of the windows. Layers where parts meet stay as they are, so parts that are
+  /// simplified with the same options fit together (formats::joinT4d).
+  model::Part part = {};
 };
 
+/// Of a part: of its slabs alone.
 struct SimplifyReport {
+  std::array<std::size_t, 2> slabs = {};  ///< of the source: from this up to, not including, that
   std::uint64_t cellsBefore = 0;
   std::uint64_t cells = 0;
   std::uint64_t verticesBefore = 0;
@@ -48,8 +55,9 @@ struct SimplifyReport {
 /// on both sides of it. So two windows, and one more for each thread, are in memory. The result
 /// does not depend on the number of threads.
 ///
-/// Reads the mesh twice. Fails for one that is not closed, oriented and manifold, unless it is so
-/// at the apex of a cap that is a cone, and for options that contradict themselves.
+/// Reads the mesh, or its part, twice. Fails for one that is not closed, oriented and manifold,
+/// unless it is so at the apex of a cap that is a cone, for options that contradict themselves, and
+/// for more parts than windows.
 Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptions& options,
                                 model::Sink& sink, const model::Progress& progress = {});
 

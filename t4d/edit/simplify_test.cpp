@@ -1,5 +1,6 @@
 #include "t4d/edit/simplify.h"
 
+#include <cstring>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -145,6 +146,104 @@ TEST(Simplify, LayersBetweenWindowsAreSharedAndTimesKept) {
     const model::Slab& above = made.mesh.slabs()[i];
     EXPECT_EQ(below.timeEnd, above.timeBegin);
     EXPECT_TRUE(std::ranges::equal(below.upperLayer(), above.lowerLayer()));
+  }
+}
+
+TEST(Simplify, PartsFitTogetherAndAddUp) {
+  const model::Mesh mesh = wovenField(fixtures::translatingSphere(4, {3, 1, 2}), 8);
+  const auto before = measure::checkMesh(mesh);
+  SimplifyOptions options{.ratio = 0.3, .timeScale = 4, .windowSlabs = 1};
+  for (const std::uint64_t count : {2, 3, 5}) {
+    model::Mesh all;
+    SimplifyReport sum;
+    for (std::uint64_t number = 1; number <= count; ++number) {
+      options.part = {number, count};
+      const auto made = simplified(mesh, options);
+      EXPECT_EQ(made.report.slabs[0], sum.slabs[1]);
+      sum.slabs[1] = made.report.slabs[1];
+      sum.cellsBefore += made.report.cellsBefore;
+      sum.cells += made.report.cells;
+      sum.hypervolumeBefore += made.report.hypervolumeBefore;
+      sum.hypervolume += made.report.hypervolume;
+      for (const model::Slab& slab : made.mesh.slabs()) ASSERT_TRUE(all.put(slab));
+    }
+    const auto after = measure::checkMesh(all, {.vertexLinks = true});
+    ASSERT_TRUE(after && after->valid()) << count;
+    EXPECT_EQ(sum.slabs[1], mesh.slabCount());
+    EXPECT_EQ(sum.cellsBefore, before->tetrahedra);
+    EXPECT_EQ(sum.cells, after->tetrahedra);
+    EXPECT_LT(sum.cells, sum.cellsBefore * 7 / 10);
+    EXPECT_NEAR(after->hypervolume, before->hypervolume, 1e-11 * before->hypervolume);
+    EXPECT_NEAR(sum.hypervolumeBefore, before->hypervolume, 1e-11 * before->hypervolume);
+    EXPECT_NEAR(sum.hypervolume, after->hypervolume, 1e-11 * before->hypervolume);
+  }
+  options.part = {1, mesh.slabCount() + 1};
+  model::Mesh into;
+  const auto tooMany = simplify(mesh, options, into);
+  ASSERT_FALSE(tooMany);
+  EXPECT_EQ(tooMany.error().code, ErrorCode::Options);
+}
+
+/// The mesh with an attribute `half` of cells, 1 beyond x = middle, and one of vertices, `warmth`,
+/// x + 2 t.
+model::Mesh withAttributes(const model::Mesh& mesh, double middle) {
+  model::Mesh made;
+  for (model::Slab slab : mesh.slabs()) {
+    auto connectivity = std::make_shared<model::Connectivity>(*slab.connectivity);
+    std::vector<std::uint8_t> half;
+    for (const model::Cell& cell : connectivity->cells) {
+      double x = 0;
+      for (const std::uint32_t corner : cell) x += slab.vertices[corner][0] / 4;
+      half.push_back(x > middle ? 1 : 0);
+    }
+    std::vector<double> warmth;
+    for (const model::Point4& at : slab.vertices) warmth.push_back(at[0] + 2 * at[3]);
+    connectivity->cellAttributes.push_back(model::makeAttribute("half", model::Domain::Cell, half));
+    slab.attributes.push_back(model::makeAttribute("warmth", model::Domain::Vertex, warmth));
+    slab.connectivity = std::move(connectivity);
+    EXPECT_TRUE(made.put(slab));
+  }
+  return made;
+}
+
+/// How far the vertices between cells of two halves are from the plane that parts them.
+double farthestBorder(const model::Mesh& mesh, double middle) {
+  double farthest = 0;
+  for (const model::Slab& slab : mesh.slabs()) {
+    const auto& attributes = slab.connectivity->cellAttributes;
+    EXPECT_EQ(attributes.size(), 1U);
+    std::vector<int> seen(slab.vertices.size());
+    for (std::size_t i = 0; i < slab.connectivity->cells.size(); ++i) {
+      const int half = 1 << static_cast<int>(*attributes[0].row(i));
+      for (const std::uint32_t corner : slab.connectivity->cells[i]) seen[corner] |= half;
+    }
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i] == 3) farthest = std::max(farthest, std::abs(slab.vertices[i][0] - middle));
+    }
+  }
+  return farthest;
+}
+
+TEST(Simplify, BordersBetweenValuesStayAndAttributesOfVerticesAreInterpolated) {
+  constexpr double kMiddle = 1.5;
+  const model::Mesh mesh =
+      withAttributes(wovenField(fixtures::translatingSphere(8, {3, 1, 2}), 8), kMiddle);
+  const double before = farthestBorder(mesh, kMiddle);
+  const SimplifyOptions options{.ratio = 0.2, .timeScale = 4};
+  EXPECT_GT(farthestBorder(simplified(mesh, options).mesh, kMiddle), before + 1);
+  SimplifyOptions preserving = options;
+  preserving.preserve = "half";
+  const auto made = simplified(mesh, preserving);
+  EXPECT_LT(made.report.cells, made.report.cellsBefore * 3 / 10);
+  EXPECT_LT(farthestBorder(made.mesh, kMiddle), before + 0.5);
+  EXPECT_TRUE(made.report.droppedAttributes.empty());
+  for (const model::Slab& slab : made.mesh.slabs()) {
+    ASSERT_EQ(slab.attributes.size(), 1U);
+    for (std::size_t i = 0; i < slab.vertices.size(); ++i) {
+      double warmth = 0;
+      std::memcpy(&warmth, slab.attributes[0].row(i), sizeof(warmth));
+      EXPECT_NEAR(warmth, slab.vertices[i][0] + 2 * slab.vertices[i][3], 1) << i;
+    }
   }
 }
 

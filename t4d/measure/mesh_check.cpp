@@ -172,6 +172,7 @@ void MeshChecker::reportFacets(const std::vector<model::Facet>& facets, const ch
 
 /// Checks the layer between the previous slab and `after`; either is absent at an end of the mesh.
 void MeshChecker::checkSeam(const model::Slab* after, const CheckedPointer& checkedAfter) {
+  if (!before_ && options_.goesOnBefore) return;
   const std::uint32_t upper = before_ ? before_->connectivity->upperCount : 0;
   if (after != nullptr && before_) {
     if (upper == after->connectivity->lowerCount) {
@@ -302,11 +303,12 @@ bool MeshChecker::enclosesSomething() const {
 }
 
 MeshReport MeshChecker::finish() {
-  checkSeam(nullptr, nullptr);
+  if (!options_.goesOnAfter) checkSeam(nullptr, nullptr);
+  const bool isPart = options_.goesOnBefore || options_.goesOnAfter;
   report_.components = components_.count();
   if (report_.tetrahedra == 0) {
     report_.issues.add({"no-cells", Severity::Error, "the mesh has no cells", {}, {}});
-  } else if (report_.closed && report_.oriented && !enclosesSomething()) {
+  } else if (!isPart && report_.closed && report_.oriented && !enclosesSomething()) {
     report_.issues.add({"inside-out",
                         Severity::Error,
                         fmt::format("the enclosed hypervolume is {}: the mesh is inside out or "

@@ -63,6 +63,10 @@ struct MeshReport {
 
 struct CheckOptions {
   bool vertexLinks = false;  ///< the deep check: every vertex is manifold
+  /// The slabs are a part of a mesh, which goes on before the first or after the last of them: that
+  /// layer is open, and what they enclose may be negative.
+  bool goesOnBefore = false;
+  bool goesOnAfter = false;
 };
 
 struct SlabMeasure;

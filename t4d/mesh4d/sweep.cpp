@@ -161,7 +161,7 @@ class Sweeper {
   Result<SweepReport> run(bool lookForFolds, bool statesPoses) {
     statesPoses_ = statesPoses;
     report_.steps = keys_.count() - 1;
-    const SweepPart& part = options_.part;
+    const model::Part& part = options_.part;
     if (report_.steps < part.count) {
       return invalid(fmt::format("the motion has {} step{}, too few for {} parts", report_.steps,
                                  report_.steps == 1 ? "" : "s", part.count),
@@ -171,12 +171,12 @@ class Sweeper {
     // Both ends are filled first, so that an end that cannot be filled is found at once.
     std::optional<Cap> startCap;
     std::optional<Cap> endCap;
-    if (part.number == 1) {
+    if (part.isFirst()) {
       auto filled = fill(0, nullptr);
       if (!filled) return pass(filled.error());
       startCap = std::move(*filled);
     }
-    if (part.number == part.count) {
+    if (part.isLast()) {
       auto filled = fill(keys_.count() - 1, startCap ? &*startCap : nullptr);
       if (!filled) return pass(filled.error());
       endCap = std::move(*filled);

@@ -12,24 +12,20 @@
 #include "t4d/mesh4d/step_crossings.h"
 #include "t4d/mesh4d/steps.h"
 #include "t4d/model/motion.h"
+#include "t4d/model/part.h"
 #include "t4d/model/slab.h"
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/model/vertex_keys.h"
 
 namespace t4d::mesh4d {
 
-/// One of several parts of a sweep, each with about the same number of steps. Only the first has
-/// the start cap, and only the last the end cap: together they are the sweep.
-struct SweepPart {
-  std::uint64_t number = 1;  ///< from 1 to count
-  std::uint64_t count = 1;
-};
-
 struct SweepOptions {
   StepRule steps = MinVolumeRatio{};  ///< of a motion; keys are steps already
   CapMethod caps = CapMethod::TetGen;
   PrismSplit prism = PrismSplit::Fourteen;
-  SweepPart part = {};
+  /// Parts have about the same number of steps. Only the first has the start cap, and only the last
+  /// the end cap: together they are the sweep.
+  model::Part part = {};
 };
 
 struct SweepReport {

@@ -10,6 +10,7 @@
 
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/compare.h"
+#include "t4d/model/source_part.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/time_scale.h"
 
@@ -47,6 +48,7 @@ Result<edit::SimplifyOptions> optionsOf(const SimplifyOptions& wanted, const Inp
   options.timeScale = timeScale;
   options.preserve = wanted.preserve;
   options.windowSlabs = wanted.windowSlabs;
+  options.part = wanted.part;
   options.ratio = wanted.ratio;
   options.maxError = wanted.maxError;
   if (wanted.cells) {
@@ -104,8 +106,10 @@ void add(const edit::SimplifyReport& body, edit::SimplifyReport& all) {
   all.droppedAttributes.insert(body.droppedAttributes.begin(), body.droppedAttributes.end());
 }
 
+/// Writes the file; `before` are the slabs of each body that it replaces.
 Result<void> write(const Input& input, const edit::SimplifyOptions& options,
-                   const SimplifyOptions& wanted, SimplifyReport& report, Observer& observer) {
+                   const SimplifyOptions& wanted, SimplifyReport& report,
+                   std::vector<model::SourcePart>& before, Observer& observer) {
   auto writer = formats::T4dWriter::create(wanted.output, metadataOf(input, wanted.generator),
                                            {.compression = wanted.compression});
   if (!writer) return pass(writer.error());
@@ -116,6 +120,7 @@ Result<void> write(const Input& input, const edit::SimplifyOptions& options,
         edit::simplify(source, options, writer->body(b), stage->part(source.slabCount()));
     if (!done) return pass(done.error());
     add(*done, report.mesh);
+    before.emplace_back(source, done->slabs[0], done->slabs[1]);
   }
   const auto bytes = finishEdited(*writer, input);
   if (!bytes) return pass(bytes.error());
@@ -134,18 +139,27 @@ Result<void> compareSlices(const Input& before, const Input& after, const Simpli
   constexpr double kTolerance = 1e-3;  // of the diagonal of two slices
   const auto times = model::evenTimes(model::timeSpanOf(before.bodies), wanted.times);
   const auto stage = observer.stage("comparing slices", times.size(), "slices");
+  const auto isKept = [&, pairs = std::min(wanted.pairs, times.size())](std::size_t at) {
+    for (std::size_t i = 0; i < pairs; ++i) {
+      if (at == (pairs == 1 ? 0 : i * (times.size() - 1) / (pairs - 1))) return true;
+    }
+    return false;
+  };
   double sum = 0;
-  for (const double time : times) {
-    const auto a = measure::solidAt(before.bodies, time);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double time = times[i];
+    auto a = measure::solidAt(before.bodies, time);
     if (!a) return pass(a.error());
-    const auto b = measure::solidAt(after.bodies, time);
+    auto b = measure::solidAt(after.bodies, time);
     if (!b) return pass(b.error());
     const double distance = measure::surfaceDistance(*a, *b, kTolerance).hausdorff();
     sum += distance;
+    report.distances.push_back({time, distance});
     if (distance > report.measuredError) {
       report.measuredError = distance;
       report.measuredErrorTime = time;
     }
+    if (isKept(i)) report.pairs.push_back({time, std::move(*a), std::move(*b)});
     if (auto shown = stage->part(1)) shown(1);
   }
   report.meanError = times.empty() ? 0 : sum / static_cast<double>(times.size());
@@ -180,17 +194,20 @@ Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOpti
   report.bytesBefore = input.reader ? input.reader->fileBytes() : 0;
   if (auto noted = noteSweeps(input, observer); !noted) return pass(noted.error());
   const auto begin = std::chrono::steady_clock::now();
-  if (auto done = write(input, *options, wanted, report, observer); !done) {
+  std::vector<model::SourcePart> parts;
+  if (auto done = write(input, *options, wanted, report, parts, observer); !done) {
     return pass(done.error());
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   noteGoal(*options, report.mesh, observer);
+  Input before = input;
+  for (std::size_t b = 0; b < parts.size(); ++b) before.bodies[b].source = &parts[b];
   const auto after = openInput(wanted.output);
   if (!after) return pass(after.error());
-  if (auto done = compareSlices(input, *after, wanted, report, observer); !done) {
+  if (auto done = compareSlices(before, *after, wanted, report, observer); !done) {
     return pass(done.error());
   }
-  if (auto done = measureCells(input, *after, scale->value, report, observer); !done) {
+  if (auto done = measureCells(before, *after, scale->value, report, observer); !done) {
     return pass(done.error());
   }
   return report;
@@ -203,6 +220,12 @@ Result<SimplifyReport> simplify(const Input& input, const SimplifyOptions& optio
   auto report = simplifyAndMeasure(input, options, observer);
   if (!report) return pass(inInput(report.error(), input));
   return report;
+}
+
+measure::Distribution SimplifyReport::heights(std::size_t which) const {
+  const auto& all = measure::kQualityMeasures;
+  const auto height = std::ranges::find(all, "height", &measure::QualityMeasure::name);
+  return quality[which].all(height - all.begin());
 }
 
 std::string jsonOf(const SimplifyReport& report, std::uint64_t peakBytes) {
@@ -218,12 +241,9 @@ std::string jsonOf(const SimplifyReport& report, std::uint64_t peakBytes) {
                         {"measured_error_time", report.measuredErrorTime},
                         {"mean_error", report.meanError},
                         {"time_scale", report.quality[0].timeScale}};
-  std::size_t height = 0;
-  while (measure::kQualityMeasures[height].name != "height") ++height;
-  for (const auto& [name, quality] :
-       {std::pair("height_before", &report.quality[0]), std::pair("height", &report.quality[1])}) {
-    const measure::Distribution heights = quality->all(height);
-    value[name] = {
+  for (const std::size_t which : {0, 1}) {
+    const measure::Distribution heights = report.heights(which);
+    value[which == 0 ? "height_before" : "height"] = {
         {"min", heights.min()}, {"p01", heights.quantile(0.01)}, {"p50", heights.quantile(0.5)}};
   }
   value["bytes_before"] = report.bytesBefore;

@@ -7,6 +7,7 @@
 #include "t4d/formats/triangle_mesh_reader.h"
 #include "t4d/system/temporary_folder.h"
 #include "tools/bench/collided_meshes.h"
+#include "tools/bench/simplified_mesh.h"
 #include "tools/bench/swept_mesh.h"
 #include "tools/bench/whole_commands.h"
 #include "tools/bench/woven_voxels.h"
@@ -68,6 +69,17 @@ Result<bench::Report> measure(const Options& options) {
     }
     return report;
   }
+#if T4D_WITH_MESHOPTIMIZER
+  if (options.backend == "simplify") {
+    report.input = "a woven ball";
+    const auto folder = temporaryFolder(options);
+    if (!folder) return pass(folder.error());
+    if (auto measured = bench::measureSimplifiedMesh(folder->path(), report); !measured) {
+      return pass(measured.error());
+    }
+    return report;
+  }
+#endif
   model::TriangleMesh solid;
   if (options.mesh.empty()) {
     report.input = "icosphere";
@@ -103,9 +115,9 @@ int main(int argc, char** argv) try {
       "Both sides of a ratio are timed in one run. The motion is the paper's screw.");
   Options options;
   app.add_option("--backend", options.backend,
-                 "What to measure: mesh4d (sweeping, files, slicing), voxel4d (weaving) or collide "
-                 "(against frames; where there is CGAL)")
-      ->check(CLI::IsMember({"mesh4d", "voxel4d", "collide"}))
+                 "What to measure: mesh4d (sweeping, files, slicing), voxel4d (weaving), collide "
+                 "(against frames; where there is CGAL) or simplify")
+      ->check(CLI::IsMember({"mesh4d", "voxel4d", "collide", "simplify"}))
       ->capture_default_str();
   app.add_flag(
       "--files", options.files,

@@ -3,8 +3,11 @@
     peers.py pass FILE.npy              numpy: which samples are above 0
     peers.py surfaces FILE.nrrd         VTK: vtkFlyingEdges3D of each frame, in space
     peers.py contour FILE.vtu TIME      VTK: vtkContour3DLinearGrid of all cells, by time
+    peers.py decimate POINTS TRIANGLES RATIO
+                                        fast-simplification: the surface with these doubles and
+                                        32-bit integers
 
-Loading Python, numpy and VTK does not count; reading the file does, but for the .vtu.
+Loading Python, numpy and VTK does not count; reading the file does, but for the .vtu and the surface.
 """
 
 import json
@@ -68,6 +71,16 @@ def contour(path, time_of_slice):
     return seconds, cut.GetOutput().GetNumberOfPolys()
 
 
+def decimate(points, triangles, ratio):
+    import fast_simplification
+
+    points = numpy.fromfile(points).reshape(-1, 3)
+    triangles = numpy.fromfile(triangles, numpy.uint32).reshape(-1, 3)
+    begin = time.perf_counter()
+    _, left = fast_simplification.simplify(points, triangles, 1 - float(ratio))
+    return time.perf_counter() - begin, len(left)
+
+
 def timed(work, *arguments):
     begin = time.perf_counter()
     result = work(*arguments)
@@ -76,10 +89,10 @@ def timed(work, *arguments):
 
 def main():
     what, arguments = sys.argv[1], sys.argv[2:]
-    if what != "pass":
+    if what in ("surfaces", "contour"):
         import vtkmodules.all  # noqa: F401
-    if what == "contour":
-        seconds, result = contour(*arguments)
+    if what in ("contour", "decimate"):
+        seconds, result = {"contour": contour, "decimate": decimate}[what](*arguments)
     else:
         seconds, result = timed({"pass": pass_over, "surfaces": surfaces}[what], *arguments)
     print(json.dumps({"seconds": seconds, "result": result}))

@@ -16,9 +16,6 @@ constexpr std::uint32_t kSide = 480;
 
 constexpr std::string_view kCollideStyle = R"(
 .pair { display: grid; grid-template-columns: repeat(3, 1fr); gap: 16px; margin: 0 0 16px; }
-figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
-figure img { width: 100%; height: auto; display: block; }
-figcaption { font-size: 13px; color: var(--soft); }
 @media (max-width: 900px) { .pair { grid-template-columns: 1fr; } }
 )";
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "t4d/measure/compare.h"
+#include "tools/program/pair_pictures.h"
 
 namespace t4d::tools {
 
@@ -55,13 +56,6 @@ struct Comparison {
   std::optional<double> meanDifference() const;
   /// The largest Hausdorff distance over the times when both solids exist.
   double largestHausdorff() const;
-};
-
-/// A pair of solids to render.
-struct SolidPair {
-  double time = 0;
-  model::TriangleMesh a;
-  model::TriangleMesh b;
 };
 
 /// The contents of the page.

@@ -31,10 +31,7 @@ std::string envelopePage(const EnvelopeReport& report) {
   }
   html += "</table>\n";
   return htmlPage(report.title,
-                  ".solids { display: grid; grid-template-columns: repeat(2, 1fr); gap: 16px; }\n"
-                  "figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px; "
-                  "}\nfigure img { width: 100%; height: auto; display: block; }\n"
-                  "figcaption { font-size: 13px; color: var(--soft); }\n",
+                  ".solids { display: grid; grid-template-columns: repeat(2, 1fr); gap: 16px; }\n",
                   html);
 }
 

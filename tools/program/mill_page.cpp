@@ -15,9 +15,6 @@ constexpr std::uint32_t kPixels = 400;
 
 constexpr std::string_view kStyle = R"(
 .workpieces { display: grid; grid-template-columns: repeat(3, 1fr); gap: 16px; margin: 0 0 16px; }
-figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
-figure img { width: 100%; height: auto; display: block; }
-figcaption { font-size: 13px; color: var(--soft); }
 @media (max-width: 900px) { .workpieces { grid-template-columns: repeat(2, 1fr); } }
 )";
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "t4d/model/part.h"
 #include "t4d/model/times.h"
 
 namespace t4d::tools {
@@ -32,6 +33,17 @@ inline std::optional<std::vector<double>> numbersBetween(std::string_view text, 
     if (end == std::string_view::npos) return numbers;
     text.remove_prefix(end + 1);
   }
+}
+
+/// Part K of N of K/N, whole numbers with K from 1 to N.
+inline std::optional<model::Part> partOf(std::string_view text) {
+  const auto numbers = numbersBetween(text, '/');
+  if (!numbers || numbers->size() != 2) return std::nullopt;
+  const double number = (*numbers)[0];
+  const double count = (*numbers)[1];
+  if (!(number >= 1 && number <= count && count <= 1e9)) return std::nullopt;
+  if (number != std::floor(number) || count != std::floor(count)) return std::nullopt;
+  return model::Part{static_cast<std::uint64_t>(number), static_cast<std::uint64_t>(count)};
 }
 
 /// The times of A:B:N, evenly spaced from A to B, with N a whole number from 1 to `most`.

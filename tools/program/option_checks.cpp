@@ -93,13 +93,13 @@ CLI::Validator noLoneCopy() {
   return checked("0 or at least 2", [](const std::string& text) { return text != "1"; });
 }
 
-CLI::Validator partOf() {
-  return checked("K/N with whole numbers, K from 1 to N", [](const std::string& text) {
-    const auto numbers = numbersBetween(text, '/');
-    const auto isWhole = [](double number) { return number == std::floor(number); };
-    return numbers && numbers->size() == 2 && std::ranges::all_of(*numbers, isWhole) &&
-           (*numbers)[0] >= 1 && (*numbers)[0] <= (*numbers)[1] && (*numbers)[1] <= 1e9;
-  });
+void addPartOption(CLI::App& command, std::optional<model::Part>& part, const std::string& help) {
+  command
+      .add_option_function<std::string>(
+          "--part", [&part](const std::string& text) { part = partOf(text); }, help)
+      ->check(checked("K/N with whole numbers, K from 1 to N",
+                      [](const std::string& text) { return partOf(text).has_value(); }))
+      ->type_name("K/N");
 }
 
 CLI::Validator evenTimesUpTo(std::uint64_t most) {

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "t4d/model/error.h"
+#include "t4d/model/part.h"
 
 /// Validators for option values. A rejected value is a usage error; CLI11 puts the option's name
 /// before the message.
@@ -34,8 +35,8 @@ CLI::Validator wholeNumber(std::uint64_t least, std::uint64_t most);
 /// Not 1.
 CLI::Validator noLoneCopy();
 
-/// K/N, part K of N: whole numbers, K from 1 to N.
-CLI::Validator partOf();
+/// `--part K/N`, part K of N: whole numbers, K from 1 to N.
+void addPartOption(CLI::App& command, std::optional<model::Part>& part, const std::string& help);
 
 /// A:B:N, see timesOf in numbers.h.
 CLI::Validator evenTimesUpTo(std::uint64_t most);

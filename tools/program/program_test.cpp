@@ -2523,10 +2523,36 @@ TEST_F(Program, SimplifyKeepsItsPromise) {
   EXPECT_NE(swept.err.find("is small as it is"), std::string::npos) << swept.err;
   EXPECT_TRUE(
       run("simplify cube.t4d --ratio 0.5 --json -o half.t4d").value()["max_error"].is_null());
+  EXPECT_EQ(run("simplify cube.t4d --ratio 0.5 --html page.html -o half.t4d").exitCode, 0);
+  for (const char* said : {"<h2>The solids</h2>", "b: half.t4d, by its distance from a"}) {
+    EXPECT_NE(contents(folder_ / "page.html").find(said), std::string::npos) << said;
+  }
+  misused("simplify cube.t4d --ratio 0.5 --html half.t4d -o half.t4d", "two outputs");
   misused("simplify cube.t4d --ratio 2 -o out.t4d", "not above 0 and at most 1");
   misused("simplify cube.t4d --max-error 1e-12 -o out.t4d", "allow at least");
   misused("simplify cube.t4d --ratio 0.5 --preserve nothing -o out.t4d", "no attribute 'nothing'");
   misused("simplify cube.t4d --ratio 0.5 -o cube.t4d", "input");
+}
+
+TEST_F(Program, PartsOfASimplifiedMeshAreJoined) {
+  ASSERT_EQ(run("weave fx/labels.nrrd --label 2 -o woven.t4d").exitCode, 0);
+  std::uint64_t cells = 0;
+  std::string parts;
+  for (const char* number : {"1", "2", "3"}) {
+    const std::string part = fmt::format("part-{}.t4d", number);
+    const json done = run(fmt::format("simplify woven.t4d --ratio 0.5 --time-scale 1 --window 1 "
+                                      "--part {}/3 --json -o {}",
+                                      number, part))
+                          .value();
+    cells += done["cells"].get<std::uint64_t>();
+    parts += part + " ";
+  }
+  ASSERT_EQ(run("join " + parts + "-o joined.t4d").exitCode, 0);
+  const json valid = run("validate joined.t4d --deep --json").value();
+  EXPECT_EQ(valid["tetrahedra"], cells);
+  EXPECT_LT(cells, run("info woven.t4d --json").value()["bodies"][0]["tetrahedra"]);
+  misused("simplify woven.t4d --ratio 0.5 --part 4/3 -o out.t4d", "K from 1 to N");
+  misused("simplify woven.t4d --ratio 0.5 --window 1 --part 1/99 -o out.t4d", "fewer parts");
 }
 
 TEST_F(Program, MillSaysWhatItRemovesAndWhatIsWrong) {

@@ -26,9 +26,6 @@ constexpr Colour kBadCell = {0.90F, 0.36F, 0.20F};
 constexpr std::string_view kQualityStyle = R"(
 .solids { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(360px, 100%), 1fr));
   gap: 16px; margin: 0 0 16px; }
-figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
-figure img { width: 100%; height: auto; display: block; }
-figcaption { font-size: 13px; color: var(--soft); }
 )";
 
 /// The share of the cells over the value of a measure, in bars of equal width on a logarithmic axis
@@ -97,14 +94,8 @@ ColourAt byRadiusRatio(const model::TriangleMesh& solid, double worst) {
 }  // namespace
 
 std::string qualityPage(const QualityPage& page, const measure::MeshQuality& quality) {
-  std::string html = fmt::format("<p>{}</p>\n<div class=\"scroll\"><table>\n", escaped(page.scale));
-  for (const std::vector<std::string>& row : page.table) {
-    const char* tag = &row == &page.table.front() ? "th" : "td";
-    html += "<tr>";
-    for (const std::string& cell : row) html += fmt::format("<{0}>{1}</{0}>", tag, escaped(cell));
-    html += "</tr>\n";
-  }
-  html += "</table></div>\n<h2>Histograms</h2>\n";
+  std::string html = fmt::format("<p>{}</p>\n", escaped(page.scale)) + tableOf(page.table) +
+                     "<h2>Histograms</h2>\n";
   if (quality.flat > 0) {
     html += fmt::format("<p>{} without volume: not shown where a measure is 0 or infinite.</p>\n",
                         counted(quality.flat, "cell"));

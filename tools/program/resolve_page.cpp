@@ -25,9 +25,6 @@ constexpr std::uint32_t kResolvePixels = 480;
 constexpr std::string_view kResolveStyle = R"(
 .solids { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(360px, 100%), 1fr));
   gap: 16px; margin: 0 0 16px; }
-figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
-figure img { width: 100%; height: auto; display: block; }
-figcaption { font-size: 13px; color: var(--soft); }
 )";
 
 std::string inBrackets(const std::string& unit) {

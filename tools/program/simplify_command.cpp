@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include "t4d/formats/output_file.h"
 #include "t4d/verbs/simplify.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/simplify_page.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/version.h"
 
@@ -16,6 +18,8 @@ struct SimplifyArguments {
   std::string input;
   InputOptions only;
   verbs::SimplifyOptions simplify;
+  std::optional<model::Part> part;
+  std::string html;
   bool json = false;
 };
 
@@ -33,17 +37,44 @@ void printReport(const verbs::SimplifyReport& report, const std::string& output)
   if (mesh.maxError) print("  no slice is farther than {:.4g} from the original\n", *mesh.maxError);
   print("  measured: at most {:.4g}, at time {:.6g}; in the mean {:.4g}\n", report.measuredError,
         report.measuredErrorTime, report.meanError);
+  const auto before = report.heights(0);
+  const auto after = report.heights(1);
+  print("  height of cells: least {:.3g}, before {:.3g}; median {:.3g}, before {:.3g}\n",
+        after.min(), before.min(), after.quantile(0.5), before.quantile(0.5));
   print("  {}, before {}, {:.2f} s, peak memory {}\n", sizeText(report.bytes),
         sizeText(report.bytesBefore), report.seconds, sizeText(peakBytes()));
 }
 
+/// Why these options cannot be.
+std::optional<std::string> misuseOf(const SimplifyArguments& options) {
+  const std::array outputs = {options.simplify.output, options.html};
+  for (const std::string& output : outputs) {
+    if (output.empty()) continue;
+    if (auto misuse = misuseOfOutput(output, {&options.input, 1})) return misuse;
+  }
+  return misuseOfOutputs(outputs);
+}
+
+Result<void> writePage(const SimplifyArguments& options, const formats::Metadata& metadata,
+                       verbs::SimplifyReport report, formats::OutputFile& file) {
+  const std::string page =
+      simplifyPage(options.input, options.simplify.output, metadata, std::move(report));
+  return file.write(page.data(), page.size()).and_then([&] { return file.commit(); });
+}
+
 int run(SimplifyArguments& options) {
-  if (const auto misuse = misuseOfOutput(options.simplify.output, {&options.input, 1})) {
-    return wrongUsage(*misuse);
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  std::optional<formats::OutputFile> page;
+  if (!options.html.empty()) {
+    auto file = formats::OutputFile::create(options.html);
+    if (!file) return report(file.error());
+    page = std::move(*file);
+    options.simplify.pairs = 3;
   }
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   options.simplify.generator = versionText();
+  options.simplify.part = options.part.value_or(model::Part());
   ConsoleObserver observer;
   const auto done = verbs::simplify(*input, options.simplify, observer);
   if (!done) return report(done.error());
@@ -52,7 +83,12 @@ int run(SimplifyArguments& options) {
   } else {
     printReport(*done, options.simplify.output);
   }
-  return reportLosses(done->losses);
+  const int exitCode = reportLosses(done->losses);
+  if (page) {
+    const auto written = writePage(options, input->metadata, std::move(*done), *page);
+    if (!written) return report(written.error());
+  }
+  return exitCode;
 }
 
 }  // namespace
@@ -85,8 +121,13 @@ void addSimplify(CLI::App& app, int& exitCode) {
       ->add_option("--window", simplify.windowSlabs,
                    "Number of slabs to join to one (default: 250,000 cells)")
       ->check(wholeNumber(1, std::uint64_t{1} << 32));
+  addPartOption(*command, options->part, "Simplify only part K of N; `t4d join` joins the parts");
   addCompressionOption(*command, simplify.compression);
   options->only.addTo(*command);
+  command
+      ->add_option("--html", options->html,
+                   "Write a page with the numbers and slices of both side by side")
+      ->check(someName());
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
       "Example:\n  t4d simplify ball.t4d --max-error 0.05 -o small.t4d\n"

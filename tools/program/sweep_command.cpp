@@ -50,7 +50,7 @@ struct SweepArguments {
   std::optional<double> maxDeviation;
   std::string caps;  // "" for the backend's default
   std::optional<int> prism;
-  std::string part;  // "" for everything
+  std::optional<model::Part> part;
   std::optional<double> voxelSize;
   voxel4d::FrameTimes times;
   bool mask = false;
@@ -109,7 +109,7 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
       return "--rv-min, --steps, --times and --frame-time are not for an animated glTF; "
              "--tolerance sets its steps";
     }
-    if (!options.part.empty()) return "--part is not for an animated glTF";
+    if (options.part) return "--part is not for an animated glTF";
     return std::nullopt;
   }
   if (formats::lowerCaseExtension(options.models.front()) == ".bvh") {
@@ -143,17 +143,17 @@ std::optional<std::string> misuseOf(const SweepArguments& options) {
   if (const auto misuse = misuseOfMotion(options)) return misuse;
   if (options.voxels()) {
     if (!options.voxelSize) return "--backend voxel4d needs --voxel-size";
-    if (!options.part.empty()) return "--part is for --backend mesh4d";
+    if (options.part) return "--part is for --backend mesh4d";
     return std::nullopt;
   }
   const bool frameTime = options.times.step && !options.hasKeys();
   if (options.voxelSize || options.times.count || frameTime || options.mask || options.between) {
     return "--voxel-size, --frames, --frame-time, --mask and --between are for --backend voxel4d";
   }
-  if (!options.part.empty() && !options.dividedBy.empty()) {
+  if (options.part && !options.dividedBy.empty()) {
     return "--part and --bodies exclude each other";
   }
-  if (!options.part.empty() && options.output.center) {
+  if (options.part && options.output.center) {
     return "--part and --center exclude each other: the parts would not meet";
   }
   if (isVoxelCaps(options.caps)) {
@@ -234,9 +234,7 @@ mesh4d::SweepOptions meshOptions(const SweepArguments& options) {
   how.steps = ruleOf(options);
   how.caps = options.caps == "cone" ? mesh4d::CapMethod::Cone : mesh4d::CapMethod::TetGen;
   how.prism = options.prism == 3 ? mesh4d::PrismSplit::Three : mesh4d::PrismSplit::Fourteen;
-  if (const auto part = numbersBetween(options.part, '/')) {
-    how.part = {static_cast<std::uint64_t>((*part)[0]), static_cast<std::uint64_t>((*part)[1])};
-  }
+  how.part = options.part.value_or(model::Part());
   return how;
 }
 
@@ -694,9 +692,7 @@ void addSweep(CLI::App& app, int& exitCode) {
       ->add_option("--prism", options->prism,
                    "Cells per prism: 14 (default; symmetric, exact volumes) or 3 (fewest cells)")
       ->check(CLI::IsMember({14, 3}));
-  command->add_option("--part", options->part, "Sweep only part K of N; `t4d join` joins the parts")
-      ->check(partOf())
-      ->type_name("K/N");
+  addPartOption(*command, options->part, "Sweep only part K of N; `t4d join` joins the parts");
   command
       ->add_option("--voxel-size", options->voxelSize,
                    "voxel4d: Voxel edge length, in length units")

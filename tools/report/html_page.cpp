@@ -29,6 +29,9 @@ td:first-child, th:first-child { text-align: left; }
 .key.a { color: var(--a); } .key.b { color: var(--b); } .key.d { color: var(--d); }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
 .plots svg { width: 100%; background: var(--card); border-radius: 8px; }
+figure { margin: 0; background: var(--card); border-radius: 8px; padding: 10px 12px 12px; }
+figure img { width: 100%; height: auto; display: block; }
+figcaption { font-size: 13px; color: var(--soft); }
 )";
 
 constexpr std::string_view kPlotStyle = R"(svg text { font-size: 12px; fill: var(--soft); }
@@ -77,6 +80,17 @@ std::string figureOf(std::span<const std::uint8_t> png, std::uint32_t pixels,
       "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{1}\" src=\"data:image/png;base64,{2}\">"
       "<figcaption>{0}</figcaption></figure>\n",
       escaped(caption), pixels, formats::base64(png));
+}
+
+std::string tableOf(const std::vector<std::vector<std::string>>& rows, std::string_view cssClass) {
+  std::string html = fmt::format("<div class=\"scroll\"><table class=\"{}\">\n", cssClass);
+  for (const std::vector<std::string>& row : rows) {
+    const char* tag = &row == &rows.front() ? "th" : "td";
+    html += "<tr>";
+    for (const std::string& cell : row) html += fmt::format("<{0}>{1}</{0}>", tag, escaped(cell));
+    html += "</tr>\n";
+  }
+  return html + "</table></div>\n";
 }
 
 std::string escaped(const std::string& text) {

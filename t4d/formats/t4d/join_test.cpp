@@ -22,7 +22,7 @@ model::Motion quarterTurn() {
 }
 
 /// A part of a sweep.
-std::filesystem::path sweptPart(const std::string& name, const mesh4d::SweepPart& part,
+std::filesystem::path sweptPart(const std::string& name, const model::Part& part,
                                 const T4dWriteOptions& options = {}, double size = 1) {
   const auto path = temporaryPath(name);
   auto writer = T4dWriter::create(path, metadataOf({"cube"}), options);

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::tools {
+
+/// Two solids at one time.
+struct SolidPair {
+  double time = 0;
+  model::TriangleMesh a;
+  model::TriangleMesh b;
+};
+
+/// What is said of pairs that are shown.
+struct PairCaptions {
+  std::string a;
+  std::string b;
+  std::string lengthUnit;  ///< "" if unknown
+  std::string timeUnit;
+  bool zUp = false;
+  double farthest = 0;  ///< the largest Hausdorff distance, of these and other times
+};
+
+/// Pictures of the solids of each pair, plain and coloured by the distance of one from the other,
+/// for a page with `kPairStyle`. All share one scale of lengths and of colours.
+std::string pairPictures(const PairCaptions& captions, std::span<const SolidPair> pairs);
+
+extern const std::string_view kPairStyle;
+
+}  // namespace t4d::tools
