@@ -30,12 +30,9 @@ constexpr std::uint64_t kFewestOfCells = 500;
 enum class Hold : std::uint8_t { Free, Time, Place };
 
 /// An edge that may be collapsed.
-struct Candidate {
+struct Candidate : Collapse {
   double cost;
-  std::uint32_t a;
-  std::uint32_t b;
   std::uint32_t version;  // of both ends when the cost was computed
-  std::uint32_t pull;     // of kPulls
 };
 
 /// Tried one after another, as long as the place turns cells over: towards the middle of the edge,
@@ -71,6 +68,13 @@ class PatchCollapser {
   }
 
   CollapsedPatch run() {
+    if (options_.only != nullptr) {
+      for (const Collapse& one : *options_.only) {
+        if (!complex_.isUsed(one.a) || !complex_.isUsed(one.b)) continue;
+        if (const auto placement = exactPlacement(one)) tryCollapse(one, placement->place);
+      }
+      return finish();
+    }
     while (complex_.liveCells() > options_.cells) {
       queueAll();
       // What was refused may be possible now, but a round for a few edges takes too long.
@@ -177,7 +181,7 @@ class PatchCollapser {
   void push(std::uint32_t a, std::uint32_t b, const Eigen::Vector4d& shared) {
     const auto placement = placementOf(a, b, normals_[a], normals_[b], shared, kPulls[0]);
     if (!placement) return;
-    queue_.push_back({placement->cost, a, b, versions_[a] + versions_[b], 0});
+    queue_.push_back({{a, b, 0}, placement->cost, versions_[a] + versions_[b]});
     if (isHeap_) std::ranges::push_heap(queue_, isLater);
   }
 
@@ -198,9 +202,8 @@ class PatchCollapser {
   }
 
   /// The same with sums of normals that have no rounding errors of earlier collapses.
-  std::optional<VertexPlacement> exactPlacement(const Candidate& candidate) const {
-    const std::uint32_t a = candidate.a;
-    const std::uint32_t b = candidate.b;
+  std::optional<VertexPlacement> exactPlacement(const Collapse& wanted) const {
+    const auto& [a, b, pull] = wanted;
     Eigen::Vector4d normalA = Eigen::Vector4d::Zero();
     Eigen::Vector4d normalB = Eigen::Vector4d::Zero();
     Eigen::Vector4d shared = Eigen::Vector4d::Zero();
@@ -210,7 +213,7 @@ class PatchCollapser {
       if (isCornerOf(cell, b)) shared += normal;
     });
     complex_.eachCell(b, [&](std::uint32_t cell, int) { normalB += normalOf(cell); });
-    return placementOf(a, b, normalA, normalB, shared, kPulls[candidate.pull]);
+    return placementOf(a, b, normalA, normalB, shared, kPulls[pull]);
   }
 
   /// Collapses until the queue is empty or enough cells are gone; returns how often.
@@ -228,7 +231,7 @@ class PatchCollapser {
       if (!placement) continue;
       if (isStale(top, placement->cost)) {
         requeue(top, placement->cost);
-      } else if (tryCollapse(top.a, top.b, placement->place)) {
+      } else if (tryCollapse(top, placement->place)) {
         ++count;
       } else {
         tryNextPull(top);
@@ -258,13 +261,16 @@ class PatchCollapser {
 
   // --- one collapse
 
-  bool tryCollapse(std::uint32_t a, std::uint32_t b, const Eigen::Vector4d& offset) {
+  bool tryCollapse(const Collapse& wanted, const Eigen::Vector4d& offset) {
+    const auto& [a, b, pull] = wanted;
     const Point4 place = placeOf(a, offset);
     if (!isWithinTime(a, place) || !keepsShapes(a, b, place) || !complex_.canCollapse(a, b) ||
         !topology_.staysIf(a, b, place) || !borders_.stayIf(a, b) || !staysNear(a, b, place)) {
       return false;
     }
     collapse(a, b, place);
+    done_.push_back(wanted);
+    if (options_.only == nullptr) queueEdgesOf(a, [](std::uint32_t) { return true; });
     return true;
   }
 
@@ -366,7 +372,6 @@ class PatchCollapser {
     areas_[a] = 0;
     changeNormals(a, 1);
     ++versions_[a];
-    queueEdgesOf(a, [](std::uint32_t) { return true; });
   }
 
   void interpolateAttributes(std::uint32_t a, std::uint32_t b, const Point4& place) {
@@ -401,7 +406,7 @@ class PatchCollapser {
     patch_.cells.assign(complex_.cells().begin(), complex_.cells().end());
     patch_.samples = samples_.take();
     selectFrom(patch_, vertices, cells);
-    return {std::move(patch_), std::move(vertexOf)};
+    return {std::move(patch_), std::move(vertexOf), std::move(done_)};
   }
 
   std::uint32_t rootOf(std::uint32_t vertex) {
@@ -427,6 +432,7 @@ class PatchCollapser {
   std::vector<double> areas_;             // and of their lengths
   std::vector<std::uint32_t> versions_;
   std::vector<std::uint32_t> joinedTo_;
+  std::vector<Collapse> done_;
   std::vector<Candidate> queue_;
   bool isHeap_ = false;
   std::vector<Shared> shared_;

@@ -13,12 +13,21 @@ namespace t4d::edit {
 /// collapse may make, unless a cell that it replaces is worse.
 inline constexpr double kLeastHeight = 0.01;
 
+/// Vertex b joins a, at the place that a pull towards one of several points gives.
+struct Collapse {
+  std::uint32_t a;
+  std::uint32_t b;
+  std::uint32_t pull;
+};
+
 struct CollapseOptions {
   std::uint64_t cells = 0;  ///< stop at this number
   double firstTime = 0;     ///< of the whole mesh, as a length
   double lastTime = 0;
   std::string preserve = {};  ///< a cell attribute whose values keep their borders; "" for none
   const measure::SliceBound* original = nullptr;  ///< to which vertices with a reach stay near
+  /// Only these, in this order, as far as each is possible; null for those that cost least.
+  const std::vector<Collapse>* only = nullptr;
 };
 
 /// What came of the vertices of the patch that was given.
@@ -26,6 +35,7 @@ struct CollapsedPatch {
   Patch patch;
   std::vector<std::uint32_t> vertexOf;  ///< the vertex of `patch` that each has
                                         ///< become; CellComplex::kNone if no cell had it
+  std::vector<Collapse> collapses;      ///< of vertices of the patch given, in order
 };
 
 /// Collapses edges, those that change the shape least first, as long as the mesh stays the same

@@ -16,10 +16,7 @@ using model::Bounds4;
 using model::Cell;
 
 /// After so many, nothing is collapsed.
-constexpr int kTries = 10;
-
-/// The reach of a vertex that stays.
-constexpr double kHeld = -1;
+constexpr int kTries = 30;
 
 /// A cell, told from others by its corners.
 using PlacedCell = std::array<std::array<double, 4>, 4>;
@@ -153,6 +150,33 @@ class NearnessProof {
   std::vector<std::uint32_t> lost_;  // original cells without a proof
 };
 
+/// Marks the vertices that have a cell in common with one that is marked.
+void markNeighbours(const Patch& patch, std::vector<bool>& isMarked) {
+  const std::vector<bool> before = isMarked;
+  for (const Cell& cell : patch.cells) {
+    if (std::ranges::none_of(cell, [&](std::uint32_t v) { return before[v]; })) continue;
+    for (const std::uint32_t corner : cell) isMarked[corner] = true;
+  }
+}
+
+/// The collapses without the last `count` of those that made each vertex that is bad or, if none of
+/// these was made, of those around them.
+std::vector<Collapse> withoutLast(const CollapsedPatch& made, std::vector<bool> isBad,
+                                  std::uint32_t count) {
+  const auto isOfBad = [&](const Collapse& one) { return isBad[made.vertexOf[one.a]]; };
+  while (!made.collapses.empty() && std::ranges::none_of(made.collapses, isOfBad)) {
+    markNeighbours(made.patch, isBad);
+  }
+  std::vector<std::uint32_t> dropped(isBad.size());
+  std::vector<Collapse> kept;
+  for (auto one = made.collapses.rbegin(); one != made.collapses.rend(); ++one) {
+    if (isOfBad(*one) && dropped[made.vertexOf[one->a]]++ < count) continue;
+    kept.push_back(*one);
+  }
+  std::ranges::reverse(kept);
+  return kept;
+}
+
 }  // namespace
 
 Original originalOf(const Patch& patch) { return {patch.vertices, patch.cells}; }
@@ -168,19 +192,18 @@ Original joined(Original one, const Original& other) {
 
 Patch provedCollapse(const Patch& given, const Original& original, double maxError,
                      const CollapseOptions& options) {
-  Patch patch = given;
   const SliceBound toOriginal({original.vertices, original.cells});
   CollapseOptions near = options;
   near.original = &toOriginal;
   NearnessProof proof(given, original, toOriginal, maxError);
+  CollapsedPatch made = collapsed(given, near);
   for (int i = 0; i < kTries; ++i) {
-    CollapsedPatch made = collapsed(patch, near);
     const std::vector<bool> isBad = proof.unproved(made.patch);
     if (std::ranges::find(isBad, true) == isBad.end()) return std::move(made.patch);
-    for (std::uint32_t vertex = 0; vertex < patch.vertexCount(); ++vertex) {
-      const std::uint32_t now = made.vertexOf[vertex];
-      if (now != CellComplex::kNone && isBad[now]) patch.reaches[vertex] = kHeld;
-    }
+    const std::vector<Collapse> fewer =
+        withoutLast(made, isBad, std::uint32_t{1} << std::min(i, 20));
+    near.only = &fewer;
+    made = collapsed(given, near);
   }
   return given;
 }

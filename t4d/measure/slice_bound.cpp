@@ -70,47 +70,71 @@ class View {
   Eigen::Matrix<double, 2, 3> axes_;
 };
 
-/// Whether points lie on two sides of a plane, up to rounding.
-bool areApart(const Point3& normal, std::span<const Point3> some, std::span<const Point3> others) {
-  constexpr double kRounding = 1e-10;
-  const auto rangeOf = [&](std::span<const Point3> points) {
-    std::pair<double, double> range(normal.dot(points[0]), normal.dot(points[0]));
-    for (const Point3& point : points.subspan(1)) {
-      const double height = normal.dot(point);
-      range = {std::min(range.first, height), std::max(range.second, height)};
-    }
-    return range;
-  };
-  const auto [least, most] = rangeOf(some);
-  const auto [otherLeast, otherMost] = rangeOf(others);
-  if (!(most > least)) return false;
-  const double rounding = kRounding * (most - least + otherMost - otherLeast);
-  return otherMost <= least + rounding || otherLeast >= most - rounding;
-}
+/// Where points lie along a direction.
+struct Range {
+  double least = 0;
+  double most = 0;
 
-/// Whether a triangle has no point inside a tetrahedron, which has a volume: a plane lies between
-/// them (the separating axes of two convex polytopes).
-bool isOutside(const std::array<Point3, 3>& triangle, const std::array<Point3, 4>& tetrahedron) {
-  for (int k = 0; k < 3; ++k) {
-    if (areApart(Point3::Unit(k), tetrahedron, triangle)) return true;
+  Range() = default;
+  Range(const Point3& direction, std::span<const Point3> points)
+      : least(direction.dot(points[0])), most(least) {
+    for (const Point3& point : points.subspan(1)) {
+      const double height = direction.dot(point);
+      least = std::min(least, height);
+      most = std::max(most, height);
+    }
   }
-  for (int k = 0; k < 4; ++k) {
-    const Point3& from = tetrahedron[(k + 1) % 4];
-    const Point3 normal = (tetrahedron[(k + 2) % 4] - from).cross(tetrahedron[(k + 3) % 4] - from);
-    if (areApart(normal, tetrahedron, triangle)) return true;
+
+  /// Whether this one, if it has a length, and another have at most an end in common, up to
+  /// rounding.
+  bool isApartFrom(const Range& other) const {
+    constexpr double kRounding = 1e-10;
+    if (!(most > least)) return false;
+    const double rounding = kRounding * (most - least + other.most - other.least);
+    return other.most <= least + rounding || other.least >= most - rounding;
   }
-  const auto side = [&](int i) -> Point3 { return triangle[(i + 1) % 3] - triangle[i]; };
-  if (areApart(side(0).cross(side(1)), tetrahedron, triangle)) return true;
-  for (int i = 0; i < 3; ++i) {
-    for (int a = 0; a < 4; ++a) {
-      for (int b = a + 1; b < 4; ++b) {
-        const Point3 normal = side(i).cross(tetrahedron[b] - tetrahedron[a]);
-        if (areApart(normal, tetrahedron, triangle)) return true;
+};
+
+/// A tetrahedron in space, with the directions along which a triangle is most often apart from it.
+class SeenPart {
+ public:
+  explicit SeenPart(const std::array<Point3, 4>& corners) : corners_(corners) {
+    for (int k = 0; k < 3; ++k) directions_[k] = Point3::Unit(k);
+    for (int k = 0; k < 4; ++k) {
+      const Point3& from = corners[(k + 1) % 4];
+      directions_[3 + k] = (corners[(k + 2) % 4] - from).cross(corners[(k + 3) % 4] - from);
+    }
+    for (std::size_t k = 0; k < directions_.size(); ++k) ranges_[k] = {directions_[k], corners_};
+  }
+
+  const std::array<Point3, 4>& corners() const { return corners_; }
+
+  /// Whether a triangle has no point inside the tetrahedron, which has a volume: a plane lies
+  /// between them (the separating axes of two convex polytopes).
+  bool isApartFrom(const std::array<Point3, 3>& triangle) const {
+    for (std::size_t k = 0; k < directions_.size(); ++k) {
+      if (ranges_[k].isApartFrom(Range(directions_[k], triangle))) return true;
+    }
+    const auto areApart = [&](const Point3& direction) {
+      return Range(direction, corners_).isApartFrom(Range(direction, triangle));
+    };
+    const auto side = [&](int i) -> Point3 { return triangle[(i + 1) % 3] - triangle[i]; };
+    if (areApart(side(0).cross(side(1)))) return true;
+    for (int i = 0; i < 3; ++i) {
+      for (int a = 0; a < 4; ++a) {
+        for (int b = a + 1; b < 4; ++b) {
+          if (areApart(side(i).cross(corners_[b] - corners_[a]))) return true;
+        }
       }
     }
+    return false;
   }
-  return false;
-}
+
+ private:
+  std::array<Point3, 4> corners_;
+  std::array<Point3, 7> directions_;
+  std::array<Range, 7> ranges_;  // of the corners along the directions
+};
 
 double volumeOf(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
   return (b - a).cross(c - a).dot(d - a);
@@ -273,13 +297,13 @@ class SliceBound::Proof {
   /// Sets the ends of the cover that are seen in front of the part.
   bool covers(const Tetrahedron& cell, const View& view, const Corners& part,
               const std::vector<std::uint32_t>& near, double distance) {
-    const std::array<Point3, 4> seen = {view(part[0]), view(part[1]), view(part[2]), view(part[3])};
+    const SeenPart seen({view(part[0]), view(part[1]), view(part[2]), view(part[3])});
     ++cover_;
     ends_.clear();
     for (const std::uint32_t i : near) {
       if (isNearAlong(cell, view.direction(), part, to_[i], distance)) isCover_[i] = cover_;
     }
-    if (!coversAPoint(view, seen, near)) return false;
+    if (!coversAPoint(view, seen.corners(), near)) return false;
     for (const std::uint32_t i : near) {
       if (isCover_[i] == cover_) addEnds(view, seen, i);
     }
@@ -335,7 +359,7 @@ class SliceBound::Proof {
   }
 
   /// Adds the facets of a tetrahedron where the cover ends that are seen in front of the part.
-  void addEnds(const View& view, const std::array<Point3, 4>& seen, std::uint32_t number) {
+  void addEnds(const View& view, const SeenPart& seen, std::uint32_t number) {
     const Tetrahedron& one = to_[number];
     for (int k = 0; k < 4; ++k) {
       const std::uint32_t neighbour = to_.neighbours(number)[k];
@@ -343,7 +367,7 @@ class SliceBound::Proof {
       const std::array<Point3, 3> facet = {view(one.corners[(k + 1) % 4]),
                                            view(one.corners[(k + 2) % 4]),
                                            view(one.corners[(k + 3) % 4])};
-      if (isOutside(facet, seen)) continue;
+      if (seen.isApartFrom(facet)) continue;
       Point3 normal = (facet[1] - facet[0]).cross(facet[2] - facet[0]);
       if (normal.dot(view(one.corners[k]) - facet[0]) > 0) normal = -normal;
       ends_.push_back({facet[0], normal});

@@ -10,6 +10,7 @@
 
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/measure/compare.h"
+#include "t4d/model/in_order.h"
 #include "t4d/model/source_part.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/time_scale.h"
@@ -133,7 +134,18 @@ Result<void> write(const Input& input, const edit::SimplifyOptions& options,
   return {};
 }
 
-/// Compares slices of the file with those of the input.
+/// The slices of both at a time, and their distance.
+Result<std::pair<SlicePair, double>> comparedAt(const Input& before, const Input& after,
+                                                double time, double tolerance) {
+  auto a = measure::solidAt(before.bodies, time);
+  if (!a) return pass(a.error());
+  auto b = measure::solidAt(after.bodies, time);
+  if (!b) return pass(b.error());
+  const double distance = measure::surfaceDistance(*a, *b, tolerance).hausdorff();
+  return std::pair(SlicePair{time, std::move(*a), std::move(*b)}, distance);
+}
+
+/// Compares slices of the file with those of the input, one time on each thread.
 Result<void> compareSlices(const Input& before, const Input& after, const SimplifyOptions& wanted,
                            SimplifyReport& report, Observer& observer) {
   constexpr double kTolerance = 1e-3;  // of the diagonal of two slices
@@ -145,24 +157,34 @@ Result<void> compareSlices(const Input& before, const Input& after, const Simpli
     }
     return false;
   };
+  using Compared = std::shared_ptr<Result<std::pair<SlicePair, double>>>;
+  Result<void> done;
+  model::inOrder<std::size_t, Compared>(
+      times.size(), model::threadCount(), [](std::size_t i) { return i; },
+      [&](std::size_t i) {
+        return std::make_shared<Result<std::pair<SlicePair, double>>>(
+            comparedAt(before, after, times[i], kTolerance));
+      },
+      [&, i = std::size_t{0}](const Compared& compared) mutable {
+        if (!*compared) {
+          done = pass(compared->error());
+          return false;
+        }
+        auto& [pair, distance] = **compared;
+        report.distances.push_back({pair.time, distance});
+        if (isKept(i++)) report.pairs.push_back(std::move(pair));
+        if (auto shown = stage->part(1)) shown(1);
+        return true;
+      });
+  if (!done) return done;
   double sum = 0;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const double time = times[i];
-    auto a = measure::solidAt(before.bodies, time);
-    if (!a) return pass(a.error());
-    auto b = measure::solidAt(after.bodies, time);
-    if (!b) return pass(b.error());
-    const double distance = measure::surfaceDistance(*a, *b, kTolerance).hausdorff();
+  for (const auto& [time, distance] : report.distances) {
     sum += distance;
-    report.distances.push_back({time, distance});
-    if (distance > report.measuredError) {
-      report.measuredError = distance;
-      report.measuredErrorTime = time;
-    }
-    if (isKept(i)) report.pairs.push_back({time, std::move(*a), std::move(*b)});
-    if (auto shown = stage->part(1)) shown(1);
+    if (distance <= report.measuredError) continue;
+    report.measuredError = distance;
+    report.measuredErrorTime = time;
   }
-  report.meanError = times.empty() ? 0 : sum / static_cast<double>(times.size());
+  report.meanError = sum / static_cast<double>(report.distances.size());
   return {};
 }
 
