@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include "t4d/measure/seen_part.h"
 #include "t4d/measure/space_time_tetrahedron.h"
 #include "t4d/measure/space_time_tree.h"
 
@@ -49,92 +50,6 @@ Corners cornersIn(const CellSet& set, const Cell& cell) {
   return {set.vertices[cell[0]], set.vertices[cell[1]], set.vertices[cell[2]],
           set.vertices[cell[3]]};
 }
-
-/// Space-time seen along a direction in space: (u, v, t).
-class View {
- public:
-  explicit View(const Point3& direction) : direction_(direction) {
-    axes_.row(0) = direction.unitOrthogonal().transpose();
-    axes_.row(1) = direction.cross(axes_.row(0).transpose()).transpose();
-  }
-
-  const Point3& direction() const { return direction_; }
-  Point3 inSpace(const Eigen::Vector2d& across) const { return axes_.transpose() * across; }
-  Point3 operator()(const Point4& point) const {
-    const Eigen::Vector2d across = axes_ * point.head<3>();
-    return {across[0], across[1], point[3]};
-  }
-
- private:
-  Point3 direction_;
-  Eigen::Matrix<double, 2, 3> axes_;
-};
-
-/// Where points lie along a direction.
-struct Range {
-  double least = 0;
-  double most = 0;
-
-  Range() = default;
-  Range(const Point3& direction, std::span<const Point3> points)
-      : least(direction.dot(points[0])), most(least) {
-    for (const Point3& point : points.subspan(1)) {
-      const double height = direction.dot(point);
-      least = std::min(least, height);
-      most = std::max(most, height);
-    }
-  }
-
-  /// Whether this one, if it has a length, and another have at most an end in common, up to
-  /// rounding.
-  bool isApartFrom(const Range& other) const {
-    constexpr double kRounding = 1e-10;
-    if (!(most > least)) return false;
-    const double rounding = kRounding * (most - least + other.most - other.least);
-    return other.most <= least + rounding || other.least >= most - rounding;
-  }
-};
-
-/// A tetrahedron in space, with the directions along which a triangle is most often apart from it.
-class SeenPart {
- public:
-  explicit SeenPart(const std::array<Point3, 4>& corners) : corners_(corners) {
-    for (int k = 0; k < 3; ++k) directions_[k] = Point3::Unit(k);
-    for (int k = 0; k < 4; ++k) {
-      const Point3& from = corners[(k + 1) % 4];
-      directions_[3 + k] = (corners[(k + 2) % 4] - from).cross(corners[(k + 3) % 4] - from);
-    }
-    for (std::size_t k = 0; k < directions_.size(); ++k) ranges_[k] = {directions_[k], corners_};
-  }
-
-  const std::array<Point3, 4>& corners() const { return corners_; }
-
-  /// Whether a triangle has no point inside the tetrahedron, which has a volume: a plane lies
-  /// between them (the separating axes of two convex polytopes).
-  bool isApartFrom(const std::array<Point3, 3>& triangle) const {
-    for (std::size_t k = 0; k < directions_.size(); ++k) {
-      if (ranges_[k].isApartFrom(Range(directions_[k], triangle))) return true;
-    }
-    const auto areApart = [&](const Point3& direction) {
-      return Range(direction, corners_).isApartFrom(Range(direction, triangle));
-    };
-    const auto side = [&](int i) -> Point3 { return triangle[(i + 1) % 3] - triangle[i]; };
-    if (areApart(side(0).cross(side(1)))) return true;
-    for (int i = 0; i < 3; ++i) {
-      for (int a = 0; a < 4; ++a) {
-        for (int b = a + 1; b < 4; ++b) {
-          if (areApart(side(i).cross(corners_[b] - corners_[a]))) return true;
-        }
-      }
-    }
-    return false;
-  }
-
- private:
-  std::array<Point3, 4> corners_;
-  std::array<Point3, 7> directions_;
-  std::array<Range, 7> ranges_;  // of the corners along the directions
-};
 
 double volumeOf(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
   return (b - a).cross(c - a).dot(d - a);
@@ -297,11 +212,11 @@ class SliceBound::Proof {
   /// Sets the ends of the cover that are seen in front of the part.
   bool covers(const Tetrahedron& cell, const View& view, const Corners& part,
               const std::vector<std::uint32_t>& near, double distance) {
-    const SeenPart seen({view(part[0]), view(part[1]), view(part[2]), view(part[3])});
+    const SeenPart seen(view, part);
     ++cover_;
     ends_.clear();
     for (const std::uint32_t i : near) {
-      if (isNearAlong(cell, view.direction(), part, to_[i], distance)) isCover_[i] = cover_;
+      if (isNearAlong(cell, view.direction(), seen, to_[i], distance)) isCover_[i] = cover_;
     }
     if (!coversAPoint(view, seen.corners(), near)) return false;
     for (const std::uint32_t i : near) {
@@ -333,16 +248,13 @@ class SliceBound::Proof {
 
   /// Whether a tetrahedron faces the same way as the cell, and is near to the part of it where they
   /// are seen one behind the other.
-  bool isNearAlong(const Tetrahedron& cell, const Point3& direction, const Corners& part,
+  bool isNearAlong(const Tetrahedron& cell, const Point3& direction, const SeenPart& part,
                    const Tetrahedron& other, double distance) const {
-    const double cosine = other.normal.head<3>().dot(direction);
-    if (!(cosine > kLeastCosine)) return false;
-    const auto isWithin = [](const Corners& corners, const Tetrahedron& from, double most) {
-      return std::ranges::all_of(corners, [&](const Point4& corner) {
-        return std::abs(from.normal.dot(corner - from.corners[0])) <= most;
-      });
+    if (!(other.normal.head<3>().dot(direction) > kLeastCosine)) return false;
+    const auto isWithin = [&](const Point4& corner) {
+      return std::abs(cell.normal.dot(corner - cell.corners[0])) <= distance;
     };
-    return isWithin(other.corners, cell, distance) || isWithin(part, other, distance * cosine);
+    return std::ranges::all_of(other.corners, isWithin) || part.isNear(other, distance);
   }
 
   /// Whether a point of the part, as good as any, is seen before one of the cover.
