@@ -15,6 +15,11 @@ using measure::SliceBound;
 using model::Bounds4;
 using model::Cell;
 
+/// Where more than this part of some cells is not near enough, samples are too far apart for their
+/// distance: all is done again with a smaller one.
+constexpr double kMostBad = 0.01;
+constexpr double kSmallerReach = 0.75;
+
 /// After so many, nothing is collapsed.
 constexpr int kTries = 30;
 
@@ -150,6 +155,15 @@ class NearnessProof {
   std::vector<std::uint32_t> lost_;  // original cells without a proof
 };
 
+/// Whether too many cells of a patch are farther from the original than the largest error.
+bool isMostlyFar(const Patch& patch, const SliceBound& toOriginal, double maxError) {
+  constexpr std::size_t kEach = 64;
+  std::vector<Cell> some;
+  for (std::size_t i = 0; i < patch.cells.size(); i += kEach) some.push_back(patch.cells[i]);
+  const auto far = toOriginal.notProvedNear({patch.vertices, some}, maxError);
+  return static_cast<double>(far.size()) > 1 + kMostBad * static_cast<double>(some.size());
+}
+
 /// Marks the vertices that have a cell in common with one that is marked.
 void markNeighbours(const Patch& patch, std::vector<bool>& isMarked) {
   const std::vector<bool> before = isMarked;
@@ -196,14 +210,19 @@ Patch provedCollapse(const Patch& given, const Original& original, double maxErr
   CollapseOptions near = options;
   near.original = &toOriginal;
   NearnessProof proof(given, original, toOriginal, maxError);
-  CollapsedPatch made = collapsed(given, near);
+  Patch start = given;
+  CollapsedPatch made = collapsed(start, near);
+  while (isMostlyFar(made.patch, toOriginal, maxError)) {
+    for (double& reach : start.reaches) reach *= kSmallerReach;
+    made = collapsed(start, near);
+  }
   for (int i = 0; i < kTries; ++i) {
     const std::vector<bool> isBad = proof.unproved(made.patch);
     if (std::ranges::find(isBad, true) == isBad.end()) return std::move(made.patch);
     const std::vector<Collapse> fewer =
         withoutLast(made, isBad, std::uint32_t{1} << std::min(i, 20));
     near.only = &fewer;
-    made = collapsed(given, near);
+    made = collapsed(start, near);
   }
   return given;
 }

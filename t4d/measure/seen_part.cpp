@@ -113,13 +113,16 @@ bool SeenPart::isApartFrom(const std::array<Point3, 3>& triangle) const {
 }
 
 bool SeenPart::isNear(const SpaceTimeTetrahedron& other, double distance) const {
+  const std::array<Point3, 4> seen = {view_(other.corners[0]), view_(other.corners[1]),
+                                      view_(other.corners[2]), view_(other.corners[3])};
+  for (std::size_t k = 0; k < directions_.size(); ++k) {
+    if (ranges_[k].isApartFrom(Range(directions_[k], seen))) return true;
+  }
   const double cosine = other.normal.head<3>().dot(view_.direction());
   std::array<Above, 4> piece;
   for (int k = 0; k < 4; ++k) {
     piece[k] = {seen_[k], other.normal.dot(corners_[k] - other.corners[0]) / cosine};
   }
-  const std::array<Point3, 4> seen = {view_(other.corners[0]), view_(other.corners[1]),
-                                      view_(other.corners[2]), view_(other.corners[3])};
   const auto sides = sidesOf(seen);
   const auto isSound = [](const Side& side) { return side.normal.allFinite(); };
   return std::ranges::all_of(sides, isSound) && isNearWithin(piece, sides, 0, distance);
