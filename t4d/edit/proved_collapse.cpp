@@ -19,6 +19,7 @@ using model::Cell;
 /// distance: all is done again with a smaller one.
 constexpr double kMostBad = 0.01;
 constexpr double kSmallerReach = 0.75;
+constexpr int kMostSmaller = 8;
 
 /// After so many, nothing is collapsed.
 constexpr int kTries = 30;
@@ -164,13 +165,15 @@ bool isMostlyFar(const Patch& patch, const SliceBound& toOriginal, double maxErr
   return static_cast<double>(far.size()) > 1 + kMostBad * static_cast<double>(some.size());
 }
 
-/// Marks the vertices that have a cell in common with one that is marked.
-void markNeighbours(const Patch& patch, std::vector<bool>& isMarked) {
+/// Marks the vertices that have a cell in common with one that is marked. Returns whether there are
+/// any.
+bool markNeighbours(const Patch& patch, std::vector<bool>& isMarked) {
   const std::vector<bool> before = isMarked;
   for (const Cell& cell : patch.cells) {
     if (std::ranges::none_of(cell, [&](std::uint32_t v) { return before[v]; })) continue;
     for (const std::uint32_t corner : cell) isMarked[corner] = true;
   }
+  return isMarked != before;
 }
 
 /// The collapses without the last `count` of those that made each vertex that is bad or, if none of
@@ -178,8 +181,8 @@ void markNeighbours(const Patch& patch, std::vector<bool>& isMarked) {
 std::vector<Collapse> withoutLast(const CollapsedPatch& made, std::vector<bool> isBad,
                                   std::uint32_t count) {
   const auto isOfBad = [&](const Collapse& one) { return isBad[made.vertexOf[one.a]]; };
-  while (!made.collapses.empty() && std::ranges::none_of(made.collapses, isOfBad)) {
-    markNeighbours(made.patch, isBad);
+  while (std::ranges::none_of(made.collapses, isOfBad)) {
+    if (!markNeighbours(made.patch, isBad)) return {};
   }
   std::vector<std::uint32_t> dropped(isBad.size());
   std::vector<Collapse> kept;
@@ -212,7 +215,7 @@ Patch provedCollapse(const Patch& given, const Original& original, double maxErr
   NearnessProof proof(given, original, toOriginal, maxError);
   Patch start = given;
   CollapsedPatch made = collapsed(start, near);
-  while (isMostlyFar(made.patch, toOriginal, maxError)) {
+  for (int i = 0; i < kMostSmaller && isMostlyFar(made.patch, toOriginal, maxError); ++i) {
     for (double& reach : start.reaches) reach *= kSmallerReach;
     made = collapsed(start, near);
   }

@@ -16,8 +16,8 @@ Original originalOf(const Patch& patch);
 Original joined(Original one, const Original& other);
 
 /// `collapsed`, such that no slice is farther than `maxError` from that of the original at the same
-/// time, nor the other way round: where that cannot be proved (measure::SliceBound), it is done
-/// again with vertices that stay. The patch given must be near enough itself, and have samples.
+/// time, nor the other way round: where that cannot be proved (measure::SliceBound), the last
+/// collapses are left out. The patch given must be near enough itself, and have samples.
 Patch provedCollapse(const Patch& given, const Original& original, double maxError,
                      const CollapseOptions& options);
 

@@ -2548,9 +2548,9 @@ TEST_F(Program, PartsOfASimplifiedMeshAreJoined) {
     parts += part + " ";
   }
   ASSERT_EQ(run("join " + parts + "-o joined.t4d").exitCode, 0);
-  const json valid = run("validate joined.t4d --deep --json").value();
-  EXPECT_EQ(valid["tetrahedra"], cells);
-  EXPECT_LT(cells, run("info woven.t4d --json").value()["bodies"][0]["tetrahedra"]);
+  EXPECT_EQ(run("validate joined.t4d --deep").exitCode, 0);
+  EXPECT_EQ(run("info joined.t4d --json").value()["tetrahedra"], cells);
+  EXPECT_LT(cells, run("info woven.t4d --json").value()["tetrahedra"]);
   misused("simplify woven.t4d --ratio 0.5 --part 4/3 -o out.t4d", "K from 1 to N");
   misused("simplify woven.t4d --ratio 0.5 --window 1 --part 1/99 -o out.t4d", "fewer parts");
 }
