@@ -19,7 +19,6 @@ using model::Cell;
 /// distance: all is done again with a smaller one.
 constexpr double kMostBad = 0.01;
 constexpr double kSmallerReach = 0.75;
-constexpr int kMostSmaller = 8;
 
 /// After so many, nothing is collapsed.
 constexpr int kTries = 30;
@@ -215,7 +214,7 @@ Patch provedCollapse(const Patch& given, const Original& original, double maxErr
   NearnessProof proof(given, original, toOriginal, maxError);
   Patch start = given;
   CollapsedPatch made = collapsed(start, near);
-  for (int i = 0; i < kMostSmaller && isMostlyFar(made.patch, toOriginal, maxError); ++i) {
+  if (isMostlyFar(made.patch, toOriginal, maxError)) {
     for (double& reach : start.reaches) reach *= kSmallerReach;
     made = collapsed(start, near);
   }
