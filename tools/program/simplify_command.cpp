@@ -56,9 +56,8 @@ std::optional<std::string> misuseOf(const SimplifyArguments& options) {
 }
 
 Result<void> writePage(const SimplifyArguments& options, const formats::Metadata& metadata,
-                       verbs::SimplifyReport report, formats::OutputFile& file) {
-  const std::string page =
-      simplifyPage(options.input, options.simplify.output, metadata, std::move(report));
+                       const verbs::SimplifyReport& report, formats::OutputFile& file) {
+  const std::string page = simplifyPage(options.input, options.simplify.output, metadata, report);
   return file.write(page.data(), page.size()).and_then([&] { return file.commit(); });
 }
 
@@ -85,7 +84,7 @@ int run(SimplifyArguments& options) {
   }
   const int exitCode = reportLosses(done->losses);
   if (page) {
-    const auto written = writePage(options, input->metadata, std::move(*done), *page);
+    const auto written = writePage(options, input->metadata, *done, *page);
     if (!written) return report(written.error());
   }
   return exitCode;

@@ -62,11 +62,11 @@ std::string plotOf(const verbs::SimplifyReport& report, const formats::Metadata&
 }  // namespace
 
 std::string simplifyPage(const std::string& input, const std::string& output,
-                         const formats::Metadata& metadata, verbs::SimplifyReport report) {
+                         const formats::Metadata& metadata, const verbs::SimplifyReport& report) {
   const std::string before = std::filesystem::path(input).filename().string();
   const std::string after = std::filesystem::path(output).filename().string();
   std::vector<SolidPair> pairs;
-  for (auto& [time, a, b] : report.pairs) pairs.push_back({time, std::move(a), std::move(b)});
+  for (const auto& [time, a, b] : report.pairs) pairs.push_back({time, a, b});
   const std::string html = tableOf(numbersOf(report)) + tableOf(shapesOf(report)) +
                            "<h2>Over time</h2>\n<div class=\"plots\">\n" +
                            plotOf(report, metadata) + "</div>\n<h2>The solids</h2>\n" +

@@ -10,6 +10,6 @@ namespace t4d::tools {
 /// One self-contained HTML page: the numbers before and after, the distance of slices over time,
 /// and slices of both beside each other.
 std::string simplifyPage(const std::string& input, const std::string& output,
-                         const formats::Metadata& metadata, verbs::SimplifyReport report);
+                         const formats::Metadata& metadata, const verbs::SimplifyReport& report);
 
 }  // namespace t4d::tools
