@@ -42,9 +42,10 @@ struct Simplified {
 
 class Simplifier {
  public:
+  /// Works in coordinates from `origin`.
   Simplifier(const model::Source& source, const SimplifyOptions& options, double timeScale,
-             model::Sink& sink)
-      : source_(source), options_(options), timeScale_(timeScale), sink_(sink) {
+             const model::Point3& origin, model::Sink& sink)
+      : source_(source), options_(options), timeScale_(timeScale), origin_(origin), sink_(sink) {
     const model::TimeSpan span = model::timeSpanOf(source);
     collapse_.firstTime = span.begin * timeScale;
     collapse_.lastTime = span.end * timeScale;
@@ -65,6 +66,7 @@ class Simplifier {
   Result<Simplified> inside(const Slabs& slabs) const {
     auto patch = patchOf(slabs, timeScale_);
     if (!patch) return pass(patch.error());
+    for (model::Point4& vertex : patch->vertices) vertex.head<3>() -= origin_;
     if (options_.maxError) {
       std::ranges::fill(patch->reaches, kFirstReach * *options_.maxError);
       addSamples(*patch);
@@ -117,7 +119,10 @@ class Simplifier {
     return put;
   }
 
-  Result<void> putLast() { return sink_.put(slabOf(std::move(last_->patch), timeScale_)); }
+  Result<void> putLast() {
+    for (model::Point4& vertex : last_->patch.vertices) vertex.head<3>() += origin_;
+    return sink_.put(slabOf(std::move(last_->patch), timeScale_));
+  }
 
  private:
   /// Each vertex that is in a slice, and the middle of each edge that is long against the largest
@@ -164,6 +169,7 @@ class Simplifier {
   const model::Source& source_;
   const SimplifyOptions& options_;
   double timeScale_;
+  model::Point3 origin_;
   model::Sink& sink_;
   CollapseOptions collapse_;
   std::optional<Simplified> last_;
@@ -225,6 +231,16 @@ Result<Survey> surveyOf(const model::Source& source, const measure::CheckOptions
 
 double powerOfTwoNear(double scale) { return std::exp2(std::round(std::log2(scale))); }
 
+/// A point near the middle, in steps as large as the mesh: coordinates less it are exact, and those
+/// of a mesh that is far away have more digits.
+model::Point3 originNear(const model::Bounds4& bounds) {
+  const model::Point3 middle = ((bounds.min + bounds.max) / 2).head<3>();
+  const double size = (bounds.max - bounds.min).head<3>().maxCoeff();
+  if (!(size > 0)) return model::Point3::Zero();
+  const double step = std::exp2(std::ceil(std::log2(size)));
+  return step * (middle / step).array().round().matrix();
+}
+
 }  // namespace
 
 Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptions& options,
@@ -247,7 +263,8 @@ Result<SimplifyReport> simplify(const model::Source& source, const SimplifyOptio
   }
   measure::MeshChecker after(asPart);
   model::Tee both({&after, &sink});
-  Simplifier simplifier(source, options, powerOfTwoNear(options.timeScale), both);
+  Simplifier simplifier(source, options, powerOfTwoNear(options.timeScale),
+                        originNear(before.bounds), both);
   Result<void> done;
   using Read = std::shared_ptr<const Result<Slabs>>;
   using Made = std::shared_ptr<Result<Simplified>>;

@@ -96,6 +96,18 @@ void noteGoal(const edit::SimplifyOptions& options, const edit::SimplifyReport& 
                   mesh.cells, goal, options.maxError ? "exceed the largest error, " : ""));
 }
 
+/// Says that a time scale was given that suits the mesh badly.
+void noteNeedles(const SimplifyOptions& wanted, const SimplifyReport& report, Observer& observer) {
+  constexpr double kNeedle = 1e-4;
+  const double height = report.heights(0).quantile(0.5);
+  if (!wanted.timeScale || height >= kNeedle) return;
+  observer.note(fmt::format(
+      "with {} as the length of a unit of time, half of the cells are needles, less "
+      "than {:.1g} of their longest edge high, and few can go; the mean normal speed of "
+      "the surface, the default, is a better scale",
+      *wanted.timeScale, height));
+}
+
 void add(const edit::SimplifyReport& body, edit::SimplifyReport& all) {
   all.cellsBefore += body.cellsBefore;
   all.cells += body.cells;
@@ -232,6 +244,7 @@ Result<SimplifyReport> simplifyAndMeasure(const Input& input, const SimplifyOpti
   if (auto done = measureCells(before, *after, scale->value, report, observer); !done) {
     return pass(done.error());
   }
+  noteNeedles(wanted, report, observer);
   return report;
 }
 
