@@ -196,7 +196,7 @@ Result<void> compareSlices(const Input& before, const Input& after, const Simpli
     report.measuredError = distance;
     report.measuredErrorTime = time;
   }
-  report.meanError = sum / static_cast<double>(report.distances.size());
+  report.meanError = times.empty() ? 0 : sum / static_cast<double>(times.size());
   return {};
 }
 

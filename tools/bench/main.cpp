@@ -1,4 +1,6 @@
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -116,8 +118,17 @@ int main(int argc, char** argv) try {
   Options options;
   app.add_option("--backend", options.backend,
                  "What to measure: mesh4d (sweeping, files, slicing), voxel4d (weaving), collide "
-                 "(against frames; where there is CGAL) or simplify")
-      ->check(CLI::IsMember({"mesh4d", "voxel4d", "collide", "simplify"}))
+                 "(against frames; where there is CGAL) or simplify (against meshoptimizer, where "
+                 "this is)")
+      ->check(CLI::IsMember(std::vector<std::string> {
+        "mesh4d", "voxel4d",
+#if T4D_WITH_TETGEN
+            "collide",
+#endif
+#if T4D_WITH_MESHOPTIMIZER
+            "simplify",
+#endif
+      }))
       ->capture_default_str();
   app.add_flag(
       "--files", options.files,

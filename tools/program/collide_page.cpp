@@ -38,11 +38,6 @@ void append(model::TriangleMesh& to, const model::TriangleMesh& mesh) {
   }
 }
 
-std::string labelled(const std::string& title, const std::string& unit,
-                     std::string_view power = {}) {
-  return unit.empty() ? title : fmt::format("{} [{}{}]", title, unit, power);
-}
-
 std::string imageOf(const model::TriangleMesh& mesh, const ColourAt& colour, const View& view,
                     const std::string& caption) {
   const auto png = pictureOf(mesh, colour, view, kSide, Shading::Solid, /*edges=*/false);

@@ -1,10 +1,8 @@
 #include "tools/program/compare_page.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -31,10 +29,6 @@ constexpr std::string_view kStyle = R"(
 .dot.true { fill: none; }
 )";
 
-std::string unitText(const std::string& unit, std::string_view power = {}) {
-  return unit.empty() ? std::string() : fmt::format(" [{}{}]", unit, power);
-}
-
 /// A mesh in a legend: its name if that is short enough.
 std::string shortName(const ComparedMesh& mesh, const char* letter) {
   constexpr std::size_t kShort = 16;
@@ -43,19 +37,19 @@ std::string shortName(const ComparedMesh& mesh, const char* letter) {
 }
 
 std::string plotsOf(const CompareReport& report, const Comparison& comparison) {
-  Plot volume{"Volume" + unitText(report.lengthUnit, "³"),
-              "time" + unitText(report.timeUnit),
+  Plot volume{labelled("Volume", report.lengthUnit, "³"),
+              labelled("time", report.timeUnit),
               {},
               {{shortName(comparison.a, "a"), "a", {}}, {shortName(comparison.b, "b"), "b", {}}},
               false};
   Plot area = volume;
-  area.title = "Area" + unitText(report.lengthUnit, "²");
+  area.title = labelled("Area", report.lengthUnit, "²");
   Plot difference = volume;
-  difference.title = "Symmetric difference" + unitText(report.lengthUnit, "³");
+  difference.title = labelled("Symmetric difference", report.lengthUnit, "³");
   difference.curves = {{"symmetric difference", "d", {}}};
   difference.fromZero = true;
   Plot distance = difference;
-  distance.title = "Hausdorff distance" + unitText(report.lengthUnit);
+  distance.title = labelled("Hausdorff distance", report.lengthUnit);
   distance.curves = {{"Hausdorff distance", "d", {}}};
   if (comparison.volumeExpected) {
     volume.curves.push_back(
@@ -76,7 +70,7 @@ std::string plotsOf(const CompareReport& report, const Comparison& comparison) {
 
 std::string convergencePlotOf(const CompareReport& report) {
   ConvergencePlot plot{"Errors",
-                       "voxel size" + unitText(report.lengthUnit),
+                       labelled("voxel size", report.lengthUnit),
                        {{"hypervolume", "b", {}}, {"symmetric difference", "d", {}}},
                        2,
                        {report.comparisons.back().b.voxelSize.value_or(1),

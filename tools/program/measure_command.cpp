@@ -75,7 +75,7 @@ Plot plotOf(std::span<const SolidMeasures> samples, const std::string& title,
   std::vector<const SolidMeasures*> inOrder;
   for (const SolidMeasures& sample : samples) inOrder.push_back(&sample);
   std::ranges::stable_sort(inOrder, {}, &SolidMeasures::time);
-  Plot plot{title, "time" + (timeUnit.empty() ? "" : " [" + timeUnit + "]"), {}, {}, true};
+  Plot plot{title, labelled("time", timeUnit), {}, {}, true};
   plot.curves.push_back({title, "a", {}});
   for (const SolidMeasures* sample : inOrder) {
     plot.x.push_back(sample->time);
@@ -84,19 +84,15 @@ Plot plotOf(std::span<const SolidMeasures> samples, const std::string& title,
   return plot;
 }
 
-std::string withUnit(const char* what, const std::string& unit, const char* power) {
-  return unit.empty() ? what : fmt::format("{} [{}{}]", what, unit, power);
-}
-
 std::string volumePlot(std::span<const SolidMeasures> samples, const formats::Metadata& metadata) {
-  return svgOf(plotOf(samples, withUnit("Volume", metadata.lengthUnit, "³"), metadata.timeUnit,
+  return svgOf(plotOf(samples, labelled("Volume", metadata.lengthUnit, "³"), metadata.timeUnit,
                       [](const SolidMeasures& sample) { return sample.volume; }));
 }
 
 std::string pageOf(std::span<const SolidMeasures> samples, const formats::Metadata& metadata,
                    const std::string& title) {
   std::string body = "<div class=\"plots\">\n" + volumePlot(samples, metadata);
-  body += svgOf(plotOf(samples, withUnit("Area", metadata.lengthUnit, "²"), metadata.timeUnit,
+  body += svgOf(plotOf(samples, labelled("Area", metadata.lengthUnit, "²"), metadata.timeUnit,
                        [](const SolidMeasures& sample) { return sample.area; }));
   body += svgOf(plotOf(samples, "Components", metadata.timeUnit, [](const SolidMeasures& sample) {
     return static_cast<double>(sample.components);

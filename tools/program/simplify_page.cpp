@@ -40,9 +40,6 @@ std::vector<std::vector<std::string>> shapesOf(const verbs::SimplifyReport& repo
 }
 
 std::string plotOf(const verbs::SimplifyReport& report, const formats::Metadata& metadata) {
-  const auto labelled = [](const char* title, const std::string& unit) {
-    return unit.empty() ? std::string(title) : fmt::format("{} [{}]", title, unit);
-  };
   Plot plot{labelled("Distance of slices", metadata.lengthUnit),
             labelled("time", metadata.timeUnit),
             {},

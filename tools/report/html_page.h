@@ -9,9 +9,8 @@
 namespace t4d::tools {
 
 /// A self-contained HTML page: a heading, then `body`. Tables, figures, `.plots` of <svg>, and
-/// `.curve`,
-/// `.dot` and `.key` with the classes `a`, `b` and `d` are styled, for light and dark screens;
-/// `style` is added to that.
+/// `.curve`, `.dot` and `.key` with the classes `a`, `b` and `d` are styled, for light and dark
+/// screens; `style` is added to that.
 std::string htmlPage(const std::string& title, std::string_view style, const std::string& body);
 
 /// An <svg> element as a file of its own, in the style of light screens on white.

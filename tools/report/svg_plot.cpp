@@ -60,6 +60,10 @@ void addLegend(SvgCanvas& canvas, const std::vector<Curve>& curves) {
 
 }  // namespace
 
+std::string labelled(const std::string& text, const std::string& unit, std::string_view power) {
+  return unit.empty() ? text : fmt::format("{} [{}{}]", text, unit, power);
+}
+
 std::string svgOf(const Plot& plot) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace t4d::tools {
@@ -20,6 +21,9 @@ struct Plot {
   std::vector<Curve> curves;
   bool fromZero = false;  ///< the y axis starts at 0
 };
+
+/// A title or label with its unit: "Volume [mm³]"; the text alone where the unit is not known.
+std::string labelled(const std::string& text, const std::string& unit, std::string_view power = {});
 
 /// An <svg> element, with a legend if there are several curves. Its colours come from the CSS
 /// classes `axis` and `grid`, and from those of the curves.
