@@ -43,12 +43,31 @@ bool NearSamples::stayNear(const CellComplex& complex, std::span<const Point4> v
   addCells(a, b);
   addCells(b, a);
   if (remaining_.empty()) return true;
-  if (!original_->isNear(place, distance)) return false;
+  if (!original_->isNear(place, distance) ||
+      !areEdgesNear(complex, vertices, a, b, place, distance)) {
+    return false;
+  }
   for (const std::uint32_t cell : emptied_) {
     for (std::uint32_t i = first_[cell]; i != kNone; i = next_[i]) {
       const std::uint32_t found = nearest(samples_[i].point, distance);
       if (found == kNone) return false;
       moves_.push_back({i, found});
+    }
+  }
+  return true;
+}
+
+bool NearSamples::areEdgesNear(const CellComplex& complex, std::span<const Point4> vertices,
+                               std::uint32_t a, std::uint32_t b, const Point4& place,
+                               double distance) {
+  around_.clear();
+  for (const Remaining& one : remaining_) {
+    for (const std::uint32_t corner : complex.cells()[one.cell]) {
+      if (corner == a || corner == b || std::ranges::find(around_, corner) != around_.end()) {
+        continue;
+      }
+      around_.push_back(corner);
+      if (!original_->isNear((place + vertices[corner]) / 2, distance)) return false;
     }
   }
   return true;

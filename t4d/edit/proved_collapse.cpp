@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "t4d/edit/cell_complex.h"
 #include "t4d/measure/slice_bound.h"
@@ -22,6 +23,9 @@ constexpr double kSmallerReach = 0.75;
 
 /// After so many, nothing is collapsed.
 constexpr int kTries = 30;
+
+/// So many tries leave out the same number of collapses; the next, twice as many.
+constexpr int kTriesOfCount = 3;
 
 /// A cell, told from others by its corners.
 using PlacedCell = std::array<std::array<double, 4>, 4>;
@@ -63,7 +67,8 @@ Bounds4 boundsOf(const std::vector<model::Point4>& vertices, const Cell& cell) {
   return bounds;
 }
 
-/// What is proved of a patch after another one: only what they have not in common is looked at.
+/// What is proved of one patch after another, all made from one that is near enough: only what they
+/// have not in common is looked at.
 class NearnessProof {
  public:
   /// All of the patch given is near enough.
@@ -72,64 +77,74 @@ class NearnessProof {
       : original_(original),
         toOriginal_(toOriginal),
         maxError_(maxError),
-        cells_(placedCells(given)) {}
+        given_(placedCells(given)),
+        last_(given_) {}
 
-  /// Which vertices of a patch have a cell, or are near an original one, that is not proved.
-  std::vector<bool> unproved(const Patch& patch) {
+  /// The cells of a patch that are not proved, and those nearest to an original one that is not.
+  std::vector<Cell> failures(const Patch& patch) {
+    std::vector<Cell> failed = cellsNotProved(patch);
     std::vector<PlacedCell> now = placedCells(patch);
-    std::vector<bool> isBad(patch.vertices.size());
-    std::vector<Cell> changed;
-    for (const Cell& cell : patch.cells) {
-      const PlacedCell one = placed(patch.vertices, cell);
-      if (!isAmong(cells_, one) || isAmong(bad_, one)) changed.push_back(cell);
-    }
-    bad_.clear();
-    for (const std::uint32_t i : toOriginal_.notProvedNear({patch.vertices, changed}, maxError_)) {
-      bad_.push_back(placed(patch.vertices, changed[i]));
-      for (const std::uint32_t corner : changed[i]) isBad[corner] = true;
-    }
-    std::ranges::sort(bad_);
-    const std::vector<std::uint32_t> asked = originalsNear(gone(now));
+    const std::vector<std::uint32_t> asked = originalsToProve(now);
     const SliceBound toPatch({patch.vertices, patch.cells});
-    const std::vector<Cell> answered = someOf(original_.cells, asked);
+    const std::vector<Cell> cells = someOf(original_.cells, asked);
     lost_.clear();
-    for (const std::uint32_t i : toPatch.notProvedNear({original_.vertices, answered}, maxError_)) {
+    for (const std::uint32_t i : toPatch.notProvedNear({original_.vertices, cells}, maxError_)) {
       lost_.push_back(asked[i]);
     }
-    markNear(patch, isBad);
-    cells_ = std::move(now);
-    return isBad;
+    addNearestToLost(patch, failed);
+    std::ranges::sort(failed);
+    failed.erase(std::ranges::unique(failed).begin(), failed.end());
+    last_ = std::move(now);
+    return failed;
   }
 
  private:
-  /// The cells of the last patch that are not in this one.
-  std::vector<Bounds4> gone(const std::vector<PlacedCell>& now) const {
+  std::vector<Cell> cellsNotProved(const Patch& patch) {
+    std::vector<Cell> asked;
+    for (const Cell& cell : patch.cells) {
+      const PlacedCell one = placed(patch.vertices, cell);
+      const bool isProved = isAmong(given_, one) || (isAmong(last_, one) && !isAmong(bad_, one));
+      if (!isProved) asked.push_back(cell);
+    }
+    const std::vector<Cell> failed =
+        someOf(asked, toOriginal_.notProvedNear({patch.vertices, asked}, maxError_));
+    bad_.clear();
+    for (const Cell& cell : failed) bad_.push_back(placed(patch.vertices, cell));
+    std::ranges::sort(bad_);
+    return failed;
+  }
+
+  /// A tree over the cells of a patch that are not in the one now.
+  static measure::SpaceTimeTree gone(const std::vector<PlacedCell>& before,
+                                     const std::vector<PlacedCell>& now) {
     std::vector<Bounds4> bounds;
-    for (const PlacedCell& one : cells_) {
+    for (const PlacedCell& one : before) {
       if (isAmong(now, one)) continue;
       Bounds4& its = bounds.emplace_back();
       for (const auto& corner : one) its.add(model::Point4(corner.data()));
     }
-    return bounds;
+    return measure::SpaceTimeTree(std::move(bounds));
   }
 
-  /// The original cells whose proof may need a cell that is no more, and those without one.
-  std::vector<std::uint32_t> originalsNear(std::vector<Bounds4> boxes) const {
-    const measure::SpaceTimeTree tree(std::move(boxes));
-    std::vector<std::uint32_t> near = lost_;
+  /// The original cells whose proof may need a cell that is no more, both of the patch given and of
+  /// the last, if there was one in the last.
+  std::vector<std::uint32_t> originalsToProve(const std::vector<PlacedCell>& now) const {
+    const auto ofGiven = gone(given_, now);
+    const auto ofLast = gone(last_, now);
+    const auto isNear = [&](const measure::SpaceTimeTree& tree, const Bounds4& bounds) {
+      return tree.anyNear(bounds, maxError_, [](std::uint32_t) { return true; });
+    };
+    std::vector<std::uint32_t> asked;
     for (std::uint32_t i = 0; i < original_.cells.size(); ++i) {
       const Bounds4 bounds = boundsOf(original_.vertices, original_.cells[i]);
-      if (!std::ranges::binary_search(lost_, i) &&
-          tree.anyNear(bounds, maxError_, [](std::uint32_t) { return true; })) {
-        near.push_back(i);
-      }
+      const bool wasLost = std::ranges::binary_search(lost_, i);
+      if ((wasLost || isNear(ofLast, bounds)) && isNear(ofGiven, bounds)) asked.push_back(i);
     }
-    std::ranges::sort(near);
-    return near;
+    return asked;
   }
 
-  /// Marks the vertices of the cells of the patch that are nearest to those lost, or nearly so.
-  void markNear(const Patch& patch, std::vector<bool>& isBad) const {
+  /// Adds the cells of the patch that are nearest to the original ones lost, or nearly so.
+  void addNearestToLost(const Patch& patch, std::vector<Cell>& failed) const {
     if (lost_.empty()) return;
     std::vector<Bounds4> bounds;
     for (const Cell& cell : patch.cells) bounds.push_back(boundsOf(patch.vertices, cell));
@@ -140,7 +155,7 @@ class NearnessProof {
       for (double distance = maxError_; !isFound && std::isfinite(distance); distance *= 2) {
         tree.anyNear(box, distance, [&](std::uint32_t near) {
           isFound = true;
-          for (const std::uint32_t corner : patch.cells[near]) isBad[corner] = true;
+          failed.push_back(patch.cells[near]);
           return false;
         });
       }
@@ -150,7 +165,8 @@ class NearnessProof {
   const Original& original_;
   const SliceBound& toOriginal_;
   double maxError_;
-  std::vector<PlacedCell> cells_;    // of the last patch, in order
+  std::vector<PlacedCell> given_;    // in order
+  std::vector<PlacedCell> last_;     // of the last patch, in order
   std::vector<PlacedCell> bad_;      // those of them that are not proved
   std::vector<std::uint32_t> lost_;  // original cells without a proof
 };
@@ -164,30 +180,50 @@ bool isMostlyFar(const Patch& patch, const SliceBound& toOriginal, double maxErr
   return static_cast<double>(far.size()) > 1 + kMostBad * static_cast<double>(some.size());
 }
 
-/// Marks the vertices that have a cell in common with one that is marked. Returns whether there are
-/// any.
-bool markNeighbours(const Patch& patch, std::vector<bool>& isMarked) {
-  const std::vector<bool> before = isMarked;
-  for (const Cell& cell : patch.cells) {
-    if (std::ranges::none_of(cell, [&](std::uint32_t v) { return before[v]; })) continue;
-    for (const std::uint32_t corner : cell) isMarked[corner] = true;
+/// For each vertex, the numbers of the cells that have it.
+std::vector<std::vector<std::uint32_t>> cellsAt(const std::vector<Cell>& cells,
+                                                std::size_t vertexCount) {
+  std::vector<std::vector<std::uint32_t>> at(vertexCount);
+  for (std::uint32_t i = 0; i < cells.size(); ++i) {
+    for (const std::uint32_t corner : cells[i]) at[corner].push_back(i);
   }
-  return isMarked != before;
+  return at;
 }
 
-/// The collapses without the last `count` of those that made each vertex that is bad or, if none of
-/// these was made, of those around them.
-std::vector<Collapse> withoutLast(const CollapsedPatch& made, std::vector<bool> isBad,
+/// The cells of a patch that have a vertex in common with one of these.
+std::vector<Cell> around(const Patch& patch, const std::vector<Cell>& cells) {
+  const auto at = cellsAt(cells, patch.vertices.size());
+  std::vector<Cell> all;
+  std::ranges::copy_if(patch.cells, std::back_inserter(all), [&](const Cell& cell) {
+    return std::ranges::any_of(cell, [&](std::uint32_t corner) { return !at[corner].empty(); });
+  });
+  return all;
+}
+
+/// The collapses without the last `count` of those that made the corners of each cell that failed
+/// or, if none of these was made, of those around them.
+std::vector<Collapse> withoutLast(const CollapsedPatch& made, std::vector<Cell> failed,
                                   std::uint32_t count) {
-  const auto isOfBad = [&](const Collapse& one) { return isBad[made.vertexOf[one.a]]; };
-  while (std::ranges::none_of(made.collapses, isOfBad)) {
-    if (!markNeighbours(made.patch, isBad)) return {};
+  auto failedAt = cellsAt(failed, made.patch.vertices.size());
+  const auto failedOf = [&](const Collapse& one) -> const auto& {
+    return failedAt[made.vertexOf[one.a]];
+  };
+  const auto isOfNone = [&](const Collapse& one) { return failedOf(one).empty(); };
+  while (std::ranges::all_of(made.collapses, isOfNone)) {
+    std::vector<Cell> more = around(made.patch, failed);
+    if (more.size() == failed.size()) return {};
+    failed = std::move(more);
+    failedAt = cellsAt(failed, made.patch.vertices.size());
   }
-  std::vector<std::uint32_t> dropped(isBad.size());
+  std::vector<std::uint32_t> dropped(failed.size());
   std::vector<Collapse> kept;
   for (auto one = made.collapses.rbegin(); one != made.collapses.rend(); ++one) {
-    if (isOfBad(*one) && dropped[made.vertexOf[one->a]]++ < count) continue;
-    kept.push_back(*one);
+    const auto& cells = failedOf(*one);
+    if (std::ranges::any_of(cells, [&](std::uint32_t i) { return dropped[i] < count; })) {
+      for (const std::uint32_t i : cells) ++dropped[i];
+    } else {
+      kept.push_back(*one);
+    }
   }
   std::ranges::reverse(kept);
   return kept;
@@ -219,10 +255,10 @@ Patch provedCollapse(const Patch& given, const Original& original, double maxErr
     made = collapsed(start, near);
   }
   for (int i = 0; i < kTries; ++i) {
-    const std::vector<bool> isBad = proof.unproved(made.patch);
-    if (std::ranges::find(isBad, true) == isBad.end()) return std::move(made.patch);
+    const std::vector<Cell> failed = proof.failures(made.patch);
+    if (failed.empty()) return std::move(made.patch);
     const std::vector<Collapse> fewer =
-        withoutLast(made, isBad, std::uint32_t{1} << std::min(i, 20));
+        withoutLast(made, failed, std::uint32_t{1} << (i / kTriesOfCount));
     near.only = &fewer;
     made = collapsed(start, near);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -168,23 +169,36 @@ class SliceBound::Proof {
   }
 
  private:
+  /// Where a part is split in two: on an edge.
+  struct Split {
+    int i;
+    int j;
+    Point4 point;
+  };
+
   /// Proves a part of a cell among those that may be near to it.
   bool prove(const Tetrahedron& cell, const Corners& part, const std::vector<std::uint32_t>& near,
              int depth) {
     if (near.empty()) return false;
-    const auto isNearToAll = [&](std::uint32_t one) {
-      return std::ranges::all_of(
-          part, [&](const Point4& corner) { return to_.isNear(corner, one, distance_); });
-    };
-    if (std::ranges::any_of(near, isNearToAll) || isCovered(cell, part, near)) return true;
+    std::optional<double> end;  // of the one that is near to most corners
+    int most = 0;
+    for (const std::uint32_t one : near) {
+      const int count = cornersNear(part, one);
+      if (count == 4) return true;
+      if (count <= most) continue;
+      if (const auto its = endWithin(part, one)) {
+        end = its;
+        most = count;
+      }
+    }
+    if (isCovered(cell, part, near)) return true;
     if (pieces_ == 0 || depth == kDeepestSplit) return false;
     if (depth == 0 && !hasEasySamples(part)) return false;
     --pieces_;
-    const auto [i, j] = edgeToSplit(cell, part, near);
-    const Point4 middle = (part[i] + part[j]) / 2;
-    for (const int end : {i, j}) {
+    const auto [i, j, point] = end ? splitAtTime(part, *end) : splitInHalf(cell, part, near);
+    for (const int replaced : {i, j}) {
       Corners half = part;
-      half[end] = middle;
+      half[replaced] = point;
       const Bounds4 bounds = boundsOf(half);
       std::vector<std::uint32_t> nearHalf;
       for (const std::uint32_t one : near) {
@@ -193,6 +207,27 @@ class SliceBound::Proof {
       if (!prove(cell, half, nearHalf, depth + 1)) return false;
     }
     return true;
+  }
+
+  /// The number of corners at times of a tetrahedron if it is near to all of these; else 0.
+  int cornersNear(const Corners& part, std::uint32_t number) const {
+    const Tetrahedron& one = to_[number];
+    int count = 0;
+    for (const Point4& corner : part) {
+      if (corner[3] < one.timeBegin() || corner[3] > one.timeEnd()) continue;
+      if (!to_.isNear(corner, number, distance_)) return 0;
+      ++count;
+    }
+    return count;
+  }
+
+  /// The time, between those of the corners, at which a tetrahedron begins or ends.
+  std::optional<double> endWithin(const Corners& part, std::uint32_t number) const {
+    const Bounds4 bounds = boundsOf(part);
+    for (const double time : {to_[number].timeBegin(), to_[number].timeEnd()}) {
+      if (bounds.min[3] < time && time < bounds.max[3]) return time;
+    }
+    return std::nullopt;
   }
 
   /// Whether those near enough along the normal of the cell cover the part, seen along it; if not
@@ -303,10 +338,27 @@ class SliceBound::Proof {
     return true;
   }
 
-  /// The edge along which the heights over those that are too far to be a cover change most; if
-  /// there are none, the longest.
-  std::pair<int, int> edgeToSplit(const Tetrahedron& cell, const Corners& part,
-                                  const std::vector<std::uint32_t>& near) const {
+  /// On the longest edge across a time.
+  static Split splitAtTime(const Corners& part, double time) {
+    Split split{};
+    double most = -1;
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        const double length = (part[i] - part[j]).squaredNorm();
+        if (!(part[i][3] < time && time < part[j][3] && length > most)) continue;
+        most = length;
+        const double fraction = (time - part[i][3]) / (part[j][3] - part[i][3]);
+        split = {i, j, part[i] + fraction * (part[j] - part[i])};
+      }
+    }
+    split.point[3] = time;
+    return split;
+  }
+
+  /// In the middle of the edge along which the heights over those that are too far to be a cover
+  /// change most; if there are none, of the longest.
+  Split splitInHalf(const Tetrahedron& cell, const Corners& part,
+                    const std::vector<std::uint32_t>& near) const {
     const Point3 direction = cell.normal.head<3>();
     std::array<std::array<double, 4>, 4> changes{};
     for (const std::uint32_t i : near) {
@@ -319,17 +371,17 @@ class SliceBound::Proof {
         }
       }
     }
-    std::pair<int, int> edge{0, 1};
+    Split split{};
     std::pair<double, double> most(-1, -1);
     for (int a = 0; a < 4; ++a) {
       for (int b = a + 1; b < 4; ++b) {
         const std::pair its(changes[a][b], (part[a] - part[b]).squaredNorm());
         if (its <= most) continue;
         most = its;
-        edge = {a, b};
+        split = {a, b, (part[a] + part[b]) / 2};
       }
     }
-    return edge;
+    return split;
   }
 
   /// A facet where the cover ends.
