@@ -73,6 +73,35 @@ TEST(CellComplex, TheSmallestSphereCannotBecomeSmaller) {
   }
 }
 
+/// A sphere of four triangles times a circle of three edges: each prism is three tetrahedra.
+std::vector<Cell> thinnestRing() {
+  const auto at = [](std::uint32_t corner, std::uint32_t step) { return corner + 4 * (step % 3); };
+  std::vector<Cell> cells;
+  for (std::uint32_t without = 0; without < 4; ++without) {
+    std::vector<std::uint32_t> triangle;
+    for (std::uint32_t corner = 0; corner < 4; ++corner) {
+      if (corner != without) triangle.push_back(corner);
+    }
+    const auto [i, j, k] = std::array{triangle[0], triangle[1], triangle[2]};
+    for (std::uint32_t s = 0; s < 3; ++s) {
+      cells.push_back({at(i, s), at(j, s), at(k, s), at(k, s + 1)});
+      cells.push_back({at(i, s), at(j, s), at(j, s + 1), at(k, s + 1)});
+      cells.push_back({at(i, s), at(i, s + 1), at(j, s + 1), at(k, s + 1)});
+    }
+  }
+  return cells;
+}
+
+TEST(CellComplex, ARingIsNeitherCutNorPinched) {
+  // An edge along the ring would close it at a vertex; one across, its sphere.
+  const CellComplex complex(thinnestRing(), 12);
+  for (std::uint32_t a = 0; a < 12; ++a) {
+    for (std::uint32_t b = 0; b < 12; ++b) {
+      EXPECT_FALSE(a != b && complex.canCollapse(a, b)) << a << " " << b;
+    }
+  }
+}
+
 TEST(CellComplex, BodiesThatTouchAtAVertexStayApart) {
   std::vector<Cell> cells = simplexBoundary({0, 1, 2, 3, 4});
   for (const Cell& cell : simplexBoundary({4, 5, 6, 7, 8})) cells.push_back(cell);

@@ -28,7 +28,38 @@ def options(attack):
         Run(["weave", *attack.seeds["vdb"], f"--frame-time={value}", "--start-time",
              repr(attack.extreme()), "-o", out], attack.seeds["vdb"], out),
         Run(["weave", *attack.seeds["vdb"], f"--iso={value}", "-o", out], attack.seeds["vdb"], out),
+        Run(["simplify", file, f"--{rng.choice(['ratio', 'cells', 'max-error', 'window', 'part'])}={value}",
+             "--html", attack.path("page.html"), "-o", out], [file], out),
+        Run(["simplify", file, "--ratio", "0.5", f"--time-scale={value}", "-o", out], [file], out),
     ])
+
+
+@input_class(weight=1)
+def simplified_parts(attack):
+    """a mesh that is simplified in parts of any windows: joined they are closed, with its hypervolume"""
+    rng = attack.rng
+    file = attack.pick("t4d")
+    whole = attack.t4d("validate", file, "--json").json
+    count = rng.randrange(1, 5)
+    how = rng.choice([["--ratio", repr(rng.uniform(0.05, 1))],
+                      ["--max-error", repr(10 ** rng.uniform(-4, 0))]])
+    how += ["--time-scale", repr(2.0 ** rng.randrange(-2, 3)), "--window", rng.randrange(1, 5)]
+    parts = []
+    for k in range(1, count + 1):
+        parts.append(attack.path(f"part-{k}.t4d"))
+        made = attack.t4d("simplify", file, *how, "--part", f"{k}/{count}", "-o", parts[-1], "-q")
+        if made.code not in (0, 3):  # more parts than windows, or a mesh that is not closed
+            return Run(["info", file], [file])
+    out = attack.path("out.t4d")
+    def check(result):
+        if not result.succeeded:
+            return [f"parts do not join: {result.err}"]
+        joined = attack.t4d("validate", out, "--json").json
+        difference = abs(joined["hypervolume"] - whole["hypervolume"])
+        sound = joined["valid"] and difference <= 1e-9 * abs(whole["hypervolume"])
+        return [] if sound else [f"joined: {joined['valid']}, hypervolume {joined['hypervolume']!r} "
+                                 f"instead of {whole['hypervolume']!r}"]
+    return Run(["join", *parts, "-o", out], parts, out, check=check)
 
 
 @input_class(weight=1)
