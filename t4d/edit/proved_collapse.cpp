@@ -4,9 +4,12 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "t4d/edit/cell_complex.h"
+#include "t4d/edit/cell_normal.h"
 #include "t4d/measure/slice_bound.h"
+#include "t4d/measure/space_time_tetrahedron.h"
 #include "t4d/measure/space_time_tree.h"
 
 namespace t4d::edit {
@@ -143,22 +146,27 @@ class NearnessProof {
     return asked;
   }
 
-  /// Adds the cells of the patch that are nearest to the original ones lost, or nearly so.
+  /// Adds the cell of the patch that is nearest to the middle of each original one lost.
   void addNearestToLost(const Patch& patch, std::vector<Cell>& failed) const {
     if (lost_.empty()) return;
     std::vector<Bounds4> bounds;
     for (const Cell& cell : patch.cells) bounds.push_back(boundsOf(patch.vertices, cell));
     const measure::SpaceTimeTree tree(std::move(bounds));
     for (const std::uint32_t i : lost_) {
-      const Bounds4 box = boundsOf(original_.vertices, original_.cells[i]);
-      bool isFound = false;
-      for (double distance = maxError_; !isFound && std::isfinite(distance); distance *= 2) {
-        tree.anyNear(box, distance, [&](std::uint32_t near) {
-          isFound = true;
-          failed.push_back(patch.cells[near]);
+      const auto corners = cornersOf(original_.vertices, original_.cells[i]);
+      const model::Point4 middle = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
+      const Cell* nearest = nullptr;
+      for (double reach = maxError_; nearest == nullptr && std::isfinite(reach); reach *= 2) {
+        double least = std::numeric_limits<double>::infinity();
+        tree.anyNear({middle, middle}, reach, [&](std::uint32_t near) {
+          const measure::SpaceTimeTetrahedron cell(cornersOf(patch.vertices, patch.cells[near]));
+          const double squared = cell.squaredDistance(middle, least);
+          if (nearest == nullptr || squared < least) nearest = &patch.cells[near];
+          least = std::min(least, squared);
           return false;
         });
       }
+      if (nearest != nullptr) failed.push_back(*nearest);
     }
   }
 
