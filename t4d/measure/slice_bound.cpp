@@ -196,7 +196,6 @@ class SliceBound::Proof {
     if (depth == 0 && !hasEasySamples(part)) return false;
     --pieces_;
     const auto [i, j, point] = end ? splitAtTime(part, *end) : splitInHalf(cell, part, near);
-    if (!isNearToSome(point, near)) return false;
     for (const int replaced : {i, j}) {
       Corners half = part;
       half[replaced] = point;
@@ -208,11 +207,6 @@ class SliceBound::Proof {
       if (!prove(cell, half, nearHalf, depth + 1)) return false;
     }
     return true;
-  }
-
-  bool isNearToSome(const Point4& point, const std::vector<std::uint32_t>& near) const {
-    return std::ranges::any_of(
-        near, [&](std::uint32_t one) { return to_.isNear(point, one, distance_); });
   }
 
   /// The number of corners at times of a tetrahedron if it is near to all of these; else 0.
