@@ -96,7 +96,7 @@ class NearnessProof {
     }
     addNearestToLost(patch, failed);
     std::ranges::sort(failed);
-    failed.erase(std::ranges::unique(failed).begin(), failed.end());
+    failed.erase(std::unique(failed.begin(), failed.end()), failed.end());
     last_ = std::move(now);
     return failed;
   }
@@ -109,7 +109,7 @@ class NearnessProof {
       const bool isProved = isAmong(given_, one) || (isAmong(last_, one) && !isAmong(bad_, one));
       if (!isProved) asked.push_back(cell);
     }
-    const std::vector<Cell> failed =
+    std::vector<Cell> failed =
         someOf(asked, toOriginal_.notProvedNear({patch.vertices, asked}, maxError_));
     bad_.clear();
     for (const Cell& cell : failed) bad_.push_back(placed(patch.vertices, cell));
