@@ -64,12 +64,6 @@ std::vector<Cell> someOf(const std::vector<Cell>& cells,
   return some;
 }
 
-Bounds4 boundsOf(const std::vector<model::Point4>& vertices, const Cell& cell) {
-  Bounds4 bounds;
-  for (const std::uint32_t corner : cell) bounds.add(vertices[corner]);
-  return bounds;
-}
-
 /// What is proved of one patch after another, all made from one that is near enough: only what they
 /// have not in common is looked at.
 class NearnessProof {
@@ -139,7 +133,7 @@ class NearnessProof {
     };
     std::vector<std::uint32_t> asked;
     for (std::uint32_t i = 0; i < original_.cells.size(); ++i) {
-      const Bounds4 bounds = boundsOf(original_.vertices, original_.cells[i]);
+      const Bounds4 bounds = measure::boundsOf(cornersOf(original_.vertices, original_.cells[i]));
       const bool wasLost = std::ranges::binary_search(lost_, i);
       if ((wasLost || isNear(ofLast, bounds)) && isNear(ofGiven, bounds)) asked.push_back(i);
     }
@@ -150,7 +144,8 @@ class NearnessProof {
   void addNearestToLost(const Patch& patch, std::vector<Cell>& failed) const {
     if (lost_.empty()) return;
     std::vector<Bounds4> bounds;
-    for (const Cell& cell : patch.cells) bounds.push_back(boundsOf(patch.vertices, cell));
+    for (const Cell& cell : patch.cells)
+      bounds.push_back(measure::boundsOf(cornersOf(patch.vertices, cell)));
     const measure::SpaceTimeTree tree(std::move(bounds));
     for (const std::uint32_t i : lost_) {
       const auto corners = cornersOf(original_.vertices, original_.cells[i]);

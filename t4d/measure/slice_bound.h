@@ -27,8 +27,8 @@ struct CellSet {
 ///   of the piece, so as many are seen at each of its points, and at one there is one. Where they
 ///   end a little before it does, as at an edge, the piece is moved by as much.
 ///
-/// Cells are split until each piece is: at the time at which a tetrahedron begins or ends that is
-/// near to the corners at its times, else in half.
+/// Cells are split until each piece is: if a tetrahedron is near to all corners that lie within its
+/// times, at the time at which it begins or ends; else in half.
 class SliceBound {
  public:
   /// Cells at one time are left out: they are in no slice. Those with the vertices of a facet in

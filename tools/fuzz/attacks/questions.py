@@ -47,9 +47,9 @@ def simplified_parts(attack):
     parts = []
     for k in range(1, count + 1):
         parts.append(attack.path(f"part-{k}.t4d"))
-        made = attack.t4d("simplify", file, *how, "--part", f"{k}/{count}", "-o", parts[-1], "-q")
-        if made.code not in (0, 3):  # more parts than windows, or a mesh that is not closed
-            return Run(["info", file], [file])
+        command = ["simplify", file, *how, "--part", f"{k}/{count}", "-o", parts[-1], "-q"]
+        if attack.t4d(*command).code not in (0, 3):  # more parts than windows: it must be refused well
+            return Run(command, [file], parts[-1])
     out = attack.path("out.t4d")
     def check(result):
         if not result.succeeded:
