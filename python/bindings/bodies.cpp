@@ -14,19 +14,22 @@
 #include "t4d/model/in_order.h"
 #include "t4d/model/sinks.h"
 #include "t4d/slice/slice_at_times.h"
+#include "t4d/slice/velocity.h"
 
 namespace t4d::python {
 
-const slice::TimeSlicer& Body::slicer() const {
+const slice::TimeSlicer& Body::slicer(slice::WithMotion withMotion) const {
   const std::lock_guard lock(mutex_);
-  if (!slicer_) slicer_ = std::make_unique<slice::TimeSlicer>(*source);
-  return *slicer_;
+  auto& slicer = slicers_[static_cast<std::size_t>(withMotion)];
+  if (!slicer) slicer = std::make_unique<slice::TimeSlicer>(*source, withMotion);
+  return *slicer;
 }
 
-const slice::LightSlicer& Body::lightSlicer() const {
+const slice::LightSlicer& Body::lightSlicer(slice::WithMotion withMotion) const {
   const std::lock_guard lock(mutex_);
-  if (!lightSlicer_) lightSlicer_ = std::make_unique<slice::LightSlicer>(*source);
-  return *lightSlicer_;
+  auto& slicer = lightSlicers_[static_cast<std::size_t>(withMotion)];
+  if (!slicer) slicer = std::make_unique<slice::LightSlicer>(*source, withMotion);
+  return *slicer;
 }
 
 namespace {
@@ -66,14 +69,36 @@ std::vector<std::shared_ptr<Body>> read(const std::string& path, bool whole,
   return bodies;
 }
 
-slice::Slice sliceOf(const Body& body, const std::array<double, 5>& hyperplane) {
+/// The most speed that vertices may have; without it, no velocity is asked for.
+using MaxSpeed = std::optional<double>;
+
+slice::WithMotion motionFor(const MaxSpeed& maxSpeed) {
+  return maxSpeed ? slice::WithMotion::Yes : slice::WithMotion::No;
+}
+
+/// The mesh of a slice, with its velocities if they are asked for.
+Result<std::shared_ptr<model::TriangleMesh>> meshOf(slice::Slice slice, const MaxSpeed& maxSpeed) {
+  if (maxSpeed) {
+    if (auto added = addVelocity(slice, {.most = *maxSpeed}); !added) {
+      return t4d::pass(added.error());
+    }
+  }
+  return std::make_shared<model::TriangleMesh>(std::move(slice.mesh));
+}
+
+std::shared_ptr<model::TriangleMesh> sliceOf(const Body& body,
+                                             const std::array<double, 5>& hyperplane,
+                                             const MaxSpeed& maxSpeed) {
   slice::Hyperplane plane;
   for (int i = 0; i < 4; ++i) plane.normal[i] = hyperplane[static_cast<std::size_t>(i)];
   plane.offset = hyperplane[4];
-  auto made = [&]() -> Result<slice::Slice> {
+  auto made = [&]() -> Result<std::shared_ptr<model::TriangleMesh>> {
     const Unlocked unlocked;
-    if (plane.normal.isApprox(Eigen::Vector4d::UnitW(), 0)) return body.slicer().at(plane.offset);
-    return slice::slice(*body.source, plane);
+    auto slice = plane.normal.isApprox(Eigen::Vector4d::UnitW(), 0)
+                     ? body.slicer(motionFor(maxSpeed)).at(plane.offset)
+                     : slice::slice(*body.source, plane);
+    if (!slice) return t4d::pass(slice.error());
+    return meshOf(std::move(*slice), maxSpeed);
   }();
   return valueOf(std::move(made));
 }
@@ -90,42 +115,48 @@ py::tuple flat(const Body& body, py::object callback) {
       view(mesh.cells.data(), static_cast<std::size_t>(mesh.cells.rows()), 4, owner));
 }
 
-py::list slices(const Body& body, const std::vector<double>& times, py::object callback) {
+std::vector<std::shared_ptr<model::TriangleMesh>> slices(const Body& body,
+                                                         const std::vector<double>& times,
+                                                         py::object callback,
+                                                         const MaxSpeed& maxSpeed) {
+  using Meshes = std::vector<std::shared_ptr<model::TriangleMesh>>;
   Watch watch(std::move(callback));
-  auto made =
-      watch.run([&](const model::Progress& progress) -> Result<std::vector<model::TriangleMesh>> {
-        std::vector<model::TriangleMesh> meshes;
-        for (auto& slice : slice::sliceAtTimes(*body.source, times, progress)) {
-          if (!slice) return pass(slice.error());
-          meshes.push_back(std::move(slice->mesh));
-        }
-        return meshes;
-      });
-  py::list list;
-  for (model::TriangleMesh& mesh : made) {
-    list.append(std::make_shared<model::TriangleMesh>(std::move(mesh)));
-  }
-  return list;
+  return watch.run([&](const model::Progress& progress) -> Result<Meshes> {
+    Meshes meshes;
+    for (auto& slice : slice::sliceAtTimes(*body.source, times, progress, motionFor(maxSpeed))) {
+      if (!slice) return t4d::pass(slice.error());
+      auto mesh = meshOf(std::move(*slice), maxSpeed);
+      if (!mesh) return t4d::pass(mesh.error());
+      meshes.push_back(std::move(*mesh));
+    }
+    return meshes;
+  });
 }
 
 /// The meshes, and why they are exact slices where they are.
 std::vector<std::pair<std::shared_ptr<model::TriangleMesh>, std::string>> lightSlices(
-    const Body& body, const std::vector<double>& times, py::object callback) {
+    const Body& body, const std::vector<double>& times, py::object callback,
+    const MaxSpeed& maxSpeed) {
   Watch watch(std::move(callback));
   using Made = std::shared_ptr<Result<slice::LightSlice>>;
   std::vector<std::pair<std::shared_ptr<model::TriangleMesh>, std::string>> slices;
   watch.run([&](const model::Progress& progress) {
     Result<void> done;
     const auto make = [&](std::size_t i) {
-      return std::make_shared<Result<slice::LightSlice>>(body.lightSlicer().at(times[i]));
+      return std::make_shared<Result<slice::LightSlice>>(
+          body.lightSlicer(motionFor(maxSpeed)).at(times[i]));
     };
     model::inOrder<Made>(times.size(), make, [&](const Made& made) {
       if (!*made) {
         done = t4d::pass(made->error());
         return false;
       }
-      slices.emplace_back(std::make_shared<model::TriangleMesh>(std::move((**made).slice.mesh)),
-                          (**made).whyExact);
+      auto mesh = meshOf(std::move((**made).slice), maxSpeed);
+      if (!mesh) {
+        done = t4d::pass(mesh.error());
+        return false;
+      }
+      slices.emplace_back(std::move(*mesh), (**made).whyExact);
       progress(static_cast<double>(slices.size()) / static_cast<double>(times.size()));
       return true;
     });
@@ -286,11 +317,7 @@ void defineBodies(py::module_& module) {
             return std::const_pointer_cast<Slab>(valueOf(std::move(read)));
           },
           py::keep_alive<0, 1>())
-      .def(
-          "slice",
-          [](const Body& body, const std::array<double, 5>& hyperplane) {
-            return std::make_shared<model::TriangleMesh>(std::move(sliceOf(body, hyperplane).mesh));
-          })
+      .def("slice", &sliceOf)
       .def("slices", &slices)
       .def("light_slices", &lightSlices)
       .def("measure", &measure)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -27,13 +28,14 @@ struct Body {
   std::shared_ptr<const formats::T4dReader> file = nullptr;  ///< null in memory
 
   /// Keeps what it has found of the connectivity, so that the next slice is faster.
-  const slice::TimeSlicer& slicer() const;
-  const slice::LightSlicer& lightSlicer() const;
+  const slice::TimeSlicer& slicer(slice::WithMotion withMotion) const;
+  const slice::LightSlicer& lightSlicer(slice::WithMotion withMotion) const;
 
  private:
+  // Without and with motion.
   mutable std::mutex mutex_;
-  mutable std::unique_ptr<slice::TimeSlicer> slicer_;
-  mutable std::unique_ptr<slice::LightSlicer> lightSlicer_;
+  mutable std::array<std::unique_ptr<slice::TimeSlicer>, 2> slicers_;
+  mutable std::array<std::unique_ptr<slice::LightSlicer>, 2> lightSlicers_;
 };
 
 /// Body and Slab, reading and writing of files.

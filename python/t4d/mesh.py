@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import operator
 import os
 from typing import (
@@ -272,6 +273,8 @@ class Mesh(Unchanging):
         z: Optional[SupportsFloat] = None,
         hyperplane: Optional[Numbers] = None,
         light: bool = False,
+        velocity: bool = False,
+        max_speed: Optional[SupportsFloat] = None,
     ) -> TriangleMesh:
         """The section by a hyperplane, a closed triangle mesh that faces outward: the solid at a
         time, in (x, y, z); what passes through a plane x, y or z = constant, for x in (y, z, t);
@@ -280,7 +283,11 @@ class Mesh(Unchanging):
 
         ``light``, at a time: the triangles of the layers, between their two positions, as ``t4d
         slice --light``. Of a swept solid these are its own, in its order, at all times, and enclose
-        the same volume. What is not swept is sliced exactly, with a warning."""
+        the same volume. What is not swept is sliced exactly, with a warning.
+
+        ``velocity``, at a time: adds the vertex attribute ``velocity``, (n, 3) in length units per
+        time unit, as ``t4d slice --velocity``; ``max_speed`` slows faster vertices down to it."""
+        most = _max_speed(velocity, max_speed)
         places = {"x": x, "y": y, "z": z, "time": time}
         planes = [
             tuple(float(i == axis) for i in range(4)) + (checks.number(name, value),)
@@ -291,28 +298,40 @@ class Mesh(Unchanging):
             planes.append(checks.numbers("hyperplane", hyperplane, 5))
         if len(planes) != 1:
             raise TypeError("give one of time, x, y, z and hyperplane")
+        if most is not None and time is None:
+            raise TypeError("velocities are those of slices at a time")
         if checks.flag("light", light):
             if time is None:
                 raise TypeError("light slices are those at a time")
-            return self._light_slices([planes[0][4]], None)[0]
+            return self._light_slices([planes[0][4]], None, most)[0]
         with about(self._file):
-            return TriangleMesh._of(self._one().slice(planes[0]))
+            return TriangleMesh._of(self._one().slice(planes[0], most))
 
     def slices(
-        self, times: Numbers, progress: Progress = None, *, light: bool = False
+        self,
+        times: Numbers,
+        progress: Progress = None,
+        *,
+        light: bool = False,
+        velocity: bool = False,
+        max_speed: Optional[SupportsFloat] = None,
     ) -> List[TriangleMesh]:
         """The solid at each of ``times``, in their order; every slab is read once. ``light`` as of
-        ``slice``: then all have the same triangles, and slabs are read for each time."""
+        ``slice``: then all have the same triangles, and slabs are read for each time. ``velocity``
+        and ``max_speed`` as of ``slice``."""
+        most = _max_speed(velocity, max_speed)
         moments = checks.numbers("times", times)
         checks.function("progress", progress)
         if checks.flag("light", light):
-            return self._light_slices(moments, progress)
+            return self._light_slices(moments, progress, most)
         with about(self._file):
-            return [TriangleMesh._of(one) for one in self._one().slices(moments, progress)]
+            return [TriangleMesh._of(one) for one in self._one().slices(moments, progress, most)]
 
-    def _light_slices(self, times: Sequence[float], progress: Progress) -> List[TriangleMesh]:
+    def _light_slices(
+        self, times: Sequence[float], progress: Progress, most: Optional[float]
+    ) -> List[TriangleMesh]:
         with about(self._file):
-            slices = self._one().light_slices(times, progress)
+            slices = self._one().light_slices(times, progress, most)
         reasons = [why for _, why in slices if why][:1]
         warn(
             UserWarning,
@@ -534,6 +553,15 @@ def sweep(
         producer = _t4d.sweep_motion(mesh._mesh, moved._motion, **options)
     metadata["details"] = json.dumps({"parameters": {"caps": caps, "prism": prism, **given}})
     return Mesh._of(producer=producer, name=name, metadata=metadata)
+
+
+def _max_speed(velocity: bool, given: Optional[SupportsFloat]) -> Optional[float]:
+    """None without velocities."""
+    if not checks.flag("velocity", velocity):
+        if given is not None:
+            raise TypeError("max_speed needs velocity=True")
+        return None
+    return math.inf if given is None else checks.positive("max_speed", given)
 
 
 def _is_array(frames: Any) -> bool:

@@ -525,6 +525,28 @@ def test_a_curve_retimes_frames(models, tmp_path):
     assert (report.frames, report.time_begin, report.time_end) == (3, 2, 1)
 
 
+def test_velocities_of_slices_are_the_programs(models, tmp_path):
+    mesh = t4d.read(models / "screw.t4d")
+    for light in (False, True):
+        found = mesh.slice(7.7, light=light, velocity=True)
+        velocity = found.vertex_attributes["velocity"]
+        assert velocity.shape == found.vertices.shape
+        report = verbs.slice(models / "screw.t4d", time=7.7, light=light, velocity=True)
+        assert np.linalg.norm(velocity, axis=1).max() == pytest.approx(report.max_speed)
+        rate = (mesh.slice(7.7 + 1e-4).volume - mesh.slice(7.7 - 1e-4).volume) / 2e-4
+        assert report.volume_rate == pytest.approx(rate, abs=1e-4 * found.volume)
+        (again,) = mesh.slices([7.7], light=light, velocity=True, max_speed=report.max_speed / 2)
+        slower = np.linalg.norm(again.vertex_attributes["velocity"], axis=1)
+        assert slower.max() == pytest.approx(report.max_speed / 2)
+        assert "velocity" not in mesh.slice(7.7, light=light).vertex_attributes
+    with pytest.raises(TypeError, match="at a time"):
+        mesh.slice(x=1, velocity=True)
+    with pytest.raises(TypeError, match="needs velocity=True"):
+        mesh.slice(1, max_speed=2)
+    with pytest.raises(ValueError, match="above zero"):
+        mesh.slice(1, velocity=True, max_speed=-2)
+
+
 def test_light_slices_are_the_programs(models, tmp_path):
     mesh = t4d.read(models / "screw.t4d")
     times = [30.3, 0, 64, 7.7]

@@ -64,7 +64,11 @@ class Range {
     }
     if (!why_.empty()) return invalid(fmt::format("attribute '{}' {}", name_, why_));
     const bool any = low_ <= high_;
-    return AttributeColors{name_, distinct_, components_, any ? low_ : 0, any ? high_ : 0};
+    return AttributeColors{.attribute = name_,
+                           .distinct = distinct_,
+                           .components = components_,
+                           .low = any ? low_ : 0,
+                           .high = any ? high_ : 0};
   }
 
  private:
@@ -111,9 +115,19 @@ class RangeSink : public model::Sink {
   std::shared_ptr<const model::Connectivity> last_;
 };
 
+/// The number that gives a row its colour.
+double numberOf(const AttributeColors& how, const Attribute& attribute, std::size_t row) {
+  if (!how.magnitude) return formats::attributeNumber(attribute, row, 0);
+  double squares = 0;
+  for (std::uint32_t i = 0; i < how.components; ++i) {
+    squares += std::pow(formats::attributeNumber(attribute, row, i), 2);
+  }
+  return std::sqrt(squares);
+}
+
 Color colorOf(const AttributeColors& how, const Attribute& attribute, std::size_t row) {
-  if (how.components == 1) {
-    const double number = formats::attributeNumber(attribute, row, 0);
+  if (how.components == 1 || how.magnitude) {
+    const double number = numberOf(how, attribute, row);
     if (!std::isfinite(number)) return kNoColor;
     if (how.distinct) {
       const bool ofCap = how.attribute == "triangle" && number == 0xffffffff;
@@ -182,7 +196,9 @@ void AttributeColors::paint(formats::NamedMesh& named) const {
 Result<AttributeColors> attributeColors(const std::string& attribute, bool distinct,
                                         std::span<const formats::NamedMesh> meshes) {
   const auto isEmpty = [](const formats::NamedMesh& named) { return named.mesh.triangles.empty(); };
-  if (std::ranges::all_of(meshes, isEmpty)) return AttributeColors{attribute, distinct, 1, 0, 0};
+  if (std::ranges::all_of(meshes, isEmpty)) {
+    return AttributeColors{.attribute = attribute, .distinct = distinct, .high = 0};
+  }
   Range range(attribute, distinct);
   for (const formats::NamedMesh& named : meshes) {
     for (const Attribute& of : named.mesh.attributes) range.add(of);

@@ -22,13 +22,15 @@ formats::Color distinctColor(std::uint64_t number);
 /// * numbers (one component): rampColor from `low` to `high`, or distinctColor of whole numbers;
 /// * three or four components: red, green, blue and opacity. Floating-point numbers are linear
 ///   from 0 to 1, UInt8 is 8-bit sRGB and UInt16 linear, as in glTF.
+/// * vectors, by their `magnitude`: as numbers.
 /// What has no colour is grey: numbers that are not finite, and, of the attribute "triangle", the
 /// cells of caps.
 struct AttributeColors {
   std::string attribute = {};
   bool distinct = false;
   std::uint32_t components = 1;
-  double low = 0;  ///< of one component that is not distinct
+  bool magnitude = false;  ///< of several components: the length of the vector is the number
+  double low = 0;          ///< of one number that is not distinct
   double high = 1;
 
   /// Gives the mesh the colours of its attribute, if it has it.

@@ -77,7 +77,7 @@ TEST(AttributeColors, OfTrianglesAreDistinctAndTheSameAtAllTimes) {
   std::set<std::array<std::uint8_t, 4>> used;
   const std::vector<double> times = {0, 0.4, 1};
   const auto done = forEachFrame(
-      {&body, 1}, times, slice::SliceDetail::Exact,
+      {&body, 1}, times, {.paint = [&](NamedMesh& named, double) { colors->paint(named); }},
       [&](std::size_t, std::span<const NamedMesh> meshes) -> Result<void> {
         const NamedMesh& named = meshes.front();
         EXPECT_EQ(named.colors->colors.size(), named.mesh.triangles.size());
@@ -85,8 +85,7 @@ TEST(AttributeColors, OfTrianglesAreDistinctAndTheSameAtAllTimes) {
           used.insert(formats::sRgbOf(named, Domain::Cell, i));
         }
         return {};
-      },
-      [&](NamedMesh& named, double) { colors->paint(named); });
+      });
   ASSERT_TRUE(done) << done.error().text();
   EXPECT_EQ(used.size(), 12U);
 }

@@ -21,14 +21,16 @@ Result<FrameSlicesReport> writeFlipbook(std::span<const model::Body> bodies,
                                         const std::filesystem::path& path,
                                         const FlipbookOptions& options,
                                         const model::Progress& progress) {
-  auto writer = formats::FlipbookWriter::create(path, options.framesPerSecond, options.write);
+  formats::MeshWriteOptions write = options.write;
+  write.attributes = write.attributes || options.velocity;
+  auto writer = formats::FlipbookWriter::create(path, options.framesPerSecond, write);
   if (!writer) return pass(writer.error());
   auto report = forEachFrame(
-      bodies, times, options.detail,
+      bodies, times, {options.detail, options.velocity, options.paint, options.write.attributes},
       [&](std::size_t frame, std::span<const formats::NamedMesh> meshes) {
         return writer->add(times[frame], meshes);
       },
-      options.paint, progress);
+      progress);
   if (!report) return report;
   if (!options.write.attributes) report->losses.clear();
   auto losses = writer->finish();

@@ -14,6 +14,7 @@ struct FlipbookOptions {
   slice::SliceDetail detail = slice::SliceDetail::Light;
   formats::MeshWriteOptions write = {};
   Paint paint = {};
+  std::optional<FrameVelocity> velocity = {};
 };
 
 /// Fails on what every kind of flipbook fails on before it reads anything: as checkFrameTimes, and

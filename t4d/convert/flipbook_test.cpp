@@ -1,5 +1,7 @@
 #include "t4d/convert/flipbook.h"
 
+#include <cstring>
+
 #include <gtest/gtest.h>
 
 #include "t4d/fixtures/solids.h"
@@ -54,6 +56,50 @@ TEST_F(Flipbook, ShowsTheBodiesThatExist) {
   // 12 at a layer; between layers every triangle's prism gives 6.
   EXPECT_EQ(report->triangles, 3 * 12U + 6 * 12U);
   EXPECT_TRUE(written());
+}
+
+TEST(PlaybackRates, AreTheMeshsTimeInASecondOfPlayback) {
+  const auto near = [](std::vector<double> found, std::vector<double> expected) {
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-12);
+  };
+  near(playbackRates(std::vector<double>{1, 1.5, 2, 2.5}, 24), {12, 12, 12, 12});
+  near(playbackRates(std::vector<double>{0, 1, 4, 9}, 10), {10, 20, 40, 50});
+  near(playbackRates(std::vector<double>{1, 0}, 1), {-1, -1});
+}
+
+/// A cube that goes 3 in a unit of time, shown backward and at half the speed.
+TEST(FrameVelocity, IsPerSecondOfPlayback) {
+  model::Screw screw;
+  screw.translation = {3, 0, 0};
+  const model::ScrewRun run{1, screw, 1};
+  mesh4d::SweepOptions options;
+  options.caps = mesh4d::CapMethod::Cone;
+  model::Mesh mesh;
+  ASSERT_TRUE(mesh4d::sweep(fixtures::cube(2), *model::chainScrews(0, {&run, 1}), options, mesh));
+  const model::Body body{"cube", &mesh};
+  const std::vector<double> times = {0.8, 0.6, 0.4};
+  for (const bool attributes : {false, true}) {
+    const auto report = forEachFrame(
+        {&body, 1}, times,
+        {.velocity = FrameVelocity{.most = 2.5, .timeUnits = playbackRates(times, 2.5)},
+         .attributes = attributes},
+        [&](std::size_t, std::span<const formats::NamedMesh> meshes) -> Result<void> {
+          const auto& given = meshes.front().mesh.attributes;
+          EXPECT_EQ(given.size() > 1, attributes);
+          const model::Attribute& velocity = given.back();
+          EXPECT_EQ(velocity.name, "velocity");
+          for (std::size_t row = 0; row < velocity.rows(); ++row) {
+            double x = 0;
+            std::memcpy(&x, velocity.row(row), sizeof(x));
+            EXPECT_NEAR(x, -1.25, 1e-12);  // 3, at most 2.5, times -0.2 * 2.5
+          }
+          return {};
+        });
+    ASSERT_TRUE(report) << report.error().text();
+    EXPECT_NEAR(report->maxSpeed, 1.25, 1e-12);
+    EXPECT_GT(report->clamped, 0U);
+  }
 }
 
 TEST_F(Flipbook, OfNothingIsRefused) {

@@ -213,6 +213,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     const std::string name = names.fileName(frame, times.size());
     formats::MeshWriteOptions how = options.write;
     how.time = times[frame];
+    how.attributes = how.attributes || options.velocity;
     auto lost = formats::writeTriangleMeshes(names.folder / name, meshes, how);
     if (!lost) return pass(lost.error());
     std::uint64_t vertices = 0;
@@ -241,7 +242,9 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     manifest.frames.push_back(std::move(entry));
     return {};
   };
-  auto sliced = forEachFrame(bodies, times, options.detail, list, options.paint, progress, write);
+  auto sliced = forEachFrame(
+      bodies, times, {options.detail, options.velocity, options.paint, options.write.attributes},
+      list, progress, write);
   if (!sliced) return pass(sliced.error());
   static_cast<FrameSlicesReport&>(report) = std::move(*sliced);
   if (!options.write.attributes) report.losses.clear();

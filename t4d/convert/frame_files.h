@@ -45,6 +45,7 @@ struct FrameFilesOptions {
   slice::SliceDetail detail = slice::SliceDetail::Exact;
   formats::MeshWriteOptions write = {};
   Paint paint = {};
+  std::optional<FrameVelocity> velocity = {};
   FrameSpace space = {};
 };
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/model/in_order.h"
+#include "t4d/slice/velocity.h"
 
 namespace t4d::convert {
 namespace {
@@ -15,6 +16,8 @@ struct Frame {
   std::vector<formats::NamedMesh> meshes;
   bool light = true;
   double distance = 0;
+  double maxSpeed = 0;
+  std::uint64_t clamped = 0;
   std::vector<std::pair<std::string, std::string>> exact;  // bodies with exact slices, and why
   std::vector<std::string> losses;
 };
@@ -22,37 +25,50 @@ struct Frame {
 /// Slices of one body, of either kind.
 class BodySlicer {
  public:
-  BodySlicer(const model::Body& body, slice::SliceDetail detail)
-      : body_(body), detail_(detail), exact_(*body.source), light_(*body.source) {}
+  BodySlicer(const model::Body& body, const FrameSlicing& slicing)
+      : body_(body),
+        slicing_(slicing),
+        exact_(*body.source, motionOf(slicing)),
+        light_(*body.source, motionOf(slicing)) {}
 
-  /// Adds what there is at a time.
-  Result<void> add(double time, Frame& frame) const {
+  /// Adds what there is at the time of a frame, by its number.
+  Result<void> add(std::size_t number, double time, Frame& frame) const {
     if (!model::timeWithin(*body_.source, time)) return {};
-    if (detail_ == slice::SliceDetail::Exact) {
+    if (slicing_.detail == slice::SliceDetail::Exact) {
       auto slice = exact_.at(time);
       if (!slice) return pass(slice.error());
       frame.light = false;
-      add(std::move(*slice), /*light=*/false, frame);
-      return {};
+      return add(number, std::move(*slice), /*light=*/false, frame);
     }
     auto slice = light_.at(time);
     if (!slice) return pass(slice.error());
     frame.light = frame.light && slice->light;
     frame.distance = std::max(frame.distance, slice->distance);
     if (!slice->light) frame.exact.emplace_back(body_.name, slice->whyExact);
-    add(std::move(slice->slice), slice->light, frame);
-    return {};
+    return add(number, std::move(slice->slice), slice->light, frame);
   }
 
  private:
-  void add(slice::Slice slice, bool light, Frame& frame) const {
+  static slice::WithMotion motionOf(const FrameSlicing& slicing) {
+    return slicing.velocity ? slice::WithMotion::Yes : slice::WithMotion::No;
+  }
+
+  Result<void> add(std::size_t number, slice::Slice slice, bool light, Frame& frame) const {
+    if (const auto& velocity = slicing_.velocity) {
+      const std::vector<double>& units = velocity->timeUnits;
+      auto added = addVelocity(slice, {velocity->most, units.empty() ? 1 : units[number]});
+      if (!added) return pass(added.error());
+      frame.maxSpeed = std::max(frame.maxSpeed, added->maxSpeed);
+      frame.clamped += added->clamped;
+    }
     frame.meshes.push_back(
         {.name = body_.name, .mesh = std::move(slice.mesh), .ownCorners = light});
     for (std::string& loss : slice.losses) frame.losses.push_back(std::move(loss));
+    return {};
   }
 
   const model::Body& body_;
-  slice::SliceDetail detail_;
+  const FrameSlicing& slicing_;
   slice::TimeSlicer exact_;
   slice::LightSlicer light_;
 };
@@ -63,7 +79,26 @@ void addNew(const std::vector<std::string>& lines, std::vector<std::string>& to)
   }
 }
 
+/// Leaves out the attributes that are not to be written.
+void dropAttributes(const FrameSlicing& slicing, model::TriangleMesh& mesh) {
+  if (!slicing.velocity) return;  // the writer does that
+  std::erase_if(mesh.attributes, [&](const model::Attribute& attribute) {
+    return attribute.name == slice::kVelocity ? !slicing.velocity->write : !slicing.attributes;
+  });
+}
+
 }  // namespace
+
+std::vector<double> playbackRates(std::span<const double> times, double framesPerSecond) {
+  std::vector<double> rates;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const std::size_t before = i == 0 ? 0 : i - 1;
+    const std::size_t after = std::min(i + 1, times.size() - 1);
+    rates.push_back((times[after] - times[before]) * framesPerSecond /
+                    static_cast<double>(after - before));
+  }
+  return rates;
+}
 
 Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<const double> times) {
   if (std::ranges::all_of(bodies,
@@ -82,24 +117,25 @@ Result<void> checkFrameTimes(std::span<const model::Body> bodies, std::span<cons
 }
 
 Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
-                                       std::span<const double> times, slice::SliceDetail detail,
-                                       const UseFrame& take, const Paint& paint,
-                                       const model::Progress& progress, const UseFrame& prepare) {
+                                       std::span<const double> times, const FrameSlicing& slicing,
+                                       const UseFrame& take, const model::Progress& progress,
+                                       const UseFrame& prepare) {
   if (auto checked = checkFrameTimes(bodies, times); !checked) return pass(checked.error());
   std::vector<std::unique_ptr<BodySlicer>> slicers;
   for (const model::Body& body : bodies) {
-    slicers.push_back(std::make_unique<BodySlicer>(body, detail));
+    slicers.push_back(std::make_unique<BodySlicer>(body, slicing));
   }
   using FramePointer = std::shared_ptr<Result<Frame>>;
   const auto frameAt = [&](std::size_t number) -> FramePointer {
     Frame frame;
     for (const auto& slicer : slicers) {
-      if (auto added = slicer->add(times[number], frame); !added) {
+      if (auto added = slicer->add(number, times[number], frame); !added) {
         return std::make_shared<Result<Frame>>(pass(added.error()));
       }
     }
     for (formats::NamedMesh& mesh : frame.meshes) {
-      if (paint) paint(mesh, times[number]);
+      if (slicing.paint) slicing.paint(mesh, times[number]);
+      dropAttributes(slicing, mesh.mesh);
     }
     if (prepare) {
       if (auto prepared = prepare(number, frame.meshes); !prepared) {
@@ -109,7 +145,7 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
     return std::make_shared<Result<Frame>>(std::move(frame));
   };
   FrameSlicesReport report;
-  report.light = detail == slice::SliceDetail::Light;
+  report.light = slicing.detail == slice::SliceDetail::Light;
   Result<void> done;
   std::set<std::string> noted;  // of each body, the first slab is named
   model::inOrder<FramePointer>(times.size(), frameAt, [&](const FramePointer& made) {
@@ -125,6 +161,8 @@ Result<FrameSlicesReport> forEachFrame(std::span<const model::Body> bodies,
     }
     report.light = report.light && frame.light;
     report.distance = std::max(report.distance, frame.distance);
+    report.maxSpeed = std::max(report.maxSpeed, frame.maxSpeed);
+    report.clamped += frame.clamped;
     for (const auto& [body, why] : frame.exact) {
       if (!noted.insert(body).second) continue;
       report.notices.push_back(fmt::format(

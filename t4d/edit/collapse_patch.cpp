@@ -6,11 +6,12 @@
 #include <optional>
 
 #include "t4d/edit/cell_complex.h"
-#include "t4d/edit/cell_normal.h"
+#include "t4d/edit/cell_shape.h"
 #include "t4d/edit/near_samples.h"
 #include "t4d/edit/slice_topology.h"
 #include "t4d/edit/value_borders.h"
 #include "t4d/edit/vertex_placement.h"
+#include "t4d/model/cell_normal.h"
 
 namespace t4d::edit {
 namespace {
@@ -127,7 +128,7 @@ class PatchCollapser {
   // --- normals
 
   Eigen::Vector4d normalOf(std::uint32_t cell) const {
-    return cellNormal(cornersOf(patch_.vertices, complex_.cells()[cell]));
+    return model::cellNormal(cornersOf(patch_.vertices, complex_.cells()[cell]));
   }
 
   void addNormals(const Cell& cell, const Eigen::Vector4d& normal, double sign) {
@@ -316,8 +317,8 @@ class PatchCollapser {
     const Point3 mean = normals_[a].head<3>() + normals_[b].head<3>();
     const bool areSound =
         eachChanged(a, b, place, [&](const Corners& before, const Corners& after) {
-          const Eigen::Vector4d normal = cellNormal(after);
-          const Eigen::Vector4d old = cellNormal(before);
+          const Eigen::Vector4d normal = model::cellNormal(after);
+          const Eigen::Vector4d old = model::cellNormal(before);
           least = std::min(least, squaredHeight(after, normal));
           if (measure::isAtOneTime(after) && !measure::isAtOneTime(before)) return false;
           return normal.squaredNorm() > 0 &&
@@ -343,7 +344,7 @@ class PatchCollapser {
     for (const std::uint32_t centre : {a, b}) {
       complex_.eachCell(centre, [&](std::uint32_t cell, int) {
         const auto corners = cornersOf(patch_.vertices, complex_.cells()[cell]);
-        least = std::min(least, squaredHeight(corners, cellNormal(corners)));
+        least = std::min(least, squaredHeight(corners, model::cellNormal(corners)));
       });
     }
     return least;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "t4d/edit/cell_normal.h"
+#include "t4d/edit/cell_shape.h"
 
 namespace t4d::edit {
 

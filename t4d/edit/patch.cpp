@@ -6,8 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "t4d/edit/cell_normal.h"
+#include "t4d/edit/cell_shape.h"
 #include "t4d/model/attribute_rows.h"
+#include "t4d/model/cell_normal.h"
 
 namespace t4d::edit {
 namespace {
@@ -54,7 +55,7 @@ void append(const Slab& slab, double timeScale, Patch& patch) {
 void setQuadrics(Patch& patch) {
   patch.quadrics.resize(patch.vertices.size());
   for (const Cell& cell : patch.cells) {
-    const Eigen::Vector4d normal = cellNormal(cornersOf(patch.vertices, cell));
+    const Eigen::Vector4d normal = model::cellNormal(cornersOf(patch.vertices, cell));
     const double size = normal.norm();
     if (!(size > 0)) continue;
     for (const std::uint32_t corner : cell) {

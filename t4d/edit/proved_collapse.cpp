@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "t4d/edit/cell_complex.h"
-#include "t4d/edit/cell_normal.h"
+#include "t4d/edit/cell_shape.h"
 #include "t4d/measure/slice_bound.h"
 #include "t4d/measure/space_time_tetrahedron.h"
 #include "t4d/measure/space_time_tree.h"

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "t4d/edit/cell_normal.h"
+#include "t4d/edit/cell_shape.h"
 #include "t4d/edit/collapse_patch.h"
 #include "t4d/edit/common_attributes.h"
 #include "t4d/edit/patch.h"

@@ -4,7 +4,8 @@
 #include <cstring>
 #include <optional>
 
-#include "t4d/edit/cell_normal.h"
+#include "t4d/edit/cell_shape.h"
+#include "t4d/model/cell_normal.h"
 
 namespace t4d::edit {
 
@@ -32,10 +33,10 @@ std::optional<std::uint32_t> neighbourOf(const CellComplex& complex, std::uint32
 void addBorder(const Cell& cell, int k, Patch& patch) {
   constexpr double kBorderWeight = 100;
   const auto& at = patch.vertices;
-  const Eigen::Vector4d normal = cellNormal(cornersOf(at, cell));
+  const Eigen::Vector4d normal = model::cellNormal(cornersOf(at, cell));
   const std::uint32_t p = cell[(k + 1) % 4];
   const Eigen::Vector4d across =
-      measure::crossProduct(normal, at[cell[(k + 2) % 4]] - at[p], at[cell[(k + 3) % 4]] - at[p]);
+      model::crossProduct(normal, at[cell[(k + 2) % 4]] - at[p], at[cell[(k + 3) % 4]] - at[p]);
   if (!(across.norm() > 0)) return;
   for (int i = 1; i < 4; ++i) {
     patch.quadrics[cell[(k + i) % 4]].addHyperplane(across.normalized(),

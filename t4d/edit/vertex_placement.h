@@ -10,7 +10,7 @@ namespace t4d::edit {
 struct EdgeCollapse {
   Quadric4 quadric;                 ///< of both ends
   Eigen::Vector4d edge;             ///< from a to b
-  Eigen::Vector4d normal;           ///< the sum of cellNormal over all cells around a or b
+  Eigen::Vector4d normal;           ///< the sum of model::cellNormal over all cells around a or b
   double flux = 0;                  ///< that over the cells around b, times the edge
   double starArea = 0;              ///< a magnitude of what `normal` is the sum of
   std::optional<double> time = {};  ///< the component t that the place must have

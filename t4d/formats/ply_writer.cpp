@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/written_mesh.h"
+#include "t4d/model/attribute_meaning.h"
 
 namespace t4d::formats {
 namespace {
@@ -90,6 +91,9 @@ std::string whyNot(const Attribute& attribute, std::span<const NamedMesh> meshes
 std::vector<std::string> propertyNames(const Attribute& attribute) {
   const std::string name = plainName(attribute.name);
   if (attribute.components == 1) return {name};
+  if (attribute.components == 3 && model::meaningOf(attribute, {}).kind == "vector") {
+    return {name + "_x", name + "_y", name + "_z"};
+  }
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < attribute.components; ++i) {
     names.push_back(fmt::format("{}_{}", name, i));

@@ -105,6 +105,23 @@ TEST(TriangleMeshWriter, PlyKeepsAttributesThatAllMeshesHave) {
             "vertex attribute 'heat flux': mesh 'bare' does not have it");
 }
 
+TEST(TriangleMeshWriter, NamesTheDirectionsOfVelocities) {
+  NamedMesh named = tetrahedron(1);
+  model::Attribute velocity{"velocity", model::Domain::Vertex, model::ScalarType::Float64, 3};
+  velocity.values.resize(named.mesh.vertices.size() * velocity.rowBytes());
+  named.mesh.attributes = {velocity};
+  const auto has = [&](const char* name, std::string_view part) {
+    const auto path = temporaryPath(name);
+    EXPECT_TRUE(writeTriangleMeshes(path, {&named, 1}, {.attributes = true}));
+    return fileContents(path).find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has("a.ply",
+                  "property double velocity_x\nproperty double velocity_y\n"
+                  "property double velocity_z\n"));
+  EXPECT_TRUE(has("a.vtp", "<PointData Vectors=\"velocity\">"));
+  EXPECT_TRUE(has("a.gltf", "\"_VELOCITY\""));
+}
+
 TEST(TriangleMeshWriter, ListsTheAttributesThatAreLost) {
   auto named = tetrahedron(1);
   named.mesh.attributes = {model::makeAttribute<double>("a", model::Domain::Cell, {1, 2, 3, 4})};

@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/written_mesh.h"
+#include "t4d/formats/xml_text.h"
 #include "t4d/formats/zlib_block.h"
+#include "t4d/model/attribute_meaning.h"
 
 namespace t4d::formats {
 namespace {
@@ -77,11 +79,13 @@ class VtpWriter {
         (origin.empty() ? origin : "; " + origin) + " -->\n<PolyData>\n" + fieldData() +
         fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfPolys=\"{}\">\n", vertices_, triangles_);
     // Arrays are appended in this order.
-    head += options_.normals ? "<PointData Normals=\"Normals\">\n" : "<PointData>\n";
-    if (options_.normals) head += normals();
-    if (has(Domain::Vertex)) head += colors(Domain::Vertex);
-    if (options_.attributes) head += attributes(Domain::Vertex);
-    head += "</PointData>\n<CellData>\n";
+    std::string ofPoints;
+    if (options_.normals) ofPoints += normals();
+    if (has(Domain::Vertex)) ofPoints += colors(Domain::Vertex);
+    if (options_.attributes) ofPoints += attributes(Domain::Vertex);
+    head += fmt::format("<PointData{}{}>\n", options_.normals ? " Normals=\"Normals\"" : "",
+                        vectors_.empty() ? "" : " Vectors=\"" + xmlEscaped(vectors_) + "\"");
+    head += ofPoints + "</PointData>\n<CellData>\n";
     if (meshes_.size() > 1) head += bodies();
     if (has(Domain::Cell)) head += colors(Domain::Cell);
     if (options_.attributes) head += attributes(Domain::Cell);
@@ -244,6 +248,7 @@ class VtpWriter {
           continue;
         }
         taken.push_back(name);
+        if (vectors_.empty() && model::meaningOf(attribute, {}).kind == "vector") vectors_ = name;
         std::string bytes;
         for (std::size_t i = 0; i < meshes_.size(); ++i) {
           const Attribute& each = *attributeNamed(meshes_[i], domain, attribute.name);
@@ -267,6 +272,7 @@ class VtpWriter {
   std::size_t vertices_ = 0;
   std::size_t triangles_ = 0;
   std::string data_;
+  std::string vectors_;  // the name of the points' active vectors, if there are any
   std::vector<std::string> lost_;
 };
 

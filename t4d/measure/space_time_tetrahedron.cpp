@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "t4d/model/cell_normal.h"
 #include "t4d/model/distance.h"
 
 namespace t4d::measure {
@@ -32,8 +33,7 @@ double squaredDistanceToTriangle(const Point3& p, const Point3& a, const Point3&
 }
 
 Eigen::Vector4d normalOf(const std::array<Point4, 4>& corners) {
-  const Eigen::Vector4d normal =
-      crossProduct(corners[1] - corners[0], corners[2] - corners[0], corners[3] - corners[0]);
+  const Eigen::Vector4d normal = model::cellNormal(corners);
   const double size = normal.head<3>().norm();
   return size > 0 ? Eigen::Vector4d(normal / size) : normal;
 }

@@ -14,6 +14,7 @@
 #include "t4d/slice/prisms.h"
 #include "t4d/slice/slab_at_time.h"
 #include "t4d/slice/slab_cutter.h"
+#include "t4d/slice/surface_motion.h"
 
 namespace t4d::slice {
 
@@ -113,6 +114,21 @@ std::optional<Attribute> atVertices(const Attribute& corners, std::span<const Tr
   return made;
 }
 
+/// How the vertices of the slice move, and with them its triangles.
+SurfaceMotion motionOf(const Slab& slab, const LightSurface& surface,
+                       const model::TriangleMesh& mesh) {
+  SurfaceMotion motion;
+  motion.velocities.reserve(surface.lower.size());
+  for (const std::uint32_t i : surface.lower) motion.velocities.push_back(layerVelocity(slab, i));
+  motion.speeds.reserve(mesh.triangles.size());
+  for (const Triangle& triangle : mesh.triangles) {
+    Point3 mean = Point3::Zero();
+    for (const std::uint32_t corner : triangle) mean += motion.velocities[corner] / 3;
+    motion.speeds.push_back(areaVector(mesh, triangle).normalized().dot(mean));
+  }
+  return motion;
+}
+
 LightSlice lightSlice(const Slab& slab, const LightSurface& surface, double time) {
   const Connectivity& connectivity = *slab.connectivity;
   const double fraction =
@@ -198,7 +214,8 @@ class SurfaceMemory {
 
 class LightSlicer::Impl {
  public:
-  explicit Impl(const model::Source& source) : source_(source), exact_(source) {}
+  Impl(const model::Source& source, WithMotion withMotion)
+      : source_(source), withMotion_(withMotion), exact_(source, withMotion) {}
 
   Result<LightSlice> at(double given) const {
     const auto at = slabAtTime(source_, given);
@@ -206,6 +223,7 @@ class LightSlicer::Impl {
     if (!at->slab) {
       LightSlice nothing;
       nothing.slice.slabsSkipped = source_.slabCount();
+      if (withMotion_ == WithMotion::Yes) nothing.slice.motion.emplace();
       return nothing;
     }
     const auto open = openSlab(source_, *at->slab);
@@ -218,6 +236,9 @@ class LightSlicer::Impl {
     const auto surface = surfaces_.of(slab.connectivity);
     if (!*surface) return exact(given, surface->error().message);
     LightSlice made = lightSlice(slab, **surface, at->time);
+    if (withMotion_ == WithMotion::Yes) {
+      made.slice.motion = motionOf(slab, **surface, made.slice.mesh);
+    }
     made.slice.slabsRead = 1;
     made.slice.slabsSkipped = source_.slabCount() - 1;
     made.slice.blocksRead = (slab.connectivity->cells.size() + kBlockCells - 1) / kBlockCells;
@@ -232,12 +253,14 @@ class LightSlicer::Impl {
   }
 
   const model::Source& source_;
+  WithMotion withMotion_;
   TimeSlicer exact_;
   mutable CutMemory memory_;
   mutable SurfaceMemory surfaces_;
 };
 
-LightSlicer::LightSlicer(const model::Source& source) : impl_(std::make_unique<Impl>(source)) {}
+LightSlicer::LightSlicer(const model::Source& source, WithMotion withMotion)
+    : impl_(std::make_unique<Impl>(source, withMotion)) {}
 
 LightSlicer::~LightSlicer() = default;
 

@@ -54,7 +54,7 @@ double lightDistance(const model::Slab& slab, std::span<const model::Triangle> t
 class LightSlicer {
  public:
   /// `source` must outlive the slicer.
-  explicit LightSlicer(const model::Source& source);
+  explicit LightSlicer(const model::Source& source, WithMotion withMotion = WithMotion::No);
   ~LightSlicer();
 
   /// Times are interpreted, and fail, as in sliceAtTime. Attributes: a triangle has the values of

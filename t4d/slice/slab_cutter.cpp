@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "t4d/model/in_order.h"
+#include "t4d/slice/prisms.h"
+#include "t4d/slice/surface_motion.h"
 
 namespace t4d::slice {
 namespace {
@@ -22,14 +24,15 @@ class BlockCuts {
   explicit BlockCuts(const model::SlabBlocks& blocks)
       : numbers_(blocks.vertexCount, cut_->points) {}
 
-  /// The points of `block` are at `positions`.
-  void add(const model::CellBlock& block, const Cut& cut,
-           const std::vector<model::Point3>& positions) {
+  /// `placed` has the positions of the points of `block`, and the speeds of its triangles.
+  void add(const model::CellBlock& block, const Cut& cut, const CutSlab& placed) {
+    const std::vector<double>& speeds = placed.motion.speeds;
+    speeds_.insert(speeds_.end(), speeds.begin(), speeds.end());
     std::vector<std::uint32_t> number;
     for (std::size_t i = 0; i < cut.points.size(); ++i) {
       const auto [below, above] = cut.points[i];
       number.push_back(numbers_.of({block.numberInSlab(below), block.numberInSlab(above)}));
-      if (number.back() == positions_.size()) positions_.push_back(positions[i]);
+      if (number.back() == positions_.size()) positions_.push_back(placed.positions[i]);
     }
     for (const Triangle& triangle : cut.triangles) {
       cut_->triangles.push_back({number[triangle[0]], number[triangle[1]], number[triangle[2]]});
@@ -42,12 +45,14 @@ class BlockCuts {
     made.blocksRead = blocksRead;
     for (const std::uint32_t i : numberAsInSlab(*cut_)) made.positions.push_back(positions_[i]);
     made.cut = std::move(cut_);
+    made.motion.speeds = std::move(speeds_);
     return made;
   }
 
  private:
   std::shared_ptr<Cut> cut_ = std::make_shared<Cut>();
   std::vector<model::Point3> positions_;
+  std::vector<double> speeds_;  // of each triangle, if the motion is asked for
   PointNumbers numbers_;
 };
 
@@ -127,12 +132,18 @@ std::shared_ptr<const CellRuns> CutMemory::runs(
   });
 }
 
+bool CutMemory::hasPrisms(const std::shared_ptr<const model::Connectivity>& connectivity) {
+  return **prisms_.get(connectivity.get(),
+                       [&]() -> Result<bool> { return prismsOf(*connectivity).has_value(); });
+}
+
 SlabCutter::SlabCutter(const Hyperplane& hyperplane, OnHyperplane rule,
-                       std::shared_ptr<CutMemory> memory)
+                       std::shared_ptr<CutMemory> memory, WithMotion withMotion)
     : hyperplane_(scaledHyperplane(hyperplane)),
       basis_(basisOf(hyperplane)),
       rule_(rule),
-      memory_(std::move(memory)) {}
+      memory_(std::move(memory)),
+      withMotion_(withMotion) {}
 
 double SlabCutter::heightOf(const Point4& point) const {
   return along(hyperplane_.normal, point) - hyperplane_.offset;
@@ -195,6 +206,12 @@ Result<CutSlab> SlabCutter::cut(const Slab& slab) const {
   made.cut = memory_->cut(slab.connectivity, std::move(sides));
   place(
       *made.cut, [&](std::uint32_t i) -> const Point4& { return slab.vertices[i]; }, heights, made);
+  if (withMotion_ == WithMotion::Yes) {
+    made.motion.speeds = speedsOf(*made.cut, slab.connectivity->cells, slab.vertices);
+    if (memory_->hasPrisms(slab.connectivity)) {
+      made.motion.velocities = velocitiesOf(*made.cut, made.fractions, slab);
+    }
+  }
   return made;
 }
 
@@ -293,6 +310,9 @@ Result<CutSlab> SlabCutter::cut(const model::SlabBlocks& blocks) const {
     place(
         cut->cut, [&](std::uint32_t k) -> const Point4& { return block->vertices[k]; }, heights,
         cut->placed);
+    if (withMotion_ == WithMotion::Yes) {
+      cut->placed.motion.speeds = speedsOf(cut->cut, block->cells, block->vertices);
+    }
     block->cells = {};
     block->vertices = {};
     cut->block = std::move(*block);
@@ -303,7 +323,7 @@ Result<CutSlab> SlabCutter::cut(const model::SlabBlocks& blocks) const {
       error = made->error;
       return false;
     }
-    cuts.add(made->block, made->cut, made->placed.positions);
+    cuts.add(made->block, made->cut, made->placed);
     return true;
   });
   if (error) return pass(*error);

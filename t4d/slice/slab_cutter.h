@@ -26,6 +26,7 @@ struct CutSlab {
   std::vector<model::Point3> positions;             // of each point of the cut
   std::vector<double> fractions;                    // likewise, from below to above
   std::vector<const model::Attribute*> attributes;  // of the slab, unless it was cut by blocks
+  SurfaceMotion motion;                             // if it was asked for
   std::uint64_t blocksRead = 0;
 };
 
@@ -64,9 +65,12 @@ class CutMemory {
                                  std::vector<std::uint8_t> sides);
   std::shared_ptr<const CellRuns> runs(
       const std::shared_ptr<const model::Connectivity>& connectivity);
+  /// Whether the slab is made of prisms (prisms.h).
+  bool hasPrisms(const std::shared_ptr<const model::Connectivity>& connectivity);
 
  private:
   model::SharedParts<const model::Connectivity*, CellRuns> runs_;
+  model::SharedParts<const model::Connectivity*, bool> prisms_;
   std::mutex mutex_;
   std::shared_ptr<const model::Connectivity> checked_;
   std::shared_ptr<const model::Connectivity> connectivity_;
@@ -77,7 +81,9 @@ class CutMemory {
 /// Cuts slabs by a hyperplane. Safe to use from several threads at once.
 class SlabCutter {
  public:
-  SlabCutter(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<CutMemory> memory);
+  /// The motion is found of slabs that are whole or in blocks, and of a hyperplane at a time.
+  SlabCutter(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<CutMemory> memory,
+             WithMotion withMotion = WithMotion::No);
 
   const HyperplaneBasis& basis() const { return basis_; }
   /// Whether the hyperplane cuts nothing within these bounds. As n.p is computed it never decreases
@@ -113,6 +119,7 @@ class SlabCutter {
   HyperplaneBasis basis_;
   OnHyperplane rule_;
   std::shared_ptr<CutMemory> memory_;
+  WithMotion withMotion_;
 };
 
 }  // namespace t4d::slice

@@ -25,8 +25,11 @@ using model::Triangle;
 
 class Slicer::Impl {
  public:
-  Impl(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<CutMemory> memory)
-      : cutter(hyperplane, rule, std::move(memory)) {}
+  Impl(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<CutMemory> memory,
+       WithMotion withMotion = WithMotion::No)
+      : cutter(hyperplane, rule, std::move(memory), withMotion) {
+    if (withMotion == WithMotion::Yes) slice_.motion.emplace();
+  }
 
   const SlabCutter cutter;
 
@@ -83,6 +86,8 @@ class Slicer::Impl {
       if (!rightHanded) std::swap(triangles[i][1], triangles[i][2]);
     }
     if (!cut.triangles.empty()) carryAttributes(made, added);
+    // Of a slice at a time, which one slab gives.
+    if (slice_.motion) slice_.motion = std::move(made.motion);
   }
 
   /// Instead of the next slab, which the hyperplane misses.
@@ -174,15 +179,18 @@ Slice Slicer::finish() { return impl_->finish(); }
 
 class TimeSlicer::Impl {
  public:
-  explicit Impl(const model::Source& source) : source_(source) {}
+  Impl(const model::Source& source, WithMotion withMotion)
+      : source_(source), withMotion_(withMotion) {}
   Result<Slice> at(double given) const;
 
  private:
   const model::Source& source_;
+  WithMotion withMotion_;
   std::shared_ptr<CutMemory> memory_ = std::make_shared<CutMemory>();
 };
 
-TimeSlicer::TimeSlicer(const model::Source& source) : impl_(std::make_unique<Impl>(source)) {}
+TimeSlicer::TimeSlicer(const model::Source& source, WithMotion withMotion)
+    : impl_(std::make_unique<Impl>(source, withMotion)) {}
 
 TimeSlicer::~TimeSlicer() = default;
 
@@ -192,7 +200,7 @@ Result<Slice> TimeSlicer::Impl::at(double given) const {
   const auto at = slabAtTime(source_, given);
   if (!at) return pass(at.error());
   Slicer::Impl slicer(Hyperplane::atTime(at->time),
-                      at->atEnd ? OnHyperplane::Above : OnHyperplane::Below, memory_);
+                      at->atEnd ? OnHyperplane::Above : OnHyperplane::Below, memory_, withMotion_);
   if (at->slab) {
     const auto open = openSlab(source_, *at->slab);
     if (!open) return pass(open.error());

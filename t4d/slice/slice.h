@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,16 @@
 #include "t4d/slice/hyperplane.h"
 
 namespace t4d::slice {
+
+/// How the surface of a slice at a time moves as time goes on, in length units per time unit.
+struct SurfaceMotion {
+  /// Of each triangle, along its normal, positive outward. A cell with the outward normal (n, n_t)
+  /// in space-time moves with -n_t / |n|.
+  std::vector<double> speeds;
+  /// Of each vertex, where the slab tells how its points move: if it is made of the prisms of a
+  /// swept solid, along the segments between the two places of each vertex. Otherwise empty.
+  std::vector<model::Point3> velocities;
+};
 
 /// The section of a 4D mesh by a hyperplane: a closed triangle mesh facing outward, in the
 /// coordinates of basisOf(hyperplane).
@@ -23,7 +34,12 @@ struct Slice {
   std::uint64_t blocksRead = 0;
   /// Attributes that could not be transferred, one sentence each.
   std::vector<std::string> losses;
+  /// Of a slicer that was asked for it (WithMotion).
+  std::optional<SurfaceMotion> motion;
 };
+
+/// Whether a slicer also finds the motion of its slices, for addVelocity (velocity.h).
+enum class WithMotion : std::uint8_t { No, Yes };
 
 /// Whether a vertex exactly on the hyperplane counts as below or above it.
 enum class OnHyperplane : std::uint8_t { Below, Above };
@@ -62,7 +78,7 @@ class Slicer : public model::Sink {
 class TimeSlicer {
  public:
   /// `source` must outlive the slicer.
-  explicit TimeSlicer(const model::Source& source);
+  explicit TimeSlicer(const model::Source& source, WithMotion withMotion = WithMotion::No);
   ~TimeSlicer();
 
   /// As sliceAtTime.

@@ -34,7 +34,7 @@ class LastSlabKept : public model::Source {
 }  // namespace
 
 std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<const double> times,
-                                        const model::Progress& progress) {
+                                        const model::Progress& progress, WithMotion withMotion) {
   // In time order, so that times within one slab are consecutive.
   std::vector<std::size_t> order(times.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -44,7 +44,7 @@ std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<c
   std::ranges::stable_sort(order, {}, key);
 
   const LastSlabKept kept(source);
-  const TimeSlicer slicer(kept);
+  const TimeSlicer slicer(kept, withMotion);
   std::vector<Result<Slice>> slices(times.size());
   for (std::size_t done = 0; done < order.size(); ++done) {
     slices[order[done]] = slicer.at(times[order[done]]);

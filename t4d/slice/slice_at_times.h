@@ -11,6 +11,7 @@ namespace t4d::slice {
 /// times[i], so a time outside the mesh is an error in that result only. Reads each slab at most
 /// once, and only those that a time falls into; keeps one slab in memory besides the slices.
 std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<const double> times,
-                                        const model::Progress& progress = {});
+                                        const model::Progress& progress = {},
+                                        WithMotion withMotion = WithMotion::No);
 
 }  // namespace t4d::slice

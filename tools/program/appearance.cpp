@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/slice/velocity.h"
 #include "tools/program/numbers.h"
 
 namespace t4d::tools {
@@ -77,19 +78,24 @@ void Appearance::addTo(CLI::App& command) {
           "flat|smooth|crease:DEG"));
   command
       .add_option("--color", color,
-                  "Colour by body, time, input triangle or attribute (default: none)")
+                  "Colour by body, time, speed, input triangle or attribute (default: none)")
       ->check(CLI::Validator(
           [](std::string& text) {
-            const bool known = text == "body" || text == "time" || text == "triangle" ||
+            const bool known = text == "body" || text == "time" || text == "speed" ||
+                               text == "triangle" ||
                                (text.starts_with(kAttribute) && text.size() > kAttribute.size());
             return known ? std::string()
-                         : fmt::format("'{}' is not body, time, triangle or attribute:NAME", text);
+                         : fmt::format("'{}' is not body, time, speed, triangle or attribute:NAME",
+                                       text);
           },
-          "body|time|triangle|attribute:NAME"));
+          "body|time|speed|triangle|attribute:NAME"));
 }
 
 std::string Painting::text() const {
   if (!attribute) return {};
+  if (attribute->magnitude) {
+    return fmt::format("coloured by speed, from 0 to {}", attribute->high);
+  }
   if (attribute->distinct || attribute->components > 1) {
     return fmt::format("coloured by attribute '{}'", attribute->attribute);
   }
@@ -98,8 +104,17 @@ std::string Painting::text() const {
 }
 
 nlohmann::json Painting::range() const {
-  if (!attribute || attribute->distinct || attribute->components > 1) return nullptr;
+  if (!attribute || attribute->distinct) return nullptr;
+  if (attribute->components > 1 && !attribute->magnitude) return nullptr;
   return {attribute->low, attribute->high};
+}
+
+Painting speedPainting(double largest) {
+  const convert::AttributeColors colors{.attribute = std::string(slice::kVelocity),
+                                        .components = 3,
+                                        .magnitude = true,
+                                        .high = largest};
+  return {[colors](formats::NamedMesh& mesh, double) { colors.paint(mesh); }, colors};
 }
 
 std::optional<formats::NormalStyle> Appearance::normalStyle() const {

@@ -26,6 +26,9 @@ struct Painting {
   nlohmann::json range() const;
 };
 
+/// Colours by the attribute `velocity`, from a speed of 0 to the largest.
+Painting speedPainting(double largest);
+
 /// How slices look: `--normals` and `--color`.
 struct Appearance {
   std::string normals;
@@ -33,10 +36,14 @@ struct Appearance {
 
   void addTo(CLI::App& command);
 
+  /// The colours are those of the velocity of slices (speedPainting).
+  bool isBySpeed() const { return color == "speed"; }
+
   std::optional<formats::NormalStyle> normalStyle() const;
   /// Colours of the bodies of a file that lasts for `span`. By body: the colour that the file says,
   /// or else one of a palette. By time: from dark blue at the beginning to yellow at the end. By an
-  /// attribute: convert::AttributeColors, whose range is that of all bodies or meshes.
+  /// attribute: convert::AttributeColors, whose range is that of all bodies or meshes. Not by
+  /// speed.
   Result<Painting> painting(const formats::Metadata& metadata, const model::TimeSpan& span,
                             std::span<const model::Body> bodies) const;
   Result<Painting> painting(const formats::Metadata& metadata, const model::TimeSpan& span,

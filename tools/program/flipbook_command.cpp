@@ -15,6 +15,7 @@
 #include "tools/program/gltf_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/velocity_options.h"
 
 namespace t4d::tools {
 namespace {
@@ -28,6 +29,7 @@ struct FlipbookArguments {
   FrameOptions frames;
   InputOptions only;
   Appearance appearance;
+  VelocityOptions velocity;
   GltfOptions gltf;
   bool visibility = false;
   bool exact = false;
@@ -57,6 +59,10 @@ int run(const FlipbookArguments& options) {
   if ((options.rigid || options.morph) && options.appearance.color == "time") {
     return wrongUsage("--color time: a body of --rigid or --morph has one colour");
   }
+  if ((options.rigid || options.morph) && options.appearance.isBySpeed()) {
+    return wrongUsage("--color speed: a body of --rigid or --morph has one colour");
+  }
+  if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
   if (const auto misuse = options.gltf.misuse(options.output)) return wrongUsage(*misuse);
   if (options.morph && options.gltf.bits > 15) {
     return wrongUsage("--quantize: shapes of --morph have at most 15 bits");
@@ -75,7 +81,16 @@ int run(const FlipbookArguments& options) {
   how.detail = options.exact ? slice::SliceDetail::Exact : slice::SliceDetail::Light;
   how.write = {.attributes = options.attributes, .placement = placement};
   how.write.normals = options.appearance.normalStyle();
-  auto painting = options.appearance.painting(input->metadata, span, input->bodies);
+  if (options.velocity.isNeeded(options.appearance)) {
+    if (times.size() == 1) {
+      return wrongUsage("--velocity: one frame alone has no speed of playback; take --frames 2");
+    }
+    how.velocity = options.velocity.ofFrames(options.appearance,
+                                             convert::playbackRates(times, how.framesPerSecond));
+  }
+  auto painting = options.appearance.isBySpeed()
+                      ? paintingBySpeed(input->bodies, times, how.detail, *how.velocity)
+                      : options.appearance.painting(input->metadata, span, input->bodies);
   if (!painting) return report(inInput(painting.error(), *input));
   how.paint = painting->paint;
   const auto bounds = boundsOf(*input);
@@ -124,6 +139,8 @@ int run(const FlipbookArguments& options) {
                {"morph", options.morph},
                {"light", written->light},
                {"distance", written->distance},
+               {"max_speed", velocityJson(how.velocity.has_value(), written->maxSpeed)},
+               {"clamped", velocityJson(how.velocity.has_value(), written->clamped)},
                {"color_range", painting->range()},
                {"quantization_error", quantizationError(how.write.gltf)}});
   } else {
@@ -131,6 +148,9 @@ int run(const FlipbookArguments& options) {
           written->files.front().string(), counted(written->frames, "frame"), times.front(),
           times.back(), seconds, counted(written->triangles, "triangle"), sizeText(bytes),
           kindText(options, *written));
+    printExtra({velocityText(options.velocity, written->maxSpeed, written->clamped,
+                             velocityUnit(input->metadata, /*ofPlayback=*/true)),
+                painting->text()});
   }
   if (written->triangles == 0) {
     printNotices({"the flipbook is empty: the solid is not there at any of these times"});
@@ -169,6 +189,7 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_flag("--attributes", options->attributes,
                     "Write attributes; list those that glTF cannot store (exit code 3)");
   options->appearance.addTo(*command);
+  options->velocity.addTo(*command)->excludes(rigid)->excludes(morph);
   options->gltf.addTo(*command);
   rigid->excludes(command->get_option("--quantize"));
   command

@@ -19,6 +19,7 @@
 #include "tools/program/gltf_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/velocity_options.h"
 #include "tools/program/voxel_series.h"
 
 namespace t4d::tools {
@@ -31,8 +32,10 @@ struct FramesArguments {
   std::string output;
   std::string format;
   FrameOptions frames;
+  const CLI::Option* fps = nullptr;
   InputOptions only;
   Appearance appearance;
+  VelocityOptions velocity;
   GltfOptions gltf;
   std::optional<double> voxelSize;
   bool light = false;
@@ -63,10 +66,11 @@ int runGrids(const FramesArguments& options) {
   if (!options.voxelSize) return wrongUsage("--format vdb needs --voxel-size");
   const Appearance& looks = options.appearance;
   if (options.light || options.attributes || options.center || options.gltf.bits ||
-      options.gltf.meshopt || !looks.normals.empty() || !looks.color.empty()) {
+      options.gltf.meshopt || options.velocity.velocity || !looks.normals.empty() ||
+      !looks.color.empty()) {
     return wrongUsage(
         "--format vdb: grids have no --light, --attributes, --center, --quantize, --meshopt, "
-        "--normals or --color");
+        "--normals, --velocity or --color");
   }
   auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
@@ -113,6 +117,8 @@ int runGrids(const FramesArguments& options) {
                {"manifest", path.string()},
                {"light", false},
                {"distance", 0},
+               {"max_speed", nullptr},
+               {"clamped", nullptr},
                {"color_range", nullptr},
                {"quantization_error", nullptr}});
   } else {
@@ -125,6 +131,9 @@ int runGrids(const FramesArguments& options) {
 }
 
 int run(const FramesArguments& options) {
+  if (options.fps->count() > 0 && options.frames.speedFile.empty() && !options.velocity.velocity) {
+    return wrongUsage("--fps: needs --speed-file or --velocity");
+  }
   if (options.format == "vdb") return runGrids(options);
   if (options.voxelSize) return wrongUsage("--voxel-size: only for --format vdb");
   // A pattern has an extension of its own.
@@ -134,6 +143,7 @@ int run(const FramesArguments& options) {
   const auto names = convert::frameNames(options.output, extension);
   if (!names) return wrongUsage(names.error().message);
   if (const auto misuse = options.gltf.misuse("a" + names->extension)) return wrongUsage(*misuse);
+  if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
   auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
   const formats::Metadata& metadata = input->metadata;
@@ -149,7 +159,16 @@ int run(const FramesArguments& options) {
   how.space = spaceOf(metadata);
   how.write.attributes = options.attributes;
   how.write.normals = options.appearance.normalStyle();
-  auto painting = options.appearance.painting(metadata, span, input->bodies);
+  const bool plays = options.fps->count() > 0 || !options.frames.speedFile.empty();
+  if (plays && options.velocity.velocity && times.size() == 1) {
+    return wrongUsage("--velocity: one frame alone has no speed of playback; leave out --fps");
+  }
+  how.velocity = options.velocity.ofFrames(
+      options.appearance, plays ? convert::playbackRates(times, options.frames.framesPerSecond)
+                                : std::vector<double>());
+  auto painting = options.appearance.isBySpeed()
+                      ? paintingBySpeed(input->bodies, times, how.detail, *how.velocity)
+                      : options.appearance.painting(metadata, span, input->bodies);
   if (!painting) return report(inInput(painting.error(), *input));
   how.paint = painting->paint;
   const auto bounds = boundsOf(*input);
@@ -181,6 +200,8 @@ int run(const FramesArguments& options) {
                {"manifest", manifest},
                {"light", written->light},
                {"distance", written->distance},
+               {"max_speed", velocityJson(how.velocity.has_value(), written->maxSpeed)},
+               {"clamped", velocityJson(how.velocity.has_value(), written->clamped)},
                {"color_range", painting->range()},
                {"quantization_error", quantizationError(how.write.gltf)}});
   } else {
@@ -190,7 +211,9 @@ int run(const FramesArguments& options) {
           counted(written->frames, "frame"), times.front(), times.back(),
           counted(written->triangles, "triangle"), sizeText(written->bytes), manifest,
           detailText(written->light, written->distance));
-    printExtra({painting->text(), quantizationText(how.write.gltf)});
+    printExtra({velocityText(options.velocity, written->maxSpeed, written->clamped,
+                             velocityUnit(metadata, plays)),
+                painting->text(), quantizationText(how.write.gltf)});
   }
   return reportLosses(written->losses, options.center);
 }
@@ -203,9 +226,8 @@ void addFrames(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<FramesArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostFrameFiles);
-  options->frames.addSpeedTo(*command)
-      ->description("Frames per second of --speed-file")
-      ->needs("--speed-file");
+  options->fps = options->frames.addSpeedTo(*command)->description(
+      "Frames per second of playback, for --speed-file and --velocity");
   command
       ->add_option("-o,--output", options->output,
                    "Output folder, or file name pattern such as out/bolt_%04d.ply")
@@ -233,6 +255,7 @@ void addFrames(CLI::App& app, int& exitCode) {
   command->add_flag("--attributes", options->attributes,
                     "Write attributes; list those that the format cannot store (exit code 3)");
   options->appearance.addTo(*command);
+  options->velocity.addTo(*command);
   options->gltf.addTo(*command);
   addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");

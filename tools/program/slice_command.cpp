@@ -12,6 +12,7 @@
 #include "t4d/slice/light_slice.h"
 #include "t4d/slice/merge_coplanar.h"
 #include "t4d/slice/slice.h"
+#include "t4d/slice/velocity.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -21,6 +22,7 @@
 #include "tools/program/input_options.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/velocity_options.h"
 
 namespace t4d::tools {
 namespace {
@@ -35,6 +37,7 @@ struct SliceArguments {
   std::vector<double> hyperplane;
   InputOptions only;
   Appearance appearance;
+  VelocityOptions velocity;
   GltfOptions gltf;
   std::string coplanar = "keep";
   bool light = false;
@@ -76,17 +79,22 @@ struct Sections {
   std::uint64_t blocksRead = 0;
   bool light = false;
   double distance = 0;
+  slice::VelocityReport velocity;  // of all bodies; ofPoints if all are
 };
 
 /// The slice of one body; notes in `sections` whether it is light.
 Result<slice::LightSlice> sliceOf(const model::Body& body, const slice::Hyperplane& hyperplane,
-                                  bool light, Sections& sections, const model::Progress& progress) {
-  if (!light) {
-    auto exact = slice::slice(*body.source, hyperplane, progress);
+                                  const SliceArguments& options, Sections& sections,
+                                  const model::Progress& progress) {
+  const bool moves = options.velocity.isNeeded(options.appearance);
+  const auto withMotion = moves ? slice::WithMotion::Yes : slice::WithMotion::No;
+  if (!options.light) {
+    auto exact = moves ? slice::TimeSlicer(*body.source, withMotion).at(hyperplane.offset)
+                       : slice::slice(*body.source, hyperplane, progress);
     if (!exact) return pass(exact.error());
     return slice::LightSlice{std::move(*exact), /*light=*/false, 0, {}};
   }
-  auto made = slice::LightSlicer(*body.source).at(hyperplane.offset);
+  auto made = slice::LightSlicer(*body.source, withMotion).at(hyperplane.offset);
   if (!made) return pass(made.error());
   sections.distance = std::max(sections.distance, made->distance);
   if (!made->light) {
@@ -99,20 +107,38 @@ Result<slice::LightSlice> sliceOf(const model::Body& body, const slice::Hyperpla
   return made;
 }
 
-Result<Sections> cut(const verbs::Input& input, const slice::Hyperplane& hyperplane, bool light) {
+/// If the options ask for it.
+Result<void> addVelocity(slice::Slice& slice, const SliceArguments& options, Sections& sections) {
+  if (!slice.motion) return {};
+  slice::VelocityOptions how;
+  if (options.velocity.maxSpeed) how.most = *options.velocity.maxSpeed;
+  const auto added = slice::addVelocity(slice, how);
+  if (!added) return pass(added.error());
+  slice::VelocityReport& all = sections.velocity;
+  all.volumeRate += added->volumeRate;
+  all.maxSpeed = std::max(all.maxSpeed, added->maxSpeed);
+  all.clamped += added->clamped;
+  all.ofPoints = all.ofPoints && (added->ofPoints || slice.mesh.vertices.empty());
+  return {};
+}
+
+Result<Sections> cut(const verbs::Input& input, const slice::Hyperplane& hyperplane,
+                     const SliceArguments& options) {
   auto bodies = bodiesAt(input.bodies, hyperplane);
   if (!bodies) return pass(bodies.error());
   Sections sections;
-  sections.light = light;
+  sections.light = options.light;
+  sections.velocity.ofPoints = true;
   ProgressBar bar("slicing", verbs::slabCountOf(*bodies), "slabs");
   for (const model::Body& body : *bodies) {
-    auto made = sliceOf(body, hyperplane, light, sections, bar.part(body.source->slabCount()));
+    auto made = sliceOf(body, hyperplane, options, sections, bar.part(body.source->slabCount()));
     if (!made) return pass(made.error());
     slice::Slice* slice = &made->slice;
     for (const model::Point3& vertex : slice->mesh.vertices) {
       if (vertex.allFinite()) continue;
       return invalid("the slice has coordinates beyond the range of doubles");
     }
+    if (auto added = addVelocity(*slice, options, sections); !added) return pass(added.error());
     sections.slabsRead += slice->slabsRead;
     sections.slabsSkipped += slice->slabsSkipped;
     sections.blocksRead += slice->blocksRead;
@@ -129,6 +155,15 @@ model::Bounds3 boundsOf(const Sections& sections) {
     bounds.add(model::boundsOf(section.mesh));
   }
   return bounds;
+}
+
+/// Leaves out the attributes that are not to be written.
+void dropAttributes(const SliceArguments& options, model::TriangleMesh& mesh) {
+  std::erase_if(mesh.attributes, [&](const model::Attribute& attribute) {
+    return attribute.name == slice::kVelocity && options.velocity.isNeeded(options.appearance)
+               ? !options.velocity.velocity
+               : !options.attributes;
+  });
 }
 
 struct Merged {
@@ -184,7 +219,7 @@ Result<std::vector<std::string>> write(const SliceArguments& options, const Sect
                                        const formats::Metadata& metadata,
                                        const formats::GltfEncoding& encoding,
                                        const model::Point3& center) {
-  formats::MeshWriteOptions how{.attributes = options.attributes};
+  formats::MeshWriteOptions how{.attributes = options.attributes || options.velocity.velocity};
   model::Point4 origin;
   origin << originOf(metadata), 0;
   how.origin = slice::basisOf(hyperplane).axes * origin;
@@ -202,13 +237,20 @@ Result<std::vector<std::string>> write(const SliceArguments& options, const Sect
   return formats::writeTriangleMeshes(options.output, sections.meshes, how);
 }
 
+std::string velocityOf(const slice::VelocityReport& report) {
+  return report.ofPoints ? "points" : "surface";
+}
+
 int run(const SliceArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, {&options.input, 1})) {
     return wrongUsage(*misuse);
   }
-  if (options.appearance.color == "time" && !options.time) {
-    return wrongUsage("--color time: colours are those of a slice at a time (--time)");
+  const std::string& color = options.appearance.color;
+  if ((color == "time" || color == "speed") && !options.time) {
+    return wrongUsage(
+        fmt::format("--color {}: colours are those of a slice at a time (--time)", color));
   }
+  if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
   const slice::Hyperplane hyperplane = hyperplaneOf(options);
   if (const auto checked = slice::checkHyperplane(hyperplane); !checked) {
     return wrongUsage("--hyperplane: " + checked.error().message);
@@ -218,17 +260,21 @@ int run(const SliceArguments& options) {
   }
   auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  auto sections = cut(*input, hyperplane, options.light);
+  auto sections = cut(*input, hyperplane, options);
   if (!sections) {
     return report(inInput(sections.error(), *input));
   }
   std::optional<Merged> merged;
   if (options.coplanar == "merge") merged = mergeCoplanar(options, *sections);
-  auto painting = options.appearance.painting(input->metadata, model::timeSpanOf(input->bodies),
-                                              sections->meshes);
+  const Appearance& looks = options.appearance;
+  auto painting =
+      looks.isBySpeed()
+          ? speedPainting(sections->velocity.maxSpeed)
+          : looks.painting(input->metadata, model::timeSpanOf(input->bodies), sections->meshes);
   if (!painting) return report(inInput(painting.error(), *input));
   for (formats::NamedMesh& section : sections->meshes) {
     if (painting->paint) painting->paint(section, options.time.value_or(0));
+    dropAttributes(options, section.mesh);
   }
   const formats::GltfEncoding encoding = options.gltf.encoding(boundsOf(*sections));
   std::vector<std::string> losses;
@@ -237,7 +283,7 @@ int run(const SliceArguments& options) {
     const formats::Metadata& metadata = input->metadata;
     const model::Point3 center =
         options.center ? roundCenterOf(boundsOf(*sections)) : model::Point3(0, 0, 0);
-    if (options.attributes) {
+    if (options.attributes || options.velocity.velocity) {
       auto placed =
           placeAttributes(*sections, metadata.attributes, options.time.has_value(), center);
       if (!placed) return report(inInput(placed.error(), *input));
@@ -264,6 +310,8 @@ int run(const SliceArguments& options) {
     printNotices({"coordinates are too large to measure volume or area"});
   }
   if (options.json) {
+    const bool moves = options.velocity.isNeeded(options.appearance);
+    const slice::VelocityReport& velocity = sections->velocity;
     printJson({{"vertices", vertices},
                {"triangles", triangles},
                {"closed", closed},
@@ -276,6 +324,10 @@ int run(const SliceArguments& options) {
                {"requests", input->reader->requests()},
                {"light", sections->light},
                {"distance", sections->distance},
+               {"volume_rate", velocityJson(moves, velocity.volumeRate)},
+               {"max_speed", velocityJson(moves, velocity.maxSpeed)},
+               {"clamped", velocityJson(moves, velocity.clamped)},
+               {"velocity_of", velocityJson(moves, velocityOf(velocity))},
                {"color_range", painting->range()},
                {"quantization_error", quantizationError(encoding)},
                {"merge_distance", merged ? nlohmann::json(merged->distance) : nullptr}});
@@ -289,7 +341,15 @@ int run(const SliceArguments& options) {
           sizeText(input->reader->fileBytes()), counted(sections->slabsRead, "slab"),
           requests > 0 ? ", in " + counted(requests, "request") : "");
     if (options.light) print("  {}\n", detailText(sections->light, sections->distance));
-    printExtra({merged ? fmt::format("coplanar triangles merged: {} before; no point moved further "
+    const slice::VelocityReport& velocity = sections->velocity;
+    const std::string unit = velocityUnit(input->metadata, /*ofPlayback=*/false);
+    printExtra({velocityText(options.velocity, velocity.maxSpeed, velocity.clamped, unit),
+                options.velocity.velocity
+                    ? fmt::format("the volume changes by {:.12g} per time unit; velocities are of "
+                                  "the {}",
+                                  velocity.volumeRate, velocityOf(velocity))
+                    : "",
+                merged ? fmt::format("coplanar triangles merged: {} before; no point moved further "
                                      "than {:.3g}",
                                      grouped(merged->before), merged->distance)
                        : "",
@@ -338,6 +398,7 @@ void addSlice(CLI::App& app, int& exitCode) {
   command->add_flag("--attributes", options->attributes,
                     "Write attributes; list those that the format cannot store (exit code 3)");
   options->appearance.addTo(*command);
+  options->velocity.addTo(*command)->needs("--time");
   options->gltf.addTo(*command);
   addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");

@@ -4,7 +4,6 @@
 #include <array>
 #include <span>
 
-#include "t4d/measure/space_time_tetrahedron.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::edit {
@@ -14,14 +13,8 @@ inline std::array<model::Point4, 4> cornersOf(std::span<const model::Point4> ver
   return {vertices[cell[0]], vertices[cell[1]], vertices[cell[2]], vertices[cell[3]]};
 }
 
-/// The outward normal of a cell with these corners, six times as long as its volume.
-inline Eigen::Vector4d cellNormal(const std::array<model::Point4, 4>& corners) {
-  return measure::crossProduct(corners[1] - corners[0], corners[2] - corners[0],
-                               corners[3] - corners[0]);
-}
-
 /// The square of measure::CellQuality::height, the smallest height of a tetrahedron divided by its
-/// longest edge; `normal` is that of cellNormal. 2/3 for a regular one, 0 for a flat one.
+/// longest edge; `normal` is that of model::cellNormal. 2/3 for a regular one, 0 for a flat one.
 inline double squaredHeight(const std::array<model::Point4, 4>& corners,
                             const Eigen::Vector4d& normal) {
   const auto edge = [&](int i, int j) { return (corners[i] - corners[j]).squaredNorm(); };
