@@ -20,6 +20,9 @@ def options(attack):
         Run(["slice", file, f"--time={value}"], [file]),
         Run(["slice", file, f"--x={value}"], [file]),
         Run(["slice", file, f"--hyperplane={value},1,{value},2,{value}"], [file]),
+        Run(["slice", file, "--time=0.5", "--velocity", f"--max-speed={value}"], [file]),
+        Run(["frames", file, "-n", 2, "--velocity", f"--fps={value}", "--format", "vtp",
+             "-o", attack.path("frames")], [file]),
         Run(["flipbook", file, f"--times={value}:1:3", "-o", attack.path("out.glb")], [file]),
         Run(["flipbook", file, "-n", 2, f"--fps={value}", "-o", attack.path("out.glb")], [file]),
         Run(["sweep", mesh, "-m", motion, f"--rv-min={value}", "-o", out], [mesh, motion], out),
@@ -32,6 +35,44 @@ def options(attack):
              "--html", attack.path("page.html"), "-o", out], [file], out),
         Run(["simplify", file, "--ratio", "0.5", f"--time-scale={value}", "-o", out], [file], out),
     ])
+
+
+@input_class(weight=2)
+def slice_velocities(attack):
+    """slices of meshes at any scale of space and time: the flux of the velocity is the rate of the
+    volume, and no vertex is faster than it may be"""
+    rng = attack.rng
+    source = attack.pick("t4d")
+    file = attack.path("scaled.t4d")
+    scales = [repr(10 ** rng.uniform(-12, 12)) for _ in range(2)]
+    made = attack.t4d("transform", source, "--scale", scales[0], "--time-scale", scales[1], "-q",
+                      "-o", file)
+    if not made.succeeded:
+        return Run(["info", source], [source])
+    about = attack.t4d("info", file, "--json").json
+    begin, end = about["time_begin"], about["time_end"]
+    part = (end - begin) * 1e-5
+    time = rng.uniform(begin + 2 * part, end - 2 * part)
+
+    def at(moment):
+        return attack.t4d("slice", file, "-t", repr(moment), "--json").json
+
+    most = repr(10 ** rng.uniform(-3, 3))
+    def check(result):
+        if not result.succeeded:
+            return [f"no velocity: {result.err}"]
+        found = result.json
+        rate = (at(time + part)["volume"] - at(time - part)["volume"]) / (2 * part)
+        scale = found["area"] * max(found["area"], 1e-300) ** 0.5 / (end - begin)
+        problems = []
+        if abs(rate - found["volume_rate"]) > 1e-2 * (scale + abs(rate)):
+            problems.append(f"the flux is {found['volume_rate']!r}, the rate of the volume {rate!r}")
+        if found["max_speed"] > float(most) * (1 + 1e-12):
+            problems.append(f"a vertex has {found['max_speed']!r}, at most {most}")
+        return problems
+
+    return Run(["slice", file, "-t", repr(time), "--velocity", "--max-speed", most, "--json"],
+               [file], check=check)
 
 
 @input_class(weight=1)
