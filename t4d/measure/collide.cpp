@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -396,6 +397,9 @@ class Collider {
     collision.clearanceOverTime = std::move(overTime_);
     if (collision.intervals.empty() && std::isfinite(nearest_.distance)) {
       collision.clearance = nearest_;
+    }
+    for (ContactInterval& interval : collision.intervals) {
+      interval.deepestTime = std::midpoint(interval.begin, interval.end);
     }
     if (options_.overlapVolumes) {
       auto measured = measureOverlaps(*a_.source, *b_.source, collision.intervals);

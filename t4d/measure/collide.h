@@ -59,9 +59,9 @@ struct CollideOptions {
   bool clearance = true;
   /// Find it for each part of the time between two layers of either solid, too.
   bool clearanceOverTime = false;
-  /// Find the largest overlap of each interval. Without this, deepestTime and overlapVolume stay
-  /// as they are, and intervals in which no two cells cross and no part of a solid lies inside the
-  /// other count as touching.
+  /// Find the largest overlap of each interval. Without this, deepestTime is the middle,
+  /// overlapVolume is not known, and intervals in which no two cells cross and no part of a solid
+  /// lies inside the other count as touching.
   bool overlapVolumes = true;
 };
 

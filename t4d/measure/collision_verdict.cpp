@@ -4,83 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <queue>
-#include <vector>
 
-#include "t4d/measure/triangle_tree.h"
-#include "t4d/measure/winding_number.h"
+#include "t4d/measure/overlap_depth.h"
 #include "t4d/slice/slice.h"
 
 namespace t4d::measure {
 namespace {
-
-using model::Point3;
-
-/// How deep points lie in both of two solids.
-class Depth {
- public:
-  Depth(const model::TriangleMesh& a, const model::TriangleMesh& b)
-      : treeA_(a), treeB_(b), windingA_(a), windingB_(b) {}
-
-  /// The lesser of the depths in the two solids, less a length for each; negative outside of one.
-  /// Points that are a distance apart have values that differ by that distance at most. A value up
-  /// to `most` may be too large, but not larger than that, where it takes long to tell inside from
-  /// outside: near a surface.
-  double at(const Point3& point, double lessA, double lessB, double most) const {
-    const auto depthIn = [&](const TriangleTree& tree, const WindingNumber& winding, double less) {
-      constexpr double kSure = 0.25;  // far more than `at` is off
-      const double distance = tree.nearest(point).distance;
-      double number = winding.at(point) - 0.5;
-      if (std::abs(number) <= kSure) {
-        if (distance - less <= most) return distance - less;
-        number = winding.exactAt(point) - 0.5;
-      }
-      return (number > 0 ? distance : -distance) - less;
-    };
-    return std::min(depthIn(treeA_, windingA_, lessA), depthIn(treeB_, windingB_, lessB));
-  }
-
- private:
-  TriangleTree treeA_;
-  TriangleTree treeB_;
-  WindingNumber windingA_;
-  WindingNumber windingB_;
-};
-
-/// The greatest depth, less a length for each solid, to a fiftieth: by branch and bound over boxes,
-/// those that may hold the most first. 0 if none is more than `least`; any that is, if `any`.
-double greatestDepth(const Depth& depth, const model::Bounds3& bounds, double lessA, double lessB,
-                     double least, bool any = false) {
-  constexpr int kMostBoxes = 3'000;
-  constexpr double kEnough = 1.02;
-  struct Box {
-    Point3 center;
-    Point3 half;
-    double mostInIt = 0;
-  };
-  const auto isLess = [](const Box& p, const Box& q) { return p.mostInIt < q.mostInIt; };
-  std::priority_queue<Box, std::vector<Box>, decltype(isLess)> boxes(isLess);
-  double most = least;
-  const auto add = [&](const Point3& center, const Point3& half) {
-    const double here = depth.at(center, lessA, lessB, most);
-    most = std::max(most, here);
-    boxes.push({center, half, here + half.norm()});
-  };
-  add((bounds.min + bounds.max) / 2, (bounds.max - bounds.min) / 2);
-  for (int count = 1; count < kMostBoxes && boxes.top().mostInIt > kEnough * most; count += 2) {
-    if (any && most > least) break;
-    Box box = boxes.top();
-    boxes.pop();
-    // Halved along its longest side.
-    int axis = 0;
-    box.half.maxCoeff(&axis);
-    box.half[axis] /= 2;
-    const Point3 by = box.half[axis] * Point3::Unit(axis);
-    add(box.center - by, box.half);
-    add(box.center + by, box.half);
-  }
-  return most > least ? most : 0;
-}
 
 /// The largest steps for which the bounds of both are below `length`.
 std::optional<double> ratioFor(const ChordBound& a, const ChordBound& b, double length) {
@@ -130,19 +59,9 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
     const auto sliceB = slicesOfB.at(interval.deepestTime);
     if (!sliceB) return pass(sliceB.error());
     if (sliceA->mesh.triangles.empty() || sliceB->mesh.triangles.empty()) continue;
-    model::Bounds3 common = boundsOf(sliceA->mesh);
-    const model::Bounds3 other = boundsOf(sliceB->mesh);
-    common.min = common.min.cwiseMax(other.min);
-    common.max = common.max.cwiseMin(other.max);
-    if (common.empty()) continue;
-    const Depth depth(sliceA->mesh, sliceB->mesh);
-    // Faces that are to touch overlap by the rounding of their coordinates.
-    constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
-    const double rounding =
-        kRounding * std::max(common.min.cwiseAbs().maxCoeff(), common.max.cwiseAbs().maxCoeff());
-    certain = certain || greatestDepth(depth, common, chordsA.bound, chordsB.bound, rounding,
-                                       /*any=*/true) > 0;
-    result.depth = std::max(result.depth, greatestDepth(depth, common, 0, 0, rounding));
+    const OverlapDepth depth(sliceA->mesh, sliceB->mesh);
+    certain = certain || depth.greatest(chordsA.bound, chordsB.bound, /*any=*/true) > 0;
+    result.depth = std::max(result.depth, depth.greatest());
   }
   double margin = result.depth;
   if (collision.contact()) {

@@ -1,10 +1,12 @@
 #include "t4d/verbs/collide.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/measure/overlap.h"
 #include "t4d/verbs/json_text.h"
 
 namespace t4d::verbs {
@@ -17,18 +19,38 @@ using measure::Verdict;
 using model::Point3;
 using nlohmann::ordered_json;
 
+/// Whether one of the bodies is joined to the other.
+bool areAdjacent(const formats::Metadata& metadata, const BodyNames& names) {
+  return std::ranges::any_of(metadata.bodies, [&](const formats::BodyInfo& body) {
+    return (body.name == names[0] && body.parent == names[1]) ||
+           (body.name == names[1] && body.parent == names[0]);
+  });
+}
+
 /// Which bodies are tested: those of one file with those of the other, or all of one file.
-std::vector<CollidedPair> pairsOf(const std::span<const Input> inputs) {
-  std::vector<CollidedPair> pairs;
+CollideReport pairsOf(const std::span<const Input> inputs, const CollideOptions& options) {
+  CollideReport report{{}, {}, options.overlapVolumes};
+  const auto isIgnored = [&](const BodyNames& names) {
+    const BodyNames turned = {names[1], names[0]};
+    return std::ranges::any_of(
+               options.ignore,
+               [&](const BodyNames& pair) { return pair == names || pair == turned; }) ||
+           (inputs.size() == 1 && !options.adjacent && areAdjacent(inputs.front().metadata, names));
+  };
   const std::vector<model::Body>& first = inputs.front().bodies;
   const std::vector<model::Body>& last = inputs.back().bodies;
   const std::array follow = {followsPoses(inputs.front()), followsPoses(inputs.back())};
   for (std::size_t i = 0; i < first.size(); ++i) {
     for (std::size_t j = inputs.size() == 1 ? i + 1 : 0; j < last.size(); ++j) {
-      pairs.push_back({first[i], last[j], follow, {}, {}, {}});
+      const BodyNames names = {first[i].name, last[j].name};
+      if (isIgnored(names)) {
+        report.ignored.push_back(names);
+      } else {
+        report.pairs.push_back({first[i], last[j], follow});
+      }
     }
   }
-  return pairs;
+  return report;
 }
 
 std::string_view nameOf(Verdict verdict) {
@@ -45,6 +67,14 @@ std::string_view nameOf(Verdict verdict) {
   return "";
 }
 
+/// A name as a field of a table, in quotes if it needs them (RFC 4180).
+std::string csvField(const std::string& name) {
+  if (name.find_first_of(",\"\r\n") == std::string::npos) return name;
+  std::string field = "\"";
+  for (const char c : name) field += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return field + "\"";
+}
+
 ordered_json jsonOf(const Point3& point) { return {point.x(), point.y(), point.z()}; }
 
 ordered_json jsonOf(const std::optional<measure::CellNumber>& cell) {
@@ -52,7 +82,7 @@ ordered_json jsonOf(const std::optional<measure::CellNumber>& cell) {
   return {{"slab", cell->slab}, {"cell", cell->cell}};
 }
 
-ordered_json jsonOf(const CollidedPair& pair) {
+ordered_json jsonOf(const CollidedPair& pair, bool overlapVolumes) {
   const Collision& collision = pair.collision;
   ordered_json value = {{"a", pair.a.name},
                         {"b", pair.b.name},
@@ -62,13 +92,17 @@ ordered_json jsonOf(const CollidedPair& pair) {
                         {"first_contact", nullptr},
                         {"intervals", ordered_json::array()}};
   if (collision.common) value["common"] = {collision.common->begin, collision.common->end};
+  const auto measured = [&](double number) {
+    return overlapVolumes ? std::optional(number) : std::nullopt;
+  };
   for (const measure::ContactInterval& interval : collision.intervals) {
-    value["intervals"].push_back({{"begin", interval.begin},
-                                  {"end", interval.end},
-                                  {"overlaps", interval.overlaps},
-                                  {"deepest_time", interval.deepestTime},
-                                  {"overlap_volume", interval.overlapVolume},
-                                  {"overlap_volume_error", interval.volumeError}});
+    value["intervals"].push_back(
+        {{"begin", interval.begin},
+         {"end", interval.end},
+         {"overlaps", interval.overlaps},
+         {"deepest_time", orNull(measured(interval.deepestTime))},
+         {"overlap_volume", orNull(measured(interval.overlapVolume))},
+         {"overlap_volume_error", orNull(measured(interval.volumeError))}});
   }
   std::optional<double> distance;
   std::optional<double> bound;
@@ -98,6 +132,7 @@ ordered_json jsonOf(const CollidedPair& pair) {
   value["depth"] = pair.verdict.depth;
   value["clear_by"] = collision.common ? ordered_json(pair.verdict.clearBy) : ordered_json();
   value["rv_min"] = orNull(pair.decidingVolumeRatio());
+  value["steps_per_turn"] = orNull(pair.decidingStepsPerTurn());
   value["keeps_clearance"] = pair.clearance ? ordered_json(pair.keepsClearance()) : ordered_json();
   value["breaks_clearance"] =
       pair.clearance ? ordered_json(pair.clearance->answer == ClearanceVerdict::Answer::NotKept)
@@ -107,16 +142,30 @@ ordered_json jsonOf(const CollidedPair& pair) {
 
 Result<void> measurePair(CollidedPair& pair, const CollideOptions& options,
                          const model::Progress& progress) {
-  auto collision = measure::collide(*pair.a.source, *pair.b.source, {}, progress);
+  auto collision = measure::collide(*pair.a.source, *pair.b.source,
+                                    {.overlapVolumes = options.overlapVolumes}, progress);
   if (!collision) return pass(collision.error());
   pair.collision = std::move(*collision);
-  auto verdict =
-      measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.followPoses);
+  const auto judge = [&] {
+    return measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.followPoses);
+  };
+  auto verdict = judge();
   if (!verdict) return pass(verdict.error());
+  if (pair.collision.contact() && !options.overlapVolumes && verdict->verdict != Verdict::Hit) {
+    // The middle of an interval is not enough, nor are faces in common, which do not cross.
+    auto done = measure::measureOverlaps(*pair.a.source, *pair.b.source, pair.collision.intervals);
+    if (!done) return pass(done.error());
+    verdict = judge();
+    if (!verdict) return pass(verdict.error());
+  }
   pair.verdict = *verdict;
   if (options.clearance) {
     pair.clearance = measure::clearanceVerdict(pair.collision, pair.verdict, *options.clearance);
   }
+  auto samples = measure::clearanceOverTime(*pair.a.source, *pair.b.source, pair.collision,
+                                            pair.verdict, options.times);
+  if (!samples) return pass(samples.error());
+  pair.samples = std::move(*samples);
   return {};
 }
 
@@ -135,6 +184,14 @@ std::optional<double> CollidedPair::decidingVolumeRatio() const {
   return std::max(verdict.minVolumeRatio, ofClearance);
 }
 
+std::optional<std::uint64_t> CollidedPair::decidingStepsPerTurn() const {
+  const auto ratio = decidingVolumeRatio();
+  if (!ratio) return std::nullopt;
+  // A step of the angle theta keeps (1 + cos(theta)) / 2 of the volume (mesh4d/sweep.h).
+  const double angle = std::acos(std::clamp(2 * *ratio - 1, -1.0, 1.0));
+  return static_cast<std::uint64_t>(std::ceil(2 * std::acos(-1) / angle));
+}
+
 bool CollideReport::mayMeet() const { return std::ranges::any_of(pairs, &CollidedPair::mayMeet); }
 
 Result<CollideReport> collide(std::span<const Input> inputs, const CollideOptions& options,
@@ -142,7 +199,10 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
   if (inputs.size() == 2 && !options.ignoreUnits) {
     if (auto checked = checkSameUnits(inputs[0], inputs[1]); !checked) return pass(checked.error());
   }
-  CollideReport report{pairsOf(inputs)};
+  CollideReport report = pairsOf(inputs, options);
+  if (report.pairs.empty() && !report.ignored.empty()) {
+    return fail(ErrorCode::Options, "all pairs of bodies are left out", inputs.front().name);
+  }
   if (report.pairs.empty()) {
     return invalid("has one body only, which cannot collide with itself; name a second file",
                    inputs.front().name);
@@ -156,9 +216,48 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
   return report;
 }
 
+std::string clearanceCsv(const CollideReport& report) {
+  struct Row {
+    const CollidedPair* pair;
+    const measure::ClearanceSample* sample;
+  };
+  std::vector<Row> rows;
+  for (const CollidedPair& pair : report.pairs) {
+    for (const measure::ClearanceSample& sample : pair.samples) rows.push_back({&pair, &sample});
+  }
+  std::ranges::stable_sort(rows, {}, [](const Row& row) { return row.sample->time; });
+  std::string csv = "time,a,b,distance,lower_bound,overlap_depth\n";
+  for (const auto& [pair, sample] : rows) {
+    csv += fmt::format("{},{},{},{},{},{}\n", sample->time, csvField(pair->a.name),
+                       csvField(pair->b.name), sample->distance, sample->lowerBound,
+                       sample->overlapDepth);
+  }
+  return csv;
+}
+
+std::string clearanceJson(const CollideReport& report) {
+  ordered_json value = {{"pairs", ordered_json::array()}};
+  for (const CollidedPair& pair : report.pairs) {
+    ordered_json samples = ordered_json::array();
+    for (const measure::ClearanceSample& sample : pair.samples) {
+      samples.push_back({{"time", sample.time},
+                         {"distance", sample.distance},
+                         {"lower_bound", sample.lowerBound},
+                         {"overlap_depth", sample.overlapDepth}});
+    }
+    value["pairs"].push_back(
+        {{"a", pair.a.name}, {"b", pair.b.name}, {"samples", std::move(samples)}});
+  }
+  return jsonText(value);
+}
+
 std::string jsonOf(const CollideReport& report) {
   ordered_json value = {{"pairs", ordered_json::array()}};
-  for (const CollidedPair& pair : report.pairs) value["pairs"].push_back(jsonOf(pair));
+  for (const CollidedPair& pair : report.pairs) {
+    value["pairs"].push_back(jsonOf(pair, report.overlapVolumes));
+  }
+  value["ignored"] = ordered_json::array();
+  for (const auto& [a, b] : report.ignored) value["ignored"].push_back({{"a", a}, {"b", b}});
   return jsonText(value);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "t4d/measure/clearance_over_time.h"
 #include "t4d/measure/collide.h"
 #include "t4d/measure/collision_verdict.h"
 #include "t4d/verbs/input.h"
@@ -13,9 +14,19 @@
 
 namespace t4d::verbs {
 
+/// Two bodies by their names.
+using BodyNames = std::array<std::string, 2>;
+
 struct CollideOptions {
   std::optional<double> clearance = {};  ///< a distance that is to be kept, in length units
   bool ignoreUnits = false;              ///< take numbers as they are where units differ
+  std::vector<BodyNames> ignore = {};    ///< pairs that are not tested, in either order
+  /// Also test each body of one input with its parent (formats::BodyInfo::parent), the link of a
+  /// mechanism that it is joined to.
+  bool adjacent = false;
+  /// Measure overlaps; without it, their volumes and deepest times are not known.
+  bool overlapVolumes = true;
+  std::vector<double> times = {};  ///< of CollidedPair::samples
 };
 
 /// Two bodies, and whether they meet.
@@ -26,6 +37,7 @@ struct CollidedPair {
   measure::Collision collision = {};
   measure::CollisionVerdict verdict = {};
   std::optional<measure::ClearanceVerdict> clearance = {};  ///< with CollideOptions::clearance
+  std::vector<measure::ClearanceSample> samples = {};       ///< at CollideOptions::times
 
   /// Whether the clearance is kept for certain, or none was asked for.
   bool keepsClearance() const;
@@ -33,10 +45,13 @@ struct CollidedPair {
   bool mayMeet() const;
   /// The steps that decide what is open, as mesh4d::MinVolumeRatio; nothing if no steps do.
   std::optional<double> decidingVolumeRatio() const;
+  std::optional<std::uint64_t> decidingStepsPerTurn() const;  ///< the same as steps
 };
 
 struct CollideReport {
   std::vector<CollidedPair> pairs;  ///< not empty
+  std::vector<BodyNames> ignored;   ///< those that were not tested
+  bool overlapVolumes = true;       ///< they were measured
 
   bool mayMeet() const;
 };
@@ -44,9 +59,16 @@ struct CollideReport {
 /// Whether moving solids touch or overlap, when, and how near they come (measure::collide): each
 /// body of the first input with each of the second or, of one input, each with each. The pairs are
 /// valid as long as the inputs. Fails for two inputs with different units or up axes, unless they
-/// are ignored, and for a single body.
+/// are ignored, for a single body, and if all pairs are ignored.
 Result<CollideReport> collide(std::span<const Input> inputs, const CollideOptions& options = {},
                               Observer& observer = nobody());
+
+/// A table of CollidedPair::samples, with the columns
+/// time,a,b,distance,lower_bound,overlap_depth: by time, and at a time in the order of the pairs.
+std::string clearanceCsv(const CollideReport& report);
+
+/// The same as JSON: for each pair its names and `samples`.
+std::string clearanceJson(const CollideReport& report);
 
 /// The report as JSON (docs/schemas/collide.schema.json).
 std::string jsonOf(const CollideReport& report);

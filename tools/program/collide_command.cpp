@@ -3,22 +3,30 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <memory>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/srdf_reader.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/overlap.h"
-#include "t4d/slice/light_slice.h"
 #include "t4d/verbs/collide.h"
 #include "tools/program/collide_page.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/console_observer.h"
+#include "tools/program/frame_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/progress_bar.h"
+#include "tools/report/html_page.h"
+#include "tools/report/svg_picture.h"
+#include "tools/report/svg_plot.h"
 
 namespace t4d::tools {
 namespace {
@@ -32,12 +40,17 @@ using measure::Verdict;
 using model::Point3;
 using verbs::CollidedPair;
 
+constexpr std::uint64_t kMostClearances = 1'000'000;
+
 struct CollideArguments {
   std::vector<std::string> inputs;
   InputOptions only;
   verbs::CollideOptions collide;
+  std::vector<std::string> ignore;
+  FrameOptions frames;
   bool failOnContact = false;
-  std::string output;
+  bool noVolume = false;
+  std::vector<std::string> outputs;
   std::string html;
   bool json = false;
 };
@@ -73,9 +86,10 @@ std::string atMost(double bound, int digits,
   return bound > 0 ? rounded(false, bound, digits, limit) : "0";
 }
 
-std::string ratioText(double ratio) {
+std::string stepsText(double ratio, std::uint64_t perTurn) {
   constexpr double kDigits = 1e9;
-  return fmt::format("--rv-min {}", std::ceil(ratio * kDigits) / kDigits);
+  return fmt::format("--rv-min {} ({} a turn)", std::ceil(ratio * kDigits) / kDigits,
+                     counted(perTurn, "step"));
 }
 
 /// What the meshes do where the verdict is open, by how much.
@@ -127,7 +141,8 @@ std::string sentenceOf(const CollidedPair& pair, const std::optional<double>& cl
         verdict.chordsA ? pair.b.name : pair.a.name);
   }
   if (verdict.minVolumeRatio) {
-    sentence += fmt::format("; sweep with {} to decide it", ratioText(*verdict.minVolumeRatio));
+    sentence += fmt::format("; sweep with {} to decide it",
+                            stepsText(*verdict.minVolumeRatio, *pair.decidingStepsPerTurn()));
   } else if (verdict.verdict == Verdict::WithinTolerance) {
     sentence += "; no finer sweep decides it: change the motion so that they overlap or stay apart";
   }
@@ -135,7 +150,8 @@ std::string sentenceOf(const CollidedPair& pair, const std::optional<double>& cl
 }
 
 /// What is certain of the clearance.
-std::string clearanceSentence(const ClearanceVerdict& verdict, double clearance) {
+std::string clearanceSentence(const CollidedPair& pair, double clearance) {
+  const ClearanceVerdict& verdict = *pair.clearance;
   using Answer = ClearanceVerdict::Answer;
   std::string sentence = fmt::format("the clearance of {} is ", clearance);
   switch (verdict.answer) {
@@ -154,8 +170,8 @@ std::string clearanceSentence(const ClearanceVerdict& verdict, double clearance)
   sentence += fmt::format("not kept for certain: they come within {} to {} of each other",
                           atLeast(verdict.least, 6), atMost(verdict.most, 6));
   if (verdict.minVolumeRatio) {
-    return sentence +
-           fmt::format("; sweep with {} to decide it", ratioText(*verdict.minVolumeRatio));
+    return sentence + fmt::format("; sweep with {} to decide it",
+                                  stepsText(*verdict.minVolumeRatio, *pair.decidingStepsPerTurn()));
   }
   return sentence + "; no finer sweep is known to decide it";
 }
@@ -170,10 +186,11 @@ void printReport(const CollidedPair& pair, const CollideArguments& options) {
     std::vector<std::vector<std::string>> rows = {
         {"  from", "to", "", "deepest at", "volume of the overlap"}};
     for (const measure::ContactInterval& interval : collision.intervals) {
+      const bool measured = interval.overlaps && !options.noVolume;
       rows.push_back({fmt::format("  {}", interval.begin), fmt::format("{}", interval.end),
                       interval.overlaps ? "overlap" : "touch",
-                      interval.overlaps ? fmt::format("{:.12g}", interval.deepestTime) : "",
-                      interval.overlaps ? fmt::format("{:.6g}", interval.overlapVolume) : ""});
+                      measured ? fmt::format("{:.12g}", interval.deepestTime) : "",
+                      measured ? fmt::format("{:.6g}", interval.overlapVolume) : ""});
     }
     printTable(rows, "l");
   } else if (collision.clearance) {
@@ -182,70 +199,23 @@ void printReport(const CollidedPair& pair, const CollideArguments& options) {
           text(nearest.pointA), text(nearest.pointB));
   }
   if (pair.clearance && collision.common) {
-    print("  {}\n", clearanceSentence(*pair.clearance, *options.collide.clearance));
+    print("  {}\n", clearanceSentence(pair, *options.collide.clearance));
   }
 }
 
-/// A solid that stays as it is from time 0 to 1: three tetrahedra over each triangle.
-model::Mesh standing(const model::TriangleMesh& solid) {
-  const auto count = static_cast<std::uint32_t>(solid.vertices.size());
-  auto connectivity = std::make_shared<model::Connectivity>();
-  connectivity->lowerCount = connectivity->upperCount = count;
-  connectivity->vertexCount = 2 * count;
-  model::Slab slab{0, 1, {}, nullptr, {}};
-  for (const double time : {0.0, 1.0}) {
-    for (const Point3& vertex : solid.vertices) {
-      slab.vertices.emplace_back(vertex.x(), vertex.y(), vertex.z(), time);
-    }
+void printIgnored(std::span<const verbs::BodyNames> ignored) {
+  constexpr std::size_t kShown = 8;
+  if (ignored.empty()) return;
+  std::string list;
+  for (const auto& [a, b] : ignored.first(std::min(ignored.size(), kShown))) {
+    list += fmt::format("{}{} and {}", list.empty() ? "" : ", ", a, b);
   }
-  for (model::Triangle corners : solid.triangles) {
-    // Sorted, so that prisms of neighbours fit; the order of corners keeps the orientation.
-    const auto [p, q, r] = corners;
-    const bool even = (p < q) == ((q < r) == (p < r));
-    std::ranges::sort(corners);
-    const auto [a, b, c] = corners;
-    std::array<model::Cell, 3> cells = {model::Cell{a, b, c, c + count},
-                                        model::Cell{a, b, b + count, c + count},
-                                        model::Cell{a, a + count, b + count, c + count}};
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (even == (i == 1)) std::swap(cells[i][0], cells[i][1]);
-      connectivity->cells.push_back(cells[i]);
-    }
-  }
-  slab.connectivity = connectivity;
-  model::Mesh mesh;
-  (void)mesh.put(slab);
-  return mesh;
-}
-
-/// The distances of the two solids at these times; 0 during contact.
-Result<std::vector<double>> clearancesAt(const CollidedPair& pair, std::span<const double> times) {
-  std::vector<double> clearances;
-  const slice::LightSlicer slicerA(*pair.a.source);
-  const slice::LightSlicer slicerB(*pair.b.source);
-  for (const double time : times) {
-    const auto meets = [&](const measure::ContactInterval& interval) {
-      return interval.begin <= time && time <= interval.end;
-    };
-    if (std::ranges::any_of(pair.collision.intervals, meets)) {
-      clearances.push_back(0);
-      continue;
-    }
-    const auto a = slicerA.at(time);
-    if (!a) return pass(a.error());
-    const auto b = slicerB.at(time);
-    if (!b) return pass(b.error());
-    const auto found = measure::collide(standing(a->slice.mesh), standing(b->slice.mesh),
-                                        {.overlapVolumes = false});
-    if (!found) return pass(found.error());
-    clearances.push_back(found->clearance ? found->clearance->distance : 0);
-  }
-  return clearances;
+  if (ignored.size() > kShown) list += fmt::format(", and {} more", ignored.size() - kShown);
+  print("not tested, because they are joined or left out: {}\n", list);
 }
 
 Result<void> writePage(const CollideArguments& options, const std::vector<CollidedPair>& pairs,
                        const Metadata& metadata) {
-  constexpr std::uint64_t kSamples = 65;
   CollideReport made;
   made.lengthUnit = metadata.lengthUnit;
   made.timeUnit = metadata.timeUnit;
@@ -261,13 +231,11 @@ Result<void> writePage(const CollideArguments& options, const std::vector<Collid
     one.a = pair.a.name;
     one.b = pair.b.name;
     one.verdict = sentenceOf(pair, options.collide.clearance);
-    if (pair.collision.common) {
-      one.times = model::evenTimes(*pair.collision.common, kSamples);
-      auto clearances = clearancesAt(pair, one.times);
-      if (!clearances) return pass(clearances.error());
-      one.clearance = std::move(*clearances);
+    for (const measure::ClearanceSample& sample : pair.samples) {
+      one.times.push_back(sample.time);
+      one.clearance.push_back(sample.distance);
     }
-    if (pair.collision.contact()) {
+    if (pair.collision.contact() && !options.noVolume) {
       auto volumes = measure::overlapVolumes(*pair.a.source, *pair.b.source, one.times);
       if (!volumes) return pass(volumes.error());
       one.overlaps = std::move(*volumes);
@@ -290,18 +258,139 @@ Result<void> writePage(const CollideArguments& options, const std::vector<Collid
   return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
 }
 
+/// Tables and plots of the clearance over time; other outputs are the solids in contact.
+constexpr std::string_view kTables[] = {".csv", ".json", ".svg", ".png"};
+
+bool isTable(const std::string& path) {
+  return std::ranges::find(kTables, formats::lowerCaseExtension(path)) != std::end(kTables);
+}
+
+CLI::Validator tableOrMesh() {
+  return CLI::Validator(
+      [](std::string& path) {
+        const auto* format = formats::triangleMeshFormat(path);
+        if (isTable(path) || (format != nullptr && format->write != nullptr)) return std::string();
+        return fmt::format("'{}' is not the name of a .csv, .json, .svg or .png file, nor of {}",
+                           path, formats::writableTriangleMeshExtensions());
+      },
+      "FILE");
+}
+
+/// The clearance of the pairs that come nearest.
+std::string clearancePlot(const verbs::CollideReport& found, const Metadata& metadata) {
+  constexpr const char* kColours[] = {"a", "b", "d"};
+  std::vector<const CollidedPair*> pairs;
+  for (const CollidedPair& pair : found.pairs) {
+    if (!pair.samples.empty()) pairs.push_back(&pair);
+  }
+  const auto nearest = [](const CollidedPair* pair) {
+    return std::ranges::min(pair->samples, {}, &measure::ClearanceSample::distance).distance;
+  };
+  std::ranges::stable_sort(pairs, {}, nearest);
+  std::set<double> times;
+  for (const CollidedPair* pair : pairs) {
+    for (const auto& sample : pair->samples) times.insert(sample.time);
+  }
+  const std::size_t shown = std::min(pairs.size(), std::size(kColours));
+  const std::string title = shown < found.pairs.size() ? fmt::format("Clearance of {} of {} pairs",
+                                                                     shown, found.pairs.size())
+                                                       : "Clearance";
+  Plot plot{labelled(title, metadata.lengthUnit),
+            labelled("time", metadata.timeUnit),
+            {times.begin(), times.end()},
+            {},
+            true};
+  for (std::size_t i = 0; i < shown; ++i) {
+    std::map<double, double> distances;
+    for (const auto& sample : pairs[i]->samples) distances[sample.time] = sample.distance;
+    Curve curve{fmt::format("{} and {}", pairs[i]->a.name, pairs[i]->b.name), kColours[i], {}};
+    for (const double time : plot.x) {
+      const auto at = distances.find(time);
+      curve.values.push_back(at == distances.end() ? std::nan("") : at->second);
+    }
+    plot.curves.push_back(std::move(curve));
+  }
+  return svgFile(svgOf(plot));
+}
+
+Result<void> writeTable(const verbs::CollideReport& found, const Metadata& metadata,
+                        const std::string& path) {
+  constexpr double kPixelsPerUnit = 2;
+  const std::string extension = formats::lowerCaseExtension(path);
+  Result<std::string> text;
+  if (extension == ".csv") {
+    text = clearanceCsv(found);
+  } else if (extension == ".json") {
+    text = clearanceJson(found) + "\n";
+  } else {
+    text = clearancePlot(found, metadata);
+    if (extension == ".png") text = pngOfSvg(*text, kPixelsPerUnit);
+  }
+  if (!text) return pass(text.error());
+  auto file = formats::OutputFile::create(path);
+  if (!file) return pass(file.error());
+  return file->write(text->data(), text->size()).and_then([&] { return file->commit(); });
+}
+
+/// The pairs of `--ignore`: two names of bodies with a colon between them, or an SRDF file.
+Result<std::vector<verbs::BodyNames>> ignoredPairs(const CollideArguments& options,
+                                                   std::span<const verbs::Input> inputs) {
+  std::set<std::string> names;
+  for (const verbs::Input& input : inputs) {
+    for (const formats::BodyInfo& body : input.metadata.bodies) names.insert(body.name);
+  }
+  std::vector<verbs::BodyNames> pairs;
+  for (const std::string& text : options.ignore) {
+    if (formats::lowerCaseExtension(text) == ".srdf") {
+      auto listed = formats::readDisabledCollisions(text);
+      if (!listed) return pass(listed.error());
+      pairs.insert(pairs.end(), listed->begin(), listed->end());
+      continue;
+    }
+    const std::size_t before = pairs.size();
+    // Names may have colons of their own.
+    for (std::size_t at = text.find(':'); at != text.npos; at = text.find(':', at + 1)) {
+      verbs::BodyNames pair = {text.substr(0, at), text.substr(at + 1)};
+      if (names.contains(pair[0]) && names.contains(pair[1])) pairs.push_back(std::move(pair));
+    }
+    if (pairs.size() == before) {
+      return fail(ErrorCode::Options,
+                  fmt::format("--ignore {}: these are not two bodies with a colon between them; "
+                              "there are {}",
+                              text, fmt::join(names, ", ")));
+    }
+  }
+  return pairs;
+}
+
+/// The times of samples: those of the options, in the time that the inputs have in common.
+Result<std::vector<double>> sampleTimes(const CollideArguments& options,
+                                        std::span<const verbs::Input> inputs) {
+  model::TimeSpan common = model::timeSpanOf(inputs.front().bodies);
+  const model::TimeSpan other = model::timeSpanOf(inputs.back().bodies);
+  common.begin = std::max(common.begin, other.begin);
+  common.end = std::min(common.end, other.end);
+  if (!(common.begin <= common.end)) return std::vector<double>();
+  return options.frames.of(common, kMostClearances);
+}
+
 /// Why these options cannot be.
-std::optional<std::string> misuseOf(const CollideArguments& options) {
-  for (const std::string& output : {options.output, options.html}) {
-    if (output.empty()) continue;
+std::optional<std::string> misuseOf(const CollideArguments& options,
+                                    std::span<const std::string> outputs) {
+  for (const std::string& output : outputs) {
     if (auto misuse = misuseOfOutput(output, options.inputs)) return misuse;
   }
-  return misuseOfOutputs(std::array{options.output, options.html});
+  if (std::ranges::count_if(options.outputs, [](const auto& path) { return !isTable(path); }) > 1) {
+    return "-o: one file of the solids in contact is enough; further ones are .csv, .json, .svg or "
+           ".png";
+  }
+  return misuseOfOutputs(outputs);
 }
 
 int run(const CollideArguments& options) {
-  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  const std::array outputs = {options.output, options.html};
+  std::vector<std::string> outputs = options.outputs;
+  if (!options.html.empty()) outputs.push_back(options.html);
+  if (const auto misuse = misuseOf(options, outputs)) return wrongUsage(*misuse);
   if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
   std::vector<verbs::Input> inputs;
   for (const std::string& path : options.inputs) {
@@ -309,13 +398,27 @@ int run(const CollideArguments& options) {
     if (!opened) return report(opened.error());
     inputs.push_back(std::move(*opened));
   }
+  verbs::CollideOptions how = options.collide;
+  how.overlapVolumes = !options.noVolume;
+  auto ignored = ignoredPairs(options, inputs);
+  if (!ignored) return report(ignored.error());
+  how.ignore = std::move(*ignored);
+  if (!options.html.empty() || std::ranges::any_of(options.outputs, isTable)) {
+    auto times = sampleTimes(options, inputs);
+    if (!times) return report(times.error());
+    how.times = std::move(*times);
+  }
   ConsoleObserver observer;
-  const auto found = verbs::collide(inputs, options.collide, observer);
+  const auto found = verbs::collide(inputs, how, observer);
   if (!found) return report(found.error());
   const Metadata& metadata = inputs.front().metadata;
   std::vector<std::string> losses;
-  if (!options.output.empty()) {
-    auto done = verbs::writeContacts(*found, metadata, options.output, observer);
+  for (const std::string& output : options.outputs) {
+    if (isTable(output)) {
+      if (auto done = writeTable(*found, metadata, output); !done) return report(done.error());
+      continue;
+    }
+    auto done = verbs::writeContacts(*found, metadata, output, observer);
     if (!done) return report(done.error());
     losses = std::move(*done);
   }
@@ -328,6 +431,7 @@ int run(const CollideArguments& options) {
     tools::printText(jsonOf(*found) + "\n");
   } else {
     for (const CollidedPair& pair : found->pairs) printReport(pair, options);
+    printIgnored(found->ignored);
     for (const std::string& output : outputs) {
       std::error_code unknown;
       const std::uintmax_t size = std::filesystem::file_size(output, unknown);
@@ -358,9 +462,29 @@ void addCollide(CLI::App& app, int& exitCode) {
   command->add_flag("--ignore-units", options->collide.ignoreUnits,
                     "Ignore differences in units and up axes");
   command
-      ->add_option("-o,--output", options->output,
-                   "Output file (.glb): both solids at the first contact, contacts in red")
-      ->check(writableTriangleMesh());
+      ->add_option(
+          "--ignore", options->ignore,
+          "Do not test bodies A and B, or the pairs that an .srdf file disables; repeatable")
+      ->allow_extra_args(false)
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return text.find(':') != text.npos || formats::lowerCaseExtension(text) == ".srdf"
+                       ? std::string()
+                       : fmt::format("'{}' is not A:B or the name of an .srdf file", text);
+          },
+          "A:B|SRDF"));
+  command->add_flag("--adjacent", options->collide.adjacent,
+                    "Also test each body with its parent, the link that it is joined to");
+  command->add_flag("--no-volume", options->noVolume,
+                    "Leave out the volumes of overlaps, where a verdict is enough");
+  command
+      ->add_option("-o,--output", options->outputs,
+                   "Output file: both solids at the first contact, contacts in red (.glb), or the "
+                   "clearance over time (.csv, .json, .svg, .png); repeatable")
+      ->allow_extra_args(false)
+      ->check(someName())
+      ->check(tableOrMesh());
+  options->frames.addTo(*command, kMostClearances);
   command
       ->add_option("--html", options->html,
                    "Write a page with clearance and overlap over time, and pictures")
