@@ -46,6 +46,7 @@ version = re.search(r"project\(t4d VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt")
 setup(
     version=version,
     packages=["t4d"],
+    data_files=[("share/t4d/paraview", ["paraview/t4d_reader.py"])],
     cmdclass={"build_py": BuildWithCMake},
     distclass=BinaryDistribution,
 )

@@ -225,6 +225,15 @@ class Mesh(Unchanging):
     def slab_count(self) -> int:
         return self._one().slab_count
 
+    @property
+    def layer_times(self) -> NDArray[np.float64]:
+        """When the slabs of the bodies begin and end, in order, each time once. In a file with an index,
+        no slab is read for it."""
+        self.load()
+        spans = [body.slab_span(i) for body in self._bodies for i in range(body.slab_count)]
+        times: NDArray[np.float64] = np.unique(np.array(spans))
+        return times
+
     # What is in it
 
     def slabs(self) -> Iterator[Slab]:

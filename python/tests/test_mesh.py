@@ -143,6 +143,7 @@ def test_slabs_join(models):
     for before, after in itertools.pairwise(slabs):
         assert np.array_equal(before.upper_layer, after.lower_layer)
         assert before.time_span[1] == after.time_span[0]
+    assert mesh.layer_times.tolist() == sorted({time for slab in slabs for time in slab.time_span})
     vertices, cells = mesh.flat()
     assert len(cells) == sum(len(slab.cells) for slab in slabs)
     corners = vertices[cells]

@@ -20,6 +20,8 @@ def test_the_wheel_works_by_itself(tmp_path):
     )
     (wheel,) = (tmp_path / "dist").glob("t4d-*.whl")
     assert "none-any" not in wheel.name
+    with zipfile.ZipFile(wheel) as packed:
+        assert any(name.endswith(".data/data/share/t4d/paraview/t4d_reader.py") for name in packed.namelist())
     folder = tmp_path / "site"
     zipfile.ZipFile(wheel).extractall(folder)
     (info,) = folder.glob("*.dist-info")
