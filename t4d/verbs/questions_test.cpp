@@ -93,6 +93,74 @@ TEST(Collide, CubesThatMeetHalfWayTouchAtTheTimeOfTheClosedForm) {
   EXPECT_EQ(pair["verdict"], "hit");
 }
 
+TEST(Collide, SamplesTheClearanceOfTheClosedForm) {
+  const model::Mesh right = movingCube(0, 4);
+  const model::Mesh left = movingCube(5, 1);
+  const Input inputs[] = {inMemory("right", right), inMemory("left, \"odd\"", left)};
+  const auto report = collide(inputs, {.times = {0.5, 1.5, 2.5}});
+  ASSERT_TRUE(report) << report.error().text();
+  const std::vector<measure::ClearanceSample>& samples = report->pairs[0].samples;
+  ASSERT_EQ(samples.size(), 3);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(samples[i].distance, 4 - 2 * samples[i].time, 1e-12);
+    EXPECT_NEAR(samples[i].lowerBound, samples[i].distance, 1e-9);
+    EXPECT_EQ(samples[i].overlapDepth, 0);
+  }
+  // They overlap by 2 t - 4, and the deepest point is half of it inside.
+  EXPECT_EQ(samples[2].distance, 0);
+  EXPECT_LE(samples[2].overlapDepth, 0.5);
+  EXPECT_GT(samples[2].overlapDepth, 0.48);
+  const std::string csv = clearanceCsv(*report);
+  EXPECT_TRUE(
+      csv.starts_with("time,a,b,distance,lower_bound,overlap_depth\n0.5,right,"
+                      "\"left, \"\"odd\"\"\","))
+      << csv;
+  EXPECT_EQ(json::parse(clearanceJson(*report))["pairs"][0]["samples"].size(), 3);
+}
+
+/// Faces in common, overlap only near the end of the contact, and plain overlap.
+TEST(Collide, HasTheSameVerdictWithoutVolumes) {
+  const model::Mesh right = movingCube(0, 4);
+  const model::Mesh left = movingCube(5, 1);
+  const model::Mesh same = movingCube(0, 4);
+  const model::Mesh others[] = {left, same, movingCube(0.999, 4.999)};
+  for (const model::Mesh& other : others) {
+    const Input inputs[] = {inMemory("right", right), inMemory("other", other)};
+    const auto with = collide(inputs);
+    const auto without = collide(inputs, {.overlapVolumes = false});
+    ASSERT_TRUE(with && without);
+    EXPECT_EQ(without->pairs[0].verdict.verdict, with->pairs[0].verdict.verdict);
+    EXPECT_EQ(with->pairs[0].verdict.verdict, measure::Verdict::Hit);
+  }
+}
+
+TEST(Collide, LeavesOutPairs) {
+  const model::Mesh arm = movingCube(0, 4);
+  Input input = inMemory("base", arm);
+  for (const char* name : {"link", "tool"}) {
+    input.bodies.push_back({name, &arm});
+    input.metadata.bodies.push_back({.name = name});
+  }
+  input.metadata.bodies[1].parent = "base";
+  input.metadata.bodies[2].parent = "link";
+  const auto tested = [&](const CollideOptions& options) {
+    std::vector<std::string> pairs;
+    const auto report = collide({&input, 1}, options);
+    if (!report) return pairs;
+    for (const CollidedPair& pair : report->pairs) pairs.push_back(pair.a.name + pair.b.name);
+    EXPECT_EQ(report->pairs.size() + report->ignored.size(), 3);
+    return pairs;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(tested({}), Names{"basetool"});
+  EXPECT_EQ(tested({.adjacent = true}), (Names{"baselink", "basetool", "linktool"}));
+  EXPECT_EQ(tested({.ignore = {{"link", "base"}}, .adjacent = true}),
+            (Names{"basetool", "linktool"}));
+  const auto none = collide({&input, 1}, {.ignore = {{"tool", "base"}}});
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, ErrorCode::Options);
+}
+
 TEST(Collide, AsksForTheSameUnitsAndForTwoBodies) {
   const model::Mesh mesh = movingCube(0, 4);
   const model::Mesh other = movingCube(9, 8);

@@ -2465,6 +2465,35 @@ TEST_F(Program, CollideDrawsTheClearanceOverTime) {
   EXPECT_NE(page.find("clearance: 5 at 0"), std::string::npos);
 }
 
+TEST_F(Program, CollideLeavesOutPairsAndWritesTables) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  ASSERT_EQ(run("transform cube.t4d --move 25 0 0 -o beside.t4d").exitCode, 0);
+  const std::string name = run("info cube.t4d --json").value()["bodies"][0]["name"];
+  const Finished done =
+      run("collide cube.t4d beside.t4d --frames 3 -o c.csv -o c.json -o c.svg -o c.png -o c.glb");
+  ASSERT_EQ(done.exitCode, 0) << done.err;
+  EXPECT_THAT(contents(folder_ / "c.csv"),
+              testing::HasSubstr(fmt::format("\n32,{0},{0},5,4.99", name)));
+  EXPECT_EQ(json::parse(contents(folder_ / "c.json"))["pairs"][0]["samples"].size(), 3);
+  EXPECT_THAT(contents(folder_ / "c.svg"), testing::HasSubstr("Clearance"));
+  EXPECT_TRUE(contents(folder_ / "c.png").starts_with("\x89PNG"));
+  const auto srdf = [&](const std::string& text) {
+    std::ofstream(folder_ / "arm.srdf") << text;
+    return run("collide cube.t4d beside.t4d --ignore arm.srdf");
+  };
+  const std::string pair =
+      fmt::format("<disable_collisions link1=\"{0}\" link2=\"{0}\" reason=\"Never\"/>", name);
+  EXPECT_THAT(srdf("<robot name=\"arm\">" + pair + "</robot>").err,
+              testing::HasSubstr("all pairs of bodies are left out"));
+  EXPECT_EQ(srdf("<robot name=\"arm\"/>").exitCode, 0);
+  EXPECT_THAT(srdf("<robot>\n<disable_collisions link1=\"a\"/>\n</robot>").err,
+              testing::HasSubstr("arm.srdf:2: <disable_collisions> has no link1 or no link2"));
+  EXPECT_THAT(srdf("<sdf/>").err, testing::HasSubstr("arm.srdf:1: begins with <sdf>"));
+  EXPECT_THAT(srdf("<robot>").err, testing::HasSubstr("arm.srdf:1: is not XML"));
+  EXPECT_THAT(run("collide cube.t4d beside.t4d --ignore x:y").err,
+              testing::HasSubstr("there are " + name));
+}
+
 TEST_F(Program, UnwritableOutputsAreFoundBeforeTheWork) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   for (const std::string arguments :

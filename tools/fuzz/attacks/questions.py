@@ -21,6 +21,8 @@ def options(attack):
         Run(["slice", file, f"--x={value}"], [file]),
         Run(["slice", file, f"--hyperplane={value},1,{value},2,{value}"], [file]),
         Run(["slice", file, "--time=0.5", "--velocity", f"--max-speed={value}"], [file]),
+        Run(["collide", file, file, "--no-volume", f"--clearance={value}", f"--ignore={value}:a",
+             f"--times={value}:1:3", "-o", attack.path("clearance.csv")], [file]),
         Run(["frames", file, "-n", 2, "--velocity", f"--fps={value}", "--format", "vtp",
              "-o", attack.path("frames")], [file]),
         Run(["flipbook", file, f"--times={value}:1:3", "-o", attack.path("out.glb")], [file]),
