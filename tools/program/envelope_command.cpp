@@ -42,6 +42,7 @@ struct EnvelopeArguments {
   double maxMemoryGiB = 4;
   bool exact = false;
   bool outside = false;
+  std::optional<double> inflate;      // with it, outside is set
   std::array<std::string, 4> fields;  // files, as in kFields
   std::string html;
   bool center = false;
@@ -232,7 +233,8 @@ std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
     return "--each: fields are of all bodies together; choose one by --body";
   }
   if (options.outside && options.exact) {
-    return "--outside: an envelope that contains the motion for certain is made on a lattice, not "
+    return "--outside or --inflate: an envelope that contains the motion for certain is made on a "
+           "lattice, not "
            "with --exact";
   }
   return options.window.misuse();
@@ -307,6 +309,7 @@ ordered_json jsonOf(const EnvelopeArguments& options, const std::vector<Passed>&
           {"error_bound", errorBound},
           {"chord_bound", verbs::orNull(chords)},
           {"outside", options.outside},
+          {"inflate", verbs::orNull(options.inflate)},
           {"outside_by", verbs::orNull(outside)},
           {"silhouette_triangles", silhouette}};
 }
@@ -328,9 +331,11 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
     if (options.outside && envelope.voxelSize > 0) {
       const auto by = outsideBy(one);
       print(
-          "  voxel size {:g}{}; contains the {} for certain, and nothing farther than {:.3g} "
+          "  voxel size {:g}{}; contains {}the {} for certain, and nothing farther than {:.3g} "
           "from it\n",
-          envelope.voxelSize, chosen, by ? "motion" : "mesh", by.value_or(envelope.errorBound));
+          envelope.voxelSize, chosen,
+          options.inflate ? fmt::format("what is within {:g} of ", *options.inflate) : "",
+          by ? "motion" : "mesh", by.value_or(envelope.errorBound));
     } else if (envelope.voxelSize > 0) {
       print("  voxel size {:g}{}; right farther than {:.3g} from the boundary\n",
             envelope.voxelSize, chosen, envelope.errorBound);
@@ -426,7 +431,7 @@ int run(const EnvelopeArguments& options) {
   }
   for (Passed& one : *all) {
     ProgressBar bar("making the envelope of " + one.name);
-    if (options.outside) how.reach = one.chordBound.value_or(0);
+    if (options.outside) how.reach = one.chordBound.value_or(0) + options.inflate.value_or(0);
     auto envelope = edit::envelopeOf(one.silhouette, how, bar.callback());
     if (!envelope) {
       Error error = envelope.error();
@@ -533,6 +538,10 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->add_flag("--exact", options->exact,
                  "Cut the silhouette's triangles exactly instead; suits a few hundred")
       ->excludes("--voxel-size");
+  command
+      ->add_option("--inflate", options->inflate,
+                   "As --outside, with everything within this distance of the motion")
+      ->check(numberFromZero());
   command->add_flag("--outside", options->outside,
                     "Make a slightly larger envelope that contains the whole motion");
   for (std::size_t i = 0; i < kFields.size(); ++i) {
@@ -557,7 +566,10 @@ void addEnvelope(CLI::App& app, int& exitCode) {
   addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
-  command->callback([=, &exitCode] { exitCode = run(*options); });
+  command->callback([=, &exitCode] {
+    options->outside = options->outside || options->inflate;
+    exitCode = run(*options);
+  });
 }
 
 }  // namespace t4d::tools

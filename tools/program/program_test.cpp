@@ -2365,6 +2365,16 @@ TEST_F(Program, EnvelopeStatesHowFarTheMeshIsFromTheMotion) {
   EXPECT_THAT(run("envelope turning.t4d --outside").out,
               testing::HasSubstr("contains the motion for certain"));
   misused("envelope turning.t4d --outside --exact", "--outside");
+  misused("envelope turning.t4d --inflate 1 --exact", "--inflate");
+  // Steiner's formula for a cube of side 20.
+  const auto volumeWithin = [](double r) {
+    const double pi = std::acos(-1);
+    return 8000 + 2400 * r + 60 * pi * r * r + 4 * pi / 3 * r * r * r;
+  };
+  const json inflated = run("envelope still.t4d --inflate 2 --voxel-size 0.5 --json").value();
+  EXPECT_EQ(inflated["inflate"], 2);
+  EXPECT_GT(inflated["volume"], volumeWithin(2));
+  EXPECT_LT(inflated["volume"], volumeWithin(inflated["outside_by"]));
   ASSERT_EQ(run("sweep fx/cube.obj -m fx/skew-axis.json --backend voxel4d --voxel-size 4 "
                 "--frames 3 -o voxels.t4d")
                 .exitCode,
