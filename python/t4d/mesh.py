@@ -194,6 +194,11 @@ class Mesh(Unchanging):
         return self._metadata.get("time_unit", "")
 
     @property
+    def up(self) -> str:
+        """The axis that points up: "y" or "z"."""
+        return self._metadata.get("up", "y")
+
+    @property
     def space(self) -> str:
         """Where the axes point in a patient: "RAS" or "LPS"; "" if that is not said."""
         return self._metadata.get("space", "")
@@ -500,6 +505,7 @@ def sweep(
     caps: str = "tetgen",
     prism: SupportsIndex = 14,
     name: str = "solid",
+    units: Union[None, str, Sequence[str]] = None,
     up: str = "y",
 ) -> Mesh:
     """The 4D mesh of a solid that moves (the mesh method).
@@ -511,8 +517,10 @@ def sweep(
 
     ``sweep(V, F, times=times)`` with ``V`` (k, n, 3): a solid that is deformed, from key to key.
 
-    ``caps`` are filled by "tetgen" or closed by a "cone"; each step of a triangle has ``prism`` 14
-    or 3 cells. Nothing is computed before the mesh is saved, loaded or asked for something.
+    ``units`` are those of length and time, ``("mm", "s")``, or of length alone; by default those of
+    the motion, if it has any. ``caps`` are filled by "tetgen" or closed by a "cone"; each step of a
+    triangle has ``prism`` 14 or 3 cells. Nothing is computed before the mesh is saved, loaded or
+    asked for something.
     """
     checks.choice("caps", caps, ("tetgen", "cone"))
     prism = checks.whole("prism", prism, 3, 14)
@@ -560,6 +568,8 @@ def sweep(
         metadata["length_unit"] = moved.length_unit
         metadata["time_unit"] = moved.time_unit
         producer = _t4d.sweep_motion(mesh._mesh, moved._motion, **options)
+    if units is not None:
+        metadata["length_unit"], metadata["time_unit"] = _units(units, "", "")
     metadata["details"] = json.dumps({"parameters": {"caps": caps, "prism": prism, **given}})
     return Mesh._of(producer=producer, name=name, metadata=metadata)
 

@@ -380,6 +380,18 @@ def test_several_bodies(models, tmp_path):
         one["nut"]
 
 
+def test_a_sweep_says_its_units_and_what_is_up(cube, tmp_path):
+    vertices, triangles = cube
+    keys = np.stack([vertices, vertices + 1])
+    t4d.sweep(keys, triangles, times=[0, 1], units=("mm", "s"), up="z").save(tmp_path / "x.t4d")
+    mesh = t4d.read(tmp_path / "x.t4d")
+    assert (mesh.length_unit, mesh.time_unit, mesh.up) == ("mm", "s", "z")
+    motion = {"length_unit": "in", "segments": [{"duration": 1}]}
+    assert t4d.sweep(vertices, triangles, motion).length_unit == "in"
+    assert t4d.sweep(vertices, triangles, motion, units="cm").length_unit == "cm"
+    assert t4d.sweep(vertices, triangles, motion).up == "y"
+
+
 def test_progress_and_what_it_raises(cube, tmp_path):
     vertices, triangles = cube
     seen = []

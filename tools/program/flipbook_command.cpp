@@ -179,11 +179,11 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   command->add_flag("--exact", options->exact,
                     "Use exact slices, with 13 times as many triangles between layers");
   auto* rigid = command->add_flag("--rigid", options->rigid,
-                                  "Write one mesh per body, moved by its poses, instead of frames");
+                                  "Write one mesh per body, moved by its poses: smooth, kilobytes");
   rigid->excludes("--exact");
   auto* morph = command->add_flag(
       "--morph", options->morph,
-      "Write one mesh per body, with a morph target per layer, instead of frames");
+      "Write one mesh per body, with a morph target per layer: smooth, for swept solids");
   morph->excludes("--exact")->excludes("--rigid");
   options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
@@ -194,14 +194,20 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   rigid->excludes(command->get_option("--quantize"));
   command
       ->add_flag("--visibility", options->visibility,
-                 "Show frames with KHR_node_visibility instead of scales")
+                 "Show frames with KHR_node_visibility, not scales (not for Blender, three.js)")
       ->excludes(rigid)
       ->excludes(morph);
   rigid->excludes("--attributes");
   morph->excludes("--attributes");
   addCenterOption(*command, options->center);
   command->add_flag("--json", options->json, "Print JSON");
-  command->footer("Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");
+  command->footer(
+      "Frames, the default, are for any solid and any viewer, which draws the triangles of all "
+      "frames\n"
+      "in every picture. --rigid and --morph draw those of one; a solid that only moves and turns "
+      "takes\n"
+      "--rigid, one that is deformed --morph.\n\n"
+      "Example:\n  t4d flipbook bolt.t4d --frames 48 -o bolt-moving.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

@@ -12,7 +12,8 @@ void GltfOptions::addTo(CLI::App& command) {
       .add_option("--quantize", bits,
                   "Bits per coordinate in glTF (KHR_mesh_quantization); 8 for normals")
       ->check(wholeNumber(1, 16));
-  command.add_flag("--meshopt", meshopt, "Compress glTF losslessly (EXT_meshopt_compression)");
+  command.add_flag("--meshopt", meshopt,
+                   "Compress glTF losslessly (EXT_meshopt_compression; not for Blender)");
 }
 
 std::optional<std::string> GltfOptions::misuse(const std::filesystem::path& output) const {
