@@ -57,6 +57,7 @@
 #include "t4d/formats/t4d/stream.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/usd_animation.h"
 #endif
 
 // Checks and questions.

@@ -494,7 +494,7 @@ def file_of(mesh: Mesh) -> Optional[str]:
 
 
 def sweep(
-    vertices: Union[ArrayLike, TriangleMesh],
+    vertices: Union[ArrayLike, TriangleMesh, Path],
     triangles: Optional[ArrayLike] = None,
     motion: Optional[MotionLike] = None,
     *,
@@ -517,6 +517,10 @@ def sweep(
 
     ``sweep(V, F, times=times)`` with ``V`` (k, n, 3): a solid that is deformed, from key to key.
 
+    ``sweep("machine.usda")``: a file that moves by itself, of any kind that ``t4d sweep`` reads, with
+    a body for each of its meshes; .usdc with the package usd-core. It is swept at once, within
+    ``max_deviation``, or a thousandth of its size. The file says the name, and which axis is up.
+
     ``units`` are those of length and time, ``("mm", "s")``, or of length alone; by default those of
     the motion, if it has any. ``caps`` are filled by "tetgen" or closed by a "cone"; each step of a
     triangle has ``prism`` 14 or 3 cells. Nothing is computed before the mesh is saved, loaded or
@@ -538,6 +542,13 @@ def sweep(
     if len(given) > 1:
         raise TypeError("give one of steps, rv_min and max_deviation")
     options: Dict[str, Any] = {"caps": caps, "prism": prism, **given}
+    if isinstance(vertices, (str, bytes, os.PathLike)):
+        if triangles is not None or motion is not None or times is not None or name != "solid":
+            raise TypeError("a file moves by itself, and has names; for a solid, give its read_triangles")
+        from t4d.verbs import run
+
+        swept: Mesh = run("sweep", vertices, output=Mesh, **options).mesh
+        return swept
     metadata = {"backend": "mesh4d", "up": up}
     if isinstance(triangles, (Motion, Mapping, str, bytes, os.PathLike)):
         raise TypeError("the second argument is a motion: write sweep(mesh, motion=...)")

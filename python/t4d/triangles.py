@@ -8,7 +8,7 @@ from typing import Any, Dict, Iterator, Mapping, Optional
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from t4d import _t4d, checks
+from t4d import _t4d, checks, usd
 from t4d.checks import Path
 from t4d.errors import Loss, about, warn
 
@@ -76,16 +76,17 @@ class TriangleMesh:
         return self._mesh.closed
 
     def save(self, path: Path, name: str = "", attributes: bool = False) -> None:
-        """Writes .stl, .obj, .ply, .off, .vtp, .glb or .gltf, by the extension.
+        """Writes .stl, .obj, .ply, .off, .vtp, .glb, .gltf, .usda or .usdz, by the extension; with
+        the package usd-core also .usdc.
 
-        With ``attributes``, those are written, too: .ply and .vtp hold all of them, .glb and .gltf
-        those of vertices, the others none; each one that is lost is a warning (``Loss``).
+        With ``attributes``, those are written, too: .ply, .vtp and USD hold all of them, .glb and
+        .gltf those of vertices, the others none; each one that is lost is a warning (``Loss``).
         """
         place = checks.path_text(path)
         checks.text("name", name)
         checks.flag("attributes", attributes)
-        with about(place, output=place):
-            losses = _t4d.write_triangles(self._mesh, os.fsencode(place), name, attributes)
+        with about(place, output=place), usd.written(place) as written:
+            losses = _t4d.write_triangles(self._mesh, os.fsencode(written), name, attributes)
         warn(Loss, losses)
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
@@ -110,11 +111,11 @@ def _attributes(given: Optional[Mapping[str, ArrayLike]]) -> Dict[str, NDArray[A
 
 
 def read_triangles(path: Path) -> TriangleMesh:
-    """Reads .stl, .obj, .ply, .off, .vtp, .vtu, .gltf or .glb. Vertices with equal coordinates become
-    one. Warns of what was changed or is lost."""
+    """Reads .stl, .obj, .ply, .off, .vtp, .vtu, .gltf, .glb, .usda or .usdz; with the package usd-core
+    also .usdc. Vertices with equal coordinates become one. Warns of what was changed or is lost."""
     place = checks.path_text(path)
-    with about(place):
-        mesh, notices, losses = _t4d.read_triangles(os.fsencode(place))
+    with about(place), usd.as_text(place) as text:
+        mesh, notices, losses = _t4d.read_triangles(os.fsencode(text))
     warn(UserWarning, notices)
     warn(Loss, losses)
     return TriangleMesh._of(mesh)

@@ -22,8 +22,9 @@ struct FlipbookOptions {
 Result<void> checkFlipbook(std::span<const model::Body> bodies, std::span<const double> times,
                            const FlipbookOptions& options);
 
-/// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter). `losses` of the
-/// report are also those of formats::writeTriangleMeshes. Fails if forEachFrame or the writer does.
+/// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter) or, by the
+/// extension, USD (formats::UsdWriter). `losses` of the report are also those of
+/// formats::writeTriangleMeshes. Fails if forEachFrame or the writer does.
 Result<FrameSlicesReport> writeFlipbook(std::span<const model::Body> bodies,
                                         std::span<const double> times,
                                         const std::filesystem::path& path,

@@ -11,6 +11,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_folder.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/usd_writer.h"
 #include "t4d/formats/xml_text.h"
 #include "t4d/system/cleanup.h"
 #include "t4d/system/replaceable.h"
@@ -160,6 +161,12 @@ class FrameLosses {
   std::uint64_t more_ = 0;
 };
 
+constexpr const char* kClips = ".usda";
+
+bool areClips(const FrameNames& names) {
+  return formats::lowerCaseExtension("frame" + names.extension) == kClips;
+}
+
 }  // namespace
 
 std::string FrameNames::fileName(std::uint64_t number, std::uint64_t count) const {
@@ -193,6 +200,8 @@ Result<FrameNames> frameNames(const std::string& output, std::string_view extens
     }
   }
   if (auto good = checkWritableExtension(names); !good) return pass(good.error());
+  if (!areClips(names)) return names;
+  names.collection = fs::path(names.collection).replace_extension(kClips).string();
   return names;
 }
 
@@ -207,13 +216,17 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     std::vector<std::string> losses;
   };
   std::vector<Written> written(times.size());
+  formats::MeshWriteOptions common = options.write;
+  for (const model::Body& body : bodies) common.usd.bodies.push_back(body.name);
+  common.usd.timeCodesPerSecond = options.framesPerSecond;
+  common.attributes = common.attributes || options.velocity;
   const auto write = [&](std::size_t frame,
                          std::span<const formats::NamedMesh> meshes) -> Result<void> {
     if (auto good = folder.prepare(); !good) return good;
     const std::string name = names.fileName(frame, times.size());
-    formats::MeshWriteOptions how = options.write;
+    formats::MeshWriteOptions how = common;
     how.time = times[frame];
-    how.attributes = how.attributes || options.velocity;
+    how.usd.timeCode = static_cast<double>(frame);
     auto lost = formats::writeTriangleMeshes(names.folder / name, meshes, how);
     if (!lost) return pass(lost.error());
     std::uint64_t vertices = 0;
@@ -229,11 +242,21 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     written[frame] = {{name, times[frame], vertices, triangles, volume, bytes}, std::move(*lost)};
     return {};
   };
+  std::optional<formats::UsdClipSet> clips;
+  if (areClips(names)) {
+    auto made = formats::UsdClipSet::create(common);
+    if (!made) return pass(made.error());
+    clips = std::move(*made);
+  }
   FrameFilesReport report;
   FrameLosses losses;
   FramesManifest manifest;
   std::string collection;
-  const auto list = [&](std::size_t frame, std::span<const formats::NamedMesh>) -> Result<void> {
+  const auto list = [&](std::size_t frame,
+                        std::span<const formats::NamedMesh> meshes) -> Result<void> {
+    if (clips) {
+      if (auto added = clips->add(meshes); !added) return added;
+    }
     auto& [entry, lost] = written[frame];
     losses.add(entry.file, lost);
     report.bytes += entry.bytes;
@@ -256,6 +279,13 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
         "byte_order=\"LittleEndian\">\n<!-- written by t4d -->\n<Collection>\n" +
         collection + "</Collection>\n</VTKFile>\n";
     if (auto done = formats::writeInFolder(names.folder, names.collection, text); !done) {
+      return pass(done.error());
+    }
+  }
+  if (clips) {
+    std::vector<std::string> files;
+    for (const FrameEntry& frame : manifest.frames) files.push_back(frame.file);
+    if (auto done = clips->write(names.folder / names.collection, files); !done) {
       return pass(done.error());
     }
   }

@@ -21,7 +21,7 @@ struct FrameNames {
   std::size_t digits = 4;       ///< at least; as many as the last number needs
   std::string extension = {};   ///< that of a triangle mesh format that is written
   std::string manifest = "manifest.json";
-  std::string collection = "frames.pvd";  ///< of .vtp files
+  std::string collection = "frames.pvd";  ///< of .vtp files; "frames.usda" of .usda
 
   /// "folder/frame_0042.ply"
   std::string fileName(std::uint64_t number, std::uint64_t count) const;
@@ -47,6 +47,7 @@ struct FrameFilesOptions {
   Paint paint = {};
   std::optional<FrameVelocity> velocity = {};
   FrameSpace space = {};
+  double framesPerSecond = 24;  ///< of playback, in .usda
 };
 
 struct FrameFilesReport : FrameSlicesReport {
@@ -56,9 +57,10 @@ struct FrameFilesReport : FrameSlicesReport {
 /// Writes the solid at each of `times` to a file of its own (formats::writeTriangleMeshes) and,
 /// when all are written, the manifest: a JSON object that says the time, triangles and volume of
 /// each (frames_manifest.schema.json). With .vtp there is also a ParaView collection (.pvd), which
-/// has the times. A manifest or collection that is there is removed first, so that a series with a
-/// manifest is complete. Makes the folder. Fails if it has other files that would pass for frames
-/// of this series, and if forEachFrame or writing does.
+/// has the times; with .usda a layer that has all files as a value clip set. A manifest or
+/// collection that is there is removed first, so that a series with a manifest is complete. Makes
+/// the folder. Fails if it has other files that would pass for frames of this series, and if
+/// forEachFrame or writing does.
 Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                                          std::span<const double> times, const FrameNames& names,
                                          const FrameFilesOptions& options = {},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "t4d/convert/prism_steps.h"
 #include "t4d/convert/shown_times.h"
 #include "t4d/formats/gltf_morph_writer.h"
+#include "t4d/formats/usd_writer.h"
 
 namespace t4d::convert {
 namespace {
@@ -20,10 +22,10 @@ using model::Slab;
 /// Adds the shapes of a body at the layers within a span of time, and at its ends.
 class MorphSink : public PrismSteps {
  public:
-  /// `seconds` after `span.begin` the span ends.
+  /// `seconds` after `span.begin` the span ends; of USD, time codes.
   MorphSink(const model::Body& body, const model::TimeSpan& span, double seconds,
             std::vector<std::pair<double, bool>> shown, const Paint& paint,
-            formats::MorphWriter& writer)
+            formats::ShapesWriter& writer)
       : body_(body),
         span_(span),
         seconds_(seconds),
@@ -102,11 +104,25 @@ class MorphSink : public PrismSteps {
   double seconds_;
   std::vector<std::pair<double, bool>> shown_;
   const Paint& paint_;
-  formats::MorphWriter& writer_;
+  formats::ShapesWriter& writer_;
   std::vector<std::uint32_t> used_;
   bool begun_ = false;
   double distance_ = 0;
 };
+
+Result<std::unique_ptr<formats::ShapesWriter>> shapesWriter(std::span<const model::Body> bodies,
+                                                            const std::filesystem::path& path,
+                                                            const FlipbookOptions& options) {
+  const auto kept = [](auto writer) -> Result<std::unique_ptr<formats::ShapesWriter>> {
+    using Writer = typename decltype(writer)::value_type;
+    if (!writer) return pass(writer.error());
+    return std::make_unique<Writer>(std::move(*writer));
+  };
+  if (!formats::isUsd(path)) return kept(formats::MorphWriter::create(path, options.write));
+  std::uint64_t layers = 0;
+  for (const model::Body& body : bodies) layers += body.source->slabCount() + 1;
+  return kept(formats::UsdWriter::create(path, options.framesPerSecond, layers, options.write));
+}
 
 }  // namespace
 
@@ -118,19 +134,20 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
   if (auto checked = checkFlipbook(bodies, times, options); !checked) {
     return pass(checked.error());
   }
-  auto writer = formats::MorphWriter::create(path, options.write);
+  const auto writer = shapesWriter(bodies, path, options);
   if (!writer) return pass(writer.error());
   const model::TimeSpan span{times.front(), times.back()};
   const auto count = static_cast<double>(times.size());
+  // Times in USD are counted in frames.
+  const double perSecond = formats::isUsd(path) ? 1 : options.framesPerSecond;
   FrameSlicesReport report;
   report.frames = times.size();
   report.light = true;
   for (const model::Body& body : bodies) {
-    auto shown = shownTimes(body, times, options.framesPerSecond);
+    auto shown = shownTimes(body, times, perSecond);
     if (shown.size() == 1 && !shown.front().second) continue;
     if (shown.size() == 1) shown.clear();
-    MorphSink sink(body, span, (count - 1) / options.framesPerSecond, std::move(shown),
-                   options.paint, *writer);
+    MorphSink sink(body, span, (count - 1) / perSecond, std::move(shown), options.paint, **writer);
     const auto progressOfBody = [&](double done) {
       if (!progress) return;
       progress((static_cast<double>(&body - bodies.data()) + done) /
@@ -142,7 +159,7 @@ Result<FrameSlicesReport> writeMorphFlipbook(std::span<const model::Body> bodies
     report.distance = std::max(report.distance, sink.distance());
     report.triangles += sink.triangleCount();
   }
-  auto lost = writer->finish(count / options.framesPerSecond);
+  auto lost = (*writer)->finish(count / perSecond);
   if (!lost) return pass(lost.error());
   report.losses = std::move(*lost);
   report.files = {path};

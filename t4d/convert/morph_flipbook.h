@@ -8,11 +8,11 @@
 
 namespace t4d::convert {
 
-/// A flipbook whose bodies are one mesh each, with a morph target for each layer of the 4D mesh:
-/// `times` says only the first and last time to show and how long it plays, as writeFlipbook does
-/// with a frame for each. Light slices between two layers are (1 - s) P + s Q (slice::LightSlicer),
-/// which is what linear weights of two targets make of them: so it shows the light slice at every
-/// moment, not only at frames, up to float32.
+/// A flipbook whose bodies are one mesh each, with a morph target for each layer of the 4D mesh, or
+/// in USD a sample of its points: `times` says only the first and last time to show and how long it
+/// plays, as writeFlipbook does with a frame for each. Light slices between two layers are (1 - s)
+/// P + s Q (slice::LightSlicer), which is what linear weights of two targets make of them: so it
+/// shows the light slice at every moment, not only at frames, up to float32.
 ///
 /// A body must consist of prisms of the same triangles, without a gap in time: a sweep of any
 /// motion or deformation does. `options.detail` is not used, nor are attributes, and colours

@@ -9,6 +9,7 @@
 #include "t4d/convert/prism_steps.h"
 #include "t4d/convert/shown_times.h"
 #include "t4d/formats/gltf_rigid_writer.h"
+#include "t4d/formats/usd_writer.h"
 
 namespace t4d::convert {
 namespace {
@@ -156,6 +157,17 @@ Result<void> paint(const model::Body& body, const model::TimeSpan& span, const P
   return {};
 }
 
+Result<std::vector<std::string>> writeUsd(const std::filesystem::path& path,
+                                          std::span<const formats::RigidBody> bodies, double end,
+                                          const FlipbookOptions& options) {
+  auto writer = formats::UsdWriter::create(path, options.framesPerSecond, 1, options.write);
+  if (!writer) return pass(writer.error());
+  for (const formats::RigidBody& body : bodies) {
+    if (auto added = writer->addRigid(body); !added) return pass(added.error());
+  }
+  return writer->finish(end);
+}
+
 }  // namespace
 
 Result<RigidMotion> rigidMotionOf(const model::Source& source, const model::Progress& progress) {
@@ -173,7 +185,9 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
     return pass(checked.error());
   }
   const model::TimeSpan span{times.front(), times.back()};
-  const double perSecond = options.framesPerSecond;
+  // Times in USD are counted in frames.
+  const bool isUsd = formats::isUsd(path);
+  const double perSecond = isUsd ? 1 : options.framesPerSecond;
   const double seconds = static_cast<double>(times.size()) / perSecond;
   const double moving = static_cast<double>(times.size() - 1) / perSecond;
   std::vector<formats::RigidBody> made;
@@ -201,7 +215,8 @@ Result<FrameSlicesReport> writeRigidFlipbook(std::span<const model::Body> bodies
     last.shown = shownTimes(body, times, perSecond);
     if (last.shown.size() == 1 && last.shown.front().second) last.shown.clear();
   }
-  auto lost = formats::writeRigidAnimation(path, made, seconds, options.write);
+  auto lost = isUsd ? writeUsd(path, made, seconds, options)
+                    : formats::writeRigidAnimation(path, made, seconds, options.write);
   if (!lost) return pass(lost.error());
   report.losses = std::move(*lost);
   report.files = {path};

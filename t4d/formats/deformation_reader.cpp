@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/file_points.h"
 #include "t4d/formats/mdd_reader.h"
 #include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/pc2_reader.h"
@@ -31,38 +32,6 @@ Result<std::vector<double>> timesOf(const KeyTimes& times, std::uint64_t count,
                    where);
   }
   return all;
-}
-
-/// Points of a file that have become one vertex must stay together, up to this fraction of the
-/// extent of them all: float32 coordinates and the arithmetic of other programs round by less.
-constexpr double kTogether = 1e-5;
-
-/// Puts the vertices of a mesh where the points of its file are. Fails if points that are one
-/// vertex have come apart.
-Result<void> placeVertices(const FilePoints& file, std::span<const Point3> points,
-                           std::span<Point3> vertices, const std::string& where) {
-  model::Bounds3 bounds;
-  std::vector<std::uint32_t> pointOf(vertices.size(), FilePoints::kUnused);
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const std::uint32_t vertex = file.vertexOf[i];
-    if (vertex == FilePoints::kUnused) continue;
-    bounds.add(points[i]);
-    if (pointOf[vertex] != FilePoints::kUnused) continue;
-    pointOf[vertex] = i;
-    vertices[vertex] = points[i];
-  }
-  const double together = kTogether * (bounds.max - bounds.min).maxCoeff();
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const std::uint32_t vertex = file.vertexOf[i];
-    if (vertex == FilePoints::kUnused) continue;
-    const double apart = (points[i] - vertices[vertex]).norm();
-    if (apart <= together) continue;
-    return invalid(fmt::format("points {} and {} (counted from 0) are one vertex of the mesh, but "
-                               "{:.3g} apart here: the surface would tear",
-                               pointOf[vertex], i, apart),
-                   where);
-  }
-  return {};
 }
 
 class SeriesKeys : public model::VertexKeys {

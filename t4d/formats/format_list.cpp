@@ -146,6 +146,14 @@ std::vector<ListedFormat> formatList() {
                   true,
                   kByExtension,
                   {"triangles", "bodies", "names of bodies", "units"}});
+  list.push_back({"animated USD",
+                  {},
+                  {".usda", ".usdz"},
+                  "solid over time",
+                  true,
+                  true,
+                  kByExtension,
+                  {"triangles", "bodies", "names of bodies", "attributes", "units"}});
   if (readsForeignScenes()) {
     for (const auto& [name, extension] : {std::pair{"FBX", ".fbx"}, std::pair{"COLLADA", ".dae"}}) {
       list.push_back({name,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include <fmt/format.h>
@@ -16,6 +15,7 @@
 #include "t4d/formats/gltf_losses.h"
 #include "t4d/formats/gltf_scene.h"
 #include "t4d/formats/gltf_shape.h"
+#include "t4d/formats/key_divider.h"
 #include "t4d/formats/t4d/names.h"
 #include "t4d/model/times.h"
 
@@ -25,9 +25,6 @@ namespace {
 using Eigen::Affine3d;
 using model::Point3;
 using Side = GltfCurve::Side;
-
-/// More keys of a body, an hour of 55 a second, would be an attack or a tolerance mistyped.
-constexpr std::size_t kMostKeys = 200'000;
 
 /// A body from one jump to the next.
 class Run : public model::VertexKeys {
@@ -70,6 +67,24 @@ class Run : public model::VertexKeys {
   std::shared_ptr<const GltfShape> shape_;
   std::vector<double> times_;
   bool mirrored_;  // the mesh is the mirror image of the shape in x = 0
+};
+
+/// A shape among the nodes that move it.
+class Moving : public MovingShape {
+ public:
+  Moving(const GltfHierarchy& hierarchy, const GltfShape& shape)
+      : hierarchy_(hierarchy), shape_(shape) {}
+
+  void place(double time, bool atEnd, std::span<Point3> into) const override {
+    shape_.place(hierarchy_, time, atEnd ? Side::Before : Side::Behind, into);
+  }
+  double accelerationBound(double begin, double end) const override {
+    return shape_.accelerationBound(hierarchy_, begin, end);
+  }
+
+ private:
+  const GltfHierarchy& hierarchy_;
+  const GltfShape& shape_;
 };
 
 /// The number of the element of that name, or of that number.
@@ -305,7 +320,9 @@ class AnimationReader {
 
   Result<std::vector<std::unique_ptr<model::VertexKeys>>> runsOf(std::size_t body) {
     const std::shared_ptr<const GltfShape>& shape = shapes_[body];
-    keys_ = 0;
+    const Moving moving(*moving_, *shape);
+    KeyDivider divider(moving, scene_.bodies[body].mesh, {scene_.tolerance, options_.edgeFactor},
+                       gltfElement(file_, "animations", animation_));
     std::set<double> keys = {0, moving_->end};
     std::set<double> jumps = {0, moving_->end};
     for (const GltfCurve* curve : curvesOf(*shape)) {
@@ -320,7 +337,7 @@ class AnimationReader {
       if (isHidden(*shape, begin, end)) continue;
       std::vector<double> times = {begin};
       for (auto key = keys.upper_bound(begin); key != keys.end() && *key <= end; ++key) {
-        if (auto done = divide(body, {times.back(), *key}, times); !done) {
+        if (auto done = divider.divide({times.back(), *key}, times); !done) {
           return pass(done.error());
         }
       }
@@ -356,84 +373,10 @@ class AnimationReader {
            isZero(end, Side::Before);
   }
 
-  /// How far slices are from their vertices in the worst of `count` steps of a span.
-  double edgesOff(std::size_t body, const model::TimeSpan& span, std::uint64_t count) {
-    const GltfShape& shape = *shapes_[body];
-    from_.resize(shape.base.size());
-    to_.resize(shape.base.size());
-    shape.place(*moving_, span.begin, Side::Behind, from_);
-    double worst = 0;
-    for (std::uint64_t i = 1; i <= count; ++i) {
-      const Side side = i == count ? Side::Before : Side::Behind;
-      shape.place(*moving_, model::dividedTime(span, i, count), side, to_);
-      worst = std::max(worst, model::edgeDeviation(from_, to_, scene_.bodies[body].mesh.triangles,
-                                                   options_.edgeFactor));
-      std::swap(from_, to_);
-    }
-    double reach = 0;
-    for (const Point3& position : from_) reach = std::max(reach, position.cwiseAbs().maxCoeff());
-    // A solid that only moves changes its edges by rounding.
-    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
-    return worst > kRounding * reach ? worst : 0;
-  }
-
-  /// Adds the ends of steps that are short enough for the tolerance. Halves the span where its
-  /// bound asks for many steps, since bounds of shorter spans are better.
-  Result<void> divide(std::size_t body, const model::TimeSpan& span, std::vector<double>& times) {
-    constexpr double kManySteps = 8;
-    const double duration = span.end - span.begin;
-    const double acceleration = shapes_[body]->accelerationBound(*moving_, span.begin, span.end);
-    // Without a bound, products of infinities may be no number.
-    double steps =
-        std::isfinite(acceleration)
-            ? std::max(1.0, std::ceil(duration * std::sqrt(acceleration / (8 * scene_.tolerance))))
-            : std::numeric_limits<double>::infinity();
-    while (steps <= kManySteps) {
-      const double step = duration / steps;
-      const double left = scene_.tolerance - step * step * acceleration / 8;
-      const double edges = edgesOff(body, span, static_cast<std::uint64_t>(steps));
-      if (edges <= left) break;
-      // Changes of edges add up: this is the least number of steps, however the span is divided.
-      if (edges > scene_.tolerance * static_cast<double>(kMostKeys)) return tooManyKeys();
-      // What edges add shrinks with the step, more or less.
-      const double more = left > 0 ? std::ceil(steps * edges / left) : 0;
-      steps = std::max(steps + 1, std::min(more, kManySteps + 1));
-    }
-    const double middle = model::dividedTime(span, 1, 2);
-    if (!(steps <= kManySteps)) {
-      if (!(middle > span.begin && middle < span.end)) {
-        return invalid(fmt::format("turns too fast at time {}: a rotation passes through zero, or "
-                                   "the tolerance of {} is too small",
-                                   span.begin, scene_.tolerance),
-                       gltfElement(file_, "animations", animation_));
-      }
-      if (auto done = divide(body, {span.begin, middle}, times); !done) return done;
-      return divide(body, {middle, span.end}, times);
-    }
-    const auto count = static_cast<std::uint64_t>(steps);
-    for (std::uint64_t i = 1; i <= count; ++i) {
-      const double time = model::dividedTime(span, i, count);
-      if (time > times.back()) times.push_back(time);
-    }
-    keys_ += count;
-    if (keys_ > kMostKeys) return tooManyKeys();
-    return {};
-  }
-
-  tl::unexpected<Error> tooManyKeys() const {
-    return invalid(fmt::format("needs more than {} keys for the tolerance of {}; allow a larger "
-                               "one",
-                               kMostKeys, scene_.tolerance),
-                   gltfElement(file_, "animations", animation_));
-  }
-
   const InputFile& file_;
   const tinygltf::Model& model_;
   const GltfAnimationOptions& options_;
   int animation_ = 0;
-  std::size_t keys_ = 0;  // of the present body
-  std::vector<Point3> from_;
-  std::vector<Point3> to_;
   std::size_t hiddenInstances_ = 0;
   GltfUse used_;
   std::vector<GltfNode> order_;

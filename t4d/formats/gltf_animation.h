@@ -43,6 +43,8 @@ struct AnimatedScene {
   std::vector<std::string> notices;
   std::vector<std::string> losses;
   std::vector<std::filesystem::path> otherFiles;  ///< as LoadedMesh::otherFiles
+  std::string lengthUnit = "m";
+  std::string up = "y";  ///< or "z"
 };
 
 /// Reads an animation of a glTF 2.0 file, from time 0 to its last key: each node of the scene with

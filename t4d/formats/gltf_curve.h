@@ -4,27 +4,11 @@
 
 #include <Eigen/Geometry>
 
+#include "t4d/formats/curve_bound.h"
 #include "t4d/formats/gltf_model.h"
 #include "t4d/model/motion.h"
 
 namespace t4d::formats {
-
-/// Upper bounds, over an interval of time, of the norms of a function and of its first two
-/// derivatives. For matrices the norm is the largest factor by which they lengthen a vector.
-struct CurveBound {
-  double value = 0;
-  double first = 0;
-  double second = 0;
-
-  friend CurveBound operator+(const CurveBound& a, const CurveBound& b) {
-    return {a.value + b.value, a.first + b.first, a.second + b.second};
-  }
-  /// Of a product, by Leibniz's rule.
-  friend CurveBound operator*(const CurveBound& a, const CurveBound& b) {
-    return {a.value * b.value, a.first * b.value + a.value * b.first,
-            a.second * b.value + 2 * a.first * b.first + a.value * b.second};
-  }
-};
 
 /// An animated property of a node (glTF 2.0, appendix C): a function of time, constant before the
 /// first key and after the last one. Rotations are quaternions (x, y, z, w) of length 1.

@@ -17,6 +17,8 @@
 #include "t4d/formats/ply_writer.h"
 #include "t4d/formats/stl_reader.h"
 #include "t4d/formats/stl_writer.h"
+#include "t4d/formats/usd_reader.h"
+#include "t4d/formats/usd_writer.h"
 #include "t4d/formats/vtk_surface_reader.h"
 #include "t4d/formats/vtp_writer.h"
 
@@ -31,6 +33,8 @@ constexpr std::array<std::string_view, 5> kVtpKeeps = {"double precision", "bodi
 constexpr std::array<std::string_view, 2> kVtuKeeps = {"double precision", "attributes"};
 constexpr std::array<std::string_view, 4> kGltfKeeps = {"bodies", "names of bodies",
                                                         "vertex attributes", "units"};
+constexpr std::array<std::string_view, 4> kUsdKeeps = {"bodies", "names of bodies", "attributes",
+                                                       "units"};
 
 constexpr std::array kFormats{
     TriangleMeshFormat{".stl", "STL", readStl, writeStl},
@@ -41,6 +45,8 @@ constexpr std::array kFormats{
     TriangleMeshFormat{".vtu", "VTK unstructured grid", readVtuSurface, nullptr, false, kVtuKeeps},
     TriangleMeshFormat{".gltf", "glTF", readGltf, writeGltfText, true, kGltfKeeps},
     TriangleMeshFormat{".glb", "binary glTF", readGltf, writeGltfBinary, true, kGltfKeeps},
+    TriangleMeshFormat{".usda", "USD text", readUsd, writeUsdText, true, kUsdKeeps},
+    TriangleMeshFormat{".usdz", "USD package", readUsd, writeUsdPackage, true, kUsdKeeps},
 };
 
 }  // namespace
@@ -63,6 +69,11 @@ Result<void> checkMeshExtension(const std::filesystem::path& path) {
                 path.string());
   }
   const std::string extension = path.extension().string();
+  if (lowerCaseExtension(path) == ".usdc" || lowerCaseExtension(path) == ".usd") {
+    return fail(ErrorCode::Unsupported,
+                "of USD, text is read; `usdcat --flatten IN.usdc -o OUT.usda` converts a file",
+                path.string());
+  }
   return fail(
       ErrorCode::Unsupported,
       fmt::format("{} is not the extension of a triangle mesh: {}",

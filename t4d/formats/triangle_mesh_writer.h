@@ -66,13 +66,24 @@ struct GltfEncoding {
   std::uint64_t maxBytes = 0xffffffff;
 };
 
+/// How USD is written.
+struct UsdEncoding {
+  /// Readers of text take many times as much memory as a file has bytes.
+  std::uint64_t maxBytes = std::uint64_t{1} << 30U;
+  /// Makes the file a clip of a value clip set, whose values are samples at this time code, ...
+  std::optional<double> timeCode = {};
+  double timeCodesPerSecond = 24;
+  /// ... and which has these bodies, also those that are not there.
+  std::vector<std::string> bodies = {};
+};
+
 /// True in a build that can write EXT_meshopt_compression.
 bool hasMeshopt();
 
 struct MeshWriteOptions {
   /// Write vertex and triangle attributes where the format has room for them.
   bool attributes = false;
-  /// For formats with units and axes of their own: glTF.
+  /// For formats with units and axes of their own: glTF and USD.
   GltfPlacement placement = {};
   /// Subtracted from all coordinates before they are written: float32 is coarse far from 0.
   model::Point3 center = model::Point3::Zero();
@@ -83,6 +94,7 @@ struct MeshWriteOptions {
   /// Write normals; without them, viewers shade flat.
   std::optional<NormalStyle> normals = {};
   GltfEncoding gltf = {};
+  UsdEncoding usd = {};
 };
 
 /// Writes a file by its extension, replacing one that exists:
@@ -98,16 +110,19 @@ struct MeshWriteOptions {
 /// * .glb (binary), .gltf (text, the geometry in it as a data URI): float32, a node and a mesh for
 ///   each mesh that has triangles. Attributes, if asked for, of
 ///   vertices with one to four components, as float32 attributes `_NAME`, and `uv` as `TEXCOORD_0`;
-///   likewise of the triangles' own corners, for which vertices are repeated.
+///   likewise of the triangles' own corners, for which vertices are repeated;
+/// * .usda (text), .usdz (the same in a package): float32, a Mesh for each mesh. Attributes, if
+///   asked for, as primvars; a vertex attribute `velocity` as `velocities`.
 ///
 /// Normals, if asked for, are those of vertices, which are repeated where several meet; in .obj
-/// they have a list of their own, and .stl has one for each triangle in any case. The colour of a
-/// mesh is a material in glTF, 8-bit sRGB colours of vertices in .ply, the cell data `color` in
-/// .vtp, colours after the coordinates in .obj and those of triangles in .off. Colours of vertices
-/// or triangles are those in .ply, .vtp and .off; glTF and .obj have colours of vertices only: in
-/// glTF vertices are repeated where triangles of several colours meet.
+/// they have a list of their own, USD has them by corner, and .stl one for each triangle in any
+/// case. The colour of a mesh is a material in glTF, `displayColor` in USD, 8-bit sRGB colours of
+/// vertices in .ply, the cell data `color` in .vtp, colours after the coordinates in .obj and those
+/// of triangles in .off. Colours of vertices or triangles are those in .ply, .vtp, .off and USD;
+/// glTF and .obj have colours of vertices only: in glTF vertices are repeated where triangles of
+/// several colours meet.
 ///
-/// Where the file's origin is not that of the original coordinates, it says so: glTF by the
+/// Where the file's origin is not that of the original coordinates, it says so: glTF and USD by the
 /// translation of the node above all meshes, the others by a comment "origin X Y Z".
 ///
 /// Meshes without triangles are written, except to glTF, which does not allow them. Returns a line

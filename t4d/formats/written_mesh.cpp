@@ -168,7 +168,7 @@ void addOnce(std::vector<std::string>& lines, std::string line) {
 }
 
 tl::unexpected<Error> inFile(const std::filesystem::path& path, Error error) {
-  if (error.code != ErrorCode::Failed) {
+  if (error.code != ErrorCode::Failed || error.where.empty()) {
     error.where = error.where.empty() ? path.string() : path.string() + ": " + error.where;
   }
   return pass(std::move(error));

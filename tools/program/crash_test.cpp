@@ -401,6 +401,7 @@ class Full : public Crash {
             weave(),
             {"recover", "broken.t4d", "-o", "target/out.t4d"},
             {"flipbook", "swept.t4d", "--frames", "200", "-o", "target/out.glb"},
+            {"flipbook", "swept.t4d", "--frames", "100", "-o", "target/out.usda"},
             {"voxelize", "fx/torus.obj", "-m", "fx/paper-screw.json", "--voxel-size", "0.25",
              "--frames", "24", "-o", "target"}};
   }

@@ -6,6 +6,7 @@
 #include "t4d/convert/flipbook.h"
 #include "t4d/convert/morph_flipbook.h"
 #include "t4d/convert/rigid_flipbook.h"
+#include "t4d/formats/usd_writer.h"
 #include "tools/program/appearance.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
@@ -64,6 +65,9 @@ int run(const FlipbookArguments& options) {
   }
   if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
   if (const auto misuse = options.gltf.misuse(options.output)) return wrongUsage(*misuse);
+  if (options.visibility && formats::isUsd(options.output)) {
+    return wrongUsage("--visibility is for glTF; USD shows and hides bodies by their visibility");
+  }
   if (options.morph && options.gltf.bits > 15) {
     return wrongUsage("--quantize: shapes of --morph have at most 15 bits");
   }
@@ -162,18 +166,19 @@ int run(const FlipbookArguments& options) {
 
 void addFlipbook(CLI::App& app, int& exitCode) {
   auto* command =
-      app.add_subcommand("flipbook", "Write a 4D mesh as an animated glTF for any viewer");
+      app.add_subcommand("flipbook", "Write a 4D mesh as an animated glTF or USD for any viewer");
   auto options = std::make_shared<FlipbookArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMaxFrames);
   options->frames.addSpeedTo(*command);
-  command->add_option("-o,--output", options->output, "Output file: .glb or .gltf")
+  command->add_option("-o,--output", options->output, "Output file: .glb, .gltf, .usda or .usdz")
       ->required()
       ->check(someName())
       ->check(CLI::Validator(
           [](std::string& path) {
-            return formats::isGltf(path) ? std::string()
-                                         : "'" + path + "' is not a .glb or .gltf file";
+            return formats::isGltf(path) || formats::isUsd(path)
+                       ? std::string()
+                       : "'" + path + "' is not a .glb, .gltf, .usda or .usdz file";
           },
           ""));
   command->add_flag("--exact", options->exact,
@@ -183,11 +188,11 @@ void addFlipbook(CLI::App& app, int& exitCode) {
   rigid->excludes("--exact");
   auto* morph = command->add_flag(
       "--morph", options->morph,
-      "Write one mesh per body, with a morph target per layer: smooth, for swept solids");
+      "Write one mesh per body, with its shape at each layer: smooth, for swept solids");
   morph->excludes("--exact")->excludes("--rigid");
   options->only.addTo(*command);
   command->add_flag("--attributes", options->attributes,
-                    "Write attributes; list those that glTF cannot store (exit code 3)");
+                    "Write attributes; list those that the format cannot store (exit code 3)");
   options->appearance.addTo(*command);
   options->velocity.addTo(*command)->excludes(rigid)->excludes(morph);
   options->gltf.addTo(*command);

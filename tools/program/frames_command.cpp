@@ -7,6 +7,7 @@
 #include "t4d/convert/frame_files.h"
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/triangle_mesh_formats.h"
+#include "t4d/formats/usd_writer.h"
 #include "t4d/measure/compare.h"
 #include "t4d/system/replaceable.h"
 #include "t4d/voxel4d/voxelize.h"
@@ -64,6 +65,9 @@ convert::FrameSpace spaceOf(const formats::Metadata& metadata) {
 /// OpenVDB grids, as `rasterize` writes them.
 int runGrids(const FramesArguments& options) {
   if (!options.voxelSize) return wrongUsage("--format vdb needs --voxel-size");
+  if (options.fps->count() > 0 && options.frames.speedFile.empty()) {
+    return wrongUsage("--fps: needs --speed-file, --velocity or USD files");
+  }
   const Appearance& looks = options.appearance;
   if (options.light || options.attributes || options.center || options.gltf.bits ||
       options.gltf.meshopt || options.velocity.velocity || !looks.normals.empty() ||
@@ -131,9 +135,6 @@ int runGrids(const FramesArguments& options) {
 }
 
 int run(const FramesArguments& options) {
-  if (options.fps->count() > 0 && options.frames.speedFile.empty() && !options.velocity.velocity) {
-    return wrongUsage("--fps: needs --speed-file or --velocity");
-  }
   if (options.format == "vdb") return runGrids(options);
   if (options.voxelSize) return wrongUsage("--voxel-size: only for --format vdb");
   // A pattern has an extension of its own.
@@ -142,6 +143,11 @@ int run(const FramesArguments& options) {
   if (extension.empty() && !isPattern) extension = ".glb";
   const auto names = convert::frameNames(options.output, extension);
   if (!names) return wrongUsage(names.error().message);
+  const bool isUsd = formats::isUsd("a" + names->extension);
+  if (options.fps->count() > 0 && options.frames.speedFile.empty() && !options.velocity.velocity &&
+      !isUsd) {
+    return wrongUsage("--fps: needs --speed-file, --velocity or USD files");
+  }
   if (const auto misuse = options.gltf.misuse("a" + names->extension)) return wrongUsage(*misuse);
   if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
   auto input = verbs::openInput(options.input, options.only);
@@ -157,11 +163,14 @@ int run(const FramesArguments& options) {
   convert::FrameFilesOptions how;
   how.detail = options.light ? slice::SliceDetail::Light : slice::SliceDetail::Exact;
   how.space = spaceOf(metadata);
+  how.framesPerSecond = options.frames.framesPerSecond;
   how.write.attributes = options.attributes;
   how.write.normals = options.appearance.normalStyle();
-  const bool plays = options.fps->count() > 0 || !options.frames.speedFile.empty();
+  const bool plays = isUsd || options.fps->count() > 0 || !options.frames.speedFile.empty();
   if (plays && options.velocity.velocity && times.size() == 1) {
-    return wrongUsage("--velocity: one frame alone has no speed of playback; leave out --fps");
+    return wrongUsage(
+        "--velocity: one frame alone has no speed of playback; take --frames 2, or leave out "
+        "--fps");
   }
   how.velocity = options.velocity.ofFrames(
       options.appearance, plays ? convert::playbackRates(times, options.frames.framesPerSecond)
@@ -227,7 +236,7 @@ void addFrames(CLI::App& app, int& exitCode) {
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostFrameFiles);
   options->fps = options->frames.addSpeedTo(*command)->description(
-      "Frames per second of playback, for --speed-file and --velocity");
+      "Frames per second of playback, for --speed-file, --velocity and USD");
   command
       ->add_option("-o,--output", options->output,
                    "Output folder, or file name pattern such as out/bolt_%04d.ply")
@@ -244,7 +253,7 @@ void addFrames(CLI::App& app, int& exitCode) {
                        : fmt::format("'{}' is not the extension of a format that is written: {}",
                                      name, formats::writableTriangleMeshExtensions());
           },
-          "glb|gltf|ply|stl|obj|off|vtp|vdb"));
+          "glb|gltf|ply|stl|obj|off|vtp|usda|usdz|vdb"));
   command
       ->add_option("--voxel-size", options->voxelSize,
                    "Voxel edge length for --format vdb, in length units")

@@ -571,7 +571,8 @@ TEST_F(Program, PlaysCurvesOfTimeAndSpeed) {
   refused("playback,time\n0,0\n1e300,1\n", "at 24 frames a second more than 1000000 frames");
   misused("frames cube.t4d --speed-file even.csv --frames 4 -o frames", "at most 1");
   misused("frames cube.t4d --speed-file even.csv --times-file even.csv -o frames", "at most 1");
-  misused("frames cube.t4d --fps 4 -o frames", "--fps requires --speed-file");
+  misused("frames cube.t4d --fps 4 -o frames",
+          "--fps: needs --speed-file, --velocity or USD files");
   misused("flipbook cube.t4d --speed-file even.csv --rigid -o a.glb", "play a stretch of time");
 }
 
@@ -679,6 +680,43 @@ TEST_F(Program, NormalsAndColoursAreWrittenOnDemand) {
   EXPECT_EQ(run("flipbook boxes.t4d -n 2 --rigid --quantize 12 -o b.glb").exitCode, 2);
   EXPECT_EQ(run("flipbook boxes.t4d -n 2 --morph --quantize 16 -o b.glb").exitCode, 2);
   EXPECT_EQ(run("slice boxes.t4d --x 0 --normals crease:200 -o b.ply").exitCode, 2);
+}
+
+TEST_F(Program, WritesAndReadsUsd) {
+  ASSERT_EQ(run(kPaper).exitCode, 0);
+  const auto written = run("flipbook cube.t4d --frames 5 -o f.usda --json").value();
+  EXPECT_EQ(written["files"], nlohmann::json({"f.usda"}));
+  EXPECT_EQ(written["frames"], 5);
+  EXPECT_EQ(run("flipbook cube.t4d --frames 5 -o f.usdz").exitCode, 0);
+  for (const char* file : {"f.usda", "f.usdz"}) {
+    const auto swept = run(std::string("sweep ") + file + " -o again.t4d --json").value();
+    EXPECT_EQ(swept["bodies"][0]["name"], "paper-cube");
+    EXPECT_EQ(run("validate again.t4d --json").value()["valid"], true);
+    // It plays for as long as there are frames after the first.
+    EXPECT_NEAR(run("slice again.t4d --time 0.16666666666666666 --json").value()["volume"], 8000,
+                1e-2);
+  }
+  EXPECT_EQ(run("flipbook cube.t4d -n 2 --rigid -o r.usda").exitCode, 0);
+  EXPECT_EQ(run("sweep r.usda --tolerance 1 -o again.t4d").exitCode, 0);
+  EXPECT_EQ(run("flipbook cube.t4d -n 2 --exact -o e.usda").exitCode, 0);
+  misused("flipbook cube.t4d -n 2 --visibility -o f.usda", "--visibility is for glTF");
+  misused("flipbook cube.t4d -n 2 --quantize 12 -o f.usda", "--quantize: only .glb and .gltf");
+  misused("flipbook cube.t4d -n 2 -o f.usdc", "is not a .glb, .gltf, .usda or .usdz file");
+  misused("sweep f.usda --animation x -o a.t4d",
+          "--animation and --scene are for an animated glTF");
+  refuses("sweep f.usdc -o a.t4d", "f.usdc: no such file");
+  std::ofstream(folder_ / "b.usdc") << "PXR-USDC and more";
+  refuses("sweep b.usdc -o a.t4d", "usdcat --flatten");
+  refuses("sweep b.usdc -m fx/rest.json -o a.t4d", "usdcat --flatten");
+  // A solid, at the first frame.
+  const Finished still = run("sweep f.usda -m fx/rest.json -o a.t4d");
+  EXPECT_EQ(still.exitCode, 3);
+  EXPECT_THAT(still.err, testing::HasSubstr("the animation: meshes are as they are at its first"));
+  EXPECT_EQ(run("frames cube.t4d -n 3 --fps 12 --format usda -o set").exitCode, 0);
+  EXPECT_THAT(contents(folder_ / "set/frames.usda"),
+              testing::HasSubstr("timeCodesPerSecond = 12\n"));
+  EXPECT_EQ(run("slice cube.t4d --time 1 -o one.usdz").exitCode, 0);
+  EXPECT_EQ(run("sweep one.usdz -m fx/rest.json -o a.t4d").exitCode, 0);
 }
 
 TEST_F(Program, ListsWhatItDoesNotTakeOfGltf) {
@@ -1147,7 +1185,8 @@ TEST_F(Program, RefusesTimesOutsideAndUnknownOutputs) {
   EXPECT_EQ(run("slice cube.t4d --hyperplane 1e-170,0,0,0,0").exitCode, 0);
   misused("slice cube.t4d --time nan -o out.glb", "--time: 'nan' is not a number");
   misused("slice cube.t4d --hyperplane 0,0,0,0,1 -o out.glb", "--hyperplane: ");
-  misused("slice cube.t4d --time 1 -o out.xyz", ".stl, .obj, .ply, .off, .vtp, .gltf or .glb");
+  misused("slice cube.t4d --time 1 -o out.xyz",
+          ".stl, .obj, .ply, .off, .vtp, .gltf, .glb, .usda or .usdz");
   misused("flipbook cube.t4d --frames 2 -o out.stl", "--output: ");
   misused("recover cube.t4d -o out.stl", "has the name of another format; a .t4d is written");
   misused("flipbook cube.t4d --frames 2.5 -o out.glb",

@@ -17,6 +17,7 @@
 #include "t4d/formats/input_file.h"
 #include "t4d/formats/mesh_steps.h"
 #include "t4d/formats/t4d/names.h"
+#include "t4d/formats/usd_animation.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
@@ -64,7 +65,8 @@ struct SweepArguments {
   bool animates() const {
     const std::string extension = formats::lowerCaseExtension(models.front());
     return motion.empty() && models.size() == 1 &&
-           (extension == ".gltf" || extension == ".glb" || formats::isForeignScene(models.front()));
+           (extension == ".gltf" || extension == ".glb" ||
+            formats::isForeignScene(models.front()) || formats::isAnimatedUsd(models.front()));
   }
 };
 
@@ -84,7 +86,10 @@ struct Made {
 /// The same for what says how a solid moves.
 std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
   const bool namesPart = !options.animation.animation.empty() || !options.animation.scene.empty();
-  if (namesPart && !options.animates()) return "--animation and --scene are for an animated glTF";
+  const bool isUsd = formats::isAnimatedUsd(options.models.front());
+  if (namesPart && (isUsd || !options.animates())) {
+    return "--animation and --scene are for an animated glTF";
+  }
   const bool collected = std::ranges::any_of(
       options.models, [](const auto& model) { return formats::isCollection(model); });
   if (collected && options.models.size() > 1) {
@@ -386,6 +391,7 @@ struct Loaded {
   std::vector<model::HalfTurn> halfTurns;  // likewise, and of poses
   std::string lengthUnit;
   std::string timeUnit;
+  std::string up = "y";
   std::vector<std::string> losses;
   std::vector<std::string> files;               // all that were read
   std::vector<std::filesystem::path> keyFiles;  // as formats::LoadedDeformation
@@ -470,7 +476,9 @@ Result<Loaded> readInput(const SweepArguments& options) {
       converted = std::move(scene->losses);
       file = std::move(scene->glb);
     }
-    auto read = formats::readGltfAnimation(*file, how);
+    auto read = formats::isAnimatedUsd(file->path)
+                    ? formats::readUsdAnimation(std::move(*file), how)
+                    : formats::readGltfAnimation(*file, how);
     if (!read) return pass(read.error());
     printNotices(read->notices);
     loaded.bodies = std::move(read->bodies);
@@ -479,8 +487,9 @@ Result<Loaded> readInput(const SweepArguments& options) {
     loaded.losses = std::move(read->losses);
     loaded.losses.insert(loaded.losses.begin(), converted.begin(), converted.end());
     loaded.addFiles(read->otherFiles);
-    loaded.lengthUnit = "m";
+    loaded.lengthUnit = read->lengthUnit;
     loaded.timeUnit = "s";
+    loaded.up = read->up;
     return loaded;
   }
   if (options.hasKeys()) {
@@ -567,9 +576,10 @@ int run(const SweepArguments& options) {
     }
     names.front() = options.output.body;
   }
-  auto file = T4dFile::create(options.output,
-                              {options.backend, options.models.front(), loaded->lengthUnit,
-                               loaded->timeUnit, detailsOf(options, loaded->materials), names});
+  auto file =
+      T4dFile::create(options.output, {options.backend, options.models.front(), loaded->lengthUnit,
+                                       loaded->timeUnit, detailsOf(options, loaded->materials),
+                                       names, "", loaded->up});
   if (!file) return report(file.error());
 
   auto made = options.hasKeys() ? sweepKeys(options, loaded->bodies, *file)

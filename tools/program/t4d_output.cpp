@@ -95,7 +95,7 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
   metadata.backend = about.backend;
   metadata.lengthUnit = about.lengthUnit;
   metadata.timeUnit = about.timeUnit;
-  metadata.up = !output.up.empty() ? output.up : about.space.empty() ? "y" : "z";
+  metadata.up = !output.up.empty() ? output.up : about.space.empty() ? about.up : "z";
   metadata.space = about.space;
   metadata.bodies = {{output.body.empty()
                           ? formats::asName(nameWithoutExtension(nameIn(about.model)))

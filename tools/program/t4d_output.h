@@ -62,6 +62,7 @@ class T4dFile : public model::Sink {
     std::string detailsJson;
     std::vector<std::string> bodies = {};  ///< names of several bodies
     std::string space = {};                ///< as formats::Metadata::space; z points up in it
+    std::string up = "y";                  ///< where `--up` is not given, and there is no space
   };
 
   static Result<T4dFile> create(const T4dOutput& output, const About& about);

@@ -16,7 +16,8 @@ def files(attack):
     verb = rng.choice(["info", "validate", "slice", "flipbook", "recover", "rasterize",
                        "compare", "sweep", "motion", "cache", "weave", "series", "output"])
     extension = rng.choice({
-        "sweep": ["obj", "stl", "ply", "off", "gltf", "glb", "vtp", "vtu", "pvd", "nc", "t4d"],
+        "sweep": ["obj", "stl", "ply", "off", "gltf", "glb", "vtp", "vtu", "pvd", "usda", "usdz",
+                  "usdc", "nc", "t4d"],
         "motion": ["json", "csv", "nc", "gcode", "cl", "t4d"],
         "cache": ["pc2", "mdd"],
         "weave": ["vdb", "nrrd", "nhdr", "npy", "raw", "nii", "nii.gz", "hdr", "vtp", "pvd",
@@ -90,12 +91,13 @@ def folders(attack):
     folder = attack.path("out")
     mesh, motion, file = attack.pick("obj"), attack.pick("motion"), attack.pick("t4d")
     grids = ["--voxel-size", 5, "--frames", 2, "-o"]
-    extension = rng.choice(["glb", "gltf", "ply", "stl", "obj", "off", "vtp"])
+    extension = rng.choice(["glb", "gltf", "ply", "stl", "obj", "off", "vtp", "usda"])
+    collection = "usda" if extension == "usda" else "pvd"
     command, names = rng.choice([
         (["frames", file, "--count", 2, "--format", extension, "-o", folder],
-         [f"frame_0000.{extension}", f"frame_0001.{extension}", "manifest.json", "frames.pvd"]),
+         [f"frame_0000.{extension}", f"frame_0001.{extension}", "manifest.json", f"frames.{collection}"]),
         (["frames", file, "--count", 2, "-o", folder / f"a_%d.{extension}"],
-         [f"a_0.{extension}", f"a_1.{extension}", "a.manifest.json", "a.pvd"]),
+         [f"a_0.{extension}", f"a_1.{extension}", "a.manifest.json", f"a.{collection}"]),
         (["frames", file, "--count", 2, "--format", "vdb", "--voxel-size", 5, "-o", folder],
          ["frame_0000.vdb", "manifest.json"]),
         (["rasterize", file, *grids, folder], ["frame_0000.vdb", "frame_0001.vdb"]),

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "t4d/model/error.h"
+#include "t4d/model/times.h"
+#include "t4d/model/triangle_mesh.h"
+
+namespace t4d::formats {
+
+/// Vertices whose places are a smooth function of time between keys.
+class MovingShape {
+ public:
+  virtual ~MovingShape() = default;
+
+  /// The places at a time; `atEnd`: as the end of what is before it, where they jump.
+  virtual void place(double time, bool atEnd, std::span<model::Point3> into) const = 0;
+  /// A bound of the second derivative of every vertex's place over an interval without keys inside.
+  virtual double accelerationBound(double begin, double end) const = 0;
+};
+
+/// Divides the time between the keys of a body such that slices are within a tolerance of it. This
+/// is proved and not sampled: of a function with a second derivative of at most a, the chord over a
+/// time h is at most h^2 a / 8 away, and model::edgeDeviation bounds what slices are off their
+/// vertices.
+class KeyDivider {
+ public:
+  struct Limits {
+    double tolerance = 0;
+    double edgeFactor = 0;  ///< of model::edgeDeviation
+  };
+
+  /// `where` is that of errors.
+  KeyDivider(const MovingShape& shape, const model::TriangleMesh& mesh, const Limits& limits,
+             std::string where)
+      : shape_(shape),
+        triangles_(mesh.triangles),
+        limits_(limits),
+        where_(std::move(where)),
+        from_(mesh.vertices.size()),
+        to_(mesh.vertices.size()) {}
+
+  /// Adds the ends of steps within a span between two keys. Fails for more than an hour of 55 a
+  /// second, and where the shape turns too fast for the tolerance.
+  Result<void> divide(const model::TimeSpan& span, std::vector<double>& times);
+
+ private:
+  double edgesOff(const model::TimeSpan& span, std::uint64_t count);
+  tl::unexpected<Error> tooManyKeys() const;
+
+  const MovingShape& shape_;
+  std::span<const model::Triangle> triangles_;
+  Limits limits_;
+  std::string where_;
+  std::vector<model::Point3> from_;
+  std::vector<model::Point3> to_;
+  std::size_t keys_ = 0;
+};
+
+}  // namespace t4d::formats
