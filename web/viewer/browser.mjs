@@ -5,6 +5,8 @@ import path from 'node:path';
 
 import { chromium } from 'playwright-core';
 
+const types = { '.html': 'text/html', '.js': 'text/javascript' };
+
 /**
  * Serves the page at / and files by their names, as any static server does.
  * @param {Record<string, string|Uint8Array>} files paths or bytes by name
@@ -18,7 +20,7 @@ export async function serve(files) {
       return;
     }
     const bytes = typeof files[name] === 'string' ? readFileSync(files[name]) : files[name];
-    const type = path.extname(name) === '.html' ? 'text/html' : 'application/octet-stream';
+    const type = types[path.extname(name)] ?? 'application/octet-stream';
     const [, begin, end] = /^bytes=(\d*)-(\d*)$/.exec(request.headers.range ?? '') ?? [];
     if (begin === undefined) {
       response.writeHead(200, { 'Content-Type': type, 'Content-Length': bytes.length }).end(bytes);

@@ -1,4 +1,4 @@
-// node build.mjs [OUT.html]: the viewer as one page that needs nothing else.
+// node build.mjs: dist/t4d-view.js, the element, which needs nothing else, and dist/viewer.html, the page around it.
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -6,33 +6,40 @@ import { fileURLToPath } from 'node:url';
 import { build } from 'esbuild';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
+const read = (name) => readFileSync(path.join(here, 'src', name), 'utf8');
 
+/** A script without imports and exports: for <script>, with or without type="module", and for bundlers. */
 async function bundle(entry, define = {}) {
   const { outputFiles } = await build({
     entryPoints: [path.join(here, 'src', entry)], bundle: true, minify: true, write: false, format: 'iife',
     target: 'es2022', define, legalComments: 'none', logLevel: 'warning', absWorkingDir: here,
+    loader: { '.css': 'text', '.html': 'text' },
   });
   // What would end the element that it is written into.
   return outputFiles[0].text.replaceAll('</script', '<\\/script');
 }
 
-/** The text of the page. */
-export async function makePage() {
+/** The script that defines <t4d-view>. */
+export async function makeElement() {
   const worker = await bundle('worker.js');
-  const code = await bundle('main.js', { WORKER_CODE: JSON.stringify(worker) });
-  const style = readFileSync(path.join(here, 'src/style.css'), 'utf8');
-  const licences = readFileSync(path.join(here, 'src/licences.txt'), 'utf8').trim();
-  const page = readFileSync(path.join(here, 'src/index.html'), 'utf8')
-    .replace('<!-- licences -->', () => `<!--\n${licences}\n-->`)
-    // ASCII, as the code is: servers and editors may take the page for any encoding.
-    .replace(/[^\0-\x7f]/gu, (letter) => `&#x${letter.codePointAt(0).toString(16)};`);
-  return page.replace('/* style */', () => style).replace('/* code */', () => code);
+  return `/*\n${read('licences.txt').trim()}\n*/\n${await bundle('element.js', { WORKER_CODE: JSON.stringify(worker) })}`;
 }
 
+/** The page of t4d view, with a place for the script of the element. */
+export async function makePage() {
+  const code = await bundle('main.js');
+  // ASCII, as the code is: servers and editors may take the page for any encoding.
+  const page = read('index.html').replace(/[^\0-\x7f]/gu, (letter) => `&#x${letter.codePointAt(0).toString(16)};`);
+  return page.replace('/* style */', () => read('controls.css') + read('page.css')).replace('/* code */', () => code);
+}
+
+/** The page with the element in it, as the program has it. */
+export const wholePage = (page, element) => page.replace('<!-- element -->', () => `<script>${element}</script>`);
+
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
-  const out = process.argv[2] ?? path.join(here, 'dist/viewer.html');
-  mkdirSync(path.dirname(out), { recursive: true });
-  const page = await makePage();
-  writeFileSync(out, page);
-  console.log(`${out}: ${page.length} bytes`);
+  mkdirSync(path.join(here, 'dist'), { recursive: true });
+  for (const [name, text] of [['t4d-view.js', await makeElement()], ['viewer.html', await makePage()]]) {
+    writeFileSync(path.join(here, 'dist', name), text);
+    console.log(`dist/${name}: ${text.length} bytes`);
+  }
 }

@@ -1,9 +1,10 @@
 // node picture.mjs FILE.t4d OUT.png: the moving picture of the README, an animated PNG of the page playing.
-import { writeFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 import { launch, openPage, serve } from './browser.mjs';
+import { wholePage } from './build.mjs';
 
 const frames = 24;
 const milliseconds = 120;
@@ -65,11 +66,12 @@ function animated(pngs) {
   return Buffer.concat([...parts, chunk('IEND', Buffer.alloc(0))]);
 }
 
-const site = await serve({ 'index.html': path.join(here, 'dist/viewer.html'), 'mesh.t4d': file });
+const parts = ['viewer.html', 't4d-view.js'].map((name) => readFileSync(path.join(here, 'dist', name), 'utf8'));
+const site = await serve({ 'index.html': Buffer.from(wholePage(...parts)), 'mesh.t4d': file });
 const browser = await launch();
 try {
   const { page } = await openPage(browser, `${site.url}?file=mesh.t4d`, { viewport: { width: 480, height: 380 }, colorScheme: 'light' });
-  await page.addStyleTag({ content: '#panel { display: none } body { grid-template: "stage" 1fr "time" auto / 1fr }' });
+  await page.addStyleTag({ content: '#panel { display: none }' });
   const [begin, end] = await page.evaluate(() => {
     const { min, max } = window.t4dViewer.panes[0].bounds();
     return [min[3], max[3]];

@@ -13,6 +13,7 @@ export class Client {
   constructor(code) {
     const url = URL.createObjectURL(new Blob([code], { type: 'text/javascript' }));
     this.worker = new Worker(url);
+    URL.revokeObjectURL(url);
     this.pending = new Map();
     this.next = 0;
     this.worker.onmessage = ({ data: { id, part, value, error } }) => {
@@ -29,6 +30,12 @@ export class Client {
       for (const { reject } of this.pending.values()) reject(new Error(event.message));
       this.pending.clear();
     };
+  }
+
+  /** Ends the worker; calls are not answered any more. */
+  end() {
+    this.worker.terminate();
+    this.pending.clear();
   }
 
   /** The answer of a call, as a promise. */

@@ -18,5 +18,3 @@ export function shownBytes(bytes) {
   const [unit, size] = bytes >= 1e9 ? ['GB', 1e9] : bytes >= 1e6 ? ['MB', 1e6] : ['kB', 1e3];
   return `${(bytes / size).toFixed(1)} ${unit}`;
 }
-
-export const element = (id) => document.getElementById(id);

@@ -1,38 +1,42 @@
 // Two solids coloured by their distance from each other.
-import { showError } from './messages.js';
-import { client, panes, state } from './page.js';
-import { planeOf } from './pane.js';
 
-/** The distances of the two solids at a time that are shown, or asked for. */
-export const comparison = { asked: null, shown: null, largest: 0 };
+export class Comparison {
+  /**
+   * @param {import('./model.js').Model} model
+   * @param {(error: Error) => void} onError
+   */
+  constructor(model, onError) {
+    /** The distances of the two solids at a time that are shown, or asked for. */
+    Object.assign(this, { model, onError, asked: null, shown: null, largest: 0 });
+  }
 
-export const showsDistances = () => state.color === 'distance' && state.cut === 't' && panes.length === 2;
-
-/**
- * Colours two solids by their distance from each other; whether that is there. The one before stays meanwhile, and
- * onDone is called when it has come.
- */
-export function updateDistances(hidden, onDone) {
-  const plane = planeOf(state);
-  const files = panes.map(({ info }) => info.file);
-  const key = JSON.stringify([plane.offset, state.hidden, files]);
-  if (comparison.shown === key) return true;
-  if (comparison.asked !== null) return false;
-  comparison.asked = key;
-  const { normal, offset } = plane;
-  client.call('distances', { files, normal, offset, hidden: state.hidden }).then((sections) => {
-    if (!showsDistances()) return;
-    const all = sections.flat().map(({ distances }) => distances ?? []);
-    comparison.largest = all.reduce((most, each) => each.reduce((a, b) => Math.max(a, b || 0), most), 0);
-    const look = { mode: 'distance', rangeOfBody: () => [0, comparison.largest] };
-    panes.forEach((pane, i) => pane.showSections(sections[i], plane, state.timeScale, hidden, look));
-    comparison.shown = key;
-  }).catch((error) => {
-    showError(error);
-    comparison.shown = key;
-  }).finally(() => {
-    comparison.asked = null;
-    onDone();
-  });
-  return false;
+  /**
+   * Colours two solids by their distance from each other; whether that is there. The one before stays meanwhile, and
+   * onDone is called when it has come.
+   */
+  update(hidden, onDone) {
+    const { model, model: { panes, state } } = this;
+    const plane = model.plane();
+    const files = panes.map(({ info }) => info.file);
+    const key = JSON.stringify([plane.offset, state.hidden, files]);
+    if (this.shown === key) return true;
+    if (this.asked !== null) return false;
+    this.asked = key;
+    const { normal, offset } = plane;
+    panes[0].file.client.call('distances', { files, normal, offset, hidden: state.hidden }).then((sections) => {
+      if (!model.showsDistances()) return;
+      const all = sections.flat().map(({ distances }) => distances ?? []);
+      this.largest = all.reduce((most, each) => each.reduce((a, b) => Math.max(a, b || 0), most), 0);
+      const look = { mode: 'distance', rangeOfBody: () => [0, this.largest] };
+      panes.forEach((pane, i) => pane.showSections(sections[i], plane, state.timeScale, hidden, look));
+      this.shown = key;
+    }).catch((error) => {
+      this.onError(error);
+      this.shown = key;
+    }).finally(() => {
+      this.asked = null;
+      onDone();
+    });
+    return false;
+  }
 }

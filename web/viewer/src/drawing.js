@@ -1,125 +1,157 @@
-// Draws what the state says.
-import { view } from './camera.js';
-import { element } from './common.js';
-import { comparison, showsDistances, updateDistances } from './comparison.js';
-import { measureLater } from './measures.js';
-import { bounds, center, facesAxes, longestLife, panes, sliderKey, state } from './page.js';
-import { planeOf } from './pane.js';
-import { direction } from './play.js';
-
-/** Whether all that the state says is there. */
-export let isWhole = false;
-let isDirty = true;
-let hasArrivals = false;
-let drawnAt = 0;
-/** What it takes to draw the picture, but for sketches in its place. */
-let drawMilliseconds = 0;
-/** Whether the camera moves, where the picture does not follow. */
-let isMoving = false;
-let restTimer = 0;
+// Draws what the model says.
 
 /** Of a picture that takes longer, sketches are drawn while the camera moves, and while another is waited for. */
 const slowMilliseconds = 100;
-const isSlow = () => drawMilliseconds > slowMilliseconds;
 
 /** Without a move in as many milliseconds, the camera rests. */
 const restMilliseconds = 250;
 
-export function invalidate() {
-  isDirty = true;
-}
+export class Drawing {
+  /** @param {import('./viewer.js').Viewer} viewer */
+  constructor(viewer) {
+    Object.assign(this, {
+      viewer,
+      /** Whether all that the model says is there. */
+      isWhole: false,
+      isDirty: true,
+      hasArrivals: false,
+      drawnAt: 0,
+      /** What it takes to draw the picture, but for sketches in its place. */
+      milliseconds: 0,
+      /** Whether the camera moves, where the picture does not follow. */
+      isMoving: false,
+      restTimer: 0,
+    });
+  }
 
-/** The camera has moved. */
-export function onMove() {
-  isDirty = true;
-  isMoving = isSlow();
-  clearTimeout(restTimer);
-  if (!isMoving) return;
-  restTimer = setTimeout(() => {
-    isMoving = false;
-    isDirty = true;
-  }, restMilliseconds);
-}
+  get isSlow() {
+    return this.milliseconds > slowMilliseconds;
+  }
 
-/** More of the same has come: drawn now and then, so that drawing does not hold up the rest, but a picture at once. */
-export function onArrival({ isPicture = false } = {}) {
-  hasArrivals = true;
-  isDirty ||= isPicture;
-}
+  invalidate() {
+    this.isDirty = true;
+  }
 
-function lookOf(pane) {
-  const isAttribute = state.color.startsWith('attribute:');
-  const name = state.color.slice('attribute:'.length);
-  const range = isAttribute ? pane.rangeOf(name) ?? [0, 1] : [bounds.min[3] - center[3], bounds.max[3] - center[3]];
-  // Of bodies, age is time from their begin on.
-  const rangeOfBody = ({ begin }) => (state.color === 'age' ? [begin - center[3], begin - center[3] + longestLife()] : range);
-  return { mode: isAttribute ? 'attribute' : state.color, name, rangeOfBody, wireframe: state.wire };
-}
+  /** The camera has moved. */
+  onMove() {
+    this.isDirty = true;
+    this.isMoving = this.isSlow;
+    clearTimeout(this.restTimer);
+    if (!this.isMoving) return;
+    this.restTimer = setTimeout(() => {
+      this.isMoving = false;
+      this.isDirty = true;
+    }, restMilliseconds);
+  }
 
-/** The planes that are shown: that of the state, then those of the onion skin. */
-function planesOf() {
-  const planes = [{ plane: planeOf(state), opacity: 1 }];
-  if (state.cut === 'any') return planes;
-  const key = sliderKey();
-  for (let i = 1; i <= state.onion; ++i) {
-    for (const side of [-1, 1]) {
-      planes.push({
-        plane: planeOf({ ...state, [key]: state[key] + side * i * state.onionStep }),
-        opacity: 0.35 * (1 - (i - 1) / (state.onion + 1)),
+  /** More of the same has come: drawn now and then, so that drawing does not hold up the rest, but a picture at once. */
+  onArrival({ isPicture = false } = {}) {
+    this.hasArrivals = true;
+    this.isDirty ||= isPicture;
+  }
+
+  /** The numbers at the ends of the ramp of colours; null where colours are no numbers. */
+  colorRange() {
+    const { model, model: { panes, bounds, state: { color, cut } }, comparison } = this.viewer;
+    // The solid in space-time has attributes of whole numbers only.
+    if (panes.length === 0 || (cut === 'solid' && color.startsWith('attribute:'))) return null;
+    if (color === 'time') return [bounds.min[3], bounds.max[3]];
+    if (color === 'age') return [0, model.longestLife()];
+    if (model.showsDistances()) return [0, comparison.largest];
+    const ranges = panes.flatMap((pane) => pane.rangesOf(color));
+    const [low, high] = [Math.min(...ranges.map(([least]) => least)), Math.max(...ranges.map(([, most]) => most))];
+    return low <= high ? [low, high] : null;
+  }
+
+  lookOf(pane, colors) {
+    const { model } = this.viewer;
+    const { color, wire } = model.state;
+    const [mode, name] = color.startsWith('attribute:') ? ['attribute', color.slice('attribute:'.length)] : [color];
+    const begin = pane.center[3];
+    // Times are relative to the middle; of bodies, age is time from their begin on.
+    const rangeOfBody = (body) => {
+      const origin = { time: -begin, age: body.begin - begin }[mode] ?? 0;
+      return (colors ?? [0, 1]).map((value) => value + origin);
+    };
+    return { mode, name, rangeOfBody, wireframe: wire };
+  }
+
+  /** The planes that are shown: that of the state, then those of the onion skin. */
+  planes() {
+    const { model, model: { state, sliderKey: key } } = this.viewer;
+    const planes = [{ plane: model.plane(), opacity: 1 }];
+    if (state.cut === 'any') return planes;
+    for (let i = 1; i <= state.onion; ++i) {
+      for (const side of [-1, 1]) {
+        planes.push({
+          plane: model.plane({ ...state, [key]: state[key] + side * i * state.onionStep }),
+          opacity: 0.35 * (1 - (i - 1) / (state.onion + 1)),
+        });
+      }
+    }
+    return planes;
+  }
+
+  /** Asks the panes for what the model says. */
+  update() {
+    const { model, model: { state }, comparison } = this.viewer;
+    this.hasArrivals = false;
+    const hidden = new Set(state.hidden);
+    if (model.showsDistances()) {
+      this.isWhole = comparison.update(hidden, () => {
+        this.onArrival();
+        this.viewer.emit('compared');
       });
+    } else {
+      comparison.shown = null;
+      const before = this.colorRange();
+      this.showPanes(hidden, before);
+      // Of speeds and attributes, the slabs that are shown give it.
+      const range = this.colorRange();
+      if (JSON.stringify(range) !== JSON.stringify(before)) this.showPanes(hidden, range);
+    }
+    this.viewer.find('busy').hidden = this.isWhole && this.viewer.numOpening === 0;
+  }
+
+  showPanes(hidden, range) {
+    const { model, model: { state }, player } = this.viewer;
+    this.isWhole = true;
+    const faces = state.cut === 'solid' ? model.facesAxes() : null;
+    const planes = faces ? [] : this.planes();
+    for (const pane of model.panes) {
+      const what = { planes, timeScale: state.timeScale, hidden, look: this.lookOf(pane, range), faces };
+      const isThere = pane.show(what);
+      this.isWhole = isThere && this.isWhole;
+      if (isThere && state.cut === 't') pane.prefetch(planes[0].plane, player.direction);
     }
   }
-  return planes;
-}
 
-/** Asks the panes for what the state says. */
-export function update() {
-  hasArrivals = false;
-  const hidden = new Set(state.hidden);
-  if (showsDistances()) {
-    isWhole = updateDistances(hidden, () => {
-      measureLater();
-      onArrival();
-    });
-    element('busy').hidden = isWhole;
-    return;
+  draw() {
+    const { model: { panes }, view } = this.viewer;
+    this.isDirty = false;
+    const isRough = this.isSlow && (this.isMoving || !this.isWhole);
+    for (const pane of panes) pane.setRough(isRough);
+    view.render(panes);
+    this.drawnAt = performance.now();
+    const begin = this.drawnAt;
+    if (!isRough) view.whenDrawn(() => { this.milliseconds = performance.now() - begin; });
   }
-  comparison.shown = null;
-  isWhole = true;
-  for (const pane of panes) {
-    const faces = state.cut === 'solid' ? facesAxes() : null;
-    const what = { planes: faces ? [] : planesOf(), timeScale: state.timeScale, hidden, look: lookOf(pane), faces };
-    const isThere = pane.show(what);
-    isWhole = isThere && isWhole;
-    if (isThere && state.cut === 't') pane.prefetch(planeOf(state), direction);
+
+  /** Draws what has changed; whether it has. */
+  drawChanges() {
+    if (!this.isDirty && !this.hasArrivals) return false;
+    const isNew = this.isDirty;
+    this.update();
+    // What arrives is drawn when it is whole, or after a while.
+    if (!isNew && !this.isWhole && performance.now() - this.drawnAt <= 3 * this.milliseconds + 100) return false;
+    this.draw();
+    return true;
   }
-  element('busy').hidden = isWhole;
-}
 
-export function draw() {
-  isDirty = false;
-  const isRough = isSlow() && (isMoving || !isWhole);
-  for (const pane of panes) pane.setRough(isRough);
-  view.render(panes);
-  drawnAt = performance.now();
-  const begin = drawnAt;
-  if (!isRough) view.whenDrawn(() => { drawMilliseconds = performance.now() - begin; });
-}
-
-/** Draws what has changed; whether it has. */
-export function drawChanges() {
-  if (!isDirty && !hasArrivals) return false;
-  const isNew = isDirty;
-  update();
-  // What arrives is drawn when it is whole, or after a while.
-  if (!isNew && !isWhole && performance.now() - drawnAt <= 3 * drawMilliseconds + 100) return false;
-  draw();
-  return true;
-}
-
-/** Resolves when all that the state says is drawn. */
-export async function whole() {
-  do {
-    await new Promise((resolve) => { requestAnimationFrame(resolve); });
-  } while (isDirty || hasArrivals || !isWhole || isMoving);
+  /** Resolves when all that the model says is drawn. */
+  async whole() {
+    do {
+      await new Promise((resolve) => { requestAnimationFrame(resolve); });
+    } while (!this.viewer.isEnded && (this.isDirty || this.hasArrivals || !this.isWhole || this.isMoving));
+  }
 }

@@ -3,6 +3,7 @@ import * as THREE from 'three';
 
 import { cutTable, eachRunThatMayBeCut, heightsOf } from 't4d-reader';
 
+import { rangeOfSpeeds } from './cell_speed.js';
 import { blockCells, rowTexels } from './common.js';
 import { facesVertex, fragment, meshVertex, sectionVertex } from './shaders.js';
 
@@ -35,6 +36,12 @@ const nothing = {
   ids: textureOf('uint', 1, () => {}),
 };
 
+/** Takes from all renderers what is always there, so that it keeps none of them in memory. */
+export function forgetNothing() {
+  nothing.values.dispose();
+  nothing.ids.dispose();
+}
+
 /** So many cells fit a texture, and vertices; a triangle has 27 bits for its cell. */
 export const mostTexels = (renderer) => Math.min(2 ** 27, rowTexels * renderer.capabilities.maxTextureSize);
 
@@ -50,13 +57,15 @@ export class GpuSlab {
   constructor(slab, cells, center) {
     Object.assign(this, {
       vertices: slab.vertices, begin: slab.begin, end: slab.end, min: slab.min, max: slab.max, numCells: slab.numCells, bounds: slab.bounds,
-      attributes: slab.attributes, cells,
+      attributes: slab.attributes, cells, connectivity: slab.connectivity,
     });
     ++cells.users;
     this.positions = textureOf('rgbaFloat', slab.numVertices, (data) => {
       for (let i = 0; i < slab.vertices.length; ++i) data[i] = slab.vertices[i] - center[i & 3];
     });
     this.colorTextures = new Map();
+    /** The values of attributes that were asked for, by name. */
+    this.asked = new Map();
     this.bytes = slab.vertices.byteLength + slab.bounds.byteLength + this.positions.image.data.byteLength;
   }
 
@@ -85,10 +94,17 @@ export class GpuSlab {
     this.colorTextures.set(name, { ...found, texture, isIds: false });
   }
 
+  /** The speeds of nearly all of its cells. */
+  get speeds() {
+    this.rangeOfSpeeds ??= [rangeOfSpeeds(this.vertices, this.cells.texture.image.data.subarray(0, 4 * this.numCells))];
+    return this.rangeOfSpeeds[0];
+  }
+
+  /** Takes it from all renderers, of which those that still draw it upload it again. */
   dispose() {
     this.positions.dispose();
+    this.cells.texture.dispose();
     for (const made of this.colorTextures.values()) made.texture.dispose();
-    if (--this.cells.users === 0) this.cells.texture.dispose();
   }
 }
 
@@ -108,6 +124,7 @@ function materialOf(vertexShader) {
     vertexShader,
     fragmentShader: fragment,
     side: THREE.DoubleSide,
+    defines: {},
     uniforms: {
       cells: { value: null }, positions: { value: null }, heights: { value: null }, triangles: { value: null },
       isReversed: { value: false },
@@ -136,7 +153,7 @@ class NumberedMesh extends THREE.Mesh {
   }
 
   /**
-   * @param {{mode: 'body'|'attribute'|'time', name?: string, color: THREE.Color, range: number[],
+   * @param {{mode: 'body'|'attribute'|'time'|'age'|'speed', name?: string, color: THREE.Color, range: number[],
    *   opacity: number, wireframe: boolean}} look
    */
   setLook(look) {
@@ -161,6 +178,10 @@ class NumberedMesh extends THREE.Mesh {
       uniforms.values.value = attribute.texture;
     }
     uniforms.colorMode.value = mode;
+    const isSpeed = look.mode === 'speed';
+    if (isSpeed === Object.hasOwn(this.material.defines, 'SPEED')) return;
+    this.material.defines = isSpeed ? { SPEED: 1 } : {};
+    this.material.needsUpdate = true;
   }
 
   dispose() {
@@ -349,7 +370,8 @@ export class CutMesh extends THREE.Mesh {
   }
 }
 
-let feedbackProgram = null;
+/** By the context of each renderer. */
+const feedbackPrograms = new WeakMap();
 
 /** A program of the same shader whose vertices can be read back. */
 function makeFeedbackProgram(gl) {
@@ -377,8 +399,8 @@ export function readBack(renderer, mesh) {
   const gl = renderer.getContext();
   const { count } = mesh.geometry.drawRange;
   if (!mesh.visible || count === 0) return new Float32Array(0);
-  feedbackProgram ??= makeFeedbackProgram(gl);
-  const program = feedbackProgram;
+  if (!feedbackPrograms.has(gl)) feedbackPrograms.set(gl, makeFeedbackProgram(gl));
+  const program = feedbackPrograms.get(gl);
   gl.useProgram(program);
   const at = (name) => gl.getUniformLocation(program, name);
   const { uniforms } = mesh.material;

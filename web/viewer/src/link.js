@@ -1,7 +1,5 @@
 // The link that shows the same again.
-import { element } from './common.js';
-import { say } from './messages.js';
-import { areAllOpen, base, panes, state } from './page.js';
+import { element, model, viewer } from './page.js';
 import { hashOf } from './state.js';
 
 /**
@@ -32,26 +30,33 @@ function shortened(address, page) {
   return address.startsWith(folder) && /^[\w%.-][\w%./-]*$/.test(rest) ? rest : address;
 }
 
-let linkTimer = 0;
 const startSearch = location.search;
 
 /** The address that shows the same again, and the names of the files that it does not open. */
 function linkNow() {
-  const { search, missing } = filesOfLink(panes.map(({ link }) => link), startSearch, location.href);
-  const hash = hashOf(state, base);
+  const files = model.panes.map(({ info: { name }, source: { from, isOwn = false } }) =>
+    ({ name, address: typeof from === 'string' ? from : null, isOwn }));
+  const { search, missing } = filesOfLink(files, startSearch, location.href);
+  const hash = hashOf(model.state, model.base);
   return { href: `${location.href.split(/[?#]/)[0]}${search}${hash && `#${hash}`}`, missing };
 }
 
-/** Keeps the address of the page up to date. */
-export function linkLater() {
-  clearTimeout(linkTimer);
-  linkTimer = setTimeout(() => {
-    // While files are on their way, the address says what to show of them.
-    if (panes.length === 0 || !areAllOpen) return;
-    const { href } = linkNow();
-    if (href !== location.href) history.replaceState(null, '', href);
-  }, 250);
+/** A call that waits until it was not asked for in so many milliseconds. */
+export function later(milliseconds, call) {
+  let timer = 0;
+  return () => {
+    clearTimeout(timer);
+    timer = setTimeout(call, milliseconds);
+  };
 }
+
+/** Keeps the address of the page up to date. */
+export const linkLater = later(250, () => {
+  // While files are on their way, the address says what to show of them.
+  if (model.panes.length === 0 || !model.areAllOpen) return;
+  const { href } = linkNow();
+  if (href !== location.href) history.replaceState(null, '', href);
+});
 
 /** Copies the link, and says what it does not open. */
 export async function copyLink() {
@@ -61,10 +66,10 @@ export async function copyLink() {
   try {
     await navigator.clipboard.writeText(href);
   } catch {
-    say('The browser does not let this page copy. This is the link:', href, ...lines);
+    viewer.messages.say('The browser does not let this page copy. This is the link:', href, ...lines);
     return;
   }
-  if (lines.length > 0) say(...lines);
+  if (lines.length > 0) viewer.messages.say(...lines);
   element('link').textContent = 'Copied';
   setTimeout(() => { element('link').textContent = 'Copy link'; }, 1500);
 }

@@ -1,62 +1,40 @@
-import { fitOtherSpace, view } from './camera.js';
-import { comparison } from './comparison.js';
-import { drawChanges, invalidate, isWhole, onMove, whole } from './drawing.js';
+// The page of t4d view: connects its controls with the view.
 import { openFile, openFirst } from './files.js';
 import { listen } from './input.js';
 import { linkLater } from './link.js';
 import { fillFacts, measureLater } from './measures.js';
-import { hideOldMessage } from './messages.js';
-import { onChange, panes, set, state } from './page.js';
-import { planeOf } from './pane.js';
-import { fillColors, fillControls } from './panel.js';
-import { advance, isPlaying } from './play.js';
-import { sliceAsGlb } from './saving.js';
+import { model, viewer } from './page.js';
+import { fillColors, fillControls, fillPanel } from './panel.js';
 import { measureSpeed, noteFirstPicture, speeds } from './speed.js';
 import { restoreTheme } from './theme.js';
 
-onChange((before) => {
-  fitOtherSpace(before);
-  invalidate();
-  hideOldMessage();
-  fillControls();
-  measureLater();
-  linkLater();
-});
-
-view.controls.addEventListener('change', () => {
-  onMove();
-  linkLater();
-});
-
-let lastFrame = 0;
-
-function frame(now) {
-  requestAnimationFrame(frame);
-  // A slice is waited for.
-  if (isPlaying && isWhole && panes.length > 0) advance(Math.min(0.1, (now - lastFrame) / 1000));
-  lastFrame = now;
-  if (!drawChanges()) return;
-  if (isWhole && panes.length > 0) noteFirstPicture();
-  if (isWhole) fillColors();
+const on = (type, ...calls) => calls.forEach((call) => viewer.addEventListener(type, call));
+on('change', fillControls, measureLater, linkLater);
+on('move', linkLater);
+on('compared', measureLater);
+on('files', fillPanel);
+on('draw', () => {
+  if (viewer.drawing.isWhole) {
+    if (model.panes.length > 0) noteFirstPicture();
+    fillColors();
+  }
   fillFacts();
-}
+});
 
-async function start() {
-  restoreTheme();
-  fillControls();
-  listen();
-  requestAnimationFrame(frame);
-  await openFirst();
-}
+restoreTheme();
+fillControls();
+listen();
 
 // For tests, and for scripts in the console.
 window.t4dViewer = {
-  get state() { return { ...state }; },
-  get panes() { return panes; },
-  get camera() { return view.camera; },
-  set, whole, measureSpeed, sliceAsGlb, speeds,
-  measures: () => panes.map((pane) => pane.measureShown(planeOf(state))),
-  largestDistance: () => comparison.largest,
+  get state() { return { ...model.state }; },
+  get camera() { return viewer.view.camera; },
+  panes: model.panes, find: viewer.find, measureSpeed, speeds,
+  set: (changes) => model.set(changes),
+  whole: () => viewer.drawing.whole(),
+  sliceAsGlb: () => viewer.glbOf(model.panes[0]),
+  measures: () => model.panes.map((pane) => pane.measureShown(model.plane())),
+  largestDistance: () => viewer.comparison.largest,
   open: openFile,
+  started: openFirst(),
 };
-window.t4dViewer.started = start();

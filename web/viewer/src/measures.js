@@ -1,56 +1,53 @@
 // Measures of the slice and of the files, as tables.
-import { element, shown, shownBytes } from './common.js';
-import { comparison, showsDistances } from './comparison.js';
-import { haveOneUnit, panes, state, unitOf } from './page.js';
-import { planeOf } from './pane.js';
-import { isPlaying } from './play.js';
+import { shown, shownBytes } from './common.js';
+import { element, model, viewer } from './page.js';
 
 /** Milliseconds in which the slider moves on. */
 const shortWait = 120;
 
-let measureTimer = 0;
-/** Counts what was to be measured: answers about anything but the last are too late. */
-let measured = 0;
+/** The turn counts what was to be measured: answers about anything but the last are too late. */
+const waiting = { timer: 0, turn: 0 };
 
 export function measureLater() {
-  ++measured;
+  ++waiting.turn;
   // They are of what was shown before.
   element('measures').ariaBusy = 'true';
-  clearTimeout(measureTimer);
-  measureTimer = setTimeout(measureNow, isPlaying ? 400 : shortWait);
+  clearTimeout(waiting.timer);
+  waiting.timer = setTimeout(measureNow, viewer.player.isPlaying ? 400 : shortWait);
 }
 
 /** Measures of the slice, of the bodies that are shown, for each pane. */
 async function measureNow() {
-  const turn = measured;
+  const { turn } = waiting;
+  const { panes, state } = model;
   if (state.cut === 'solid' || panes.length === 0) {
     fillTable('measures', []);
     return;
   }
   let answers;
   try {
-    answers = await Promise.all(panes.map((pane) => pane.measuresOf(planeOf(state))));
+    answers = await Promise.all(panes.map((pane) => pane.measuresOf(model.plane())));
   } catch {
     // What is damaged was said when it was to be shown.
-    if (turn === measured) fillTable('measures', [['', 'not whole']]);
+    if (turn === waiting.turn) fillTable('measures', [['', 'not whole']]);
     return;
   }
-  if (turn !== measured) return;
+  if (turn !== waiting.turn) return;
   if (answers.includes(null)) {
-    measureTimer = setTimeout(measureNow, shortWait);
+    waiting.timer = setTimeout(measureNow, shortWait);
     return;
   }
   element('save').disabled = answers.every((sections) =>
     sections.every(({ name, numTriangles }) => numTriangles === 0 || state.hidden.includes(name)));
   const totals = answers.map((sections) => totalOf(sections.filter(({ name }) => !state.hidden.includes(name))));
-  const unit = unitOf('length_unit');
-  const [squared, cubed] = unitsOf(state.cut, unit, unitOf('time_unit'));
+  const unit = model.unitOf('length_unit');
+  const [squared, cubed] = unitsOf(state.cut, unit, model.unitOf('time_unit'));
   const row = (title, pick) => [title, ...totals.map(pick)];
   fillTable('measures', [
     row('triangles', ({ numTriangles }) => shown(numTriangles)), row('vertices', ({ numPoints }) => shown(numPoints)),
     row(`volume${cubed}`, ({ volume }) => shown(volume)), row(`area${squared}`, ({ area }) => shown(area)),
-    ...(showsDistances() && comparison.shown !== null
-      ? [['largest distance', shown(comparison.largest) + (unit ? ` ${unit}` : '')]] : []),
+    ...(model.showsDistances() && viewer.comparison.shown !== null
+      ? [['largest distance', shown(viewer.comparison.largest) + (unit ? ` ${unit}` : '')]] : []),
   ]);
 }
 
@@ -75,15 +72,16 @@ function fillTable(id, rows) {
 }
 
 export function fillFacts() {
+  const { panes } = model;
   const facts = (title, pick) => [title, ...panes.map(pick)];
   if (panes.length === 0) return;
   fillTable('facts', [
     facts('size', ({ info }) => shownBytes(info.size)),
-    facts('read', ({ read, requests }) => `${shownBytes(read)}${requests ? ` in ${requests}` : ''}`),
+    facts('read', ({ file: { read, requests } }) => `${shownBytes(read)}${requests ? ` in ${requests}` : ''}`),
     facts('cells', ({ info }) => shown(info.bodies.reduce((sum, body) => sum + body.numCells, 0))),
     facts('slabs', ({ info }) => shown(info.bodies.reduce((sum, body) => sum + body.slabs.length, 0))),
     // Numbers stand without a unit where the files have different ones.
-    ...(haveOneUnit() ? [] : [facts('units', 
+    ...(model.haveOneUnit() ? [] : [facts('units',
       ({ info: { head } }) => `${head.length_unit ?? '?'}, ${head.time_unit ?? '?'}`)]),
   ]);
 }

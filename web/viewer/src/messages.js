@@ -1,30 +1,41 @@
 // The box for what went wrong.
-import { element } from './common.js';
-import { sliderKey, state } from './page.js';
 
-let messageOf = ''; // what was shown when the message came
+export class Messages {
+  /**
+   * @param {HTMLElement} box
+   * @param {import('./model.js').Model} model
+   */
+  constructor(box, model) {
+    /** `of`: what was shown when the message came. */
+    Object.assign(this, { box, model, of: '' });
+  }
 
-/** What is shown, but for the camera and the looks that no message is about. */
-const shownKey = () => JSON.stringify([state.cut, state[sliderKey()], state.normal, state.hidden, state.color, state.drop]);
+  /** What is shown, but for the camera and the looks that no message is about. */
+  get key() {
+    const { state, sliderKey } = this.model;
+    return JSON.stringify([state.cut, state[sliderKey], state.normal, state.hidden, state.color, state.drop]);
+  }
 
-export function say(...lines) {
-  const box = element('message');
-  box.replaceChildren(...lines.map((line) => Object.assign(document.createElement('p'), { textContent: line })));
-  const close = Object.assign(document.createElement('button'), { textContent: 'Close' });
-  close.onclick = () => { box.hidden = true; };
-  box.append(close);
-  box.hidden = false;
-  messageOf = shownKey();
-}
+  say(...lines) {
+    const { box } = this;
+    box.replaceChildren(...lines.map((line) => Object.assign(document.createElement('p'), { textContent: line })));
+    const close = Object.assign(document.createElement('button'), { textContent: 'Close' });
+    close.onclick = () => this.hide();
+    box.append(close);
+    box.hidden = false;
+    this.of = this.key;
+  }
 
-export function showError(error, detail = '') {
-  say(...[error.message, detail].filter(Boolean));
-  if (error.isKnown === false || error.workerStack) console.error(error.workerStack ?? error);
-}
+  hide() {
+    this.box.hidden = true;
+  }
 
-/** Whether there was a message about what is shown, also if it was closed. */
-export const wasSaid = () => messageOf === shownKey();
+  /** Whether there was a message about what is shown, also if it was closed. */
+  get wasSaid() {
+    return this.of === this.key;
+  }
 
-export function hideOldMessage() {
-  if (!wasSaid()) element('message').hidden = true;
+  hideOld() {
+    if (!this.wasSaid) this.hide();
+  }
 }

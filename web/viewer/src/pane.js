@@ -3,8 +3,7 @@ import * as THREE from 'three';
 
 import { answering, hyperplane } from 't4d-reader';
 
-import { units4 } from './common.js';
-import { CutMesh, FacesMesh, GpuSlab, makeCells, measureCorners, mostTexels, readBack, SectionMesh } from './gpu.js';
+import { CutMesh, FacesMesh, measureCorners, mostTexels, readBack, SectionMesh } from './gpu.js';
 
 /**
  * Slabs on the page are kept up to this many bytes, those that were used last. Sections of more are cut by
@@ -24,13 +23,6 @@ const cellBytes = 32;
 /** Slabs that are asked for at once, for sections across time. */
 const mostRequests = 16;
 
-/** The hyperplane that a state says; the solid in space-time has that of its time. */
-export function planeOf({ cut, t, x, y, z, normal, offset }) {
-  if (cut === 'any') return hyperplane(normal, offset);
-  const axis = Math.max(0, ['t', 'x', 'y', 'z'].indexOf(cut));
-  return hyperplane(units4[(axis + 3) % 4], [t, x, y, z][axis]);
-}
-
 /**
  * The axes that a section is shown along, as rows of x, y, z, t: those of the hyperplane in a space-time
  * whose time was multiplied by `timeScale`.
@@ -49,28 +41,26 @@ const framesLater = () => new Promise((resolve) => { requestAnimationFrame(() =>
 export class Pane {
   /**
    * @param {THREE.WebGLRenderer} renderer
-   * @param {import('./client.js').Client} client
-   * @param info of the worker's open()
+   * @param {import('./shared.js').SharedFile} file that the pane closes
    * @param {THREE.Color[]} bodyColors
-   * @param {number[]} center x, y, z, t of what is shown
    * @param {(what?: {isPicture: boolean}) => void} onChange called when there is something new to draw, with what is
    *   drawn at once even if more is to come
    * @param {(error: Error) => void} onError
    */
-  constructor(renderer, client, info, bodyColors, center, onChange, onError) {
-    Object.assign(this, { renderer, client, info, bodyColors, center, onChange, onError, budget: slabBudget });
+  constructor(renderer, file, bodyColors, onChange, onError) {
+    const { info, center } = file;
+    Object.assign(this, { renderer, file, info, center, bodyColors, onChange, onError, budget: slabBudget });
     this.scene = new THREE.Scene();
     this.group = new THREE.Group();
     this.scene.add(this.group);
-    this.slabs = new Map(); // by 'body/slab': { promise, gpu }, the last used at the end
-    this.cells = new Map(); // by connectivity
+    this.slabs = new Map(); // by 'body/slab': { body, number, gpu }, the last used at the end
     this.sections = new Map(); // by 'onion/body/slab'
-    this.bytes = 0;
+    this.ahead = new Set(); // the keys of slabs that were asked for before they are shown
     this.cut = null; // the section that the worker cuts
     this.loading = 0;
-    this.read = info.read;
-    this.requests = info.requests;
     this.failed = new Map(); // the errors of slabs, by 'body/slab'
+    this.awaited = new Set(); // the values of attributes that are on their way
+    this.isClosed = false;
   }
 
   /** [name, colour] of each body. */
@@ -97,22 +87,15 @@ export class Pane {
       return known.gpu;
     }
     if (this.failed.has(key) || this.loading >= mostRequests) return null;
-    const entry = { gpu: null };
+    const entry = { body, number, gpu: null };
     this.slabs.set(key, entry);
     ++this.loading;
-    this.fetchSlab(body, number).then((slab) => {
-      const cells = this.cells.get(slab.connectivity);
-      entry.gpu = new GpuSlab(slab, cells, this.center);
-      entry.connectivity = slab.connectivity;
-      this.bytes += entry.gpu.bytes + (slab.cells ? cells.bytes : 0);
-      this.read = slab.read;
-      this.requests = slab.requests;
-    }).catch((error) => {
-      if (!this.slabs.delete(key)) return; // another file is shown by now
+    this.file.take(body, number).then((gpu) => { entry.gpu = gpu; }).catch((error) => {
+      this.slabs.delete(key);
       this.failed.set(key, error);
     }).finally(() => {
       --this.loading;
-      this.onChange();
+      if (!this.isClosed) this.onChange();
     });
     return null;
   }
@@ -124,49 +107,36 @@ export class Pane {
     if (missing.length < 2) return;
     for (const body of new Set(missing.map((each) => each.body))) {
       const slabs = missing.filter((each) => each.body === body).map(({ number }) => number);
-      this.client.call('prefetch', { file: this.info.file, body, slabs });
+      this.file.call('prefetch', { body, slabs });
     }
   }
 
   /** Asks for the values of an attribute of a slab, unless it has them; whether they are there. */
   attribute(gpu, body, number, name) {
     if (gpu.colorTextures.has(name) || !gpu.attributes.some((each) => each.name === name)) return true;
-    if (gpu.asked === name) return false;
-    gpu.asked = name;
-    this.client.call('attribute', { file: this.info.file, body, slab: number, name }).then((values) => {
-      const before = gpu.bytes;
-      gpu.setAttribute(name, values);
-      this.bytes += gpu.bytes - before;
-      gpu.asked = null;
-    }).catch(this.onError).finally(() => this.onChange());
+    const values = this.file.attribute(gpu, body, number, name);
+    if (!this.awaited.has(values)) {
+      this.awaited.add(values);
+      values.then(() => this.awaited.delete(values)).catch(this.onError).finally(() => this.onChange());
+    }
     return false;
   }
 
-  /** A slab of the worker, whose cells are in `cells`. */
-  async fetchSlab(body, number) {
-    const { file } = this.info;
-    const slab = await this.client.call('slab', { file, body, slab: number });
-    if (slab.cells) this.cells.set(slab.connectivity, makeCells(slab));
-    if (this.cells.has(slab.connectivity)) return slab;
-    // They were forgotten while this was on its way.
-    await this.client.call('forget', { file, connectivity: slab.connectivity });
-    return this.fetchSlab(body, number);
+  /** What the slabs take in memory. */
+  get bytes() {
+    const there = [...this.slabs.values()].map(({ gpu }) => gpu).filter(Boolean);
+    return sum(there.map(({ bytes }) => bytes)) + sum([...new Set(there.map(({ cells }) => cells))].map(({ bytes }) => bytes));
   }
 
   /** Forgets slabs that were not used for long. */
   evict(isWanted) {
-    for (const [key, entry] of this.slabs) {
-      if (this.bytes <= this.budget) return;
-      if (!entry.gpu || isWanted(key)) continue;
+    let { bytes } = this;
+    for (const [key, { body, number, gpu }] of this.slabs) {
+      if (bytes <= this.budget) return;
+      if (!gpu || isWanted(key)) continue;
       this.slabs.delete(key);
-      const { cells } = entry.gpu;
-      this.bytes -= entry.gpu.bytes;
-      entry.gpu.dispose();
-      if (cells.users === 0) {
-        this.bytes -= cells.bytes;
-        this.cells.delete(entry.connectivity);
-        this.client.call('forget', { file: this.info.file, connectivity: entry.connectivity });
-      }
+      this.file.release(body, number);
+      ({ bytes } = this);
     }
   }
 
@@ -238,6 +208,7 @@ export class Pane {
       this.ask(this.info.bodies.flatMap(({ slabs }, body) => slabs.map((_, number) => ({ body, number }))));
       this.info.bodies.forEach(({ slabs }, body) => slabs.forEach((_, number) => {
         want('faces', body, number, FacesMesh, (mesh) => {
+          this.place(mesh, faces.axes);
           mesh.setAxes(faces.axes);
           mesh.setLook({ ...lookOf(body), opacity: 1, wireframe: false });
         });
@@ -250,6 +221,7 @@ export class Pane {
       for (const { body, number } of numbers) {
         const atLast = plane.isTime && plane.offset === this.info.bodies[body].end;
         want(layer, body, number, SectionMesh, (mesh) => {
+          this.place(mesh, axes);
           mesh.cut(plane, axes, isReversed, atLast);
           mesh.setLook({ ...lookOf(body), opacity });
           mesh.renderOrder = opacity < 1 ? 1 + layer : 0;
@@ -260,7 +232,7 @@ export class Pane {
       const isKept = planes[0]?.plane.isTime && [...keepOthers].some((prefix) => key.startsWith(prefix));
       if (!wanted.has(key) && !isKept) this.drop(key);
     }
-    this.evict((key) => slabKeys.has(key));
+    this.evict((key) => slabKeys.has(key) || this.ahead.has(key));
     return isWhole;
   }
 
@@ -279,7 +251,7 @@ export class Pane {
   /** Has the worker cut a section, and end the one that it is cutting. */
   beginCut(plane) {
     this.endCut();
-    const { file, bodies } = this.info;
+    const { bodies } = this.info;
     const cut = { plane, key: keyOf(plane), isSeen: false, isWhole: false, sections: bodies.map(() => null), version: 0 };
     const take = (sections) => {
       cut.sections = sections.map((section, body) => {
@@ -294,8 +266,8 @@ export class Pane {
       take(part);
       if (this.cut === cut) this.onChange({ isPicture: true });
     };
-    const args = { file, normal, offset, budget: sketchBudget };
-    const { answer, stop } = this.client.begin('sections', args, onPart);
+    const args = { file: this.info.file, normal, offset, budget: sketchBudget };
+    const { answer, stop } = this.file.client.begin('sections', args, onPart);
     cut.stop = stop;
     cut.measures = answer.then((sections) => {
       if (sections) take(sections);
@@ -342,6 +314,7 @@ export class Pane {
     sections.forEach((section, body) => {
       if (!section || hidden.has(section.name) || section.triangles.length === 0) return;
       const mesh = new CutMesh(section, axes, this.center);
+      this.place(mesh, axes);
       this.sections.set(`cut/${body}`, mesh);
       this.group.add(mesh);
     });
@@ -352,9 +325,24 @@ export class Pane {
    * @returns {Promise<object[]|null>} null if the worker is to cut it for the picture, and has not begun
    */
   async measuresOf(plane) {
-    const { normal, offset } = plane;
-    if (this.fits(plane)) return (await this.client.call('slice', { file: this.info.file, normal, offset })).sections;
+    if (this.fits(plane)) return (await this.slice(plane)).sections;
     return this.cut?.key === keyOf(plane) ? this.cut.measures : null;
+  }
+
+  /** A section of each body, by the worker: with its measures, and with the mesh if `meshes`. */
+  async slice({ normal, offset }, meshes = false) {
+    try {
+      return await this.file.call('slice', { normal, offset, meshes });
+    } catch (error) {
+      error.message = `${this.info.name}: ${error.message}`;
+      throw error;
+    }
+  }
+
+  /** Puts a mesh where its file is, which need not be the middle of the picture. */
+  place(mesh, axes) {
+    mesh.position.set(...axes.map((axis) =>
+      sum(axis.map((part, i) => part * (this.center[i] - this.origin[i])))));
   }
 
   /** Draws sketches, where there are any, in the place of the sections of the worker. */
@@ -378,31 +366,34 @@ export class Pane {
     this.sections.delete(key);
   }
 
-  /** Has the slabs read that play will need: the next ones in its direction. */
+  /** Has the slabs read that play will need, the next ones in its direction, as far as there is room for them. */
   prefetch(plane, direction) {
+    this.ahead.clear();
     if (!this.fits(plane)) return;
-    const time = plane.offset;
-    this.info.bodies.forEach(({ slabs }, body) => {
-      const number = answering(slabs, time);
-      if (number < 0) return;
+    const shown = this.numbersOf(plane);
+    let room = this.budget - sum(shown.map(({ record }) => record.numCells)) * cellBytes;
+    for (const { body, number } of shown) {
       for (const next of [number + direction, number + 2 * direction]) {
-        if (next >= 0 && next < slabs.length && slabs[next].begin < slabs[next].end) this.slab(body, next);
+        const record = this.info.bodies[body].slabs[next];
+        if (!record || record.begin === record.end) continue;
+        room -= record.numCells * cellBytes;
+        if (room < 0) return;
+        this.ahead.add(`${body}/${next}`);
+        this.slab(body, next);
       }
-    });
+    }
   }
 
-  /** The smallest and the largest number of an attribute in the slabs that are shown; null without one. */
-  rangeOf(name) {
-    let low = Infinity;
-    let high = -Infinity;
-    for (const mesh of this.sections.values()) {
-      const found = mesh.slab?.attributes.find((each) => each.name === name && each.components === 1);
-      if (!found?.values || found.values instanceof Uint32Array) continue;
+  /** The smallest and the largest number that are coloured in the slabs that are shown: speeds, or values of an attribute. */
+  rangesOf(color) {
+    const name = color.slice('attribute:'.length);
+    return [...this.sections.values()].filter(({ slab }) => slab).map(({ slab }) => {
+      if (color === 'speed') return slab.speeds;
+      const found = slab.attributes.find((each) => each.name === name && each.components === 1);
+      if (!found?.values || found.values instanceof Uint32Array) return null;
       found.range ??= rangeOfValues(found.values);
-      low = Math.min(low, found.range[0]);
-      high = Math.max(high, found.range[1]);
-    }
-    return low <= high ? [low, high] : null;
+      return found.range;
+    }).filter(Boolean);
   }
 
   /** What the GPU cuts, measured along the true axes of the hyperplane: of the first of the planes. */
@@ -435,11 +426,11 @@ export class Pane {
   }
 
   dispose() {
+    this.isClosed = true;
     this.endCut();
     for (const key of [...this.sections.keys()]) this.drop(key);
-    for (const { gpu } of this.slabs.values()) gpu?.dispose();
-    this.slabs.clear();
-    this.client.call('close', { file: this.info.file });
+    for (const { body, number } of this.slabs.values()) this.file.release(body, number);
+    this.file.close();
   }
 }
 

@@ -1,34 +1,36 @@
 // The controls, filled with what the files have and the state says.
-import { element, shown } from './common.js';
-import { comparison, showsDistances } from './comparison.js';
-import { areAllOpen, bounds, longestLife, marks, panes, set, sliderKey, sliderRange, state, turnTo, unitOf } from './page.js';
+import { shown } from './common.js';
+import { element, model } from './page.js';
 
 /** What there is in the files. */
 export function fillPanel() {
+  const { panes, state } = model;
+  const names = panes.map(({ info }) => info.name).join(' and ');
+  document.title = `${names} - t4d viewer`;
+  element('title').textContent = names;
   const bodies = panes.flatMap(({ info, bodyColors }) => info.bodies.map(({ name }, i) => ({ name, color: bodyColors[i] })))
     .filter(({ name }, i, all) => all.findIndex((each) => each.name === name) === i);
   element('bodies').replaceChildren(...(bodies.length < 2 ? [] : bodies).map(({ name, color }) => {
     const label = document.createElement('label');
     const box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: !state.hidden.includes(name) });
     box.dataset.body = name;
-    box.onchange = () => set({
-      hidden: box.checked ? state.hidden.filter((each) => each !== name) : [...state.hidden, name],
+    box.onchange = () => model.set({
+      hidden: box.checked ? model.state.hidden.filter((each) => each !== name) : [...model.state.hidden, name],
     });
     const swatch = Object.assign(document.createElement('span'), { textContent: '■ ' });
     swatch.style.color = color.getStyle();
     label.append(box, ' ', swatch, name);
     return label;
   }));
-  for (const span of document.querySelectorAll('.lengthUnit')) span.textContent = unitOf('length_unit');
-  element('names').replaceChildren(...(panes.length < 2 ? [] : panes)
-    .map(({ info }) => Object.assign(document.createElement('span'), { textContent: info.name })));
+  for (const span of document.querySelectorAll('.lengthUnit')) span.textContent = model.unitOf('length_unit');
   fillNormal();
 }
 
 /** The attributes that there are, as colours to choose. */
 export function fillColors() {
+  const { panes, state } = model;
   const names = new Map(panes.flatMap((pane) => [...pane.attributeNames()]));
-  const options = [['body', 'body'], ['time', 'time'], ['age', 'age'],
+  const options = [['body', 'body'], ['time', 'time'], ['age', 'age'], ['speed', 'speed'],
     ...(panes.length === 2 ? [['distance', 'distance apart']] : []),
     ...[...names.keys()].map((name) => [`attribute:${name}`, name === 'triangle' ? 'original triangle' : name])];
   const select = element('color');
@@ -37,34 +39,10 @@ export function fillColors() {
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   }
   if (!options.some(([value]) => value === state.color)
-    && areAllOpen && panes.some(({ slabs }) => [...slabs.values()].some(({ gpu }) => gpu))) {
-    set({ color: 'body' });
+    && model.areAllOpen && panes.some(({ slabs }) => [...slabs.values()].some(({ gpu }) => gpu))) {
+    model.set({ color: 'body' });
   }
-  select.value = state.color;
-  const range = rangeOf(state.color, names.get(state.color.slice('attribute:'.length)));
-  element('ramp').hidden = !range;
-  element('range').textContent = range ? `${shown(range[0])} to ${shown(range[1])}` : '';
-  if (range) drawRamp();
-}
-
-/** The numbers at the ends of the ramp; null where colours are no numbers. */
-function rangeOf(color, attribute) {
-  if (color === 'time') return [bounds.min[3], bounds.max[3]];
-  if (color === 'age') return [0, longestLife()];
-  if (showsDistances()) return [0, comparison.largest];
-  // The solid in space-time has colours of whole numbers only.
-  const isNumber = attribute?.components === 1 && color !== 'attribute:triangle' && state.cut !== 'solid';
-  return isNumber ? panes[0].rangeOf(color.slice('attribute:'.length)) : null;
-}
-
-function drawRamp() {
-  const canvas = element('ramp');
-  canvas.width = canvas.clientWidth;
-  const context = canvas.getContext('2d');
-  const gradient = context.createLinearGradient(0, 0, canvas.width, 0);
-  ['#440154', '#3b528b', '#21918c', '#5ec962', '#fde725'].forEach((color, i) => gradient.addColorStop(i / 4, color));
-  context.fillStyle = gradient;
-  context.fillRect(0, 0, canvas.width, canvas.height);
+  select.value = model.state.color;
 }
 
 function fillNormal() {
@@ -75,9 +53,10 @@ function fillNormal() {
     slider.dataset.normal = i;
     slider.oninput = () => {
       // Time counts as it is shown, so that its slider turns as the others do.
+      const { state } = model;
       const normal = [...state.normal];
       normal[i] = Number(slider.value) * (i === 3 ? state.timeScale : 1);
-      if (normal.some((each) => each !== 0)) turnTo(normal);
+      if (normal.some((each) => each !== 0)) model.turnTo(normal);
       else slider.value = state.normal[i] / (i === 3 ? state.timeScale : 1);
     };
     label.append(name, slider, value);
@@ -96,10 +75,8 @@ const meanings = {
 
 /** What the state says. */
 export function fillControls() {
-  const isEmpty = panes.length === 0;
-  for (const control of document.querySelectorAll('fieldset, #fit, #time :is(button, input, select)')) {
-    control.disabled = isEmpty;
-  }
+  const { panes, state } = model;
+  for (const control of document.querySelectorAll('fieldset, #fit')) control.disabled = panes.length === 0;
   element('meaning').textContent = meanings[state.cut];
   document.body.dataset.files = panes.length;
   for (const button of document.querySelectorAll('[data-cut]')) {
@@ -126,41 +103,4 @@ export function fillControls() {
   element('onion').value = String(state.onion);
   element('onionStepRow').hidden = state.onion === 0;
   element('wire').checked = state.wire;
-  element('speed').value = String(state.speed);
-  element('loop').checked = state.loop;
-  const [low, high] = sliderRange();
-  const slider = element('slider');
-  slider.min = low;
-  slider.max = high;
-  slider.value = state[sliderKey()];
-  slider.disabled = isEmpty || state.cut === 'solid';
-  put('value', 'value', Number(state[sliderKey()].toPrecision(9)));
-  element('axisName').textContent = state.cut === 'any' ? 'offset' : sliderKey();
-  element('unit').textContent = unitOf({ t: 'time_unit', x: 'length_unit', y: 'length_unit', z: 'length_unit' }[sliderKey()]);
-  drawMarks();
-}
-
-/** Where the slabs begin and end, on the time line. */
-export function drawMarks() {
-  const canvas = element('marks');
-  const width = canvas.clientWidth * devicePixelRatio;
-  const style = getComputedStyle(document.body).color;
-  const key = JSON.stringify([sliderKey(), width, style, panes.map(({ info }) => info.file)]);
-  if (canvas.dataset.key === key) return;
-  canvas.dataset.key = key;
-  canvas.width = width;
-  canvas.height = canvas.clientHeight * devicePixelRatio;
-  if (sliderKey() !== 't') return;
-  const context = canvas.getContext('2d');
-  const [low, high] = sliderRange();
-  context.fillStyle = style;
-  context.globalAlpha = 0.5;
-  // The thumb of a slider keeps this far from its ends.
-  const margin = 8 * devicePixelRatio;
-  const times = marks();
-  const height = times.length > width / 4 ? 0.35 : 0.7;
-  for (const time of times) {
-    const x = margin + (width - 2 * margin) * (time - low) / (high - low || 1);
-    context.fillRect(x, canvas.height * (1 - height), 1, canvas.height * height);
-  }
 }

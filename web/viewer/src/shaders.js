@@ -3,6 +3,7 @@
 // X4) in double precision; the heights n.p - offset are rounded only then.
 import { cutTable } from 't4d-reader';
 
+import { cellSpeed } from './cell_speed.js';
 import { rowTexels } from './common.js';
 
 // Bits 0 to 2: the corners of the polygon; then four bits for each, the two corners of the cell that the edge joins.
@@ -14,11 +15,18 @@ uniform highp usampler2D cells;
 uniform highp sampler2D positions;
 
 ivec2 texel(uint i) { return ivec2(int(i % ${rowTexels}u), int(i / ${rowTexels}u)); }
+vec4 position(uint vertex) { return texelFetch(positions, texel(vertex), 0); }
+#ifdef SPEED // another program: without a GPU, what is not taken of a branch costs time, too
+${cellSpeed}
+float speedOf(uvec4 corners) {
+  return speedOfCell(position(corners.x), position(corners.y), position(corners.z), position(corners.w));
+}
+#endif
 `;
 
 const colors = `
 uniform int colorMode;      // 0 one colour, 1 whole numbers of cells, 2 a number of vertices, 3 of cells,
-                            // 4 colours of vertices, 5 of cells, 6 time
+                            // 4 colours of vertices, 5 of cells, 6 time; SPEED if defined
 uniform vec3 bodyColor;     // linear
 uniform vec2 colorRange;
 uniform highp sampler2D values;
@@ -88,8 +96,8 @@ void main() {
   float ha = texelFetch(heights, texel(a), 0).r;
   float hb = texelFetch(heights, texel(b), 0).r;
   float s = ha == 0.0 ? 0.0 : hb == 0.0 ? 1.0 : ha / (ha - hb);
-  vec4 pa = texelFetch(positions, texel(a), 0);
-  vec4 pb = texelFetch(positions, texel(b), 0);
+  vec4 pa = position(a);
+  vec4 pb = position(b);
   vec4 p = s == 1.0 ? pb : pa + s * (pb - pa);
   vSection = vec3(dot(axes[0], p), dot(axes[1], p), dot(axes[2], p));
   vec4 view = modelViewMatrix * vec4(vSection, 1.0);
@@ -116,6 +124,9 @@ void main() {
   } else if (colorMode == 6) {
     vColor = ofNumber(p.w);
   }
+#ifdef SPEED
+  vColor = ofNumber(speedOf(corners));
+#endif
 }
 `;
 
@@ -160,7 +171,7 @@ void main() {
   int place = gl_VertexID % 12;
   // Face i leaves corner i out.
   int corner = (place / 3 + 1 + place % 3) % 4;
-  vec4 p = texelFetch(positions, texel(corners[corner]), 0);
+  vec4 p = position(corners[corner]);
   vec4 view = modelViewMatrix * vec4(dot(axes[0], p), dot(axes[1], p), dot(axes[2], p), 1.0);
   vView = view.xyz;
   gl_Position = projectionMatrix * view;
@@ -168,6 +179,9 @@ void main() {
   vColor = bodyColor;
   if (colorMode == 1) vColor = distinct(texelFetch(ids, texel(cell), 0).r);
   if (colorMode == 6) vColor = ofNumber(p.w);
+#ifdef SPEED
+  vColor = ofNumber(speedOf(corners));
+#endif
 }
 `;
 

@@ -1,28 +1,21 @@
 // How fast the page is.
-import { view } from './camera.js';
-import { element, shown } from './common.js';
-import { draw, update, whole } from './drawing.js';
-import { panes, set, sliceOf, sliderKey, sliderRange, state } from './page.js';
-import { planeOf } from './pane.js';
+import { shown } from './common.js';
+import { element, model, viewer } from './page.js';
 
 /** Milliseconds. */
 export const speeds = { firstPicture: null, gpu: null, cpu: null };
-let opened = performance.now();
+const clock = { opened: performance.now() };
 
 /** A file is to be opened. */
 export function startClock() {
-  opened = performance.now();
-}
-
-export function forgetFirstPicture() {
-  speeds.firstPicture = null;
+  clock.opened = performance.now();
 }
 
 /** All is drawn, perhaps for the first time. */
 export function noteFirstPicture() {
   if (speeds.firstPicture !== null) return;
-  view.finish();
-  speeds.firstPicture = performance.now() - opened;
+  viewer.view.finish();
+  speeds.firstPicture = performance.now() - clock.opened;
   fillSpeeds();
 }
 
@@ -42,29 +35,29 @@ function fillSpeeds() {
  * medians over times within one slab, which are there.
  */
 export async function measureSpeed(count = 11) {
-  const key = sliderKey();
-  const at = state[key];
-  const [low, high] = sliderRange();
+  const { drawing, view } = viewer;
+  const key = model.sliderKey;
+  const at = model.state[key];
+  const [low, high] = model.sliderRange();
   const gpu = [];
   const cpu = [];
   try {
     for (let i = 0; i < count; ++i) {
       const value = low + (high - low) * (i + 0.37) / count;
-      set({ [key]: value });
-      await whole();
+      model.set({ [key]: value });
+      await drawing.whole();
       // The slabs are there now; the frame of another value of the same slab.
-      set({ [key]: value + (high - low) * 1e-4 });
+      model.set({ [key]: value + (high - low) * 1e-4 });
       const begin = performance.now();
-      update();
-      draw();
+      drawing.update();
+      drawing.draw();
       view.finish();
       gpu.push(performance.now() - begin);
-      const plane = planeOf(state);
-      const answers = await Promise.all(panes.map(({ info }) => sliceOf(info, plane)));
+      const answers = await Promise.all(model.panes.map((pane) => pane.slice(model.plane())));
       cpu.push(answers.reduce((sum, { milliseconds }) => sum + milliseconds, 0));
     }
   } finally {
-    set({ [key]: at });
+    model.set({ [key]: at });
   }
   const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
   speeds.gpu = median(gpu);

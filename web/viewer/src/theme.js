@@ -1,5 +1,5 @@
 // Dark or light, which the browser remembers.
-import { changed } from './page.js';
+import { model } from './page.js';
 
 const themeKey = 't4d-viewer-theme';
 
@@ -23,5 +23,5 @@ export function switchTheme() {
   } catch {
     // The browser keeps nothing of this page.
   }
-  changed();
+  model.changed();
 }

@@ -2,6 +2,8 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
+import { forgetNothing } from './gpu.js';
+
 /** Of what the camera sees across the shorter side of a pane. */
 const halfAngle = 17.5 * Math.PI / 180;
 
@@ -24,6 +26,17 @@ export class View {
     this.radius = 1;
     this.labels = ['x', 'y', 'z'];
     this.turn = new THREE.Quaternion();
+  }
+
+  /** The position of the camera, and what it looks at. */
+  get place() {
+    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
+  }
+
+  set place(place) {
+    this.camera.position.set(...place.slice(0, 3));
+    this.controls.target.set(...place.slice(3));
+    this.controls.update();
   }
 
   /** Moves the camera so that a ball around the middle is seen. */
@@ -60,7 +73,7 @@ export class View {
     camera.far = distance + 4 * this.radius;
     this.setAspect(Math.max(1, width / Math.max(1, panes.length)) / Math.max(1, height));
     renderer.setScissorTest(false);
-    renderer.setClearColor(new THREE.Color(getComputedStyle(document.body).backgroundColor), 1);
+    renderer.setClearColor(new THREE.Color(getComputedStyle(canvas).backgroundColor), 1);
     renderer.clear();
     renderer.setScissorTest(true);
     panes.forEach((pane, i) => {
@@ -108,8 +121,7 @@ export class View {
     const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
     const look = () => {
-      const isDrawn = gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED;
-      if (!isDrawn && !gl.isContextLost()) {
+      if (!gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
         requestAnimationFrame(look);
         return;
       }
@@ -117,6 +129,14 @@ export class View {
       call();
     };
     requestAnimationFrame(look);
+  }
+
+  /** Gives the memory of the GPU back. */
+  dispose() {
+    this.controls.dispose();
+    forgetNothing();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   /** Waits until the GPU has drawn. */

@@ -85,7 +85,7 @@ const calls = {
 
   /** The page has forgotten the cells. */
   forget({ file, connectivity }) {
-    sent[file].delete(connectivity);
+    sent[file]?.delete(connectivity);
   },
 
   /** Slabs that are going to be asked for: those that follow one another are fetched in one request. */

@@ -9,7 +9,7 @@ import { fileURLToPath } from 'node:url';
 
 import { measure, open } from 't4d-reader';
 
-import { makePage } from '../build.mjs';
+import { makeElement, makePage, wholePage } from '../build.mjs';
 import { launch, openPage, serve } from '../browser.mjs';
 import { colorsOf } from '../src/colors.js';
 import { stateOf } from '../src/state.js';
@@ -36,7 +36,7 @@ before(async () => {
   t4d('transform', at('cube.t4d'), '--move', 0.5, 0, 0, '-o', at('beside.t4d'));
   t4d('transform', at('cube.t4d'), '--time-shift', 2, '-o', at('late.t4d'));
   t4d('transform', at('torus.t4d'), '--move', 1e6, -1e6, 1e6, '-o', at('far.t4d'));
-  writeFileSync(at('viewer.html'), await makePage());
+  writeFileSync(at('viewer.html'), wholePage(await makePage(), await makeElement()));
   const damaged = readFileSync(at('torus.t4d'));
   const { slabs } = (await open(new Uint8Array(damaged))).bodies[0];
   damaged[slabs[4].at + 40] ^= 1;
@@ -188,7 +188,9 @@ for (const [device, options] of Object.entries(devices)) {
       const { lines, small, width } = await page.evaluate(() => ({
         lines: [...document.querySelectorAll('td:not(:first-child)')].filter((cell) => cell.getClientRects().length > 0
           && cell.clientHeight >= 2 * parseFloat(getComputedStyle(cell).lineHeight)).map((cell) => cell.textContent),
-        small: [...document.querySelectorAll('button, select, input:not([type="file"])')].filter((each) => each.offsetParent)
+        small: [document, document.querySelector('t4d-view').shadowRoot]
+          .flatMap((root) => [...root.querySelectorAll('button, select, input:not([type="file"])')])
+          .filter((each) => each.offsetParent)
           .map((each) => [each.id, (each.type === 'checkbox' ? each.closest('label') : each).getBoundingClientRect()])
           .filter(([, box]) => Math.min(box.width, box.height) < 40).map(([id]) => id),
         width: document.getElementById('panel').scrollWidth - document.getElementById('panel').clientWidth,
@@ -246,7 +248,7 @@ for (const color of ['body', 'time']) test(`a section that is too large for the 
   const { page, errors } = await openAt(`?file=torus.t4d#cut=x&color=${color}`);
   const [pixels, without, kinds] = await page.evaluate(async () => {
     const { panes, whole, set } = window.t4dViewer;
-    const canvas = document.getElementById('canvas');
+    const canvas = window.t4dViewer.find('canvas');
     const picture = async (budget) => {
       panes[0].budget = budget;
       set({});
@@ -356,7 +358,7 @@ test('edges are lines', async () => {
   const { page, errors } = await openAt('?file=cube.t4d#t=1.9', { viewport: { width: 1280, height: 800 } });
   const [edges, solid] = await page.evaluate(async () => {
     const { whole, set } = window.t4dViewer;
-    const canvas = document.getElementById('canvas');
+    const canvas = window.t4dViewer.find('canvas');
     const picture = async (wire) => {
       set({ wire });
       await whole();
@@ -450,9 +452,9 @@ test('age is the time since a body began', async () => {
     const { colorMode, colorRange } = [...sections.values()][0].material.uniforms;
     return { mode: colorMode.value, begin: info.bodies[0].begin, range: colorRange.value.toArray().map((t) => t + center[3]) };
   }));
-  const { time_begin: begin, time_end: end } = t4d('info', at('cube.t4d'));
+  const { time_begin: begin, time_end: end, time_unit: unit } = t4d('info', at('cube.t4d'));
   assert.deepEqual(found, [{ mode: 6, begin, range: [begin, end] }, { mode: 6, begin: begin + 2, range: [begin + 2, end + 2] }]);
-  assert.equal(await page.innerText('#range'), `0 to ${end - begin}`);
+  assert.equal(await page.innerText('#range'), `0 to ${end - begin} ${unit}`);
   assert.deepEqual(errors, []);
   await page.close();
 });
@@ -752,7 +754,7 @@ test('keys and play', async () => {
   await page.mouse.move(x + 120, y + 100);
   const { normal } = await state();
   assert.notDeepEqual(normal, [1, 0, 0, 0]);
-  await page.evaluate(() => document.getElementById('canvas').dispatchEvent(new PointerEvent('pointercancel', { pointerId: 1 })));
+  await page.evaluate(() => window.t4dViewer.find('canvas').dispatchEvent(new PointerEvent('pointercancel', { pointerId: 1 })));
   await page.mouse.move(x + 140, y + 100);
   assert.deepEqual((await state()).normal, normal);
   await page.mouse.up();
@@ -803,7 +805,7 @@ test('of a damaged file, what is whole is shown', async () => {
   assert.match(message, /damaged.t4d: byte \d+: C5: front checksum/);
   assert.match(message, /cannot be shown; the rest can/);
   const said = () => page.waitForFunction(() => {
-    const { hidden, innerText } = document.getElementById('message');
+    const { hidden, innerText } = window.t4dViewer.find('message');
     return !hidden && /^damaged.t4d: byte/.test(innerText) && !innerText.includes('cannot be shown');
   });
   await page.click('#save');
@@ -817,9 +819,10 @@ test('of a damaged file, what is whole is shown', async () => {
   await page.close();
 });
 
-test('the page in the repository is what its sources give', async () => {
-  assert.ok(readFileSync(path.join(here, '../dist/viewer.html'), 'utf8') === await makePage(),
-    'run `npm run build --workspace viewer` in web');
+test('the element and the page in the repository are what their sources give', async () => {
+  for (const [name, text] of [['t4d-view.js', await makeElement()], ['viewer.html', await makePage()]]) {
+    assert.ok(readFileSync(path.join(here, '../dist', name), 'utf8') === text, `${name}: run \`npm run build --workspace viewer\` in web`);
+  }
 });
 
 /** The program serving a file: its address, and how to end it. */
@@ -948,7 +951,8 @@ test('where no file can be opened, another can, and the rest waits for it', asyn
   const { page } = await openAt('?file=missing.t4d');
   assert.match(await page.innerText('#message'), /missing.t4d: the server answers 404/);
   const enabled = () => page.evaluate(() =>
-    [...document.querySelectorAll('fieldset :is(button, input, select), #fit, #time :is(button, input, select)')]
+    [document, document.querySelector('t4d-view').shadowRoot]
+      .flatMap((root) => [...root.querySelectorAll('fieldset :is(button, input, select), #fit, #time :is(button, input, select)')])
       .filter((each) => !each.matches(':disabled')).map(({ id }) => id));
   assert.deepEqual(await enabled(), []);
   await page.click('#message button');
