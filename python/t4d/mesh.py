@@ -519,7 +519,7 @@ def sweep(
 
     ``sweep("machine.usda")``: a file that moves by itself, of any kind that ``t4d sweep`` reads, with
     a body for each of its meshes; .usdc with the package usd-core. It is swept at once, within
-    ``max_deviation``, or a thousandth of its size. The file says the name, and which axis is up.
+    ``max_deviation``, or a thousandth of its size. The file says names, units and axes.
 
     ``units`` are those of length and time, ``("mm", "s")``, or of length alone; by default those of
     the motion, if it has any. ``caps`` are filled by "tetgen" or closed by a "cone"; each step of a
@@ -543,8 +543,12 @@ def sweep(
         raise TypeError("give one of steps, rv_min and max_deviation")
     options: Dict[str, Any] = {"caps": caps, "prism": prism, **given}
     if isinstance(vertices, (str, bytes, os.PathLike)):
-        if triangles is not None or motion is not None or times is not None or name != "solid":
-            raise TypeError("a file moves by itself, and has names; for a solid, give its read_triangles")
+        given_too = (triangles, motion, times, units)
+        if any(one is not None for one in given_too) or name != "solid" or up != "y":
+            raise TypeError(
+                "a file moves by itself, and has names, units and axes; for a solid, give its "
+                "read_triangles"
+            )
         from t4d.verbs import run
 
         swept: Mesh = run("sweep", vertices, output=Mesh, **options).mesh

@@ -231,12 +231,12 @@ class SceneReader {
   }
 
   void nameMeshes() {
-    std::set<std::string> names;
+    std::map<std::string, int> wanted;  // how often
     for (UsdPlacedMesh& mesh : scene_.meshes) {
-      std::string unique = mesh.name;
-      for (int i = 2; !names.insert(unique).second; ++i)
-        unique = fmt::format("{} {}", mesh.name, i);
-      mesh.name = unique;
+      const std::string name = mesh.name;
+      while (!wanted.emplace(mesh.name, 1).second) {
+        mesh.name = fmt::format("{} {}", name, ++wanted[name]);
+      }
     }
   }
 

@@ -99,7 +99,8 @@ Result<UsdShape::Points> UsdShape::vertices(std::string_view text) const {
         document_->where(text));
   }
   Points placed(vertexCount_);
-  if (auto done = placeVertices(file_, *points, placed, document_->where(text)); !done) {
+  if (auto done = placeVertices(file_, *points, placed, {}); !done) {
+    done.error().where = document_->where(text);  // which takes time to find
     return pass(done.error());
   }
   return placed;
@@ -133,8 +134,10 @@ Result<LoadedMesh> UsdShape::readFaces(const UsdScene& scene, When when) {
   }
   const auto first = filePoints(samples_.front().text);
   if (!first) return pass(first.error());
-  const std::string where = document_->where(valuesOf(prim, "faceVertexIndices").front().value);
-  MeshBuilder builder(document_->file->path.string(), [&](auto) { return where; });
+  const auto where = [&] {
+    return document_->where(valuesOf(prim, "faceVertexIndices").front().value);
+  };
+  MeshBuilder builder(document_->file->path.string(), [&](auto) { return where(); });
   for (const Point3& point : *first) {
     if (auto added = builder.addPoint(point, 0); !added) return pass(added.error());
   }
@@ -144,7 +147,7 @@ Result<LoadedMesh> UsdShape::readFaces(const UsdScene& scene, When when) {
     if (count > left.size()) {
       return invalid(fmt::format("faceVertexCounts adds up to more than the {} faceVertexIndices",
                                  corners->size()),
-                     where);
+                     where());
     }
     face.assign(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(count));
     if (leftHanded) std::ranges::reverse(face);
@@ -154,7 +157,7 @@ Result<LoadedMesh> UsdShape::readFaces(const UsdScene& scene, When when) {
   if (!left.empty()) {
     return invalid(fmt::format("faceVertexCounts adds up to {}, and there are {} faceVertexIndices",
                                corners->size() - left.size(), corners->size()),
-                   where);
+                   where());
   }
   return std::move(builder).finish();
 }
