@@ -34,6 +34,7 @@
 #include "t4d/slice/light_slice.h"
 #include "t4d/slice/slice.h"
 #include "t4d/slice/slice_at_times.h"
+#include "t4d/slice/velocity.h"
 #endif
 
 // Animations and files for each frame.
@@ -62,6 +63,7 @@
 
 // Checks and questions.
 #if __has_include("t4d/measure/collision_verdict.h")
+#include "t4d/measure/clearance_over_time.h"
 #include "t4d/measure/collision_verdict.h"
 #include "t4d/measure/compare.h"
 #include "t4d/measure/mesh_quality.h"
