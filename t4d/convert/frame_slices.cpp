@@ -79,15 +79,14 @@ void addNew(const std::vector<std::string>& lines, std::vector<std::string>& to)
   }
 }
 
-/// Leaves out the attributes that are not to be written.
+}  // namespace
+
 void dropAttributes(const FrameSlicing& slicing, model::TriangleMesh& mesh) {
-  if (!slicing.velocity) return;  // the writer does that
+  if (!slicing.velocity) return;
   std::erase_if(mesh.attributes, [&](const model::Attribute& attribute) {
     return attribute.name == slice::kVelocity ? !slicing.velocity->write : !slicing.attributes;
   });
 }
-
-}  // namespace
 
 std::vector<double> playbackRates(std::span<const double> times, double framesPerSecond) {
   std::vector<double> rates;

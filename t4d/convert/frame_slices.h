@@ -40,6 +40,10 @@ struct FrameSlicing {
   bool attributes = true;
 };
 
+/// Leaves out the attributes of a slice with velocities that are not to be written; without
+/// velocities that is left to the writer.
+void dropAttributes(const FrameSlicing& slicing, model::TriangleMesh& mesh);
+
 struct FrameSlicesReport {
   std::uint64_t frames = 0;
   std::uint64_t triangles = 0;  ///< in all frames together

@@ -150,4 +150,10 @@ Result<void> OutputFile::commit() {
   return part_ ? system::PartFile::putInPlace({&part_, 1}) : Result<void>();
 }
 
+Result<void> writeOutputFile(const std::filesystem::path& target, std::string_view bytes) {
+  auto file = OutputFile::create(target);
+  if (!file) return pass(file.error());
+  return file->write(bytes.data(), bytes.size()).and_then([&] { return file->commit(); });
+}
+
 }  // namespace t4d::formats

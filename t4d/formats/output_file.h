@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include "t4d/model/error.h"
@@ -47,5 +48,8 @@ class OutputFile {
   std::uint64_t size_ = 0;
   std::vector<std::byte> buffer_;
 };
+
+/// Writes a file that has these bytes.
+Result<void> writeOutputFile(const std::filesystem::path& target, std::string_view bytes);
 
 }  // namespace t4d::formats

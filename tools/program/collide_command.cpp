@@ -24,8 +24,7 @@
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/progress_bar.h"
-#include "tools/report/html_page.h"
-#include "tools/report/svg_picture.h"
+#include "tools/program/table_output.h"
 #include "tools/report/svg_plot.h"
 
 namespace t4d::tools {
@@ -252,24 +251,16 @@ Result<void> writePage(const CollideArguments& options, const std::vector<Collid
     made.pairs.push_back(std::move(one));
     progress(static_cast<double>(made.pairs.size()) / static_cast<double>(pairs.size()));
   }
-  auto file = formats::OutputFile::create(options.html);
-  if (!file) return pass(file.error());
-  const std::string text = collidePage(made);
-  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+  return formats::writeOutputFile(options.html, collidePage(made));
 }
 
-/// Tables and plots of the clearance over time; other outputs are the solids in contact.
-constexpr std::string_view kTables[] = {".csv", ".json", ".svg", ".png"};
-
-bool isTable(const std::string& path) {
-  return std::ranges::find(kTables, formats::lowerCaseExtension(path)) != std::end(kTables);
-}
-
+/// Tables and plots are of the clearance over time; other outputs are the solids in contact.
 CLI::Validator tableOrMesh() {
   return CLI::Validator(
       [](std::string& path) {
         const auto* format = formats::triangleMeshFormat(path);
-        if (isTable(path) || (format != nullptr && format->write != nullptr)) return std::string();
+        if (isTableOrPlot(path) || (format != nullptr && format->write != nullptr))
+          return std::string();
         return fmt::format("'{}' is not the name of a .csv, .json, .svg or .png file, nor of {}",
                            path, formats::writableTriangleMeshExtensions());
       },
@@ -310,26 +301,16 @@ std::string clearancePlot(const verbs::CollideReport& found, const Metadata& met
     }
     plot.curves.push_back(std::move(curve));
   }
-  return svgFile(svgOf(plot));
+  return svgOf(plot);
 }
 
-Result<void> writeTable(const verbs::CollideReport& found, const Metadata& metadata,
-                        const std::string& path) {
-  constexpr double kPixelsPerUnit = 2;
+/// A table or a plot, as the extension says.
+Result<std::string> tableOf(const verbs::CollideReport& found, const Metadata& metadata,
+                            const std::string& path) {
   const std::string extension = formats::lowerCaseExtension(path);
-  Result<std::string> text;
-  if (extension == ".csv") {
-    text = clearanceCsv(found);
-  } else if (extension == ".json") {
-    text = clearanceJson(found) + "\n";
-  } else {
-    text = clearancePlot(found, metadata);
-    if (extension == ".png") text = pngOfSvg(*text, kPixelsPerUnit);
-  }
-  if (!text) return pass(text.error());
-  auto file = formats::OutputFile::create(path);
-  if (!file) return pass(file.error());
-  return file->write(text->data(), text->size()).and_then([&] { return file->commit(); });
+  if (extension == ".csv") return clearanceCsv(found);
+  if (extension == ".json") return clearanceJson(found) + "\n";
+  return plotFile(path, clearancePlot(found, metadata));
 }
 
 /// The pairs of `--ignore`: two names of bodies with a colon between them, or an SRDF file.
@@ -371,7 +352,9 @@ Result<std::vector<double>> sampleTimes(const CollideArguments& options,
   common.begin = std::max(common.begin, other.begin);
   common.end = std::min(common.end, other.end);
   if (!(common.begin <= common.end)) return std::vector<double>();
-  return options.frames.of(common, kMostClearances);
+  auto times = options.frames.of(common, kMostClearances);
+  if (times) std::ranges::sort(*times);  // as plots need them
+  return times;
 }
 
 /// Why these options cannot be.
@@ -380,7 +363,8 @@ std::optional<std::string> misuseOf(const CollideArguments& options,
   for (const std::string& output : outputs) {
     if (auto misuse = misuseOfOutput(output, options.inputs)) return misuse;
   }
-  if (std::ranges::count_if(options.outputs, [](const auto& path) { return !isTable(path); }) > 1) {
+  if (std::ranges::count_if(options.outputs,
+                            [](const auto& path) { return !isTableOrPlot(path); }) > 1) {
     return "-o: one file of the solids in contact is enough; further ones are .csv, .json, .svg or "
            ".png";
   }
@@ -403,7 +387,7 @@ int run(const CollideArguments& options) {
   auto ignored = ignoredPairs(options, inputs);
   if (!ignored) return report(ignored.error());
   how.ignore = std::move(*ignored);
-  if (!options.html.empty() || std::ranges::any_of(options.outputs, isTable)) {
+  if (!options.html.empty() || std::ranges::any_of(options.outputs, isTableOrPlot)) {
     auto times = sampleTimes(options, inputs);
     if (!times) return report(times.error());
     how.times = std::move(*times);
@@ -414,8 +398,11 @@ int run(const CollideArguments& options) {
   const Metadata& metadata = inputs.front().metadata;
   std::vector<std::string> losses;
   for (const std::string& output : options.outputs) {
-    if (isTable(output)) {
-      if (auto done = writeTable(*found, metadata, output); !done) return report(done.error());
+    if (isTableOrPlot(output)) {
+      const auto done = tableOf(*found, metadata, output).and_then([&](const std::string& text) {
+        return formats::writeOutputFile(output, text);
+      });
+      if (!done) return report(done.error());
       continue;
     }
     auto done = verbs::writeContacts(*found, metadata, output, observer);

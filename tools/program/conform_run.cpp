@@ -20,12 +20,6 @@ extern "C" void keepSignal(int signal) {
   signalArrived = true;
 }
 
-Result<void> writeReport(const std::string& path, const std::string& text) {
-  auto file = formats::OutputFile::create(path);
-  if (!file) return pass(file.error());
-  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
-}
-
 }  // namespace
 
 void addConformOptions(CLI::App& command, ConformArguments& arguments, const ConformHelp& help) {
@@ -87,8 +81,8 @@ int reportRun(const std::string& tested, const std::string& program,
               const std::vector<conformance::CaseReport>& reports,
               const std::function<std::string(std::size_t most)>& text) {
   if (!arguments.junit.empty()) {
-    const auto written =
-        writeReport(arguments.junit, conformance::reportJunit(tested, program, reports));
+    const auto written = formats::writeOutputFile(
+        arguments.junit, conformance::reportJunit(tested, program, reports));
     if (!written) return report(written.error());
   }
   constexpr std::size_t kShown = 20;

@@ -62,12 +62,17 @@ convert::FrameSpace spaceOf(const formats::Metadata& metadata) {
   return {metadata.lengthUnit, metadata.timeUnit, metadata.up};
 }
 
+constexpr const char* kFpsNeeds = "--fps: needs --speed-file, --velocity or USD files";
+
+/// The options say how fast the frames play.
+bool plays(const FramesArguments& options) {
+  return options.fps->count() > 0 || !options.frames.speedFile.empty();
+}
+
 /// OpenVDB grids, as `rasterize` writes them.
 int runGrids(const FramesArguments& options) {
   if (!options.voxelSize) return wrongUsage("--format vdb needs --voxel-size");
-  if (options.fps->count() > 0 && options.frames.speedFile.empty()) {
-    return wrongUsage("--fps: needs --speed-file, --velocity or USD files");
-  }
+  if (plays(options) && options.frames.speedFile.empty()) return wrongUsage(kFpsNeeds);
   const Appearance& looks = options.appearance;
   if (options.light || options.attributes || options.center || options.gltf.bits ||
       options.gltf.meshopt || options.velocity.velocity || !looks.normals.empty() ||
@@ -144,9 +149,8 @@ int run(const FramesArguments& options) {
   const auto names = convert::frameNames(options.output, extension);
   if (!names) return wrongUsage(names.error().message);
   const bool isUsd = formats::isUsd("a" + names->extension);
-  if (options.fps->count() > 0 && options.frames.speedFile.empty() && !options.velocity.velocity &&
-      !isUsd) {
-    return wrongUsage("--fps: needs --speed-file, --velocity or USD files");
+  if (plays(options) && options.frames.speedFile.empty() && !options.velocity.velocity && !isUsd) {
+    return wrongUsage(kFpsNeeds);
   }
   if (const auto misuse = options.gltf.misuse("a" + names->extension)) return wrongUsage(*misuse);
   if (const auto misuse = options.velocity.misuse(options.appearance)) return wrongUsage(*misuse);
@@ -166,15 +170,15 @@ int run(const FramesArguments& options) {
   how.framesPerSecond = options.frames.framesPerSecond;
   how.write.attributes = options.attributes;
   how.write.normals = options.appearance.normalStyle();
-  const bool plays = isUsd || options.fps->count() > 0 || !options.frames.speedFile.empty();
-  if (plays && options.velocity.velocity && times.size() == 1) {
+  const bool inPlayback = isUsd || plays(options);
+  if (inPlayback && options.velocity.velocity && times.size() == 1) {
     return wrongUsage(
         "--velocity: one frame alone has no speed of playback; take --frames 2, or leave out "
         "--fps");
   }
   how.velocity = options.velocity.ofFrames(
-      options.appearance, plays ? convert::playbackRates(times, options.frames.framesPerSecond)
-                                : std::vector<double>());
+      options.appearance, inPlayback ? convert::playbackRates(times, options.frames.framesPerSecond)
+                                     : std::vector<double>());
   auto painting = options.appearance.isBySpeed()
                       ? paintingBySpeed(input->bodies, times, how.detail, *how.velocity)
                       : options.appearance.painting(metadata, span, input->bodies);
@@ -221,7 +225,7 @@ int run(const FramesArguments& options) {
           counted(written->triangles, "triangle"), sizeText(written->bytes), manifest,
           detailText(written->light, written->distance));
     printExtra({velocityText(options.velocity, written->maxSpeed, written->clamped,
-                             velocityUnit(metadata, plays)),
+                             velocityUnit(metadata, inPlayback)),
                 painting->text(), quantizationText(how.write.gltf)});
   }
   return reportLosses(written->losses, options.center);

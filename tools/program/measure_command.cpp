@@ -14,8 +14,8 @@
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/progress_bar.h"
+#include "tools/program/table_output.h"
 #include "tools/report/html_page.h"
-#include "tools/report/svg_picture.h"
 #include "tools/report/svg_plot.h"
 
 namespace t4d::tools {
@@ -102,21 +102,13 @@ std::string pageOf(std::span<const SolidMeasures> samples, const formats::Metada
   return htmlPage(title, "", body + "</div>\n");
 }
 
-Result<void> writeText(const std::string& path, const std::string& text) {
-  auto file = formats::OutputFile::create(path);
-  if (!file) return pass(file.error());
-  return file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
-}
-
 /// A table or a plot, as the extension says.
 Result<std::string> fileOf(const std::string& path, std::span<const SolidMeasures> samples,
                            const formats::Metadata& metadata) {
-  constexpr double kPixelsPerUnit = 2;
   const std::string extension = formats::lowerCaseExtension(path);
   if (extension == ".csv") return csvOf(samples);
   if (extension == ".json") return jsonOf(samples).dump(2) + "\n";
-  const std::string svg = svgFile(volumePlot(samples, metadata));
-  return extension == ".svg" ? svg : pngOfSvg(svg, kPixelsPerUnit);
+  return plotFile(path, volumePlot(samples, metadata));
 }
 
 void printSamples(std::span<const SolidMeasures> samples) {
@@ -134,14 +126,10 @@ void printSamples(std::span<const SolidMeasures> samples) {
   printTable(rows, "rrrlr");
 }
 
-constexpr std::string_view kExtensions[] = {".csv", ".json", ".svg", ".png"};
-
 CLI::Validator tableOrPlot() {
   return CLI::Validator(
       [](std::string& path) {
-        const std::string extension = formats::lowerCaseExtension(path);
-        if (std::ranges::find(kExtensions, extension) != std::end(kExtensions))
-          return std::string();
+        if (isTableOrPlot(path)) return std::string();
         return fmt::format("'{}' is not the name of a .csv, .json, .svg or .png file", path);
       },
       "FILE");
@@ -168,13 +156,14 @@ int run(const MeasureArguments& options) {
   const formats::Metadata& metadata = input->metadata;
   for (const std::string& output : options.outputs) {
     const auto written = fileOf(output, *samples, metadata).and_then([&](const std::string& text) {
-      return writeText(output, text);
+      return formats::writeOutputFile(output, text);
     });
     if (!written) return report(written.error());
   }
   if (!options.html.empty()) {
     const std::string title = std::filesystem::path(options.input).filename().string();
-    if (auto written = writeText(options.html, pageOf(*samples, metadata, title)); !written) {
+    if (auto written = formats::writeOutputFile(options.html, pageOf(*samples, metadata, title));
+        !written) {
       return report(written.error());
     }
   }

@@ -2526,6 +2526,11 @@ TEST_F(Program, CollideLeavesOutPairsAndWritesTables) {
   EXPECT_EQ(json::parse(contents(folder_ / "c.json"))["pairs"][0]["samples"].size(), 3);
   EXPECT_THAT(contents(folder_ / "c.svg"), testing::HasSubstr("Clearance"));
   EXPECT_TRUE(contents(folder_ / "c.png").starts_with("\x89PNG"));
+  // Bodies that never exist together have a table and a plot without rows.
+  ASSERT_EQ(run("transform cube.t4d --time-shift 100 -o late.t4d").exitCode, 0);
+  EXPECT_EQ(run("collide cube.t4d late.t4d -o n.csv -o n.svg --html n.html").exitCode, 0);
+  EXPECT_EQ(contents(folder_ / "n.csv"), "time,a,b,distance,lower_bound,overlap_depth\n");
+  EXPECT_THAT(contents(folder_ / "n.svg"), testing::EndsWith("</svg>\n"));
   const auto srdf = [&](const std::string& text) {
     std::ofstream(folder_ / "arm.srdf") << text;
     return run("collide cube.t4d beside.t4d --ignore arm.srdf");

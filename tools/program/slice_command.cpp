@@ -157,15 +157,6 @@ model::Bounds3 boundsOf(const Sections& sections) {
   return bounds;
 }
 
-/// Leaves out the attributes that are not to be written.
-void dropAttributes(const SliceArguments& options, model::TriangleMesh& mesh) {
-  std::erase_if(mesh.attributes, [&](const model::Attribute& attribute) {
-    return attribute.name == slice::kVelocity && options.velocity.isNeeded(options.appearance)
-               ? !options.velocity.velocity
-               : !options.attributes;
-  });
-}
-
 struct Merged {
   std::uint64_t before = 0;  // triangles
   double distance = 0;
@@ -274,7 +265,9 @@ int run(const SliceArguments& options) {
   if (!painting) return report(inInput(painting.error(), *input));
   for (formats::NamedMesh& section : sections->meshes) {
     if (painting->paint) painting->paint(section, options.time.value_or(0));
-    dropAttributes(options, section.mesh);
+    convert::dropAttributes({.velocity = options.velocity.ofFrames(options.appearance, {}),
+                             .attributes = options.attributes},
+                            section.mesh);
   }
   const formats::GltfEncoding encoding = options.gltf.encoding(boundsOf(*sections));
   std::vector<std::string> losses;

@@ -81,8 +81,10 @@ std::string svgOf(const Plot& plot) {
   if (plot.fromZero) low = std::min(low, 0.0);
   Axis y = axisOver(low, high);
   if (plot.fromZero) y.low = 0;
-  const Axis xTicks = axisOver(plot.x.front(), plot.x.back());
-  const double xSpan = plot.x.back() - plot.x.front();
+  const double xBegin = plot.x.empty() ? 0 : plot.x.front();
+  const double xEnd = plot.x.empty() ? 0 : plot.x.back();
+  const Axis xTicks = axisOver(xBegin, xEnd);
+  const double xSpan = xEnd - xBegin;
 
   SvgCanvas::Size size = kPlotSize;
   const bool hasLegend = plot.curves.size() > 1;
@@ -90,7 +92,7 @@ std::string svgOf(const Plot& plot) {
   SvgCanvas canvas(size, plot.title);
   if (hasLegend) addLegend(canvas, plot.curves);
   const auto xOf = [&](double value) {
-    const double fraction = xSpan > 0 ? (value - plot.x.front()) / xSpan : 0.5;
+    const double fraction = xSpan > 0 ? (value - xBegin) / xSpan : 0.5;
     return canvas.left() + fraction * (canvas.right() - canvas.left());
   };
   const auto yOf = [&](double value) {
@@ -106,7 +108,7 @@ std::string svgOf(const Plot& plot) {
   for (int i = 0; i <= xCount; ++i) {
     const double value = xTicks.low + i * xTicks.step;
     const double slack = 1e-9 * std::max(xSpan, 1e-300);
-    if (value < plot.x.front() - slack || value > plot.x.back() + slack) continue;
+    if (value < xBegin - slack || value > xEnd + slack) continue;
     canvas.addColumn(xOf(value), labelOf(value, xTicks.step), false);
   }
   canvas.addAxisName(plot.xLabel);

@@ -17,7 +17,7 @@ struct Curve {
 struct Plot {
   std::string title;
   std::string xLabel;
-  std::vector<double> x;  ///< increasing
+  std::vector<double> x;  ///< increasing; none: axes alone
   std::vector<Curve> curves;
   bool fromZero = false;  ///< the y axis starts at 0
 };

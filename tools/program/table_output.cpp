@@ -1,0 +1,24 @@
+#include "tools/program/table_output.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "t4d/formats/file_extension.h"
+#include "tools/report/html_page.h"
+#include "tools/report/svg_picture.h"
+
+namespace t4d::tools {
+
+bool isTableOrPlot(const std::string& path) {
+  constexpr std::string_view kExtensions[] = {".csv", ".json", ".svg", ".png"};
+  return std::ranges::find(kExtensions, formats::lowerCaseExtension(path)) != std::end(kExtensions);
+}
+
+Result<std::string> plotFile(const std::string& path, std::string svg) {
+  constexpr double kPixelsPerUnit = 2;
+  std::string file = svgFile(std::move(svg));
+  if (formats::lowerCaseExtension(path) != ".png") return file;
+  return pngOfSvg(file, kPixelsPerUnit);
+}
+
+}  // namespace t4d::tools
