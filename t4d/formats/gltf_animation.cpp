@@ -16,6 +16,7 @@
 #include "t4d/formats/gltf_scene.h"
 #include "t4d/formats/gltf_shape.h"
 #include "t4d/formats/key_divider.h"
+#include "t4d/formats/shape_run.h"
 #include "t4d/formats/t4d/names.h"
 #include "t4d/model/times.h"
 
@@ -26,65 +27,28 @@ using Eigen::Affine3d;
 using model::Point3;
 using Side = GltfCurve::Side;
 
-/// A body from one jump to the next.
-class Run : public model::VertexKeys {
- public:
-  Run(std::shared_ptr<const GltfHierarchy> moving, std::shared_ptr<const GltfShape> shape,
-      std::vector<double> times, bool mirrored)
-      : moving_(std::move(moving)),
-        shape_(std::move(shape)),
-        times_(std::move(times)),
-        mirrored_(mirrored) {}
-
-  std::uint64_t count() const override { return times_.size(); }
-  double time(std::uint64_t key) const override { return times_[key]; }
-
-  std::optional<model::Affine3x4> pose(std::uint64_t key) const override {
-    if (shape_->deforms()) return std::nullopt;
-    Affine3d world = moving_->world(shape_->node, times_[key], sideOf(key));
-    if (mirrored_) world = world * Eigen::Scaling(-1.0, 1.0, 1.0);
-    return world.matrix().topRows<3>();
-  }
-
-  Result<void> positions(std::uint64_t key, std::span<Point3> into) const override {
-    if (const auto matrix = pose(key)) {
-      for (std::size_t i = 0; i < into.size(); ++i) {
-        const Point3& p = shape_->base[i];
-        into[i] = model::posed(*matrix, mirrored_ ? Point3(-p.x(), p.y(), p.z()) : p);
-      }
-    } else {
-      shape_->place(*moving_, times_[key], sideOf(key), into);
-    }
-    return {};
-  }
-
- private:
-  Side sideOf(std::uint64_t key) const {
-    return key + 1 == times_.size() ? Side::Before : Side::Behind;
-  }
-
-  std::shared_ptr<const GltfHierarchy> moving_;
-  std::shared_ptr<const GltfShape> shape_;
-  std::vector<double> times_;
-  bool mirrored_;  // the mesh is the mirror image of the shape in x = 0
-};
-
 /// A shape among the nodes that move it.
 class Moving : public MovingShape {
  public:
-  Moving(const GltfHierarchy& hierarchy, const GltfShape& shape)
-      : hierarchy_(hierarchy), shape_(shape) {}
+  Moving(std::shared_ptr<const GltfHierarchy> hierarchy, std::shared_ptr<const GltfShape> shape)
+      : hierarchy_(std::move(hierarchy)), shape_(std::move(shape)) {}
 
   void place(double time, bool atEnd, std::span<Point3> into) const override {
-    shape_.place(hierarchy_, time, atEnd ? Side::Before : Side::Behind, into);
+    shape_->place(*hierarchy_, time, sideOf(atEnd), into);
+  }
+  std::optional<Affine3d> pose(double time, bool atEnd) const override {
+    if (shape_->deforms()) return std::nullopt;
+    return hierarchy_->world(shape_->node, time, sideOf(atEnd));
   }
   double accelerationBound(double begin, double end) const override {
-    return shape_.accelerationBound(hierarchy_, begin, end);
+    return shape_->accelerationBound(*hierarchy_, begin, end);
   }
 
  private:
-  const GltfHierarchy& hierarchy_;
-  const GltfShape& shape_;
+  static Side sideOf(bool atEnd) { return atEnd ? Side::Before : Side::Behind; }
+
+  std::shared_ptr<const GltfHierarchy> hierarchy_;
+  std::shared_ptr<const GltfShape> shape_;
 };
 
 /// The number of the element of that name, or of that number.
@@ -278,26 +242,13 @@ class AnimationReader {
   Result<void> chooseTolerance() {
     double largest = 0;
     for (const auto& shape : shapes_) {
-      std::vector<Point3> positions(shape->base.size());
-      // A node that is hidden at first has its size later.
-      for (const double time : {0.0, moving_->end / 2, moving_->end}) {
-        shape->place(*moving_, time, Side::Behind, positions);
-        model::Bounds3 bounds;
-        for (const Point3& position : positions) bounds.add(position);
-        largest = std::max(largest, (bounds.max - bounds.min).maxCoeff());
-      }
+      const Moving moving(moving_, shape);
+      largest = std::max(largest, largestExtent(moving, shape->base.size(), {0, moving_->end}));
     }
-    scene_.tolerance = options_.tolerance.value_or(largest / 1000);
-    if (scene_.tolerance > 0 && std::isfinite(scene_.tolerance)) return {};
-    if (!options_.tolerance) {
-      return invalid(
-          "has no solid with a size at its first, middle and last time, from which a "
-          "tolerance could be taken; give one",
-          file_.path.string());
-    }
-    return invalid(
-        fmt::format("the tolerance is {}; it must be a positive length", scene_.tolerance),
-        file_.path.string());
+    auto tolerance = chosenTolerance(options_.tolerance, largest, file_.path.string());
+    if (!tolerance) return pass(tolerance.error());
+    scene_.tolerance = *tolerance;
+    return {};
   }
 
   /// The curves that move a shape.
@@ -320,8 +271,10 @@ class AnimationReader {
 
   Result<std::vector<std::unique_ptr<model::VertexKeys>>> runsOf(std::size_t body) {
     const std::shared_ptr<const GltfShape>& shape = shapes_[body];
-    const Moving moving(*moving_, *shape);
-    KeyDivider divider(moving, scene_.bodies[body].mesh, {scene_.tolerance, options_.edgeFactor},
+    const auto moving = std::make_shared<const Moving>(moving_, shape);
+    const model::TriangleMesh& mesh = scene_.bodies[body].mesh;
+    const auto vertices = std::make_shared<const std::vector<Point3>>(mesh.vertices);
+    KeyDivider divider(*moving, mesh, {scene_.tolerance, options_.edgeFactor},
                        gltfElement(file_, "animations", animation_));
     std::set<double> keys = {0, moving_->end};
     std::set<double> jumps = {0, moving_->end};
@@ -341,7 +294,8 @@ class AnimationReader {
           return pass(done.error());
         }
       }
-      runs.push_back(std::make_unique<Run>(moving_, shape, std::move(times), mirrored_[body]));
+      runs.push_back(
+          std::make_unique<ShapeRun>(moving, vertices, std::move(times), mirrored_[body]));
     }
     return runs;
   }

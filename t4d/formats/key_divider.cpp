@@ -78,6 +78,30 @@ Result<void> KeyDivider::divide(const model::TimeSpan& span, std::vector<double>
   return {};
 }
 
+double largestExtent(const MovingShape& shape, std::size_t vertexCount,
+                     const model::TimeSpan& played) {
+  double largest = 0;
+  std::vector<model::Point3> positions(vertexCount);
+  // What is hidden at first has its size later.
+  for (const double time : {played.begin, played.begin / 2 + played.end / 2, played.end}) {
+    shape.place(time, false, positions);
+    model::Bounds3 bounds;
+    for (const model::Point3& position : positions) bounds.add(position);
+    largest = std::max(largest, (bounds.max - bounds.min).maxCoeff());
+  }
+  return largest;
+}
+
+Result<double> chosenTolerance(const std::optional<double>& given, double largestExtent,
+                               std::string where) {
+  const double tolerance = given.value_or(largestExtent / 1000);
+  if (tolerance > 0 && std::isfinite(tolerance)) return tolerance;
+  return invalid(given ? fmt::format("the tolerance is {}; it must be a positive length", tolerance)
+                       : "has no solid with a size at its first, middle and last time, from which "
+                         "a tolerance could be taken; give one",
+                 std::move(where));
+}
+
 tl::unexpected<Error> KeyDivider::tooManyKeys() const {
   return invalid(fmt::format("needs more than {} keys for the tolerance of {}; allow a larger one",
                              kMostKeys, limits_.tolerance),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +19,8 @@ class MovingShape {
 
   /// The places at a time; `atEnd`: as the end of what is before it, where they jump.
   virtual void place(double time, bool atEnd, std::span<model::Point3> into) const = 0;
+  /// What moves all vertices from where they are in the shape; nothing if they move apart.
+  virtual std::optional<Eigen::Affine3d> pose(double time, bool atEnd) const = 0;
   /// A bound of the second derivative of every vertex's place over an interval without keys inside.
   virtual double accelerationBound(double begin, double end) const = 0;
 };
@@ -59,5 +62,14 @@ class KeyDivider {
   std::vector<model::Point3> to_;
   std::size_t keys_ = 0;
 };
+
+/// The largest extent of a shape along an axis, at the first, the middle and the last time.
+double largestExtent(const MovingShape& shape, std::size_t vertexCount,
+                     const model::TimeSpan& played);
+
+/// The tolerance that is given, or a thousandth of the largest extent of all shapes. Fails if it is
+/// no positive length; `where` is that of the error.
+Result<double> chosenTolerance(const std::optional<double>& given, double largestExtent,
+                               std::string where);
 
 }  // namespace t4d::formats

@@ -8,48 +8,13 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/gltf_losses.h"
+#include "t4d/formats/shape_run.h"
 #include "t4d/formats/usd_shape.h"
 
 namespace t4d::formats {
 namespace {
 
 using model::Point3;
-
-/// A body while it is visible.
-class UsdRun : public model::VertexKeys {
- public:
-  UsdRun(std::shared_ptr<const UsdShape> shape, std::shared_ptr<const std::vector<Point3>> base,
-         std::vector<double> times, bool mirrored)
-      : shape_(std::move(shape)),
-        base_(std::move(base)),
-        times_(std::move(times)),
-        mirrored_(mirrored) {}
-
-  std::uint64_t count() const override { return times_.size(); }
-  double time(std::uint64_t key) const override { return times_[key]; }
-
-  std::optional<model::Affine3x4> pose(std::uint64_t key) const override {
-    if (shape_->deforms()) return std::nullopt;
-    Eigen::Affine3d world = shape_->world(times_[key]);
-    if (mirrored_) world = world * Eigen::Scaling(-1.0, 1.0, 1.0);
-    return world.matrix().topRows<3>();
-  }
-
-  Result<void> positions(std::uint64_t key, std::span<Point3> into) const override {
-    if (const auto matrix = pose(key)) {
-      for (std::size_t i = 0; i < into.size(); ++i) into[i] = model::posed(*matrix, (*base_)[i]);
-    } else {
-      shape_->place(times_[key], false, into);
-    }
-    return {};
-  }
-
- private:
-  std::shared_ptr<const UsdShape> shape_;
-  std::shared_ptr<const std::vector<Point3>> base_;  // the vertices of the mesh
-  std::vector<double> times_;
-  bool mirrored_;  // the mesh is the mirror image of the shape in x = 0
-};
 
 class UsdAnimationReader {
  public:
@@ -137,24 +102,14 @@ class UsdAnimationReader {
 
   Result<void> chooseTolerance() {
     double largest = 0;
-    const model::TimeSpan& played = scene_.played;
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
-      std::vector<Point3> positions(made_.bodies[i].mesh.vertices.size());
-      for (const double time : {played.begin, played.begin / 2 + played.end / 2, played.end}) {
-        shapes_[i]->place(time, false, positions);
-        model::Bounds3 bounds;
-        for (const Point3& position : positions) bounds.add(position);
-        largest = std::max(largest, (bounds.max - bounds.min).maxCoeff());
-      }
+      const std::size_t count = made_.bodies[i].mesh.vertices.size();
+      largest = std::max(largest, largestExtent(*shapes_[i], count, scene_.played));
     }
-    made_.tolerance = options_.tolerance.value_or(largest / 1000);
-    if (made_.tolerance > 0 && std::isfinite(made_.tolerance)) return {};
-    return invalid(
-        options_.tolerance
-            ? fmt::format("the tolerance is {}; it must be a positive length", made_.tolerance)
-            : "has no solid with a size at its first, middle and last time, from which "
-              "a tolerance could be taken; give one",
-        file_);
+    auto tolerance = chosenTolerance(options_.tolerance, largest, file_);
+    if (!tolerance) return pass(tolerance.error());
+    made_.tolerance = *tolerance;
+    return {};
   }
 
   Result<void> addRuns(std::size_t i) {
@@ -174,7 +129,7 @@ class UsdAnimationReader {
         if (auto done = add(key); !done) return done;
       }
       if (auto done = add(span.end); !done) return done;
-      body.runs.push_back(std::make_unique<UsdRun>(shape, base, std::move(times), mirrored_[i]));
+      body.runs.push_back(std::make_unique<ShapeRun>(shape, base, std::move(times), mirrored_[i]));
     }
     return {};
   }

@@ -29,9 +29,11 @@ class UsdShape : public MovingShape {
   bool deforms() const { return samples_.size() > 1; }
   /// The times of all samples that move it.
   std::vector<double> times() const;
-  Eigen::Affine3d world(double time) const { return placed_.world(time); }
 
   void place(double time, bool atEnd, std::span<model::Point3> into) const override;
+  std::optional<Eigen::Affine3d> pose(double time, bool /*atEnd*/) const override {
+    return deforms() ? std::nullopt : std::optional(placed_.world(time));
+  }
   double accelerationBound(double begin, double end) const override;
 
  private:

@@ -209,6 +209,8 @@ class Attack:
         (seeds / "cache.mdd").write_bytes(
             struct.pack(">2i2f", 2, len(corners), 0, 1)
             + struct.pack(f">{len(numbers)}f", *numbers))
+        (seeds / "arm.srdf").write_text(
+            '<robot name="arm"><disable_collisions link1="a" link2="b" reason="Never"/></robot>')
         meshes = sorted((seeds / "layers").glob("*.stl"))
         mill = ["mill", cube, "--tool", "flat:d=6,l=30", "--voxel-size", 4]
         weave = ["weave", "--frame-time", 1, "-o", "OUT.t4d"]
@@ -224,7 +226,8 @@ class Attack:
             ["filter", mesh, "--from", 0.1, "-o", "OUT.t4d"],
             ["compress", mesh, "-o", "OUT.t4d"],
             ["join", seeds / "first.t4d", seeds / "last.t4d", "-o", "OUT.t4d"],
-            ["collide", mesh, moved], ["resolve", mesh, seeds / "aside.t4d", "-o", "OUT.t4d"],
+            ["collide", mesh, moved], ["collide", mesh, moved, "--ignore", seeds / "arm.srdf"],
+            ["resolve", mesh, seeds / "aside.t4d", "-o", "OUT.t4d"],
             ["view", mesh, "-o", "OUT"],
             ["convert", mesh, "OUT.vtu"],
             ["sweep", cube, "-m", seeds / "poses.csv", "--steps", 1, "-o", "OUT.t4d"],
