@@ -18,7 +18,6 @@ namespace t4d::formats {
 namespace {
 
 constexpr double kMillimetresInAnInch = 25.4;
-constexpr double kTurnDegreesPerSecond = 36;
 
 constexpr std::array<std::string_view, 25> kHarmless = {
     "PARTNO", "PPRINT", "MACHIN", "SPINDL", "COOLNT", "TOOLNO",  "SELCTL",   "MULTAX", "CUTTER",
@@ -106,10 +105,17 @@ class CutterLocationReader {
 
   Result<void> loadTool(const std::vector<std::string_view>& values) {
     const std::string tool(values.empty() ? "" : values[0]);
+    if (options_.tools) {
+      const auto number = numberOf(tool);
+      if (!number) return pass(number.error());
+      auto mounted = builder_.mount(static_cast<int>(std::clamp(*number, -1.0, 1e9)));
+      if (!mounted) mounted.error().where = file_.atLine(line_);
+      return mounted;
+    }
     if (moves_ > 0 && tool != tool_) {
       return fail(ErrorCode::Unsupported,
-                  fmt::format("a second tool is loaded ({}), but one tool mills at a time; divide "
-                              "the file, and mill the parts one after another",
+                  fmt::format("a second tool is loaded ({}), and one is given for all; give each "
+                              "with --tool N=SPEC",
                               inQuotes(tool)),
                   file_.atLine(line_));
     }
@@ -193,10 +199,14 @@ class CutterLocationReader {
       return {};
     }
     const double length = (tip - builder_.tip()).norm();
+    if (options_.tools && builder_.path.mountings.empty()) {
+      return refused("a move comes before a tool is loaded (LOADTL/1)");
+    }
     if (!rapid && !(feed_ > 0)) return refused("a move has no feed; give FEDRAT before");
     const double feed = rapid ? options_.rapidFeed : feed_;
-    const double seconds =
-        length > 0 ? 60 * length / feed : builder_.turnTo(axis_) / kTurnDegreesPerSecond;
+    const double seconds = length > ToolPathBuilder::kNoWay
+                               ? 60 * length / feed
+                               : builder_.turnTo(axis_) / ToolPathBuilder::kTurnDegreesPerSecond;
     auto moved = builder_.moveTo(tip, axis_, seconds, rapid);
     if (!moved) moved.error().where = file_.atLine(line_);
     return moved;
@@ -204,7 +214,7 @@ class CutterLocationReader {
 
   const InputFile& file_;
   const ToolPathOptions& options_;
-  ToolPathBuilder builder_;
+  ToolPathBuilder builder_{options_};
   std::uint64_t line_ = 1;
   std::size_t moves_ = 0;
   std::string tool_;

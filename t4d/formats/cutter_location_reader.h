@@ -17,12 +17,12 @@ namespace t4d::formats {
 ///
 /// Known are GOTO and FROM (a tip, and the direction from it to the shank, of any length; without
 /// one the axis stays), FEDRAT (per minute, MMPM or IPM), RAPID for the next move, and UNITS.
-/// Statements that move nothing are skipped: PARTNO, SPINDL, MULTAX and the like, and the first
-/// LOADTL; END and FINI end the file. A line that ends with $ is continued. A turn without a way
+/// Statements that move nothing are skipped: PARTNO, SPINDL, MULTAX and the like; END and FINI end
+/// the file. LOADTL mounts a tool. A line that ends with $ is continued. A turn without a way
 /// takes a second for every 36 degrees.
 ///
-/// Fails, with the line, for all other statements, a second tool, numbers that are none, an axis of
-/// length zero, a move without feed, and what ToolPathBuilder refuses.
+/// Fails, with the line, for all other statements, a tool that is not given, numbers that are none,
+/// an axis of length zero, a move without feed, and what ToolPathBuilder refuses.
 Result<ToolPath> readCutterLocations(const InputFile& file, const ToolPathOptions& options = {});
 Result<ToolPath> readCutterLocations(const std::filesystem::path& path,
                                      const ToolPathOptions& options = {});

@@ -64,6 +64,21 @@ void addTriangleMeshes(std::vector<ListedFormat>& list) {
   }
 }
 
+/// Files of machines, which have any extension.
+void addToolPaths(std::vector<ListedFormat>& list) {
+  const auto add = [&](const char* name, std::vector<std::string> extensions, const char* option,
+                       std::vector<std::string> keeps) {
+    list.push_back(
+        {name, {}, std::move(extensions), "tool path", true, false, option, std::move(keeps)});
+  };
+  add("G-code", {".nc", ".ngc", ".gcode", ".tap"}, "the option `--gcode`",
+      {"straight moves and chords of arcs", "rapid moves", "changes of tools", "times"});
+  add("cutter locations (APT)", {".cl", ".cls", ".apt"}, "the option `--locations`",
+      {"straight moves and turns", "rapid moves", "changes of tools", "times"});
+  add("tool table of LinuxCNC", {".tbl"}, "the option `--tool-table`",
+      {"lengths of tools", "remarks"});
+}
+
 }  // namespace
 
 std::vector<ListedFormat> formatList() {
@@ -86,6 +101,7 @@ std::vector<ListedFormat> formatList() {
                   false,
                   kByExtension,
                   {"screw motions"}});
+  addToolPaths(list);
   for (const auto& [name, extension] : {std::pair{"PC2", ".pc2"}, std::pair{"MDD", ".mdd"}}) {
     list.push_back({name,
                     {},

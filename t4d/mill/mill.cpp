@@ -63,15 +63,39 @@ double travelOf(const MillOptions& options) {
   return options.travel > 0 ? options.travel : 4 * options.voxelSize;
 }
 
+/// Calls `use` with each solid of a tool and its name.
+Result<void> visitSolids(
+    const Tool& tool,
+    const std::function<Result<void>(const TriangleMesh&, const std::string&)>& use) {
+  if (auto used = use(tool.mesh, partOfTool("tool", tool.number)); !used) return used;
+  for (const Guard& guard : tool.guards) {
+    if (auto used = use(guard.mesh, partOfTool(guard.name, tool.number)); !used) return used;
+  }
+  return {};
+}
+
 /// The largest distance from the tip of a point that moves with the tool.
-double reachOf(const TriangleMesh& tool, const std::vector<Guard>& guards) {
+double reachOf(const Tool& tool) {
   double reach = 0;
-  const auto add = [&](const TriangleMesh& mesh) {
+  const auto add = [&](const TriangleMesh& mesh, const std::string&) -> Result<void> {
     for (const model::Point3& vertex : mesh.vertices) reach = std::max(reach, vertex.norm());
+    return {};
   };
-  add(tool);
-  for (const Guard& guard : guards) add(guard.mesh);
-  return reach;
+  return visitSolids(tool, add) ? reach : 0;
+}
+
+/// Calls `use` with the parts of a span in which a tool is mounted, and the tool.
+Result<void> visitMounted(const std::vector<Mounting>& mountings, const TimeSpan& span,
+                          const std::function<Result<void>(const TimeSpan&, std::size_t)>& use) {
+  if (mountings.empty()) return use(span, 0);
+  for (std::size_t i = 0; i < mountings.size(); ++i) {
+    const bool isLast = i + 1 == mountings.size();
+    const TimeSpan part = {std::max(span.begin, mountings[i].time),
+                           isLast ? span.end : std::min(span.end, mountings[i + 1].time)};
+    if (!mountings[i].tool || !(part.begin < part.end)) continue;
+    if (auto used = use(part, *mountings[i].tool); !used) return used;
+  }
+  return {};
 }
 
 /// Whether a ball can meet the stock.
@@ -88,41 +112,45 @@ constexpr std::uint64_t kMostSteps = 10'000'000;
 
 /// Fails if a motion goes so far that nothing is exact there, or asks for too many steps near the
 /// stock.
-Result<void> checkMotion(const TriangleMesh& tool, const model::Motion& motion,
+Result<void> checkMotion(std::span<const Tool> tools, const model::Motion& motion,
                          const StockField& field, const MillOptions& options) {
-  if (auto good = mesh4d::checkReach(tool, motion); !good) return good;
-  for (const Guard& guard : options.guards) {
-    auto good = mesh4d::checkReach(guard.mesh, motion);
+  for (const Tool& tool : tools) {
+    auto good = visitSolids(tool, [&](const TriangleMesh& mesh, const std::string&) {
+      return mesh4d::checkReach(mesh, motion);
+    });
     if (!good) return good;
   }
   double steps = 0;
-  return visitParts(
-      motion, {options.times.front(), options.times.back()}, travelOf(options),
-      reachOf(tool, options.guards), nearTo(field), [&](const model::Motion& part) -> Result<void> {
-        for (const model::Segment& segment : part.segments) {
-          steps += std::max(1.0, std::abs(segment.screw.angleDegrees));
-        }
-        if (steps <= static_cast<double>(kMostSteps)) return {};
-        return fail(ErrorCode::Unsupported,
-                    fmt::format("the tool moves or turns near the stock for more than {} steps of "
-                                "{:g} or a degree; is it in the length units of the stock?",
-                                kMostSteps, travelOf(options)),
-                    {}, Remedy::Motion);
-      });
+  const auto count = [&](const model::Motion& part) -> Result<void> {
+    for (const model::Segment& segment : part.segments) {
+      steps += std::max(1.0, std::abs(segment.screw.angleDegrees));
+    }
+    if (steps <= static_cast<double>(kMostSteps)) return {};
+    return fail(ErrorCode::Unsupported,
+                fmt::format("the tool moves or turns near the stock for more than {} steps of "
+                            "{:g} or a degree; is it in the length units of the stock?",
+                            kMostSteps, travelOf(options)),
+                {}, Remedy::Motion);
+  };
+  return visitMounted(options.mountings, {options.times.front(), options.times.back()},
+                      [&](const TimeSpan& span, std::size_t tool) {
+                        return visitParts(motion, span, travelOf(options), reachOf(tools[tool]),
+                                          nearTo(field), count);
+                      });
 }
 
 /// The workpiece at each time, made by going from frame to frame.
 class Workpiece : public voxel4d::FrameSource {
  public:
-  Workpiece(StockField field, const TriangleMesh& tool, const model::Motion& motion,
+  Workpiece(StockField field, std::span<const Tool> tools, const model::Motion& motion,
             const MillOptions& options, MillReport& report)
       : field_(std::move(field)),
         lattice_(field_.lattice()),
-        tool_(tool),
+        tools_(tools),
+        tool_(&tools.front()),
         motion_(motion),
         options_(options),
         travel_(travelOf(options)),
-        reach_(reachOf(tool, options.guards)),
         report_(report) {}
 
   const voxel4d::Lattice& lattice() const override { return lattice_; }
@@ -149,8 +177,12 @@ class Workpiece : public voxel4d::FrameSource {
   Result<void> millUntil(const TimeSpan& span) {
     const StockField before = field_;
     std::vector<Cut> cuts;
-    auto cut = visitParts(motion_, span, travel_, reach_, nearTo(field_),
-                          [&](const model::Motion& part) { return cutAndGuard(part, cuts); });
+    auto cut =
+        visitMounted(options_.mountings, span, [&](const TimeSpan& mounted, std::size_t tool) {
+          tool_ = &tools_[tool];
+          return visitParts(motion_, mounted, travel_, reachOf(*tool_), nearTo(field_),
+                            [&](const model::Motion& part) { return cutAndGuard(part, cuts); });
+        });
     if (!cut) return cut;
     if (cuts.empty()) return {};
     const std::uint64_t parts = countParts(field_);
@@ -162,7 +194,7 @@ class Workpiece : public voxel4d::FrameSource {
   }
 
   Result<void> cutAndGuard(const model::Motion& part, std::vector<Cut>& cuts) {
-    if (options_.guards.empty()) return cutAlong(part, cuts);
+    if (tool_->guards.empty()) return cutAlong(part, cuts);
     // Guards follow the tool step by step.
     for (const model::Segment& segment : part.segments) {
       model::Motion step;
@@ -174,7 +206,7 @@ class Workpiece : public voxel4d::FrameSource {
   }
 
   Result<void> cutAlong(const model::Motion& motion, std::vector<Cut>& cuts) {
-    return sweepThrough(tool_, motion, options_.tolerance,
+    return sweepThrough(tool_->mesh, motion, options_.tolerance,
                         [&](const TimeSpan& time, TriangleMesh envelope) -> Result<void> {
                           ++report_.steps;
                           const auto removed = field_.remove(envelope);
@@ -190,7 +222,7 @@ class Workpiece : public voxel4d::FrameSource {
   }
 
   Result<void> guardAlong(const model::Motion& motion) {
-    for (const Guard& guard : options_.guards) {
+    for (const Guard& guard : tool_->guards) {
       auto guarded =
           sweepThrough(guard.mesh, motion, options_.tolerance,
                        [&](const TimeSpan& time, const TriangleMesh& envelope) -> Result<void> {
@@ -212,12 +244,13 @@ class Workpiece : public voxel4d::FrameSource {
 
   /// Steps that follow each other are one collision.
   void collide(const std::string& part, const TimeSpan& time, const model::Point3& point) {
-    const auto same = std::find_if(report_.collisions.rbegin(), report_.collisions.rend(),
-                                   [&](const Collision& one) { return one.part == part; });
+    const auto same = std::find_if(
+        report_.collisions.rbegin(), report_.collisions.rend(),
+        [&](const Collision& one) { return one.part == part && one.tool == tool_->number; });
     if (same != report_.collisions.rend() && same->time.end >= time.begin) {
       same->time.end = time.end;
     } else {
-      report_.collisions.push_back({part, time, point});
+      report_.collisions.push_back({part, tool_->number, time, point});
     }
   }
 
@@ -259,11 +292,11 @@ class Workpiece : public voxel4d::FrameSource {
 
   StockField field_;
   voxel4d::Lattice lattice_;
-  const TriangleMesh& tool_;
+  std::span<const Tool> tools_;
+  const Tool* tool_;  // that is mounted
   const model::Motion& motion_;
   const MillOptions& options_;
   double travel_;
-  double reach_;
   MillReport& report_;
   std::uint64_t components_ = 0;
 };
@@ -302,10 +335,11 @@ std::string noticeOfVolume(double voxels, double mesh) {
 }
 
 /// A notice if voxels are too large for the groove of the tool.
-std::string noticeOfTool(const TriangleMesh& tool, double voxelSize) {
-  const model::Bounds3 bounds = boundsOf(tool);
+std::string noticeOfTool(const Tool& tool, double voxelSize) {
+  const model::Bounds3 bounds = boundsOf(tool.mesh);
   if ((bounds.max - bounds.min).minCoeff() >= 2 * voxelSize) return {};
-  return "the tool is less than two voxels across; what it cuts may be lost, or too wide";
+  return fmt::format("the {} is less than two voxels across; what it cuts may be lost, or too wide",
+                     partOfTool("tool", tool.number));
 }
 
 }  // namespace
@@ -315,7 +349,12 @@ Result<void> checkVoxelSize(const TriangleMesh& stock, double voxelSize, double 
   return sized ? Result<void>() : pass(sized.error());
 }
 
-Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
+std::string partOfTool(const std::string& part, int number) {
+  if (number == 0) return part;
+  return fmt::format("{}{}T{}", part, part == "tool" ? " " : " of ", number);
+}
+
+Result<MillReport> mill(const TriangleMesh& stock, std::span<const Tool> tools,
                         const model::Motion& motion, const MillOptions& options, model::Sink& sink,
                         const model::Progress& progress) {
   const auto check = [](const TriangleMesh& mesh, const std::string& name) -> Result<void> {
@@ -324,9 +363,8 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
     return invalid(checked.error().text(), name, Remedy::Mend);
   };
   if (auto good = check(stock, "stock"); !good) return pass(good.error());
-  if (auto good = check(tool, "tool"); !good) return pass(good.error());
-  for (const Guard& guard : options.guards) {
-    if (auto good = check(guard.mesh, guard.name); !good) return pass(good.error());
+  for (const Tool& tool : tools) {
+    if (auto good = visitSolids(tool, check); !good) return pass(good.error());
   }
   if (options.times.size() < 2 || options.times.front() < motion.timeBegin() ||
       options.times.back() > motion.timeEnd()) {
@@ -346,14 +384,13 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
     if (!checked) checked.error().where = name;
     return checked;
   };
-  if (auto good = checkSize(tool, "tool"); !good) return pass(good.error());
-  for (const Guard& guard : options.guards) {
-    if (auto good = checkSize(guard.mesh, guard.name); !good) return pass(good.error());
+  for (const Tool& tool : tools) {
+    if (auto good = visitSolids(tool, checkSize); !good) return pass(good.error());
   }
 
-  if (auto good = checkMotion(tool, motion, *field, options); !good) return pass(good.error());
+  if (auto good = checkMotion(tools, motion, *field, options); !good) return pass(good.error());
 
-  Workpiece frames(std::move(*field), tool, motion, options, report);
+  Workpiece frames(std::move(*field), tools, motion, options, report);
   std::vector<ProjectedVolume> volumes;
   ProjectedVolumes measured(sink, [&](const ProjectedVolume& one) { volumes.push_back(one); });
   auto woven = voxel4d::weave(frames, {.caps = options.caps}, measured, progress);
@@ -371,8 +408,10 @@ Result<MillReport> mill(const TriangleMesh& stock, const TriangleMesh& tool,
       !notice.empty()) {
     report.notices.push_back(std::move(notice));
   }
-  if (auto notice = noticeOfTool(tool, options.voxelSize); !notice.empty()) {
-    report.notices.push_back(std::move(notice));
+  for (const Tool& tool : tools) {
+    if (auto notice = noticeOfTool(tool, options.voxelSize); !notice.empty()) {
+      report.notices.push_back(std::move(notice));
+    }
   }
   report.remainingVolume = report.stockVolume - report.removedVolume;
   report.components = report.progress.back().components;

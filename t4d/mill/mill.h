@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,22 @@ struct Guard {
   model::TriangleMesh mesh = {};
 };
 
+/// A tool, and what holds it, in one pose.
+struct Tool {
+  model::TriangleMesh mesh = {};
+  std::vector<Guard> guards = {};
+  int number = 0;  ///< 0: it has none
+};
+
+/// "shank", "shank of T2"; "tool", "tool T2".
+std::string partOfTool(const std::string& part, int number);
+
+/// From this time on a tool, of those given, moves with the spindle, or none.
+struct Mounting {
+  double time = 0;
+  std::optional<std::size_t> tool = {};
+};
+
 struct MillOptions {
   double voxelSize = 1;  ///< length units; lattice points are its multiples
   /// The times of the frames, increasing, within the motion: at least two.
@@ -32,8 +49,9 @@ struct MillOptions {
   double tolerance = 0.01;
   /// How far the tip goes at most in a step, in length units; 0: four voxels.
   double travel = 0;
-  double memory = 4e9;                       ///< the most bytes for the stock's field
-  std::vector<Guard> guards = {};            ///< in the pose of the tool
+  double memory = 4e9;  ///< the most bytes for the stock's field
+  /// In order of time; before the first there is no tool. If empty, the first tool is mounted.
+  std::vector<Mounting> mountings = {};
   std::vector<model::TimeSpan> rapids = {};  ///< times at which the tool must not cut
   voxel4d::CapStyle caps = voxel4d::CapStyle::Graded;
 };
@@ -41,6 +59,7 @@ struct MillOptions {
 /// A contact that must not be: of a guard with the stock, or of the tool in a rapid move.
 struct Collision {
   std::string part;      ///< the guard, or "tool"
+  int tool = 0;          ///< its number
   model::TimeSpan time;  ///< of the steps in which it is
   model::Point3 point;   ///< in the first of them, where it is deepest
 };
@@ -63,8 +82,11 @@ struct MillReport {
   double stockVolume = 0;  ///< of the first frame, the stock as the voxels have it
   double removedVolume = 0;
   double remainingVolume = 0;
-  /// What comes back between frames and goes again, the projected volume of the cells that enter in
-  /// time: nothing, but for a few cells of woven frames that lean backward.
+  /// The most that comes back between frames and goes again: the projected volume of the cells that
+  /// enter in time. Where a lattice point changes sides, the triangles of the surface about it
+  /// change, and new ones can lie a little outside of the old ones. No slice has more than this
+  /// outside of all slices before it. The nearer frames are, the more of it: up to about a
+  /// hundredth of what is removed.
   double returnedVolume = 0;
   std::uint64_t components = 0;  ///< at the end
   std::uint64_t steps = 0;
@@ -76,8 +98,8 @@ struct MillReport {
   std::vector<std::string> notices;  ///< one sentence each
 };
 
-/// Mills `stock` with `tool` moved by `motion`, and puts the workpiece into `sink`, a 4D mesh
-/// woven from frames.
+/// Mills `stock` with `tools` moved by `motion`, one at a time, and puts the workpiece into `sink`,
+/// a 4D mesh woven from frames.
 ///
 /// Between two frames the tool goes in steps, of each of which the envelope is removed: all places
 /// where the swept tool, a 4D mesh, has been in that step (measure::SlabSilhouettes). So nothing
@@ -91,10 +113,10 @@ struct MillReport {
 ///
 /// Both meshes are closed; one that is inside out is turned round, with a notice for the stock.
 /// Where the stock overlaps itself it counts once. Memory is that of a few frames. Fails for a mesh
-/// that is not closed ("stock", "tool" or the name of the guard is where), a voxel size that needs
+/// that is not closed ("stock" or partOfTool() is where), a voxel size that needs
 /// more than `memory` or at which no lattice point is inside the stock, a tool or guard too large
 /// for it, times that are not within the motion, and if sweep, weave or the sink does.
-Result<MillReport> mill(const model::TriangleMesh& stock, const model::TriangleMesh& tool,
+Result<MillReport> mill(const model::TriangleMesh& stock, std::span<const Tool> tools,
                         const model::Motion& motion, const MillOptions& options, model::Sink& sink,
                         const model::Progress& progress = {});
 

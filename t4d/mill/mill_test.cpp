@@ -49,22 +49,37 @@ formats::ToolPath gcode(const std::string& text, double tolerance = 1e-3) {
   return path ? *path : formats::ToolPath{};
 }
 
+std::vector<Tool> alone(TriangleMesh mesh, std::vector<Guard> guards = {}) {
+  return {{std::move(mesh), std::move(guards), 0}};
+}
+
 struct Process {
   MillReport report;
   model::Mesh mesh;
 };
 
-Process milled(const TriangleMesh& stock, const TriangleMesh& tool, const formats::ToolPath& path,
-               double voxelSize, std::uint64_t frames, MillOptions options = {}) {
+Process milled(const TriangleMesh& stock, const std::vector<Tool>& tools,
+               const formats::ToolPath& path, double voxelSize, std::uint64_t frames) {
+  MillOptions options;
   options.voxelSize = voxelSize;
   options.tolerance = voxelSize / 100;
   options.times = model::evenTimes({path.motion.timeBegin(), path.motion.timeEnd()}, frames);
   options.rapids = path.rapids;
   Process process;
-  const auto report = mill(stock, tool, path.motion, options, process.mesh);
+  for (const formats::Mounting& one : path.mountings) {
+    const auto tool = std::ranges::find(tools, one.tool.value_or(0), &Tool::number);
+    options.mountings.push_back({one.time, {}});
+    if (one.tool) options.mountings.back().tool = tool - tools.begin();
+  }
+  const auto report = mill(stock, tools, path.motion, options, process.mesh);
   EXPECT_TRUE(report) << (report ? "" : report.error().text());
   if (report) process.report = *report;
   return process;
+}
+
+Process milled(const TriangleMesh& stock, const TriangleMesh& tool, const formats::ToolPath& path,
+               double voxelSize, std::uint64_t frames) {
+  return milled(stock, alone(tool), path, voxelSize, frames);
 }
 
 /// The slope of the logarithm of errors over that of sizes, from the first to the last.
@@ -209,6 +224,30 @@ TEST(Mill, WhatIsRemovedNeverComesBack) {
   EXPECT_TRUE(measure::checkMesh(process.mesh)->valid());
 }
 
+TEST(Mill, NoMoreThanItSaysComesBackBetweenFrames) {
+  // Frames so near to each other that single lattice points change sides between them.
+  const auto path = gcode("G0 X15 Y10 Z20\nG0 Z6\nG3 I5 F600\nG0 Z20\n");
+  const Process process = milled(kBlock, toolOf("ball:d=6,l=30", 0.01), path, 1, 200);
+  const MillReport& report = process.report;
+  EXPECT_GT(report.returnedVolume, 0);
+  EXPECT_LT(report.returnedVolume, 0.01 * report.removedVolume);
+  // What two solids differ by is what has gone and what has come back.
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> times(path.motion.timeBegin(), path.motion.timeEnd());
+  for (int i = 0; i < 8; ++i) {
+    double early = times(random);
+    double late = times(random);
+    if (early > late) std::swap(early, late);
+    const auto before = slice::sliceAtTime(process.mesh, early);
+    const auto after = slice::sliceAtTime(process.mesh, late);
+    ASSERT_TRUE(before && after);
+    const auto difference = measure::solidDifference(before->mesh, after->mesh);
+    ASSERT_TRUE(difference);
+    const double fallen = model::signedVolume(before->mesh) - model::signedVolume(after->mesh);
+    EXPECT_LE((difference->volume - fallen) / 2, report.returnedVolume + difference->error);
+  }
+}
+
 TEST(Mill, VolumesAreThoseOfSlices) {
   const Process process = milled(kBlock, toolOf("ball:d=6,l=30", 0.01), gcode(kSlot), 1, 5);
   for (const MillProgress& at : process.report.progress) {
@@ -257,11 +296,11 @@ TEST(Mill, AStockMayOverlapItselfAndBeInsideOut) {
 TEST(Mill, ShankAndHolderCollideWhenTheyReachTheStock) {
   // A pocket deeper than the tool: the shank, wider than it, meets the stock when the tip is at
   // 10.01 - 4 = 6.01; from z = 12 down at 1 mm/s, that is after 5.99 s.
-  MillOptions options;
-  options.guards.push_back({"shank", cylinderMesh({8, 10}, 4, 0.01)});
-  options.guards.push_back({"holder", cylinderMesh({20, 10}, 14, 0.01)});
+  const TriangleMesh flat = toolOf("flat:d=6,l=4", 0.01);
+  const std::vector<Guard> wide = {{"shank", cylinderMesh({8, 10}, 4, 0.01)},
+                                   {"holder", cylinderMesh({20, 10}, 14, 0.01)}};
   const auto path = gcode("G0 X20 Y10 Z12\nG1 Z4 F60\n");
-  const Process process = milled(kBlock, toolOf("flat:d=6,l=4", 0.01), path, 0.25, 3, options);
+  const Process process = milled(kBlock, alone(flat, wide), path, 0.25, 3);
   ASSERT_EQ(process.report.collisions.size(), 1U);
   const Collision& collision = process.report.collisions[0];
   EXPECT_EQ(collision.part, "shank");
@@ -272,9 +311,35 @@ TEST(Mill, ShankAndHolderCollideWhenTheyReachTheStock) {
   EXPECT_GT(radius, 3 - 0.25);
   EXPECT_LT(radius, 4);
   // A shank as thin as the tool follows into what the tool has cut.
-  options.guards = {{"shank", cylinderMesh({6, 10}, 4, 0.01)}};
-  EXPECT_TRUE(milled(kBlock, toolOf("flat:d=6,l=4", 0.01), path, 0.25, 3, options)
-                  .report.collisions.empty());
+  const std::vector<Guard> thin = {{"shank", cylinderMesh({6, 10}, 4, 0.01)}};
+  EXPECT_TRUE(milled(kBlock, alone(flat, thin), path, 0.25, 3).report.collisions.empty());
+}
+
+TEST(Mill, EachToolCutsWhileItIsMounted) {
+  // A slot of tool 1, and beside it a hole of tool 2, which also is in the slot's way later.
+  formats::ToolPathOptions how{.tolerance = 1e-3};
+  how.tools = {1, 2};
+  const auto path = formats::readGcode(
+      formats::InputFile{"a.nc",
+                         "T1 M6\nG0 X-5 Y5 Z6\nG1 X45 F600\nG0 Z20\nT2 M6\nG0 X20 Y14\n"
+                         "G98 G81 X20 Z-5 R12 F300\nT0 M6\nG0 Z-5\n"},
+      how);
+  ASSERT_TRUE(path) << path.error().text();
+  const std::vector<Guard> guards = {{"holder", cylinderMesh({16, 10}, 12, 0.01)}};
+  std::vector<std::pair<double, double>> errors;
+  for (const double h : {1.0, 0.5, 0.25}) {
+    const std::vector<Tool> tools = {{toolOf("flat:d=6,l=30", h * h / 200), {}, 1},
+                                     {toolOf("drill:d=5,a=90,l=12", h * h / 200), guards, 2}};
+    const Process process = milled(kBlock, tools, *path, h, 5);
+    const double volume = 40 * 6 * 4.01 + kPi * 6.25 * 10;
+    errors.emplace_back(h, std::abs(process.report.removedVolume - volume));
+    // The holder reaches the stock, and is named by its tool; nothing is mounted at the end.
+    ASSERT_EQ(process.report.collisions.size(), 1U);
+    EXPECT_EQ(process.report.collisions[0].part, "holder");
+    EXPECT_EQ(process.report.collisions[0].tool, 2);
+  }
+  EXPECT_LT(errors.back().second, 5);
+  EXPECT_GT(orderOf(errors), 1.5);
 }
 
 TEST(Mill, ARapidMoveMustNotCut) {
@@ -292,13 +357,13 @@ TEST(Mill, RefusesWhatCannotBeMilled) {
   options.voxelSize = 0.001;
   options.times = {0, 10};
   model::Mesh mesh;
-  const auto fine = mill(kBlock, tool, path.motion, options, mesh);
+  const auto fine = mill(kBlock, alone(tool), path.motion, options, mesh);
   ASSERT_FALSE(fine);
   EXPECT_NE(fine.error().message.find("more than the limit of 4 GB"), std::string::npos);
   TriangleMesh open = kBlock;
   open.triangles.pop_back();
   options.voxelSize = 1;
-  const auto refused = mill(open, tool, path.motion, options, mesh);
+  const auto refused = mill(open, alone(tool), path.motion, options, mesh);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().remedy, Remedy::Mend);
   EXPECT_EQ(refused.error().where, "stock");
@@ -335,26 +400,26 @@ TEST(Mill, VoxelsTooLargeForTheStockOrTooSmallForTheToolAreRefused) {
   options.times = {0, 10};
   const TriangleMesh stock = box({1, 1, 1}, {41, 21, 11});
   model::Mesh mesh;
-  const auto large = mill(stock, toolOf("flat:d=6,l=30", 0.01), path.motion, options, mesh);
+  const auto large = mill(stock, alone(toolOf("flat:d=6,l=30", 0.01)), path.motion, options, mesh);
   ASSERT_FALSE(large);
   EXPECT_NE(large.error().message.find("too large for it; 2.5 would do"), std::string::npos)
       << large.error().message;
   options.voxelSize = 2.5;
-  EXPECT_TRUE(mill(stock, toolOf("flat:d=6,l=30", 0.01), path.motion, options, mesh));
+  EXPECT_TRUE(mill(stock, alone(toolOf("flat:d=6,l=30", 0.01)), path.motion, options, mesh));
   // A thin plate across the lattice: the first sizes that are tried find nothing, either.
   TriangleMesh plate = box({0.4, 0.4, 0.4}, {40.4, 0.8, 40.4});
   for (Point3& at : plate.vertices) at = {at.x() - 0.7 * at.y(), 0.7 * at.x() + at.y(), at.z()};
   options.voxelSize = 60;
-  const auto thin = mill(plate, toolOf("flat:d=6,l=30", 0.01), path.motion, options, mesh);
+  const auto thin = mill(plate, alone(toolOf("flat:d=6,l=30", 0.01)), path.motion, options, mesh);
   ASSERT_FALSE(thin);
   const std::size_t advice = thin.error().message.find("too large for it; ");
   ASSERT_NE(advice, std::string::npos) << thin.error().message;
   options.voxelSize = std::stod(thin.error().message.substr(advice + 18));
   EXPECT_LT(options.voxelSize, 7);
-  EXPECT_TRUE(mill(plate, toolOf("flat:d=6,l=30", 0.01), path.motion, options, mesh));
+  EXPECT_TRUE(mill(plate, alone(toolOf("flat:d=6,l=30", 0.01)), path.motion, options, mesh));
   for (const char* tool : {"flat:d=1e9,l=30", "flat:d=1e5,l=30"}) {
     options.voxelSize = 0.5;
-    const auto refused = mill(stock, toolOf(tool, 1), path.motion, options, mesh);
+    const auto refused = mill(stock, alone(toolOf(tool, 1)), path.motion, options, mesh);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().where, "tool");
     EXPECT_NE(refused.error().message.find("too large for voxels of 0.5"), std::string::npos);
@@ -449,7 +514,8 @@ TEST(Mill, FarMovesCostNothingAndChangeNothing) {
     options.voxelSize = 1;
     options.times = {path->motion.timeBegin(), path->motion.timeBegin() + seconds};
     model::Mesh mesh;
-    const auto refused = mill(kBlock, toolOf("ball:d=6,l=30", 0.01), path->motion, options, mesh);
+    const auto refused =
+        mill(kBlock, alone(toolOf("ball:d=6,l=30", 0.01)), path->motion, options, mesh);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().remedy, Remedy::Motion);
   }
@@ -464,7 +530,7 @@ TEST(Mill, TurningOnAndOnNearTheStockIsRefused) {
   options.voxelSize = 1;
   options.times = {0, 1};
   model::Mesh mesh;
-  const auto refused = mill(kBlock, toolOf("ball:d=6,l=30", 0.01), *motion, options, mesh);
+  const auto refused = mill(kBlock, alone(toolOf("ball:d=6,l=30", 0.01)), *motion, options, mesh);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().remedy, Remedy::Motion);
   EXPECT_NE(refused.error().message.find("more than 10000000 steps"), std::string::npos);
@@ -472,7 +538,7 @@ TEST(Mill, TurningOnAndOnNearTheStockIsRefused) {
   spin.screw.axisPoint = {0, 200, 0};
   spin.screw.axisDirection = {0, 0, 1};
   const auto circling = model::chainScrews(0, {&spin, 1});
-  const auto endless = mill(kBlock, toolOf("ball:d=6,l=30", 0.01), *circling, options, mesh);
+  const auto endless = mill(kBlock, alone(toolOf("ball:d=6,l=30", 0.01)), *circling, options, mesh);
   ASSERT_FALSE(endless);
   EXPECT_EQ(endless.error().remedy, Remedy::Motion);
 }
@@ -483,7 +549,19 @@ TEST(ToolShape, VolumesConvergeFromBelow) {
     double volume;
   } kTools[] = {{"ball:d=6,l=30", kPi * (18 + 9 * 27)},
                 {"flat:d=6,l=30", kPi * 9 * 30},
-                {"bull:d=6,r=1,l=30", kPi * 9 * 29 + kPi * (4 + 2 * kPi / 2 + 2.0 / 3)}};
+                {"bull:d=6,r=1,l=30", kPi * 9 * 29 + kPi * (4 + 2 * kPi / 2 + 2.0 / 3)},
+                {"drill:d=6,a=90,l=30", kPi * 9 * 28},
+                {"vbit:d=6,a=90,l=10", kPi * 9 * 8},
+                {"chamfer:d=6,a=90,t=2,l=10", kPi * (9 * 8 + 2 * (1 + 3 + 9) / 3.0)},
+                {"taper:d=2,a=45,l=3", kPi * 3 * (1 + 4 + 16) / 3.0},
+                // A segment of a sphere up to 1 - sin 45 degrees, and a frustum.
+                {"taper:r=1,a=45,l=3", [] {
+                   const double s = std::sqrt(0.5);
+                   const double h = 1 - s;
+                   const double top = s + 3 - h;
+                   return kPi * h * h * (3 - h) / 3 +
+                          kPi * (3 - h) * (s * s + s * top + top * top) / 3;
+                 }()}};
   for (const auto& [text, volume] : kTools) {
     double error = 0;
     for (const double tolerance : {0.01, 0.001}) {
@@ -523,9 +601,18 @@ TEST(ToolShape, SaysWhatIsWrong) {
             "the length l=2 must be more than the height 3 of the rounded end");
   EXPECT_EQ(error("bull:d=6,r=3,l=9"),
             "the rounding r=3 must be below half the diameter d=6; with half of it this is a ball");
-  EXPECT_EQ(error("drill:d=6,l=9"),
-            "'drill:d=6,l=9' is no tool; expected ball:, flat: or bull: and sizes, as in "
-            "ball:d=6,l=30, or the file of a triangle mesh");
+  EXPECT_EQ(error("reamer:d=6,l=9"),
+            "'reamer:d=6,l=9' is no tool; expected ball:, flat:, bull:, drill:, vbit:, chamfer: or "
+            "taper: and sizes, as in ball:d=6,l=30, or the file of a triangle mesh");
+  EXPECT_EQ(error("drill:d=6"), "no error");
+  EXPECT_EQ(error("drill:d=6,a=180"), "the angle a=180 must be below 180 degrees");
+  EXPECT_EQ(error("vbit:d=6,a=90"), "'d=6,a=90' has no l; write it as in vbit:d=6,a=60,t=0.2,l=20");
+  EXPECT_EQ(error("vbit:d=6,a=90,l=2"),
+            "the length l=2 must be more than the height 3 of the pointed end");
+  EXPECT_EQ(error("chamfer:d=6,a=90,t=6,l=9"), "the tip t=6 must be below the diameter d=6");
+  EXPECT_EQ(error("taper:d=6,r=1,a=5,l=9"),
+            "a taper has either d, the diameter of a flat lower end, or r, the radius of a round "
+            "one");
   EXPECT_EQ(error("ball:d=6,d=7,l=9"), "'d=6,d=7,l=9' gives d twice");
   EXPECT_EQ(error("flat:d=6,l=9,q=3"), "'q' is not known here; write it as in flat:d=6,l=30");
   EXPECT_EQ(error("flat:d=6,r=1,l=9"), "'r' is not known here; write it as in flat:d=6,l=30");

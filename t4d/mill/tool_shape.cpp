@@ -1,6 +1,7 @@
 #include "t4d/mill/tool_shape.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -52,21 +53,25 @@ model::TriangleMesh revolved(const Profile& profile, double tolerance) {
   return mesh;
 }
 
-/// Adds a quarter of a circle about (centre, height), from below to the side, without its first
-/// point.
-void addQuarter(Profile& profile, double centre, double height, double radius, double tolerance) {
-  const int chords = chordsOf(radius, std::numbers::pi / 2, tolerance, 2);
+constexpr double kQuarter = std::numbers::pi / 2;
+
+/// Adds an arc about (centre, height), from below by an angle of at most a quarter toward the side,
+/// without its first point.
+void addArc(Profile& profile, double centre, double height, double radius, double radians,
+            double tolerance) {
+  const int chords = chordsOf(radius, radians, tolerance, 2);
   for (int i = 1; i <= chords; ++i) {
-    const double angle = std::numbers::pi / 2 * i / chords;
-    const bool end = i == chords;
-    profile.emplace_back(centre + radius * (end ? 1 : std::sin(angle)),
-                         height - radius * (end ? 0 : std::cos(angle)));
+    const double angle = radians * i / chords;
+    const bool isSide = angle == kQuarter;
+    profile.emplace_back(centre + radius * (isSide ? 1 : std::sin(angle)),
+                         height - radius * (isSide ? 0 : std::cos(angle)));
   }
 }
 
-/// The sizes in `d=6,l=30`, of the letters given; 0 for those that are missing.
+/// The sizes in `d=6,l=30`, of the letters given; 0 for those that are missing, which only the
+/// optional ones may be.
 Result<std::vector<double>> sizesOf(std::string_view text, std::string_view letters,
-                                    std::string_view example) {
+                                    std::string_view optional, std::string_view example) {
   std::vector<double> sizes(letters.size(), 0);
   std::string_view rest = text;
   while (true) {
@@ -95,74 +100,149 @@ Result<std::vector<double>> sizesOf(std::string_view text, std::string_view lett
     rest.remove_prefix(comma + 1);
   }
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    if (!(sizes[i] > 0)) {
+    if (!(sizes[i] > 0) && optional.find(letters[i]) == optional.npos) {
       return invalid(fmt::format("'{}' has no {}; write it as in {}", text, letters[i], example));
     }
   }
   return sizes;
 }
 
-}  // namespace
+struct KnownTool {
+  std::string_view word;
+  ToolKind kind;
+  std::string_view letters;
+  std::string_view optional;
+  std::string_view example;
+};
 
-Result<ToolShape> parseTool(std::string_view text) {
-  const auto colon = std::min(text.find(':'), text.size());
-  const std::string_view kind = text.substr(0, colon);
-  const std::string_view rest = text.substr(std::min(colon + 1, text.size()));
-  ToolShape tool;
-  if (kind == "ball" || kind == "flat") {
-    tool.kind = kind == "ball" ? ToolKind::Ball : ToolKind::Flat;
-    const auto sizes = sizesOf(rest, "dl", fmt::format("{}:d=6,l=30", kind));
-    if (!sizes) return pass(sizes.error());
-    tool.diameter = (*sizes)[0];
-    tool.length = (*sizes)[1];
-  } else if (kind == "bull") {
-    tool.kind = ToolKind::Bull;
-    const auto sizes = sizesOf(rest, "drl", "bull:d=6,r=1,l=30");
-    if (!sizes) return pass(sizes.error());
-    tool.diameter = (*sizes)[0];
-    tool.cornerRadius = (*sizes)[1];
-    tool.length = (*sizes)[2];
-  } else {
-    return invalid(
-        fmt::format("'{}' is no tool; expected ball:, flat: or bull: and sizes, as in "
-                    "ball:d=6,l=30, or the file of a triangle mesh",
-                    text));
+constexpr std::array<KnownTool, 7> kTools = {{
+    {"ball", ToolKind::Ball, "dl", "", "ball:d=6,l=30"},
+    {"flat", ToolKind::Flat, "dl", "", "flat:d=6,l=30"},
+    {"bull", ToolKind::Bull, "drl", "", "bull:d=6,r=1,l=30"},
+    {"drill", ToolKind::Cone, "dal", "al", "drill:d=6,a=118,l=60"},
+    {"vbit", ToolKind::Cone, "datl", "t", "vbit:d=6,a=60,t=0.2,l=20"},
+    {"chamfer", ToolKind::Cone, "datl", "t", "chamfer:d=10,a=90,t=2,l=20"},
+    {"taper", ToolKind::Taper, "dral", "dr", "taper:d=2,a=5,l=30 or taper:r=1,a=5,l=30"},
+}};
+
+constexpr double kDrillDegrees = 118;
+constexpr double kDrillLength = 10;  // diameters
+
+double radiansOf(double degrees) { return degrees * std::numbers::pi / 180; }
+
+/// How high the lower end of a tool reaches, up to where its side begins.
+double endHeight(const ToolShape& tool) {
+  switch (tool.kind) {
+    case ToolKind::Ball:
+      return tool.diameter / 2;
+    case ToolKind::Flat:
+      return 0;
+    case ToolKind::Bull:
+      return tool.cornerRadius;
+    case ToolKind::Cone:
+      return (tool.diameter - tool.tipDiameter) / 2 / std::tan(radiansOf(tool.angle) / 2);
+    case ToolKind::Taper:
+      return tool.cornerRadius * (1 - std::sin(radiansOf(tool.angle)));
   }
+  return 0;
+}
+
+Result<void> checkTool(const ToolShape& tool) {
   if (tool.kind == ToolKind::Bull && !(tool.cornerRadius < tool.diameter / 2)) {
     return invalid(
         fmt::format("the rounding r={} must be below half the diameter d={}; with half "
                     "of it this is a ball",
                     tool.cornerRadius, tool.diameter));
   }
-  const double rounding = tool.kind == ToolKind::Ball ? tool.diameter / 2 : tool.cornerRadius;
-  if (!(tool.length > rounding)) {
-    return invalid(fmt::format("the length l={} must be more than the height {} of the rounded end",
-                               tool.length, rounding));
+  if (tool.kind == ToolKind::Cone && !(tool.tipDiameter < tool.diameter)) {
+    return invalid(fmt::format("the tip t={} must be below the diameter d={}", tool.tipDiameter,
+                               tool.diameter));
   }
+  const double most = tool.kind == ToolKind::Taper ? 90 : 180;
+  if (!(tool.angle < most)) {
+    return invalid(fmt::format("the angle a={} must be below {} degrees", tool.angle, most));
+  }
+  if (tool.kind == ToolKind::Taper && (tool.diameter > 0) == (tool.cornerRadius > 0)) {
+    return invalid(
+        "a taper has either d, the diameter of a flat lower end, or r, the radius of a round one");
+  }
+  if (!(tool.length > endHeight(tool))) {
+    return invalid(fmt::format("the length l={} must be more than the height {:.6g} of the {} end",
+                               tool.length, endHeight(tool),
+                               tool.kind == ToolKind::Cone ? "pointed" : "rounded"));
+  }
+  return {};
+}
+
+}  // namespace
+
+bool namesToolKind(std::string_view text) {
+  return std::ranges::any_of(kTools, [&](const KnownTool& known) {
+    return text.starts_with(known.word) && text.substr(known.word.size()).starts_with(':');
+  });
+}
+
+Result<ToolShape> parseTool(std::string_view text) {
+  const auto colon = std::min(text.find(':'), text.size());
+  const auto known = std::ranges::find(kTools, text.substr(0, colon), &KnownTool::word);
+  if (known == kTools.end()) {
+    return invalid(
+        fmt::format("'{}' is no tool; expected ball:, flat:, bull:, drill:, vbit:, chamfer: or "
+                    "taper: and sizes, as in ball:d=6,l=30, or the file of a triangle mesh",
+                    text));
+  }
+  const auto sizes = sizesOf(text.substr(std::min(colon + 1, text.size())), known->letters,
+                             known->optional, known->example);
+  if (!sizes) return pass(sizes.error());
+  const auto size = [&](char letter) {
+    const auto at = known->letters.find(letter);
+    return at == known->letters.npos ? 0 : (*sizes)[at];
+  };
+  ToolShape tool{known->kind, size('d'), size('r'), size('l'), size('a'), size('t')};
+  if (known->word == "drill") {
+    if (tool.angle == 0) tool.angle = kDrillDegrees;
+    if (tool.length == 0) tool.length = kDrillLength * tool.diameter;
+  }
+  if (auto good = checkTool(tool); !good) return pass(good.error());
   return tool;
 }
 
 Result<Cylinder> parseCylinder(std::string_view text) {
-  const auto sizes = sizesOf(text, "dl", "d=40,l=50");
+  const auto sizes = sizesOf(text, "dl", "", "d=40,l=50");
   if (!sizes) return pass(sizes.error());
   return Cylinder{(*sizes)[0], (*sizes)[1]};
 }
 
 model::TriangleMesh toolMesh(const ToolShape& tool, double tolerance) {
-  const double radius = tool.diameter / 2;
+  double radius = tool.diameter / 2;
+  const double corner = tool.cornerRadius;
   Profile profile = {{0, 0}};
   switch (tool.kind) {
     case ToolKind::Flat:
       profile.emplace_back(radius, 0);
       break;
     case ToolKind::Ball:
-      addQuarter(profile, 0, radius, radius, tolerance);
+      addArc(profile, 0, radius, radius, kQuarter, tolerance);
       break;
     case ToolKind::Bull:
-      profile.emplace_back(radius - tool.cornerRadius, 0);
-      addQuarter(profile, radius - tool.cornerRadius, tool.cornerRadius, tool.cornerRadius,
-                 tolerance);
+      profile.emplace_back(radius - corner, 0);
+      addArc(profile, radius - corner, corner, corner, kQuarter, tolerance);
       break;
+    case ToolKind::Cone:
+      if (tool.tipDiameter > 0) profile.emplace_back(tool.tipDiameter / 2, 0);
+      profile.emplace_back(radius, endHeight(tool));
+      break;
+    case ToolKind::Taper: {
+      const double lean = radiansOf(tool.angle);
+      if (corner > 0) {
+        addArc(profile, 0, corner, corner, kQuarter - lean, tolerance);
+      } else {
+        profile.emplace_back(radius, 0);
+      }
+      const Eigen::Vector2d side = profile.back();
+      radius = side.x() + (tool.length - side.y()) * std::tan(lean);
+      break;
+    }
   }
   profile.emplace_back(radius, tool.length);
   profile.emplace_back(0, tool.length);

@@ -8,6 +8,7 @@
 
 #include "t4d/fixtures/deformations.h"
 #include "t4d/fixtures/fields.h"
+#include "t4d/fixtures/milled_programs.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/tool_paths.h"
 #include "t4d/formats/gltf_writer.h"
@@ -149,6 +150,12 @@ std::string contents(const fs::path& path) {
 
 void writeToolPathSeeds(const fs::path& folder) {
   for (const auto& path : fixtures::toolPathFiles()) write(folder / path.name, path.text);
+  for (const auto& program : fixtures::postedPrograms())
+    write(folder / (program.name + ".nc"), program.text);
+  for (const auto& program : fixtures::milledPrograms()) {
+    write(folder / (program.name + ".nc"), program.text);
+    write(folder / (program.name + "-5.nc"), "#1=0\n" + program.text);
+  }
   write(folder / "arcs.nc",
         "G20 G0 X1 Y0 Z0\nG18 G3 X0 Z1 I-1 K0 F9\nG91 G19 G2 Y1 Z1 R1.5\nG90.1 G17 G2 X0 Y0 I0 "
         "J1\nG4 P1\n");

@@ -6,14 +6,22 @@
 #include "tools/fuzz/fuzz.h"
 
 /// Paths of tools, cutter locations if the first byte is a letter that their statements begin with
-/// and G-code otherwise: an accepted path has no gaps and only finite numbers.
+/// and G-code otherwise, on a mill of three axes or, after a #, on one of five with a tool table
+/// and places: an accepted path has no gaps and only finite numbers.
 namespace t4d::fuzz {
 namespace {
 
 int test(std::span<const std::uint8_t> bytes) {
   const formats::InputFile file{"path", std::string(bytes.begin(), bytes.end())};
-  // Arcs of many chords are allowed but slow.
-  const formats::ToolPathOptions coarse{.tolerance = 1e3};
+  // Arcs of many chords and long loops are allowed but slow.
+  formats::ToolPathOptions coarse{.tolerance = 1e3, .repeatedLines = 3000};
+  if (file.bytes.starts_with("#")) {
+    coarse.tools = {1, 2};
+    coarse.lengths = {{1, {0, 0, 10}}, {2, {1, -2, 30}}};
+    coarse.offsets = {{530, {0, 0, 100}}, {550, {10, 0, 0}}, {280, {1, 2, -3}}};
+    coarse.rotaries = {
+        {3, true, 1, {0, 0, -50}}, {5, true, -1, {1, 0, 0}}, {4, false, 1, {0, 0, 90}}};
+  }
   const bool locations = file.bytes.starts_with("P") || file.bytes.starts_with("F") ||
                          file.bytes.starts_with("GOTO") || file.bytes.starts_with("UNITS");
   const auto path =
@@ -37,6 +45,11 @@ int test(std::span<const std::uint8_t> bytes) {
     must(segments[i - 1].timeEnd == segments[i].timeBegin &&
              segments[i - 1].end.translation == segments[i].start.translation,
          "a move begins where the one before ends");
+  }
+  for (std::size_t i = 0; i < path->mountings.size(); ++i) {
+    must(path->mountings[i].time <= path->motion.timeEnd() &&
+             (i == 0 || path->mountings[i - 1].time < path->mountings[i].time),
+         "tools are mounted in order");
   }
   for (const model::TimeSpan& rapid : path->rapids) {
     must(rapid.begin < rapid.end && rapid.end <= path->motion.timeEnd(), "rapids are in the path");

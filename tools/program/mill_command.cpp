@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include <fmt/format.h>
@@ -12,9 +14,9 @@
 #include "t4d/formats/motion_reader.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/names.h"
+#include "t4d/formats/tool_table.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/mill/mill.h"
-#include "t4d/mill/tool_shape.h"
 #include "t4d/slice/slice_at_times.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -22,6 +24,7 @@
 #include "tools/program/input_options.h"
 #include "tools/program/mending.h"
 #include "tools/program/mill_page.h"
+#include "tools/program/mill_tools.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/solid_input.h"
 #include "tools/program/t4d_output.h"
@@ -36,12 +39,14 @@ struct MillArguments {
   std::string stock;
   bool mend = false;
   MendingOptions mending;
-  std::string tool;
+  MillToolOptions tools;
   std::string motion;
   std::string gcode;
   std::string locations;
-  std::string shank;
-  std::string holder;
+  std::string toolTable;
+  std::vector<std::string> offsets;
+  std::vector<std::string> rotaries;
+  bool tipControl = false;
   double voxelSize = 0;
   std::optional<double> tolerance;
   std::optional<double> travel;
@@ -59,73 +64,56 @@ struct MillArguments {
   }
 };
 
-/// Whether sizes are given and not a file.
-bool isToolShape(const std::string& text) {
-  for (const char* kind : {"ball:", "flat:", "bull:"}) {
-    if (text.starts_with(kind)) return true;
+/// What G-code and cutter locations are read with, but for tools.
+Result<formats::ToolPathOptions> pathOptions(const MillArguments& options) {
+  formats::ToolPathOptions how{options.toleranceOr(), options.rapidFeed};
+  for (const std::string& offset : options.offsets) {
+    auto parsed = formats::parseOffset(offset, how.offsets);
+    if (!parsed) return invalid("--offset: " + parsed.error().message);
   }
-  const auto colon = text.find(':');
-  std::error_code ignored;
-  return colon != text.npos && text.find('=', colon) != text.npos &&
-         !std::filesystem::exists(text, ignored);
-}
-
-bool isCylinder(const std::string& text) {
-  std::error_code ignored;
-  return text.find('=') != text.npos && !std::filesystem::exists(text, ignored);
-}
-
-/// A tool with its height, where shank and holder begin.
-struct Tool {
-  model::TriangleMesh mesh;
-  double top = 0;
-};
-
-Result<model::TriangleMesh> readMesh(const std::string& path, std::vector<std::string>& losses) {
-  auto loaded = SolidInput{path}.read();
-  if (!loaded) return pass(loaded.error());
-  losses.insert(losses.end(), loaded->losses.begin(), loaded->losses.end());
-  return std::move(loaded->bodies.front().mesh);
-}
-
-Result<Tool> readTool(const MillArguments& options, std::vector<std::string>& losses) {
-  Tool tool;
-  if (isToolShape(options.tool)) {
-    const auto shape = mill::parseTool(options.tool);
-    if (!shape) return invalid(shape.error().message, "--tool");
-    tool.mesh = mill::toolMesh(*shape, options.toleranceOr());
-  } else {
-    auto mesh = readMesh(options.tool, losses);
-    if (!mesh) return pass(mesh.error());
-    tool.mesh = std::move(*mesh);
-  }
-  tool.top = model::boundsOf(tool.mesh).max.z();
-  return tool;
-}
-
-/// Shank and holder, one above the other.
-Result<std::vector<mill::Guard>> readGuards(const MillArguments& options, double top,
-                                            std::vector<std::string>& losses) {
-  std::vector<mill::Guard> guards;
-  for (const auto& [name, text] :
-       {std::pair{"shank", &options.shank}, std::pair{"holder", &options.holder}}) {
-    if (text->empty()) continue;
-    if (!isCylinder(*text)) {
-      auto mesh = readMesh(*text, losses);
-      if (!mesh) return pass(mesh.error());
-      guards.push_back({name, std::move(*mesh)});
-    } else {
-      const auto cylinder = mill::parseCylinder(*text);
-      if (!cylinder) return invalid(cylinder.error().message, std::string("--") + name);
-      guards.push_back({name, mill::cylinderMesh(*cylinder, top, options.toleranceOr())});
+  for (const std::string& text : options.rotaries) {
+    const auto axis = formats::parseRotaryAxis(text);
+    if (!axis) return invalid("--rotary: " + axis.error().message);
+    if (std::ranges::find(how.rotaries, axis->axis, &formats::RotaryAxis::axis) !=
+        how.rotaries.end()) {
+      return invalid(fmt::format("--rotary: {} is given twice", text.substr(0, 1)));
     }
-    top = std::max(top, model::boundsOf(guards.back().mesh).max.z());
+    how.rotaries.push_back(*axis);
   }
-  return guards;
+  how.tipControl = options.tipControl;
+  return how;
 }
 
-Result<formats::ToolPath> readPath(const MillArguments& options) {
-  const formats::ToolPathOptions how{options.toleranceOr(), options.rapidFeed};
+/// Adds the tools, the lengths that the table has, and how far the longest one reaches.
+void addTools(const std::vector<mill::Tool>& tools, const std::map<int, formats::TableTool>& table,
+              formats::ToolPathOptions& how) {
+  if (tools.front().number != 0) how.tools.emplace();
+  how.reach = 0;
+  const auto reach = [&](const model::TriangleMesh& mesh) {
+    for (const auto& vertex : mesh.vertices) how.reach = std::max(how.reach, vertex.norm());
+  };
+  for (const mill::Tool& tool : tools) {
+    if (how.tools) how.tools->push_back(tool.number);
+    reach(tool.mesh);
+    for (const mill::Guard& guard : tool.guards) reach(guard.mesh);
+  }
+  for (const auto& [number, tool] : table) how.lengths.emplace(number, tool.length);
+}
+
+/// When each of the tools is mounted.
+std::vector<mill::Mounting> mountingsOf(const std::vector<mill::Tool>& tools,
+                                        const formats::ToolPath& path) {
+  std::vector<mill::Mounting> mountings;
+  for (const formats::Mounting& one : path.mountings) {
+    mountings.push_back({one.time, std::nullopt});
+    const auto tool = std::ranges::find(tools, one.tool.value_or(0), &mill::Tool::number);
+    if (one.tool) mountings.back().tool = static_cast<std::size_t>(tool - tools.begin());
+  }
+  return mountings;
+}
+
+Result<formats::ToolPath> readPath(const MillArguments& options,
+                                   const formats::ToolPathOptions& how) {
   if (!options.gcode.empty()) return formats::readGcode(options.gcode, how);
   if (!options.locations.empty()) return formats::readCutterLocations(options.locations, how);
   formats::ToolPath path;
@@ -140,12 +128,20 @@ Result<formats::ToolPath> readPath(const MillArguments& options) {
   return path;
 }
 
-std::string detailsOf(const MillArguments& options, std::size_t frames) {
+std::string detailsOf(const MillArguments& options, const MillToolSpecs& specs,
+                      std::size_t frames) {
   const auto nameOf = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
   ordered_json source{{"mesh", nameOf(options.stock)}};
-  source["tool"] = isToolShape(options.tool) ? options.tool : nameOf(options.tool);
+  for (const auto& [number, spec] : specs) {
+    const std::string tool = spec.files().empty() ? spec.tool : nameOf(spec.tool);
+    if (number == 0) {
+      source["tool"] = tool;
+    } else {
+      source["tools"][std::to_string(number)] = tool;
+    }
+  }
   source[options.gcode.empty() && options.locations.empty() ? "motion" : "path"] =
       nameOf(options.path());
   return ordered_json{{"source", source},
@@ -158,7 +154,12 @@ std::string detailsOf(const MillArguments& options, std::size_t frames) {
       .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-ordered_json jsonOf(const mill::MillReport& report) {
+bool hasNumbers(const formats::ToolPath& path) {
+  return std::ranges::any_of(path.mountings,
+                             [](const auto& one) { return one.tool.value_or(0) > 0; });
+}
+
+ordered_json jsonOf(const mill::MillReport& report, const formats::ToolPath& path) {
   ordered_json value{
       {"stock_volume", report.stockVolume},         {"removed_volume", report.removedVolume},
       {"remaining_volume", report.remainingVolume}, {"components", report.components},
@@ -174,9 +175,16 @@ ordered_json jsonOf(const mill::MillReport& report) {
   }
   for (const mill::Collision& one : report.collisions) {
     value["collisions"].push_back({{"part", one.part},
+                                   {"tool", one.tool},
                                    {"begin", one.time.begin},
                                    {"end", one.time.end},
                                    {"point", {one.point.x(), one.point.y(), one.point.z()}}});
+  }
+  value["mountings"] = ordered_json::array();
+  if (hasNumbers(path)) {
+    for (const formats::Mounting& one : path.mountings) {
+      value["mountings"].push_back({{"time", one.time}, {"tool", one.tool.value_or(0)}});
+    }
   }
   value["returned_volume"] = report.returnedVolume;
   value["steps"] = report.steps;
@@ -186,7 +194,8 @@ ordered_json jsonOf(const mill::MillReport& report) {
 }
 
 void printText(const MillArguments& options, const mill::MillReport& report,
-               const model::Motion& motion) {
+               const formats::ToolPath& path) {
+  const model::Motion& motion = path.motion;
   const auto cubic = [&](double volume) {
     return motion.lengthUnit.empty() ? fmt::format("{:.7g}", volume)
                                      : fmt::format("{:.7g} {}^3", volume, motion.lengthUnit);
@@ -201,14 +210,25 @@ void printText(const MillArguments& options, const mill::MillReport& report,
   print("  stock {}, removed {}, remaining {} in {}\n", cubic(report.stockVolume),
         cubic(report.removedVolume), cubic(report.remainingVolume),
         counted(report.components, "component"));
+  constexpr double kWorthSaying = 0.001;
+  if (report.returnedVolume > kWorthSaying * report.removedVolume) {
+    print("  up to {} comes back between frames and goes again; --frames {} has less of it\n",
+          cubic(report.returnedVolume), std::max<std::size_t>(2, report.progress.size() / 4));
+  }
+  int mounted = 0;
+  for (const formats::Mounting& one : path.mountings) {
+    const int tool = one.tool.value_or(mounted);
+    if (tool != mounted) print("  T{} from {}\n", tool, at(one.time));
+    mounted = tool;
+  }
   for (const mill::Separation& one : report.separations) {
     print("  falls apart into {} between {} and {}\n", one.components, at(one.time.begin),
           at(one.time.end));
   }
   for (const mill::Collision& one : report.collisions) {
-    print("  collision of the {} from {} to {}, at ({:.4g}, {:.4g}, {:.4g}){}\n", one.part,
-          at(one.time.begin), at(one.time.end), one.point.x(), one.point.y(), one.point.z(),
-          one.part == "tool" ? ": a rapid move cuts" : "");
+    print("  collision of the {} from {} to {}, at ({:.4g}, {:.4g}, {:.4g}){}\n",
+          mill::partOfTool(one.part, one.tool), at(one.time.begin), at(one.time.end), one.point.x(),
+          one.point.y(), one.point.z(), one.part == "tool" ? ": a rapid move cuts" : "");
   }
 }
 
@@ -266,15 +286,10 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
   if (paths != 1) {
     return "how the tool moves is said by one of --motion, --gcode and --locations";
   }
-  if (isToolShape(options.tool)) {
-    const auto shape = mill::parseTool(options.tool);
-    if (!shape) return "--tool: " + shape.error().message;
-  }
-  for (const auto& [name, text] :
-       {std::pair{"shank", &options.shank}, std::pair{"holder", &options.holder}}) {
-    if (text->empty() || !isCylinder(*text)) continue;
-    const auto cylinder = mill::parseCylinder(*text);
-    if (!cylinder) return fmt::format("--{}: {}", name, cylinder.error().message);
+  const bool saysMore = !options.toolTable.empty() || !options.offsets.empty() ||
+                        !options.rotaries.empty() || options.tipControl;
+  if (options.gcode.empty() && saysMore) {
+    return "--tool-table, --offset, --rotary and --tcp are for --gcode";
   }
   if (!options.html.empty() && options.output.path == "-") {
     return "--html needs the .t4d in a file";
@@ -284,10 +299,23 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
 
 int run(const MillArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  auto pathHow = pathOptions(options);
+  if (!pathHow) return wrongUsage(pathHow.error().message);
+  std::map<int, formats::TableTool> table;
+  if (!options.toolTable.empty()) {
+    auto read = formats::readToolTable(options.toolTable);
+    if (!read) return report(read.error());
+    table = std::move(*read);
+  }
+  const auto specs = millToolSpecs(options.tools, table);
+  if (!specs) return wrongUsage(specs.error().message);
+  if (!specs->contains(0) && !options.motion.empty()) {
+    return wrongUsage("tools with numbers are mounted by --gcode or --locations");
+  }
   std::vector<std::string> inputs = {options.stock, options.path()};
-  if (!isToolShape(options.tool)) inputs.push_back(options.tool);
-  for (const std::string* guard : {&options.shank, &options.holder}) {
-    if (!guard->empty() && !isCylinder(*guard)) inputs.push_back(*guard);
+  if (!options.toolTable.empty()) inputs.push_back(options.toolTable);
+  for (const auto& [number, spec] : *specs) {
+    for (std::string& file : spec.files()) inputs.push_back(std::move(file));
   }
   for (const std::string* output : {&options.output.path, &options.html}) {
     if (output->empty()) continue;
@@ -311,11 +339,10 @@ int run(const MillArguments& options) {
     if (sized.error().where.empty()) sized.error().where = options.stock;
     return report(sized.error());
   }
-  const auto tool = readTool(options, losses);
-  if (!tool) return report(tool.error());
-  auto guards = readGuards(options, tool->top, losses);
-  if (!guards) return report(guards.error());
-  const auto path = readPath(options);
+  const auto tools = readMillTools(*specs, options.toleranceOr(), losses);
+  if (!tools) return report(tools.error());
+  addTools(*tools, table, *pathHow);
+  const auto path = readPath(options, *pathHow);
   if (!path) return report(path.error());
   printNotices(path->notices);
   const model::Motion& motion = path->motion;
@@ -331,8 +358,9 @@ int run(const MillArguments& options) {
     error.where = options.path();
     return report(error);
   }
-  auto file = T4dFile::create(options.output, {"voxel4d", options.stock, motion.lengthUnit,
-                                               motion.timeUnit, detailsOf(options, times->size())});
+  auto file =
+      T4dFile::create(options.output, {"voxel4d", options.stock, motion.lengthUnit, motion.timeUnit,
+                                       detailsOf(options, *specs, times->size())});
   if (!file) return report(file.error());
   mill::MillOptions how;
   how.voxelSize = options.voxelSize;
@@ -340,22 +368,18 @@ int run(const MillArguments& options) {
   how.tolerance = options.toleranceOr();
   how.travel = options.travel.value_or(0);
   how.memory = memory;
-  how.guards = std::move(*guards);
+  how.mountings = mountingsOf(*tools, *path);
   how.rapids = path->rapids;
   how.caps = voxelCapStyle(options.caps);
   const auto milled = [&] {
     ProgressBar bar("milling", times->size(), "frames");
-    return mill::mill(stock->bodies.front().mesh, tool->mesh, motion, how, *file, bar.callback());
+    return mill::mill(stock->bodies.front().mesh, *tools, motion, how, *file, bar.callback());
   }();
   if (!milled) {
     Error error = milled.error();
     if (error.where.empty() && error.remedy == Remedy::Motion) error.where = options.path();
     if (error.where.empty() || error.where == "stock") error.where = options.stock;
-    for (const auto& [name, given] :
-         {std::pair{"tool", &options.tool}, std::pair{"shank", &options.shank},
-          std::pair{"holder", &options.holder}}) {
-      if (error.where == name) error.where = *given;
-    }
+    if (const auto given = givenAs(error.where, *specs)) error.where = *given;
     return report(error);
   }
   const auto bytes = file->finish();
@@ -374,13 +398,13 @@ int run(const MillArguments& options) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    ordered_json value = jsonOf(*milled);
+    ordered_json value = jsonOf(*milled, *path);
     value["seconds"] = seconds;
     value["peak_bytes"] = peakBytes();
     value["bytes"] = *bytes;
     printJson(value);
   } else {
-    printText(options, *milled, motion);
+    printText(options, *milled, *path);
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
     if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
   }
@@ -398,18 +422,12 @@ void addMill(CLI::App& app, int& exitCode) {
       ->add_option("STOCK", options->stock,
                    "Solid to mill: " + formats::readableTriangleMeshExtensions())
       ->required();
-  command
-      ->add_option("--tool", options->tool,
-                   "Tool: ball:d=6,l=30, flat:d=6,l=30, bull:d=6,r=1,l=30 or a triangle mesh")
-      ->required()
-      ->check(someName());
+  options->tools.addTo(*command);
   command
       ->add_option("-m,--motion", options->motion,
                    "Tool motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)")
       ->check(someName());
-  command
-      ->add_option("--gcode", options->gcode,
-                   "Tool motion: three-axis G-code, in mm and s (docs/mill.md)")
+  command->add_option("--gcode", options->gcode, "Tool motion: G-code, in mm and s (docs/mill.md)")
       ->check(someName());
   command
       ->add_option("--locations", options->locations,
@@ -420,13 +438,20 @@ void addMill(CLI::App& app, int& exitCode) {
       ->check(numberAboveZero());
   addFrameTimes(*command, options->times, "", fmt::format(" (default: {})", kDefaultFrames));
   command
-      ->add_option("--shank", options->shank,
-                   "Shank above the tool: d=6,l=40 (a cylinder) or a triangle mesh")
+      ->add_option("--tool-table", options->toolTable,
+                   "Lengths of tools (G43), and tools in remarks: a tool table of LinuxCNC, in mm")
       ->check(someName());
   command
-      ->add_option("--holder", options->holder,
-                   "Holder above the shank: d=40,l=50 (a cylinder) or a triangle mesh")
-      ->check(someName());
+      ->add_option("--offset", options->offsets,
+                   "Origin G54 to G59.3 in the frame of the stock, zero of the machine G53, or its "
+                   "places G28 and G30: G55=100,0,-20 (repeatable)")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--rotary", options->rotaries,
+                   "Rotary axis of table or head: A=table:0,0,-50, B=head:0,0,150 (repeatable)")
+      ->allow_extra_args(false);
+  command->add_flag("--tcp", options->tipControl,
+                    "X, Y and Z are of the tip in the frame of the stock, as after G43.4");
   command
       ->add_option("--tolerance", options->tolerance,
                    "Maximum error of tool, arcs and turns, in length units (default: 0.01 voxels)")

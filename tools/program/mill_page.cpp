@@ -46,7 +46,7 @@ std::string tableOf(const MillPage& page) {
                                            time(one.time.end), one.components));
   }
   for (const mill::Collision& one : report.collisions) {
-    html += row("collision of the " + one.part,
+    html += row("collision of the " + mill::partOfTool(one.part, one.tool),
                 fmt::format("{} to {}, at ({:.4g}, {:.4g}, {:.4g})", time(one.time.begin),
                             time(one.time.end), one.point.x(), one.point.y(), one.point.z()));
   }

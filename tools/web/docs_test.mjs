@@ -137,7 +137,8 @@ function saveScripts(page, to) {
   }
 }
 
-for (const page of ['docs/tutorials/scientists.md', 'docs/tutorials/artists.md']) {
+for (const page of ['docs/tutorials/scientists.md', 'docs/tutorials/artists.md',
+  'docs/tutorials/machining.md']) {
   test(`examples of ${page}`, async (t) => {
     const place = path.join(makeFolder(path.basename(page, '.md')), 'fixtures');
     saveScripts(page, place);

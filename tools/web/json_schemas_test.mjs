@@ -189,6 +189,8 @@ const runs = [
   ['rasterize', [at('cut.t4d'), ...voxels, '-o', at('none')], 4],
   ['mill', [fixture('cube.obj'), '--tool', 'flat:d=6,l=25', '--holder', 'd=20,l=9', '--gcode', fixture('parting.nc'),
     '--voxel-size', 2, '--frames', 4, '-o', at('milled.t4d')], 0],
+  ['mill', [fixture('cube.obj'), '--tool', '1=flat:d=6,l=25', '--tool', '2=drill:d=4,l=20', '--holder', '2=d=20,l=9',
+    '--gcode', fixture('plate.nc'), '--voxel-size', 2, '--frames', 4, '-o', at('plate.t4d')], 0],
   ['mill', [fixture('open-pebble.stl'), '--tool', 'flat:d=6,l=9', '--gcode', fixture('parting.nc'), '--voxel-size', 2,
     '-o', at('none.t4d')], 4],
   ['slice', [at('simplex.t4d'), '--time', 0.5], 0],

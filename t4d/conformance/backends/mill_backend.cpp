@@ -23,13 +23,13 @@ class MillBackend : public Backend {
   Result<void> build(const Case& given, const Resolution& resolution,
                      model::Sink& sink) const override {
     const Milling& milling = *given.milling;
-    model::TriangleMesh tool = toolMesh(milling.tool, toolTolerance(resolution));
-    for (model::Point3& vertex : tool.vertices) vertex += milling.start;
+    mill::Tool tool{.mesh = toolMesh(milling.tool, toolTolerance(resolution))};
+    for (model::Point3& vertex : tool.mesh.vertices) vertex += milling.start;
     mill::MillOptions options;
     options.voxelSize = resolution.voxelSize;
     options.times = model::evenTimes(given.time(), resolution.steps + 1);
     options.tolerance = toolTolerance(resolution);
-    const auto milled = mill::mill(milling.stock, tool, milling.motion, options, sink);
+    const auto milled = mill::mill(milling.stock, {&tool, 1}, milling.motion, options, sink);
     if (!milled) return pass(milled.error());
     return {};
   }

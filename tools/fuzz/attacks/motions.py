@@ -3,6 +3,7 @@
 import base64
 import json
 import math
+import re
 import struct
 
 from .attack import BASE_SECONDS, Run, input_class
@@ -314,3 +315,71 @@ def paths(attack):
     return Run(["mill", mesh, "--tool", rng.choice(["ball:d=6,l=30", "flat:d=4,l=12"]), option,
                 path, "--voxel-size", rng.choice([2, 4]), "--frames", rng.choice([2, 5]), *extra,
                 "-o", output], [mesh, path], output, seconds=2 * BASE_SECONDS)
+
+
+@input_class(weight=3)
+def gcode(attack):
+    """`mill` with G-code of all words in any order: canned cycles, origins, tools, parameters,
+    loops, subprograms and rotary axes; a refusal names the line"""
+    rng = attack.rng
+    wild = rng.choice([0, 0, 0, 0.02])  # how often a number or a line is anything
+    turns = rng.random() < 0.4
+    tools = rng.choice([["--tool", "flat:d=6,l=30"],
+                        ["--tool", "1=drill:d=4", "--tool", "2=taper:r=1,a=8,l=20", "--shank", "2=d=8,l=9"]])
+    labels = iter(range(1, 1000))
+
+    def number(low=-15, high=15):
+        if rng.random() < wild:
+            return rng.choice([f"{rng.choice([-1, 1]) * 10 ** rng.uniform(-9, 9):.6f}", "#5220", "#<_x>",
+                               "#<unset>", "[#1/0]", "1." + "0" * 400, "--1", "[[[1]]]", ""])
+        value = f"{rng.uniform(low, high):.3f}"
+        return rng.choice([value, value, value, f"[{value}+#1]", f"[{value}*cos[#2]]", "#2"])
+
+    def words(letters):
+        return " ".join(f"{letter}{number()}" for letter in letters if rng.random() < 0.8)
+
+    def line():
+        if rng.random() < wild:
+            return rng.choice(["G41 D1", "M98 P7", "M99", "o1 call [1]", "o2 break", "(comment", "%", "G1 X X",
+                               "H2 P3", "T7 M6", "#<a>=[1 mod 0]", "O<sub> sub"])
+        return rng.choice([
+            f"G0 {words('XY')} Z{number(11, 20)}", f"G1 {words('XYZ')} F{rng.randint(100, 900)}", words("XYZ"),
+            f"G1 {words('XYZAC' if turns else 'XYZ')} F500", f"G0 {words('AC' if turns else 'XY')}",
+            f"{rng.choice(['G2', 'G3'])} X{number()} Y{number()} R{rng.randint(40, 60)} F500",
+            f"G3 I{number()} J{number()} P{rng.randint(1, 3)} F500",
+            f"G{rng.choice([81, 82, 84, 85, 86, 89])} X{number()} Y{number()} Z-12 R11 F300",
+            f"G{rng.choice([73, 83])} X{number()} Z-9 R{number(11, 20)} Q{rng.uniform(1, 3):.2f} L2 F300",
+            "G80 G0 Z20", f"G92 {words('XY')} Z20", "G92.1", f"G52 X{number()}", "G28 G91 Z0\nG90",
+            f"G53 G0 Z0\nG0 X0 Y0 Z{rng.randint(11, 20)}", "G55", "G54", "G10 L20 P2 X0 Y0 Z0", "G17", "G98", "G99", "T1 M6",
+            "G43 H1", f"G91 G1 {words('XYZ')} F500\nG90", f"G43.4\nG1 {words('XYZ')} F500\nG49",
+            "T1 M6" if tools[1] == "flat:d=6,l=30" else "T2 M6", f"G93 G1 {words('XYZ')} F9\nG94",
+            f"#1={number()}", f"#2=[{number()}]", f"M98 P100 L{rng.randint(0, 3)}", "/G0 X1"])
+
+    def block(depth):
+        lines = [line() for _ in range(rng.randint(1, 6))]
+        if depth > 0:
+            o = f"o{next(labels)}"
+            begin, end = rng.choice([
+                (f"{o} repeat [{number(0, 4)}]", f"{o} endrepeat"), (f"{o} do", f"#3=[#3+1]\n{o} while [#3 lt 9]"),
+                (f"{o} if [{number()} gt 0]", f"{o} else\n{line()}\n{o} endif"),
+                (f"{o} sub", f"{o} endsub\n{o} call [{number()}]"),
+                (f"{o} while [#3 lt 5]", f"#3=[#3+1]\n{o} endwhile")])
+            lines += [begin, *block(depth - 1), end, *block(depth - 1)]
+        return lines
+
+    path = attack.path("program.nc")
+    path.write_text("\n".join(["T1 M6", "#1=1 #2=30", "G0 X0 Y0 Z20 F600", *block(rng.randint(0, 4)), "M30", "O100",
+                               line(), "M99"]) + "\n")
+    mesh, output = attack.seeds["cube"][0], attack.path("out.t4d")
+    machine = ["--offset", "G55=9,0,0", *rng.choice([[], ["--offset", "G53=0,0,80"]])]
+    if turns:
+        machine += rng.choice([["--rotary", "A=table:0,0,-9", "--rotary", "C=-table"],
+                               ["--rotary", "C=head", "--rotary", "A=head:0,0,99", "--tcp"]])
+
+    def names_the_line(result):
+        named = re.search(r"program\.nc:\d+: |program\.nc: nothing moves|out of the", result.err)
+        return [] if result.succeeded or named else ["no line is named"]
+
+    return Run(["mill", mesh, *tools, *machine, "--gcode", path, "--voxel-size", 4, "--frames", 3,
+                "--tolerance", "0.5", "-o", output], [mesh, path], output, check=names_the_line,
+               seconds=2 * BASE_SECONDS)
