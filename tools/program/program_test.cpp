@@ -2665,7 +2665,7 @@ TEST_F(Program, MillSaysWhatItRemovesAndWhatIsWrong) {
   misused(mill + "--voxel-size 1 -o out.t4d --html " + (folder_ / "fx/../out.t4d").string(),
           "two outputs are the same file");
   misused("mill fx/paper-cube.obj --tool foo:d=6,l=30 --gcode slot.nc --voxel-size 1 -o out.t4d",
-          "expected ball:, flat: or bull:");
+          "expected ball:, flat:, bull:, drill:");
   misused(
       "mill fx/paper-cube.obj --tool flat:d=6,l=30,q=3 --gcode slot.nc --voxel-size 1 -o out.t4d",
       "--tool: 'q' is not known here");
