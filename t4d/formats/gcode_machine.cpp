@@ -298,9 +298,10 @@ Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
   }
   if (leftOut_ > 0) {
     notices.push_back(fmt::format(
-        "{}: {} of the machine (G28, G30, G53), which are not known: the tool is out of the way "
+        "{}: {} of the machine (G28, G30, G53) that are not known: the tool is out of the way "
         "until X, Y and Z are given again; --offset G53=x,y,z says where the machine's zero is",
-        file.atLine(firstLeftOut_), counted(leftOut_, "move to places", "moves to places")));
+        file.atLine(firstLeftOut_),
+        counted(leftOut_, "move goes to places", "moves go to places")));
   }
   if (dwells_ > 0) {
     notices.push_back(fmt::format("{}: {} no time here", file.path.string(),

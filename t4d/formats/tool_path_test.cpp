@@ -322,7 +322,7 @@ TEST(Gcode, TheToolIsOutOfTheWayWhereItsPlaceIsNotKnown) {
   ASSERT_EQ(path->notices.size(), 1U);
   EXPECT_EQ(
       path->notices[0],
-      "a.nc:1: 3 moves to places of the machine (G28, G30, G53), which are not known: the "
+      "a.nc:1: 3 moves go to places of the machine (G28, G30, G53) that are not known: the "
       "tool is out of the way until X, Y and Z are given again; --offset G53=x,y,z says where "
       "the machine's zero is");
   ASSERT_EQ(path->mountings.size(), 3U);

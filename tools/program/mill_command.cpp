@@ -297,6 +297,41 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
   return std::nullopt;
 }
 
+/// Whether an output is an input or another output.
+std::optional<std::string> misuseOfFiles(const MillArguments& options, const MillToolSpecs& specs) {
+  std::vector<std::string> inputs = {options.stock, options.path()};
+  if (!options.toolTable.empty()) inputs.push_back(options.toolTable);
+  for (const auto& [number, spec] : specs) {
+    for (std::string& file : spec.files()) inputs.push_back(std::move(file));
+  }
+  for (const std::string* output : {&options.output.path, &options.html}) {
+    if (output->empty()) continue;
+    if (auto misuse = misuseOfOutput(*output, inputs)) return misuse;
+  }
+  return misuseOfOutputs(std::array{options.output.path, options.html});
+}
+
+mill::MillOptions millOptions(const MillArguments& options, const std::vector<mill::Tool>& tools,
+                              const formats::ToolPath& path) {
+  mill::MillOptions how;
+  how.voxelSize = options.voxelSize;
+  how.tolerance = options.toleranceOr();
+  how.travel = options.travel.value_or(0);
+  how.memory = 1e9 * options.memory;
+  how.mountings = mountingsOf(tools, path);
+  how.rapids = path.rapids;
+  how.caps = voxelCapStyle(options.caps);
+  return how;
+}
+
+/// The error, at the file that it is about.
+Error placed(Error error, const MillArguments& options, const MillToolSpecs& specs) {
+  if (error.where.empty() && error.remedy == Remedy::Motion) error.where = options.path();
+  if (error.where.empty() || error.where == "stock") error.where = options.stock;
+  if (const auto given = givenAs(error.where, specs)) error.where = *given;
+  return error;
+}
+
 int run(const MillArguments& options) {
   if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
   auto pathHow = pathOptions(options);
@@ -312,18 +347,7 @@ int run(const MillArguments& options) {
   if (!specs->contains(0) && !options.motion.empty()) {
     return wrongUsage("tools with numbers are mounted by --gcode or --locations");
   }
-  std::vector<std::string> inputs = {options.stock, options.path()};
-  if (!options.toolTable.empty()) inputs.push_back(options.toolTable);
-  for (const auto& [number, spec] : *specs) {
-    for (std::string& file : spec.files()) inputs.push_back(std::move(file));
-  }
-  for (const std::string* output : {&options.output.path, &options.html}) {
-    if (output->empty()) continue;
-    if (const auto misuse = misuseOfOutput(*output, inputs)) return wrongUsage(*misuse);
-  }
-  if (const auto misuse = misuseOfOutputs(std::array{options.output.path, options.html})) {
-    return wrongUsage(*misuse);
-  }
+  if (const auto misuse = misuseOfFiles(options, *specs)) return wrongUsage(*misuse);
   if (auto writable = checkWritable({{options.html}}); !writable) return report(writable.error());
   const auto begin = std::chrono::steady_clock::now();
   std::vector<std::string> losses;
@@ -333,12 +357,9 @@ int run(const MillArguments& options) {
   losses = stock->losses;
   const std::string crossings = noticeOfCrossings(options.stock, stock->bodies.front().mesh);
   if (!crossings.empty()) printNotices({crossings});
-  const double memory = 1e9 * options.memory;
-  auto sized = mill::checkVoxelSize(stock->bodies.front().mesh, options.voxelSize, memory);
-  if (!sized) {
-    if (sized.error().where.empty()) sized.error().where = options.stock;
-    return report(sized.error());
-  }
+  const auto sized =
+      mill::checkVoxelSize(stock->bodies.front().mesh, options.voxelSize, 1e9 * options.memory);
+  if (!sized) return report(placed(sized.error(), options, *specs));
   const auto tools = readMillTools(*specs, options.toleranceOr(), losses);
   if (!tools) return report(tools.error());
   addTools(*tools, table, *pathHow);
@@ -362,26 +383,13 @@ int run(const MillArguments& options) {
       T4dFile::create(options.output, {"voxel4d", options.stock, motion.lengthUnit, motion.timeUnit,
                                        detailsOf(options, *specs, times->size())});
   if (!file) return report(file.error());
-  mill::MillOptions how;
-  how.voxelSize = options.voxelSize;
+  mill::MillOptions how = millOptions(options, *tools, *path);
   how.times = *times;
-  how.tolerance = options.toleranceOr();
-  how.travel = options.travel.value_or(0);
-  how.memory = memory;
-  how.mountings = mountingsOf(*tools, *path);
-  how.rapids = path->rapids;
-  how.caps = voxelCapStyle(options.caps);
   const auto milled = [&] {
     ProgressBar bar("milling", times->size(), "frames");
     return mill::mill(stock->bodies.front().mesh, *tools, motion, how, *file, bar.callback());
   }();
-  if (!milled) {
-    Error error = milled.error();
-    if (error.where.empty() && error.remedy == Remedy::Motion) error.where = options.path();
-    if (error.where.empty() || error.where == "stock") error.where = options.stock;
-    if (const auto given = givenAs(error.where, *specs)) error.where = *given;
-    return report(error);
-  }
+  if (!milled) return report(placed(milled.error(), options, *specs));
   const auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   printNotices(milled->notices);
