@@ -39,7 +39,7 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "${T4D_CONTACT}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "4D meshes: the boundary of a moving solid in space-time")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-  "Sweeps solids along motions, weaves time series of voxel grids, slices,\n animates, checks and converts the result, and answers questions to motion.\n With the C++ library, the Python module t4d and the pages.")
+  "Sweeps solids along motions, weaves time series of voxel grids, slices,\n animates, checks and converts the result, and answers questions about motion.\n With the C++ library, the Python module t4d and the pages.")
 set(CPACK_DEBIAN_PACKAGE_SECTION math)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
