@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
+#include "t4d/formats/input_file.h"
 #include "t4d/formats/output_folder.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/formats/usd_writer.h"
@@ -134,6 +135,28 @@ class SeriesFolder {
   std::optional<system::Cleanup> made_;  // nothing if it was there
 };
 
+Result<void> writeManifestText(const fs::path& path, const ordered_json& members) {
+  std::string text;
+  try {
+    text = members.dump(1) + "\n";
+  } catch (const nlohmann::json::exception&) {
+    return invalid("a unit or the name of a file is not UTF-8 text", path.string());
+  }
+  return formats::writeInFolder(path.parent_path(), path.filename().string(), text);
+}
+
+/// A ParaView collection.
+std::string collectionOf(std::span<const FrameEntry> frames) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\">\n<!-- written by t4d -->\n<Collection>\n";
+  for (const FrameEntry& frame : frames) {
+    text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", frame.time,
+                        formats::xmlEscaped(frame.file));
+  }
+  return text + "</Collection>\n</VTKFile>\n";
+}
+
 /// Losses of frames, each once, and no more than anyone reads.
 class FrameLosses {
  public:
@@ -210,19 +233,22 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                                          const FrameFilesOptions& options,
                                          const model::Progress& progress) {
   if (auto good = checkWritableExtension(names); !good) return pass(good.error());
+  const model::PartRange own = options.part.of(times.size());
+  const bool isWhole = options.part.count == 1;
   SeriesFolder folder(names, times.size());
   struct Written {
     FrameEntry entry;
     std::vector<std::string> losses;
   };
-  std::vector<Written> written(times.size());
+  std::vector<Written> written(own.size());
   formats::MeshWriteOptions common = options.write;
   for (const model::Body& body : bodies) common.usd.bodies.push_back(body.name);
   common.usd.timeCodesPerSecond = options.framesPerSecond;
   common.attributes = common.attributes || options.velocity;
-  const auto write = [&](std::size_t frame,
+  const auto write = [&](std::size_t number,
                          std::span<const formats::NamedMesh> meshes) -> Result<void> {
     if (auto good = folder.prepare(); !good) return good;
+    const std::size_t frame = own.begin + number;
     const std::string name = names.fileName(frame, times.size());
     formats::MeshWriteOptions how = common;
     how.time = times[frame];
@@ -239,7 +265,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     }
     std::error_code ignored;
     const std::uint64_t bytes = fs::file_size(names.folder / name, ignored);
-    written[frame] = {{name, times[frame], vertices, triangles, volume, bytes}, std::move(*lost)};
+    written[number] = {{name, times[frame], vertices, triangles, volume, bytes}, std::move(*lost)};
     return {};
   };
   std::optional<formats::UsdClipSet> clips;
@@ -251,7 +277,6 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
   FrameFilesReport report;
   FrameLosses losses;
   FramesManifest manifest;
-  std::string collection;
   const auto list = [&](std::size_t frame,
                         std::span<const formats::NamedMesh> meshes) -> Result<void> {
     if (clips) {
@@ -260,28 +285,33 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     auto& [entry, lost] = written[frame];
     losses.add(entry.file, lost);
     report.bytes += entry.bytes;
-    collection += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", entry.time,
-                              formats::xmlEscaped(entry.file));
     manifest.frames.push_back(std::move(entry));
     return {};
   };
+  std::optional<FrameVelocity> velocity = options.velocity;
+  if (velocity && !velocity->timeUnits.empty()) {
+    velocity->timeUnits.assign(options.velocity->timeUnits.begin() + std::ptrdiff_t(own.begin),
+                               options.velocity->timeUnits.begin() + std::ptrdiff_t(own.end));
+  }
   auto sliced = forEachFrame(
-      bodies, times, {options.detail, options.velocity, options.paint, options.write.attributes},
-      list, progress, write);
+      bodies, times.subspan(own.begin, own.size()),
+      {options.detail, std::move(velocity), options.paint, options.write.attributes}, list,
+      progress, write);
   if (!sliced) return pass(sliced.error());
   static_cast<FrameSlicesReport&>(report) = std::move(*sliced);
   if (!options.write.attributes) report.losses.clear();
   for (std::string& line : losses.lines()) report.losses.push_back(std::move(line));
 
-  if (formats::lowerCaseExtension("frame" + names.extension) == ".vtp") {
-    const std::string text =
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" "
-        "byte_order=\"LittleEndian\">\n<!-- written by t4d -->\n<Collection>\n" +
-        collection + "</Collection>\n</VTKFile>\n";
+  const bool collects = formats::lowerCaseExtension("frame" + names.extension) == ".vtp";
+  if (collects && isWhole) {
+    const auto text = collectionOf(manifest.frames);
     if (auto done = formats::writeInFolder(names.folder, names.collection, text); !done) {
       return pass(done.error());
     }
   }
+  manifest.part = options.part;
+  manifest.of = times.size();
+  if (collects) manifest.collection = names.collection;
   if (clips) {
     std::vector<std::string> files;
     for (const FrameEntry& frame : manifest.frames) files.push_back(frame.file);
@@ -293,7 +323,9 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
   manifest.origin = options.write.origin + options.write.center;
   manifest.light = report.light;
   manifest.distance = report.distance;
-  if (auto done = writeManifest(names.folder / names.manifest, manifest); !done) {
+  const std::string manifestName =
+      isWhole ? names.manifest : manifestOfPart(names.manifest, options.part);
+  if (auto done = writeManifest(names.folder / manifestName, manifest); !done) {
     return pass(done.error());
   }
   folder.keep();
@@ -301,7 +333,7 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
 }
 
 Result<void> writeManifest(const fs::path& path, const FramesManifest& manifest) {
-  const auto& [space, origin, light, distance, frames] = manifest;
+  const auto& [part, of, collection, space, origin, light, distance, frames] = manifest;
   const auto countOf = [](const std::optional<std::uint64_t>& count) {
     return count ? ordered_json(*count) : ordered_json(nullptr);
   };
@@ -314,7 +346,7 @@ Result<void> writeManifest(const fs::path& path, const FramesManifest& manifest)
                     {"volume", frame.volume},
                     {"bytes", frame.bytes}});
   }
-  const ordered_json members = {{"generator", "t4d"},
+  ordered_json members = {{"generator", "t4d"},
                                 {"length_unit", space.lengthUnit},
                                 {"time_unit", space.timeUnit},
                                 {"up", space.up},
@@ -322,13 +354,106 @@ Result<void> writeManifest(const fs::path& path, const FramesManifest& manifest)
                                 {"light", light},
                                 {"distance", distance},
                                 {"frames", std::move(list)}};
-  std::string text;
-  try {
-    text = members.dump(1) + "\n";
-  } catch (const nlohmann::json::exception&) {
-    return invalid("a unit or the name of a file is not UTF-8 text", path.string());
+  if (part.count > 1) {
+    members["part"] = {{"number", part.number}, {"count", part.count}, {"frames", of}};
+    if (!collection.empty()) members["part"]["collection"] = collection;
   }
-  return formats::writeInFolder(path.parent_path(), path.filename().string(), text);
+  return writeManifestText(path, members);
+}
+
+namespace {
+
+Result<ordered_json> readPart(const fs::path& path) {
+  const auto file = formats::readInputFile(path);
+  if (!file) return pass(file.error());
+  const auto bytes = file->bytes;
+  ordered_json part = ordered_json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  const auto has = [](const ordered_json& value, const char* name) {
+    return value.is_object() && value.contains(name);
+  };
+  const bool sound = has(part, "frames") && part["frames"].is_array() && has(part, "part") &&
+                     has(part["part"], "number") && has(part["part"], "count") &&
+                     part["part"]["number"].is_number_unsigned() &&
+                     part["part"]["count"].is_number_unsigned() && has(part, "light") &&
+                     part["light"].is_boolean() && has(part, "distance");
+  if (sound) return part;
+  return invalid("is not the manifest of a part of a series of frames", path.string());
+}
+
+/// The frames of all parts in the manifest of the first; `paths` are in the order of their numbers.
+Result<ordered_json> joined(const std::vector<fs::path>& paths,
+                            const std::vector<ordered_json>& parts) {
+  ordered_json all = parts.front();
+  const std::uint64_t count = all["part"]["count"];
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    ordered_json about = parts[i];
+    ordered_json first = parts.front();
+    for (ordered_json* one : {&about, &first}) {
+      for (const char* name : {"frames", "light", "distance"}) one->erase(name);
+      (*one)["part"].erase("number");
+    }
+    if (about != first) {
+      return invalid("is of another series than " + paths.front().string(), paths[i].string());
+    }
+    const std::uint64_t number = parts[i]["part"]["number"];
+    if (number != i + 1) {
+      return invalid(fmt::format("part {} of {} is {}", number > i + 1 ? i + 1 : number, count,
+                                 number > i + 1 ? "missing" : "given twice"),
+                     paths[i].string());
+    }
+    if (i == 0) continue;
+    for (const ordered_json& frame : parts[i]["frames"]) all["frames"].push_back(frame);
+    all["light"] = all["light"] && parts[i]["light"];
+    if (parts[i]["distance"].is_number() && all["distance"].is_number() &&
+        parts[i]["distance"] > all["distance"]) {
+      all["distance"] = parts[i]["distance"];
+    }
+  }
+  if (parts.size() == count && all["frames"].size() == all["part"].value("frames", 0U)) return all;
+  return invalid(fmt::format("part {} of {} is missing", parts.size() + 1, count),
+                 paths.back().string());
+}
+
+}  // namespace
+
+std::string manifestOfPart(const std::string& manifest, const model::Part& part) {
+  const fs::path path(manifest);
+  return fmt::format("{}.part-{}-of-{}{}", path.stem().string(), part.number, part.count,
+                     path.extension().string());
+}
+
+Result<std::uint64_t> joinManifests(const std::vector<fs::path>& paths, const fs::path& into) {
+  std::vector<std::pair<ordered_json, fs::path>> read;
+  for (const fs::path& path : paths) {
+    auto part = readPart(path);
+    if (!part) return pass(part.error());
+    read.emplace_back(std::move(*part), path);
+  }
+  std::ranges::stable_sort(read, {}, [](const auto& one) {
+    return one.first["part"]["number"].template get<std::uint64_t>();
+  });
+  std::vector<ordered_json> parts;
+  std::vector<fs::path> inOrder;
+  for (auto& [part, path] : read) {
+    parts.push_back(std::move(part));
+    inOrder.push_back(path);
+  }
+  auto all = joined(inOrder, parts);
+  if (!all) return pass(all.error());
+  const std::string collection = (*all)["part"].value("collection", "");
+  all->erase("part");
+  if (!collection.empty()) {
+    std::vector<FrameEntry> frames;
+    for (const ordered_json& frame : (*all)["frames"]) {
+      frames.push_back({.file = frame["file"], .time = frame["time"]});
+    }
+    if (auto done = formats::writeInFolder(into.parent_path(), collection, collectionOf(frames));
+        !done) {
+      return pass(done.error());
+    }
+  }
+  if (auto done = writeManifestText(into, *all); !done) return pass(done.error());
+  return (*all)["frames"].size();
 }
 
 Result<void> removeOldManifest(const fs::path& path) {

@@ -11,6 +11,7 @@
 #include "t4d/convert/frame_slices.h"
 #include "t4d/formats/triangle_mesh_writer.h"
 #include "t4d/model/body.h"
+#include "t4d/model/part.h"
 
 namespace t4d::convert {
 
@@ -47,6 +48,9 @@ struct FrameFilesOptions {
   Paint paint = {};
   std::optional<FrameVelocity> velocity = {};
   FrameSpace space = {};
+  /// The share of the frames that is written, under the names that they have in the whole series;
+  /// the manifest is named after the part, and there is no collection (joinManifests).
+  model::Part part = {};
   double framesPerSecond = 24;  ///< of playback, in .usda
 };
 
@@ -66,6 +70,9 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                                          const FrameFilesOptions& options = {},
                                          const model::Progress& progress = {});
 
+/// "manifest.part-2-of-8.json" of "manifest.json".
+std::string manifestOfPart(const std::string& manifest, const model::Part& part);
+
 /// A file of a series, in its manifest.
 struct FrameEntry {
   std::string file = {};  ///< its name, beside the manifest
@@ -77,6 +84,9 @@ struct FrameEntry {
 };
 
 struct FramesManifest {
+  model::Part part = {};     ///< of which it lists the frames
+  std::uint64_t of = 0;      ///< with a part: the number of all frames
+  std::string collection = {};  ///< with a part: the .pvd that lists all frames; "" for none
   FrameSpace space = {};
   model::Point3 origin = model::Point3::Zero();  ///< of the files, in the original coordinates
   bool light = false;
@@ -86,6 +96,12 @@ struct FramesManifest {
 
 /// Writes the manifest of a series of files, as writeFrameFiles does.
 Result<void> writeManifest(const std::filesystem::path& path, const FramesManifest& manifest);
+
+/// Writes the manifest of a series from those of all its parts, in any order, and the collection
+/// that they name, beside it. Fails if a part is missing or there twice, or if they are of
+/// different series.
+Result<std::uint64_t> joinManifests(const std::vector<std::filesystem::path>& parts,
+                                    const std::filesystem::path& into);
 
 /// Removes the manifest or the collection of a series that is about to be replaced; that there is
 /// none is no error.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include <fmt/format.h>
@@ -19,6 +20,14 @@ void IssueList::add(Issue issue, std::uint64_t count) {
   if (issue.severity == Severity::Error) errors += count;
   if (issue.severity == Severity::Warning) warnings += count;
   if (kept_[issue.code]++ < kKeptOfEachCode) issues.push_back(std::move(issue));
+}
+
+void IssueList::add(const IssueList& after) {
+  errors += after.errors;
+  warnings += after.warnings;
+  for (const Issue& issue : after.issues) {
+    if (kept_[issue.code]++ < kKeptOfEachCode) issues.push_back(issue);
+  }
 }
 
 struct MeshChecker::Checked {
@@ -48,6 +57,7 @@ struct MeshChecker::Shared {
 MeshChecker::MeshChecker(CheckOptions options)
     : options_(options), shared_(std::make_unique<Shared>()), seam_(std::make_unique<Seam>()) {
   if (options_.vertexLinks) report_.vertexLinksOk = true;
+  if (options_.goesOnBefore || options_.goesOnAfter) components_.trackSpan();
 }
 
 MeshChecker::~MeshChecker() = default;
@@ -95,21 +105,22 @@ std::unique_ptr<MeshChecker::Prepared> MeshChecker::prepare(const model::Slab& s
 
 Result<void> MeshChecker::putPrepared(const model::Slab& slab, Prepared* prepared) {
   auto& [found, bounds, measured] = static_cast<Measured&>(*prepared);
-  if (!found) return invalid(found.error().message, fmt::format("slab {}", report_.slabs));
+  if (!found) return invalid(found.error().message, fmt::format("slab {}", number_));
   const CheckedPointer& checked = *found;
   const model::Connectivity& connectivity = *slab.connectivity;
   report_.bounds.add(bounds);
-  reportFacets(checked->facets.unmatched, "in the slab", report_.slabs);
+  reportFacets(checked->facets.unmatched, "in the slab", number_);
   reportNonManifold(*checked, slab);
   checkSeam(&slab, checked);
   components_.add(checked->components, connectivity.lowerCount, connectivity.upperCount);
   add(measured, slab);
 
-  report_.vertices += connectivity.vertexCount - (report_.slabs == 0 ? 0 : connectivity.lowerCount);
+  report_.vertices += connectivity.vertexCount - (before_ ? connectivity.lowerCount : 0);
   report_.tetrahedra += connectivity.cells.size();
   if (report_.slabs == 0) report_.time.begin = slab.timeBegin;
   report_.time.end = slab.timeEnd;
   ++report_.slabs;
+  ++number_;
   keepUpperLayer(slab);
   before_ = checked;
   return {};
@@ -127,7 +138,7 @@ void MeshChecker::reportNonManifold(const Checked& checked, const model::Slab& s
        fmt::format("vertex {} is non-manifold: its link is not a sphere ({} such vertices{})",
                    checked.nonManifold.front(), checked.nonManifold.size(),
                    inCap ? ", inside a cap" : ""),
-       report_.slabs,
+       number_,
        {}},
       checked.nonManifold.size());
 }
@@ -183,11 +194,11 @@ void MeshChecker::checkSeam(const model::Slab* after, const CheckedPointer& chec
                           fmt::format("the lower layer has {} vertices, the upper layer of the "
                                       "slab before has {}",
                                       after->connectivity->lowerCount, upper),
-                          report_.slabs,
+                          number_,
                           {}});
     }
   }
-  if (seam_->before != before_ || seam_->after != checkedAfter || report_.slabs == 0) {
+  if (seam_->before != before_ || seam_->after != checkedAfter || number_ == 0) {
     const std::vector<model::Facet> kNone;
     seam_->before = before_;
     seam_->after = checkedAfter;
@@ -202,8 +213,7 @@ void MeshChecker::checkSeam(const model::Slab* after, const CheckedPointer& chec
     }
   }
   // The last layer belongs to the last slab.
-  const std::uint64_t number =
-      checkedAfter || report_.slabs == 0 ? report_.slabs : report_.slabs - 1;
+  const std::uint64_t number = checkedAfter || number_ == 0 ? number_ : number_ - 1;
   reportFacets(seam_->unmatched, checkedAfter ? "in the lower layer" : "in the last layer", number);
   if (!seam_->nonManifold.empty()) {
     report_.vertexLinksOk = false;
@@ -227,7 +237,7 @@ void MeshChecker::compareLayers(const model::Slab& slab) {
                         Severity::Error,
                         fmt::format("begins at time {}, the slab before ends at {}", slab.timeBegin,
                                     report_.time.end),
-                        report_.slabs,
+                        number_,
                         {}});
   }
   const auto lower = slab.lowerLayer();
@@ -241,7 +251,7 @@ void MeshChecker::compareLayers(const model::Slab& slab) {
                "slab before it is ({}, {}, {}, {})",
                i, lower[i][0], lower[i][1], lower[i][2], lower[i][3], upperLayer_[i][0],
                upperLayer_[i][1], upperLayer_[i][2], upperLayer_[i][3]),
-           report_.slabs,
+           number_,
            {}});
       break;
     }
@@ -255,7 +265,7 @@ void MeshChecker::compareLayers(const model::Slab& slab) {
          Severity::Error,
          "the attributes of the vertices of the lower layer differ from those in the "
          "slab before",
-         report_.slabs,
+         number_,
          {}});
   }
 }
@@ -268,22 +278,15 @@ void MeshChecker::add(const SlabMeasure& measured, const model::Slab& slab) {
                         Severity::Warning,
                         fmt::format("cell {} ({}, {}, {}, {}) has no volume", index, cell[0],
                                     cell[1], cell[2], cell[3]),
-                        report_.slabs,
+                        number_,
                         {}});
   }
-  report_.boundaryVolume += measured.boundaryVolume;
-  hypervolumeMagnitude_ += std::abs(measured.hypervolume);
-  hasPositive_ = hasPositive_ || measured.sign > 0;
-  hasNegative_ = hasNegative_ || measured.sign < 0;
-  if (!std::isfinite(measured.hypervolume) || !std::isfinite(report_.hypervolume)) {
-    report_.hypervolume += measured.hypervolume;
-    return;
-  }
-  // Slabs partly cancel, so the sum over them is compensated (Kahan).
-  const double corrected = measured.hypervolume - hypervolumeCarry_;
-  const double sum = report_.hypervolume + corrected;
-  hypervolumeCarry_ = (sum - report_.hypervolume) - corrected;
-  report_.hypervolume = sum;
+  part_.boundaryVolume.add(measured.boundaryVolume);
+  // Slabs partly cancel.
+  part_.hypervolume.add(measured.hypervolume);
+  part_.hypervolumeMagnitude.add(std::abs(measured.hypervolume));
+  part_.hasPositive = part_.hasPositive || measured.sign > 0;
+  part_.hasNegative = part_.hasNegative || measured.sign < 0;
 }
 
 /// Stores what the next slab must repeat.
@@ -294,30 +297,95 @@ void MeshChecker::keepUpperLayer(const model::Slab& slab) {
       vertexRows(slab.attributes, connectivity.firstUpper(), connectivity.upperCount);
 }
 
+Result<void> MeshChecker::startAfter(const model::Slab& slab, std::uint64_t number) {
+  const auto prepared = prepare(slab);
+  const auto& found = static_cast<const Measured&>(*prepared).checked;
+  if (!found) return invalid(found.error().message, fmt::format("slab {}", number));
+  const model::Connectivity& connectivity = *slab.connectivity;
+  components_.add((*found)->components, connectivity.lowerCount, connectivity.upperCount);
+  report_.time.end = slab.timeEnd;
+  keepUpperLayer(slab);
+  before_ = *found;
+  number_ = number + 1;
+  return {};
+}
+
+namespace {
+
 /// Whether the hypervolume is positive for certain.
-bool MeshChecker::enclosesSomething() const {
-  if (!hasNegative_) return hasPositive_;
+bool enclosesSomething(const PartOfMesh& whole) {
+  if (!whole.hasNegative) return whole.hasPositive;
   // Each slab's is rounded once or so.
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  return report_.hypervolume > kRounding * hypervolumeMagnitude_;
+  return whole.hypervolume.value() > kRounding * whole.hypervolumeMagnitude.value();
+}
+
+void addMeasures(MeshReport& report, const PartOfMesh& part, std::uint64_t components) {
+  report.hypervolume = part.hypervolume.value();
+  report.boundaryVolume = part.boundaryVolume.value();
+  report.components = components;
+}
+
+MeshReport concluded(PartOfMesh whole, std::uint64_t components, bool isPart) {
+  MeshReport& report = whole.found;
+  addMeasures(report, whole, components);
+  if (report.tetrahedra == 0) {
+    report.issues.add({"no-cells", Severity::Error, "the mesh has no cells", {}, {}});
+  } else if (!isPart && report.closed && report.oriented && !enclosesSomething(whole)) {
+    report.issues.add({"inside-out",
+                       Severity::Error,
+                       fmt::format("the enclosed hypervolume is {}: the mesh is inside out or "
+                                   "encloses nothing",
+                                   report.hypervolume),
+                       {},
+                       {}});
+  }
+  return std::move(report);
+}
+
+}  // namespace
+
+PartOfMesh MeshChecker::finishPart() {
+  if (!options_.goesOnAfter) checkSeam(nullptr, nullptr);
+  part_.components = components_.span();
+  addMeasures(report_, part_, components_.count());
+  return std::move(part_);
 }
 
 MeshReport MeshChecker::finish() {
   if (!options_.goesOnAfter) checkSeam(nullptr, nullptr);
-  const bool isPart = options_.goesOnBefore || options_.goesOnAfter;
-  report_.components = components_.count();
-  if (report_.tetrahedra == 0) {
-    report_.issues.add({"no-cells", Severity::Error, "the mesh has no cells", {}, {}});
-  } else if (!isPart && report_.closed && report_.oriented && !enclosesSomething()) {
-    report_.issues.add({"inside-out",
-                        Severity::Error,
-                        fmt::format("the enclosed hypervolume is {}: the mesh is inside out or "
-                                    "encloses nothing",
-                                    report_.hypervolume),
-                        {},
-                        {}});
+  return concluded(std::move(part_), components_.count(),
+                   options_.goesOnBefore || options_.goesOnAfter);
+}
+
+Result<MeshReport> joinedReport(const std::vector<PartOfMesh>& parts) {
+  PartOfMesh whole = parts.front();
+  MeshReport& sum = whole.found;
+  std::vector<ComponentSpan> spans = {whole.components};
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    const MeshReport& one = parts[i].found;
+    if (one.slabs > 0) sum.time = {sum.slabs == 0 ? one.time.begin : sum.time.begin, one.time.end};
+    sum.slabs += one.slabs;
+    sum.vertices += one.vertices;
+    sum.tetrahedra += one.tetrahedra;
+    sum.bounds.add(one.bounds);
+    sum.closed = sum.closed && one.closed;
+    sum.oriented = sum.oriented && one.oriented;
+    sum.degenerateCells += one.degenerateCells;
+    if (sum.vertexLinksOk) sum.vertexLinksOk = *sum.vertexLinksOk && one.vertexLinksOk.value_or(true);
+    sum.issues.add(one.issues);
+    whole.hypervolume.add(parts[i].hypervolume);
+    whole.hypervolumeMagnitude.add(parts[i].hypervolumeMagnitude);
+    whole.boundaryVolume.add(parts[i].boundaryVolume);
+    whole.hasPositive = whole.hasPositive || parts[i].hasPositive;
+    whole.hasNegative = whole.hasNegative || parts[i].hasNegative;
+    spans.push_back(parts[i].components);
   }
-  return std::move(report_);
+  std::uint64_t components = 0;
+  if (!countComponents(spans, components)) {
+    return invalid("the parts do not follow one another: their components do not fit");
+  }
+  return concluded(std::move(whole), components, false);
 }
 
 Result<MeshReport> checkMesh(const model::Source& source, CheckOptions options,

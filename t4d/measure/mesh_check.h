@@ -9,6 +9,7 @@
 
 #include "t4d/measure/components.h"
 #include "t4d/model/facets.h"
+#include "t4d/model/orderless_sum.h"
 #include "t4d/model/slab.h"
 
 namespace t4d::measure {
@@ -35,6 +36,8 @@ struct IssueList {
   void add(Issue issue);
   /// `count` findings of one kind, of which `issue` is the first.
   void add(Issue issue, std::uint64_t count);
+  /// Findings of the slabs that follow.
+  void add(const IssueList& after);
 
  private:
   std::map<std::string, std::uint64_t> kept_;
@@ -61,6 +64,22 @@ struct MeshReport {
   bool valid() const { return issues.errors == 0; }
 };
 
+/// What is found in some consecutive slabs of a mesh, which adds up to what is found in all of them.
+struct PartOfMesh {
+  MeshReport found;  ///< without what follows, and `components`
+  model::OrderlessSum hypervolume;
+  model::OrderlessSum hypervolumeMagnitude;  ///< of the slabs, each taken as positive
+  model::OrderlessSum boundaryVolume;
+  bool hasPositive = false;  ///< a slab of positive hypervolume
+  bool hasNegative = false;
+  ComponentSpan components;
+};
+
+/// The report on a mesh of which these are the parts, in order, the first of which begins it and
+/// the last of which ends it: bit for bit that of checkMesh. Fails if the parts do not follow one
+/// another.
+Result<MeshReport> joinedReport(const std::vector<PartOfMesh>& parts);
+
 struct CheckOptions {
   bool vertexLinks = false;  ///< the deep check: every vertex is manifold
   /// The slabs are a part of a mesh, which goes on before the first or after the last of them: that
@@ -86,8 +105,15 @@ class MeshChecker : public model::Sink {
   std::unique_ptr<Prepared> prepare(const model::Slab& slab) const override;
   Result<void> putPrepared(const model::Slab& slab, Prepared* prepared) override;
 
+  /// Call it before the first slab of a part: `slab` is the one before it, which has this number,
+  /// and is not counted. The layer between them is checked, and slabs have their numbers in the
+  /// mesh.
+  Result<void> startAfter(const model::Slab& slab, std::uint64_t number);
+
   /// The report. Call it once, after the last slab.
   MeshReport finish();
+  /// The same for a part, with CheckOptions::goesOnBefore after startAfter.
+  PartOfMesh finishPart();
 
  private:
   struct Checked;   // a connectivity and what was found in it
@@ -103,18 +129,15 @@ class MeshChecker : public model::Sink {
   void compareLayers(const model::Slab& slab);
   void add(const SlabMeasure& measured, const model::Slab& slab);
   void keepUpperLayer(const model::Slab& slab);
-  bool enclosesSomething() const;
 
   CheckOptions options_;
-  MeshReport report_;
+  PartOfMesh part_;
+  MeshReport& report_ = part_.found;
+  std::uint64_t number_ = 0;  // of the next slab
   std::unique_ptr<Shared> shared_;
   CheckedPointer before_;
   std::unique_ptr<Seam> seam_;
   ComponentCounter components_;
-  double hypervolumeCarry_ = 0;
-  double hypervolumeMagnitude_ = 0;  // of all slabs
-  bool hasPositive_ = false;         // a slab of positive hypervolume
-  bool hasNegative_ = false;
   std::vector<model::Point4> upperLayer_;
   std::vector<model::Attribute> upperAttributes_;
 };

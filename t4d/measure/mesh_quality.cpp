@@ -198,6 +198,34 @@ std::vector<std::uint64_t> Distribution::histogram(const std::vector<double>& ed
   return counts;
 }
 
+std::vector<Distribution::Bin> Distribution::bins() const {
+  std::vector<Bin> bins;
+  for (std::size_t octave = 0; octave < kOctaves; ++octave) {
+    for (std::size_t bin = 0; bin < octaves_[octave].size(); ++bin) {
+      const std::uint64_t count = octaves_[octave][bin];
+      if (count > 0) {
+        bins.push_back({static_cast<std::uint32_t>(octave << kBitsAfterExponent | bin), count});
+      }
+    }
+  }
+  return bins;
+}
+
+std::optional<Distribution> Distribution::of(const std::vector<Bin>& bins, double min,
+                                             double max) {
+  Distribution made;
+  for (const auto& [number, count] : bins) {
+    if (number >> kBitsAfterExponent >= kOctaves) return std::nullopt;
+    std::vector<std::uint64_t>& octave = made.octaves_[number >> kBitsAfterExponent];
+    octave.resize(kBinsOfOctave);
+    octave[number % kBinsOfOctave] += count;
+    made.count_ += count;
+  }
+  made.min_ = min;
+  made.max_ = max;
+  return made;
+}
+
 Distribution Distribution::positiveAndFinite() const {
   Distribution some;
   eachBin([&](double value, std::uint64_t count) {

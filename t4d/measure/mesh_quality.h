@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -46,6 +47,15 @@ class Distribution {
   /// How many values lie between consecutive ones of `edges`, which increase; to 0.2 per cent of
   /// the value.
   std::vector<std::uint64_t> histogram(const std::vector<double>& edges) const;
+  /// What is counted, to be put together again by `of`.
+  struct Bin {
+    std::uint32_t number = 0;
+    std::uint64_t count = 0;
+  };
+  std::vector<Bin> bins() const;
+  /// Nothing if there are no such bins.
+  static std::optional<Distribution> of(const std::vector<Bin>& bins, double min, double max);
+
   /// Without what is 0 or infinite, each of the rest to 0.2 per cent.
   Distribution positiveAndFinite() const;
 

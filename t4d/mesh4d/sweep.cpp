@@ -167,7 +167,7 @@ class Sweeper {
                                  report_.steps == 1 ? "" : "s", part.count),
                      {}, Remedy::StepRule);
     }
-    const StepRange range = {stepsBefore(part.number - 1), stepsBefore(part.number)};
+    const StepRange range = part.of(report_.steps);
     // Both ends are filled first, so that an end that cannot be filled is found at once.
     std::optional<Cap> startCap;
     std::optional<Cap> endCap;
@@ -196,16 +196,7 @@ class Sweeper {
 
  private:
   /// Step i leads from key i to key i + 1.
-  struct StepRange {
-    std::uint64_t begin = 0;
-    std::uint64_t end = 0;
-  };
-
-  /// The steps of the first `parts` parts.
-  std::uint64_t stepsBefore(std::uint64_t parts) const {
-    const std::uint64_t each = report_.steps / options_.part.count;
-    return parts * each + std::min(parts, report_.steps % options_.part.count);
-  }
+  using StepRange = model::PartRange;
 
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(mesh_.vertices.size()); }
 

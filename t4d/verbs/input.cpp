@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/model/source_part.h"
 #include "t4d/model/units.h"
 #include "t4d/verbs/similar_words.h"
 
@@ -30,6 +31,25 @@ Result<void> addBounds(const model::Source& source, model::Bounds3& bounds) {
   return {};
 }
 
+/// Slabs that are written to a file of their own: where the next part begins, both store the layer
+/// in the same way, as its positions.
+class PartToWrite : public model::SourcePart {
+ public:
+  PartToWrite(const model::Source& whole, const model::PartRange& range)
+      : SourcePart(whole, range.begin, range.end), goesOn_(range.end < whole.slabCount()) {}
+
+  Result<std::shared_ptr<const model::Slab>> slab(std::size_t index) const override {
+    auto slab = SourcePart::slab(index);
+    if (!slab || !goesOn_ || index + 1 < slabCount() || !(*slab)->upperPose) return slab;
+    auto without = std::make_shared<model::Slab>(**slab);
+    without->upperPose = nullptr;
+    return without;
+  }
+
+ private:
+  bool goesOn_;
+};
+
 }  // namespace
 
 Result<Input> openInput(const std::string& path, const InputOptions& options) {
@@ -52,6 +72,33 @@ Result<Input> openInput(const std::string& path, const InputOptions& options) {
                    input.name);
   }
   return input;
+}
+
+std::uint64_t mostParts(const Input& input, bool ofEach) {
+  std::optional<std::uint64_t> most;
+  for (const model::Body& body : input.bodies) {
+    const std::uint64_t slabs = body.source->slabCount();
+    const std::uint64_t found = most.value_or(slabs);
+    most = ofEach ? std::min(found, slabs) : std::max(found, slabs);
+  }
+  return most.value_or(0);
+}
+
+Result<Input> partOf(const Input& input, const model::Part& part, bool ofEach) {
+  const std::uint64_t most = mostParts(input, ofEach);
+  if (most < part.count) {
+    return fail(ErrorCode::Options,
+                fmt::format("has {} slab{}{}, too few for {} parts", most, most == 1 ? "" : "s",
+                            input.bodies.size() > 1 ? " in a body" : "", part.count),
+                input.name);
+  }
+  Input some = input;
+  for (model::Body& body : some.bodies) {
+    const model::PartRange range = part.of(body.source->slabCount());
+    some.parts.push_back(std::make_shared<const PartToWrite>(*body.source, range));
+    body.source = some.parts.back().get();
+  }
+  return some;
 }
 
 std::uint64_t slabCountOf(std::span<const model::Body> bodies) {

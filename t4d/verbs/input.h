@@ -12,6 +12,7 @@
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/model/body.h"
+#include "t4d/model/part.h"
 
 namespace t4d::verbs {
 
@@ -22,6 +23,8 @@ struct Input {
   /// Some or all of those that `metadata` names.
   std::vector<model::Body> bodies;
   std::shared_ptr<formats::T4dReader> reader = nullptr;  ///< owns the bodies; null in memory
+  /// Those that are parts of others.
+  std::vector<std::shared_ptr<const model::Source>> parts = {};
 };
 
 struct InputOptions {
@@ -32,6 +35,14 @@ struct InputOptions {
 /// Opens a .t4d file, a path or a URL. An unknown name of a body is an error that lists those that
 /// there are.
 Result<Input> openInput(const std::string& path, const InputOptions& options = {});
+
+/// Into how many parts the bodies can be divided, such that some body has a slab in each; or, if
+/// `ofEach`, each body.
+std::uint64_t mostParts(const Input& input, bool ofEach = false);
+
+/// The input with its bodies' share of slabs (model::Part::of): valid as long as `input`. Fails
+/// (Options) if there are more parts than mostParts.
+Result<Input> partOf(const Input& input, const model::Part& part, bool ofEach = false);
 
 /// All slabs of these bodies.
 std::uint64_t slabCountOf(std::span<const model::Body> bodies);

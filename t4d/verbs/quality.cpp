@@ -4,12 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/verbs/exact_json.h"
 #include "t4d/verbs/json_text.h"
+#include "t4d/verbs/quality_parts.h"
 #include "t4d/verbs/time_scale.h"
 
 namespace t4d::verbs {
@@ -125,16 +128,21 @@ Result<QualityReport> measureAndWrite(const Input& input, const QualityOptions& 
                                       Observer& observer) {
   const auto scale = timeScaleOf(options.timeScale, input, observer);
   if (!scale) return pass(scale.error());
+  const auto part = partOf(input, options.part);
+  if (!part) return pass(part.error());
   auto quality = [&] {
-    const auto stage = observer.stage("measuring cells", slabCountOf(input.bodies), "slabs");
+    const auto stage = observer.stage("measuring cells", slabCountOf(part->bodies), "slabs");
     return measure::measureQuality(
-        input.bodies, {.timeScale = scale->value, .worst = options.worst}, stage->callback());
+        part->bodies, {.timeScale = scale->value, .worst = options.worst}, stage->callback());
   }();
   if (!quality) return pass(quality.error());
+  for (measure::RankedCell& cell : quality->worst) {
+    cell.slab += options.part.of(input.bodies[cell.body].source->slabCount()).begin;
+  }
   QualityReport report{std::move(*quality), scale->reason, {}};
   for (const model::Body& body : input.bodies) report.bodies.push_back(body.name);
   if (!options.output.empty()) {
-    if (auto done = write(options, input, report, observer); !done) return pass(done.error());
+    if (auto done = write(options, *part, report, observer); !done) return pass(done.error());
   }
   return report;
 }
@@ -146,6 +154,72 @@ Result<QualityReport> quality(const Input& input, const QualityOptions& options,
   auto report = measureAndWrite(input, options, observer);
   if (!report) return pass(inInput(report.error(), input));
   return report;
+}
+
+namespace {
+
+ordered_json stateOf(const measure::Distribution& values) {
+  auto bins = ordered_json::array();
+  for (const auto& [number, count] : values.bins()) bins.push_back({number, count});
+  return {{"min", exact(values.min())}, {"max", exact(values.max())}, {"bins", std::move(bins)}};
+}
+
+measure::Distribution distributionOf(const ordered_json& state) {
+  std::vector<measure::Distribution::Bin> bins;
+  for (const ordered_json& bin : state.at("bins")) bins.push_back({bin.at(0), bin.at(1)});
+  const auto made =
+      measure::Distribution::of(bins, exactDouble(state.at("min")), exactDouble(state.at("max")));
+  if (!made) throw ordered_json::other_error::create(600, "a bin that there is not", &state);
+  return *made;
+}
+
+/// Larger ratios first, of which null is infinite; equal ones as in the file.
+bool isWorse(const ordered_json& a, const ordered_json& b, const std::vector<std::string>& bodies) {
+  const auto keyOf = [&](const ordered_json& cell) {
+    const ordered_json& ratio = cell.at("radius_ratio");
+    const double value =
+        ratio.is_null() ? std::numeric_limits<double>::infinity() : ratio.get<double>();
+    const auto body = std::ranges::find(bodies, cell.at("body").get<std::string>());
+    return std::tuple(-value, body - bodies.begin(), cell.at("slab").get<std::uint64_t>(),
+                      cell.at("cell").get<std::uint64_t>());
+  };
+  return keyOf(a) < keyOf(b);
+}
+
+}  // namespace
+
+std::string partStateOf(const QualityReport& report) {
+  ordered_json state = {{"bodies", report.bodies},
+                        {"sides", ordered_json::array()},
+                        {"caps", ordered_json::array()}};
+  for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
+    state["sides"].push_back(stateOf(report.quality.sides[k]));
+    state["caps"].push_back(stateOf(report.quality.caps[k]));
+  }
+  return state.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+ordered_json joinedQuality(const std::vector<ordered_json>& reports, std::uint64_t worst) {
+  measure::MeshQuality all;
+  std::vector<ordered_json> cells;
+  const std::vector<std::string> bodies = reports.front().at("part").at("state").at("bodies");
+  for (const ordered_json& report : reports) {
+    const ordered_json& state = report.at("part").at("state");
+    for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
+      all.sides[k].add(distributionOf(state.at("sides").at(k)));
+      all.caps[k].add(distributionOf(state.at("caps").at(k)));
+    }
+    all.flat += report.at("flat").get<std::uint64_t>();
+    for (const ordered_json& cell : report.at("worst")) cells.push_back(cell);
+  }
+  std::ranges::stable_sort(
+      cells, [&](const ordered_json& a, const ordered_json& b) { return isWorse(a, b, bodies); });
+  if (cells.size() > worst) cells.resize(worst);
+  ordered_json value = jsonOf(all, bodies);
+  value["time_scale"] = reports.front().at("time_scale");
+  value["worst"] = cells;
+  value["bytes"] = nullptr;
+  return value;
 }
 
 std::string jsonOf(const QualityReport& report) {

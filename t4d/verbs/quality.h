@@ -16,6 +16,8 @@ struct QualityOptions {
   /// size divided by the duration if nothing moves.
   std::optional<double> timeScale = {};
   std::uint64_t worst = 10;  ///< how many cells to name
+  /// The share of the slabs of each body that is measured. The time scale is that of all of them.
+  model::Part part = {};
   /// A .t4d to write: the mesh with measures as attributes of its cells; "" for none.
   std::string output = {};
   std::vector<std::string> attributes = {};  ///< names of those measures; none for radius_ratio
@@ -35,6 +37,9 @@ struct QualityReport {
 /// A time scale with which all cells would be flat up to rounding is an error (Options).
 Result<QualityReport> quality(const Input& input, const QualityOptions& options = {},
                               Observer& observer = nobody());
+
+/// What `t4d join` needs to know of a part, as JSON: the distributions, without rounding.
+std::string partStateOf(const QualityReport& report);
 
 /// The report as JSON (docs/schemas/quality.schema.json).
 std::string jsonOf(const QualityReport& report);

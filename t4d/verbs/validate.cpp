@@ -11,25 +11,6 @@
 namespace t4d::verbs {
 namespace {
 
-/// Merges the report of one body into that of all bodies.
-void join(measure::MeshReport& all, const measure::MeshReport& one) {
-  all.slabs += one.slabs;
-  all.vertices += one.vertices;
-  all.tetrahedra += one.tetrahedra;
-  all.closed = all.closed && one.closed;
-  all.oriented = all.oriented && one.oriented;
-  all.hypervolume += one.hypervolume;
-  all.boundaryVolume += one.boundaryVolume;
-  all.components += one.components;
-  all.degenerateCells += one.degenerateCells;
-  if (one.vertexLinksOk) all.vertexLinksOk = all.vertexLinksOk.value_or(true) && *one.vertexLinksOk;
-}
-
-measure::Issue issueOf(const Error& error) {
-  // `where` is dropped: it gives the file and the offset, and the issue has the offset itself.
-  return {"file-damaged", measure::Severity::Error, error.message, {}, error.offset};
-}
-
 /// Adds what was found in a body, whose slabs are at these offsets in the file.
 template <class OffsetOf>
 void add(Validation& validation, measure::MeshReport report, const formats::Metadata& metadata,
@@ -44,7 +25,7 @@ void add(Validation& validation, measure::MeshReport report, const formats::Meta
   validation.issues.errors += report.issues.errors;
   validation.issues.warnings += report.issues.warnings;
   if (!validation.mesh) validation.mesh.emplace();
-  join(*validation.mesh, report);
+  addBody(*validation.mesh, report);
 }
 
 /// The result for a file that cannot be read to its end, after `validation` so far.
@@ -52,7 +33,7 @@ Result<Validation> broken(const Error& error, Validation validation = {}) {
   const bool nobodysFault = error.code == ErrorCode::Io || error.code == ErrorCode::Failed;
   if (nobodysFault || error.remedy == Remedy::MoreCells) return pass(error);
   validation.mesh.reset();
-  validation.issues.add(issueOf(error));
+  validation.issues.add(damageOf(error));
   return validation;
 }
 
@@ -84,6 +65,24 @@ Result<Validation> validatePipe(const std::filesystem::path& path,
 }
 
 }  // namespace
+
+measure::Issue damageOf(const Error& error) {
+  // `where` is dropped: it gives the file and the offset, and the issue has the offset itself.
+  return {"file-damaged", measure::Severity::Error, error.message, {}, error.offset};
+}
+
+void addBody(measure::MeshReport& all, const measure::MeshReport& one) {
+  all.slabs += one.slabs;
+  all.vertices += one.vertices;
+  all.tetrahedra += one.tetrahedra;
+  all.closed = all.closed && one.closed;
+  all.oriented = all.oriented && one.oriented;
+  all.hypervolume += one.hypervolume;
+  all.boundaryVolume += one.boundaryVolume;
+  all.components += one.components;
+  all.degenerateCells += one.degenerateCells;
+  if (one.vertexLinksOk) all.vertexLinksOk = all.vertexLinksOk.value_or(true) && *one.vertexLinksOk;
+}
 
 Result<Validation> validate(const std::filesystem::path& path, const measure::CheckOptions& options,
                             const model::Progress& progress,

@@ -17,6 +17,11 @@ struct Validation {
   bool valid() const { return issues.errors == 0; }
 };
 
+/// The finding that a file cannot be read further.
+measure::Issue damageOf(const Error& error);
+/// Merges the report of one body into that of all bodies.
+void addBody(measure::MeshReport& all, const measure::MeshReport& one);
+
 /// Checks a file against all rules of SPEC.md (as checkT4dFile) and every body as a 4D mesh
 /// (measure::MeshChecker). Keeps two slabs in memory. Problems with the file are findings; only a
 /// file that cannot be opened at all is an error, and one with more than `maxCells` cells (as

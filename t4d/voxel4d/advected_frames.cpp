@@ -74,9 +74,15 @@ class AdvectedFrames : public FrameSource {
                        index % substeps_, substeps_);
   }
 
+  void readsPart() override { frames_->readsPart(); }
+
   Result<Frame> frame(std::size_t index) override {
     const std::size_t step = index % substeps_;
-    if (index == 0 || step == 1 % substeps_) {
+    const bool isFirst = !std::exchange(begun_, true);
+    if (isFirst && step != 0) {
+      if (auto read = readNext(index / substeps_); !read) return pass(read.error());
+    }
+    if (isFirst || step == 1 % substeps_) {
       before_ = std::move(next_);
       if (auto read = readNext((index + substeps_ - 1) / substeps_); !read) {
         return pass(read.error());
@@ -147,6 +153,7 @@ class AdvectedFrames : public FrameSource {
   std::unique_ptr<VelocitySource> velocities_;
   std::uint32_t substeps_;
   std::uint64_t vanished_ = 0;
+  bool begun_ = false;
   Moving before_;
   Moving next_;
 };

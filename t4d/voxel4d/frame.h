@@ -153,7 +153,9 @@ class FrameSource {
   virtual bool isOneApart() const { return false; }
   /// What is to be said of the frames once all have been requested; "" for nothing.
   virtual std::string notice() const { return {}; }
-  /// Called once for each frame, in order.
+  /// Only some frames in a row will be requested: that nothing is inside in them is no error.
+  virtual void readsPart() {}
+  /// Called once for each frame, or for some in a row (readsPart), in order.
   virtual Result<Frame> frame(std::size_t index) = 0;
 };
 

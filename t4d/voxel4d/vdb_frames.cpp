@@ -157,6 +157,8 @@ class VdbFrames : public FrameSource {
   bool isOneApart() const override { return oneApart_; }
   std::string notice() const override { return border_.notice(); }
 
+  void readsPart() override { solid_ = true; }
+
   Result<Frame> frame(std::size_t index) override {
     const VdbPlace& place = places_[index];
     auto grid = reader_.read(place, read_);

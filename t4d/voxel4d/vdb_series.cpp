@@ -79,19 +79,22 @@ Result<std::uint64_t> writeVdbPart(const system::PartFile& part, const fs::path&
   return fs::file_size(part.path());
 }
 
-Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames) {
+Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames,
+                                    const model::Part& part) {
   initializeOpenVdb();
   VdbSeries series;
   const std::size_t width = std::max<std::size_t>(4, fmt::formatted_size("{}", frames - 1));
+  std::set<std::string> names;  // of all parts
+  const model::PartRange own = part.of(frames);
   for (std::size_t i = 0; i < frames; ++i) {
-    series.names_.push_back(fmt::format("frame_{:0{}}.vdb", i, width));
+    const auto name = names.insert(fmt::format("frame_{:0{}}.vdb", i, width)).first;
+    if (i >= own.begin && i < own.end) series.names_.push_back(*name);
   }
   std::error_code error;
   if (fs::exists(folder, error)) {
     if (!fs::is_directory(folder, error)) {
       return fail(ErrorCode::Failed, "is not a folder", folder.string());
     }
-    const std::set<std::string> names(series.names_.begin(), series.names_.end());
     std::set<std::string> others;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
       const std::string name = entry.path().filename().string();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "t4d/model/error.h"
+#include "t4d/model/part.h"
 #include "t4d/system/cleanup.h"
 #include "t4d/system/part_file.h"
 #include "t4d/voxel4d/openvdb_grids.h"
@@ -22,7 +23,9 @@ class VdbSeries {
  public:
   /// Creates the folder if it is missing. Fails for a folder with .vdb files of other names,
   /// or with files of these names that t4d did not write.
-  static Result<VdbSeries> create(const std::filesystem::path& folder, std::size_t frames);
+  /// The frames of other parts may be there, too.
+  static Result<VdbSeries> create(const std::filesystem::path& folder, std::size_t frames,
+                                  const model::Part& part = {});
 
   VdbSeries(VdbSeries&& other) noexcept;
   VdbSeries& operator=(VdbSeries&&) = delete;

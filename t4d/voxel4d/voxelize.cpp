@@ -99,17 +99,15 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
   std::optional<VdbSeries> files;
   IndexedFrame before;
   FrameParts partsBefore;
-  for (const double time : times) {
-    auto voxels = voxelsOf(solid, time, lattice, options.mask);
-    if (!voxels) return pass(voxels.error());
+  const auto putFrame = [&](const Voxels& voxels, double time) -> Result<void> {
     // The folder is not touched before the first frame is known to be valid.
     if (!files) {
-      auto created = VdbSeries::create(folder, times.size());
+      auto created = VdbSeries::create(folder, times.size(), options.part);
       if (!created) return pass(created.error());
       files.emplace(std::move(*created));
     }
-    openvdb::GridBase::Ptr grid = voxels->levelSet;
-    if (options.mask) grid = boolGridOf(voxels->inside, lattice);
+    openvdb::GridBase::Ptr grid = voxels.levelSet;
+    if (options.mask) grid = boolGridOf(voxels.inside, lattice);
     grid->setName(options.mask ? "inside" : "surface");
     grid->setCreator("t4d");
     grid->insertMeta(kTimeMetadata, openvdb::DoubleMetadata(time));
@@ -118,21 +116,35 @@ Result<VoxelSeries> writeVoxelFrames(const SolidAtTime& solid, const std::vector
     if (!bytes) return pass(bytes.error());
     series.bytes += *bytes;
     series.files.back().bytes = *bytes;
-    const std::uint64_t insidePoints = countInside(voxels->inside);
+    const std::uint64_t insidePoints = countInside(voxels.inside);
     series.insidePoints += insidePoints;
     series.emptyFrames += insidePoints == 0 ? 1 : 0;
     series.mostActiveVoxels =
         std::max<std::uint64_t>(series.mostActiveVoxels, grid->activeVoxelCount());
+    ++series.frames;
+    return {};
+  };
+  const model::PartRange own = options.part.of(times.size());
+  const std::uint64_t last = std::min<std::uint64_t>(own.end + 1, times.size());
+  for (std::uint64_t i = own.begin; i < last; ++i) {
+    const double time = times[i];
+    const bool isOwn = i < own.end;
+    auto voxels = voxelsOf(solid, time, lattice, options.mask || !isOwn);
+    if (!voxels) return pass(voxels.error());
+    if (isOwn) {
+      if (auto put = putFrame(*voxels, time); !put) return pass(put.error());
+    }
     IndexedFrame after(std::move(voxels->inside));
     FrameParts partsAfter(after);
-    if (series.frames > 0) {
-      addPartsLost(before, partsBefore, after, partsAfter, series.frames - 1, lattice.place(),
+    if (i > own.begin) {
+      addPartsLost(before, partsBefore, after, partsAfter, i - 1, lattice.place(),
                    series.partsLost);
     }
     before = std::move(after);
     partsBefore = std::move(partsAfter);
-    ++series.frames;
-    if (progress) progress(static_cast<double>(series.frames) / static_cast<double>(times.size()));
+    if (progress && isOwn) {
+      progress(static_cast<double>(series.frames) / static_cast<double>(own.size()));
+    }
   }
   if (files) {
     if (auto done = beforeRenaming ? beforeRenaming() : Result<void>(); !done) {

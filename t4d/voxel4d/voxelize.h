@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "t4d/model/part.h"
 #include "t4d/model/slab.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/lost_part.h"
@@ -20,6 +21,9 @@ struct VoxelizeOptions {
   /// Store only which points are strictly inside (see occupancy.h), instead of the distance from
   /// the surface in a band of three voxels on either side.
   bool mask = false;
+  /// The share of the frames that is written, under the names that they have in the whole series.
+  /// What is inside in the frame after them is looked at, too: for the parts that are lost.
+  model::Part part = {};
 };
 
 /// The solid at each of `times`, computed when its frame is requested. Fails if checkVoxelizable or

@@ -70,6 +70,14 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   if (count < 2) {
     return invalid(fmt::format("a motion has at least two frames, this one {}", count));
   }
+  const model::Part& part = options.part;
+  const bool isWhole = part.isFirst() && part.isLast();
+  if (count - 1 < part.count) {
+    return invalid(fmt::format("the {} frames have {} step{} between them, too few for {} parts",
+                               count, count - 1, count == 2 ? "" : "s", part.count));
+  }
+  const model::PartRange steps = part.of(count - 1);
+  if (!isWhole) frames.readsPart();
   const Lattice lattice = frames.lattice();
   model::Affine3x4 place = lattice.place();
   std::optional<model::Transformed> placed;
@@ -97,7 +105,8 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
   FrameLayer before;
   FrameParts partsBefore;
   double halfStepAfter = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = steps.begin; i <= steps.end; ++i) {
+    const bool isFirst = i == steps.begin;
     auto frame = frames.frame(i);
     if (!frame) return pass(frame.error());
     auto checked = checkFrame(*frame);
@@ -116,30 +125,30 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     FrameLayer& after = *layer;
     const double begin = before.time();
     const double end = after.time();
-    if (i > 0 && !(end > begin)) {
+    if (!isFirst && !(end > begin)) {
       return invalid(
           fmt::format("frame {} is at time {}, not after frame {}, at {}", i, end, i - 1, begin));
     }
-    if (i > 0 && end - begin < model::kSmallestExtent) {
+    if (!isFirst && end - begin < model::kSmallestExtent) {
       return invalid(fmt::format("is {} after the frame before it; at least {} is possible",
                                  end - begin, model::kSmallestExtent),
                      frames.nameOf(i));
     }
     // A cap of half a step waits for the second frame, which says how long a step is.
-    if (half && i == 1) {
+    if (half && !isFirst && i == 1) {
       const double first = model::dividedTime({end, begin}, 3, 2);
       if (auto put = putFirstCap(before, first); !put) return pass(put.error());
     } else if (!half && i == 0) {
       if (auto put = putFirstCap(after, end); !put) return pass(put.error());
     }
-    if (i > 0) {
+    if (!isFirst) {
       halfStepAfter = model::dividedTime({begin, end}, 3, 2);
       if (auto put = slabs.put(before, after, {begin, end}, {begin, end}); !put) {
         return pass(put.error());
       }
     }
     FrameParts partsAfter(after.frame());
-    if (i > 0) {
+    if (!isFirst) {
       addPartsLost(before.frame(), partsBefore, after.frame(), partsAfter, i - 1, place,
                    slabs.report.partsLost);
     }
@@ -147,8 +156,11 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     before = std::move(after);
     partsBefore = std::move(partsAfter);
     ++slabs.report.frames;
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(count));
+    if (progress) {
+      progress(static_cast<double>(slabs.report.frames) / static_cast<double>(steps.size() + 1));
+    }
   }
+  if (!part.isLast()) return slabs.report;
   const double end = before.time();
   const double last = half ? halfStepAfter : end;
   if (auto put = graded ? slabs.putGraded(before, CapEnd::Last)
@@ -157,7 +169,7 @@ Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, mode
     return pass(put.error());
   }
   slabs.report.capTetrahedra[1] = slabs.lastTetrahedra;
-  if (slabs.report.tetrahedra == 0) {
+  if (isWhole && slabs.report.tetrahedra == 0) {
     return invalid("no frame has a surface: nothing is inside at any time");
   }
   return slabs.report;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "t4d/model/part.h"
 #include "t4d/model/slab.h"
 #include "t4d/voxel4d/frame.h"
 #include "t4d/voxel4d/lost_part.h"
@@ -37,10 +38,14 @@ struct WeaveOptions {
   std::optional<model::Affine3x4> toSpace = {};
   /// From how many bytes of values on a frame keeps them in a temporary file.
   std::size_t largeFrame = kLargeFrame;
+  /// A share of the steps from frame to frame: only their frames are read. The first part has the
+  /// cap of the first frame, the last that of the last; where two parts meet, both have the layer
+  /// of the frame, with the same bytes (formats::joinT4d).
+  model::Part part = {};
 };
 
 struct WeaveReport {
-  std::uint64_t vertices = 0;
+  std::uint64_t vertices = 0;  ///< without those of the layer that the part before has, too
   std::uint64_t tetrahedra = 0;
   std::uint64_t frames = 0;
   std::uint64_t masks = 0;  ///< of the frames, those that WeaveOptions::between concerns
@@ -62,7 +67,8 @@ struct WeaveReport {
 ///
 /// Fails for fewer than two frames, a frame that checkFrame or checkPlace refuses, times that do
 /// not increase by model::kSmallestExtent or are beyond model::kLargestCoordinate, more than 2^32 -
-/// 1 vertices or cells in a slab, no frame with anything inside, and a temporary file that cannot
+/// 1 vertices or cells in a slab, no frame with anything inside (unless it is a part), more parts
+/// than steps, and a temporary file that cannot
 /// be written; and if the source or the sink does.
 Result<WeaveReport> weave(FrameSource& frames, const WeaveOptions& options, model::Sink& sink,
                           const model::Progress& progress = {});

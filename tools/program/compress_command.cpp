@@ -8,6 +8,7 @@
 #include "tools/program/console.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/version.h"
 
@@ -19,6 +20,7 @@ struct CompressArguments {
   InputOptions only;
   std::string output;
   T4dCoding coding;
+  PartOption part;
   bool json = false;
 };
 
@@ -27,7 +29,12 @@ int run(const CompressArguments& options) {
     return wrongUsage(*misuse);
   }
   const auto begin = std::chrono::steady_clock::now();
-  auto input = verbs::openInput(options.input, options.only);
+  auto whole = verbs::openInput(options.input, options.only);
+  if (!whole) return report(whole.error());
+  if (const auto done = options.part.settle(verbs::mostParts(*whole, /*ofEach=*/true), "slabs")) {
+    return *done;
+  }
+  const auto input = verbs::partOf(*whole, options.part.chosen(), /*ofEach=*/true);
   if (!input) return report(input.error());
   auto writer = formats::T4dWriter::create(options.output, metadataOf(*input, versionText()),
                                            options.coding.writeOptions());
@@ -46,10 +53,12 @@ int run(const CompressArguments& options) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    printJson({{"bytes_before", before},
-               {"bytes", *bytes},
-               {"seconds", seconds},
-               {"peak_bytes", peakBytes()}});
+    nlohmann::ordered_json result = {{"bytes_before", before},
+                                     {"bytes", *bytes},
+                                     {"seconds", seconds},
+                                     {"peak_bytes", peakBytes()}};
+    if (options.part.isGiven()) result["part"] = options.part.json(identityOf(*whole));
+    printJson(result);
   } else {
     print("{}: {}, {:.1f} % of the {} of {}\n", options.output, sizeText(*bytes),
           100 * static_cast<double>(*bytes) / static_cast<double>(before), sizeText(before),
@@ -71,6 +80,7 @@ void addCompress(CLI::App& app, int& exitCode) {
   addT4dOutputOption(*command, options->output);
   options->coding.compression = 19;
   options->coding.addTo(*command);
+  options->part.addTo(*command, "Rewrite only part K of N of the slabs; `t4d join` joins the parts");
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example:\n"

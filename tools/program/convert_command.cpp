@@ -23,6 +23,7 @@
 #include "tools/program/console.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/version.h"
 
 namespace t4d::tools {
@@ -395,6 +396,9 @@ void addConvert(CLI::App& app, int& exitCode) {
                     "Accept meshes that are open or cannot be oriented");
   command->add_flag("--accept-loss", options->acceptLoss,
                     "Exit with 0 even if data was lost (losses are still listed)");
+  addNoPartOption(*command,
+                  "converting cannot be divided: other formats hold a mesh as one; join the parts "
+                  "first (t4d join), or write a .t4d in parts (t4d compress)");
   addMaxCellsOption(*command, options->maxCells);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

@@ -20,6 +20,7 @@
 #include "tools/program/gltf_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/velocity_options.h"
 #include "tools/program/voxel_series.h"
 
@@ -33,6 +34,7 @@ struct FramesArguments {
   std::string output;
   std::string format;
   FrameOptions frames;
+  PartOption part;
   const CLI::Option* fps = nullptr;
   InputOptions only;
   Appearance appearance;
@@ -96,7 +98,9 @@ int runGrids(const FramesArguments& options) {
   if (auto good = system::checkReplaceable(options.output, {&manifestName, 1}); !good) {
     return report(good.error());
   }
-  convert::FramesManifest manifest{spaceOf(metadata), originOf(metadata)};
+  convert::FramesManifest manifest;
+  manifest.space = spaceOf(metadata);
+  manifest.origin = originOf(metadata);
   const auto solidAt = [&](double time) {
     auto solid = measure::solidAt(input->bodies, time);
     if (solid) {
@@ -140,6 +144,9 @@ int runGrids(const FramesArguments& options) {
 }
 
 int run(const FramesArguments& options) {
+  if (options.format == "vdb" && options.part.isGiven()) {
+    return wrongUsage("--part: write grids in parts with t4d rasterize");
+  }
   if (options.format == "vdb") return runGrids(options);
   if (options.voxelSize) return wrongUsage("--voxel-size: only for --format vdb");
   // A pattern has an extension of its own.
@@ -149,6 +156,9 @@ int run(const FramesArguments& options) {
   const auto names = convert::frameNames(options.output, extension);
   if (!names) return wrongUsage(names.error().message);
   const bool isUsd = formats::isUsd("a" + names->extension);
+  if (isUsd && options.part.chosen().count > 1) {
+    return wrongUsage("--part: USD frames come with a file of all, for which each is needed");
+  }
   if (plays(options) && options.frames.speedFile.empty() && !options.velocity.velocity && !isUsd) {
     return wrongUsage(kFpsNeeds);
   }
@@ -161,10 +171,14 @@ int run(const FramesArguments& options) {
   const auto moments = options.frames.of(span, kMostFrameFiles);
   if (!moments) return report(moments.error());
   const std::vector<double>& times = *moments;
+  if (const auto done = options.part.settle(times.size(), "frames")) return *done;
+  const model::Part part = options.part.chosen();
+  const model::PartRange own = part.of(times.size());
   if (const auto misuse = misuseOfFrames(*names, times.size(), options.input)) {
     return wrongUsage(*misuse);
   }
   convert::FrameFilesOptions how;
+  how.part = part;
   how.detail = options.light ? slice::SliceDetail::Light : slice::SliceDetail::Exact;
   how.space = spaceOf(metadata);
   how.framesPerSecond = options.frames.framesPerSecond;
@@ -196,19 +210,22 @@ int run(const FramesArguments& options) {
   }
   Result<convert::FrameFilesReport> written;
   {
-    ProgressBar bar("slicing", times.size(), "frames");
+    ProgressBar bar("slicing", own.size(), "frames");
     written = convert::writeFrameFiles(input->bodies, times, *names, how, bar.callback());
   }
   if (!written) {
     return report(inInput(written.error(), *input));
   }
   printNotices(written->notices);
-  const std::string manifest = (names->folder / names->manifest).string();
+  const std::string manifest =
+      (names->folder / (part.count > 1 ? convert::manifestOfPart(names->manifest, part)
+                                       : names->manifest))
+          .string();
   if (options.json) {
-    printJson({{"frames", written->frames},
+    nlohmann::ordered_json result = {{"frames", written->frames},
                {"triangles", written->triangles},
-               {"time_begin", times.front()},
-               {"time_end", times.back()},
+               {"time_begin", times[own.begin]},
+               {"time_end", times[own.end - 1]},
                {"bytes", written->bytes},
                {"manifest", manifest},
                {"light", written->light},
@@ -216,12 +233,16 @@ int run(const FramesArguments& options) {
                {"max_speed", velocityJson(how.velocity.has_value(), written->maxSpeed)},
                {"clamped", velocityJson(how.velocity.has_value(), written->clamped)},
                {"color_range", painting->range()},
-               {"quantization_error", quantizationError(how.write.gltf)}});
+               {"quantization_error", quantizationError(how.write.gltf)}};
+    if (options.part.isGiven()) {
+      result["part"] = options.part.json(identityOf(*input, times.size()));
+    }
+    printJson(result);
   } else {
-    const auto first = names->folder / names->fileName(0, times.size());
+    const auto first = names->folder / names->fileName(own.begin, times.size());
     print("{}: {} of time {} to {}\n  {} in all, {}; listed in {}\n  {}\n",
           written->frames > 1 ? first.string() + ", ..." : first.string(),
-          counted(written->frames, "frame"), times.front(), times.back(),
+          counted(written->frames, "frame"), times[own.begin], times[own.end - 1],
           counted(written->triangles, "triangle"), sizeText(written->bytes), manifest,
           detailText(written->light, written->distance));
     printExtra({velocityText(options.velocity, written->maxSpeed, written->clamped,
@@ -265,6 +286,7 @@ void addFrames(CLI::App& app, int& exitCode) {
   command->add_flag("--light", options->light,
                     "Interpolate the triangles of the layers: 13 times fewer, same in all frames");
   options->only.addTo(*command);
+  options->part.addTo(*command, "Write only part K of N of the frames, into the same folder");
   command->add_flag("--attributes", options->attributes,
                     "Write attributes; list those that the format cannot store (exit code 3)");
   options->appearance.addTo(*command);

@@ -1,7 +1,14 @@
+#include <algorithm>
+#include <filesystem>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/convert/frame_files.h"
+#include "t4d/formats/file_extension.h"
+#include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/join.h"
+#include "t4d/verbs/join_reports.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/option_checks.h"
@@ -16,8 +23,60 @@ struct JoinArguments {
   bool json = false;
 };
 
+bool isJson(const std::string& path) { return formats::lowerCaseExtension(path) == ".json"; }
+
+/// The manifests of parts of a series of frames have the name of the whole one in them.
+bool isManifest(const std::string& path) {
+  return std::filesystem::path(path).filename().string().find("manifest.part-") !=
+         std::string::npos;
+}
+
+int joinManifests(const JoinArguments& options) {
+  if (options.output.empty()) return wrongUsage("-o: name the manifest of all frames");
+  const auto frames =
+      convert::joinManifests({options.parts.begin(), options.parts.end()}, options.output);
+  if (!frames) return report(frames.error());
+  if (options.json) {
+    printJson({{"parts", options.parts.size()}, {"frames", *frames}});
+  } else {
+    print("{}: {} of {}\n", options.output, counted(*frames, "frame"),
+          counted(options.parts.size(), "part"));
+  }
+  return kDone;
+}
+
+int joinReports(const JoinArguments& options) {
+  const auto joined = verbs::joinReports({options.parts.begin(), options.parts.end()});
+  if (!joined) return report(joined.error());
+  const std::string text = joined->json + "\n";
+  if (options.output.empty() || options.output == "-") {
+    tools::printText(text);
+  } else {
+    auto file = formats::OutputFile::create(options.output);
+    if (!file) return report(file.error());
+    const auto written =
+        file->write(text.data(), text.size()).and_then([&] { return file->commit(); });
+    if (!written) return report(written.error());
+    print("{}: report of {} on {}\n", options.output, joined->verb,
+          counted(options.parts.size(), "part"));
+  }
+  return joined->valid ? kDone : kInvalid;
+}
+
 int run(const JoinArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, options.parts)) return wrongUsage(*misuse);
+  if (std::ranges::any_of(options.parts, isJson)) {
+    if (!std::ranges::all_of(options.parts, isJson)) {
+      return wrongUsage("reports (.json) and meshes (.t4d) are not joined with each other");
+    }
+    return std::ranges::any_of(options.parts, isManifest) ? joinManifests(options)
+                                                          : joinReports(options);
+  }
+  if (options.output.empty()) return wrongUsage("--output is required");
+  std::string output = options.output;
+  if (const std::string wrong = noOtherFormat()(output); !wrong.empty()) {
+    return wrongUsage("--output: " + wrong);
+  }
   Result<formats::JoinReport> joined;
   {
     ProgressBar bar("joining");
@@ -51,18 +110,24 @@ int run(const JoinArguments& options) {
 }  // namespace
 
 void addJoin(CLI::App& app, int& exitCode) {
-  auto* command = app.add_subcommand("join", "Join consecutive .t4d files without decoding them");
+  auto* command = app.add_subcommand(
+      "join", "Join consecutive .t4d files without decoding them, or reports on parts");
   command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
-  command->add_option("PART", options->parts, "Input files (.t4d), in the order of their times")
+  command->add_option("PART", options->parts, "Input files: .t4d, in the order of their times, or reports (.json) of parts")
       ->required();
-  addT4dOutputOption(*command, options->output);
+  command
+      ->add_option("-o,--output", options->output,
+                   "Output file (.t4d, required; of reports .json, default: standard output)")
+      ->check(someName());
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example, with two processes at work:\n"
       "  t4d sweep bolt.obj --motion screw-in.json --part 1/2 -o first.t4d &\n"
       "  t4d sweep bolt.obj --motion screw-in.json --part 2/2 -o second.t4d; wait\n"
-      "  t4d join first.t4d second.t4d -o bolt.t4d");
+      "  t4d join first.t4d second.t4d -o bolt.t4d\n"
+      "  t4d validate bolt.t4d --part 1/2 --json > p1.json &\n"
+      "  t4d validate bolt.t4d --part 2/2 --json > p2.json; wait; t4d join p1.json p2.json");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

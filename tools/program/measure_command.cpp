@@ -13,6 +13,7 @@
 #include "tools/program/frame_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/table_output.h"
 #include "tools/report/html_page.h"
@@ -29,6 +30,7 @@ constexpr std::uint64_t kMostSamples = 10'000'000;
 struct MeasureArguments {
   std::string input;
   FrameOptions frames;
+  PartOption part;
   InputOptions only;
   std::vector<std::string> outputs;
   std::string html;
@@ -145,8 +147,11 @@ int run(const MeasureArguments& options) {
   if (auto writable = checkWritable(outputs); !writable) return report(writable.error());
   auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
-  const auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
+  auto times = options.frames.of(model::timeSpanOf(input->bodies), kMostSamples);
   if (!times) return report(times.error());
+  if (const auto done = options.part.settle(times->size(), "times")) return *done;
+  const std::uint64_t allTimes = times->size();
+  *times = shareOf(*times, options.part.chosen());
   Result<std::vector<SolidMeasures>> samples;
   {
     ProgressBar bar("measuring", times->size(), "times");
@@ -168,7 +173,9 @@ int run(const MeasureArguments& options) {
     }
   }
   if (options.json) {
-    printJson(jsonOf(*samples));
+    ordered_json result = jsonOf(*samples);
+    if (options.part.isGiven()) result["part"] = options.part.json(identityOf(*input, allTimes));
+    printJson(result);
   } else if (outputs.empty()) {
     printSamples(*samples);
   } else {
@@ -190,6 +197,7 @@ void addMeasure(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<MeasureArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostSamples);
+  options->part.addTo(*command, "Measure only part K of N of the times; `t4d join` joins the reports");
   options->only.addTo(*command);
   command
       ->add_option(

@@ -26,6 +26,7 @@
 #include "tools/program/mill_page.h"
 #include "tools/program/mill_tools.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/solid_input.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/voxel_series.h"
@@ -484,6 +485,8 @@ void addMill(CLI::App& app, int& exitCode) {
                    "Write a page with the removed volume over time and pictures")
       ->check(someName());
   options->mending.addTo(*command, options->mend);
+  addNoPartOption(*command,
+                  "milling cannot be divided: every cut starts from what the cuts before it left");
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

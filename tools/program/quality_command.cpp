@@ -12,6 +12,7 @@
 #include "tools/program/console_observer.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/quality_page.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/version.h"
@@ -25,6 +26,7 @@ struct QualityArguments {
   std::string input;
   InputOptions only;
   verbs::QualityOptions quality;
+  PartOption part;
   std::string html;
   bool json = false;
 };
@@ -132,6 +134,9 @@ std::optional<std::string> misuseOf(const QualityArguments& options) {
   if (!options.quality.attributes.empty() && options.quality.output.empty()) {
     return "--attributes are written to a file; name it with -o";
   }
+  if (options.part.isGiven() && !options.html.empty()) {
+    return "--part and --html exclude each other: the page is of the whole mesh";
+  }
   return misuseOfOutputs(std::array{options.quality.output, options.html});
 }
 
@@ -142,6 +147,12 @@ int run(QualityArguments& options) {
   }
   const auto input = verbs::openInput(options.input, options.only);
   if (!input) return report(input.error());
+  // A file with measures has a slab of each body.
+  const bool ofEach = !options.quality.output.empty();
+  if (const auto done = options.part.settle(verbs::mostParts(*input, ofEach), "slabs")) {
+    return *done;
+  }
+  options.quality.part = options.part.chosen();
   std::optional<formats::OutputFile> html;
   if (!options.html.empty()) {
     auto created = formats::OutputFile::create(options.html);
@@ -156,6 +167,16 @@ int run(QualityArguments& options) {
     if (auto done = writePage(*html, *measured, *input); !done) {
       return report(inInput(done.error(), *input));
     }
+  }
+  if (options.json && options.part.isGiven()) {
+    auto value = nlohmann::ordered_json::parse(jsonOf(*measured));
+    nlohmann::ordered_json identity = identityOf(*input);
+    identity["worst"] = options.quality.worst;
+    identity["time_scale"] = measured->quality.timeScale;
+    value["part"] = options.part.json(std::move(identity),
+                                      nlohmann::ordered_json::parse(partStateOf(*measured)));
+    printJson(value);
+    return reportLosses(measured->losses);
   }
   if (options.json) {
     tools::printText(jsonOf(*measured) + "\n");
@@ -197,6 +218,8 @@ void addQuality(CLI::App& app, int& exitCode) {
                    "Write a page with histograms and pictures of the worst cells")
       ->check(someName());
   options->only.addTo(*command);
+  options->part.addTo(*command,
+                      "Measure only part K of N of the slabs; `t4d join` joins the reports");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
       "Example:\n  t4d quality bolt.t4d -o shaped.t4d\n"

@@ -34,7 +34,7 @@ int run(const RasterizeArguments& options) {
   }
   return writeVoxelSeries(
       options.series, *times, [&](double time) { return measure::solidAt(input->bodies, time); },
-      input->name);
+      input->name, nlohmann::ordered_json::object(), identityOf(*input));
 }
 
 }  // namespace

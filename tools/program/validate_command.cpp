@@ -4,45 +4,15 @@
 #include "t4d/formats/t4d/url.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/verbs/validate.h"
+#include "t4d/verbs/validate_parts.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/hints.h"
 #include "tools/program/input_options.h"
+#include "tools/program/part_option.h"
 
 namespace t4d::tools {
 namespace {
-
-using nlohmann::ordered_json;
-
-ordered_json jsonOf(const verbs::Validation& validation, bool deep) {
-  ordered_json value;
-  value["valid"] = validation.valid();
-  const auto measure = [&](const char* key, auto member) {
-    value[key] = validation.mesh ? ordered_json((*validation.mesh).*member) : ordered_json();
-  };
-  measure("closed", &measure::MeshReport::closed);
-  measure("oriented", &measure::MeshReport::oriented);
-  measure("hypervolume", &measure::MeshReport::hypervolume);
-  measure("boundary_volume", &measure::MeshReport::boundaryVolume);
-  measure("components", &measure::MeshReport::components);
-  measure("degenerate_cells", &measure::MeshReport::degenerateCells);
-  if (deep) {
-    value["vertex_links_ok"] =
-        validation.mesh ? verbs::orNull(validation.mesh->vertexLinksOk) : ordered_json();
-  }
-  ordered_json messages = ordered_json::array();
-  for (const measure::Issue& issue : validation.issues.issues) {
-    messages.push_back({{"code", issue.code},
-                        {"severity", static_cast<int>(issue.severity)},
-                        {"message", issue.message},
-                        {"slab", verbs::orNull(issue.slab)},
-                        {"offset", verbs::orNull(issue.offset)}});
-  }
-  value["issues"] = {{"errors", validation.issues.errors},
-                     {"warnings", validation.issues.warnings},
-                     {"messages", messages}};
-  return value;
-}
 
 void printText(const std::string& path, const verbs::Validation& validation) {
   print("{}: {}\n", path, validation.valid() ? "valid" : "INVALID");
@@ -67,20 +37,66 @@ void printText(const std::string& path, const verbs::Validation& validation) {
   }
 }
 
-int run(const std::string& path, bool deep, bool json, std::optional<std::uint64_t> maxCells) {
+struct ValidateArguments {
+  std::string path;
+  bool deep = false;
+  bool json = false;
+  std::optional<std::uint64_t> maxCells;
+  PartOption part;
+};
+
+void printReport(const ValidateArguments& options, const verbs::Validation& validation,
+                 nlohmann::ordered_json part = {}) {
+  if (!options.json) {
+    const std::string& path = options.path;
+    printText(path == "-" ? "standard input" : formats::shownName(path), validation);
+    return;
+  }
+  nlohmann::ordered_json value = verbs::jsonOf(validation, options.deep);
+  if (!part.is_null()) value["part"] = std::move(part);
+  printJson(value);
+}
+
+/// Into how many parts the file can be divided, and what is the same in all of them.
+Result<std::uint64_t> mostParts(const ValidateArguments& options, nlohmann::ordered_json& input) {
+  auto opened = verbs::openInput(options.path, {{}, options.maxCells});
+  if (!opened) return pass(opened.error());
+  input = identityOf(*opened);
+  return verbs::mostParts(*opened);
+}
+
+int runPart(const ValidateArguments& options) {
+  nlohmann::ordered_json input;
+  const auto most = mostParts(options, input);
+  // A file that cannot be opened is invalid in each part, which says why.
+  if (!most && !options.part.isGiven()) return report(most.error());
+  if (most) {
+    if (const auto done = options.part.settle(*most, "slabs")) return *done;
+  }
+  Result<verbs::PartValidation> found;
+  {
+    ProgressBar bar("validating");
+    found = verbs::validatePart(options.path, {.vertexLinks = options.deep}, options.part.chosen(),
+                                bar.callback(), options.maxCells);
+  }
+  if (!found) return report(found.error());
+  const verbs::Validation validation = verbs::validationOf(*found);
+  printReport(options, validation, options.part.json(std::move(input), verbs::stateOf(*found)));
+  return validation.valid() ? kDone : kInvalid;
+}
+
+int run(const ValidateArguments& options) {
+  if (options.part.isAsked()) return runPart(options);
   Result<verbs::Validation> validation;
   {
     ProgressBar bar("validating");
-    validation = verbs::validate(path, {.vertexLinks = deep}, bar.callback(), maxCells);
+    validation = verbs::validate(options.path, {.vertexLinks = options.deep}, bar.callback(),
+                                 options.maxCells);
   }
   if (!validation) return report(validation.error());
-  if (json) {
-    printJson(jsonOf(*validation, deep));
-  } else {
-    printText(path == "-" ? "standard input" : formats::shownName(path), *validation);
-  }
+  printReport(options, *validation);
   // A file that can be read to its end needs no recovery.
-  if (!validation->mesh) sayHint(hintForFile(path));
+  if (!validation->mesh) sayHint(hintForFile(options.path));
   return validation->valid() ? kDone : kInvalid;
 }
 
@@ -89,16 +105,15 @@ int run(const std::string& path, bool deep, bool json, std::optional<std::uint64
 void addValidate(CLI::App& app, int& exitCode) {
   auto* command = app.add_subcommand(
       "validate", "Check every byte of a .t4d file, and that its mesh is closed and oriented");
-  auto path = std::make_shared<std::string>();
-  auto deep = std::make_shared<bool>(false);
-  auto json = std::make_shared<bool>(false);
-  auto maxCells = std::make_shared<std::optional<std::uint64_t>>();
-  command->add_option("FILE", *path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
-  command->add_flag("--deep", *deep, "Also check that every vertex link is a sphere");
-  command->add_flag("--json", *json, "Print JSON");
-  addMaxCellsOption(*command, *maxCells);
+  auto options = std::make_shared<ValidateArguments>();
+  command->add_option("FILE", options->path, std::string(kT4dFileHelp) + kOrPipeHelp)->required();
+  command->add_flag("--deep", options->deep, "Also check that every vertex link is a sphere");
+  options->part.addTo(*command,
+                      "Check only part K of N of the slabs; `t4d join` joins the reports");
+  command->add_flag("--json", options->json, "Print JSON");
+  addMaxCellsOption(*command, options->maxCells);
   command->footer("Examples:\n  t4d validate bolt.t4d --deep\n  zcat bolt.t4d.gz | t4d validate -");
-  command->callback([=, &exitCode] { exitCode = run(*path, *deep, *json, *maxCells); });
+  command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 
 }  // namespace t4d::tools

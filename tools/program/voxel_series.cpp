@@ -153,6 +153,7 @@ void VoxelSeriesOptions::addTo(CLI::App& command) {
       ->check(someName());
   command.add_flag("--mask", mask, "Write masks of inside points instead of level sets");
   lostParts.addTo(command);
+  part.addTo(command, "Write only part K of N of the frames, into the same folder");
   command.add_flag("--json", json, "Print the result as JSON");
 }
 
@@ -165,13 +166,16 @@ void noticeEmptyFrames(const voxel4d::VoxelSeries& written) {
 
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where,
-                     nlohmann::ordered_json first) {
+                     nlohmann::ordered_json first, nlohmann::ordered_json identity) {
+  if (const auto done = options.part.settle(times.size(), "frames")) return *done;
+  const model::PartRange own = options.part.chosen().of(times.size());
   const auto begin = std::chrono::steady_clock::now();
   Result<voxel4d::VoxelSeries> written;
   {
-    ProgressBar bar("voxelising", times.size(), "frames");
-    written = voxel4d::writeVoxelFrames(solid, times, {options.voxelSize, options.mask},
-                                        options.folder, bar.callback());
+    ProgressBar bar("voxelising", own.size(), "frames");
+    written = voxel4d::writeVoxelFrames(
+        solid, times, {options.voxelSize, options.mask, options.part.chosen()}, options.folder,
+        bar.callback());
   }
   if (!written) {
     Error error = written.error();
@@ -185,8 +189,8 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
   if (options.json) {
     auto& result = first;
     result["frames"] = written->frames;
-    result["time_begin"] = times.front();
-    result["time_end"] = times.back();
+    result["time_begin"] = times[own.begin];
+    result["time_end"] = times[own.end - 1];
     result["inside_points"] = written->insidePoints;
     result["empty_frames"] = written->emptyFrames;
     result["most_active_voxels"] = written->mostActiveVoxels;
@@ -194,10 +198,14 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
     result["peak_bytes"] = peakBytes();
     result["bytes"] = written->bytes;
     result["parts_lost"] = jsonOf(written->partsLost);
+    if (options.part.isGiven()) {
+      identity["frames"] = times.size();
+      result["part"] = options.part.json(std::move(identity));
+    }
     printJson(result);
   } else {
     print("{}: {} of {} from time {} to {}\n", options.folder, counted(written->frames, "frame"),
-          options.mask ? "inside points" : "level sets", times.front(), times.back());
+          options.mask ? "inside points" : "level sets", times[own.begin], times[own.end - 1]);
     print("  {} inside, at most {} in a frame\n", counted(written->insidePoints, "point"),
           counted(written->mostActiveVoxels, "active voxel"));
     print("  {}, {:.2f} s, peak memory {}\n", sizeText(written->bytes), seconds,

@@ -10,6 +10,7 @@
 #include "t4d/voxel4d/frame_spacing.h"
 #include "t4d/voxel4d/voxelize.h"
 #include "t4d/voxel4d/weave.h"
+#include "tools/program/part_option.h"
 
 namespace t4d::tools {
 
@@ -68,6 +69,7 @@ struct VoxelSeriesOptions {
   bool mask = false;
   std::string folder;
   LostPartsOptions lostParts;
+  PartOption part;
   bool json = false;
 
   /// Adds all options except those of addFrameTimes.
@@ -75,9 +77,11 @@ struct VoxelSeriesOptions {
 };
 
 /// Writes `solid` at `times` and prints what was written; returns the exit code. `where` names the
-/// solid in errors. JSON begins with the members of `first`.
+/// solid in errors. JSON begins with the members of `first`; `identity` is that of the input of a
+/// part.
 int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double>& times,
                      const voxel4d::SolidAtTime& solid, const std::string& where,
-                     nlohmann::ordered_json first = nlohmann::ordered_json::object());
+                     nlohmann::ordered_json first = nlohmann::ordered_json::object(),
+                     nlohmann::ordered_json identity = {});
 
 }  // namespace t4d::tools

@@ -23,6 +23,7 @@
 #include "tools/program/console.h"
 #include "tools/program/mesh_frames.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/t4d_output.h"
 #include "tools/program/voxel_series.h"
 
@@ -51,6 +52,7 @@ struct WeaveArguments {
   std::string lengthUnit;
   std::string timeUnit;
   LostPartsOptions lostParts;
+  PartOption part;
   T4dOutput output;
   bool json = false;
 
@@ -126,6 +128,15 @@ std::string detailsOf(const WeaveArguments& options) {
   if (options.voxelSize && options.frames.size() > 1) source["meshes"] = options.frames.size();
   return ordered_json{{"source", source}, {"parameters", parameters}}.dump(
       -1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+/// Frames of velocities in between, of those that a part counts.
+std::uint64_t framesInBetween(const model::Part& part, std::uint64_t frames, std::uint64_t steps) {
+  const model::PartRange own = part.of(frames - 1);
+  const auto ofFiles = [&](std::uint64_t end) { return end / steps + 1; };  // among 0 .. end
+  const std::uint64_t before = part.isFirst() ? 0 : ofFiles(own.begin);
+  const std::uint64_t counted = own.size() + (part.isFirst() ? 1 : 0);
+  return counted - (ofFiles(own.end) - before);
 }
 
 /// Fails if a folder holds volumes, but no .vdb files: only the latter are taken by the folder.
@@ -334,6 +345,9 @@ int run(const WeaveArguments& options) {
     if (auto good = formats::checkMeshExtension(input); !good) return report(good.error());
   }
   if (const auto misuse = misuseOfInput(options)) return wrongUsage(*misuse);
+  if (options.part.isGiven() && options.output.center) {
+    return wrongUsage("--part and --center exclude each other: the parts would not meet");
+  }
   const auto begin = std::chrono::steady_clock::now();
   // Each label is a body.
   std::vector<std::optional<std::int64_t>> labels(options.labels.begin(), options.labels.end());
@@ -341,6 +355,12 @@ int run(const WeaveArguments& options) {
   std::shared_ptr<MeshFramesLog> meshes;
   auto input = openFrames(options, labels.front(), meshes);
   if (!input) return report(input.error());
+  const model::Part part = options.part.chosen();
+  const std::uint64_t allFrames = input->frames->frameCount();
+  if (const auto done = options.part.settle(std::max<std::uint64_t>(allFrames, 1) - 1,
+                                            "steps from frame to frame")) {
+    return *done;
+  }
   const auto unit = [](const std::string& given, const std::string& ofFile) {
     return given.empty() ? ofFile : given;
   };
@@ -368,7 +388,11 @@ int run(const WeaveArguments& options) {
     file->setBody(i);
     const auto body = voxel4d::weave(
         *input->frames,
-        {.caps = caps, .between = betweenOf(options.between), .toSpace = input->toSpace}, *file,
+        {.caps = caps,
+         .between = betweenOf(options.between),
+         .toSpace = input->toSpace,
+         .part = part},
+        *file,
         bar.callback());
     if (!body) {
       Error error = body.error();
@@ -380,7 +404,8 @@ int run(const WeaveArguments& options) {
     }
     woven.vertices += body->vertices;
     woven.tetrahedra += body->tetrahedra;
-    woven.frames = body->frames;
+    // The first frame of a part is counted by the part before.
+    woven.frames = body->frames - (part.isFirst() ? 0 : 1);
     woven.masks += body->masks;
     for (int end = 0; end < 2; ++end) woven.capTetrahedra[end] += body->capTetrahedra[end];
     woven.partsLost.add(body->partsLost);
@@ -399,7 +424,7 @@ int run(const WeaveArguments& options) {
   }
   auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
-  noticeCaps(caps, woven, notices);
+  if (!options.part.isGiven()) noticeCaps(caps, woven, notices);
   noticeLostParts(woven.partsLost, notices);
   if (options.between && woven.masks == 0) {
     notices.push_back("--between " + *options.between +
@@ -420,21 +445,24 @@ int run(const WeaveArguments& options) {
         "them as densities, inside above VALUE");
   }
   printNotices(notices);
-  const std::uint64_t inBetween = woven.frames - 1 - (woven.frames - 1) / options.steps();
+  const std::uint64_t inBetween = framesInBetween(part, allFrames, options.steps());
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
-    printJson({{"vertices", woven.vertices},
-               {"tetrahedra", woven.tetrahedra},
-               {"frames", woven.frames},
-               {"frames_in_between", inBetween},
-               {"seconds", seconds},
-               {"peak_bytes", peakBytes()},
-               {"cap_tetrahedra", woven.capTetrahedra},
-               {"space", input->space.empty() ? ordered_json() : ordered_json(input->space)},
-               {"bytes", *bytes},
-               {"parts_lost", jsonOf(woven.partsLost)}});
+    ordered_json result = {
+        {"vertices", woven.vertices},
+        {"tetrahedra", woven.tetrahedra},
+        {"frames", woven.frames},
+        {"frames_in_between", inBetween},
+        {"seconds", seconds},
+        {"peak_bytes", peakBytes()},
+        {"cap_tetrahedra", woven.capTetrahedra},
+        {"space", input->space.empty() ? ordered_json() : ordered_json(input->space)},
+        {"bytes", *bytes},
+        {"parts_lost", jsonOf(woven.partsLost)}};
+    if (options.part.isGiven()) result["part"] = options.part.json({{"frames", allFrames}});
+    printJson(result);
   } else {
     print("{}: {} vertices, {} tetrahedra from {}\n", options.output.path, grouped(woven.vertices),
           grouped(woven.tetrahedra), counted(woven.frames, "frame"));
@@ -538,6 +566,7 @@ void addWeave(CLI::App& app, int& exitCode) {
   command->add_option("--length-unit", options->lengthUnit, "Length unit of the grids, such as mm");
   command->add_option("--time-unit", options->timeUnit, "Unit of the times, such as s");
   options->lostParts.addTo(*command);
+  options->part.addTo(*command, "Weave only part K of N; `t4d join` joins the parts");
   options->output.addTo(*command);
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(

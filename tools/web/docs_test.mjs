@@ -130,15 +130,18 @@ for (const page of [...new Set(rows.map((row) => row.page).filter(Boolean)), 'do
   });
 }
 
-/** Saves the Python blocks that begin with a comment `# NAME.py`. */
+/** Saves the Python blocks that begin with a comment `# NAME.py`, and scripts of bash likewise. */
 function saveScripts(page, to) {
+  for (const [, text, name] of read(page).matchAll(/^```bash\n(#!.*\n# (\w+\.\w+)\n[^]*?)^```$/gm)) {
+    writeFileSync(path.join(to, name), text);
+  }
   for (const [, text, name] of read(page).matchAll(/^```python\n(# (\w+\.py)\n[^]*?)^```$/gm)) {
     writeFileSync(path.join(to, name), text);
   }
 }
 
 for (const page of ['docs/tutorials/scientists.md', 'docs/tutorials/artists.md',
-  'docs/tutorials/machining.md']) {
+  'docs/tutorials/machining.md', 'docs/tutorials/many-machines.md']) {
   test(`examples of ${page}`, async (t) => {
     const place = path.join(makeFolder(path.basename(page, '.md')), 'fixtures');
     saveScripts(page, place);

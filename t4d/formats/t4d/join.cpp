@@ -11,6 +11,7 @@
 #include "t4d/formats/t4d/ending.h"
 #include "t4d/formats/t4d/file_scan.h"
 #include "t4d/formats/t4d/optional_chunks.h"
+#include "t4d/formats/t4d/part_copier.h"
 #include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/within_memory.h"
 
@@ -27,6 +28,7 @@ struct Part {
   std::vector<ChunkHeader> chunks;  // between HEAD and DONE
   std::vector<IndexRecord> slabs;   // all have an extent
   std::vector<BodySummary> bodies;
+  std::vector<std::uint64_t> lowers = {};  // of bodies that continue, where their first layers are
 
   const Metadata& metadata() const { return head.metadata; }
 };
@@ -71,12 +73,14 @@ class Joiner {
     }
     summaries_.resize(part->metadata().bodies.size());
     ends_.resize(summaries_.size());
+    part->lowers.resize(summaries_.size());
     std::vector<bool> begun(summaries_.size());
     for (const IndexRecord& record : part->slabs) {
       const std::uint32_t body = record.parts.body;
       if (!begun[body]) {
         if (auto fits = checkSeam(*part, record); !fits) return fits;
         begun[body] = true;
+        if (!parts_.empty()) part->lowers[body] = record.lower();
       }
       ends_[body] = {record.time.end, headerAt(*part, record.upper())};
     }
@@ -112,11 +116,13 @@ class Joiner {
     std::uint64_t done = 0;
     LostChunks lost;
     std::set<std::string> kept;
+    const bool posed = std::ranges::find(features, kFeaturePose) != features.end();
+    PartCopier copier(chunks, summaries_.size(), posed);
     for (const Part& part : parts_) {
       const auto one = [&] {
         if (progress) progress(static_cast<double>(++done) / static_cast<double>(count));
       };
-      if (auto copied = copy(part, chunks, kept, lost, one); !copied) return pass(copied.error());
+      if (auto copied = copy(part, chunks, copier, kept, lost, one); !copied) return pass(copied.error());
     }
     auto bytes = chunks.finish(summaries_);
     if (!bytes) return pass(bytes.error());
@@ -218,6 +224,7 @@ class Joiner {
   }
 
   void addSummary(std::size_t body, const BodySummary& added) {
+    if (added.slabs == 0) return;
     BodySummary& sum = summaries_[body];
     sum.time = {sum.slabs == 0 ? added.time.begin : sum.time.begin, added.time.end};
     sum.slabs += added.slabs;
@@ -237,14 +244,20 @@ class Joiner {
     return front->positions.rows;
   }
 
+  static Result<void> putUnknown(const ChunkFile::Chunk& chunk, ChunkWriter& into) {
+    const auto offset = into.putCopy(chunk.header, chunk.payload.bytes);
+    return offset ? Result<void>() : pass(offset.error());
+  }
+
   /// Copies the chunks between HEAD and DONE; calls `one` after each. `kept` has the headers of the
   /// chunks that this version does not know and that are copied, each once.
   template <class One>
-  static Result<void> copy(const Part& part, ChunkWriter& into, std::set<std::string>& kept,
-                           LostChunks& lost, One one) {
+  static Result<void> copy(const Part& part, ChunkWriter& into, PartCopier& copier,
+                           std::set<std::string>& kept, LostChunks& lost, One one) {
     auto file = ChunkFile::open(part.path);
     if (!file) return pass(file.error());
     file->expectChunks(part.chunks);
+    copier.begin(*file, part.lowers);
     auto slab = part.slabs.begin();
     for (const ChunkHeader& known : part.chunks) {
       if (isUnknown(known.type)) {
@@ -259,13 +272,10 @@ class Joiner {
       }
       const auto chunk = file->readChunk(known.offset, known.type);
       if (!chunk) return pass(chunk.error());
-      const auto offset = into.putCopy(known, chunk->payload.bytes);
-      if (!offset) return pass(offset.error());
-      if (known.type == kSlab) {
-        IndexRecord record = *slab++;
-        record.slab = *offset;
-        into.addSlab(record);
-      }
+      auto copied = isUnknown(known.type) ? putUnknown(*chunk, into)
+                    : known.type == kSlab ? copier.putSlab(*chunk, *slab++)
+                                          : copier.put(*chunk);
+      if (!copied) return copied;
       one();
     }
     return {};

@@ -213,6 +213,8 @@ class Frames : public FrameSource {
     return border + (border.empty() || chunks.empty() ? "" : "; ") + chunks;
   }
 
+  void readsPart() override { solid_ = true; }
+
   Result<Frame> frame(std::size_t index) override {
     const Volume& volume = volumes_[volumes_.size() > 1 ? index : 0];
     const auto bytes = unusedBuffer();
@@ -282,6 +284,10 @@ class Frames : public FrameSource {
       if (framesInFile > 1 && outer > 1) {
         sorted_.emplace(inner * size, framesInFile, outer);
         if (auto done = sorted_->fill(*reader_); !done) return ofData(done.error(), volume, data);
+      } else if (at_ > 0 && !alone) {  // a part of the frames begins here
+        if (auto done = reader_->skip(at_ * into.size()); !done) {
+          return ofData(done.error(), volume, data);
+        }
       }
     }
     auto done = sorted_ ? sorted_->read(at_, 0, into) : reader_->read(into);

@@ -1,0 +1,169 @@
+#include "t4d/formats/t4d/part_copier.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "t4d/system/crc32c.h"
+
+namespace t4d::formats {
+
+using namespace t4d_layout;
+
+namespace {
+
+// Offsets in the fields of a POSE and of a SLAB (SPEC.md).
+constexpr std::size_t kLayerOfPoseAt = 8;
+constexpr std::size_t kPartsOfSlabAt = 16;  // connectivity, lower, upper
+
+ChunkHeader withoutOffset(ChunkHeader header) {
+  header.offset = 0;
+  return header;
+}
+
+/// A chunk whose distances may be changed.
+class Changed {
+ public:
+  Changed(const ChunkHeader& header, std::span<const std::byte> payload)
+      : header_(header), payload_(payload.begin(), payload.end()) {}
+
+  void setDistance(std::size_t field, std::uint64_t distance) {
+    std::byte* at = payload_.data() + header_.blocks * kBlockEntryBytes + field;
+    std::memcpy(at, &distance, sizeof distance);
+  }
+  std::span<const std::byte> payload() const { return payload_; }
+  /// With the checksum of what the front is now.
+  ChunkHeader header() const {
+    ChunkHeader header = header_;
+    header.frontCrc = system::crc32c(payload_.data(), header.frontBytes);
+    return header;
+  }
+
+ private:
+  ChunkHeader header_;
+  std::vector<std::byte> payload_;
+};
+
+std::uint64_t layerOf(const ChunkFile::Chunk& pose) {
+  std::uint64_t distance = 0;
+  std::memcpy(&distance, pose.payload.view.fields.data() + kLayerOfPoseAt, sizeof distance);
+  return pose.header.offset - distance;
+}
+
+/// As T4dWriter counts them.
+std::size_t countedBytes(const PayloadView& view) {
+  std::size_t bytes = view.fields.size();
+  for (const auto& block : view.blocks) bytes += block.size();
+  return bytes;
+}
+
+}  // namespace
+
+void PartCopier::begin(const ChunkFile& file, const std::vector<std::uint64_t>& lowers) {
+  file_ = &file;
+  placed_.clear();
+  types_.clear();
+  atSeam_.clear();
+  seen_.clear();
+  for (std::size_t body = 0; body < lowers.size(); ++body) {
+    if (lowers[body] == 0) continue;
+    placed_[lowers[body]] = uppers_[body];
+    types_[lowers[body]] = kLayer;
+    atSeam_.insert(lowers[body]);
+  }
+}
+
+Result<std::uint64_t> PartCopier::copy(const ChunkHeader& header,
+                                       std::span<const std::byte> payload) {
+  auto offset = into_.putCopy(header, payload);
+  if (offset) window_.add(header.type, *offset);
+  return offset;
+}
+
+bool PartCopier::takeStored(const ChunkFile::Chunk& chunk) {
+  const ChunkHeader header = withoutOffset(chunk.header);
+  // Where a part has a connectivity twice, it is a spare copy.
+  if (!seen_.insert(encodeChunkHeader(header)).second) return false;
+  const auto found = std::ranges::find_if(stored_, [&](const Stored& one) {
+    return one.header == header && one.bytes == chunk.payload.bytes &&
+           window_.has(kConnectivity, one.offset);
+  });
+  if (found == stored_.end()) return false;
+  placed_[chunk.header.offset] = found->offset;
+  return true;
+}
+
+/// Keeps what T4dWriter keeps to find connectivities that are equal.
+void PartCopier::store(const ChunkFile::Chunk& chunk, std::uint64_t offset) {
+  constexpr std::size_t kMostBytes = std::size_t{4} << 20;
+  const std::size_t counted = countedBytes(chunk.payload.view);
+  stored_.push_back({withoutOffset(chunk.header), chunk.payload.bytes, counted, offset});
+  storedBytes_ += counted;
+  const std::size_t least = anySize_ ? 1 : 0;
+  while (stored_.size() > least &&
+         (storedBytes_ > kMostBytes || !window_.has(kConnectivity, stored_.front().offset))) {
+    storedBytes_ -= stored_.front().counted;
+    stored_.pop_front();
+  }
+}
+
+Result<std::uint64_t> PartCopier::nameable(std::uint64_t offset, ChunkType type) {
+  const std::uint64_t placed = placed_.at(offset);
+  if (window_.has(type, placed)) return placed;
+  const auto chunk = file_->readChunk(offset, type);
+  if (!chunk) return pass(chunk.error());
+  const auto again = copy(chunk->header, chunk->payload.bytes);
+  if (again) placed_[offset] = *again;
+  return again;
+}
+
+Result<void> PartCopier::put(const ChunkFile::Chunk& chunk) {
+  const ChunkHeader& header = chunk.header;
+  types_[header.offset] = header.type;
+  if (atSeam_.contains(header.offset)) return {};
+  if (header.type == kConnectivity && takeStored(chunk)) return {};
+  Result<std::uint64_t> offset;
+  if (header.type == kPose) {
+    const std::uint64_t old = layerOf(chunk);
+    const auto layer = nameable(old, kLayer);
+    if (!layer) return pass(layer.error());
+    Changed changed(header, chunk.payload.bytes);
+    changed.setDistance(kLayerOfPoseAt, into_.size() - *layer);
+    offset = copy(changed.header(), changed.payload());
+  } else {
+    offset = copy(header, chunk.payload.bytes);
+  }
+  if (!offset) return pass(offset.error());
+  placed_[header.offset] = *offset;
+  if (header.type == kConnectivity) store(chunk, *offset);
+  return {};
+}
+
+Result<void> PartCopier::putSlab(const ChunkFile::Chunk& chunk, const IndexRecord& record) {
+  std::uint64_t& upperOfBody = uppers_[record.parts.body];
+  std::array<std::uint64_t, 3> parts = {record.connectivity(), record.lower(), record.upper()};
+  for (std::uint64_t& part : parts) {
+    if (part == 0) continue;
+    // The layer with which the body ended before may be as far back as it is.
+    if (placed_.at(part) == upperOfBody && &part == &parts[1]) {
+      part = upperOfBody;
+      continue;
+    }
+    const auto placed = nameable(part, types_.at(part));
+    if (!placed) return pass(placed.error());
+    part = *placed;
+  }
+  const auto distance = [&](std::uint64_t part) { return part == 0 ? 0 : into_.size() - part; };
+  const SlabParts moved = {distance(parts[0]), distance(parts[1]), distance(parts[2]),
+                           record.parts.body};
+  Changed changed(chunk.header, chunk.payload.bytes);
+  changed.setDistance(kPartsOfSlabAt, moved.connectivity);
+  changed.setDistance(kPartsOfSlabAt + 8, moved.lower);
+  changed.setDistance(kPartsOfSlabAt + 16, moved.upper);
+  const auto offset = copy(changed.header(), changed.payload());
+  if (!offset) return pass(offset.error());
+  into_.addSlab({*offset, record.slabBytes, moved, record.time, record.extent});
+  upperOfBody = parts[2];
+  return {};
+}
+
+}  // namespace t4d::formats

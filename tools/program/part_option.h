@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "t4d/model/part.h"
+#include "t4d/verbs/input.h"
+
+namespace t4d::tools {
+
+/// The option of every verb whose work can be divided among processes: `--part K/N`, and
+/// `--most-parts`, which tells how large N can be.
+class PartOption {
+ public:
+  /// `help` says what only a part of is done.
+  void addTo(CLI::App& command, const std::string& help);
+
+  /// All of it, unless --part is given.
+  model::Part chosen() const { return part_.value_or(model::Part()); }
+  bool isGiven() const { return part_.has_value(); }
+  /// Whether either option is given.
+  bool isAsked() const { return part_ || most_; }
+
+  /// With --most-parts, prints `most` and returns the exit code; likewise says what is wrong with
+  /// more parts than that, which is the number of `things`, such as "steps".
+  std::optional<int> settle(std::uint64_t most, std::string_view things) const;
+
+  /// The member `part` of a report, for `t4d join`: which part it is of which run. `input` says
+  /// what is equal for all runs with the same input, `state` what the report itself does not.
+  nlohmann::ordered_json json(nlohmann::ordered_json input = {},
+                              nlohmann::ordered_json state = {}) const;
+
+ private:
+  const CLI::App* command_ = nullptr;
+  std::optional<model::Part> part_;
+  bool most_ = false;
+};
+
+/// What is the same in all parts of a run that reads these meshes, at so many times if any.
+nlohmann::ordered_json identityOf(const verbs::Input& input, std::uint64_t times = 0);
+
+/// A part's share of a list.
+template <class T>
+std::vector<T> shareOf(const std::vector<T>& all, const model::Part& part) {
+  const model::PartRange range = part.of(all.size());
+  const auto at = [&](std::uint64_t i) { return all.begin() + static_cast<std::ptrdiff_t>(i); };
+  return {at(range.begin), at(range.end)};
+}
+
+/// An option --part that says why the work of a verb cannot be divided.
+void addNoPartOption(CLI::App& command, const std::string& why);
+
+}  // namespace t4d::tools
