@@ -293,10 +293,10 @@ Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
     velocity->timeUnits.assign(options.velocity->timeUnits.begin() + std::ptrdiff_t(own.begin),
                                options.velocity->timeUnits.begin() + std::ptrdiff_t(own.end));
   }
-  auto sliced = forEachFrame(
-      bodies, times.subspan(own.begin, own.size()),
-      {options.detail, std::move(velocity), options.paint, options.write.attributes}, list,
-      progress, write);
+  auto sliced =
+      forEachFrame(bodies, times.subspan(own.begin, own.size()),
+                   {options.detail, std::move(velocity), options.paint, options.write.attributes},
+                   list, progress, write);
   if (!sliced) return pass(sliced.error());
   static_cast<FrameSlicesReport&>(report) = std::move(*sliced);
   if (!options.write.attributes) report.losses.clear();
@@ -347,13 +347,13 @@ Result<void> writeManifest(const fs::path& path, const FramesManifest& manifest)
                     {"bytes", frame.bytes}});
   }
   ordered_json members = {{"generator", "t4d"},
-                                {"length_unit", space.lengthUnit},
-                                {"time_unit", space.timeUnit},
-                                {"up", space.up},
-                                {"origin", {origin.x(), origin.y(), origin.z()}},
-                                {"light", light},
-                                {"distance", distance},
-                                {"frames", std::move(list)}};
+                          {"length_unit", space.lengthUnit},
+                          {"time_unit", space.timeUnit},
+                          {"up", space.up},
+                          {"origin", {origin.x(), origin.y(), origin.z()}},
+                          {"light", light},
+                          {"distance", distance},
+                          {"frames", std::move(list)}};
   if (part.count > 1) {
     members["part"] = {{"number", part.number}, {"count", part.count}, {"frames", of}};
     if (!collection.empty()) members["part"]["collection"] = collection;

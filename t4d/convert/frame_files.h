@@ -84,8 +84,8 @@ struct FrameEntry {
 };
 
 struct FramesManifest {
-  model::Part part = {};     ///< of which it lists the frames
-  std::uint64_t of = 0;      ///< with a part: the number of all frames
+  model::Part part = {};        ///< of which it lists the frames
+  std::uint64_t of = 0;         ///< with a part: the number of all frames
   std::string collection = {};  ///< with a part: the .pvd that lists all frames; "" for none
   FrameSpace space = {};
   model::Point3 origin = model::Point3::Zero();  ///< of the files, in the original coordinates

@@ -440,9 +440,10 @@ class GlbConverter {
 };
 
 /// Reads and converts in this process.
-Result<ForeignScene> convertHere(const InputFile& file) {
+Result<ForeignScene> convertHere(const InputFile& file, bool keepAxes) {
   try {
     Assimp::Importer importer;
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, keepAxes);
     const std::string hint = lowerCaseExtension(file.path).substr(1);
     const aiScene* scene = importer.ReadFileFromMemory(
         file.bytes.data(), file.bytes.size(),
@@ -499,7 +500,7 @@ bool isForeignScene(const std::filesystem::path& path) {
 
 bool readsForeignScenes() { return true; }
 
-Result<ForeignScene> readForeignScene(const InputFile& file) {
+Result<ForeignScene> readForeignScene(const InputFile& file, bool keepAxes) {
   // Assimp asserts, and some damaged files keep it busy for ever. Far more than sound files take.
   constexpr std::uint64_t kBytes = std::uint64_t{1} << 30;
   constexpr std::uint64_t kBytesPerByte = 200;
@@ -507,7 +508,8 @@ Result<ForeignScene> readForeignScene(const InputFile& file) {
   constexpr std::uint64_t kBytesPerSecond = 100'000;
   const system::WorkLimits limits = {kBytes + kBytesPerByte * file.bytes.size(),
                                      kSeconds + file.bytes.size() / kBytesPerSecond};
-  const auto work = system::runIsolated([&] { return packed(convertHere(file)); }, limits);
+  const auto work =
+      system::runIsolated([&] { return packed(convertHere(file, keepAxes)); }, limits);
   if (!work) return pass(work.error());
   using End = system::IsolatedWork::End;
   switch (work->end) {

@@ -26,8 +26,10 @@ bool readsForeignScenes();
 /// keys the animation is linear, whatever the curves of the file are, with a notice. Assimp runs in
 /// a process of its own, since damaged files can crash it or keep it busy.
 ///
+/// With `keepAxes`, coordinates of a COLLADA file stay in its own axes, whatever it says is up.
+///
 /// Fails on what Assimp cannot read, on morph targets and vertices that are animated, and on nodes
 /// of equal names that are animated; in a build without Assimp always.
-Result<ForeignScene> readForeignScene(const InputFile& file);
+Result<ForeignScene> readForeignScene(const InputFile& file, bool keepAxes = false);
 
 }  // namespace t4d::formats

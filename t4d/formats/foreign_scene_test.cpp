@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "t4d/formats/gltf_animation.h"
+#include "t4d/formats/gltf_reader.h"
 #include "t4d/model/triangle_mesh.h"
 
 namespace t4d::formats {
@@ -195,6 +196,19 @@ TEST(ForeignScene, ColladaIsWhereItsKeysUnitsAndAxesSay) {
   const auto scene = sceneOf(metres.file());
   ASSERT_TRUE(scene) << scene.error().text();
   expectBounds(boundsAt(scene->bodies[0], 2), {10300, 500, 700}, {10600, 700, 1100});
+}
+
+TEST(ForeignScene, ColladaKeepsItsAxesIfTold) {
+  for (const char* up : {"Y_UP", "Z_UP", "X_UP"}) {
+    Collada still;
+    still.animations = "";
+    still.up = up;
+    const auto scene = readForeignScene(still.file(), /*keepAxes=*/true);
+    ASSERT_TRUE(scene) << scene.error().text();
+    const auto read = readGltf(scene->glb);
+    ASSERT_TRUE(read) << read.error().text();
+    expectBounds(boundsOf(read->mesh), {1, 0.05, 0.07}, {1.02, 0.08, 0.11});
+  }
 }
 
 TEST(ForeignScene, FbxIsWhereItsKeysUnitsAndAxesSay) {

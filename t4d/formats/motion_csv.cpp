@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,76 +12,44 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "t4d/formats/text_scanner.h"
+#include "t4d/formats/number_table.h"
+#include "t4d/formats/time_column.h"
 
 namespace t4d::formats {
 namespace {
 
-/// What a column holds: one of the numbers of a pose.
-enum Part : int { kTime, kPosition = 1, kQuaternion = 4, kMatrix = 8, kParts = 24 };
+/// What a column holds: one of the numbers of a pose. Numbered quaternions have their own numbers
+/// until it is known which is w.
+enum Part : int {
+  kPosition = 0,
+  kQuaternion = 3,
+  kNumbered = 7,
+  kRollPitchYaw = 11,
+  kRotationVector = 14,
+  kMatrix = 17,
+  kParts = 33
+};
 
-constexpr const char* kTimeColumns = "time, t or timestamp";
+/// The numbers of one kind, which come together.
+struct Group {
+  int begin;
+  int end;
+  const char* names;
+};
+constexpr std::array<Group, 5> kGroups = {{{kPosition, kQuaternion, "x y z"},
+                                           {kQuaternion, kNumbered, "qx qy qz qw"},
+                                           {kNumbered, kRollPitchYaw, "q1 q2 q3 q4"},
+                                           {kRollPitchYaw, kRotationVector, "roll pitch yaw"},
+                                           {kRotationVector, kMatrix, "rx ry rz"}}};
+
 constexpr const char* kKnownColumns =
-    "the time (time, t or timestamp); the position (x y z, also px, tx, pos_x, position_x, "
-    "translation_x and so on); the quaternion (qx qy qz qw, also quat_x, quaternion_x and so on); "
-    "or the matrix m00 to m23 or m33 (row, column; also m11 to m34 or m44)";
-
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto isBlank = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && isBlank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && isBlank(text.back())) text.remove_suffix(1);
-  const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
-  return quoted ? text.substr(1, text.size() - 2) : text;
-}
-
-/// A blank as the separator stands for any number of blanks and tabs.
-std::vector<std::string_view> fieldsOf(std::string_view line, char separator) {
-  std::vector<std::string_view> fields;
-  if (separator == ' ') {
-    for (line = trimmed(line); !line.empty(); line = trimmed(line)) {
-      const auto end = std::min(line.find_first_of(" \t"), line.size());
-      fields.push_back(trimmed(line.substr(0, end)));
-      line.remove_prefix(end);
-    }
-    return fields;
-  }
-  while (true) {
-    const auto end = line.find(separator);
-    fields.push_back(trimmed(line.substr(0, end)));
-    if (end == line.npos) return fields;
-    line.remove_prefix(end + 1);
-  }
-}
-
-char separatorOf(std::string_view line) {
-  const auto has = [&](char c) { return line.find(c) != line.npos; };
-  if (has(';')) return ';';
-  if (!has('\t')) return has(',') ? ',' : ' ';
-  // "time,<tab>x" is separated by commas, in "0,5<tab>1" they are in numbers.
-  const auto fields = fieldsOf(line, '\t');
-  const bool commas = std::ranges::any_of(fields, [](auto field) { return field.ends_with(','); });
-  return commas ? ',' : '\t';
-}
-
-/// Whether a number such as 1,500 could also have thousands apart: up to three digits, not 0, and
-/// three more.
-bool mayBeThousands(std::string_view number) {
-  if (number.starts_with('-') || number.starts_with('+')) number.remove_prefix(1);
-  const auto comma = number.find(',');
-  return comma >= 1 && comma <= 3 && number[0] != '0' && number.size() - comma == 4 &&
-         number.find_first_of("eE") == number.npos;
-}
+    "the time (time, t or timestamp; secs and nsecs); the position (x y z, also px, tx, pos_x, "
+    "position_x, translation_x, position.x and so on); the quaternion (qx qy qz qw, also quat_x, "
+    "quaternion_x, orientation.x and so on), angles roll, pitch and yaw, or a rotation vector (rx "
+    "ry rz); or the matrix m00 to m23 or m33 (row, column; also m11 to m34 or m44)";
 
 /// The place of `letter` in `letters` behind one of the prefixes; nothing if it is none of them.
-std::optional<int> lettered(const std::string& name, std::initializer_list<std::string_view> before,
+std::optional<int> lettered(std::string_view name, std::initializer_list<std::string_view> before,
                             std::string_view letters) {
   for (const std::string_view prefix : before) {
     if (name.size() != prefix.size() + 1 || !name.starts_with(prefix)) continue;
@@ -90,218 +59,223 @@ std::optional<int> lettered(const std::string& name, std::initializer_list<std::
   return std::nullopt;
 }
 
-/// `firstIndex` is how the columns of a matrix are counted: from 0 or from 1.
-std::optional<int> partOf(const std::string& name, int firstIndex) {
-  if (name == "time" || name == "t" || name == "timestamp") return kTime;
-  if (const auto axis =
-          lettered(name, {"", "p", "t", "pos_", "position_", "translation_"}, "xyz")) {
+/// Of `field.pose.position.x` and `/tool/pose/position/x` the last two parts, with a dot.
+std::string lastParts(const std::string& name) {
+  const auto last = name.find_last_of("./");
+  if (last == name.npos || last == 0) return name;
+  const auto before = name.find_last_of("./", last - 1);
+  const auto begin = before == name.npos ? 0 : before + 1;
+  return name.substr(begin, last - begin) + "." + name.substr(last + 1);
+}
+
+bool isQualified(const std::string& name) { return name.find_first_of("./") != name.npos; }
+
+/// How columns with numbers in their names are counted: from 0 or from 1.
+struct FirstIndex {
+  int matrix = 1;
+  int quaternion = 1;
+};
+
+FirstIndex firstIndexOf(std::span<const std::string> names) {
+  FirstIndex first;
+  for (const std::string& name : names) {
+    const std::string base = columnName(name).base;
+    if (base == "m00") first.matrix = 0;
+    if (base == "q0") first.quaternion = 0;
+  }
+  return first;
+}
+
+std::optional<int> partOf(const std::string& base, const FirstIndex& first) {
+  const std::string name = lastParts(base);
+  if (const auto axis = lettered(
+          name,
+          {"", "p", "t", "pos_", "position_", "translation_", "position.", "translation.", "pos."},
+          "xyz")) {
     return kPosition + *axis;
   }
-  if (const auto axis = lettered(name, {"q", "quat_", "quaternion_"}, "xyzw")) {
+  if (const auto axis = lettered(name,
+                                 {"q", "q_", "quat_", "quaternion_", "orientation_", "orientation.",
+                                  "rotation.", "quaternion.", "quat."},
+                                 "xyzw")) {
     return kQuaternion + *axis;
   }
+  if (const auto axis = lettered(name, {"r"}, "xyz")) return kRotationVector + *axis;
+  constexpr std::array kAngles = {"roll", "pitch", "yaw"};
+  for (int i = 0; i < 3; ++i) {
+    if (name.substr(name.find('.') + 1) == kAngles[static_cast<std::size_t>(i)]) {
+      return kRollPitchYaw + i;
+    }
+  }
+  if (name.size() == 2 && name[0] == 'q') {
+    const int index = name[1] - '0' - first.quaternion;
+    if (index >= 0 && index < 4) return kNumbered + index;
+  }
   if (name.size() != 3 || name[0] != 'm') return std::nullopt;
-  const int row = name[1] - '0' - firstIndex;
-  const int column = name[2] - '0' - firstIndex;
+  const int row = name[1] - '0' - first.matrix;
+  const int column = name[2] - '0' - first.matrix;
   if (row < 0 || row > 3 || column < 0 || column > 3) return std::nullopt;
   return kMatrix + 4 * row + column;
 }
 
+bool arePoseColumns(const std::vector<std::string>& names) {
+  const FirstIndex first = firstIndexOf(names);
+  return std::ranges::all_of(names, [&](const std::string& name) {
+    return TimeColumn::isTime(name) || partOf(columnName(name).base, first);
+  });
+}
+
+/// Turns by roll about x, then by pitch about y, then by yaw about z, axes that do not turn along.
+Eigen::Quaterniond fromRollPitchYaw(const Eigen::Vector3d& radians) {
+  using Eigen::AngleAxisd;
+  using Eigen::Vector3d;
+  return AngleAxisd(radians[2], Vector3d::UnitZ()) * AngleAxisd(radians[1], Vector3d::UnitY()) *
+         AngleAxisd(radians[0], Vector3d::UnitX());
+}
+
+Eigen::Quaterniond fromRotationVector(const Eigen::Vector3d& radians) {
+  const double angle = radians.norm();
+  if (!(angle > 0)) return Eigen::Quaterniond::Identity();
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, radians / angle));
+}
+
 class TableReader {
  public:
-  TableReader(const InputFile& file, std::string* form)
-      : file_(file), scanner_(file, {.comment = '#'}), form_(form) {}
+  TableReader(const InputFile& file, std::string* form, const MotionTableOptions& options)
+      : file_(file), options_(options), form_(form), table_(file) {}
 
   Result<model::Motion> read() {
-    if (auto done = readHeader(); !done) return pass(done.error());
-    if (auto done = findDecimalComma(); !done) return pass(done.error());
+    if (auto done = table_.begin(arePoseColumns); !done) return pass(done.error());
+    if (auto done = nameColumns(); !done) return pass(done.error());
+    if (auto done = findColumns(); !done) return pass(done.error());
+    if (auto done = findRotation(); !done) return pass(done.error());
+    if (auto done = findLengthUnit(); !done) return pass(done.error());
+    while (table_.nextRow()) {
+      if (auto added = addRow(); !added) return pass(added.error());
+    }
     if (form_ != nullptr) *form_ = form();
-    std::vector<model::KeyPose> poses;
-    std::vector<std::uint64_t> lines;
-    if (first_) {
-      auto pose = readPose(*first_);
-      if (!pose) return pass(pose.error());
-      poses.push_back(*pose);
-      lines.push_back(firstLine_);
-    }
-    while (scanner_.nextLine()) {
-      auto pose = readPose(scanner_.rest());
-      if (!pose) return pass(pose.error());
-      poses.push_back(*pose);
-      lines.push_back(scanner_.line());
-    }
-    auto motion = joinPoses(poses);
+    auto motion = joinPoses(poses_);
     if (!motion) return invalid(motion.error().text(), file_.path.string());
     for (model::HalfTurn& turn : motion->halfTurns) {
-      turn.between = fmt::format("lines {} and {}", lines[turn.pose], lines[turn.pose + 1]);
+      turn.between =
+          fmt::format("lines {} and {}", rows_.lines()[turn.pose], rows_.lines()[turn.pose + 1]);
     }
+    motion->lengthUnit = lengthUnit_;
+    motion->timeUnit = time_.unit();
     return motion;
   }
 
  private:
-  using Numbers = std::array<double, kParts>;
-
-  Result<void> readHeader() {
-    scanner_.nextLine();
-    const std::string_view line = scanner_.rest();
-    separator_ = separatorOf(line);
-    auto names = fieldsOf(line, separator_);
-    if (auto inComment = namesInComment(names); !inComment.empty()) {
-      names = std::move(inComment);
-      first_ = line;
-      firstLine_ = scanner_.line();
-    }
-    const bool fromZero =
-        std::ranges::any_of(names, [](std::string_view name) { return lowerCase(name) == "m00"; });
-    std::array<bool, kParts> has{};
-    for (const std::string_view name : names) {
-      const auto part = partOf(lowerCase(name), fromZero ? 0 : 1);
-      double number = 0;
-      if (!part && scanner_.parse(name, number, "")) {
-        return scanner_.invalidHere(fmt::format(
-            "found the number {}, expected a first line with the names of the columns: {}",
-            inQuotes(name), kKnownColumns));
+  /// The columns of a table that does not name them.
+  Result<void> nameColumns() {
+    const std::size_t count = table_.unnamedColumns();
+    if (count == 0) return {};
+    const bool isTum = table_.separatedByBlanks() && options_.angles.empty();
+    if (count == 8 && (isTum || !options_.quaternion.empty())) {
+      if (options_.quaternion == "wxyz") {
+        table_.setNames({"time", "x", "y", "z", "qw", "qx", "qy", "qz"});
+      } else {
+        table_.setNames({"time", "x", "y", "z", "qx", "qy", "qz", "qw"});
       }
-      if (!part) {
-        return scanner_.invalidHere(fmt::format(
-            "the column {} is unknown; {}known are {}", inQuotes(name),
+    } else if (count == 7 && options_.angles.starts_with("rpy")) {
+      table_.setNames({"time", "x", "y", "z", "roll", "pitch", "yaw"});
+    } else if (count == 7 && !options_.angles.empty()) {
+      table_.setNames({"time", "x", "y", "z", "rx", "ry", "rz"});
+    } else {
+      return table_.invalidHere(
+          fmt::format("found {} numbers, expected a first line with the names of the columns: {}",
+                      count, kKnownColumns));
+    }
+    notes_.push_back(
+        fmt::format("no names of columns: read as {}", fmt::join(table_.names(), " ")));
+    return {};
+  }
+
+  Result<void> findColumns() {
+    const std::vector<std::string>& names = table_.names();
+    const FirstIndex first = firstIndexOf(names);
+    const bool qualified = std::ranges::any_of(names, isQualified);
+    time_ = TimeColumn::find(names);
+    std::vector<std::string> skipped;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (std::ranges::find(time_.columns(), i) != time_.columns().end()) continue;
+      const auto part = partOf(columnName(names[i]).base, first);
+      if (part) {
+        if (auto set = setColumn(static_cast<std::size_t>(*part), i); !set) return set;
+      } else if (qualified || TimeColumn::isTime(names[i])) {
+        skipped.push_back(names[i]);
+      } else {
+        return table_.invalidHere(fmt::format(
+            "the column {} is unknown; {}known are {}", inQuotes(names[i]),
             names.size() == 1 ? "columns are separated by commas, semicolons, tabs or blanks; "
                               : "",
             kKnownColumns));
       }
-      if (has[static_cast<std::size_t>(*part)]) {
-        return scanner_.invalidHere(fmt::format(
-            "the column {} holds the same number of a pose as the column {}", inQuotes(name),
-            inQuotes(names_[static_cast<std::size_t>(
-                std::ranges::find(parts_, static_cast<std::size_t>(*part)) - parts_.begin())])));
-      }
-      has[static_cast<std::size_t>(*part)] = true;
-      parts_.push_back(static_cast<std::size_t>(*part));
-      names_.emplace_back(name);
     }
-    const auto count = [&](int from, int to) { return std::count(&has[from], &has[0] + to, true); };
-    const auto matrix = count(kMatrix, kParts);
-    const auto fourthRow = count(kMatrix + 12, kParts);
-    const auto positions = count(kPosition, kQuaternion);
-    const auto quaternions = count(kQuaternion, kMatrix);
-    hasMatrix_ = matrix > 0;
-    const bool whole =
-        hasMatrix_ ? matrix - fourthRow == 12 && fourthRow % 4 == 0 && positions + quaternions == 0
-                   : (positions == 3 || positions == 0) && (quaternions == 4 || quaternions == 0) &&
-                         positions + quaternions > 0;
-    if (has[kTime] && whole) return {};
-    if (!has[kTime] && whole) {
-      return scanner_.invalidHere(
-          fmt::format("the column of the time is missing ({}); the columns are {}", kTimeColumns,
-                      fmt::join(names_, ", ")));
-    }
-    if (const std::string missing = missingParts(has); !missing.empty()) {
-      return scanner_.invalidHere(
-          fmt::format("{} missing; the columns are {}", missing, fmt::join(names_, ", ")));
-    }
-    return scanner_.invalidHere(
-        fmt::format("the columns are {}; expected the time with a position, a quaternion or both, "
-                    "or with a whole matrix: {}",
-                    fmt::join(names_, ", "), kKnownColumns));
+    if (!skipped.empty()) notes_.push_back(noticeOfUnread(skipped));
+    return checkColumns();
   }
 
-  /// The names of the columns in the last comment before this line of numbers, as in
-  /// `# timestamp tx ty tz qx qy qz qw`; empty if that is not what they are.
-  std::vector<std::string_view> namesInComment(const std::vector<std::string_view>& numbers) {
-    double number = 0;
-    for (const std::string_view field : numbers) {
-      std::string pointed(field);
-      std::ranges::replace(pointed, ',', '.');
-      if (!scanner_.parse(pointed, number, "")) return {};
+  Result<void> setColumn(std::size_t part, std::size_t column) {
+    const std::string& name = table_.names()[column];
+    if (const auto other = columns_[part]) {
+      return table_.invalidHere(
+          fmt::format("the column {} holds the same number of a pose as the column {}",
+                      inQuotes(name), inQuotes(table_.names()[*other])));
     }
-    std::string_view comment;
-    std::string_view rest = file_.bytes;
-    for (std::uint64_t line = 1; line < scanner_.line(); ++line) {
-      const auto end = std::min(rest.find('\n'), rest.size());
-      std::string_view here = trimmed(rest.substr(0, end));
-      rest.remove_prefix(std::min(end + 1, rest.size()));
-      while (here.ends_with('\r') || here.ends_with(' ')) here.remove_suffix(1);
-      if (here.starts_with('#')) comment = here.substr(1);
-    }
-    auto names = fieldsOf(trimmed(comment), separatorOf(comment));
-    const bool known =
-        names.size() == numbers.size() && std::ranges::all_of(names, [](std::string_view name) {
-          return partOf(lowerCase(name), 0) || partOf(lowerCase(name), 1);
-        });
-    return known ? names : std::vector<std::string_view>();
-  }
-
-  /// Whether numbers have decimal commas, which they can where commas separate nothing.
-  Result<void> findDecimalComma() {
-    if (separator_ == ',') return {};
-    TextScanner lines = scanner_;
-    std::string_view fieldsHere = first_.value_or("");
-    std::uint64_t line = firstLine_;
-    std::string pointed;
-    std::string unclear;
-    std::uint64_t unclearLine = 0;
-    bool certain = false;
-    do {
-      for (const std::string_view field : fieldsOf(fieldsHere, separator_)) {
-        const auto commas = std::ranges::count(field, ',');
-        if (commas == 0 && field.find('.') != field.npos && pointed.empty()) pointed = field;
-        if (commas != 1 || field.find('.') != field.npos) continue;
-        certain = certain || !mayBeThousands(field);
-        if (unclear.empty()) {
-          unclear = field;
-          unclearLine = line;
-        }
-      }
-      if (!lines.nextLine()) break;
-      fieldsHere = lines.rest();
-      line = lines.line();
-    } while (true);
-    if (unclear.empty()) return {};
-    if (!pointed.empty()) {
-      return invalid(
-          fmt::format("found {} and {}: numbers have a decimal comma or a decimal point, "
-                      "not both",
-                      inQuotes(unclear), inQuotes(pointed)),
-          file_.atLine(unclearLine));
-    }
-    if (!certain) {
-      return invalid(fmt::format("found {}, whose comma may be a decimal comma or stand between "
-                                 "thousands; write decimal points",
-                                 inQuotes(unclear)),
-                     file_.atLine(unclearLine));
-    }
-    decimalComma_ = true;
+    columns_[part] = column;
     return {};
   }
 
-  /// What is unusual about the table, for a note.
-  std::string form() const {
-    std::vector<std::string_view> parts;
-    if (separator_ == ' ') parts.emplace_back("columns are separated by blanks");
-    if (first_) parts.emplace_back("their names are in a comment");
-    if (decimalComma_) parts.emplace_back("numbers have decimal commas");
-    return fmt::format("{}", fmt::join(parts, ", "));
+  std::ptrdiff_t countOf(int begin, int end) const {
+    return std::count_if(&columns_[0] + begin, &columns_[0] + end,
+                         [](const auto& column) { return column.has_value(); });
+  }
+  bool has(int begin, int end) const { return countOf(begin, end) == end - begin; }
+
+  Result<void> checkColumns() {
+    const auto matrix = countOf(kMatrix, kParts);
+    const auto fourthRow = countOf(kMatrix + 12, kParts);
+    const auto others = countOf(0, kMatrix);
+    const auto named = [&] { return fmt::format("{}", fmt::join(table_.names(), ", ")); };
+    int rotations = 0;
+    bool whole = others > 0;
+    for (const Group& group : kGroups) {
+      const auto count = countOf(group.begin, group.end);
+      whole = whole && (count == 0 || count == group.end - group.begin);
+      if (group.begin != kPosition && count > 0) ++rotations;
+    }
+    whole = matrix > 0 ? matrix - fourthRow == 12 && fourthRow % 4 == 0 && others == 0
+                       : whole && rotations <= 1;
+    if (whole && !time_.empty()) return {};
+    if (whole) {
+      return table_.invalidHere(fmt::format(
+          "the column of the time is missing ({}); the columns are {}", kTimeColumns, named()));
+    }
+    if (rotations > 1) {
+      return table_.invalidHere(fmt::format(
+          "the columns are {}, which give the rotation more than once; keep one of them", named()));
+    }
+    const std::string missing = matrix > 0 ? "" : missingColumns();
+    if (!missing.empty()) {
+      return table_.invalidHere(fmt::format("{} missing; the columns are {}", missing, named()));
+    }
+    return table_.invalidHere(
+        fmt::format("the columns are {}; expected the time with a position, a rotation or both, or "
+                    "with a whole matrix: {}",
+                    named(), kKnownColumns));
   }
 
-  /// Which columns a position, a quaternion or a matrix lacks that is there in part, if only one of
-  /// them is begun.
-  static std::string missingParts(const std::array<bool, kParts>& has) {
-    struct Group {
-      int begin;
-      int end;
-      std::vector<const char*> names;
-    };
-    static const std::array<Group, 2> kGroups = {
-        {{kPosition, kQuaternion, {"x", "y", "z"}},
-         {kQuaternion, kMatrix, {"qx", "qy", "qz", "qw"}}}};
-    if (std::count(&has[kMatrix], &has[0] + kParts, true) > 0) return {};
-    std::vector<const char*> missing;
+  /// Which columns are missing of what is there in part.
+  std::string missingColumns() const {
+    std::vector<std::string_view> missing;
     for (const Group& group : kGroups) {
-      const auto there = std::count(&has[0] + group.begin, &has[0] + group.end, true);
-      for (int part = group.begin; there > 0 && part < group.end; ++part) {
-        if (!has[static_cast<std::size_t>(part)]) {
-          missing.push_back(group.names[static_cast<std::size_t>(part - group.begin)]);
-        }
+      if (countOf(group.begin, group.end) == 0) continue;
+      std::string_view names = group.names;
+      for (int part = group.begin; part < group.end; ++part) {
+        const auto end = std::min(names.find(' '), names.size());
+        if (!columns_[static_cast<std::size_t>(part)]) missing.push_back(names.substr(0, end));
+        names.remove_prefix(std::min(end + 1, names.size()));
       }
     }
     if (missing.empty()) return {};
@@ -309,76 +283,236 @@ class TableReader {
                        fmt::join(missing, ", "), missing.size() == 1 ? "is" : "are");
   }
 
-  Result<model::KeyPose> readPose(std::string_view line) {
-    const auto fields = fieldsOf(line, separator_);
-    if (fields.size() != parts_.size()) {
-      return scanner_.invalidHere(
-          fmt::format("has {} fields, but {} columns are named", fields.size(), parts_.size()));
+  /// The unit that columns state, the same for all; "" if none does.
+  Result<std::string> unitOf(int begin, int end) const {
+    std::string unit = columnName(table_.names()[*columns_[static_cast<std::size_t>(begin)]]).unit;
+    for (int part = begin + 1; part < end; ++part) {
+      const std::string& name = table_.names()[*columns_[static_cast<std::size_t>(part)]];
+      if (columnName(name).unit == unit) continue;
+      return table_.invalidHere(fmt::format(
+          "the columns {} and {} have different units",
+          inQuotes(table_.names()[*columns_[static_cast<std::size_t>(begin)]]), inQuotes(name)));
     }
-    Numbers numbers{};
-    numbers[kQuaternion + 3] = 1;
-    numbers[kMatrix + 15] = 1;
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      std::string field(fields[i]);
-      if (decimalComma_) std::ranges::replace(field, ',', '.');
-      if (!scanner_.parse(field, numbers[parts_[i]], "a number")) {
-        return scanner_.invalidHere(
-            fmt::format("column {}: found {}, expected a number", names_[i], inQuotes(fields[i])));
+    return unit;
+  }
+
+  Result<void> findRotation() {
+    const bool numbered = has(kNumbered, kRollPitchYaw);
+    if (numbered && options_.quaternion.empty()) {
+      return table_.invalidHere(
+          "the columns q1 to q4, or q0 to q3, do not say which is w: name them qx, qy, qz and qw, "
+          "or state the order of `quaternion`, xyzw or wxyz");
+    }
+    if (!options_.quaternion.empty() && !numbered && table_.unnamedColumns() == 0) {
+      return fail(ErrorCode::Options,
+                  "the order of quaternions is stated, but the columns are named without it",
+                  file_.path.string());
+    }
+    for (int part = kNumbered; numbered && part < kRollPitchYaw; ++part) {
+      const auto axis = std::string_view("xyzw").find(
+          options_.quaternion[static_cast<std::size_t>(part - kNumbered)]);
+      columns_[kQuaternion + axis] = columns_[static_cast<std::size_t>(part)];
+      columns_[static_cast<std::size_t>(part)].reset();
+    }
+    return findAngles();
+  }
+
+  /// What angles are, and their unit.
+  Result<void> findAngles() {
+    const bool rollPitchYaw = has(kRollPitchYaw, kRotationVector);
+    const bool vector = has(kRotationVector, kMatrix);
+    if (!rollPitchYaw && !vector) {
+      if (options_.angles.empty()) return {};
+      return fail(ErrorCode::Options, "angles are stated, but the table has none",
+                  file_.path.string());
+    }
+    angles_ = rollPitchYaw ? kRollPitchYaw : kRotationVector;
+    auto named = unitOf(angles_, angles_ + 3);
+    if (!named) return pass(named.error());
+    const auto colon = options_.angles.find(':');
+    const std::string kind = options_.angles.substr(0, colon);
+    std::string unit = colon == std::string::npos ? "" : options_.angles.substr(colon + 1);
+    if (rollPitchYaw && kind == "rotvec") {
+      return fail(ErrorCode::Options,
+                  "rotation vectors are stated, but the columns are roll, pitch and yaw",
+                  file_.path.string());
+    }
+    if (!named->empty() && !unit.empty() && *named != unit) {
+      return fail(ErrorCode::Options,
+                  fmt::format("angles are stated to be in '{}', but the names of the columns say "
+                              "'{}'",
+                              unit, *named),
+                  file_.path.string());
+    }
+    if (!named->empty()) unit = *named;
+    isVector_ = vector && kind != "rpy";
+    if (isVector_ && kind.empty() && unit == "deg") {
+      return table_.invalidHere(
+          "rx, ry and rz in degrees may be a rotation vector or angles of roll, pitch and yaw: "
+          "state `angles`, rotvec:deg or rpy:deg");
+    }
+    if (unit.empty() && !isVector_) {
+      return table_.invalidHere(
+          "nothing says whether roll, pitch and yaw are in degrees or radians: name the columns "
+          "roll_deg or roll_rad and so on, or state `angles`, rpy:deg or rpy:rad");
+    }
+    statedUnit_ = !unit.empty();
+    if (!statedUnit_) {
+      unit = "rad";
+      notes_.emplace_back("rx ry rz are rotation vectors in radians");
+    }
+    if (unit != "deg" && unit != "rad") {
+      return table_.invalidHere(fmt::format("angles are in '{}', expected deg or rad", unit));
+    }
+    perUnit_ = unit == "deg" ? std::numbers::pi / 180 : 1;
+    return {};
+  }
+
+  Result<void> findLengthUnit() {
+    lengthUnit_ = options_.lengthUnit;
+    if (!has(kPosition, kQuaternion)) return {};
+    const auto named = unitOf(kPosition, kQuaternion);
+    if (!named) return pass(named.error());
+    if (named->empty()) return {};
+    if (lengthUnit_.empty()) lengthUnit_ = *named;
+    const auto conversion = model::lengthConversion(*named, lengthUnit_);
+    if (!conversion) {
+      return table_.invalidHere(
+          fmt::format("positions are in '{}', which cannot be converted to "
+                      "'{}'; known units are nm, um, mm, cm, dm, m, km, in, "
+                      "ft and yd",
+                      *named, lengthUnit_));
+    }
+    length_ = *conversion;
+    return {};
+  }
+
+  /// Adds the pose of this row, or leaves it out if it repeats the one before.
+  Result<void> addRow() {
+    const auto pose = readPose();
+    if (!pose) return pass(pose.error());
+    // Of the two quaternions of a rotation, one.
+    Eigen::Vector4d q = pose->quaternion.coeffs();
+    const Eigen::Vector4d other = -q;
+    if (std::ranges::lexicographical_compare(q, other)) q = other;
+    const model::Point3& p = pose->position;
+    const std::array content = {p.x(), p.y(), p.z(), q[0], q[1], q[2], q[3]};
+    const auto added = rows_.add(table_, pose->time, content);
+    if (!added) return pass(added.error());
+    if (*added) poses_.push_back(*pose);
+    return {};
+  }
+
+  Result<model::KeyPose> readPose() {
+    std::array<double, 2> stamps{};
+    const auto time = std::span(stamps).first(time_.columns().size());
+    if (auto read = table_.numbers(time_.columns(), time); !read) return pass(read.error());
+    if (poses_.empty()) {
+      if (auto chosen = time_.choose(time, options_.timeUnit); !chosen) {
+        return table_.invalidHere(chosen.error().message);
       }
     }
     model::KeyPose pose;
-    pose.time = numbers[kTime];
-    return hasMatrix_ ? withMatrix(pose, numbers) : withQuaternion(pose, numbers);
+    pose.time = time_.at(time);
+    return countOf(kMatrix, kParts) > 0 ? withMatrix(pose) : withRotation(pose);
   }
 
-  Result<model::KeyPose> withQuaternion(model::KeyPose pose, const Numbers& numbers) {
-    pose.position = model::Point3(&numbers[kPosition]);
-    const double* q = &numbers[kQuaternion];
-    pose.quaternion = Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
-    const double length = pose.quaternion.norm();
-    if (!(std::abs(length - 1) <= kRounded)) {
-      return scanner_.invalidHere(fmt::format("a quaternion of length {}, expected 1", length));
+  /// The numbers of some parts; those that have no column keep their value.
+  template <int Size>
+  Result<void> read(int begin, Eigen::Matrix<double, Size, 1>& into) {
+    for (int i = 0; i < Size; ++i) {
+      const auto column = columns_[static_cast<std::size_t>(begin + i)];
+      if (!column) continue;
+      const auto done = table_.numbers(std::span(&*column, 1), std::span(&into[i], 1));
+      if (!done) return done;
     }
+    return {};
+  }
+
+  Result<model::KeyPose> withRotation(model::KeyPose pose) {
+    if (auto done = read<3>(kPosition, pose.position); !done) return pass(done.error());
+    if (!pose.position.allFinite()) return table_.invalidHere("has a position that is not finite");
+    for (double& coordinate : pose.position) coordinate = length_(coordinate);
+    if (angles_ != 0) return withAngles(pose);
+    Eigen::Vector4d q(0, 0, 0, 1);
+    if (auto done = read<4>(kQuaternion, q); !done) return pass(done.error());
+    if (!(std::abs(q.norm() - 1) <= kRounded)) {
+      return table_.invalidHere(fmt::format("a quaternion of length {}, expected 1", q.norm()));
+    }
+    pose.quaternion = Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized();
+    return pose;
+  }
+
+  Result<model::KeyPose> withAngles(model::KeyPose pose) {
+    Eigen::Vector3d angles = Eigen::Vector3d::Zero();
+    if (auto done = read<3>(angles_, angles); !done) return pass(done.error());
+    if (!angles.allFinite()) return table_.invalidHere("has an angle that is not finite");
+    // A vector that turns by more is not one of radians.
+    constexpr double kMostRadians = 2 * std::numbers::pi + kRounded;
+    if (isVector_ && !statedUnit_ && angles.norm() > kMostRadians) {
+      return table_.invalidHere(fmt::format(
+          "rx, ry and rz are a rotation vector of {:.4g} radians, more than a whole turn: state "
+          "`angles`, rotvec:deg, rotvec:rad, rpy:deg or rpy:rad",
+          angles.norm()));
+    }
+    angles *= perUnit_;
+    pose.quaternion = (isVector_ ? fromRotationVector(angles) : fromRollPitchYaw(angles));
     pose.quaternion.normalize();
     return pose;
   }
 
-  Result<model::KeyPose> withMatrix(model::KeyPose pose, const Numbers& numbers) {
+  Result<model::KeyPose> withMatrix(model::KeyPose pose) {
+    Eigen::Matrix<double, 16, 1> numbers = Eigen::Matrix<double, 16, 1>::Zero();
+    numbers[15] = 1;
+    if (auto done = read<16>(kMatrix, numbers); !done) return pass(done.error());
     const Eigen::Matrix4d matrix =
-        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(&numbers[kMatrix]);
+        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
     if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
-      return scanner_.invalidHere("the last row of the matrix is not 0 0 0 1");
+      return table_.invalidHere("the last row of the matrix is not 0 0 0 1");
     }
     const Eigen::Matrix3d turn = matrix.topLeftCorner<3, 3>();
     if (!(turn * turn.transpose()).isIdentity(kRounded) || !(turn.determinant() > 0)) {
-      return scanner_.invalidHere(
-          "the matrix scales, shears or mirrors: a rigid motion only turns "
-          "and moves");
+      return table_.invalidHere(
+          "the matrix scales, shears or mirrors: a rigid motion only turns and moves");
     }
     pose.quaternion = Eigen::Quaterniond(turn).normalized();
     pose.position = matrix.topRightCorner<3, 1>();
     return pose;
   }
 
+  /// What is unusual about the table, for a note.
+  std::string form() const {
+    std::vector<std::string> parts = table_.form();
+    parts.insert(parts.end(), notes_.begin(), notes_.end());
+    if (auto notice = rows_.notice(); !notice.empty()) parts.push_back(notice);
+    return fmt::format("{}", fmt::join(parts, ", "));
+  }
+
   /// Tables often have few digits; an error in the order of columns is far larger.
   static constexpr double kRounded = 1e-2;
 
   const InputFile& file_;
-  TextScanner scanner_;
+  const MotionTableOptions& options_;
   std::string* form_;
-  char separator_ = ',';
-  bool decimalComma_ = false;
-  std::optional<std::string_view> first_;  // pose, if a comment has the names
-  std::uint64_t firstLine_ = 0;
-  std::vector<std::size_t> parts_;  // of each column
-  std::vector<std::string> names_;
-  bool hasMatrix_ = false;
+  NumberTable table_;
+  TimeColumn time_;
+  std::array<std::optional<std::size_t>, kParts> columns_{};
+  int angles_ = 0;  // the first part of the angles; 0 if there are none
+  bool isVector_ = false;
+  bool statedUnit_ = false;
+  double perUnit_ = 1;  // radians
+  std::string lengthUnit_;
+  model::UnitConversion length_;
+  std::vector<model::KeyPose> poses_;
+  RowTimes rows_;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace
 
-Result<model::Motion> readMotionCsv(const InputFile& file, std::string* form) {
-  return TableReader(file, form).read();
+Result<model::Motion> readMotionCsv(const InputFile& file, std::string* form,
+                                    const MotionTableOptions& options) {
+  return TableReader(file, form, options).read();
 }
 
 }  // namespace t4d::formats

@@ -10,7 +10,7 @@ bool isForeignScene(const std::filesystem::path& path) {
 
 bool readsForeignScenes() { return false; }
 
-Result<ForeignScene> readForeignScene(const InputFile& file) {
+Result<ForeignScene> readForeignScene(const InputFile& file, bool /*keepAxes*/) {
   return fail(ErrorCode::Unsupported,
               "this build does not read FBX and COLLADA, since it has no Assimp; convert the file "
               "to glTF",

@@ -133,8 +133,10 @@ class Bounds {
 
 Result<std::optional<ChordBound>> chordBound(const model::Source& source,
                                              const model::TimeSpan& span,
+                                             const MotionBetweenLayers& motion,
                                              const model::Progress& progress) {
   std::optional<ChordBound> worst;
+  if (!motion.isKnown) return worst;
   Bounds bounds(worst);
   std::shared_ptr<const LayerPose> before;
   for (std::size_t i = 0; i < source.slabCount(); ++i) {
@@ -161,6 +163,10 @@ Result<std::optional<ChordBound>> chordBound(const model::Source& source,
     if (progress) {
       progress(static_cast<double>(i + 1) / static_cast<double>(source.slabCount()));
     }
+  }
+  if (worst && motion.bound) {
+    worst->isStated = true;
+    worst->bound = *motion.bound;
   }
   if (worst) worst->bound += worst->rounding;
   return worst;

@@ -71,7 +71,7 @@ TEST(ChordBound, IsZeroForTranslationsAndUnknownForVoxelsAndDeformations) {
   const auto motion = model::chainScrews(0, {&run, 1});
   const model::Mesh mesh = swept(fixtures::cube(2), *motion, {});
   double last = 0;
-  const auto bound = chordBound(mesh, {0, 2}, [&](double part) {
+  const auto bound = chordBound(mesh, {0, 2}, {}, [&](double part) {
     EXPECT_GT(part, last);
     last = part;
   });

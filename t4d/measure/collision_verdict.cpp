@@ -27,20 +27,24 @@ std::optional<double> ratioFor(const ChordBound& a, const ChordBound& b, double 
   return ratio < 1 ? std::optional(ratio) : std::nullopt;
 }
 
+/// Steps for which the bounds of both together are at most `length`, as what decides a verdict.
+template <class Verdict>
+void setSteps(Verdict& verdict, const ChordBound& a, const ChordBound& b, double length) {
+  if (!a.isStated && !b.isStated) verdict.minVolumeRatio = ratioFor(a, b, length);
+  const int moving = (a.bound > a.rounding ? 1 : 0) + (b.bound > b.rounding ? 1 : 0);
+  if (moving > 0) verdict.maxDeviation = length / moving;
+}
+
 }  // namespace
 
 Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Source& a,
-                                   const model::Source& b, std::array<bool, 2> followPoses) {
+                                   const model::Source& b,
+                                   const std::array<MotionBetweenLayers, 2>& motions) {
   CollisionVerdict result;
   if (!collision.common) return result;
-  const auto boundOf = [&](const model::Source& source,
-                           bool follows) -> Result<std::optional<ChordBound>> {
-    if (!follows) return std::optional<ChordBound>();
-    return chordBound(source, *collision.common);
-  };
-  const auto boundA = boundOf(a, followPoses[0]);
+  const auto boundA = chordBound(a, *collision.common, motions[0]);
   if (!boundA) return pass(boundA.error());
-  const auto boundB = boundOf(b, followPoses[1]);
+  const auto boundB = chordBound(b, *collision.common, motions[1]);
   if (!boundB) return pass(boundB.error());
   result.chordsA = *boundA;
   result.chordsB = *boundB;
@@ -78,7 +82,7 @@ Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Sour
   // Finer meshes may be nearer by their own bound, and must still be apart by more than that.
   const double share = margin / 2 - chordsA.rounding - chordsB.rounding;
   if (result.verdict == Verdict::WithinTolerance && share > 0) {
-    result.minVolumeRatio = ratioFor(chordsA, chordsB, share);
+    setSteps(result, chordsA, chordsB, share);
   }
   return result;
 }
@@ -109,11 +113,12 @@ ClearanceVerdict clearanceVerdict(const Collision& collision, const CollisionVer
     const double margin = std::max(collision.clearance->lowerBound - distance,
                                    distance - collision.clearance->distance);
     if (margin > 0) {
-      result.minVolumeRatio = ratioFor(verdict.chordsA.value_or(ChordBound{}),
-                                       verdict.chordsB.value_or(ChordBound{}), margin / 2);
+      setSteps(result, verdict.chordsA.value_or(ChordBound{}),
+               verdict.chordsB.value_or(ChordBound{}), margin / 2);
     }
   } else {
     result.minVolumeRatio = verdict.minVolumeRatio;
+    result.maxDeviation = verdict.maxDeviation;
   }
   return result;
 }

@@ -38,8 +38,11 @@ struct CollisionVerdict {
   double clearBy = 0;
   /// For WithinTolerance: steps that keep this fraction of the volume (mesh4d::MinVolumeRatio)
   /// decide the case if the depth or the distance found is that of the motions: they make the bound
-  /// smaller than half of it. If it is not, the finer mesh names the next. Nothing if no steps do.
+  /// smaller than half of it. If it is not, the finer mesh names the next. Nothing if no steps do,
+  /// or if the motion of a body is not a screw from pose to pose.
   std::optional<double> minVolumeRatio;
+  /// The same as mesh4d::MaxDeviation, for any motion.
+  std::optional<double> maxDeviation;
 };
 
 /// Whether a distance between the true solids is kept at all times.
@@ -53,8 +56,9 @@ struct ClearanceVerdict {
   /// The true solids are apart by at least `least` and, at some time, by at most `most`.
   double least = 0;
   double most = 0;
-  /// As CollisionVerdict::minVolumeRatio, for Unknown.
+  /// As those of CollisionVerdict, for Unknown.
   std::optional<double> minVolumeRatio;
+  std::optional<double> maxDeviation;
 };
 
 /// Bodies that never exist together keep any distance; those that overlap keep none.
@@ -62,11 +66,10 @@ ClearanceVerdict clearanceVerdict(const Collision& collision, const CollisionVer
                                   double distance);
 
 /// A point of both meshes that is deeper in each than the bound of this is a point of both true
-/// solids. Slices the bodies at the deepest time of each interval. `followPoses` is whether the
-/// motion of a, and that of b, is the screw from pose to pose; otherwise nothing is known of it.
-/// Fails if a source does.
+/// solids. Slices the bodies at the deepest time of each interval. `motions` are those of a and of
+/// b. Fails if a source does.
 Result<CollisionVerdict> verdictOn(const Collision& collision, const model::Source& a,
                                    const model::Source& b,
-                                   std::array<bool, 2> followPoses = {true, true});
+                                   const std::array<MotionBetweenLayers, 2>& motions = {});
 
 }  // namespace t4d::measure

@@ -372,7 +372,8 @@ Result<MeshReport> joinedReport(const std::vector<PartOfMesh>& parts) {
     sum.closed = sum.closed && one.closed;
     sum.oriented = sum.oriented && one.oriented;
     sum.degenerateCells += one.degenerateCells;
-    if (sum.vertexLinksOk) sum.vertexLinksOk = *sum.vertexLinksOk && one.vertexLinksOk.value_or(true);
+    if (sum.vertexLinksOk)
+      sum.vertexLinksOk = *sum.vertexLinksOk && one.vertexLinksOk.value_or(true);
     sum.issues.add(one.issues);
     whole.hypervolume.add(parts[i].hypervolume);
     whole.hypervolumeMagnitude.add(parts[i].hypervolumeMagnitude);

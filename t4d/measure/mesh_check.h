@@ -64,7 +64,8 @@ struct MeshReport {
   bool valid() const { return issues.errors == 0; }
 };
 
-/// What is found in some consecutive slabs of a mesh, which adds up to what is found in all of them.
+/// What is found in some consecutive slabs of a mesh, which adds up to what is found in all of
+/// them.
 struct PartOfMesh {
   MeshReport found;  ///< without what follows, and `components`
   model::OrderlessSum hypervolume;

@@ -211,8 +211,7 @@ std::vector<Distribution::Bin> Distribution::bins() const {
   return bins;
 }
 
-std::optional<Distribution> Distribution::of(const std::vector<Bin>& bins, double min,
-                                             double max) {
+std::optional<Distribution> Distribution::of(const std::vector<Bin>& bins, double min, double max) {
   Distribution made;
   for (const auto& [number, count] : bins) {
     if (number >> kBitsAfterExponent >= kOctaves) return std::nullopt;

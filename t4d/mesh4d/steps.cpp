@@ -18,21 +18,6 @@ double stepsFor(double angleDegrees, double stepDegrees) {
   return std::ceil(std::abs(angleDegrees) / stepDegrees * (1 - kRounding));
 }
 
-Result<void> checkRule(const StepRule& rule) {
-  if (const auto* volume = std::get_if<MinVolumeRatio>(&rule)) {
-    if (!(volume->ratio >= 0 && volume->ratio < 1)) {
-      return invalid(
-          fmt::format("R_Vmin is {}; it must lie in [0, 1), 0.998 for instance", volume->ratio));
-    }
-  } else if (const auto* steps = std::get_if<StepsPerSegment>(&rule)) {
-    if (steps->steps == 0) return invalid("0 steps were requested; at least 1 is needed");
-  } else if (!(std::get<MaxDeviation>(rule).length > 0)) {
-    return invalid(fmt::format("the maximum deviation is {}; it must be a positive length",
-                               std::get<MaxDeviation>(rule).length));
-  }
-  return {};
-}
-
 /// The steps of a segment that turns.
 double stepsFor(const StepRule& rule, double angleDegrees, const model::Chords& chords) {
   if (const auto* volume = std::get_if<MinVolumeRatio>(&rule)) {
@@ -63,6 +48,21 @@ std::optional<double> possibleDeviation(const model::Motion& motion,
 }
 
 }  // namespace
+
+Result<void> checkRule(const StepRule& rule) {
+  if (const auto* volume = std::get_if<MinVolumeRatio>(&rule)) {
+    if (!(volume->ratio >= 0 && volume->ratio < 1)) {
+      return invalid(
+          fmt::format("R_Vmin is {}; it must lie in [0, 1), 0.998 for instance", volume->ratio));
+    }
+  } else if (const auto* steps = std::get_if<StepsPerSegment>(&rule)) {
+    if (steps->steps == 0) return invalid("0 steps were requested; at least 1 is needed");
+  } else if (!(std::get<MaxDeviation>(rule).length > 0)) {
+    return invalid(fmt::format("the maximum deviation is {}; it must be a positive length",
+                               std::get<MaxDeviation>(rule).length));
+  }
+  return {};
+}
 
 std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::TriangleMesh& mesh,
                                     PrismSplit split) {

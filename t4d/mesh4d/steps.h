@@ -46,6 +46,9 @@ std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::Tr
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
                                            std::span<const model::Chords> chords = {});
 
+/// Fails for a ratio outside [0, 1), zero steps and a deviation that is not positive.
+Result<void> checkRule(const StepRule& rule);
+
 /// The largest bound of any step, in length units.
 double largestDeviation(const model::Motion& motion, std::span<const std::uint64_t> steps,
                         std::span<const model::Chords> chords);

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/t4d/body_details.h"
 #include "t4d/measure/overlap.h"
 #include "t4d/verbs/json_text.h"
 
@@ -19,34 +21,56 @@ using measure::Verdict;
 using model::Point3;
 using nlohmann::ordered_json;
 
-/// Whether one of the bodies is joined to the other.
-bool areAdjacent(const formats::Metadata& metadata, const BodyNames& names) {
-  return std::ranges::any_of(metadata.bodies, [&](const formats::BodyInfo& body) {
-    return (body.name == names[0] && body.parent == names[1]) ||
-           (body.name == names[1] && body.parent == names[0]);
-  });
-}
+/// The links that bodies of an input are parts of, and those that these are joined to.
+class Links {
+ public:
+  explicit Links(const formats::Metadata& metadata) {
+    for (const formats::BodyInfo& body : metadata.bodies) links_[body.name] = linkOf(body);
+    for (const formats::BodyInfo& body : metadata.bodies) {
+      if (!body.parent.empty()) parents_[body.name] = of(body.parent);
+    }
+  }
+  std::string of(const std::string& body) const {
+    const auto found = links_.find(body);
+    return found == links_.end() ? body : found->second;
+  }
+  bool areAdjacent(const BodyNames& names) const {
+    return of(names[0]) == of(names[1]) || isPart(names[0], names[1]) || isPart(names[1], names[0]);
+  }
+
+ private:
+  bool isPart(const std::string& child, const std::string& parent) const {
+    const auto found = parents_.find(child);
+    return found != parents_.end() && found->second == of(parent);
+  }
+
+  std::map<std::string, std::string> links_;
+  std::map<std::string, std::string> parents_;  // of each body: the link of its parent
+};
 
 /// Which bodies are tested: those of one file with those of the other, or all of one file.
 CollideReport pairsOf(const std::span<const Input> inputs, const CollideOptions& options) {
   CollideReport report{{}, {}, options.overlapVolumes};
+  const Links links(inputs.front().metadata);
   const auto isIgnored = [&](const BodyNames& names) {
     const BodyNames turned = {names[1], names[0]};
     return std::ranges::any_of(
                options.ignore,
                [&](const BodyNames& pair) { return pair == names || pair == turned; }) ||
-           (inputs.size() == 1 && !options.adjacent && areAdjacent(inputs.front().metadata, names));
+           (inputs.size() == 1 && !options.adjacent && links.areAdjacent(names));
   };
   const std::vector<model::Body>& first = inputs.front().bodies;
   const std::vector<model::Body>& last = inputs.back().bodies;
-  const std::array follow = {followsPoses(inputs.front()), followsPoses(inputs.back())};
   for (std::size_t i = 0; i < first.size(); ++i) {
     for (std::size_t j = inputs.size() == 1 ? i + 1 : 0; j < last.size(); ++j) {
       const BodyNames names = {first[i].name, last[j].name};
       if (isIgnored(names)) {
         report.ignored.push_back(names);
       } else {
-        report.pairs.push_back({first[i], last[j], follow});
+        report.pairs.push_back(
+            {first[i],
+             last[j],
+             {motionOf(inputs.front(), names[0]), motionOf(inputs.back(), names[1])}});
       }
     }
   }
@@ -133,6 +157,7 @@ ordered_json jsonOf(const CollidedPair& pair, bool overlapVolumes) {
   value["clear_by"] = collision.common ? ordered_json(pair.verdict.clearBy) : ordered_json();
   value["rv_min"] = orNull(pair.decidingVolumeRatio());
   value["steps_per_turn"] = orNull(pair.decidingStepsPerTurn());
+  value["max_deviation"] = orNull(pair.decidingDeviation());
   value["keeps_clearance"] = pair.clearance ? ordered_json(pair.keepsClearance()) : ordered_json();
   value["breaks_clearance"] =
       pair.clearance ? ordered_json(pair.clearance->answer == ClearanceVerdict::Answer::NotKept)
@@ -147,7 +172,7 @@ Result<void> measurePair(CollidedPair& pair, const CollideOptions& options,
   if (!collision) return pass(collision.error());
   pair.collision = std::move(*collision);
   const auto judge = [&] {
-    return measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.followPoses);
+    return measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.motions);
   };
   auto verdict = judge();
   if (!verdict) return pass(verdict.error());
@@ -190,6 +215,13 @@ std::optional<std::uint64_t> CollidedPair::decidingStepsPerTurn() const {
   // A step of the angle theta keeps (1 + cos(theta)) / 2 of the volume (mesh4d/sweep.h).
   const double angle = std::acos(std::clamp(2 * *ratio - 1, -1.0, 1.0));
   return static_cast<std::uint64_t>(std::ceil(2 * std::acos(-1) / angle));
+}
+
+std::optional<double> CollidedPair::decidingDeviation() const {
+  const auto& ofClearance = clearance ? clearance->maxDeviation : std::nullopt;
+  if (!ofClearance || !verdict.maxDeviation)
+    return ofClearance ? ofClearance : verdict.maxDeviation;
+  return std::min(*ofClearance, *verdict.maxDeviation);
 }
 
 bool CollideReport::mayMeet() const { return std::ranges::any_of(pairs, &CollidedPair::mayMeet); }

@@ -20,9 +20,9 @@ using BodyNames = std::array<std::string, 2>;
 struct CollideOptions {
   std::optional<double> clearance = {};  ///< a distance that is to be kept, in length units
   bool ignoreUnits = false;              ///< take numbers as they are where units differ
-  std::vector<BodyNames> ignore = {};    ///< pairs that are not tested, in either order
-  /// Also test each body of one input with its parent (formats::BodyInfo::parent), the link of a
-  /// mechanism that it is joined to.
+  std::vector<BodyNames> ignore = {};    ///< pairs of bodies that are not tested, in either order
+  /// Also test bodies of one input that are joined: parts of one link (formats::linkOf), or of two
+  /// of which one is the parent of the other (formats::BodyInfo::parent).
   bool adjacent = false;
   /// Measure overlaps; without it, their volumes and deepest times are not known.
   bool overlapVolumes = true;
@@ -33,7 +33,7 @@ struct CollideOptions {
 struct CollidedPair {
   model::Body a;
   model::Body b;
-  std::array<bool, 2> followPoses = {};  ///< of a and of b: followsPoses
+  std::array<measure::MotionBetweenLayers, 2> motions = {};  ///< of a and of b
   measure::Collision collision = {};
   measure::CollisionVerdict verdict = {};
   std::optional<measure::ClearanceVerdict> clearance = {};  ///< with CollideOptions::clearance
@@ -46,6 +46,7 @@ struct CollidedPair {
   /// The steps that decide what is open, as mesh4d::MinVolumeRatio; nothing if no steps do.
   std::optional<double> decidingVolumeRatio() const;
   std::optional<std::uint64_t> decidingStepsPerTurn() const;  ///< the same as steps
+  std::optional<double> decidingDeviation() const;            ///< likewise, as mesh4d::MaxDeviation
 };
 
 struct CollideReport {

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "t4d/formats/t4d/body_details.h"
 #include "t4d/model/source_part.h"
 #include "t4d/model/units.h"
 #include "t4d/verbs/similar_words.h"
@@ -49,6 +50,20 @@ class PartToWrite : public model::SourcePart {
  private:
   bool goesOn_;
 };
+
+/// Whether the details of a file do not say that its sweep was of an animation; of a merged file,
+/// whether none of those that it was made of do.
+bool sweptFromMotion(const nlohmann::json& details) {
+  if (!details.is_object()) return true;
+  if (const auto merged = details.find("merged"); merged != details.end()) {
+    return std::ranges::all_of(*merged, [](const nlohmann::json& file) {
+      return !file.is_object() || !file.contains("details") || sweptFromMotion(file["details"]);
+    });
+  }
+  const auto source = details.find("source");
+  return source == details.end() || !source->is_object() || !source->contains("mesh") ||
+         source->contains("motion");
+}
 
 }  // namespace
 
@@ -146,12 +161,14 @@ Result<void> checkSameUnits(const Input& a, const Input& b) {
   return {};
 }
 
-bool followsPoses(const Input& input) {
-  const auto details = nlohmann::json::parse(input.metadata.detailsJson, nullptr, false);
-  if (!details.is_object()) return true;
-  const auto source = details.find("source");
-  return source == details.end() || !source->is_object() || !source->contains("mesh") ||
-         source->contains("motion");
+measure::MotionBetweenLayers motionOf(const Input& input, const std::string& body) {
+  measure::MotionBetweenLayers motion;
+  motion.isKnown =
+      sweptFromMotion(nlohmann::json::parse(input.metadata.detailsJson, nullptr, false));
+  for (const formats::BodyInfo& info : input.metadata.bodies) {
+    if (info.name == body) motion.bound = formats::chordBoundOf(info);
+  }
+  return motion;
 }
 
 Result<model::Bounds3> boundsOf(const Input& input) {

@@ -11,6 +11,7 @@
 #include "t4d/formats/gltf_writer.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/writer.h"
+#include "t4d/measure/chord_bound.h"
 #include "t4d/model/body.h"
 #include "t4d/model/part.h"
 
@@ -61,9 +62,9 @@ Error inInput(Error error, const Input& input);
 /// Fails (Remedy::Units) if lengths, times or up axes of two inputs mean different things.
 Result<void> checkSameUnits(const Input& a, const Input& b);
 
-/// Whether the motion between two layers is the screw from the pose of the one to that of the
-/// other. In a sweep of an animation, nodes may move along curves there.
-bool followsPoses(const Input& input);
+/// What is known of the motion of a body between two layers. In a sweep of an animation, nodes may
+/// move along curves there.
+measure::MotionBetweenLayers motionOf(const Input& input, const std::string& body);
 
 /// Bounds in space of the bodies, at all times. Reads the slabs of a mesh in memory.
 Result<model::Bounds3> boundsOf(const Input& input);

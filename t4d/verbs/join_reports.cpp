@@ -32,11 +32,11 @@ using Rules = std::map<std::string, Rule, std::less<>>;
 /// Of the verbs whose reports are joined member by member.
 const std::map<std::string, Rules, std::less<>>& rulesOfVerbs() {
   static const Rules kGrids = {
-      {"mend", Rule::First},         {"frames", Rule::Add},
-      {"time_begin", Rule::First},   {"time_end", Rule::Last},
-      {"inside_points", Rule::Add},  {"empty_frames", Rule::Add},
-      {"bytes", Rule::Add},          {"most_active_voxels", Rule::Most},
-      {"seconds", Rule::Add},        {"peak_bytes", Rule::Most},
+      {"mend", Rule::First},        {"frames", Rule::Add},
+      {"time_begin", Rule::First},  {"time_end", Rule::Last},
+      {"inside_points", Rule::Add}, {"empty_frames", Rule::Add},
+      {"bytes", Rule::Add},         {"most_active_voxels", Rule::Most},
+      {"seconds", Rule::Add},       {"peak_bytes", Rule::Most},
       {"parts_lost", Rule::Append},
   };
   static const std::map<std::string, Rules, std::less<>> kRules = {

@@ -189,9 +189,8 @@ bool isWorse(const ordered_json& a, const ordered_json& b, const std::vector<std
 }  // namespace
 
 std::string partStateOf(const QualityReport& report) {
-  ordered_json state = {{"bodies", report.bodies},
-                        {"sides", ordered_json::array()},
-                        {"caps", ordered_json::array()}};
+  ordered_json state = {
+      {"bodies", report.bodies}, {"sides", ordered_json::array()}, {"caps", ordered_json::array()}};
   for (std::size_t k = 0; k < kQualityMeasures.size(); ++k) {
     state["sides"].push_back(stateOf(report.quality.sides[k]));
     state["caps"].push_back(stateOf(report.quality.caps[k]));

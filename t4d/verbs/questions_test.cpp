@@ -6,6 +6,8 @@
 
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion_reader.h"
+#include "t4d/formats/t4d/body_details.h"
+#include "t4d/mesh4d/mechanism_keys.h"
 #include "t4d/mesh4d/sweep.h"
 #include "t4d/verbs/collide.h"
 #include "t4d/verbs/quality.h"
@@ -148,7 +150,8 @@ TEST(Collide, LeavesOutPairs) {
     const auto report = collide({&input, 1}, options);
     if (!report) return pairs;
     for (const CollidedPair& pair : report->pairs) pairs.push_back(pair.a.name + pair.b.name);
-    EXPECT_EQ(report->pairs.size() + report->ignored.size(), 3);
+    const std::size_t count = input.bodies.size();
+    EXPECT_EQ(report->pairs.size() + report->ignored.size(), count * (count - 1) / 2);
     return pairs;
   };
   using Names = std::vector<std::string>;
@@ -156,9 +159,79 @@ TEST(Collide, LeavesOutPairs) {
   EXPECT_EQ(tested({.adjacent = true}), (Names{"baselink", "basetool", "linktool"}));
   EXPECT_EQ(tested({.ignore = {{"link", "base"}}, .adjacent = true}),
             (Names{"basetool", "linktool"}));
+  // Several bodies of one link are joined, and so are those of its neighbours.
+  input.bodies.push_back({"link 2", &arm});
+  input.metadata.bodies.push_back({.name = "link 2", .parent = "link"});
+  formats::setLink(input.metadata.bodies.back(), "link");
+  EXPECT_EQ(tested({}), Names{"basetool"});
+  EXPECT_EQ(tested({.ignore = {{"base", "link"}}, .adjacent = true}),
+            (Names{"basetool", "baselink 2", "linktool", "linklink 2", "toollink 2"}));
   const auto none = collide({&input, 1}, {.ignore = {{"tool", "base"}}});
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().code, ErrorCode::Options);
+}
+
+/// A coupler that two cranks carry along half a circle of radius 10 without turning it, below a
+/// beam that it just scrapes, by 0.01 for a moment.
+Input parallelogram(const mesh4d::StepRule& rule, std::array<model::Mesh, 2>& meshes) {
+  using model::Joint;
+  const auto turning = [](double x, double degrees) {
+    const Joint joint{Joint::Type::Revolute, {x, 0, 0}, {0, 0, 1}};
+    return *model::jointMotion(joint, std::vector{0.0, 1.0}, std::vector{0.0, degrees});
+  };
+  model::Mechanism mechanism;
+  mechanism.links = {
+      {"crank", model::Link::kWorld, turning(0, 180)}, {"coupler", 0, turning(10, -180)}, {"beam"}};
+  const model::TriangleMesh cube = fixtures::cube(1);
+  const model::Point3 beam(0, 10 + 1 - 0.01, 0);
+  const mesh4d::LinkSolid solids[] = {{&cube, 1, {Eigen::Matrix3d::Identity(), {10, 0, 0}}},
+                                      {&cube, 2, {Eigen::Matrix3d::Identity(), beam}}};
+  auto keys = mesh4d::mechanismKeys(mechanism, solids, rule, mesh4d::PrismSplit::Fourteen, true);
+  EXPECT_TRUE(keys);
+  Input input{.name = "parallelogram", .metadata = {}, .bodies = {}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::string name = mechanism.links[i + 1].name;
+    EXPECT_TRUE(
+        mesh4d::sweep(cube, *(*keys)[i].keys, {.caps = mesh4d::CapMethod::Cone}, meshes[i]));
+    input.bodies.push_back({name, &meshes[i]});
+    input.metadata.bodies.push_back({.name = name});
+    formats::setChordBound(input.metadata.bodies.back(), (*keys)[i].chordBound);
+  }
+  return input;
+}
+
+// Without turning it has the poses of a translation, which a mesh follows exactly.
+TEST(Collide, TheMotionOfJointsIsNotTakenForTheScrewFromPoseToPose) {
+  std::array<model::Mesh, 2> meshes;
+  Input input = parallelogram(mesh4d::StepsPerSegment{5}, meshes);
+  auto report = collide({&input, 1});
+  ASSERT_TRUE(report);
+  const measure::CollisionVerdict& verdict = report->pairs[0].verdict;
+  EXPECT_FALSE(report->pairs[0].collision.contact());
+  EXPECT_EQ(verdict.verdict, measure::Verdict::WithinTolerance);
+  EXPECT_GE(*verdict.chordBound, 10 * (1 - std::cos(std::numbers::pi / 10)));
+  EXPECT_FALSE(verdict.minVolumeRatio);
+  // Each answer names the steps for the next.
+  for (int k = 0; k < 6 && report->pairs[0].decidingDeviation(); ++k) {
+    meshes = {};
+    input = parallelogram(mesh4d::MaxDeviation{*report->pairs[0].decidingDeviation()}, meshes);
+    report = collide({&input, 1});
+    ASSERT_TRUE(report);
+  }
+  EXPECT_EQ(report->pairs[0].verdict.verdict, measure::Verdict::Hit);
+}
+
+TEST(Collide, AMergedFileKnowsOnlyWhatAllOfItsFilesKnow) {
+  const model::Mesh mesh = movingCube(0, 4);
+  Input input = inMemory("a", mesh);
+  const auto known = [&](const char* details) {
+    input.metadata.detailsJson = details;
+    return motionOf(input, "a").isKnown;
+  };
+  EXPECT_TRUE(known(R"({"source":{"mesh":"a.obj","motion":"m.json"}})"));
+  EXPECT_FALSE(known(R"({"source":{"mesh":"a.glb"}})"));
+  EXPECT_TRUE(known(R"({"merged":[{"details":{"source":{"mechanism":"a.json"}}}]})"));
+  EXPECT_FALSE(known(R"({"merged":[{"details":{}},{"details":{"source":{"mesh":"a.glb"}}}]})"));
 }
 
 TEST(Collide, AsksForTheSameUnitsAndForTwoBodies) {

@@ -8,6 +8,7 @@
 
 #include "t4d/fixtures/deformations.h"
 #include "t4d/fixtures/fields.h"
+#include "t4d/fixtures/mechanisms.h"
 #include "t4d/fixtures/milled_programs.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/tool_paths.h"
@@ -141,6 +142,28 @@ void writeMotionSeeds(const fs::path& folder) {
   write(folder / "matrix.csv",
         "t;m00;m01;m02;m03;m10;m11;m12;m13;m20;m21;m22;m23\n"
         "0;1;0;0;0;0;1;0;0;0;0;1;0\n1;0;-1;0;2;1;0;0;0;0;0;1;0\n");
+}
+
+void writeMechanismSeeds(const fs::path& folder) {
+  std::string table;
+  for (const auto& file : fixtures::mechanismFiles()) {
+    if (file.name == "arm-joints.csv") table = file.text;
+  }
+  for (const auto& file : fixtures::mechanismFiles()) {
+    const bool urdf = file.text.starts_with('<');
+    write(folder / file.name, urdf ? file.text + '\0' + table : file.text);
+  }
+  write(folder / "slider.urdf",
+        std::string("<robot name='r'><link name='a'><visual><geometry><sphere radius='1'/>"
+                    "</geometry></visual></link><link name='b'><collision><origin rpy='0 0 1'/>"
+                    "<geometry><cylinder radius='1' length='2'/></geometry></collision></link>"
+                    "<link name='c'/><joint name='j' type='prismatic'><parent link='a'/>"
+                    "<child link='b'/><axis xyz='1 0 0'/><limit lower='0' upper='1'/></joint>"
+                    "<joint name='k' type='continuous'><parent link='b'/><child link='c'/>"
+                    "<mimic joint='j' multiplier='2'/></joint></robot>") +
+            '\0' +
+            "%time,field.name0,field.position0\n1700000000000000000,j,0\n"
+            "1700000001000000000,j,1\n");
 }
 
 std::string contents(const fs::path& path) {
@@ -387,6 +410,7 @@ int main(int count, char** arguments) {
   };
   fill("t4d", t4d::fuzz::writeT4dSeeds);
   fill("motion", t4d::fuzz::writeMotionSeeds);
+  fill("mechanism", t4d::fuzz::writeMechanismSeeds);
   fill("tool_path", t4d::fuzz::writeToolPathSeeds);
   fill("cache", t4d::fuzz::writeCacheSeeds);
   fill("mesh", t4d::fuzz::writeMeshSeeds);

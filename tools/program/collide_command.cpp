@@ -13,6 +13,7 @@
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/srdf_reader.h"
+#include "t4d/formats/t4d/body_details.h"
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/overlap.h"
 #include "t4d/verbs/collide.h"
@@ -85,10 +86,23 @@ std::string atMost(double bound, int digits,
   return bound > 0 ? rounded(false, bound, digits, limit) : "0";
 }
 
-std::string stepsText(double ratio, std::uint64_t perTurn) {
-  constexpr double kDigits = 1e9;
-  return fmt::format("--rv-min {} ({} a turn)", std::ceil(ratio * kDigits) / kDigits,
-                     counted(perTurn, "step"));
+/// The options of sweep that decide what is open, and how many steps they make.
+std::string stepsText(const CollidedPair& pair) {
+  if (const auto ratio = pair.decidingVolumeRatio()) {
+    constexpr double kDigits = 1e9;
+    return fmt::format("--rv-min {} ({} a turn)", std::ceil(*ratio * kDigits) / kDigits,
+                       counted(*pair.decidingStepsPerTurn(), "step"));
+  }
+  const double deviation = *pair.decidingDeviation();
+  double steps = 0;
+  for (const auto& [chords, source] : {std::pair(&pair.verdict.chordsA, pair.a.source),
+                                       std::pair(&pair.verdict.chordsB, pair.b.source)}) {
+    if (!*chords) continue;
+    // The bound of a step falls at least as fast as its duration.
+    steps = std::max(
+        steps, std::ceil((*chords)->bound / deviation * static_cast<double>(source->slabCount())));
+  }
+  return fmt::format("--max-deviation {} (some {} steps)", atLeast(deviation, 4), steps);
 }
 
 /// What the meshes do where the verdict is open, by how much.
@@ -139,9 +153,8 @@ std::string sentenceOf(const CollidedPair& pair, const std::optional<double>& cl
         "its layers",
         verdict.chordsA ? pair.b.name : pair.a.name);
   }
-  if (verdict.minVolumeRatio) {
-    sentence += fmt::format("; sweep with {} to decide it",
-                            stepsText(*verdict.minVolumeRatio, *pair.decidingStepsPerTurn()));
+  if (verdict.maxDeviation) {
+    sentence += fmt::format("; sweep with {} to decide it", stepsText(pair));
   } else if (verdict.verdict == Verdict::WithinTolerance) {
     sentence += "; no finer sweep decides it: change the motion so that they overlap or stay apart";
   }
@@ -168,9 +181,8 @@ std::string clearanceSentence(const CollidedPair& pair, double clearance) {
   }
   sentence += fmt::format("not kept for certain: they come within {} to {} of each other",
                           atLeast(verdict.least, 6), atMost(verdict.most, 6));
-  if (verdict.minVolumeRatio) {
-    return sentence + fmt::format("; sweep with {} to decide it",
-                                  stepsText(*verdict.minVolumeRatio, *pair.decidingStepsPerTurn()));
+  if (verdict.maxDeviation) {
+    return sentence + fmt::format("; sweep with {} to decide it", stepsText(pair));
   }
   return sentence + "; no finer sweep is known to decide it";
 }
@@ -317,15 +329,25 @@ Result<std::string> tableOf(const verbs::CollideReport& found, const Metadata& m
 Result<std::vector<verbs::BodyNames>> ignoredPairs(const CollideArguments& options,
                                                    std::span<const verbs::Input> inputs) {
   std::set<std::string> names;
+  std::multimap<std::string, std::string> bodiesOf;  // links
   for (const verbs::Input& input : inputs) {
-    for (const formats::BodyInfo& body : input.metadata.bodies) names.insert(body.name);
+    for (const formats::BodyInfo& body : input.metadata.bodies) {
+      names.insert(body.name);
+      bodiesOf.emplace(linkOf(body), body.name);
+    }
   }
   std::vector<verbs::BodyNames> pairs;
   for (const std::string& text : options.ignore) {
     if (formats::lowerCaseExtension(text) == ".srdf") {
       auto listed = formats::readDisabledCollisions(text);
       if (!listed) return pass(listed.error());
-      pairs.insert(pairs.end(), listed->begin(), listed->end());
+      for (const verbs::BodyNames& links : *listed) {
+        for (auto [a, endA] = bodiesOf.equal_range(links[0]); a != endA; ++a) {
+          for (auto [b, endB] = bodiesOf.equal_range(links[1]); b != endB; ++b) {
+            pairs.push_back({a->second, b->second});
+          }
+        }
+      }
       continue;
     }
     const std::size_t before = pairs.size();

@@ -32,6 +32,7 @@
 #include "tools/program/compare_text.h"
 #include "tools/program/console.h"
 #include "tools/program/input_options.h"
+#include "tools/program/motion_options.h"
 #include "tools/program/numbers.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/voxel_series.h"
@@ -50,6 +51,7 @@ struct CompareArguments {
   std::string input;
   std::string other;  // "" for both backends on `input`
   std::string motion;
+  MotionOptions table;
   std::vector<double> voxelSizes;
   voxel4d::FrameTimes frames;
   bool mask = false;
@@ -79,9 +81,10 @@ std::optional<std::string> misuseOf(const CompareArguments& options) {
   }
   if (!options.motion.empty() || !options.voxelSizes.empty() || options.frames.count ||
       options.frames.step || options.mask || options.between || !options.caps.empty() ||
-      options.rvMin || options.steps || !options.keep.empty()) {
-    return "--motion, --voxel-size, --frames, --frame-time, --mask, --between, --caps, --rv-min, "
-           "--steps and --keep are for one solid; two .t4d files are compared as they are";
+      options.rvMin || options.steps || !options.keep.empty() || !options.table.table.empty()) {
+    return "--motion and its options, --voxel-size, --frames, --frame-time, --mask, --between, "
+           "--caps, --rv-min, --steps and --keep are for one solid; two .t4d files are compared as "
+           "they are";
   }
   return std::nullopt;
 }
@@ -103,7 +106,7 @@ Result<Truth> truthOf(const CompareArguments& options) {
     return formats::readTriangleMesh(options.input);
   }();
   if (!loaded) return pass(loaded.error());
-  auto motion = formats::readMotion(options.motion);
+  auto motion = formats::readMotion(options.motion, nullptr, options.table.table);
   if (!motion) return pass(motion.error());
   std::vector<std::string> files = {options.input, options.motion};
   for (const auto& file : loaded->otherFiles) files.push_back(file.string());
@@ -143,6 +146,8 @@ Result<std::variant<MeshFile, int>> build(const CompareArguments& options, const
                                         "--up",      options.up,
                                         "-o",        asOperand(file.path),
                                         "--json"};
+  const std::vector<std::string> table = options.table.arguments();
+  arguments.insert(arguments.end(), table.begin(), table.end());
   const auto add = [&](const char* option, const std::string& value) {
     arguments.emplace_back(option);
     arguments.push_back(value);
@@ -549,6 +554,7 @@ void addCompare(CLI::App& app, int& exitCode) {
   command->add_option("OTHER", options->other, "Other .t4d file (path or URL)");
   command->add_option("-m,--motion", options->motion,
                       "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)");
+  options->table.addTo(*command);
   command
       ->add_option("--voxel-size", options->voxelSizes,
                    "voxel4d: Voxel edge length, or several: 2,1,0.5, in length units")

@@ -80,7 +80,8 @@ void addCompress(CLI::App& app, int& exitCode) {
   addT4dOutputOption(*command, options->output);
   options->coding.compression = 19;
   options->coding.addTo(*command);
-  options->part.addTo(*command, "Rewrite only part K of N of the slabs; `t4d join` joins the parts");
+  options->part.addTo(*command,
+                      "Rewrite only part K of N of the slabs; `t4d join` joins the parts");
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example:\n"

@@ -105,10 +105,11 @@ Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
     }
     auto silhouette = builder.finish();
     if (!silhouette) return inBody(silhouette.error());
-    const auto chords = measure::chordBound(*body.source, span, bar.part(body.source->slabCount()));
+    const auto chords = measure::chordBound(*body.source, span, motionOf(input, body.name),
+                                            bar.part(body.source->slabCount()));
     if (!chords) return inBody(chords.error());
     std::optional<double> bound;
-    if (*chords && followsPoses(input)) bound = (*chords)->bound;
+    if (*chords) bound = (*chords)->bound;
     if (options.each || all.empty()) {
       all.push_back({body.name, std::move(*silhouette), bound});
     } else {

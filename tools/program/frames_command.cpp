@@ -218,22 +218,23 @@ int run(const FramesArguments& options) {
   }
   printNotices(written->notices);
   const std::string manifest =
-      (names->folder / (part.count > 1 ? convert::manifestOfPart(names->manifest, part)
-                                       : names->manifest))
+      (names->folder /
+       (part.count > 1 ? convert::manifestOfPart(names->manifest, part) : names->manifest))
           .string();
   if (options.json) {
-    nlohmann::ordered_json result = {{"frames", written->frames},
-               {"triangles", written->triangles},
-               {"time_begin", times[own.begin]},
-               {"time_end", times[own.end - 1]},
-               {"bytes", written->bytes},
-               {"manifest", manifest},
-               {"light", written->light},
-               {"distance", written->distance},
-               {"max_speed", velocityJson(how.velocity.has_value(), written->maxSpeed)},
-               {"clamped", velocityJson(how.velocity.has_value(), written->clamped)},
-               {"color_range", painting->range()},
-               {"quantization_error", quantizationError(how.write.gltf)}};
+    nlohmann::ordered_json result = {
+        {"frames", written->frames},
+        {"triangles", written->triangles},
+        {"time_begin", times[own.begin]},
+        {"time_end", times[own.end - 1]},
+        {"bytes", written->bytes},
+        {"manifest", manifest},
+        {"light", written->light},
+        {"distance", written->distance},
+        {"max_speed", velocityJson(how.velocity.has_value(), written->maxSpeed)},
+        {"clamped", velocityJson(how.velocity.has_value(), written->clamped)},
+        {"color_range", painting->range()},
+        {"quantization_error", quantizationError(how.write.gltf)}};
     if (options.part.isGiven()) {
       result["part"] = options.part.json(identityOf(*input, times.size()));
     }

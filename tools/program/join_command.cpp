@@ -114,7 +114,9 @@ void addJoin(CLI::App& app, int& exitCode) {
       "join", "Join consecutive .t4d files without decoding them, or reports on parts");
   command->alias("concat");
   auto options = std::make_shared<JoinArguments>();
-  command->add_option("PART", options->parts, "Input files: .t4d, in the order of their times, or reports (.json) of parts")
+  command
+      ->add_option("PART", options->parts,
+                   "Input files: .t4d, in the order of their times, or reports (.json) of parts")
       ->required();
   command
       ->add_option("-o,--output", options->output,

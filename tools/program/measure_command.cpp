@@ -197,7 +197,8 @@ void addMeasure(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<MeasureArguments>();
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   options->frames.addTo(*command, kMostSamples);
-  options->part.addTo(*command, "Measure only part K of N of the times; `t4d join` joins the reports");
+  options->part.addTo(*command,
+                      "Measure only part K of N of the times; `t4d join` joins the reports");
   options->only.addTo(*command);
   command
       ->add_option(

@@ -1,5 +1,7 @@
 #include "tools/program/mending.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "tools/program/option_checks.h"
@@ -65,6 +67,25 @@ Result<edit::MendSurfaceReport> mendDeformation(model::TriangleMesh& mesh,
                                                 const std::string& path) {
   const ProgressBar bar("mending");
   return placed(edit::mendDeformation(mesh, keys, options.limits), path);
+}
+
+void addMended(const edit::MendSurfaceReport& body, const std::string& name,
+               std::optional<edit::MendSurfaceReport>& all) {
+  const bool first = !all;
+  if (first) {
+    all = body;
+    all->changes.clear();
+  } else {
+    all->hausdorff = std::max(all->hausdorff, body.hausdorff);
+    if (!body.volumeBefore) all->volumeBefore.reset();
+    if (all->volumeBefore) *all->volumeBefore += *body.volumeBefore;
+    all->volumeAfter += body.volumeAfter;
+    all->components += body.components;
+  }
+  for (edit::SurfaceChange change : body.changes) {
+    if (!name.empty()) change.text = fmt::format("body '{}': {}", name, change.text);
+    all->changes.push_back(std::move(change));
+  }
 }
 
 ordered_json mendJson(const edit::MendSurfaceReport& report) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,10 @@ Result<edit::MendSurfaceReport> mendDeformation(model::TriangleMesh& mesh,
                                                 std::unique_ptr<model::VertexKeys>& keys,
                                                 const MendingOptions& options,
                                                 const std::string& path);
+
+/// Adds the report of the body `name`, "" if there is but one, to that of those before it.
+void addMended(const edit::MendSurfaceReport& body, const std::string& name,
+               std::optional<edit::MendSurfaceReport>& all);
 
 /// The report as JSON (docs/mend.md).
 nlohmann::ordered_json mendJson(const edit::MendSurfaceReport& report);

@@ -25,6 +25,7 @@
 #include "tools/program/mending.h"
 #include "tools/program/mill_page.h"
 #include "tools/program/mill_tools.h"
+#include "tools/program/motion_options.h"
 #include "tools/program/option_checks.h"
 #include "tools/program/part_option.h"
 #include "tools/program/solid_input.h"
@@ -42,6 +43,7 @@ struct MillArguments {
   MendingOptions mending;
   MillToolOptions tools;
   std::string motion;
+  MotionOptions table;
   std::string gcode;
   std::string locations;
   std::string toolTable;
@@ -119,7 +121,7 @@ Result<formats::ToolPath> readPath(const MillArguments& options,
   if (!options.locations.empty()) return formats::readCutterLocations(options.locations, how);
   formats::ToolPath path;
   std::string form;
-  auto motion = formats::readMotion(options.motion, &form);
+  auto motion = formats::readMotion(options.motion, &form, options.table.table);
   if (!motion) return pass(motion.error());
   if (!form.empty()) path.notices.push_back(options.motion + ": " + form);
   if (const std::string notice = model::noticeOfHalfTurns(motion->halfTurns); !notice.empty()) {
@@ -287,6 +289,9 @@ std::optional<std::string> misuseOf(const MillArguments& options) {
   if (paths != 1) {
     return "how the tool moves is said by one of --motion, --gcode and --locations";
   }
+  if (!options.table.table.empty() && options.motion.empty()) {
+    return "--angles, --quaternion, --length-unit and --time-unit are for --motion";
+  }
   const bool saysMore = !options.toolTable.empty() || !options.offsets.empty() ||
                         !options.rotaries.empty() || options.tipControl;
   if (options.gcode.empty() && saysMore) {
@@ -436,6 +441,7 @@ void addMill(CLI::App& app, int& exitCode) {
       ->add_option("-m,--motion", options->motion,
                    "Tool motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)")
       ->check(someName());
+  options->table.addTo(*command);
   command->add_option("--gcode", options->gcode, "Tool motion: G-code, in mm and s (docs/mill.md)")
       ->check(someName());
   command

@@ -13,6 +13,7 @@ void MovingMeshInput::addTo(CLI::App& command) {
       .add_option("-m,--motion", motion,
                   "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)")
       ->required();
+  table.addTo(command);
   mending.addTo(command, mend);
 }
 
@@ -21,7 +22,7 @@ Result<MovingMeshInput::Loaded> MovingMeshInput::read() const {
   if (!loaded) return pass(loaded.error());
   if (loaded->mended) printNotices(noticesOf(*loaded->mended));
   std::string form;
-  auto poses = formats::readMotion(motion, &form);
+  auto poses = formats::readMotion(motion, &form, table.table);
   if (!poses) return pass(poses.error());
   if (!form.empty()) printNotices({motion + ": " + form});
   if (const std::string notice = model::noticeOfHalfTurns(poses->halfTurns); !notice.empty()) {

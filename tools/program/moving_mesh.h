@@ -7,6 +7,7 @@
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/model/motion.h"
 #include "tools/program/mending.h"
+#include "tools/program/motion_options.h"
 
 namespace t4d::tools {
 
@@ -18,8 +19,9 @@ struct MovingMeshInput {
   MendingOptions mending = {};
   std::string bodies = {};  ///< as SolidInput
   bool attributes = false;  ///< likewise
+  MotionOptions table = {};
 
-  /// MODEL, `--motion` and `--mend` with its limits.
+  /// MODEL, `--motion` with its options, and `--mend` with its limits.
   void addTo(CLI::App& command);
 
   struct Loaded {

@@ -25,7 +25,7 @@ constexpr std::array<Colour, 5> kRamp = {{{0.27F, 0.20F, 0.55F},
                                           {0.13F, 0.65F, 0.55F},
                                           {0.55F, 0.82F, 0.32F},
                                           {0.99F, 0.91F, 0.22F}}};
-constexpr std::uint32_t kPixels = 400;
+constexpr std::uint32_t kPairPixels = 400;
 /// The colours end at the distance that this fraction of every surface stays within.
 constexpr double kColoured = 0.99;
 
@@ -91,7 +91,7 @@ std::string pairPictures(const PairCaptions& captions, std::span<const SolidPair
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto& [time, a, b] = pairs[i];
     if (extent > 0) views[i].extent = extent;
-    edges = edges && showsEdges(a, views[i], kPixels) && showsEdges(b, views[i], kPixels);
+    edges = edges && showsEdges(a, views[i], kPairPixels) && showsEdges(b, views[i], kPairPixels);
     coloured = std::max({coloured, measure::distanceQuantile(a, b, kColoured),
                          measure::distanceQuantile(b, a, kColoured)});
   }
@@ -102,8 +102,8 @@ std::string pairPictures(const PairCaptions& captions, std::span<const SolidPair
     const SolidPair& pair = pairs[i];
     const auto picture = [&](const TriangleMesh& mesh, const ColourAt& colourAt, Shading shading,
                              const std::string& caption) {
-      html +=
-          figureOf(pictureOf(mesh, colourAt, views[i], kPixels, shading, edges), kPixels, caption);
+      html += figureOf(pictureOf(mesh, colourAt, views[i], kPairPixels, shading, edges),
+                       kPairPixels, caption);
     };
     const auto plain = [&](const std::string& name, const TriangleMesh& mesh,
                            const Colour& colour) {

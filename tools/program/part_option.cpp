@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 
 /// Options that may differ from part to part of the same run.
 bool mayDiffer(const std::string& name) {
-  constexpr std::array kNames = {"--help", "--part",  "--most-parts", "--json",
+  constexpr std::array kNames = {"--help",   "--part",  "--most-parts", "--json",
                                  "--output", "--quiet", "--threads",    "--max-cells"};
   return std::ranges::find(kNames, name) != kNames.end();
 }
@@ -85,7 +85,9 @@ ordered_json identityOf(const verbs::Input& input, std::uint64_t times) {
 }
 
 void addNoPartOption(CLI::App& command, const std::string& why) {
-  command.add_option_function<std::string>("--part", [](const std::string&) {}, why)
+  command
+      .add_option_function<std::string>(
+          "--part", [](const std::string&) {}, why)
       ->check(CLI::Validator([why](std::string&) { return why; }, ""))
       ->group("");
 }

@@ -189,15 +189,14 @@ Result<void> decide(const ResolveArguments& options, const ResolveInput& input,
                     const model::Body& before, const edit::ResolvedBody& resolved,
                     Deciding& deciding, const model::Progress& progress) {
   const model::TimeSpan span = model::timeSpanOf(*before.source);
-  const auto own = measure::chordBound(*before.source, span);
+  const auto own = measure::chordBound(*before.source, span, motionOf(input.all, before.name));
   if (!own) return pass(own.error());
   for (const model::Body& obstacle : input.obstacles.bodies) {
-    const auto other = measure::chordBound(*obstacle.source, span);
+    const auto other =
+        measure::chordBound(*obstacle.source, span, motionOf(input.obstacles, obstacle.name));
     if (!other) return pass(other.error());
-    const bool knowsOwn = *own && followsPoses(input.all);
-    const bool knowsOther = *other && followsPoses(input.obstacles);
-    deciding.known = deciding.known && knowsOwn && knowsOther;
-    const double bound = (knowsOwn ? (*own)->bound : 0) + (knowsOther ? (*other)->bound : 0);
+    deciding.known = deciding.known && *own && *other;
+    const double bound = (*own ? (*own)->bound : 0) + (*other ? (*other)->bound : 0);
     deciding.chordBound = std::max(deciding.chordBound, bound);
     if (bound == 0 || bound < options.resolve.clearance) continue;
     // With some digits, and certainly more.

@@ -1,6 +1,5 @@
 #include "tools/program/solid_input.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -14,26 +13,6 @@
 
 namespace t4d::tools {
 namespace {
-
-/// Adds the report of a body to that of those before it.
-void addBody(const edit::MendSurfaceReport& body, const std::string& name,
-             std::optional<edit::MendSurfaceReport>& all) {
-  const bool first = !all;
-  if (first) {
-    all = body;
-    all->changes.clear();
-  } else {
-    all->hausdorff = std::max(all->hausdorff, body.hausdorff);
-    if (!body.volumeBefore) all->volumeBefore.reset();
-    if (all->volumeBefore) *all->volumeBefore += *body.volumeBefore;
-    all->volumeAfter += body.volumeAfter;
-    all->components += body.components;
-  }
-  for (edit::SurfaceChange change : body.changes) {
-    if (!name.empty()) change.text = fmt::format("body '{}': {}", name, change.text);
-    all->changes.push_back(std::move(change));
-  }
-}
 
 Result<SolidInput::Loaded> readBodies(const SolidInput& input) {
   SolidInput::Loaded loaded;
@@ -91,7 +70,7 @@ Result<SolidInput::Loaded> SolidInput::read() const {
     auto done =
         mend(body.mesh, *mending, one ? path : fmt::format("{}: body '{}'", path, body.name));
     if (!done) return pass(done.error());
-    addBody(*done, one ? "" : body.name, loaded->mended);
+    addMended(*done, one ? "" : body.name, loaded->mended);
   }
   return loaded;
 }

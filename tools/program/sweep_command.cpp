@@ -23,6 +23,7 @@
 #include "t4d/voxel4d/weave.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
+#include "tools/program/mechanism_input.h"
 #include "tools/program/mending.h"
 #include "tools/program/mesh_frames.h"
 #include "tools/program/moving_mesh.h"
@@ -40,11 +41,14 @@ using nlohmann::ordered_json;
 struct SweepArguments {
   std::vector<std::string> models;
   std::string motion;  // "" for solids that are deformed
+  MotionOptions table;
   bool mend = false;
   MendingOptions mending;
   std::string dividedBy;  // --bodies
   std::string keyTimes;
   formats::GltfAnimationOptions animation;
+  std::string geometry;  // of a .urdf
+  bool ownSteps = false;
   std::string backend = "mesh4d";
   std::optional<double> rvMin;
   std::optional<std::uint64_t> steps;
@@ -61,7 +65,9 @@ struct SweepArguments {
 
   bool voxels() const { return backend == "voxel4d"; }
   /// Without a motion: keys of a deformation, or of an animation.
-  bool hasKeys() const { return motion.empty(); }
+  bool hasKeys() const { return motion.empty() || isMechanism(models.front()); }
+  /// Nodes or bodies with names, of a scene or a mechanism.
+  bool hasNames() const { return animates() || isMechanism(models.front()); }
   bool animates() const {
     const std::string extension = formats::lowerCaseExtension(models.front());
     return motion.empty() && models.size() == 1 &&
@@ -83,8 +89,39 @@ struct Made {
   std::optional<ordered_json> bodies = {};     // of an animation
 };
 
+/// The error message if options do not fit a mechanism.
+std::optional<std::string> misuseOfMechanism(const SweepArguments& options) {
+  if (options.models.size() > 1) return "a mechanism is given alone: it names its solids";
+  const bool urdf = isUrdf(options.models.front());
+  if (urdf && options.motion.empty()) {
+    return "--motion is required for a .urdf: a table of its joints over time (docs/mechanism.md)";
+  }
+  if (!urdf && !options.motion.empty()) {
+    return "--motion is not for a mechanism, which names its motions itself";
+  }
+  if (!urdf && !options.geometry.empty()) return "--geometry is for a .urdf";
+  if (!options.dividedBy.empty()) return "--bodies is not for a mechanism: each body is one";
+  if (!options.table.table.empty()) {
+    return "--angles, --quaternion, --length-unit and --time-unit are not for a mechanism, which "
+           "names its units";
+  }
+  if (options.part) return "--part is not for a mechanism";
+  if (options.voxels()) return "--backend voxel4d is not for a mechanism";
+  if (!options.keyTimes.empty() || options.times.step) {
+    return "--times and --frame-time are not for a mechanism";
+  }
+  if (!options.animation.animation.empty() || !options.animation.scene.empty()) {
+    return "--animation and --scene are for an animated glTF";
+  }
+  return std::nullopt;
+}
+
 /// The same for what says how a solid moves.
 std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
+  if (isMechanism(options.models.front())) return misuseOfMechanism(options);
+  if (options.ownSteps || !options.geometry.empty()) {
+    return "--own-steps and --geometry are for a mechanism (.json or .urdf)";
+  }
   const bool namesPart = !options.animation.animation.empty() || !options.animation.scene.empty();
   const bool isUsd = formats::isAnimatedUsd(options.models.front());
   if (namesPart && (isUsd || !options.animates())) {
@@ -104,6 +141,9 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
     return std::nullopt;
   }
   if (!options.dividedBy.empty()) return "--bodies is for --motion";
+  if (!options.table.table.empty()) {
+    return "--angles, --quaternion, --length-unit and --time-unit are for --motion";
+  }
   if (options.mend && options.animates()) return "--mend is not for an animated glTF";
   if (options.mend && (options.mending.limits.remesh || options.mending.limits.maxMove)) {
     return "--remesh and --max-move are for --motion: mending a deformation moves no vertex";
@@ -123,8 +163,9 @@ std::optional<std::string> misuseOfMotion(const SweepArguments& options) {
            "joint as a table (.csv) with --motion";
   }
   if (options.models.size() < 2 && !collected) {
-    return "--motion is required, but for an animated .glb, .gltf, .fbx or .dae and for a solid "
-           "that is deformed: name meshes of the same triangles, a collection of them (.pvd), or a "
+    return "--motion is required, but for an animated .glb, .gltf, .fbx or .dae, for a mechanism "
+           "(.json) and for a solid that is deformed: name meshes of the same triangles, a "
+           "collection of them (.pvd), or a "
            "mesh and its point cache (.pc2 or .mdd)";
   }
   const auto caches = std::ranges::count_if(
@@ -201,7 +242,7 @@ std::string detailsOf(const SweepArguments& options, const std::vector<std::stri
         parameters["animation"] = options.animation.animation;
       }
       if (!options.animation.scene.empty()) parameters["scene"] = options.animation.scene;
-    } else if (options.hasKeys()) {
+    } else if (options.hasKeys() && !isMechanism(options.models.front())) {
       if (!options.keyTimes.empty()) parameters["times"] = options.keyTimes;
       if (options.times.step) parameters["frame_time"] = *options.times.step;
     } else if (options.steps) {
@@ -211,6 +252,8 @@ std::string detailsOf(const SweepArguments& options, const std::vector<std::stri
     } else {
       parameters["rv_min"] = options.rvMin.value_or(mesh4d::MinVolumeRatio{}.ratio);
     }
+    if (options.ownSteps) parameters["own_steps"] = true;
+    if (!options.geometry.empty()) parameters["geometry"] = options.geometry;
     parameters["caps"] = options.caps == "cone" ? "cone" : "tetgen";
     parameters["prism"] = options.prism.value_or(14);
   }
@@ -220,8 +263,9 @@ std::string detailsOf(const SweepArguments& options, const std::vector<std::stri
   const auto nameOf = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  ordered_json source{{"mesh", nameOf(options.models.front())}};
-  if (!options.hasKeys()) {
+  const bool mechanism = isMechanism(options.models.front());
+  ordered_json source{{mechanism ? "mechanism" : "mesh", nameOf(options.models.front())}};
+  if (!options.motion.empty()) {
     source["motion"] = nameOf(options.motion);
   } else if (formats::isPointCache(options.models.back())) {
     source["cache"] = nameOf(options.models.back());
@@ -302,7 +346,7 @@ Result<Made> sweepKeys(const SweepArguments& options,
           mesh4d::sweep(body.mesh, *run, meshOptions(options), file, bar.part(run->count()));
       if (!report) {
         Error error = report.error();
-        if (options.animates() && (error.where.empty() || error.where.starts_with("key "))) {
+        if (options.hasNames() && (error.where.empty() || error.where.starts_with("key "))) {
           error.where = fmt::format("{}: body '{}'{}{}", options.models.front(), body.name,
                                     error.where.empty() ? "" : ": ", error.where);
         }
@@ -314,14 +358,14 @@ Result<Made> sweepKeys(const SweepArguments& options,
       for (const int end : {0, 1}) made.capTetrahedra[end] += report->capTetrahedra[end];
       for (const std::string& notice : report->notices) {
         const std::string named =
-            options.animates() ? fmt::format("body '{}': {}", body.name, notice) : notice;
+            options.hasNames() ? fmt::format("body '{}': {}", body.name, notice) : notice;
         if (std::ranges::find(made.notices, named) == made.notices.end()) {
           made.notices.push_back(named);
         }
       }
       foldedPrisms += report->foldedPrisms;
       foldedSteps += report->foldedSteps;
-      const std::string name = options.animates() ? body.name : "";
+      const std::string name = options.hasNames() ? body.name : "";
       for (const mesh4d::Fold& fold : report->folds) {
         folds.add(fold, name, {{"prisms", fold.prisms}, {"triangle", fold.triangle}});
       }
@@ -352,7 +396,7 @@ Result<Made> sweepKeys(const SweepArguments& options,
                       {"unfinished_steps", unfinishedSteps},
                       {"first", crossings.first()}};
   }
-  if (options.animates()) made.bodies = parts;
+  if (options.hasNames()) made.bodies = parts;
   return made;
 }
 
@@ -387,8 +431,11 @@ struct Loaded {
   std::vector<formats::NamedMesh> solids;
   model::Motion motion;
   std::vector<formats::AnimatedBody> bodies;
-  std::optional<double> tolerance;         // of an animation
-  std::vector<model::HalfTurn> halfTurns;  // likewise, and of poses
+  std::optional<double> tolerance;  // of an animation
+  std::shared_ptr<const formats::LoadedMechanism> mechanism;
+  std::optional<double> chordBound;                // of a mechanism
+  std::vector<formats::BodyInfo> mechanismBodies;  // likewise
+  std::vector<model::HalfTurn> halfTurns;          // likewise, and of poses
   std::string lengthUnit;
   std::string timeUnit;
   std::string up = "y";
@@ -462,6 +509,30 @@ Result<formats::LoadedDeformation> readDeformation(const SweepArguments& options
 Result<Loaded> readInput(const SweepArguments& options) {
   Loaded loaded;
   loaded.files = options.models;
+  if (isMechanism(options.models.front())) {
+    auto read = MechanismInput{options.models.front(), options.motion,
+                               options.geometry,       options.mend ? &options.mending : nullptr,
+                               ruleOf(options),        meshOptions(options).prism,
+                               options.ownSteps}
+                    .read();
+    if (!read) return pass(read.error());
+    loaded.mechanism = read->mechanism;
+    loaded.bodies = std::move(read->bodies);
+    loaded.chordBound = read->chordBound;
+    loaded.mechanismBodies = std::move(read->infos);
+    // By the conventions of ROS (REP 103).
+    if (isUrdf(options.models.front())) loaded.up = "z";
+    loaded.mended = std::move(read->mended);
+    loaded.files = std::move(read->files);
+    loaded.losses = loaded.mechanism->losses;
+    loaded.halfTurns = loaded.mechanism->halfTurns;
+    loaded.lengthUnit = loaded.mechanism->lengthUnit;
+    loaded.timeUnit = loaded.mechanism->timeUnit;
+    if (auto notice = model::noticeOfHalfTurns(loaded.halfTurns); !notice.empty()) {
+      printNotices({notice});
+    }
+    return loaded;
+  }
   if (options.animates()) {
     formats::GltfAnimationOptions how = options.animation;
     how.tolerance = options.maxDeviation;
@@ -512,9 +583,10 @@ Result<Loaded> readInput(const SweepArguments& options) {
     loaded.bodies.push_back(std::move(body));
     return loaded;
   }
-  auto read = MovingMeshInput{options.models.front(), options.motion,    options.mend,
-                              options.mending,        options.dividedBy, !options.voxels()}
-                  .read();
+  auto read =
+      MovingMeshInput{options.models.front(), options.motion,    options.mend, options.mending,
+                      options.dividedBy,      !options.voxels(), options.table}
+          .read();
   if (!read) return pass(read.error());
   loaded.solids = std::move(read->bodies);
   loaded.motion = std::move(read->motion);
@@ -560,26 +632,28 @@ int run(const SweepArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output.path, loaded->files)) {
     return wrongUsage(*misuse);
   }
-  std::vector<std::string> names;
+  std::vector<formats::BodyInfo> bodies = loaded->mechanismBodies;
   if (options.animates()) {
-    for (const auto& body : loaded->bodies) names.push_back(body.name);
+    for (const auto& body : loaded->bodies) bodies.push_back({body.name});
   } else if (!options.dividedBy.empty()) {
     for (auto& solid : loaded->solids) {
       solid.name = formats::asName(solid.name);
-      names.push_back(solid.name);
+      bodies.push_back({solid.name});
     }
   }
-  if (!names.empty() && !options.output.body.empty()) {
-    if (names.size() > 1) {
+  if (!bodies.empty() && !options.output.body.empty()) {
+    if (bodies.size() > 1) {
       return wrongUsage(fmt::format("--body names one body; the bodies are the {}",
-                                    options.animates() ? "nodes" : options.dividedBy + "s"));
+                                    options.animates()  ? "nodes"
+                                    : loaded->mechanism ? "solids of the mechanism"
+                                                        : options.dividedBy + "s"));
     }
-    names.front() = options.output.body;
+    bodies.front().name = options.output.body;
   }
   auto file =
       T4dFile::create(options.output, {options.backend, options.models.front(), loaded->lengthUnit,
                                        loaded->timeUnit, detailsOf(options, loaded->materials),
-                                       names, "", loaded->up});
+                                       bodies, "", loaded->up});
   if (!file) return report(file.error());
 
   auto made = options.hasKeys() ? sweepKeys(options, loaded->bodies, *file)
@@ -600,6 +674,7 @@ int run(const SweepArguments& options) {
   if (!bytes) return report(bytes.error());
   printNotices(made->notices);
 
+  if (loaded->chordBound) made->chordBound = loaded->chordBound;
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json) {
@@ -653,10 +728,17 @@ void addSweep(CLI::App& app, int& exitCode) {
   command
       ->add_option("MODEL", options->models,
                    "Input solid: " + formats::readableTriangleMeshExtensions() +
-                       ", or an animation or deformation (docs/sweep.md)")
+                       ", or an animation, deformation or mechanism (docs/sweep.md)")
       ->required();
   command->add_option("-m,--motion", options->motion,
                       "Motion: .json, or poses as .csv, .tsv or .txt (docs/motion.md)");
+  options->table.addTo(*command);
+  command
+      ->add_option("--geometry", options->geometry,
+                   "Geometry of the links of a .urdf to sweep (default: collision)")
+      ->check(CLI::IsMember({"collision", "visual"}));
+  command->add_flag("--own-steps", options->ownSteps,
+                    "Steps of its own for each body of a mechanism, not common ones");
   addBodiesOption(*command, options->dividedBy);
   options->mending.addTo(*command, options->mend);
   command->add_option("--animation", options->animation.animation,
@@ -721,7 +803,9 @@ void addSweep(CLI::App& app, int& exitCode) {
       "-o bolt-voxels.t4d\n"
       "  t4d sweep frames/cloth_*.obj --frame-time 0.04 -o cloth.t4d\n"
       "  t4d sweep cloth.obj cloth.pc2 --times 0:2 -o cloth.t4d\n"
-      "  t4d sweep machine.glb --tolerance 0.001 -o machine.t4d");
+      "  t4d sweep machine.glb --tolerance 0.001 -o machine.t4d\n"
+      "  t4d sweep arm.json --max-deviation 0.5 -o arm.t4d\n"
+      "  t4d sweep robot.urdf --motion joints.csv -o robot.t4d");
   command->callback([=, &exitCode] { exitCode = run(*options); });
 }
 

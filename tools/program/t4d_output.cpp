@@ -97,12 +97,11 @@ Result<T4dFile> T4dFile::create(const T4dOutput& output, const About& about) {
   metadata.timeUnit = about.timeUnit;
   metadata.up = !output.up.empty() ? output.up : about.space.empty() ? about.up : "z";
   metadata.space = about.space;
-  metadata.bodies = {{output.body.empty()
-                          ? formats::asName(nameWithoutExtension(nameIn(about.model)))
-                          : output.body}};
-  if (!about.bodies.empty()) {
-    metadata.bodies.clear();
-    for (const std::string& name : about.bodies) metadata.bodies.push_back({name});
+  metadata.bodies = about.bodies;
+  if (metadata.bodies.empty()) {
+    metadata.bodies = {{output.body.empty()
+                            ? formats::asName(nameWithoutExtension(nameIn(about.model)))
+                            : output.body}};
   }
   metadata.detailsJson = about.detailsJson;
   if (!output.center) {

@@ -60,9 +60,9 @@ class T4dFile : public model::Sink {
     std::string lengthUnit;
     std::string timeUnit;
     std::string detailsJson;
-    std::vector<std::string> bodies = {};  ///< names of several bodies
-    std::string space = {};                ///< as formats::Metadata::space; z points up in it
-    std::string up = "y";                  ///< where `--up` is not given, and there is no space
+    std::vector<formats::BodyInfo> bodies = {};  ///< several bodies
+    std::string space = {};                      ///< as formats::Metadata::space; z points up in it
+    std::string up = "y";  ///< where `--up` is not given, and there is no space
   };
 
   static Result<T4dFile> create(const T4dOutput& output, const About& about);

@@ -7,12 +7,14 @@
 #include <set>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "t4d/edit/map_space_time.h"
 #include "t4d/formats/rounding_loss.h"
+#include "t4d/formats/t4d/body_details.h"
 #include "t4d/formats/t4d/writer.h"
 #include "t4d/model/limits.h"
 #include "t4d/model/sinks.h"
@@ -272,6 +274,11 @@ int run(const TransformArguments& options) {
   metadata.lengthUnit = options.lengthUnit.value_or(metadata.lengthUnit);
   metadata.timeUnit = options.timeUnit.value_or(metadata.timeUnit);
   metadata.up = options.up.value_or(metadata.up);
+  // Where axes are scaled by different factors, nothing is known of the motion any more.
+  const double scale = std::cbrt(std::abs(transform.space.leftCols<3>().determinant()));
+  for (formats::BodyInfo& body : metadata.bodies) {
+    if (const auto bound = chordBoundOf(body)) setChordBound(body, *bound * scale);
+  }
   if (options.space) {
     metadata.space = *options.space == "none" ? "" : *options.space;
   } else if (!metadata.space.empty() && mixesTime(options)) {

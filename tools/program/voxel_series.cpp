@@ -173,9 +173,9 @@ int writeVoxelSeries(const VoxelSeriesOptions& options, const std::vector<double
   Result<voxel4d::VoxelSeries> written;
   {
     ProgressBar bar("voxelising", own.size(), "frames");
-    written = voxel4d::writeVoxelFrames(
-        solid, times, {options.voxelSize, options.mask, options.part.chosen()}, options.folder,
-        bar.callback());
+    written = voxel4d::writeVoxelFrames(solid, times,
+                                        {options.voxelSize, options.mask, options.part.chosen()},
+                                        options.folder, bar.callback());
   }
   if (!written) {
     Error error = written.error();

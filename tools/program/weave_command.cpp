@@ -371,7 +371,7 @@ int run(const WeaveArguments& options) {
   if (labels.size() > 1) {
     const std::string& name = options.output.body;
     for (const auto& label : labels) {
-      about.bodies.push_back(fmt::format("{} {}", name.empty() ? "label" : name, *label));
+      about.bodies.push_back({fmt::format("{} {}", name.empty() ? "label" : name, *label)});
     }
   }
   auto file = T4dFile::create(options.output, about);
@@ -386,14 +386,12 @@ int run(const WeaveArguments& options) {
     }
     ProgressBar bar("weaving", input->frames->frameCount(), "frames");
     file->setBody(i);
-    const auto body = voxel4d::weave(
-        *input->frames,
-        {.caps = caps,
-         .between = betweenOf(options.between),
-         .toSpace = input->toSpace,
-         .part = part},
-        *file,
-        bar.callback());
+    const auto body = voxel4d::weave(*input->frames,
+                                     {.caps = caps,
+                                      .between = betweenOf(options.between),
+                                      .toSpace = input->toSpace,
+                                      .part = part},
+                                     *file, bar.callback());
     if (!body) {
       Error error = body.error();
       if (meshes) {

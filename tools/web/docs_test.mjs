@@ -112,7 +112,8 @@ test('README.md has the verbs of --help in its order, and their commands run', a
 });
 
 // In the order of the README: later pages use the files of earlier ones.
-for (const page of [...new Set(rows.map((row) => row.page).filter(Boolean)), 'docs/usd.md']) {
+for (const page of [...new Set(rows.map((row) => row.page).filter(Boolean)), 'docs/usd.md',
+  'docs/motion.md', 'docs/mechanism.md']) {
   test(`examples of ${page}`, async (t) => {
     const examples = examplesOf(page);
     assert.ok(examples.length > 0);

@@ -129,6 +129,8 @@ const runs = [
   sweep('cube', 'paper-screw', '--part', '2/2', '-o', at('second.t4d')),
   ['join', [at('first.t4d'), at('second.t4d'), '-o', at('joined.t4d')], 0],
   ['join', [at('second.t4d'), at('first.t4d'), '-o', at('joined.t4d')], 4],
+  ['merge', [at('first.t4d'), at('joined.t4d'), '-o', at('merged.t4d')], 0],
+  ['sweep', [path.join(folder, 'fixtures/arm.json'), '--caps', 'cone', '-o', at('arm.t4d')], 0],
   ['mend', [fixture('crossing-balls.stl'), '-o', at('balls.ply')], 0],
   ['mend', [fixture('open-pebble.stl'), '-o', at('pebble.off')], 0],
   ['mend', [fixture('open-pebble.stl'), '--max-hole', 1, '-o', at('none.ply')], 4],

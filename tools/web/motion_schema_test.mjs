@@ -1,4 +1,4 @@
-// The JSON Schema of motion files accepts and rejects the same files as the program.
+// The JSON Schemas of motion files and mechanisms accept and reject the same files as the program.
 import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import path from 'node:path';
@@ -9,17 +9,23 @@ import Ajv from 'ajv';
 import { fixturesIn, makeFolder, readJson, root, t4dRaw } from './t4d.mjs';
 
 const folder = makeFolder('motion');
-const isMotion = new Ajv({ strict: true, strictTypes: false, strictRequired: false })
-  .compile(readJson(path.join(root, 't4d/formats/motion.schema.json')));
+const schemaOf = (name) => new Ajv({ strict: true, strictTypes: false, strictRequired: false })
+  .compile(readJson(path.join(root, `t4d/formats/${name}.schema.json`)));
+const isMotion = schemaOf('motion');
+const isMechanism = schemaOf('mechanism');
 
+const sweeps = (...words) =>
+  t4dRaw('sweep', ...words, '--steps', 1, '--caps', 'cone', '-o', path.join(folder, 'out.t4d'))
+    .status === 0;
 const programAccepts = (motionFile) =>
-  t4dRaw('sweep', path.join(folder, 'fixtures/cube.obj'), '--motion', motionFile, '--steps', 1,
-    '-o', path.join(folder, 'out.t4d')).status === 0;
+  sweeps(path.join(folder, 'fixtures/cube.obj'), '--motion', motionFile);
 
 for (const file of fixturesIn(folder, '.json')) {
+  const mechanism = 'bodies' in readJson(file);
+  const schema = mechanism ? isMechanism : isMotion;
   test(`accepted: ${path.basename(file)}`, () => {
-    assert.ok(isMotion(readJson(file)), JSON.stringify(isMotion.errors));
-    assert.ok(programAccepts(file));
+    assert.ok(schema(readJson(file)), JSON.stringify(schema.errors));
+    assert.ok(mechanism ? sweeps(file) : programAccepts(file));
   });
 }
 
@@ -49,5 +55,48 @@ for (const [name, motion] of Object.entries(refused)) {
     const file = path.join(folder, 'refused.json');
     writeFileSync(file, JSON.stringify(motion));
     assert.equal(programAccepts(file), false);
+  });
+}
+
+const axis = [0, 0, 1];
+const turning = {
+  name: 'a',
+  solid: { box: [1, 1, 1] },
+  joint: { type: 'revolute', axis },
+  motion: { times: [0, 1], values: [0, 1] },
+};
+const mechanism = (...bodies) => ({ angle_unit: 'deg', bodies });
+const withJoint = (joint) => mechanism({ ...turning, joint: { ...turning.joint, ...joint } });
+const withMotion = (motion) => mechanism({ ...turning, motion });
+const refusedMechanisms = {
+  'no body': mechanism(),
+  'no bodies': { angle_unit: 'deg' },
+  'a body without name': mechanism({ ...turning, name: undefined }),
+  'an unknown member': mechanism({ ...turning, mass: 1 }),
+  'an unknown unit of angles': { ...mechanism(turning), angle_unit: 'gon' },
+  'two basic solids': mechanism({ ...turning, solid: { box: [1, 1, 1], sphere: 1 } }),
+  'a box of two sides': mechanism({ ...turning, solid: { box: [1, 1] } }),
+  'a sphere of radius 0': mechanism({ ...turning, solid: { sphere: 0 } }),
+  'a cylinder without length': mechanism({ ...turning, solid: { cylinder: { radius: 1 } } }),
+  'an unknown joint': withJoint({ type: 'hinge' }),
+  'a joint without axis': withJoint({ axis: undefined }),
+  'a fixed joint with an axis': withJoint({ type: 'fixed' }),
+  'a screw without pitch': withJoint({ type: 'screw' }),
+  'a pitch of another joint': withJoint({ pitch: 1 }),
+  'one limit': withJoint({ limits: [1] }),
+  'values without times': withMotion({ values: [0, 1] }),
+  'one value': withMotion({ times: [0], values: [0] }),
+  'a column without file': withMotion({ column: 'a' }),
+  'a ratio without follows': withMotion({ ratio: 2 }),
+};
+test('accepted: the mechanism that the others are made of', () => {
+  assert.ok(isMechanism(mechanism(turning)), JSON.stringify(isMechanism.errors));
+});
+for (const [name, value] of Object.entries(refusedMechanisms)) {
+  test(`refused: ${name}`, () => {
+    const file = path.join(folder, 'refused.json');
+    writeFileSync(file, JSON.stringify(value));
+    assert.equal(isMechanism(readJson(file)), false);
+    assert.equal(sweeps(file), false);
   });
 }

@@ -2,17 +2,12 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
 #include <string>
 
 #include <fmt/format.h>
 
-#include "t4d/formats/t4d/chunk_writer.h"
-#include "t4d/formats/t4d/ending.h"
-#include "t4d/formats/t4d/file_scan.h"
-#include "t4d/formats/t4d/optional_chunks.h"
+#include "t4d/formats/t4d/file_copy.h"
 #include "t4d/formats/t4d/part_copier.h"
-#include "t4d/formats/t4d/slab_source.h"
 #include "t4d/formats/t4d/within_memory.h"
 
 namespace t4d::formats {
@@ -20,41 +15,6 @@ namespace t4d::formats {
 using namespace t4d_layout;
 
 namespace {
-
-/// A file to be joined, with all its chunks checked.
-struct Part {
-  std::filesystem::path path;
-  Head head;
-  std::vector<ChunkHeader> chunks;  // between HEAD and DONE
-  std::vector<IndexRecord> slabs;   // all have an extent
-  std::vector<BodySummary> bodies;
-  std::vector<std::uint64_t> lowers = {};  // of bodies that continue, where their first layers are
-
-  const Metadata& metadata() const { return head.metadata; }
-};
-
-Result<Part> readPart(const std::filesystem::path& path, const model::Progress& progress) {
-  auto file = ChunkFile::open(path);
-  if (!file) return pass(file.error());
-  auto beginning = readBeginning(*file);
-  if (!beginning) return pass(beginning.error());
-  const Head& head = beginning->head;
-  FileScan scan =
-      scanFile(*file, head.header.end(), head.metadata.bodies.size(), head.features, progress);
-  if (scan.damage) return pass(*scan.damage);
-  auto slabs = readTail(*file, beginning->header, head, scan);
-  if (!slabs) return pass(slabs.error());
-  // One source for all, which keeps the parts that slabs share.
-  const SlabSource source(*file, head.features);
-  for (IndexRecord& record : *slabs) {
-    if (record.extent) continue;
-    const auto slab = source.read(record);
-    if (!slab) return pass(slab.error());
-    record.extent = extentOf(**slab);
-  }
-  return Part{path, std::move(beginning->head), std::move(scan.chunks), std::move(*slabs),
-              std::move(scan.done->bodies)};
-}
 
 /// What the next part of a body must continue.
 struct End {
@@ -66,72 +26,72 @@ class Joiner {
  public:
   /// Reads a part through, and checks that it continues those before.
   Result<void> add(const std::filesystem::path& path, const model::Progress& progress) {
-    auto part = readPart(path, progress);
+    auto part = readForCopy(path, progress);
     if (!part) return pass(part.error());
     if (!parts_.empty()) {
       if (auto fits = checkMetadata(*part); !fits) return fits;
     }
     summaries_.resize(part->metadata().bodies.size());
     ends_.resize(summaries_.size());
-    part->lowers.resize(summaries_.size());
+    std::vector<std::uint64_t> lowers(summaries_.size());
     std::vector<bool> begun(summaries_.size());
     for (const IndexRecord& record : part->slabs) {
       const std::uint32_t body = record.parts.body;
       if (!begun[body]) {
         if (auto fits = checkSeam(*part, record); !fits) return fits;
         begun[body] = true;
-        if (!parts_.empty()) part->lowers[body] = record.lower();
+        if (!parts_.empty()) lowers[body] = record.lower();
       }
       ends_[body] = {record.time.end, headerAt(*part, record.upper())};
     }
-    if (auto sums = checkSums(*part); !sums) return sums;
     for (std::size_t i = 0; i < summaries_.size(); ++i) addSummary(i, part->bodies[i]);
     parts_.push_back(std::move(*part));
+    lowers_.push_back(std::move(lowers));
     return {};
   }
 
   Result<JoinReport> write(const std::filesystem::path& into, const model::Progress& progress) {
-    const Metadata& first = parts_.front().metadata();
-    std::vector<std::string> features = first.features;
     std::uint64_t count = 0;
     std::vector<const Metadata*> all;
-    for (const Part& part : parts_) {
+    for (const CopiedFile& part : parts_) {
       all.push_back(&part.metadata());
-      for (const std::string& feature : part.metadata().features) {
-        if (std::ranges::find(features, feature) == features.end()) features.push_back(feature);
-      }
       count += part.chunks.size();
     }
     std::vector<std::string> losses;
-    const Metadata joined = joinedMetadata(all, losses);
-    const auto head = headText(joined, features, first.grid);
-    if (!head) return pass(head.error());
-    auto out = OutputFile::create(into);
-    if (!out) return pass(out.error());
-    const bool zstd = std::ranges::find(features, kFeatureZstd) != features.end();
-    constexpr int kIndexLevel = 3;
-    ChunkWriter chunks(std::move(*out), true, zstd ? kIndexLevel : 0);
-    if (auto begun = chunks.begin(*head, minorVersionFor(joined)); !begun)
-      return pass(begun.error());
+    auto chunks = beginCopy(into, joinedMetadata(all, losses), parts_);
+    if (!chunks) return pass(chunks.error());
     std::uint64_t done = 0;
-    LostChunks lost;
-    std::set<std::string> kept;
-    const bool posed = std::ranges::find(features, kFeaturePose) != features.end();
-    PartCopier copier(chunks, summaries_.size(), posed);
-    for (const Part& part : parts_) {
+    CopyState state;
+    const auto posed = [](const CopiedFile& part) {
+      const std::vector<std::string>& features = part.metadata().features;
+      return std::ranges::find(features, kFeaturePose) != features.end();
+    };
+    PartCopier copier(*chunks, summaries_.size(), std::ranges::any_of(parts_, posed));
+    const auto put = [&](ChunkFile::Chunk& chunk, const IndexRecord* slab) -> Result<void> {
+      if (slab != nullptr) return copier.putSlab(chunk, *slab);
+      if (!isUnknown(chunk.header.type)) return copier.put(chunk);
+      const auto offset = chunks->putCopy(chunk.header, chunk.payload.bytes);
+      return offset ? Result<void>() : pass(offset.error());
+    };
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      auto file = ChunkFile::open(parts_[i].path);
+      if (!file) return pass(file.error());
+      copier.begin(*file, lowers_[i]);
       const auto one = [&] {
         if (progress) progress(static_cast<double>(++done) / static_cast<double>(count));
       };
-      if (auto copied = copy(part, chunks, copier, kept, lost, one); !copied) return pass(copied.error());
+      if (auto copied = copyChunks(*file, parts_[i], put, state, one); !copied) {
+        return pass(copied.error());
+      }
     }
-    auto bytes = chunks.finish(summaries_);
+    auto bytes = chunks->finish(summaries_);
     if (!bytes) return pass(bytes.error());
-    for (std::string& line : lost.lines()) losses.push_back(std::move(line));
+    for (std::string& line : state.lost.lines()) losses.push_back(std::move(line));
     return JoinReport{summaries_, *bytes, std::move(losses)};
   }
 
  private:
-  static std::optional<ChunkHeader> headerAt(const Part& part, std::uint64_t offset) {
+  static std::optional<ChunkHeader> headerAt(const CopiedFile& part, std::uint64_t offset) {
     if (offset == 0) return std::nullopt;
     const auto found = std::ranges::lower_bound(part.chunks, offset, {}, &ChunkHeader::offset);
     ChunkHeader header = *found;
@@ -139,12 +99,12 @@ class Joiner {
     return header;
   }
 
-  tl::unexpected<Error> unfit(const Part& part, const std::string& message) const {
+  tl::unexpected<Error> unfit(const CopiedFile& part, const std::string& message) const {
     return fail(ErrorCode::InvalidInput, message + " of " + parts_.front().path.string(),
                 part.path.string());
   }
 
-  Result<void> checkMetadata(const Part& part) const {
+  Result<void> checkMetadata(const CopiedFile& part) const {
     const Metadata& first = parts_.front().metadata();
     const Metadata& other = part.metadata();
     if (!std::ranges::equal(first.bodies, other.bodies, {}, &BodyInfo::name, &BodyInfo::name)) {
@@ -156,13 +116,11 @@ class Joiner {
                    "cannot be joined: its units, its space, or the axis that points up, are not "
                    "those");
     }
-    for (const Part& before : parts_) {
-      for (const auto& [name, meaning] : before.metadata().attributes) {
-        const auto found = other.attributes.find(name);
-        if (found == other.attributes.end() || found->second == meaning) continue;
+    for (const CopiedFile& before : parts_) {
+      if (const auto name = differingAttribute(before.metadata(), other)) {
         return unfit(part, fmt::format("cannot be joined: its attribute '{}' is not of the kind "
                                        "and the unit of that",
-                                       name));
+                                       *name));
       }
     }
     if (first.grid != other.grid) {
@@ -172,7 +130,7 @@ class Joiner {
   }
 
   /// `record` is the first of its body in `part`.
-  Result<void> checkSeam(const Part& part, const IndexRecord& record) {
+  Result<void> checkSeam(const CopiedFile& part, const IndexRecord& record) {
     if (parts_.empty()) return {};
     const End& end = ends_[record.parts.body];
     const std::string before = parts_.back().path.string();
@@ -204,25 +162,6 @@ class Joiner {
     return {};
   }
 
-  /// Checks DONE against what the index, or the slabs without one, say of the slabs.
-  static Result<void> checkSums(const Part& part) {
-    std::vector<SlabExtent> sums(part.bodies.size());
-    for (const IndexRecord& record : part.slabs) {
-      SlabExtent& sum = sums[record.parts.body];
-      sum.cells += record.extent->cells;
-      sum.bounds.add(record.extent->bounds);
-    }
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      const BodySummary& said = part.bodies[i];
-      if (sums[i] == SlabExtent{said.tetrahedra, said.bounds}) continue;
-      return invalid(fmt::format("DONE: body {} has {} cells in its slabs, or other bounds than it "
-                                 "says; it says {} cells",
-                                 i, sums[i].cells, said.tetrahedra),
-                     part.path.string());
-    }
-    return {};
-  }
-
   void addSummary(std::size_t body, const BodySummary& added) {
     if (added.slabs == 0) return;
     BodySummary& sum = summaries_[body];
@@ -233,7 +172,7 @@ class Joiner {
     if (added.vertices > 0) sum.bounds.add(added.bounds);
   }
 
-  static Result<std::uint64_t> layerSize(const Part& part, std::uint64_t offset) {
+  static Result<std::uint64_t> layerSize(const CopiedFile& part, std::uint64_t offset) {
     const auto file = ChunkFile::open(part.path);
     if (!file) return pass(file.error());
     const auto chunk = file->readPartly(offset, kLayer);
@@ -244,44 +183,9 @@ class Joiner {
     return front->positions.rows;
   }
 
-  static Result<void> putUnknown(const ChunkFile::Chunk& chunk, ChunkWriter& into) {
-    const auto offset = into.putCopy(chunk.header, chunk.payload.bytes);
-    return offset ? Result<void>() : pass(offset.error());
-  }
-
-  /// Copies the chunks between HEAD and DONE; calls `one` after each. `kept` has the headers of the
-  /// chunks that this version does not know and that are copied, each once.
-  template <class One>
-  static Result<void> copy(const Part& part, ChunkWriter& into, PartCopier& copier,
-                           std::set<std::string>& kept, LostChunks& lost, One one) {
-    auto file = ChunkFile::open(part.path);
-    if (!file) return pass(file.error());
-    file->expectChunks(part.chunks);
-    copier.begin(*file, part.lowers);
-    auto slab = part.slabs.begin();
-    for (const ChunkHeader& known : part.chunks) {
-      if (isUnknown(known.type)) {
-        const auto bytes = encodeChunkHeader(known);
-        const std::string header(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-        const bool safe = isSafeToCopy(known.type);
-        if (!safe) lost.add(known);
-        if (!safe || !kept.insert(header).second) {
-          one();
-          continue;
-        }
-      }
-      const auto chunk = file->readChunk(known.offset, known.type);
-      if (!chunk) return pass(chunk.error());
-      auto copied = isUnknown(known.type) ? putUnknown(*chunk, into)
-                    : known.type == kSlab ? copier.putSlab(*chunk, *slab++)
-                                          : copier.put(*chunk);
-      if (!copied) return copied;
-      one();
-    }
-    return {};
-  }
-
-  std::vector<Part> parts_;
+  std::vector<CopiedFile> parts_;
+  /// Of each part: of the bodies that continue, where their first layers are there; 0 for others.
+  std::vector<std::vector<std::uint64_t>> lowers_;
   std::vector<BodySummary> summaries_;
   std::vector<End> ends_;  // of the bodies
 };

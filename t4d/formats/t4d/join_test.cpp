@@ -120,8 +120,8 @@ TEST(Join, PutsSolidsOneAfterAnother) {
   for (model::Point4& vertex : laterSimplex.vertices) vertex[3] += 5;
   laterSimplex.timeBegin += 5;
   laterSimplex.timeEnd += 5;
-  const std::vector<std::filesystem::path> parts = {
-      writeT4d("a.t4d", {{simplexSlab()}}), writeT4d("b.t4d", {{laterSimplex}})};
+  const std::vector<std::filesystem::path> parts = {writeT4d("a.t4d", {{simplexSlab()}}),
+                                                    writeT4d("b.t4d", {{laterSimplex}})};
   const auto path = temporaryPath("joined.t4d");
   const auto done = joinT4d(parts, path);
   ASSERT_TRUE(done) << done.error().text();

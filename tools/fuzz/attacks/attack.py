@@ -140,7 +140,7 @@ class Attack:
             "usd": [seeds / name for name in ("points.usda", "poses.usda", "shapes.usda",
                                               "points.usdz")],
             "mesh4d": [seeds / f"mesh4d.{e}" for e in binary],
-            "motion": sorted(seeds.glob("*.json")),
+            "motion": sorted(p for p in seeds.glob("*.json") if "bodies" not in p.read_text()),
             "t4d": [seeds / f"{name}.t4d" for name in ("mesh", "plain", "voxel")],
             "moved": [seeds / "moved.t4d"],  # mesh.t4d elsewhere
             "vdb": sorted((seeds / "frames").glob("*.vdb")),
@@ -226,6 +226,7 @@ class Attack:
             ["filter", mesh, "--from", 0.1, "-o", "OUT.t4d"],
             ["compress", mesh, "-o", "OUT.t4d"],
             ["join", seeds / "first.t4d", seeds / "last.t4d", "-o", "OUT.t4d"],
+            ["merge", mesh, moved, "-o", "OUT.t4d"],
             ["collide", mesh, moved], ["collide", mesh, moved, "--ignore", seeds / "arm.srdf"],
             ["resolve", mesh, seeds / "aside.t4d", "-o", "OUT.t4d"],
             ["view", mesh, "-o", "OUT"],

@@ -317,6 +317,131 @@ def paths(attack):
                 "-o", output], [mesh, path], output, seconds=2 * BASE_SECONDS)
 
 
+ROTATIONS = {
+    "qw,qx,qy,qz": (4, []), "q1,q2,q3,q4": (4, ["--quaternion", "wxyz"]),
+    "roll_deg,pitch_deg,yaw_deg": (3, []), "roll,pitch,yaw": (3, ["--angles", "rpy:rad"]),
+    "rx,ry,rz": (3, []), "rx [deg],ry [deg],rz [deg]": (3, ["--angles", "rotvec:deg"]),
+    "/t/orientation/w,/t/orientation/x,/t/orientation/y,/t/orientation/z": (4, [])}
+TIMES = {"time": 1, "t_ms": 1, "secs,nsecs": 2, "%time": 1, "timestamp [ns]": 1}
+
+
+@input_class(weight=2)
+def logs(attack):
+    """tables of poses with columns of all names and units, at irregular, repeated and huge times,
+    with numbers at the ends of floating point and altered texts"""
+    rng = attack.rng
+    rotation, (count, options) = rng.choice(list(ROTATIONS.items()))
+    time, time_count = rng.choice(list(TIMES.items()))
+    place = rng.choice(["x,y,z", "x_mm,y_mm,z_mm", "x [m],y [m],z [m]", "/t/position/x,/t/position/y,"
+                        "/t/position/z"])
+    separator = rng.choice([",", ";", "\t"])
+    rows = [",".join([time, place, rotation]).replace(",", separator)]
+    moment = rng.choice([0, 17, 1.7e9, 1.7e18])
+    for _ in range(rng.randrange(2, 8)):
+        q = unit([rng.gauss(0, 1) for _ in range(4)])
+        turn = q if count == 4 else [rng.uniform(-3, 3) for _ in range(3)]
+        row = [moment, *[rng.randrange(10 ** 9)] * (time_count - 1),
+               *(rng.uniform(-20, 20) for _ in range(3)), *turn]
+        rows += [separator.join(map(repr, row))] * rng.choice([1, 1, 1, 2])
+        moment += rng.choice([0.001, 1, 1e6, 1e9]) * rng.random()
+    table = attack.path("log.csv")
+    table.write_text("\n".join(rows) + "\n")
+    alteration = rng.randrange(3)
+    if alteration == 1:
+        table = attack.altered_text(table, "altered.csv")
+    elif alteration == 2:
+        table, _ = attack.altered(table, "altered.csv")
+    units = rng.choice([[], ["--length-unit", "mm"], ["--time-unit", "s"]])
+    mesh, output = attack.pick("obj"), attack.path("out.t4d")
+    return Run(["sweep", mesh, "-m", table, *options, *units, "--steps", 1, "--caps", "cone", "-o",
+                output], [mesh, table], output)
+
+
+def mechanism_text(attack, extreme):
+    """A mechanism of boxes with joints of all types."""
+    rng = attack.rng
+    number = lambda scale: attack.extreme() if rng.random() < extreme else rng.uniform(-scale, scale)
+    vector = lambda scale: [number(scale) for _ in range(3)]
+    times = lambda: sorted(rng.uniform(0, 5) for _ in range(rng.randrange(2, 5)))
+    bodies = []
+    for i in range(rng.randrange(1, 7)):
+        kind = rng.choice(["fixed", "revolute", "revolute", "prismatic", "screw", "free"])
+        joint, motion = {"type": kind}, None
+        if kind not in ("fixed", "free"):
+            joint |= {"axis": vector(1), "origin": vector(10)}
+            if kind == "screw":
+                joint["pitch"] = number(3)
+            moments = times()
+            motion = {"times": moments, "values": [number(90) for _ in moments]}
+            leaders = [b["name"] for b in bodies if "values" in b.get("motion", {})]
+            if leaders and rng.random() < 0.3:
+                motion = {"follows": rng.choice(leaders), "ratio": number(2), "offset": number(9)}
+        elif kind == "free":
+            motion = {"poses": [{"time": t, "position": vector(10)} for t in times()]}
+        body = {"name": f"b{i}", "position": vector(10), "joint": joint,
+                "solid": rng.choice([{"box": [abs(c) for c in vector(5)]}, {"sphere": abs(number(3))},
+                                     {"cylinder": {"radius": abs(number(3)), "length": 2}}])}
+        if i > 0 and rng.random() < 0.8:
+            body["parent"] = f"b{rng.randrange(i)}"
+        if motion:
+            body["motion"] = motion
+        bodies.append(body)
+    return json.dumps({"length_unit": "mm", "time_unit": "s", "angle_unit": "deg",
+                       "bodies": bodies})
+
+
+@input_class(weight=2)
+def mechanisms(attack):
+    """mechanisms of up to six bodies with joints of all types, with numbers at the ends of floating
+    point and altered texts; the bound of a good one is within --max-deviation"""
+    rng = attack.rng
+    path, output = attack.path("mechanism.json"), attack.path("out.t4d")
+    path.write_text(mechanism_text(attack, rng.choice([0, 0, 0.05])))
+    if rng.random() < 0.4:
+        path = attack.altered_text(path, "altered.json")
+    allowed = 10 ** rng.uniform(-1, 3)
+    options = rng.choice([["--steps", 2], [f"--max-deviation={allowed!r}"], []])
+
+    def check(result):
+        if not result.succeeded or len(options) != 1:
+            return []
+        bound = result.json["chord_bound"]
+        return [] if bound <= allowed else [f"chord_bound is {bound}, above {allowed}"]
+    return Run(["sweep", path, *options, *rng.choice([[], ["--own-steps"]]), "--caps", "cone",
+                "--json", "-o", output], [path], output, check=check)
+
+
+@input_class(weight=1)
+def robots(attack):
+    """URDF of chains and trees, and tables of their joints, altered"""
+    rng = attack.rng
+    text, joints = "<link name='l0'><collision><geometry><sphere radius='1'/></geometry></collision>"\
+                   "</link>", []
+    for i in range(1, rng.randrange(2, 8)):
+        kind = rng.choice(["fixed", "revolute", "continuous", "prismatic"])
+        joints += [f"j{i}"] * (kind != "fixed")
+        text += (f"<link name='l{i}'><collision><origin xyz='0 0 1'/><geometry><box size='1 1 1'/>"
+                 f"</geometry></collision></link>\n<joint name='j{i}' type='{kind}'>"
+                 f"<parent link='l{rng.randrange(i)}'/><child link='l{i}'/><axis xyz='0 1 0'/>"
+                 f"<origin xyz='0 0 2' rpy='0.5 0 0'/><limit lower='-1' upper='1' velocity='1'/>"
+                 "</joint>\n")
+    robot, table = attack.path("robot.urdf"), attack.path("joints.csv")
+    robot.write_text(f"<robot name='r'>\n{text}</robot>\n")
+    table.write_text(",".join(["time", *joints]) + "\n" + "".join(
+        ",".join(repr(c) for c in [t, *(rng.uniform(-2, 2) for _ in joints)]) + "\n"
+        for t in range(rng.randrange(1, 5))))
+    which = rng.randrange(4)
+    if which == 0:
+        robot = attack.altered_text(robot, "altered.urdf")
+    elif which == 1:
+        robot, _ = attack.altered(robot, "altered.urdf")
+    elif which == 2:
+        table = attack.altered_text(table, "altered.csv")
+    output = attack.path("out.t4d")
+    return Run(["sweep", robot, "-m", table, "--steps", 2, "--caps", "cone", "-o", output],
+               [robot, table], output)
+
+
 @input_class(weight=3)
 def gcode(attack):
     """`mill` with G-code of all words in any order: canned cycles, origins, tools, parameters,

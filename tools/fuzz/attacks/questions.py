@@ -541,3 +541,34 @@ def contacts(attack):
     some = rng.choice([[], [], ["--clearance", repr(clearance)]])
     return Run(["resolve", wall, bar, *some, "--json", "-o", output], [wall, bar], output,
                check=check_resolve)
+
+
+@input_class(weight=1)
+def merges(attack):
+    """files of any bodies merged, some scaled, altered or of other units: the cells of all of them
+    are there, and every body is what it was"""
+    rng = attack.rng
+    files = []
+    for i in range(rng.randrange(1, 4)):
+        file = attack.path(f"part{i}.t4d")
+        options = rng.choice([["--scale", "2"], ["--move", "1", "2", "3"], ["--length-unit", "in"]])
+        source = attack.pick("t4d")
+        if not attack.t4d("transform", source, *options, "-q", "-o", file).succeeded:
+            file = source
+        files.append(file)
+    if rng.random() < 0.3:
+        files[-1], _ = attack.altered(files[-1], "altered.t4d")
+    output = attack.path("out.t4d")
+
+    def check(result):
+        if not result.succeeded:
+            return []
+        found = result.json
+        wanted = [attack.t4d("info", file, "--json").json for file in files]
+        cells = sum(one["tetrahedra"] for one in wanted)
+        problems = [] if found["tetrahedra"] == cells else [f"{cells} cells, not {found}"]
+        names = [body["name"] for body in found["bodies"]]
+        if len(set(names)) != len(names):
+            problems.append(f"names are not unique: {names}")
+        return problems
+    return Run(["merge", *files, "--json", "-o", output], files, output, check=check)
