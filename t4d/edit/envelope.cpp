@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
-#include <numeric>
 
 #include <fmt/format.h>
 
@@ -58,22 +56,17 @@ double roundingOfOutput(const model::Bounds3& bounds, const EnvelopeOptions& opt
   return kSingle * largestCoordinate(bounds, *options.singlePrecisionAbout);
 }
 
-/// How far coordinates are off, at most: computed ones, and those that are written.
-double roundingOf(const model::Bounds3& bounds, const EnvelopeOptions& options) {
-  constexpr double kDouble = 0x1p-46;
-  return kDouble * largestCoordinate(bounds, Point3::Zero()) + roundingOfOutput(bounds, options);
-}
-
-/// The distance that the envelope keeps.
-double reachOf(const model::Bounds3& bounds, const EnvelopeOptions& options) {
-  return *options.reach + roundingOf(bounds, options);
+/// The distance that the envelope keeps: more by what coordinates are off, computed and written.
+double reachOf(const TriangleMesh& surface, const EnvelopeOptions& options) {
+  return *options.reach + roundingOfComputing(surface) +
+         roundingOfOutput(model::boundsOf(surface), options);
 }
 
 Result<SpaceLattice> latticeFor(const TriangleMesh& surface, double size,
                                 const EnvelopeOptions& options) {
   model::Bounds3 bounds = model::boundsOf(surface);
   if (options.reach) {
-    const double margin = measure::offsetMargin(reachOf(bounds, options), size);
+    const double margin = measure::offsetMargin(reachOf(surface, options), size);
     bounds.min.array() -= margin;
     bounds.max.array() += margin;
   }
@@ -138,30 +131,6 @@ std::uint64_t partsOf(const TriangleMesh& surface) {
   return count;
 }
 
-/// Counts parts and cavities by the volumes that connected surfaces enclose.
-void measureParts(Envelope& envelope) {
-  const TriangleMesh& mesh = envelope.mesh;
-  envelope.volume = model::signedVolume(mesh);
-  const std::vector<double> genera = measure::generaOf(mesh);
-  envelope.genus = std::accumulate(genera.begin(), genera.end(), 0.0);
-  model::UnionFind surfaces(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    surfaces.unite(a, b);
-    surfaces.unite(b, c);
-  }
-  std::map<std::uint32_t, double> volumes;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const std::uint32_t surface = surfaces.root(a);
-    // About a vertex of the surface, so that small ones far away have the right sign.
-    const Point3& origin = mesh.vertices[surface];
-    volumes[surface] +=
-        (mesh.vertices[a] - origin).cross(mesh.vertices[b] - origin).dot(mesh.vertices[c] - origin);
-  }
-  for (const auto& [surface, volume] : volumes) {
-    ++(volume > 0 ? envelope.components : envelope.cavities);
-  }
-}
-
 TriangleMesh roundedTo(const EnvelopeOptions& options, TriangleMesh mesh) {
   if (!options.singlePrecisionAbout) return mesh;
   const Point3& center = *options.singlePrecisionAbout;
@@ -187,7 +156,7 @@ Error tooFine(double voxelSize, const EnvelopeOptions& options) {
 Result<void> makeOffset(const TriangleMesh& surface, const VisitLattice& visits,
                         const EnvelopeOptions& options, Envelope& envelope,
                         const model::Progress& progress) {
-  const double reach = reachOf(model::boundsOf(surface), options);
+  const double reach = reachOf(surface, options);
   auto offset = measure::offsetSurface(surface, visits, reach, progress);
   envelope.errorBound = offset.farthest;
   envelope.mesh = roundedTo(options, std::move(offset.mesh));
@@ -263,7 +232,7 @@ std::string costText(const TriangleMesh& surface, double size, const EnvelopeOpt
 }
 
 bool fitsDefault(const TriangleMesh& surface, double size, const EnvelopeOptions& options) {
-  return fittingVoxelSize(surface, size, options, kDefaultSeconds) == size;
+  return fittingVoxelSize(surface, size, options, options.defaultSeconds) == size;
 }
 
 /// Which voxels smaller than those that found nothing do: tried as long as that takes no longer
@@ -405,7 +374,8 @@ double defaultVoxelSize(const Silhouette& silhouette, const EnvelopeOptions& opt
   } else if (const double forParts = sizeForParts(silhouette); forParts > 0) {
     finest = std::min(usual, std::max(forParts, roundedUp(extent / kMostByDefault)));
   }
-  return fittingVoxelSize(silhouette.surface, finest, options, kDefaultSeconds).value_or(usual);
+  return fittingVoxelSize(silhouette.surface, finest, options, options.defaultSeconds)
+      .value_or(usual);
 }
 
 Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions& options,
@@ -422,6 +392,22 @@ Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions&
   if (!options.exact && !options.reach) envelope->losses = lossesOf(silhouette, *envelope, options);
   if (progress) progress(1);
   return envelope;
+}
+
+void measureParts(Envelope& envelope) {
+  const TriangleMesh& mesh = envelope.mesh;
+  envelope.volume = model::signedVolume(mesh);
+  envelope.genus = 0;
+  envelope.components = envelope.cavities = 0;
+  for (const measure::ConnectedSurface& surface : measure::surfacesOf(mesh)) {
+    envelope.genus += surface.genus;
+    ++(surface.volume > 0 ? envelope.components : envelope.cavities);
+  }
+}
+
+double roundingOfComputing(const TriangleMesh& surface) {
+  constexpr double kDouble = 0x1p-46;
+  return kDouble * largestCoordinate(model::boundsOf(surface), Point3::Zero());
 }
 
 void add(Silhouette& to, const Silhouette& other) {

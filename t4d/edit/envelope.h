@@ -21,6 +21,9 @@ struct EnvelopeOptions {
   double maxBytes = 4.0 * (1U << 30);
   /// Cut the triangles of the silhouette where they meet, instead of counting on a lattice.
   bool exact = false;
+  /// The time that a default voxel size is made for, in seconds of one core
+  /// (VisitLattice::estimatedSeconds).
+  double defaultSeconds = 20;
   /// Round vertices to float32 relative to this point, as some formats will.
   std::optional<model::Point3> singlePrecisionAbout = {};
 };
@@ -41,15 +44,11 @@ struct Envelope {
   std::vector<std::string> losses = {};  ///< what is missing, or may be, each a sentence
 };
 
-/// The time that the default voxel size is made for, in seconds of one core
-/// (VisitLattice::estimatedSeconds).
-inline constexpr double kDefaultSeconds = 20;
-
 /// A 64th of the solid's extent at its first time, but no less than a 512th of the envelope's;
 /// at most a quarter of the smallest extent of a component of the solid, but no less than a 4096th
 /// of the envelope's. With a reach, which thin components are within in any case, at least an
 /// eighth of the reach instead, and what float32 can tell apart. Larger if that takes more than
-/// `maxBytes` or kDefaultSeconds. Rounded to two digits. 0 for a silhouette without extent.
+/// `maxBytes` or `defaultSeconds`. Rounded to two digits. 0 for a silhouette without extent.
 double defaultVoxelSize(const measure::Silhouette& silhouette, const EnvelopeOptions& options);
 
 /// The envelope of a 4D mesh, or of several whose silhouettes have been put together (`add`): where
@@ -73,6 +72,12 @@ double defaultVoxelSize(const measure::Silhouette& silhouette, const EnvelopeOpt
 /// and the exact one where too many triangles meet, and in a build without CGAL.
 Result<Envelope> envelopeOf(const measure::Silhouette& silhouette, const EnvelopeOptions& options,
                             const model::Progress& progress = {});
+
+/// Sets the volume, the genus and the numbers of components and cavities to those of the mesh.
+void measureParts(Envelope& envelope);
+
+/// How far places computed from a surface are off by rounding, at most.
+double roundingOfComputing(const model::TriangleMesh& surface);
 
 /// Adds one silhouette to another: visits of both.
 void add(measure::Silhouette& to, const measure::Silhouette& other);

@@ -8,12 +8,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "t4d/edit/collision_mesh.h"
+#include "t4d/edit/reduce_surface.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/fixtures/motions.h"
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/motion_reader.h"
 #include "t4d/formats/triangle_mesh_reader.h"
 #include "t4d/measure/chord_bound.h"
+#include "t4d/measure/enclosure.h"
 #include "t4d/measure/visit_lattice.h"
 #include "t4d/measure/winding_number.h"
 #include "t4d/mesh4d/sweep.h"
@@ -373,7 +376,7 @@ TEST(Envelope, OfASheetTakesADefaultThatFitsItsTime) {
     auto lattice = measure::SpaceLattice::about(model::boundsOf(silhouette.surface), size);
     ASSERT_TRUE(lattice);
     EXPECT_LE(measure::VisitLattice::estimatedSeconds(silhouette.surface, *lattice),
-              kDefaultSeconds);
+              EnvelopeOptions().defaultSeconds);
     EXPECT_EQ(size, defaultVoxelSize(silhouette, {.maxBytes = 1e12}));
   }
 }
@@ -388,6 +391,84 @@ TEST(Envelope, OutsideTakesNoSmallerDefaultForThinParts) {
   EXPECT_GT(usual, 10.0 / 64);
   EXPECT_EQ(defaultVoxelSize(silhouette, {.reach = 1}), usual);
   EXPECT_EQ(defaultVoxelSize(silhouette, {.reach = 8}), 1);
+}
+
+/// The same motion and silhouette, in a mesh of few triangles.
+Outside simplified(const TriangleMesh& solid, const model::Screw& screw, std::uint64_t steps,
+                   std::size_t triangles, EnvelopeOptions options = {}) {
+  const model::ScrewRun run{1, screw, 1};
+  auto motion = model::chainScrews(0, {&run, 1});
+  EXPECT_TRUE(motion);
+  model::Mesh mesh;
+  EXPECT_TRUE(mesh4d::sweep(
+      solid, *motion, {.steps = mesh4d::StepsPerSegment{steps}, .caps = mesh4d::CapMethod::Cone},
+      mesh));
+  const auto silhouette = measure::silhouetteOf(mesh);
+  EXPECT_TRUE(silhouette);
+  const auto bound = measure::chordBound(mesh, {0, 1});
+  EXPECT_TRUE(bound && *bound);
+  options.reach = (*bound)->bound + options.reach.value_or(0);
+  auto envelope = collisionMeshOf(*silhouette, options, triangles);
+  EXPECT_TRUE(envelope) << (envelope ? "" : envelope.error().text());
+  if (!envelope) return {};
+  EXPECT_TRUE(model::checkClosedSurface(envelope->mesh));
+  EXPECT_TRUE(findCrossings(envelope->mesh, 10)->none());
+  EXPECT_LE(envelope->mesh.triangles.size(), triangles);
+  return {std::move(*motion), std::move(*envelope), *options.reach};
+}
+
+TEST(CollisionMesh, ContainsTheTrueMotionWithFewTriangles) {
+  if (!reducesSurfaces()) GTEST_SKIP() << "no meshoptimizer";
+  TriangleMesh plate = fixtures::cube(2);
+  for (Point3& v : plate.vertices) v = {5 * v.x(), 3 * v.y(), 0.01 * v.z() + 2};
+  const model::Screw turn{{0, 0, 0}, Point3::UnitZ(), 90, {0, 0, 1}};
+  const model::Screw skew{{0.5, 1, 0}, Point3(1, 2, -1).normalized(), 200, {2, 1, 0.5}};
+  for (const TriangleMesh& solid :
+       {plate, fixtures::pebble(1.5, 60), fixtures::torus(2, 0.5, 9, 6)}) {
+    for (const model::Screw& screw : {turn, skew}) {
+      for (const std::size_t triangles : {60U, 400U}) {
+        SCOPED_TRACE(testing::Message() << triangles << " " << screw.angleDegrees);
+        const Outside outside = simplified(solid, screw, 5, triangles, {.voxelSize = 0.6});
+        expectWithin(outside, solid, 23);
+        EXPECT_GE(outside.envelope.errorBound, outside.chordBound);
+      }
+    }
+  }
+}
+
+TEST(CollisionMesh, ContainsWhatIsNearFarFromTheOriginAndInFloat32) {
+  if (!reducesSurfaces()) GTEST_SKIP() << "no meshoptimizer";
+  const Point3 far(3e5, -2e5, 1e5);
+  const TriangleMesh bar = fixtures::translated(fixtures::cube(1), far);
+  const Outside outside = simplified(bar, {far, Point3::UnitZ(), 90, {0, 0, 3}}, 8, 80,
+                                     {.voxelSize = 0.3, .reach = 0.5, .singlePrecisionAbout = far});
+  // Everything within half a unit, in the directions of the axes.
+  for (const Point3& by : {Point3(0.5, 0, 0), Point3(0, -0.5, 0), Point3(0, 0, 0.5)}) {
+    Outside moved = outside;
+    for (Point3& vertex : moved.envelope.mesh.vertices) vertex += by;
+    expectWithin(moved, bar, 11);
+  }
+}
+
+TEST(CollisionMesh, HasNoMoreTrianglesThanAskedForOrSaysSo) {
+  if (!reducesSurfaces()) GTEST_SKIP() << "no meshoptimizer";
+  const Silhouette torus =
+      silhouetteOfScrew(fixtures::torus(3, 0.5, 24, 12), {.translation = {0, 0, 0.5}});
+  const auto mesh = collisionMeshOf(torus, {.voxelSize = 0.6, .reach = 0}, 4);
+  ASSERT_TRUE(mesh) << mesh.error().text();
+  EXPECT_EQ(mesh->losses.size(), mesh->mesh.triangles.size() > 4 ? 1 : 0);
+  EXPECT_EQ(measure::EnclosedPlaces(torus.surface).margin(mesh->mesh, 1e-9), 1e-9);
+}
+
+TEST(EnclosedPlaces, MarginIsTheDistanceOfNestedCubesAndZeroOfOthers) {
+  const TriangleMesh inner = fixtures::translated(fixtures::cube(2), {7, 0, 0});
+  const measure::EnclosedPlaces places(inner);
+  const TriangleMesh outer = fixtures::translated(fixtures::cube(5), {7, 0.25, 0});
+  EXPECT_NEAR(places.margin(outer, 100), 1.25, 1e-12);
+  EXPECT_EQ(places.margin(outer, 1), 1);
+  EXPECT_EQ(places.margin(fixtures::translated(fixtures::cube(2), {8, 0, 0}), 100), 0);
+  EXPECT_EQ(places.margin(fixtures::translated(fixtures::cube(2), {17, 0, 0}), 100), 0);
+  EXPECT_EQ(places.margin(fixtures::translated(fixtures::cube(1), {7, 0, 0}), 100), 0);
 }
 
 TEST(Envelope, ExactAndOutsideExcludeEachOther) {

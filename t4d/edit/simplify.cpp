@@ -16,6 +16,7 @@
 #include "t4d/edit/proved_collapse.h"
 #include "t4d/edit/slab_windows.h"
 #include "t4d/measure/mesh_check.h"
+#include "t4d/measure/space_time_tetrahedron.h"
 #include "t4d/model/in_order.h"
 #include "t4d/model/sinks.h"
 #include "t4d/model/source_part.h"

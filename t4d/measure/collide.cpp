@@ -2,576 +2,142 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <cmath>
-#include <limits>
-#include <memory>
-#include <numeric>
+#include <deque>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 
-#include "t4d/measure/cell_pair.h"
-#include "t4d/measure/cell_tree.h"
-#include "t4d/measure/contact_stretches.h"
-#include "t4d/measure/hull_distance.h"
-#include "t4d/measure/inside_parts.h"
-#include "t4d/measure/moving_box.h"
-#include "t4d/measure/overlap.h"
-#include "t4d/model/times.h"
+#include "t4d/measure/pair_search.h"
 #include "t4d/model/unit_scale.h"
 
 namespace t4d::measure {
 namespace {
 
-using model::Bounds4;
-using model::Slab;
 using model::Source;
 using model::TimeSpan;
 
-/// The time that a slab of a and one of b share.
-struct Window {
-  TimeSpan span;
-  std::size_t slabA = 0;
-  std::size_t slabB = 0;
-};
-
-bool lasts(const TimeSpan& span) { return span.end > span.begin; }
-
-/// All windows in time order. One that is an instant only counts if no other includes it, as
-/// between two bodies of which one starts when the other ends.
-std::vector<Window> windowsOf(const Source& a, const Source& b) {
-  std::vector<Window> windows;
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < a.slabCount() && j < b.slabCount()) {
-    const TimeSpan p = a.timeSpan(i);
-    const TimeSpan q = b.timeSpan(j);
-    const TimeSpan common{std::max(p.begin, q.begin), std::min(p.end, q.end)};
-    if (lasts(p) && lasts(q) && common.begin <= common.end) {
-      // Instants come before or after the windows that include them.
-      const bool instant = !lasts(common);
-      const bool known = !windows.empty() && windows.back().span.end == common.begin;
-      if (!instant && !windows.empty() && !lasts(windows.back().span) &&
-          windows.back().span.end == common.begin) {
-        windows.pop_back();
-      }
-      if (!instant || !known) windows.push_back({common, i, j});
-    }
-    if (p.end < q.end || (p.end == q.end && !lasts(p))) {
-      ++i;
-    } else if (q.end < p.end || !lasts(q)) {
-      ++j;
-    } else if (i + 1 < a.slabCount() && j + 1 < b.slabCount()) {
-      // Both end: the one whose next slab comes first goes on.
-      ++(a.timeSpan(i + 1).begin <= b.timeSpan(j + 1).begin ? i : j);
-    } else {
-      ++(i + 1 < a.slabCount() ? i : j);
-    }
-  }
-  return windows;
-}
-
-CellCorners cornersOf(const Slab& slab, std::uint32_t cell) {
-  const model::Cell& corners = slab.connectivity->cells[cell];
-  return {slab.vertices[corners[0]], slab.vertices[corners[1]], slab.vertices[corners[2]],
-          slab.vertices[corners[3]]};
-}
-
-/// Of a cell that lasts.
-MovingBox boxOf(const CellCorners& corners) {
-  TimeSpan time{corners[0][3], corners[0][3]};
-  for (const model::Point4& corner : corners) {
-    time.begin = std::min(time.begin, corner[3]);
-    time.end = std::max(time.end, corner[3]);
-  }
-  return movingBoxOf(corners, time);
-}
-
-/// A slab of one of the bodies.
-struct Side {
-  const Source* source = nullptr;
-  std::size_t number = ~std::size_t{0};
-  std::shared_ptr<const Slab> slab;
-  CellTree tree;
-
-  Result<void> load(std::size_t index, const TimeSpan& window) {
-    if (index != number) {
-      slab.reset();
-      auto read = source->slab(index);
-      if (!read) return pass(read.error());
-      slab = std::move(*read);
-      number = index;
-    }
-    tree.fit(*slab, window);
-    return {};
-  }
-};
-
-struct NodePair {
-  std::uint32_t a = 0;
-  std::uint32_t b = 0;
-};
-
-struct LeafCell {
-  std::uint32_t number = 0;
-  CellCorners corners;
-  MovingBox box;
-};
-
-/// The search in one window.
-class WindowSearch {
+/// The searches of several pairs side by side in time, so that what is known of a slab serves all
+/// pairs of its body.
+class PairSearches {
  public:
-  WindowSearch(const Side& a, const Side& b, const TimeSpan& span) : a_(a), b_(b), span_(span) {}
-
-  /// Adds when cells meet.
-  void findContacts(ContactStretches& stretches) const {
-    const auto near = [](const MovingBox& p, const MovingBox& q) {
-      return meetingTime(p, q).has_value();
+  PairSearches(std::span<const SourcePair> pairs, const CollideOptions& options) {
+    std::map<const Source*, std::size_t> numbers;
+    const auto numberOf = [&](const Source& source) {
+      const auto [found, added] = numbers.try_emplace(&source, slabs_.size());
+      if (added) slabs_.emplace_back(source);
+      return found->second;
     };
-    const std::vector<NodePair> tasks = split(near);
-    std::vector<ContactStretches> found(tasks.size());
-    // What earlier batches have found saves later ones work. Batches are the same for any number
-    // of threads, and so is the result.
-    constexpr std::size_t kLargestBatch = 64;
-    std::size_t end = 0;
-    for (std::size_t begin = 0; begin < tasks.size(); begin = end) {
-      end = std::min({tasks.size(), 2 * begin + 1, begin + kLargestBatch});
-      tbb::parallel_for(begin, end, [&](std::size_t task) {
-        found[task] = stretches;
-        findContacts(tasks[task], found[task]);
-      });
-      for (std::size_t task = begin; task < end; ++task) {
-        stretches.add(found[task]);
-        found[task] = {};
-      }
+    for (const auto& [a, b] : pairs) {
+      bodies_.push_back({numberOf(*a), numberOf(*b)});
+      searches_.emplace_back(slabs_[bodies_.back()[0]], slabs_[bodies_.back()[1]], options);
     }
   }
 
-  /// Replaces `best` if there are nearer cells.
-  void findNearest(Clearance& best) const {
-    if (a_.tree.nodes().empty() || b_.tree.nodes().empty()) return;
-    std::atomic<double> bound = best.distance;
-    const auto near = [&](const MovingBox& p, const MovingBox& q) {
-      return leastDistance(p, q) <= bound.load(std::memory_order_relaxed);
-    };
-    std::vector<NodePair> tasks = split(near);
-    const auto distance = [&](const NodePair& pair) {
-      return leastDistance(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box);
-    };
-    std::ranges::stable_sort(tasks, {}, distance);
-    std::vector<Clearance> found(tasks.size(), best);
-    tbb::parallel_for(std::size_t{0}, tasks.size(),
-                      [&](std::size_t task) { findNearest(tasks[task], bound, found[task]); });
-    for (const Clearance& one : found) {
-      const double proven = std::min(best.lowerBound, one.lowerBound);
-      if (isNearer(one, best)) best = one;
-      best.lowerBound = proven;
-    }
-  }
-
-  /// The distance of two cells as an upper bound.
-  void tryCells(std::uint32_t cellA, std::uint32_t cellB, Clearance& best) const {
-    if (cellA >= a_.slab->connectivity->cells.size()) return;
-    if (cellB >= b_.slab->connectivity->cells.size()) return;
-    tryCells(cellA, cornersOf(*a_.slab, cellA), cellB, cornersOf(*b_.slab, cellB),
-             std::numeric_limits<double>::infinity(), best);
-  }
-
- private:
-  /// Pairs of nodes that are near, enough of them for all threads.
-  template <class Near>
-  std::vector<NodePair> split(const Near& near) const {
-    constexpr std::size_t kEnough = 1024;
-    std::vector<NodePair> pairs;
-    if (a_.tree.nodes().empty() || b_.tree.nodes().empty()) return pairs;
-    pairs.push_back({0, 0});
-    for (bool grown = true; grown && pairs.size() < kEnough;) {
-      grown = false;
-      std::vector<NodePair> next;
-      for (const NodePair& pair : pairs) {
-        if (!near(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box)) continue;
-        if (!forEachChild(pair, [&](const NodePair& child) { next.push_back(child); })) {
-          next.push_back(pair);
-        } else {
-          grown = true;
-        }
-      }
-      pairs = std::move(next);
-    }
-    return pairs;
-  }
-
-  /// False for two leaves. Divides the larger one otherwise.
-  template <class Visit>
-  bool forEachChild(const NodePair& pair, Visit visit) const {
-    const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
-    const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
-    if (nodeA.isLeaf() && nodeB.isLeaf()) return false;
-    const auto size = [](const CellTree::Node& node) {
-      return (node.box.begin.max - node.box.begin.min).squaredNorm();
-    };
-    if (nodeB.isLeaf() || (!nodeA.isLeaf() && size(nodeA) >= size(nodeB))) {
-      visit(NodePair{pair.a + 1, pair.b});
-      visit(NodePair{nodeA.second, pair.b});
-    } else {
-      visit(NodePair{pair.a, pair.b + 1});
-      visit(NodePair{pair.a, nodeB.second});
-    }
-    return true;
-  }
-
-  /// The cells of a leaf that last and meet the box, in `into`; returns their number.
-  static std::size_t cellsOf(const Slab& slab, const CellTree::Node& leaf, const auto& near,
-                             std::array<LeafCell, CellTree::kMostCells>& into) {
-    std::size_t count = 0;
-    for (std::uint32_t i = 0; i < leaf.cellCount; ++i) {
-      LeafCell& cell = into[count];
-      cell.number = leaf.firstCell + i;
-      cell.corners = cornersOf(slab, cell.number);
-      cell.box = boxOf(cell.corners);
-      if (lasts(cell.box.time) && near(cell.box)) ++count;
-    }
-    return count;
-  }
-
-  /// Calls visit(cell of a, cell of b) for pairs of two leaves that are near.
-  template <class Near, class Visit>
-  void forEachCellPair(const NodePair& pair, const Near& near, Visit visit) const {
-    const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
-    const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
-    std::array<LeafCell, CellTree::kMostCells> cellsA;
-    std::array<LeafCell, CellTree::kMostCells> cellsB;
-    const std::size_t countA = cellsOf(
-        *a_.slab, nodeA, [&](const MovingBox& p) { return near(p, nodeB.box); }, cellsA);
-    if (countA == 0) return;
-    const std::size_t countB = cellsOf(
-        *b_.slab, nodeB, [&](const MovingBox& q) { return near(nodeA.box, q); }, cellsB);
-    for (std::size_t i = 0; i < countA; ++i) {
-      for (std::size_t j = 0; j < countB; ++j) {
-        if (near(cellsA[i].box, cellsB[j].box)) visit(cellsA[i], cellsB[j]);
-      }
-    }
-  }
-
-  void findContacts(const NodePair& pair, ContactStretches& stretches) const {
-    const auto near = [&](const MovingBox& p, const MovingBox& q) {
-      const auto time = meetingTime(p, q);
-      return time && !stretches.covers(time->begin, time->end);
-    };
-    if (!near(a_.tree.nodes()[pair.a].box, b_.tree.nodes()[pair.b].box)) return;
-    if (forEachChild(pair, [&](const NodePair& child) { findContacts(child, stretches); })) return;
-    if (areFarther(a_.tree.nodes()[pair.a], b_.tree.nodes()[pair.b], 0)) return;
-    forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
-      const auto time = meetingTime(p.box, q.box);
-      const bool known = time && stretches.includes(time->begin, time->end);
-      const auto meeting = meetingOf(p.corners, q.corners, /*crossingsOnly=*/known);
-      if (!meeting) return;
-      ContactStretch stretch;
-      stretch.begin = std::clamp(meeting->timeBegin, span_.begin, span_.end);
-      stretch.end = std::clamp(meeting->timeEnd, stretch.begin, span_.end);
-      // Solids that have an instant in common only have no common interior.
-      stretch.overlaps = (meeting->crosses || meeting->coincides) && lasts(span_);
-      stretch.first = {stretch.begin, meeting->point, CellNumber{a_.number, p.number},
-                       CellNumber{b_.number, q.number}};
-      stretch.last = stretch.first;
-      stretches.add(stretch);
-    });
-  }
-
-  /// Whether the hulls of two leaves are certainly farther from each other.
-  bool areFarther(const CellTree::Node& leafA, const CellTree::Node& leafB, double distance) const {
-    static_assert(CellTree::kMostVertices <= kMostHullPoints);
-    using Hull = std::array<model::Point4, CellTree::kMostVertices>;
-    Hull hullA;
-    Hull hullB;
-    const auto pointsOf = [](const Side& side, const CellTree::Node& leaf, Hull& into) {
-      std::size_t count = 0;
-      for (const std::uint32_t vertex : side.tree.verticesOf(leaf)) {
-        into[count++] = side.slab->vertices[vertex];
-      }
-      return std::span<const model::Point4>(into).first(count);
-    };
-    const auto found = distanceOf(pointsOf(a_, leafA, hullA), pointsOf(b_, leafB, hullB), distance);
-    return !found || found->lowerBound > distance;
-  }
-
-  static bool isNearer(const Clearance& one, const Clearance& other) {
-    if (one.distance != other.distance) return one.distance < other.distance;
-    return std::pair(one.a.cell, one.b.cell) < std::pair(other.a.cell, other.b.cell);
-  }
-
-  void tryCells(std::uint32_t numberA, const CellCorners& a, std::uint32_t numberB,
-                const CellCorners& b, double enough, Clearance& best) const {
-    // Below the distance by rounding errors, unless the search for it got stuck.
-    constexpr double kProven = 1e-9;
-    const auto found = distanceOf(a, b, enough);
-    if (!found || found->lowerBound > enough) return;
-    const Clearance one{found->distance, found->lowerBound,    found->time,         found->pointA,
-                        found->pointB,   {a_.number, numberA}, {b_.number, numberB}};
-    const bool stuck = one.lowerBound < one.distance * (1 - kProven) - kProven * size();
-    const double proven = stuck ? std::min(best.lowerBound, one.lowerBound) : best.lowerBound;
-    if (isNearer(one, best)) {
-      best = one;
-      best.lowerBound = std::min(one.lowerBound, proven);
-    } else {
-      best.lowerBound = proven;
-    }
-  }
-
-  void findNearest(const NodePair& pair, std::atomic<double>& bound, Clearance& best) const {
-    const auto near = [&](const MovingBox& p, const MovingBox& q) {
-      return leastDistance(p, q) <= bound.load(std::memory_order_relaxed);
-    };
-    const CellTree::Node& nodeA = a_.tree.nodes()[pair.a];
-    const CellTree::Node& nodeB = b_.tree.nodes()[pair.b];
-    if (!near(nodeA.box, nodeB.box)) return;
-    std::array<NodePair, 2> children;
-    std::size_t count = 0;
-    if (forEachChild(pair, [&](const NodePair& child) { children[count++] = child; })) {
-      const auto distance = [&](const NodePair& child) {
-        return leastDistance(a_.tree.nodes()[child.a].box, b_.tree.nodes()[child.b].box);
-      };
-      if (distance(children[1]) < distance(children[0])) std::swap(children[0], children[1]);
-      for (const NodePair& child : children) findNearest(child, bound, best);
-      return;
-    }
-    if (areFarther(nodeA, nodeB, bound.load(std::memory_order_relaxed))) return;
-    forEachCellPair(pair, near, [&](const LeafCell& p, const LeafCell& q) {
-      tryCells(p.number, p.corners, q.number, q.corners, bound.load(std::memory_order_relaxed),
-               best);
-      double known = bound.load(std::memory_order_relaxed);
-      while (best.distance < known && !bound.compare_exchange_weak(known, best.distance)) {
-      }
-    });
-  }
-
-  double size() const {
-    const Bounds4 p = a_.tree.bounds();
-    const Bounds4 q = b_.tree.bounds();
-    return (p.max.cwiseMax(q.max) - p.min.cwiseMin(q.min)).head<3>().norm();
-  }
-
-  const Side& a_;
-  const Side& b_;
-  TimeSpan span_;
-};
-
-/// Two times that differ by the rounding of sums of steps only.
-bool sameTime(double p, double q) {
-  return std::abs(p - q) <= model::kSameTimeUlps * std::numeric_limits<double>::epsilon() *
-                                std::max(std::abs(p), std::abs(q));
-}
-
-/// Everything about one pair of bodies.
-class Collider {
- public:
-  Collider(const Source& a, const Source& b, const CollideOptions& options)
-      : options_(options), a_{&a, {}, {}, {}}, b_{&b, {}, {}, {}} {
-    a_.number = b_.number = ~std::size_t{0};
-  }
-
-  Result<Collision> run(const model::Progress& progress) {
-    const std::vector<Window> windows = windowsOf(*a_.source, *b_.source);
-    if (windows.empty()) return Collision{};
-    Collision collision;
-    collision.common = TimeSpan{windows.front().span.begin, windows.back().span.end};
-    const auto forAll = [&](auto visit, double from, double to) -> Result<void> {
-      for (std::size_t i = 0; i < windows.size(); ++i) {
-        if (auto done = visit(windows[i]); !done) return done;
-        const double part = static_cast<double>(i + 1) / static_cast<double>(windows.size());
-        if (progress) progress(from + part * (to - from));
-      }
-      return {};
-    };
+  Result<std::vector<Collision>> run(const model::Progress& progress) {
     constexpr double kContacts = 0.5;  // of the work
-    auto done = forAll([&](const Window& window) { return findContacts(window); }, 0, kContacts);
+    const auto all = [](std::size_t /*pair*/) { return true; };
+    const auto always = [](const Visit& /*visit*/) { return true; };
+    auto done = forEachWindow(
+        all, always,
+        [&](const Visit& visit) { return searches_[visit.pair].findContacts(visit.window); },
+        [&](double part) { progress(kContacts * part); });
     if (!done) return pass(done.error());
-    finish(std::numeric_limits<double>::infinity());
-    if (options_.clearanceOverTime || (options_.clearance && intervals_.empty())) {
-      done = forAll([&](const Window& window) { return findClearance(window); }, kContacts, 1);
-      if (!done) return pass(done.error());
+    for (PairSearch& search : searches_) search.finishContacts();
+    done = forEachWindow(
+        [&](std::size_t pair) { return searches_[pair].findsClearance(); },
+        [&](const Visit& visit) { return searches_[visit.pair].mayBeNearest(visit.window); },
+        [&](const Visit& visit) -> Result<void> {
+          searches_[visit.pair].findClearance(visit.window);
+          return {};
+        },
+        [&](double part) { progress(kContacts + (1 - kContacts) * part); });
+    if (!done) return pass(done.error());
+    std::vector<Collision> collisions;
+    for (PairSearch& search : searches_) {
+      auto collision = search.finish();
+      if (!collision) return pass(collision.error());
+      collisions.push_back(std::move(*collision));
     }
-    collision.intervals = std::move(intervals_);
-    collision.clearanceOverTime = std::move(overTime_);
-    if (collision.intervals.empty() && std::isfinite(nearest_.distance)) {
-      collision.clearance = nearest_;
-    }
-    for (ContactInterval& interval : collision.intervals) {
-      interval.deepestTime = std::midpoint(interval.begin, interval.end);
-    }
-    if (options_.overlapVolumes) {
-      auto measured = measureOverlaps(*a_.source, *b_.source, collision.intervals);
-      if (!measured) return pass(measured.error());
-    }
-    return collision;
+    return collisions;
   }
 
  private:
-  Result<void> load(const Window& window) {
-    Result<void> loadedA;
-    Result<void> loadedB;
-    tbb::parallel_invoke([&] { loadedA = a_.load(window.slabA, window.span); },
-                         [&] { loadedB = b_.load(window.slabB, window.span); });
-    return loadedA ? loadedB : loadedA;
+  /// A window of a pair.
+  struct Visit {
+    TimeSpan span;
+    std::size_t pair = 0;
+    std::size_t window = 0;
+  };
+
+  const SlabWindow& windowOf(const Visit& visit) const {
+    return searches_[visit.pair].windows()[visit.window];
   }
 
-  Result<void> findContacts(const Window& window) {
-    if (auto loaded = load(window); !loaded) return loaded;
-    const TimeSpan& span = window.span;
-    const WindowSearch search(a_, b_, span);
-    const bool continued = !open_.empty() && open_.all().back().end == span.begin;
-    const bool touching = lastWindowEnd_ == span.begin && !continued;
-    search.findContacts(open_);
-    roundOnce();
-    if (auto done = findInside(span, touching); !done) return done;
-    join();
-    finish(span.end);
-    lastWindowEnd_ = span.end;
-    return {};
-  }
-
-  /// Rounds the ends of stretches in the window once, where cells meet.
-  void roundOnce() {
-    ContactStretches rounded;
-    for (ContactStretch stretch : open_.all()) {
-      const auto meeting = [&](const Contact& contact) {
-        return meetingRoundedOnce(cornersOf(*a_.slab, static_cast<std::uint32_t>(contact.a->cell)),
-                                  cornersOf(*b_.slab, static_cast<std::uint32_t>(contact.b->cell)));
-      };
-      if (!stretch.beginKnown) {
-        if (const auto found = meeting(stretch.first)) {
-          stretch.begin = stretch.first.time = found->timeBegin;
-          stretch.first.point = found->point;
-        }
-        stretch.beginKnown = true;
+  /// Visits the windows of some pairs in time order, those that are at the same time together, with
+  /// their slabs loaded if they are needed.
+  template <class Has, class Needs, class Do>
+  Result<void> forEachWindow(const Has& has, const Needs& needs, const Do& visitOne,
+                             const model::Progress& progress) {
+    std::vector<Visit> visits;
+    for (std::size_t pair = 0; pair < searches_.size(); ++pair) {
+      const auto& windows = searches_[pair].windows();
+      for (std::size_t i = 0; has(pair) && i < windows.size(); ++i) {
+        visits.push_back({windows[i].span, pair, i});
       }
-      if (!stretch.endKnown) {
-        if (const auto found = meeting(stretch.last)) {
-          stretch.end = std::max(stretch.begin, found->timeEnd);
-        }
-        stretch.endKnown = true;
+    }
+    std::ranges::stable_sort(
+        visits, {}, [](const Visit& visit) { return std::pair(visit.span.begin, visit.span.end); });
+    for (std::size_t begin = 0, end = 0; begin < visits.size(); begin = end) {
+      std::map<std::size_t, std::size_t> needed;
+      for (; end < visits.size() && isTogether(visits, begin, end, needed); ++end) {
+        if (!needs(visits[end])) continue;
+        needed.emplace(bodies_[visits[end].pair][0], windowOf(visits[end]).slabA);
+        needed.emplace(bodies_[visits[end].pair][1], windowOf(visits[end]).slabB);
       }
-      rounded.add(stretch);
-    }
-    open_ = std::move(rounded);
-  }
-
-  /// Adds the times between contacts when a part of one surface is inside the other.
-  Result<void> findInside(const TimeSpan& span, bool continued) {
-    std::vector<TimeSpan> gaps;
-    double from = span.begin;
-    for (const ContactStretch& stretch : open_.all()) {
-      if (stretch.begin > from) gaps.push_back({from, std::min(stretch.begin, span.end)});
-      from = std::max(from, stretch.end);
-    }
-    if (from < span.end || (!lasts(span) && !open_.includes(span.begin, span.end))) {
-      gaps.push_back({from, span.end});
-    }
-    for (const TimeSpan& gap : gaps) {
-      // Two slabs that are apart in space have nothing inside each other.
-      const bool joined = continued && gap.begin == span.begin;
-      Result<std::vector<SurfacePart>> ofA;
-      Result<std::vector<SurfacePart>> ofB;
-      tbb::parallel_invoke(
-          [&] {
-            ofA = insideA_.find(*a_.slab, a_.number, gap, *b_.slab, b_.tree.bounds(), joined);
-          },
-          [&] {
-            ofB = insideB_.find(*b_.slab, b_.number, gap, *a_.slab, a_.tree.bounds(), joined);
-          });
-      if (!ofA) return pass(ofA.error());
-      if (!ofB) return pass(ofB.error());
-      for (const SurfacePart& part : *ofA) addInside(part, a_, /*isA=*/true, span);
-      for (const SurfacePart& part : *ofB) addInside(part, b_, /*isA=*/false, span);
+      if (auto loaded = load(needed, visits[begin].span); !loaded) return loaded;
+      std::vector<Result<void>> done(end - begin);
+      tbb::parallel_for(begin, end, [&](std::size_t i) { done[i - begin] = visitOne(visits[i]); });
+      for (const Result<void>& one : done) {
+        if (!one) return one;
+      }
+      progress(static_cast<double>(end) / static_cast<double>(visits.size()));
     }
     return {};
   }
 
-  void addInside(const SurfacePart& part, const Side& side, bool isA, const TimeSpan& span) {
-    ContactStretch stretch;
-    stretch.begin = part.begin;
-    stretch.end = part.end;
-    stretch.overlaps = lasts(span);
-    stretch.beginKnown = stretch.endKnown = true;
-    stretch.first.time = part.begin;
-    stretch.first.point = pointAt(*side.slab, part.cell, part.begin);
-    (isA ? stretch.first.a : stretch.first.b) = CellNumber{side.number, part.cell};
-    stretch.last = stretch.first;
-    open_.add(stretch);
+  /// Whether a visit is at the same time as the first, needs no other slabs of the same bodies, and
+  /// is of another pair than the one before.
+  bool isTogether(std::span<const Visit> visits, std::size_t first, std::size_t one,
+                  const std::map<std::size_t, std::size_t>& needed) const {
+    if (one == first) return true;
+    const auto& [span, pair, window] = visits[one];
+    if (span.begin != visits[first].span.begin || span.end != visits[first].span.end) return false;
+    if (pair == visits[one - 1].pair) return false;
+    const auto fits = [&](std::size_t body, std::size_t slab) {
+      const auto found = needed.find(body);
+      return found == needed.end() || found->second == slab;
+    };
+    return fits(bodies_[pair][0], windowOf(visits[one]).slabA) &&
+           fits(bodies_[pair][1], windowOf(visits[one]).slabB);
   }
 
-  /// Unites stretches that are apart by rounding only.
-  void join() {
-    ContactStretches joined;
-    for (const ContactStretch& stretch : open_.all()) {
-      if (!joined.empty() && sameTime(joined.all().back().end, stretch.begin)) {
-        joined.all().back().end = stretch.begin;
-      }
-      joined.add(stretch);
-    }
-    open_ = std::move(joined);
-  }
-
-  Result<void> findClearance(const Window& window) {
-    const bool contact = std::ranges::any_of(intervals_, [&](const ContactInterval& interval) {
-      return interval.begin <= window.span.end && interval.end >= window.span.begin;
+  Result<void> load(const std::map<std::size_t, std::size_t>& needed, const TimeSpan& span) {
+    const std::vector<std::pair<std::size_t, std::size_t>> all(needed.begin(), needed.end());
+    std::vector<Result<void>> loaded(all.size());
+    tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+      loaded[i] = slabs_[all[i].first].load(all[i].second, span);
     });
-    if (contact) {
-      overTime_.push_back({window.span, 0});
-      return {};
+    for (const Result<void>& one : loaded) {
+      if (!one) return one;
     }
-    if (auto loaded = load(window); !loaded) return loaded;
-    const WindowSearch search(a_, b_, window.span);
-    Clearance here = options_.clearanceOverTime ? none() : nearest_;
-    // The cells that were nearest before are near.
-    search.tryCells(static_cast<std::uint32_t>(last_.a.cell),
-                    static_cast<std::uint32_t>(last_.b.cell), here);
-    search.findNearest(here);
-    last_ = here;
-    if (options_.clearanceOverTime) overTime_.push_back({window.span, here.distance});
-    here.lowerBound = std::min(here.lowerBound, nearest_.lowerBound);
-    if (here.distance < nearest_.distance) nearest_ = here;
-    nearest_.lowerBound = here.lowerBound;
     return {};
   }
 
-  static Clearance none() {
-    Clearance none;
-    none.distance = none.lowerBound = std::numeric_limits<double>::infinity();
-    return none;
-  }
-
-  /// Takes what ends before `time` as final.
-  void finish(double time) {
-    ContactStretches left;
-    for (const ContactStretch& stretch : open_.all()) {
-      if (stretch.end >= time) {
-        left.add(stretch);
-        continue;
-      }
-      ContactInterval interval;
-      interval.begin = interval.deepestTime = stretch.begin;
-      interval.end = stretch.end;
-      interval.first = stretch.first;
-      interval.overlaps = stretch.overlaps;
-      intervals_.push_back(interval);
-    }
-    open_ = std::move(left);
-  }
-
-  CollideOptions options_;
-  Side a_;
-  Side b_;
-  InsideParts insideA_;
-  InsideParts insideB_;
-  ContactStretches open_;  // of the window, and what reaches it
-  std::vector<ContactInterval> intervals_;
-  Clearance nearest_ = none();
-  Clearance last_;
-  std::vector<ClearanceOver> overTime_;
-  double lastWindowEnd_ = std::numeric_limits<double>::quiet_NaN();
+  std::deque<LoadedSlab> slabs_;                    // of each body
+  std::vector<std::array<std::size_t, 2>> bodies_;  // of each pair
+  std::deque<PairSearch> searches_;
 };
 
 void scaleBack(Collision& collision, const model::UnitScale& space, const model::UnitScale& time) {
@@ -602,20 +168,57 @@ void scaleBack(Collision& collision, const model::UnitScale& space, const model:
   }
 }
 
+/// A pair whose sizes or times are far from 1, in units of its own.
+Result<Collision> collideInUnits(const SourcePair& pair, const model::UnitScale& space,
+                                 const model::UnitScale& time, const CollideOptions& options,
+                                 const model::Progress& progress) {
+  const model::UnitSource a(*pair.a, space, time);
+  const model::UnitSource b(*pair.b, space, time);
+  const SourcePair inUnits{&a, &b};
+  auto collisions = PairSearches({&inUnits, 1}, options).run(progress);
+  if (!collisions) return pass(collisions.error());
+  scaleBack(collisions->front(), space, time);
+  return std::move(collisions->front());
+}
+
 }  // namespace
+
+Result<std::vector<Collision>> collideAll(std::span<const SourcePair> pairs,
+                                          const CollideOptions& options,
+                                          const model::Progress& progress) {
+  const auto report = [&](double part) {
+    if (progress) progress(part);
+  };
+  std::vector<Collision> collisions(pairs.size());
+  std::vector<SourcePair> together;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const std::array<const Source*, 2> both = {pairs[i].a, pairs[i].b};
+    const auto space = model::spaceScaleOf(both);
+    if (!space) return pass(space.error());
+    const model::UnitScale time = model::timeScaleOf(both);
+    if (!space->changes() && !time.changes()) {
+      together.push_back(pairs[i]);
+      numbers.push_back(i);
+      continue;
+    }
+    auto alone = collideInUnits(pairs[i], *space, time, options, [](double /*part*/) {});
+    if (!alone) return pass(alone.error());
+    collisions[i] = std::move(*alone);
+  }
+  auto found = PairSearches(together, options).run(report);
+  if (!found) return pass(found.error());
+  for (std::size_t i = 0; i < numbers.size(); ++i) collisions[numbers[i]] = std::move((*found)[i]);
+  report(1);
+  return collisions;
+}
 
 Result<Collision> collide(const Source& a, const Source& b, const CollideOptions& options,
                           const model::Progress& progress) {
-  const std::array<const Source*, 2> both = {&a, &b};
-  const auto space = model::spaceScaleOf(both);
-  if (!space) return pass(space.error());
-  const model::UnitScale time = model::timeScaleOf(both);
-  if (!space->changes() && !time.changes()) return Collider(a, b, options).run(progress);
-  const model::UnitSource unitA(a, *space, time);
-  const model::UnitSource unitB(b, *space, time);
-  auto collision = Collider(unitA, unitB, options).run(progress);
-  if (collision) scaleBack(*collision, *space, time);
-  return collision;
+  const SourcePair pair{&a, &b};
+  auto collisions = collideAll({&pair, 1}, options, progress);
+  if (!collisions) return pass(collisions.error());
+  return std::move(collisions->front());
 }
 
 }  // namespace t4d::measure

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "t4d/model/slab.h"
@@ -91,5 +92,18 @@ struct Collision {
 /// threads; the result does not depend on their number. Fails if a source does.
 Result<Collision> collide(const model::Source& a, const model::Source& b,
                           const CollideOptions& options = {}, const model::Progress& progress = {});
+
+/// Two of several bodies.
+struct SourcePair {
+  const model::Source* a = nullptr;
+  const model::Source* b = nullptr;
+};
+
+/// The same of several pairs, in their order, with the same results. Pairs that share a body share
+/// what is known of it: a slab of each body is in memory at a time, with its tree, and pairs whose
+/// boxes are apart cost hardly anything.
+Result<std::vector<Collision>> collideAll(std::span<const SourcePair> pairs,
+                                          const CollideOptions& options = {},
+                                          const model::Progress& progress = {});
 
 }  // namespace t4d::measure

@@ -71,6 +71,50 @@ TEST(Collide, CubesMeetFaceToFaceAtTheRightTime) {
   EXPECT_NEAR(interval.overlapVolume, 8, 0.05);
 }
 
+TEST(CollideAll, FindsOfEachPairWhatItFindsOfThatPairAlone) {
+  // Other steps, other times, contacts, parts inside others, and sizes in units of their own.
+  TriangleMesh dust = fixtures::cube(1);
+  for (auto& vertex : dust.vertices) vertex *= 1e-60;
+  const std::vector<Mesh> bodies = {
+      moved(fixtures::translated(fixtures::cube(2), {5, 0, 0}), about({0, 0, 1}, 90), 1, 7),
+      moved(fixtures::icosphere(1, 1), along({9, 0.5, 0}), 2, 3, 0.5),
+      moved(fixtures::cube(30), along({0, 0, 0}), 1, 1, 0.25),
+      moved(fixtures::translated(fixtures::cube(2), {0, 5, 1}), along({0, 0, 0}), 5, 1, -1),
+      moved(fixtures::translated(fixtures::cube(1), {50, 0, 0}), along({-3, 0, 0}), 1, 4),
+      moved(dust, along({0, 1e-60, 0})),
+      moved(fixtures::cube(1), along({1, 0, 0}), 1, 2, 40)};
+  std::vector<SourcePair> pairs;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) pairs.push_back({&bodies[i], &bodies[j]});
+  }
+  for (const bool overTime : {false, true}) {
+    const CollideOptions options{.clearanceOverTime = overTime};
+    const auto all = collideAll(pairs, options);
+    ASSERT_TRUE(all);
+    ASSERT_EQ(all->size(), pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      SCOPED_TRACE(i);
+      const auto alone = collide(*pairs[i].a, *pairs[i].b, options);
+      ASSERT_TRUE(alone);
+      const Collision& together = (*all)[i];
+      EXPECT_EQ(together.common.has_value(), alone->common.has_value());
+      ASSERT_EQ(together.intervals.size(), alone->intervals.size());
+      for (std::size_t k = 0; k < alone->intervals.size(); ++k) {
+        EXPECT_EQ(together.intervals[k].begin, alone->intervals[k].begin);
+        EXPECT_EQ(together.intervals[k].end, alone->intervals[k].end);
+        EXPECT_EQ(together.intervals[k].overlapVolume, alone->intervals[k].overlapVolume);
+      }
+      ASSERT_EQ(together.clearance.has_value(), alone->clearance.has_value());
+      if (alone->clearance) {
+        EXPECT_EQ(together.clearance->distance, alone->clearance->distance);
+        EXPECT_EQ(together.clearance->lowerBound, alone->clearance->lowerBound);
+        EXPECT_EQ(together.clearance->time, alone->clearance->time);
+      }
+      EXPECT_EQ(together.clearanceOverTime.size(), alone->clearanceOverTime.size());
+    }
+  }
+}
+
 TEST(Collide, AVertexMeetsAFaceAtTheRightTime) {
   // An octahedron with corners on the axes, from a face at x = 4.
   for (const int gap : {1, 2, 3, 7}) {

@@ -119,15 +119,21 @@ inline double leastDistance(const MovingBox& a, const MovingBox& b) {
   if (!common) return std::numeric_limits<double>::infinity();
   constexpr int kParts = 4;
   constexpr double kDown = 1 - 64 * std::numeric_limits<double>::epsilon();
+  const model::Bounds3 a0 = a.at(common->begin);
+  const model::Bounds3 a1 = a.at(common->end);
+  const model::Bounds3 b0 = b.at(common->begin);
+  const model::Bounds3 b1 = b.at(common->end);
+  // Between the two, the gaps on either side are linear in time.
+  const std::pair<model::Point3, model::Point3> first(a0.min - b0.max, b0.min - a0.max);
+  const std::pair<model::Point3, model::Point3> slope(a1.min - b1.max - first.first,
+                                                      b1.min - a1.max - first.second);
   const auto gapsAt = [&](int part) {
-    const double t = part == kParts ? common->end
-                                    : common->begin + (common->end - common->begin) * part / kParts;
-    const model::Bounds3 p = a.at(t);
-    const model::Bounds3 q = b.at(t);
-    return std::pair<model::Point3, model::Point3>(p.min - q.max, q.min - p.max);
+    const double s = part / static_cast<double>(kParts);
+    return std::pair<model::Point3, model::Point3>(first.first + s * slope.first,
+                                                   first.second + s * slope.second);
   };
   double least = std::numeric_limits<double>::infinity();
-  auto before = gapsAt(0);
+  auto before = first;
   for (int part = 1; part <= kParts; ++part) {
     const auto after = gapsAt(part);
     // Along each axis the gap is linear on either side, so it is smallest at an end.

@@ -122,6 +122,14 @@ tl::unexpected<Error> tooLong(double distance) {
                           distance));
 }
 
+/// Below this, distances are rounding errors, and halving would not end.
+double toleranceOf(const TriangleMesh& a, const TriangleMesh& b, double relative) {
+  constexpr double kLeast = 1e-12;
+  model::Bounds3 bounds = model::boundsOf(a);
+  bounds.add(model::boundsOf(b));
+  return std::max(relative, kLeast) * (bounds.max - bounds.min).norm();
+}
+
 }  // namespace
 
 SurfaceDistance surfaceDistance(const TriangleMesh& a, const TriangleMesh& b,
@@ -137,15 +145,18 @@ SurfaceDistance surfaceDistance(const TriangleMesh& a, const TriangleMesh& b,
         surfaceDistance(scale.toUnit(a), scale.toUnit(b), relativeTolerance);
     return {scale.fromUnit(fromA), scale.fromUnit(fromB), scale.fromUnit(tolerance)};
   }
-  model::Bounds3 bounds;
-  for (const TriangleMesh* mesh : {&a, &b}) {
-    for (const Point3& vertex : mesh->vertices) bounds.add(vertex);
-  }
-  // Below this, distances are rounding errors, and halving would not end.
-  constexpr double kLeast = 1e-12;
-  const double tolerance = std::max(relativeTolerance, kLeast) * (bounds.max - bounds.min).norm();
+  const double tolerance = toleranceOf(a, b, relativeTolerance);
   return {*oneSided(a, TriangleTree(b), tolerance), *oneSided(b, TriangleTree(a), tolerance),
           tolerance};
+}
+
+double farthestFrom(const TriangleMesh& a, const TriangleMesh& b, double relativeTolerance) {
+  const model::UnitScale scale = model::UnitScale::of({&a, &b});
+  if (scale.changes()) {
+    return scale.fromUnit(farthestFrom(scale.toUnit(a), scale.toUnit(b), relativeTolerance));
+  }
+  const double tolerance = toleranceOf(a, b, relativeTolerance);
+  return *oneSided(a, TriangleTree(b), tolerance) + tolerance;
 }
 
 Result<std::optional<double>> fartherThan(double distance, const TriangleMesh& a,

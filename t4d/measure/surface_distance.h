@@ -30,6 +30,11 @@ struct SurfaceDistance {
 SurfaceDistance surfaceDistance(const model::TriangleMesh& a, const model::TriangleMesh& b,
                                 double relativeTolerance = 1e-3);
 
+/// An upper bound of the distance of all points of `a` from `b`, too large by no more than a
+/// fraction of the diagonal of the bounds of both. Neither may be empty.
+double farthestFrom(const model::TriangleMesh& a, const model::TriangleMesh& b,
+                    double relativeTolerance = 1e-3);
+
 /// The distance of some point of one surface from the other that is more than `distance`; nothing
 /// if there is none, but for points farther by less than a thousandth of it. Much faster than
 /// surfaceDistance where the answer is clear: infinite if exactly one mesh is empty.

@@ -70,7 +70,7 @@ std::vector<ConnectedSurface> surfacesOf(const model::TriangleMesh& mesh) {
   std::vector<ConnectedSurface> found;
   for (std::uint32_t v = 0; v < used.size(); ++v) {
     if (used[v] == 0 || surfaces.root(v) != v) continue;
-    found.push_back({1 - 0.5 * static_cast<double>(euler[v]), volumes[v]});
+    found.push_back({1 - 0.5 * static_cast<double>(euler[v]), volumes[v], v});
   }
   return found;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "t4d/model/triangle_mesh.h"
@@ -12,7 +13,8 @@ struct ConnectedSurface {
   /// a manifold. Each such place makes this 1/2 smaller than if the surface were joined there, so
   /// it may be fractional or negative.
   double genus = 0;
-  double volume = 0;  ///< that it encloses; negative if it faces inward
+  double volume = 0;         ///< that it encloses; negative if it faces inward
+  std::uint32_t vertex = 0;  ///< one of its vertices
 };
 
 /// Vertices without a triangle do not count.

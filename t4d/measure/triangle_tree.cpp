@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "t4d/measure/hull_distance.h"
 #include "t4d/model/distance.h"
 
 namespace t4d::measure {
@@ -15,15 +16,27 @@ using model::Bounds3;
 using model::Point3;
 using model::squaredDistanceToSegment;
 
+using Corners = std::array<Point3, 3>;
+
 constexpr std::uint32_t kLeafTriangles = 4;
 
 double squaredDistance(const Bounds3& box, const Point3& p) {
   return (box.min - p).cwiseMax(p - box.max).cwiseMax(0).squaredNorm();
 }
 
+double squaredDistance(const Bounds3& a, const Bounds3& b) {
+  return (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0).squaredNorm();
+}
+
+std::array<model::Point4, 3> atNoTime(const Corners& triangle) {
+  std::array<model::Point4, 3> points;
+  for (std::size_t i = 0; i < 3; ++i) points[i] << triangle[i], 0;
+  return points;
+}
+
 /// Inside the prism over the triangle, the distance to its plane; elsewhere, the distance to its
 /// edges. A triangle without area consists of its edges. Exactly 0 at a corner.
-double squaredDistance(const std::array<Point3, 3>& t, const Point3& p) {
+double squaredDistance(const Corners& t, const Point3& p) {
   if (p == t[0] || p == t[1] || p == t[2]) return 0;
   const Point3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
   const double area = normal.squaredNorm();
@@ -103,7 +116,8 @@ TriangleTree::Nearest TriangleTree::nearest(const Point3& point, double most) co
   return found;
 }
 
-TriangleTree::Nearest TriangleTree::nearestInUnit(const Point3& point, double most) const {
+template <class SquaredDistance, class Visit>
+void TriangleTree::visitNear(const SquaredDistance& toBox, double best, const Visit& visit) const {
   // Halving keeps the tree's depth below 33, and each level leaves at most one pending node.
   constexpr std::size_t kMaxDepth = 40;
   struct Waiting {
@@ -112,30 +126,51 @@ TriangleTree::Nearest TriangleTree::nearestInUnit(const Point3& point, double mo
   };
   std::array<Waiting, kMaxDepth> waiting;
   std::size_t count = 0;
-  waiting[count++] = {0, squaredDistance(nodes_[0].bounds, point)};
-  std::uint32_t nearest = 0;
-  double best = most * most;
+  waiting[count++] = {0, toBox(nodes_[0].bounds)};
   while (count > 0) {
     const auto [index, squared] = waiting[--count];
     if (squared >= best) continue;
     const Node& node = nodes_[index];
     if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const double d = squaredDistance(corners_[order_[i]], point);
-        if (d < best) {
-          best = d;
-          nearest = order_[i];
-        }
-      }
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) best = visit(order_[i]);
       continue;
     }
-    Waiting near = {index + 1, squaredDistance(nodes_[index + 1].bounds, point)};
-    Waiting far = {node.first, squaredDistance(nodes_[node.first].bounds, point)};
+    Waiting near = {index + 1, toBox(nodes_[index + 1].bounds)};
+    Waiting far = {node.first, toBox(nodes_[node.first].bounds)};
     if (far.squared < near.squared) std::swap(near, far);
     if (far.squared < best) waiting[count++] = far;
     if (near.squared < best) waiting[count++] = near;
   }
+}
+
+TriangleTree::Nearest TriangleTree::nearestInUnit(const Point3& point, double most) const {
+  std::uint32_t nearest = 0;
+  double best = most * most;
+  visitNear([&](const Bounds3& box) { return squaredDistance(box, point); }, best,
+            [&](std::uint32_t triangle) {
+              const double d = squaredDistance(corners_[triangle], point);
+              if (d < best) {
+                best = d;
+                nearest = triangle;
+              }
+              return best;
+            });
   return {nearest, std::sqrt(best)};
+}
+
+double TriangleTree::distanceFrom(const Corners& triangle, double most) const {
+  const std::array<model::Point4, 3> hull = atNoTime(
+      {scale_.toUnit(triangle[0]), scale_.toUnit(triangle[1]), scale_.toUnit(triangle[2])});
+  Bounds3 box;
+  for (const model::Point4& corner : hull) box.add(Point3(corner.head<3>()));
+  double best = scale_.toUnit(most);
+  visitNear([&](const Bounds3& other) { return squaredDistance(other, box); }, best * best,
+            [&](std::uint32_t other) {
+              const auto found = distanceOf(hull, atNoTime(corners_[other]), best);
+              best = std::min(best, std::max(0.0, found->lowerBound));
+              return best * best;
+            });
+  return scale_.fromUnit(best);
 }
 
 double TriangleTree::distanceTo(std::uint32_t triangle, const Point3& point) const {

@@ -28,6 +28,10 @@ class TriangleTree {
   Nearest nearest(const model::Point3& point,
                   double most = std::numeric_limits<double>::infinity()) const;
 
+  /// The distance of the triangle nearest to another one, or less by rounding; `most` without one
+  /// nearer than that.
+  double distanceFrom(const std::array<model::Point3, 3>& triangle, double most) const;
+
   /// Distance from a point to one triangle.
   double distanceTo(std::uint32_t triangle, const model::Point3& point) const;
 
@@ -39,6 +43,11 @@ class TriangleTree {
   };
 
   void build(std::uint32_t begin, std::uint32_t end, const std::vector<model::Point3>& centres);
+
+  /// Calls visit(triangle), which returns the square of the best distance so far, for the triangles
+  /// in boxes that are nearer than that, near ones first.
+  template <class SquaredDistance, class Visit>
+  void visitNear(const SquaredDistance& toBox, double best, const Visit& visit) const;
 
   Nearest nearestInUnit(const model::Point3& point, double most) const;
 

@@ -165,12 +165,8 @@ ordered_json jsonOf(const CollidedPair& pair, bool overlapVolumes) {
   return value;
 }
 
-Result<void> measurePair(CollidedPair& pair, const CollideOptions& options,
-                         const model::Progress& progress) {
-  auto collision = measure::collide(*pair.a.source, *pair.b.source,
-                                    {.overlapVolumes = options.overlapVolumes}, progress);
-  if (!collision) return pass(collision.error());
-  pair.collision = std::move(*collision);
+/// All that is asked for of a pair whose contacts are known.
+Result<void> judgePair(CollidedPair& pair, const CollideOptions& options) {
   const auto judge = [&] {
     return measure::verdictOn(pair.collision, *pair.a.source, *pair.b.source, pair.motions);
   };
@@ -240,8 +236,16 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
                    inputs.front().name);
   }
   const auto stage = observer.stage("looking for contacts", report.pairs.size(), "pairs");
-  for (CollidedPair& pair : report.pairs) {
-    if (auto done = measurePair(pair, options, stage->part(1)); !done) {
+  std::vector<measure::SourcePair> sources;
+  for (const CollidedPair& pair : report.pairs) {
+    sources.push_back({pair.a.source, pair.b.source});
+  }
+  auto collisions = measure::collideAll(sources, {.overlapVolumes = options.overlapVolumes},
+                                        stage->part(report.pairs.size()));
+  if (!collisions) return pass(inInput(collisions.error(), inputs.front()));
+  for (std::size_t i = 0; i < report.pairs.size(); ++i) {
+    report.pairs[i].collision = std::move((*collisions)[i]);
+    if (auto done = judgePair(report.pairs[i], options); !done) {
       return pass(inInput(done.error(), inputs.front()));
     }
   }

@@ -8,6 +8,7 @@
 #include "t4d/fixtures/solids.h"
 #include "t4d/formats/triangle_mesh_reader.h"
 #include "t4d/system/temporary_folder.h"
+#include "tools/bench/arm_and_obstacles.h"
 #include "tools/bench/collided_meshes.h"
 #include "tools/bench/simplified_mesh.h"
 #include "tools/bench/swept_mesh.h"
@@ -82,6 +83,15 @@ Result<bench::Report> measure(const Options& options) {
     return report;
   }
 #endif
+#if T4D_WITH_FCL
+  if (options.backend == "arm") {
+    report.input = "an arm of six links and twenty obstacles";
+    if (auto measured = bench::measureArmAndObstacles(report); !measured) {
+      return pass(measured.error());
+    }
+    return report;
+  }
+#endif
   model::TriangleMesh solid;
   if (options.mesh.empty()) {
     report.input = "icosphere";
@@ -118,12 +128,15 @@ int main(int argc, char** argv) try {
   Options options;
   app.add_option("--backend", options.backend,
                  "What to measure: mesh4d (sweeping, files, slicing), voxel4d (weaving), collide "
-                 "(against frames; where there is CGAL) or simplify (against meshoptimizer, where "
-                 "this is)")
+                 "(against frames; where there is CGAL), arm (colliding pairs, against FCL; where "
+                 "this is) or simplify (against meshoptimizer, where this is)")
       ->check(CLI::IsMember(std::vector<std::string> {
         "mesh4d", "voxel4d",
 #if T4D_WITH_TETGEN
             "collide",
+#endif
+#if T4D_WITH_FCL
+            "arm",
 #endif
 #if T4D_WITH_MESHOPTIMIZER
             "simplify",

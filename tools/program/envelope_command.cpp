@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "t4d/edit/clip_time.h"
+#include "t4d/edit/collision_mesh.h"
 #include "t4d/edit/envelope.h"
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/triangle_mesh_formats.h"
@@ -42,8 +43,9 @@ struct EnvelopeArguments {
   double maxMemoryGiB = 4;
   bool exact = false;
   bool outside = false;
-  std::optional<double> inflate;      // with it, outside is set
-  std::array<std::string, 4> fields;  // files, as in kFields
+  std::optional<double> inflate;          // with it, outside is set
+  std::optional<std::uint64_t> simplify;  // with it, outside is set
+  std::array<std::string, 4> fields;      // files, as in kFields
   std::string html;
   bool center = false;
   bool json = false;
@@ -234,15 +236,15 @@ std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
     return "--each: fields are of all bodies together; choose one by --body";
   }
   if (options.outside && options.exact) {
-    return "--outside or --inflate: an envelope that contains the motion for certain is made on a "
-           "lattice, not "
-           "with --exact";
+    return "--outside, --inflate or --simplify: an envelope that contains the motion for certain "
+           "is "
+           "made on a lattice, not with --exact";
   }
   return options.window.misuse();
 }
 
-/// No place of an envelope made with --outside is farther than this from the motion; null where the
-/// motion is not known.
+/// No place of an envelope made with --outside, and no point of the surface of one made with
+/// --simplify, is farther than this from the motion; null where the motion is not known.
 std::optional<double> outsideBy(const Passed& one) {
   if (!one.chordBound) return std::nullopt;
   return one.envelope.errorBound + *one.chordBound;
@@ -311,6 +313,7 @@ ordered_json jsonOf(const EnvelopeArguments& options, const std::vector<Passed>&
           {"chord_bound", verbs::orNull(chords)},
           {"outside", options.outside},
           {"inflate", verbs::orNull(options.inflate)},
+          {"simplify", verbs::orNull(options.simplify)},
           {"outside_by", verbs::orNull(outside)},
           {"silhouette_triangles", silhouette}};
 }
@@ -328,15 +331,20 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
     print("  {}{}, genus {:g}\n", counted(envelope.components, "component"),
           envelope.cavities > 0 ? ", " + counted(envelope.cavities, "cavity", "cavities") : "",
           envelope.genus);
+    if (options.simplify) {
+      print("  simplified to {}; asked for at most {}\n",
+            counted(envelope.mesh.triangles.size(), "triangle"), *options.simplify);
+    }
     const char* chosen = options.voxelSize ? "" : " (by the size of the solid)";
     if (options.outside && envelope.voxelSize > 0) {
       const auto by = outsideBy(one);
       print(
-          "  voxel size {:g}{}; contains {}the {} for certain, and nothing farther than {:.3g} "
+          "  voxel size {:g}{}; contains {}the {} for certain, and {} farther than {:.3g} "
           "from it\n",
           envelope.voxelSize, chosen,
           options.inflate ? fmt::format("what is within {:g} of ", *options.inflate) : "",
-          by ? "motion" : "mesh", by.value_or(envelope.errorBound));
+          by ? "motion" : "mesh", options.simplify ? "no point of the surface" : "nothing",
+          by.value_or(envelope.errorBound));
     } else if (envelope.voxelSize > 0) {
       print("  voxel size {:g}{}; right farther than {:.3g} from the boundary\n",
             envelope.voxelSize, chosen, envelope.errorBound);
@@ -433,7 +441,9 @@ int run(const EnvelopeArguments& options) {
   for (Passed& one : *all) {
     ProgressBar bar("making the envelope of " + one.name);
     if (options.outside) how.reach = one.chordBound.value_or(0) + options.inflate.value_or(0);
-    auto envelope = edit::envelopeOf(one.silhouette, how, bar.callback());
+    auto envelope = options.simplify ? edit::collisionMeshOf(one.silhouette, how, *options.simplify,
+                                                             bar.callback())
+                                     : edit::envelopeOf(one.silhouette, how, bar.callback());
     if (!envelope) {
       Error error = envelope.error();
       const std::string ways = otherWays(options, one.silhouette);
@@ -543,6 +553,10 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->add_option("--inflate", options->inflate,
                    "As --outside, with everything within this distance of the motion")
       ->check(numberFromZero());
+  command
+      ->add_option("--simplify", options->simplify,
+                   "As --outside, with at most this many triangles, for collision checks")
+      ->check(CLI::Range(std::uint64_t{4}, std::uint64_t{1'000'000'000}));
   command->add_flag("--outside", options->outside,
                     "Make a slightly larger envelope that contains the whole motion");
   for (std::size_t i = 0; i < kFields.size(); ++i) {
@@ -568,7 +582,7 @@ void addEnvelope(CLI::App& app, int& exitCode) {
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
   command->callback([=, &exitCode] {
-    options->outside = options->outside || options->inflate;
+    options->outside = options->outside || options->inflate || options->simplify;
     exitCode = run(*options);
   });
 }

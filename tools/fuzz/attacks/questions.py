@@ -404,7 +404,7 @@ def swept(attack, name, mesh, segment, *options):
 @input_class(weight=2)
 def envelopes(attack):
     """envelopes of sheets, rods and boxes of all sizes and places, with voxels of all sizes;
-    `--outside` and `--exact` against closed forms"""
+    `--outside`, `--simplify` and `--exact` against closed forms"""
     rng = attack.rng
     scale = 10 ** rng.choice([0, 0, 0, rng.uniform(-30, 30)])
     sides = [scale * 10 ** rng.choice([0, 0, -1, -2, -4]) * rng.uniform(0.5, 2)
@@ -429,6 +429,10 @@ def envelopes(attack):
     how = rng.choice([[], ["--outside"], ["--outside"], ["--exact"],
                       ["--voxel-size", repr(size)], ["--outside", "--voxel-size", repr(size)],
                       ["--voxel-size", repr(abs(attack.extreme()) or 1)]])
+    asked = None
+    if "--exact" not in how and rng.random() < 0.2:
+        asked = rng.choice([4, 12, 100, 1000])
+        how = [*how, "--simplify", asked]
     if "--exact" in how and turn and steps > 1:
         how = []  # a thousand triangles that cross each other may take minutes
     output = attack.path("out" + rng.choice([".ply", ".stl", ".glb"]))
@@ -455,6 +459,8 @@ def envelopes(attack):
                 volume = value["visits_volume"]
             if value["volume"] < volume * (1 - 1e-6):
                 problems.append(f"--outside has a volume of {value['volume']}, less than {volume}")
+            if asked and value["triangles"] > asked and result.code != 3:
+                problems.append(f"{value['triangles']} triangles, more than {asked}")
             if known and value["outside_by"] < chord:
                 problems.append("outside_by is less than the bound of chords")
         if "--exact" in how and not turn:
