@@ -26,25 +26,25 @@ struct NamedSource {
   const model::Source* source = nullptr;
 };
 
-/// The answers for the given slabs: what a file containing them must give.
+/// The required answers for a file with the given slabs.
 Result<Answer> describe(const std::vector<NamedSource>& bodies, formats::T4dVersion version,
                         const std::vector<std::string>& features);
 Result<Answer> sliceAt(const std::vector<NamedSource>& bodies, double time);
-/// The slice by a hyperplane that is not one of constant time. Without the bounds where the reader
-/// chooses the axes: where the hyperplane is not one of constant x, y or z.
+/// The answer for a slice by a hyperplane that is not of constant time. If the hyperplane is not of
+/// constant x, y or z, the reader chooses the axes, so the answer has no bounds.
 Result<Answer> sliceBy(const std::vector<NamedSource>& bodies, const slice::Hyperplane& hyperplane);
 
-/// The answers of our own reader. `describeFile` reads everything, the others only what the slice
-/// needs.
+/// The answers of our own reader. `describeFile` reads the whole file, the others only what the
+/// slice needs.
 Result<Answer> describeFile(const std::filesystem::path& path);
 Result<Answer> sliceFile(const std::filesystem::path& path, double time);
 Result<Answer> sliceFile(const std::filesystem::path& path, const slice::Hyperplane& hyperplane);
 
-/// "0x1.8p+1": parsed by strtod to the same double.
+/// A double as text, such as "0x1.8p+1", that strtod reads back as the same double.
 std::string hexFloat(double number);
 
-/// The differences between an answer, which is JSON, and the expected one: a sentence each with the
-/// path of the member ("bodies[0].slabs[2].end"); empty if the answer is right.
+/// The differences between an answer, which is JSON, and the expected one, one sentence each, with
+/// the path of the member ("bodies[0].slabs[2].end"); empty if the answer is right.
 std::vector<std::string> differences(const Answer& expected, const std::string& actual);
 
 }  // namespace t4d::conformance

@@ -28,7 +28,7 @@ struct Check {
   std::string found;  ///< for a failed check: what is wrong, if more is known than the numbers
 };
 
-/// Each returns a check and sets whether it passed.
+/// Each of these functions returns a check with `passed` set.
 Check holds(std::string name, bool expected, bool actual, std::string reason,
             std::string found = {});
 Check countIs(std::string name, std::uint64_t expected, std::uint64_t actual, std::string reason,
@@ -85,7 +85,7 @@ struct Expectation {
   Measure timeEnd;
   std::optional<Measure> hypervolume;
   std::optional<BoundsExpectation> bounds;
-  /// The integral over space of how often each place is visited (measure::Silhouette).
+  /// The integral over space of the number of visits to each point (measure::Silhouette).
   std::optional<Measure> visitsVolume;
   /// measure::meanNormalSpeed, the time scale of the quality of cells.
   std::optional<Measure> meanNormalSpeed;

@@ -17,13 +17,13 @@ struct FlipbookOptions {
   std::optional<FrameVelocity> velocity = {};
 };
 
-/// Fails on what every kind of flipbook fails on before it reads anything: as checkFrameTimes, and
-/// on a rate that is not positive and finite.
+/// The first check of every kind of flipbook. Fails if checkFrameTimes does, and for a rate that is
+/// not positive and finite.
 Result<void> checkFlipbook(std::span<const model::Body> bodies, std::span<const double> times,
                            const FlipbookOptions& options);
 
-/// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter) or, by the
-/// extension, USD (formats::UsdWriter). `losses` of the report are also those of
+/// Writes the solids at `times` as one animated glTF (formats::FlipbookWriter) or, depending on the
+/// extension, USD (formats::UsdWriter). `losses` of the report include those of
 /// formats::writeTriangleMeshes. Fails if forEachFrame or the writer does.
 Result<FrameSlicesReport> writeFlipbook(std::span<const model::Body> bodies,
                                         std::span<const double> times,

@@ -19,10 +19,10 @@ namespace t4d::convert {
 struct FrameNames {
   std::filesystem::path folder = {};
   std::string stem = "frame_";  ///< before the number
-  std::size_t digits = 4;       ///< at least; as many as the last number needs
-  std::string extension = {};   ///< that of a triangle mesh format that is written
+  std::size_t digits = 4;       ///< minimum; more if the last number needs more
+  std::string extension = {};   ///< of a triangle mesh format that can be written
   std::string manifest = "manifest.json";
-  std::string collection = "frames.pvd";  ///< of .vtp files; "frames.usda" of .usda
+  std::string collection = "frames.pvd";  ///< for .vtp files; "frames.usda" for .usda files
 
   /// "folder/frame_0042.ply"
   std::string fileName(std::uint64_t number, std::uint64_t count) const;
@@ -30,12 +30,12 @@ struct FrameNames {
 
 /// `output` is a folder, for files frame_0000 and so on with `extension`, or the pattern of a file
 /// with %d or %04d for the number, such as "out/bolt_%04d.ply". A pattern's manifest and collection
-/// are named after it, here bolt.manifest.json and bolt.pvd, so that several series share a
+/// are named after it, here bolt.manifest.json and bolt.pvd, so that several series can share a
 /// folder. Fails for a pattern with another extension than `extension`, unless that is empty, and
-/// for an extension of no triangle mesh that is written.
+/// for an extension that is not of a triangle mesh format that can be written.
 Result<FrameNames> frameNames(const std::string& output, std::string_view extension);
 
-/// What a manifest says of all frames.
+/// The units, axes and rate of all frames, for the manifest.
 struct FrameSpace {
   std::string lengthUnit = {};  ///< "" if unknown
   std::string timeUnit = {};
@@ -59,12 +59,12 @@ struct FrameFilesReport : FrameSlicesReport {
 };
 
 /// Writes the solid at each of `times` to a file of its own (formats::writeTriangleMeshes) and,
-/// when all are written, the manifest: a JSON object that says the time, triangles and volume of
-/// each (frames_manifest.schema.json). With .vtp there is also a ParaView collection (.pvd), which
-/// has the times; with .usda a layer that has all files as a value clip set. A manifest or
-/// collection that is there is removed first, so that a series with a manifest is complete. Makes
-/// the folder. Fails if it has other files that would pass for frames of this series, and if
-/// forEachFrame or writing does.
+/// when all are written, the manifest: a JSON object with the time, triangles and volume of each
+/// (frames_manifest.schema.json). For .vtp there is also a ParaView collection (.pvd), which has
+/// the times; for .usda a layer that has all files as a value clip set. An old manifest or
+/// collection is removed first, so a series with a manifest is complete. Creates the folder. Fails
+/// if the folder has other files that look like frames of this series, and if forEachFrame or
+/// writing fails.
 Result<FrameFilesReport> writeFrameFiles(std::span<const model::Body> bodies,
                                          std::span<const double> times, const FrameNames& names,
                                          const FrameFilesOptions& options = {},
@@ -77,7 +77,7 @@ std::string manifestOfPart(const std::string& manifest, const model::Part& part)
 struct FrameEntry {
   std::string file = {};  ///< its name, beside the manifest
   double time = 0;
-  std::optional<std::uint64_t> vertices = {};  ///< nothing for a grid, as for triangles
+  std::optional<std::uint64_t> vertices = {};  ///< for a grid nothing, as for `triangles`
   std::optional<std::uint64_t> triangles = {};
   double volume = 0;
   std::uint64_t bytes = 0;

@@ -10,20 +10,20 @@
 namespace t4d::convert {
 
 /// Takes all slabs of a body that keeps its triangles: every slab with a thickness consists of
-/// prisms (prisms.h) of the same ones, and there is no gap in time between them. Fails on others,
-/// saying at which time and why.
+/// prisms (prisms.h) of the same triangles, and there are no gaps in time. Fails for other bodies,
+/// with the time and the reason.
 class PrismSteps : public model::Sink {
  public:
   Result<void> put(const model::Slab& slab) override;
 
  protected:
-  /// Takes a slab with a thickness; `triangles` are set.
+  /// Takes a slab with a thickness; triangles() is set.
   virtual Result<void> step(const model::Slab& slab) = 0;
 
-  /// Of vertices of the lower layer, as of the upper one.
+  /// The triangles, in vertices of the lower layer or, equally, of the upper one.
   const std::vector<model::Triangle>& triangles() const { return triangles_; }
 
-  /// The failure "at time ..., WHY".
+  /// The error "at time ..., WHY".
   static tl::unexpected<Error> no(double time, const std::string& why);
 
  private:
@@ -34,7 +34,7 @@ class PrismSteps : public model::Sink {
   double end_ = 0;  // of the last step
 };
 
-/// The error of a body that cannot be shown in some way, with its name: those of PrismSteps.
+/// An error of PrismSteps with the name of the body added, and the way in which it cannot be shown.
 Error ofBody(const std::string& body, const std::string& isNot, Error error);
 
 }  // namespace t4d::convert

@@ -9,8 +9,8 @@
 
 namespace t4d::convert {
 
-/// From which second on a body is shown (true) or hidden, in a flipbook with a frame for each time:
-/// in the frames at whose times it exists. One entry for each change, the first at 0.
+/// The seconds at which a body becomes shown (true) or hidden (false), in a flipbook with a frame
+/// for each time. It is shown in the frames at whose times it exists. The first entry is at 0.
 inline std::vector<std::pair<double, bool>> shownTimes(const model::Body& body,
                                                        std::span<const double> times,
                                                        double framesPerSecond) {

@@ -15,14 +15,14 @@ inline bool hasCorner(const model::Cell& cell, std::uint32_t vertex) {
 }
 
 /// The cells of a 4D mesh as a simplicial complex whose edges can be collapsed. The corners of a
-/// vertex are a linked list, so that its star, the cells around it, is found at once:
+/// vertex are a linked list, so that its star, the cells around it, is found quickly:
 ///
 ///     corner 4 c + k of cell c  ->  its vertex, and the next corner of that vertex
 class CellComplex {
  public:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-  /// The indices of the cells must be sound (model::checkCells).
+  /// The cells must pass model::checkCells.
   CellComplex(std::span<const model::Cell> cells, std::uint32_t vertexCount);
 
   std::uint32_t vertexCount() const { return static_cast<std::uint32_t>(first_.size()); }
@@ -48,14 +48,14 @@ class CellComplex {
   /// Nekhayev 1999). All cells around a and b must be part of the complex, and their links spheres.
   bool canCollapse(std::uint32_t a, std::uint32_t b) const;
 
-  /// Joins b to a: cells with both are gone, and the others of b have a in its place.
+  /// Joins b to a: removes cells with both, and replaces b by a in the other cells.
   void collapse(std::uint32_t a, std::uint32_t b);
 
  private:
   void dropDeadCorners(std::uint32_t vertex);
   std::uint64_t newMark() const { return ++mark_; }
 
-  std::vector<model::Cell> cells_;  // that of a dead one begins with kNone
+  std::vector<model::Cell> cells_;  // a removed cell begins with kNone
   std::vector<std::uint32_t> next_;
   std::vector<std::uint32_t> first_;
   std::uint32_t liveCells_;

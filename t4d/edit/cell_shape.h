@@ -14,7 +14,8 @@ inline std::array<model::Point4, 4> cornersOf(std::span<const model::Point4> ver
 }
 
 /// The square of measure::CellQuality::height, the smallest height of a tetrahedron divided by its
-/// longest edge; `normal` is that of model::cellNormal. 2/3 for a regular one, 0 for a flat one.
+/// longest edge: 2/3 for a regular tetrahedron, 0 for a flat one. `normal` is that of
+/// model::cellNormal.
 inline double squaredHeight(const std::array<model::Point4, 4>& corners,
                             const Eigen::Vector4d& normal) {
   const auto edge = [&](int i, int j) { return (corners[i] - corners[j]).squaredNorm(); };

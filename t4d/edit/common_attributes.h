@@ -14,9 +14,9 @@ class CommonAttributes : public model::Sink {
  public:
   Result<void> put(const model::Slab& slab) override;
 
-  /// Without rows.
+  /// The attributes that all slabs have, without rows.
   const std::vector<model::Attribute>& attributes() const { return common_; }
-  /// The names of those that only some slabs have.
+  /// The names of attributes that only some slabs have.
   const std::set<std::string>& others() const { return others_; }
 
  private:

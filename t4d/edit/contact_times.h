@@ -7,16 +7,16 @@
 
 namespace t4d::edit {
 
-/// When a body is in contact, or too near.
+/// A time when a body touches an obstacle, or is too near.
 struct ContactTime {
   model::TimeSpan span;
-  double time = 0;                              ///< within, when it is deepest or nearest
+  double time = 0;  ///< when it is deepest or nearest, within the contact
   model::Point3 place = model::Point3::Zero();  ///< about where
   std::string obstacle;
 };
 
-/// All contacts of a body with any of the obstacles, nearer than `clearance` included, in the order
-/// of time; none if it is clear, by an exact test.
+/// All times when a body touches any of the obstacles or is nearer than `clearance`, in order.
+/// Empty if it is clear, by an exact test.
 Result<std::vector<ContactTime>> contactTimes(std::span<const model::Body> obstacles,
                                               const model::Body& body, double clearance,
                                               const model::Progress& progress = {});

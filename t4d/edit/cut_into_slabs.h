@@ -9,15 +9,15 @@
 namespace t4d::edit {
 
 struct SlabCuts {
-  /// The number of slabs. Tetrahedra that reach over a cut are split there. Fewer if the vertices
-  /// have not so many times. Without it, the mesh is cut only where no tetrahedron is split, into
-  /// slabs of some hundred tetrahedra at least: so a swept mesh gets its layers back.
+  /// The number of slabs. Tetrahedra that span a cut are split there. There are fewer slabs if the
+  /// vertices have too few times. Without this, the mesh is cut only where no tetrahedron is split,
+  /// into slabs of at least some hundred tetrahedra, so a swept mesh gets its layers back.
   std::optional<std::uint64_t> slabs = {};
 };
 
 struct CutMesh {
   model::Mesh mesh;
-  std::uint64_t splitTetrahedra = 0;  ///< that reached over a cut
+  std::uint64_t splitTetrahedra = 0;  ///< tetrahedra that spanned a cut
   std::uint64_t newVertices = 0;
 };
 

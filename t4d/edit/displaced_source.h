@@ -21,20 +21,21 @@ struct LayerKey {
   friend auto operator<=>(const LayerKey&, const LayerKey&) = default;
 };
 
-/// How far which vertices of a layer move, in the order of the vertices; none of them by 0.
+/// The vertices of a layer that move, in increasing order, with their displacements, which are not
+/// 0.
 using LayerDisplacement = std::vector<std::pair<std::uint32_t, model::Point3>>;
 
-/// Where the layers of a body go. A layer within a step is there because steps are divided at it,
-/// moved or not; those of the body need no entry unless they move.
+/// The displacements of layers. A step is divided at each layer within it, whether this layer moves
+/// or not. Layers of the body need no entry unless they move.
 using Displacement = std::map<LayerKey, LayerDisplacement>;
 
 /// The name of the vertex attribute with the displacement: three float32 in length units.
 inline constexpr const char* kDisplacementAttribute = "displacement";
 
-/// A body whose layers are displaced, made slab by slab when they are asked for. New layers within
-/// a step are where the straight tracks of the vertices are. Means follow. A slab whose layers
-/// neither move nor are new is that of the body, but for the attribute. An end whose layer moves is
-/// filled anew.
+/// A body whose layers are displaced, made slab by slab on request. Before displacement, new layers
+/// within a step are on the straight tracks of the vertices. Means follow. A slab whose layers
+/// neither move nor are new is that of the body, except for the attribute. If the layer at an end
+/// moves, the end gets a new cap.
 class DisplacedSource : public model::Source {
  public:
   /// `tracks` and its source must outlive this object.
@@ -42,7 +43,7 @@ class DisplacedSource : public model::Source {
 
   std::size_t slabCount() const override { return slabs_.size(); }
   model::TimeSpan timeSpan(std::size_t index) const override;
-  /// Fails if an end cannot be filled, since the surface crosses itself there.
+  /// Fails if an end cannot get a cap because the surface crosses itself there.
   Result<std::shared_ptr<const model::Slab>> slab(std::size_t index) const override;
 
   /// Whether slab `index` differs from the body in more than the attribute.
@@ -51,7 +52,7 @@ class DisplacedSource : public model::Source {
  private:
   struct Piece {
     std::size_t slab;  // of the body
-    LayerKey lower;    // the same two for a cap
+    LayerKey lower;    // equal to `upper` for a cap
     LayerKey upper;
     bool isCap;
   };
@@ -67,7 +68,7 @@ class DisplacedSource : public model::Source {
   bool withAttribute_;
   std::vector<Piece> slabs_;
   mutable std::mutex mutex_;
-  mutable std::map<std::size_t, std::shared_ptr<const model::Slab>> caps_;  // filled anew
+  mutable std::map<std::size_t, std::shared_ptr<const model::Slab>> caps_;  // new caps
 };
 
 /// The point of a track at a fraction of a step.

@@ -8,10 +8,10 @@
 
 namespace t4d::edit {
 
-/// That a vertex of a layer has to move.
+/// A displacement that a vertex of a layer needs.
 struct Push {
-  double depth = 0;                             ///< so far at least
-  model::Point3 along = model::Point3::Zero();  ///< in about this direction; of length 1
+  double depth = 0;                             ///< at least this far
+  model::Point3 along = model::Point3::Zero();  ///< approximate direction; of length 1
 };
 using LayerPushes = std::map<std::uint32_t, Push>;
 using Pushes = std::map<LayerKey, LayerPushes>;
@@ -20,7 +20,7 @@ using Pushes = std::map<LayerKey, LayerPushes>;
 struct Spread {
   double space = 0;   ///< up to this distance, positive
   double time = 0;    ///< up to this time before and after
-  bool stay = false;  ///< and not less later than at the push
+  bool stay = false;  ///< no decrease after the time of the push
 };
 
 /// Spreads pushes over vertices nearby in space and time:
@@ -28,17 +28,17 @@ struct Spread {
 ///   depth(v, t) = max over pushes (w, s) of depth(w, s) f(|v(s) - w(s)| / space) f((t - s) / time)
 ///
 /// with f(x) = (1 - x^2)^2 up to 1, 0 beyond; the direction is the mean of those of the pushes,
-/// with the same weights. So no push is lowered, and what is out of reach of all of them does not
-/// move at all. Where the direction is constant, the displacement is a function of the place whose
-/// slope is at most 1.54 depth / space: below 1, no two places become one, so a layer that did not
-/// cross itself does not afterwards.
+/// with the same weights. So no push is lowered, and vertices out of reach of all pushes do not
+/// move. Where the direction is constant, the displacement is a function of the position with a
+/// slope of at most 1.54 depth / space. If this is below 1, no two positions coincide afterwards,
+/// so a layer that did not cross itself before does not do so afterwards.
 ///
-/// `layers` has the times of all layers, also of those within steps. The result has the layers that
-/// move, and all that lie within steps.
+/// `layers` has the times of all layers, including those within steps. The result has the layers
+/// that move, and all those within steps.
 Result<Displacement> spread(const VertexTracks& tracks, const std::map<LayerKey, double>& layers,
                             const Pushes& pushes, const Spread& by);
 
-/// The places of the vertices of a layer, or within a step on their straight tracks.
+/// The positions of the vertices of a layer; for a layer within a step, on their straight tracks.
 Result<std::vector<model::Point3>> placesAt(const VertexTracks& tracks, const LayerKey& key);
 
 }  // namespace t4d::edit

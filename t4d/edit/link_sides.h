@@ -8,9 +8,9 @@
 
 namespace t4d::edit {
 
-/// How many connected parts the link of a vertex has before and after the time of the vertex. Where
+/// The numbers of connected parts of a vertex's link before and after the time of the vertex. If
 /// the link is a sphere, slices change their topology at the vertex unless both are 1 (Banchoff
-/// 1967): at 0 a component begins or ends, at more some join or part.
+/// 1967). If one is 0, a component begins or ends; if one is above 1, components merge or part.
 struct LinkSides {
   std::uint32_t before = 0;
   std::uint32_t after = 0;
@@ -19,7 +19,7 @@ struct LinkSides {
   friend bool operator==(const LinkSides&, const LinkSides&) = default;
 };
 
-/// Counts them for one link after another; reuses its buffers.
+/// Counts LinkSides for one link after another; reuses its buffers.
 class LinkSideCounter {
  public:
   explicit LinkSideCounter(std::size_t vertexCount) : slots_(vertexCount, {0, 0}) {}
@@ -30,7 +30,7 @@ class LinkSideCounter {
     triangles_.clear();
   }
 
-  /// `isBefore` says on which side a vertex is.
+  /// `isBefore` tells whether a vertex is before the time.
   template <class IsBefore>
   void addTriangle(const std::array<std::uint32_t, 3>& triangle, IsBefore isBefore) {
     auto& numbers = triangles_.emplace_back();
@@ -45,7 +45,7 @@ class LinkSideCounter {
     return sides;
   }
 
-  /// Whether the link, which is closed, is a sphere: one part with V - E + F = 2.
+  /// Whether the link, which is closed, is a sphere: connected, with V - E + F = 2.
   bool isSphere() {
     std::size_t parts = isBefore_.size();
     uniteAlongEdges([](auto, auto) { return true; }, [&](auto) { --parts; });
@@ -54,8 +54,8 @@ class LinkSideCounter {
 
  private:
   struct Slot {
-    std::uint64_t link;    // of which the vertex is
-    std::uint32_t number;  // there
+    std::uint64_t link;    // the link of the vertex
+    std::uint32_t number;  // its number in this link
   };
 
   template <class IsBefore>

@@ -15,12 +15,12 @@ struct MappedMesh {
   std::set<std::string> droppedAttributes;  ///< names
 };
 
-/// A closed 4D mesh whose points (x, y, z, t) are mapped linearly, with space and time mixed: axes
-/// exchanged, or time reversed. Slabs become others, so the mesh is put together, mapped, and cut
-/// anew (cutIntoSlabs); it is in memory whole. It stays outward. For maps that keep time apart,
-/// model::Transformed takes a slab at a time and keeps attributes.
+/// Maps the points (x, y, z, t) of a closed 4D mesh linearly, with space and time mixed: axes
+/// exchanged, or time reversed. Since slabs do not remain slabs, the whole mesh is collected in
+/// memory, mapped, and cut again (cutIntoSlabs). It still faces outward. For maps that do not mix
+/// space and time, model::Transformed takes a slab at a time and keeps attributes.
 ///
-/// Fails when the source does, for a determinant of 0, and as flatten and cutIntoSlabs do.
+/// Fails for a determinant of 0, and if the source, flatten or cutIntoSlabs fails.
 Result<MappedMesh> mapSpaceTime(const model::Source& source, const Eigen::Matrix4d& map,
                                 const model::Progress& progress = {});
 

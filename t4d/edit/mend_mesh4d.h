@@ -9,8 +9,8 @@
 namespace t4d::edit {
 
 struct Mend4dOptions {
-  /// Merge vertices no farther apart than this along each axis, time included; 0: equal ones.
-  /// Without it, equal vertices are merged only if the mesh is open.
+  /// Merge vertices no farther apart than this along each axis, time included; 0 merges equal ones.
+  /// By default, equal vertices are merged only if the mesh is open.
   std::optional<double> weld = {};
   /// Accept a mesh that is not closed or cannot be oriented.
   bool allowOpen = false;
@@ -18,17 +18,17 @@ struct Mend4dOptions {
 
 struct Mend4dReport {
   bool closed = false;    ///< every triangle has exactly two tetrahedra
-  bool oriented = false;  ///< on opposite sides
-  /// What was changed, or is wrong all the same, a sentence each.
+  bool oriented = false;  ///< the two are on opposite sides
+  /// What was changed, and what is still wrong, one sentence each.
   std::vector<std::string> changes;
 };
 
-/// Makes a body of a foreign mesh: closed, oriented, facing outward. Changes only what there is one
-/// way to change:
-/// * vertices are merged, as the options say;
-/// * tetrahedra that disagree with their neighbours are turned, such that each connected part
-///   encloses a positive hypervolume. A cavity then becomes a solid: nothing in a mesh without
-///   orientation tells them apart;
+/// Makes a body of another program's mesh: closed, oriented, facing outward. Makes only changes
+/// without a choice:
+/// * vertices are merged, according to the options;
+/// * tetrahedra that disagree with their neighbours are turned, so that each connected part
+///   encloses a positive hypervolume. A cavity becomes a solid, since a mesh without orientation
+///   does not distinguish the two;
 /// * a mesh that is oriented but encloses a negative hypervolume is turned inside out.
 ///
 /// Fails if the mesh is not closed or cannot be oriented, naming the first triangle at fault, or

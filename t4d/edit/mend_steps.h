@@ -11,7 +11,7 @@
 #include "t4d/model/triangle_mesh.h"
 #include "t4d/model/unit_scale.h"
 
-/// The steps of mendSurface, in their order. Each notes what it changed.
+/// The steps of mendSurface, in order. Each adds its changes to the report.
 namespace t4d::edit {
 
 using Changes = std::vector<SurfaceChange>;
@@ -36,14 +36,14 @@ Result<void> checkElements(const model::TriangleMesh& mesh);
 
 // weld_surface.cpp
 
-/// Merges vertices within `tolerance` of each other along each axis, through chains of such pairs,
-/// into the first of them; those merged stay, without triangles. Returns how many were merged.
+/// Merges vertices within `tolerance` of each other along each axis, and chains of such vertices,
+/// into the first of them. Merged vertices remain, without triangles. Returns their number.
 std::size_t weldVertices(model::TriangleMesh& mesh, double tolerance);
 
-/// Returns those that are left, in their order, by their numbers before.
+/// Drops vertices without triangles. Returns the old numbers of the remaining vertices, in order.
 std::vector<std::uint32_t> dropUnusedVertices(model::TriangleMesh& mesh);
 
-/// weldVertices, noted.
+/// Calls weldVertices, and adds it to the changes.
 void weld(model::TriangleMesh& mesh, double tolerance, Changes& changes);
 
 /// Drops triangles with a corner twice. Of triangles with the same corners, keeps the first.
@@ -56,7 +56,7 @@ void dropStray(model::TriangleMesh& mesh, Changes& changes);
 
 // orient_surface.cpp
 
-/// Turns triangles such that neighbours agree. Fails if there is no way.
+/// Turns triangles so that neighbours agree. Fails if that is impossible.
 Result<void> orient(model::TriangleMesh& mesh, Changes& changes);
 
 /// Triangles connected across edges.
@@ -67,29 +67,29 @@ struct Component {
 std::vector<Component> componentsOf(const model::TriangleMesh& mesh,
                                     const std::vector<std::uint32_t>& mates);
 
-/// Turns components that enclose a negative volume and are in no other. True if what remains is
-/// nested otherwise than solids with cavities are.
+/// Turns components that enclose a negative volume and are not inside another one. Returns true if
+/// the components are then nested in any other way than solids with cavities.
 bool faceOutward(model::TriangleMesh& mesh, Changes& changes);
 
 // close_holes.cpp
 
-/// Closes the surface, which is in the unit of `scale`, or fails if a hole is too wide.
+/// Fills holes. The surface is in the unit of `scale`. Fails if a hole is too wide.
 Result<void> fillHoles(model::TriangleMesh& mesh, const MendSurfaceOptions& options,
                        const model::UnitScale& scale, Changes& changes);
 
 // take_outer_surface.cpp
 
-/// Takes the outer surface if triangles cross, or if components are nested. Closed still, it may
-/// touch itself. In a build that cannot find crossings none are looked for.
+/// Takes the outer surface if triangles cross, or if components are nested. The result is closed,
+/// but may touch itself. A build without CGAL does not look for crossings.
 Result<void> takeOuterSurface(model::TriangleMesh& mesh, bool nested, Changes& changes);
 
 // take_apart.cpp
 
-/// Whether what a file would keep of the mesh, with equal vertices merged, bounds a solid; in a
-/// build that cannot find crossings, regardless of these.
+/// Whether the mesh bounds a solid when equal vertices are merged, as in a file. A build without
+/// CGAL ignores crossings.
 Result<bool> isSound(const model::TriangleMesh& mesh);
 
-/// Moves what touches itself apart.
+/// Separates parts that touch each other.
 Result<void> takeApart(model::TriangleMesh& mesh, Changes& changes);
 
 }  // namespace t4d::edit

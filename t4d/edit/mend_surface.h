@@ -11,9 +11,9 @@
 
 namespace t4d::edit {
 
-/// Limits of what mendSurface may do, in length units.
+/// Options and limits of mendSurface, in length units.
 struct MendSurfaceOptions {
-  /// Merge vertices no farther apart than this along each axis; 0: equal ones.
+  /// Merge vertices no farther apart than this along each axis; 0 merges equal ones.
   double weld = 0;
   /// Fill no hole wider than this: the largest distance between two vertices of its boundary.
   std::optional<double> maxHole = {};
@@ -30,7 +30,7 @@ enum class SurfaceFault : std::uint8_t {
   Turned,       ///< triangles that disagreed with their neighbours, turned
   Hole,         ///< holes, filled
   InsideOut,    ///< components that faced inward, turned
-  Crossing,     ///< pairs of triangles that met, of which the outer surface was taken
+  Crossing,     ///< pairs of triangles that met; the outer surface was taken
   NonManifold,  ///< vertices and edges where surfaces touched, taken apart
   Remeshed,     ///< triangles of a new surface in place of the input's
 };
@@ -46,40 +46,38 @@ const char* nameOf(SurfaceFault kind);
 
 struct MendSurfaceReport {
   std::vector<SurfaceChange> changes;
-  /// The Hausdorff distance between the surfaces before and after, in length units, at most a
-  /// ten-thousandth of their diagonal short.
+  /// The Hausdorff distance between the surfaces before and after, in length units. It may be too
+  /// small by a ten-thousandth of their diagonal.
   double hausdorff = 0;
   std::optional<double> volumeBefore;  ///< nothing if the input was open
   double volumeAfter = 0;
-  // Of the result: it is as they should be, or there is none.
+  // Properties of the result. Always true if mendSurface succeeds.
   bool closed = false;
   bool manifold = false;
-  /// Nothing in a build without CGAL, which does not look for them.
+  /// 0, or nothing in a build without CGAL, which does not look for them.
   std::optional<std::uint64_t> selfIntersections = {};
   std::uint64_t components = 0;
 };
 
-/// Makes of a surface one that bounds a solid: closed, manifold, facing outward, without
-/// self-intersections and flat triangles, also after its vertices have been merged where equal. In
-/// this order:
-/// 1. merges vertices; drops triangles that this collapses, and of equal ones all but one;
+/// Changes a surface so that it bounds a solid: closed, manifold, facing outward, without
+/// self-intersections and flat triangles, also after equal vertices are merged. In this order:
+/// 1. merges vertices; drops triangles that this collapses, and all but one of equal triangles;
 /// 2. drops stray parts: where an odd number of triangles, three or more, meet at edges, the
 ///    smallest part between such edges whose removal leaves no fewer than two at each;
-/// 3. turns triangles such that neighbours agree, the smaller part of each component by its area;
+/// 3. turns triangles so that neighbours agree; in each component, those with less area in total;
 /// 4. fills holes, without new vertices;
-/// 5. turns components outward: those that enclose a negative volume and are in no other;
+/// 5. turns components that enclose a negative volume and are not inside another one;
 /// 6. takes the outer surface where triangles cross, overlap, touch or are flat, and where
 ///    components are nested without being cavities;
-/// 7. takes apart what touches at vertices and edges: each copy of a vertex moves into its solid,
-/// or
-///    another way where that leaves fewer crossings, by a hundred-thousandth of the diagonal or a
-///    tenth of its shortest edge if that is less.
+/// 7. separates parts that touch at vertices and edges: each copy of a vertex moves into its solid,
+///    or in another direction if that leaves fewer crossings, by a hundred-thousandth of the
+///    diagonal or a tenth of its shortest edge if that is less.
 ///
-/// A surface without such faults is not changed. Everything is decided by exact predicates but for
-/// winding numbers, which have to be near whole numbers. Fails, and then changes nothing, if the
-/// result would exceed the options or could not be made; the remedy of the error is the option that
-/// helps, Remesh, MaxHole or MaxMove. Attributes are dropped. A build without CGAL does not look
-/// for crossings and flat triangles, and fails where there are holes or nested components.
+/// A surface without such faults is not changed. All decisions use exact predicates, except for
+/// winding numbers, which have to be near whole numbers. On failure nothing is changed. Fails if
+/// the result would exceed the limits or could not be made; the remedy of the error is the option
+/// that helps: Remesh, MaxHole or MaxMove. Attributes are dropped. A build without CGAL does not
+/// look for crossings and flat triangles, and fails if there are holes or nested components.
 Result<MendSurfaceReport> mendSurface(model::TriangleMesh& mesh,
                                       const MendSurfaceOptions& options = {},
                                       const model::Progress& progress = {});

@@ -11,20 +11,20 @@
 
 namespace t4d::edit {
 
-/// Keeps cells whose edges are collapsed near to the mesh that they come from, as far as its
-/// samples, their own vertices and the middles of their edges tell.
+/// Keeps cells whose edges are collapsed near the original mesh. This is tested with samples of the
+/// original, and with vertices and middles of edges of the cells.
 class NearSamples {
  public:
-  /// Nothing is kept near without an original, which must outlive it.
+  /// Without an original, no cell is kept near. The original must outlive this object.
   NearSamples(std::vector<Sample> samples, std::size_t cellCount,
               const measure::SliceBound* original);
 
-  /// Whether, when a and b join at `place`, this and the middles of its edges are within a distance
-  /// of the original, and each sample of the cells around them is within it of one that remains.
-  /// Cells at one time are in no slice, and may do what they like.
+  /// Whether a and b may join at `place`: `place` and the middles of its edges must be within a
+  /// distance of the original, and each sample of the cells around a and b within this distance of
+  /// a remaining cell. Cells at one time are in no slice, so they are not tested.
   bool stayNear(const CellComplex& complex, std::span<const model::Point4> vertices,
                 std::uint32_t a, std::uint32_t b, const model::Point4& place, double distance);
-  /// Gives them to the cells that stayNear has found.
+  /// Assigns the samples to the cells that stayNear has found.
   void move();
 
   std::vector<Sample> take() { return std::move(samples_); }
@@ -39,12 +39,12 @@ class NearSamples {
     std::uint32_t cell;
   };
 
-  /// Whether the middles of the edges of the remaining cells at `place` are within a distance of
+  /// Whether the middles of the edges at `place`, of the remaining cells, are within a distance of
   /// the original.
   bool areEdgesNear(const CellComplex& complex, std::span<const model::Point4> vertices,
                     std::uint32_t a, std::uint32_t b, const model::Point4& place, double distance);
 
-  /// The remaining cell that a point is nearest to; kNone if it is farther than the distance.
+  /// The remaining cell that is nearest to a point; kNone if it is farther away than the distance.
   std::uint32_t nearest(const model::Point4& point, double distance) const;
 
   static constexpr std::uint32_t kNone = CellComplex::kNone;

@@ -5,19 +5,20 @@
 
 namespace t4d::edit {
 
-/// Vertices and cells of the mesh that a patch is made from; times as in the patch.
+/// Vertices and cells of the mesh that a patch was made from, with times as in the patch.
 struct Original {
   std::vector<model::Point4> vertices;
   std::vector<model::Cell> cells;
 };
 
 Original originalOf(const Patch& patch);
-/// Both together.
+/// The union of two originals.
 Original joined(Original one, const Original& other);
 
-/// `collapsed`, such that no slice is farther than `maxError` from that of the original at the same
-/// time, nor the other way round: where that cannot be proved (measure::SliceBound), the last
-/// collapses are left out. The patch given must be near enough itself, and have samples.
+/// Calls `collapsed` such that the Hausdorff distance between slices of the result and of the
+/// original at the same time is at most `maxError`. Where this cannot be proved
+/// (measure::SliceBound), the last collapses are left out. The given patch must itself be near
+/// enough, and have samples.
 Patch provedCollapse(const Patch& given, const Original& original, double maxError,
                      const CollapseOptions& options);
 

@@ -7,8 +7,8 @@
 namespace t4d::edit {
 
 /// A sum of squared distances from hyperplanes in R^4, each with a weight, as a function of the
-/// offset x from a vertex: x'Ax + 2b'x + c (Garland and Heckbert 1997, one dimension up). Kept
-/// about the vertex itself, it loses no digits where a mesh is far from the origin.
+/// offset x from a vertex: x'Ax + 2b'x + c (Garland and Heckbert 1997, one dimension up). Being
+/// relative to the vertex, it loses no digits far from the origin.
 struct Quadric4 {
   Eigen::Matrix4d a = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
@@ -23,7 +23,7 @@ struct Quadric4 {
 
   double at(const Eigen::Vector4d& x) const { return x.dot(a * x) + 2 * b.dot(x) + c; }
 
-  /// The same function of the offset from another point, which has the offset `to` from this one.
+  /// The quadric relative to another point, whose offset from this one is `to`.
   Quadric4 about(const Eigen::Vector4d& to) const { return {a, b + a * to, at(to), weight}; }
 
   Quadric4& operator+=(const Quadric4& other) {

@@ -10,16 +10,16 @@ namespace t4d::edit {
 /// takes some 500 bytes.
 inline constexpr double kMostRemeshedCells = 1e7;
 
-/// A closed surface about what a heap of triangles encloses, whatever its faults: the boundary of
-/// where its generalised winding number is more than 1/2. Holes are closed, as far as they are seen
-/// from inside as less than half of the sphere; what overlaps becomes one.
+/// A closed surface around the region that triangles enclose, whatever their faults: the boundary
+/// of the region where their generalised winding number is above 1/2. A hole is closed if it covers
+/// less than half of the sphere, seen from inside. Overlapping parts are united.
 ///
 /// The winding number is computed at the points of a lattice of step `voxelSize`, only near the
-/// surface; the lattice's cubes are cut into six tetrahedra, and the surface passes between points
-/// inside and outside, where the distances from the triangles are in balance. It is a manifold,
-/// does not cross itself and faces outward. It is within `voxelSize` times the root of 3 of the
-/// triangles where they separate inside from outside; edges are rounded off, and parts thinner than
-/// the voxel size are lost.
+/// surface. The lattice's cubes are cut into six tetrahedra. The surface passes between points
+/// inside and outside, in proportion to their distances from the triangles. It is a manifold, does
+/// not cross itself and faces outward. It is within sqrt(3) `voxelSize` of the triangles that
+/// separate inside from outside; edges are rounded off, and parts thinner than the voxel size are
+/// lost.
 ///
 /// Fails if the voxels are too small, or too large for anything to be inside.
 Result<model::TriangleMesh> remeshSurface(const model::TriangleMesh& mesh, double voxelSize,

@@ -11,9 +11,9 @@
 
 namespace t4d::edit {
 
-/// Where slices change their topology, and whether a collapse moves that: at vertices whose link
-/// has other than one part before and one part after them (LinkSides). A cell complex and its
-/// vertices are looked at, and must outlive it.
+/// Finds the vertices where slices change their topology, and whether a collapse changes these.
+/// They are the vertices whose link does not have exactly one part before and one part after them
+/// (LinkSides). The cell complex and its vertices must outlive this object.
 class SliceTopology {
  public:
   SliceTopology(const CellComplex& complex, std::span<const model::Point4> vertices)
@@ -22,17 +22,17 @@ class SliceTopology {
         sides_(vertices.size()),
         counter_(vertices.size()) {}
 
-  /// Whether the link of a vertex is a sphere. Then its sides are remembered, if that is wanted.
+  /// Whether the link of a vertex is a sphere. If so, and with `remember`, stores its LinkSides.
   bool hasSphere(std::uint32_t vertex, bool remember);
 
-  /// Whether slices change their topology at a vertex whose sides are remembered.
+  /// Whether slices change their topology at a vertex, from its stored LinkSides.
   bool isCritical(std::uint32_t vertex) const {
     return sides_[vertex] && !sides_[vertex]->isRegular();
   }
 
   /// Whether the vertices where the topology changes stay the same if a and b join at `place`.
   bool staysIf(std::uint32_t a, std::uint32_t b, const model::Point4& place);
-  /// Before they do.
+  /// Updates the stored data; to be called before a and b are joined.
   void join(std::uint32_t a, std::uint32_t b);
 
  private:

@@ -8,7 +8,7 @@
 
 namespace t4d::edit {
 
-/// A solid at one time, for questions about points.
+/// A solid at one time, with queries about points.
 class SolidSample {
  public:
   /// `mesh` is closed and has at least one triangle.
@@ -25,8 +25,8 @@ class SolidSample {
   };
   Place at(const model::Point3& point) const;
 
-  /// How far a point has to go along a unit vector to be `keep` away; nothing if it is farther than
-  /// `most`.
+  /// How far a point has to move along a unit vector to be `keep` away from the solid; nothing if
+  /// that is more than `most`.
   std::optional<double> wayOut(const model::Point3& point, const model::Point3& along, double keep,
                                double most) const;
 

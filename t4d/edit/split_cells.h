@@ -14,12 +14,12 @@ namespace t4d::edit {
 /// The first and the last time of a cell's corners.
 model::TimeSpan timesOf(std::span<const model::Point4> vertices, const model::Cell& cell);
 
-/// Fails if two of the cells that `isSplit` have the same corners. Such a pair is closed, but where
-/// both are split their sections coincide, with four tetrahedra at each triangle.
+/// Fails if two cells with `isSplit` have the same corners. Such a pair is closed, but if both
+/// cells are split, their sections coincide, with four tetrahedra at each triangle.
 Result<void> checkNoTwins(std::span<const model::Cell> cells,
                           const std::function<bool(const model::Cell&)>& isSplit);
 
-/// Splits cells at times such that neighbours agree: an edge that crosses the time gets one vertex,
+/// Splits cells at times so that neighbours agree: an edge that crosses the time gets one vertex,
 /// at exactly that time, which all its cells share; the two parts of a cell are split by pulling
 /// from their first vertex (formats/mesh4d/polyhedron.h).
 class CellSplitter {
@@ -34,14 +34,14 @@ class CellSplitter {
   /// New vertices are appended to `vertices`, which must outlive it.
   explicit CellSplitter(std::vector<model::Point4>& vertices) : vertices_(vertices) {}
 
-  /// Appends the parts of a cell before and after a time that it reaches over. They face the same
-  /// way as the cell.
+  /// Appends the parts of a cell before and after a time that it spans. They face the same way as
+  /// the cell.
   void split(const model::Cell& cell, double time, std::vector<model::Cell>& before,
              std::vector<model::Cell>& after);
 
-  /// One for each new vertex, in their order.
+  /// The edges that were cut, one for each new vertex, in order.
   std::span<const CutEdge> cutEdges() const { return cutEdges_; }
-  /// An attribute of the vertices given, with rows for the new ones.
+  /// An attribute of the given vertices, with rows for the new ones added.
   model::Attribute withNewRows(model::Attribute attribute) const;
 
  private:
@@ -51,9 +51,9 @@ class CellSplitter {
                                      double time);
   std::uint32_t cutVertex(const model::Cell& cell, int a, int b, double time);
 
-  /// A vertex of the parts, by its barycentric coordinates in the cell. Those of a new vertex are
-  /// taken as half and half: which way round a part's tetrahedra are does not depend on where on
-  /// its edge it lies.
+  /// The barycentric coordinates of a vertex of the parts in the cell. A new vertex counts as the
+  /// middle of its edge, since the orientation of a part's tetrahedra does not depend on its
+  /// position on the edge.
   struct Place {
     std::uint32_t vertex;
     model::Point4 weights;
@@ -62,7 +62,7 @@ class CellSplitter {
   std::vector<model::Point4>& vertices_;
   std::unordered_map<std::uint64_t, std::uint32_t> cutVertices_;  // by edge
   std::vector<CutEdge> cutEdges_;
-  std::vector<Place> place_;  // of the cell at hand
+  std::vector<Place> place_;  // of the current cell
 };
 
 }  // namespace t4d::edit

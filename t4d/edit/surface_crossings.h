@@ -13,24 +13,24 @@ namespace t4d::edit {
 
 struct SurfaceCrossings {
   std::vector<std::uint32_t> flat;  ///< triangles without area
-  /// Pairs of others, the smaller number first, that have more in common than shared vertices and
-  /// edges: they cross, touch or overlap.
+  /// Pairs of other triangles, the smaller number first, that have more in common than shared
+  /// vertices and edges: they cross, touch or overlap.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   bool complete = true;  ///< false if there are more than `most` pairs
 
   bool none() const { return flat.empty() && pairs.empty(); }
 };
 
-/// False in a build without CGAL.
+/// Whether findCrossings works; false in a build without CGAL.
 bool findsCrossings();
 
 /// Finds where a surface meets itself, by exact predicates. The surface may be open and need not be
-/// a manifold, but vertices with equal coordinates must be one.
+/// a manifold, but no two vertices may have equal coordinates.
 ///
 /// Fails unless findsCrossings().
 Result<SurfaceCrossings> findCrossings(const model::TriangleMesh& mesh, std::size_t most);
 
-/// mesh4d::crossingOf. Fails unless findsCrossings().
+/// Calls mesh4d::crossingOf. Fails unless findsCrossings().
 Result<std::optional<mesh4d::StepCrossing>> crossingWithin(const model::TriangleMesh& mesh,
                                                            const model::Slab& step);
 

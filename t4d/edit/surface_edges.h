@@ -19,10 +19,10 @@ struct EdgeSides {
 
 struct SurfaceEdges {
   std::vector<std::uint32_t> sides;
-  std::vector<EdgeSides> edges;  ///< by their vertices
+  std::vector<EdgeSides> edges;  ///< in the order of their vertices
 };
 
-/// No triangle may have a corner twice.
+/// Finds the edges of a mesh. No triangle may have a corner twice.
 SurfaceEdges edgesOf(const model::TriangleMesh& mesh);
 
 inline std::uint32_t fromOf(const model::TriangleMesh& mesh, std::uint32_t side) {
@@ -37,14 +37,15 @@ inline std::uint32_t apexOf(const model::TriangleMesh& mesh, std::uint32_t side)
 
 inline constexpr std::uint32_t kNoSide = ~std::uint32_t{0};
 
-/// For each side, the one on which its surface goes on; kNoSide at a boundary. Of more than two
-/// triangles at an edge, an even number, those with solid between them belong together if as many
-/// go one way as the other, otherwise neighbours around the edge do. Of an odd number above two
-/// none do.
+/// For each side, the side of the triangle where its surface continues; kNoSide at a boundary.
+/// Where an even number of triangles, more than two, meet at an edge, those with solid between them
+/// are mates if as many traverse the edge in one direction as in the other; otherwise neighbours
+/// around the edge are mates. Of an odd number above two none are mates.
 std::vector<std::uint32_t> matesOf(const model::TriangleMesh& mesh, const SurfaceEdges& edges);
 
 /// The closed paths along which the surface is open, each as its vertices in the direction of its
-/// triangles; no path meets a vertex twice. Sides that cancel each other at an edge are not open.
+/// triangles; no path visits a vertex twice. Sides that cancel each other at an edge do not count
+/// as open.
 std::vector<std::vector<std::uint32_t>> boundaryLoops(const model::TriangleMesh& mesh,
                                                       const SurfaceEdges& edges);
 

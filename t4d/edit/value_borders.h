@@ -9,18 +9,19 @@
 
 namespace t4d::edit {
 
-/// The borders between cells of a patch that differ in an attribute: bodies, labels, materials. The
-/// complex and the patch must outlive it.
+/// The borders between cells of a patch that differ in an attribute, such as bodies, labels or
+/// materials. The complex and the patch must outlive this object.
 class ValueBorders {
  public:
-  /// Of a cell attribute with this name; there are no borders if the patch has none.
+  /// `attribute` is the name of a cell attribute; without such an attribute there are no borders.
   ValueBorders(const CellComplex& complex, const Patch& patch, const std::string& attribute);
 
-  /// Adds to the quadrics of a patch, before any collapse, what penalises moving a border.
+  /// Adds penalties for moving a border to the quadrics of a patch. To be called before any
+  /// collapse.
   void weigh(Patch& patch) const;
 
-  /// Whether the edge lies on all borders that both of its ends lie on, so that they stay if the
-  /// ends join.
+  /// Whether the edge is on every border that both of its ends are on, so that these borders stay
+  /// if the ends join.
   bool stayIf(std::uint32_t a, std::uint32_t b);
 
  private:

@@ -6,36 +6,37 @@
 
 namespace t4d::edit {
 
-/// What decides where the vertex goes that an edge collapses to; places are offsets from the end a.
+/// What determines the position of the vertex that an edge collapses to. Positions are offsets from
+/// the end a.
 struct EdgeCollapse {
-  Quadric4 quadric;                 ///< of both ends
+  Quadric4 quadric;                 ///< sum of those of both ends
   Eigen::Vector4d edge;             ///< from a to b
   Eigen::Vector4d normal;           ///< the sum of model::cellNormal over all cells around a or b
-  double flux = 0;                  ///< that over the cells around b, times the edge
-  double starArea = 0;              ///< a magnitude of what `normal` is the sum of
-  std::optional<double> time = {};  ///< the component t that the place must have
+  double flux = 0;                  ///< the sum over the cells around b only, times the edge
+  double starArea = 0;              ///< the magnitude of the summands of `normal`
+  std::optional<double> time = {};  ///< the component t that the position must have
 };
 
 struct VertexPlacement {
   Eigen::Vector4d place;
-  double cost = 0;  ///< the quadric there, and a little for the length of the edge
+  double cost = 0;  ///< the value of the quadric, and a little for the length of the edge
 };
 
-/// What draws the place to a point of the edge where the quadric does not decide.
+/// A pull towards a point of the edge, for positions that the quadric does not determine.
 struct Pull {
   double fraction = 0.5;   ///< of the way from a to b
-  double strength = 1e-6;  ///< as a part of the quadric
+  double strength = 1e-6;  ///< relative to the quadric
 };
 
-/// The place where the quadric is smallest of those that keep the enclosed hypervolume. All cells
-/// that change are those around a and b, and about a those around a span nothing; so with cells
-/// joined to a place x, the hypervolume is kept exactly if
+/// The position with the smallest value of the quadric among those that keep the enclosed
+/// hypervolume. Only cells around a and b change, and seen from a, those around a span no
+/// hypervolume. So if the cells are joined to x, the hypervolume is kept exactly if
 ///
 ///     normal . x = flux
 ///
-/// which is linear (Lindstrom and Turk 1998, one dimension up). Where the quadric does not decide,
-/// as in a flat part, the pull does. Nothing if no place in reach keeps
-/// the hypervolume.
+/// which is linear (Lindstrom and Turk 1998, one dimension up). Where the quadric does not
+/// determine the position, as in a flat part, the pull does. Nothing if no position within reach
+/// keeps the hypervolume.
 std::optional<VertexPlacement> placeVertex(const EdgeCollapse& collapse, const Pull& pull = {});
 
 }  // namespace t4d::edit

@@ -11,15 +11,15 @@
 namespace t4d::mesh4d {
 
 enum class CapMethod : std::uint8_t {
-  /// Constrained Delaunay tetrahedralisation (paper, section 4.1). The surface must not intersect
+  /// Constrained Delaunay tetrahedralization (paper, section 4.1). The surface must not intersect
   /// itself. Needs a build with TetGen.
   TetGen,
-  /// Every triangle joined to one apex. Works for any closed surface. Hypervolume and slices stay
+  /// Joins every triangle to one apex. Works for any closed surface. Hypervolume and slices are
   /// exact, since a cap encloses nothing, but cells may overlap inside the cap.
   Cone,
 };
 
-/// A solid filled with tetrahedra; closes the 4D mesh at its first and last time.
+/// A solid filled with tetrahedra, which closes the 4D mesh at its first or last time.
 struct Cap {
   /// Points added inside the solid, in the coordinates of the mesh; none on the surface.
   std::vector<model::Point3> inner;
@@ -32,9 +32,9 @@ struct Cap {
 /// or if a component faces the wrong way.
 Result<Cap> fillSolid(const model::TriangleMesh& mesh, CapMethod method);
 
-/// The cap of a mesh as a slab without thickness. The mesh is its upper layer at the start and its
-/// lower one at the end. The cap faces backward in time at the start and forward at the end. Cells
-/// have the attributes of steps of the mesh.
+/// The cap of a mesh as a slab without thickness. At the start, the mesh is the upper layer of the
+/// slab, and the cap faces backward in time. At the end, the mesh is the lower layer, and the cap
+/// faces forward. Cells have the same attributes as those of steps.
 std::shared_ptr<const model::Connectivity> startCapConnectivity(const Cap& cap,
                                                                 const model::TriangleMesh& mesh);
 std::shared_ptr<const model::Connectivity> endCapConnectivity(const Cap& cap,

@@ -16,14 +16,14 @@ struct Fold {
   model::Point3 place;         ///< the middle of the first one
 };
 
-/// Looks for folded prisms in a step that has been made with stepConnectivity(mesh); nothing if
-/// there are none.
+/// Searches for folded prisms in a step made with stepConnectivity(mesh). Nothing if there are
+/// none.
 ///
 /// A prism is folded if one of its cells faces away from the mean direction n of its triangle
 /// during the step: det[n, b-a, c-a, d-a] <= 0, where n is the integral over the step of the
 /// interpolated triangle's area vector. If no prism is folded, then in every slice all pieces of
 /// every triangle face the same side as the triangle does on average: none is inside out and none
-/// has collapsed. That different prisms do not cross each other is not checked.
+/// has collapsed. Different prisms may still cross each other.
 std::optional<Fold> foldOf(const model::TriangleMesh& mesh, const model::Slab& step);
 
 }  // namespace t4d::mesh4d

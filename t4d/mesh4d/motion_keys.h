@@ -21,7 +21,7 @@ class MotionKeys : public model::VertexKeys {
   std::uint64_t count() const override { return stepsUpTo_.back() + 1; }
   double time(std::uint64_t key) const override;
   std::optional<model::Affine3x4> pose(std::uint64_t key) const override;
-  /// Fails where the step before the key is too short to represent.
+  /// Fails if the step before the key is too short to represent.
   Result<void> positions(std::uint64_t key, std::span<model::Point3> into) const override;
 
  private:
@@ -35,7 +35,7 @@ class MotionKeys : public model::VertexKeys {
 
   const model::TriangleMesh& mesh_;
   const model::Motion& motion_;
-  std::vector<std::uint64_t> stepsUpTo_;  // of each segment, itself included
+  std::vector<std::uint64_t> stepsUpTo_;  // number of steps up to the end of each segment
 };
 
 }  // namespace t4d::mesh4d

@@ -6,7 +6,7 @@ namespace t4d::mesh4d {
 
 /// A copy of a mesh at the origin and of size about 1, for code that computes with products of
 /// coordinates. The copy is exact: it is scaled by a power of two, and moved along an axis only if
-/// the mesh is farther from the origin than it is wide, where differences of doubles do not round.
+/// the mesh is farther from the origin than it is wide, since the differences are then exact.
 class NormalizedMesh {
  public:
   explicit NormalizedMesh(const model::TriangleMesh& mesh);

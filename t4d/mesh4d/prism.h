@@ -12,7 +12,7 @@ namespace t4d::mesh4d {
 /// How the prism that a triangle sweeps in one step is divided into cells.
 enum class PrismSplit : std::uint8_t {
   Fourteen,  ///< the paper's symmetric division (section 4.1, fig. 6), with four new vertices
-  Three,  ///< the smallest, without new vertices; slices between layers depend on vertex numbering
+  Three,     ///< the fewest cells, no new vertices; slices between layers depend on vertex numbers
 };
 
 /// The origin of a cell: the values of its attribute "kind".
@@ -42,9 +42,9 @@ std::shared_ptr<const model::Connectivity> stepConnectivity(const model::Triangl
 std::vector<model::Attribute> cellAttributes(const std::vector<std::uint32_t>& triangles,
                                              const std::vector<std::uint8_t>& kinds);
 
-/// The attributes of a mesh for cells that come from these triangles of it: those of its triangles,
-/// and those of its vertices as attributes of corners (model::kCornersOf), but not "triangle" and
-/// "kind". Zero where the triangle is kNoTriangle.
+/// The attributes of a mesh, for cells that come from these triangles of it: its triangle
+/// attributes, and its vertex attributes as corner attributes (model::kCornersOf), except
+/// "triangle" and "kind". Zero if the triangle is kNoTriangle.
 std::vector<model::Attribute> inputAttributes(const model::TriangleMesh& mesh,
                                               const std::vector<std::uint32_t>& triangles);
 

@@ -12,8 +12,8 @@
 
 namespace t4d::mesh4d {
 
-/// Keep the volume of every slice at least this fraction of the solid's: a step turns by at most
-/// acos(2 R_Vmin - 1) (paper, section 4.2, eq. 2). Within [0, 1).
+/// Keeps the volume of every slice at least at this fraction, R_Vmin, of the solid's: a step turns
+/// by at most acos(2 R_Vmin - 1) (paper, section 4.2, eq. 2). In [0, 1).
 struct MinVolumeRatio {
   double ratio = 0.998;
 };
@@ -23,8 +23,8 @@ struct StepsPerSegment {
   std::uint64_t steps = 1;
 };
 
-/// Keep every slice within this distance, in length units, of the true solid at the same time, and
-/// the solid of it: model::Chords bounds both the paths of vertices and what lies between them.
+/// Keeps the Hausdorff distance between every slice and the true solid at the same time within this
+/// length. model::Chords bounds the deviation of vertices and of the points between them.
 struct MaxDeviation {
   double length = 0;
 };
@@ -34,15 +34,15 @@ using StepRule = std::variant<MinVolumeRatio, StepsPerSegment, MaxDeviation>;
 /// The maximum number of steps of a motion.
 inline constexpr std::uint64_t kMaxSteps = 100'000'000;
 
-/// Of each segment, what bounds the deviation of its steps: the largest distance of a vertex from
-/// its axis, and the longest edge across it. Zero where nothing turns.
+/// For each segment, the numbers that bound the deviation of its steps: the largest distance of a
+/// vertex from its axis, and the longest edge across the axis. Zero if the segment does not turn.
 std::vector<model::Chords> chordsOf(const model::Motion& motion, const model::TriangleMesh& mesh,
                                     PrismSplit split);
 
 /// The number of steps of each segment: at least 1, and enough that no step turns by more than half
-/// a turn (unless StepsPerSegment asks for it). `chords` are those of chordsOf; only MaxDeviation
-/// uses them. Fails for a ratio outside [0, 1), zero steps, a deviation that is not positive, and
-/// more than kMaxSteps.
+/// a turn (unless StepsPerSegment asks for it). `chords` is the result of chordsOf; only
+/// MaxDeviation uses it. Fails for a ratio outside [0, 1), zero steps, a deviation that is not
+/// positive, and more than kMaxSteps steps.
 Result<std::vector<std::uint64_t>> stepsOf(const model::Motion& motion, const StepRule& rule,
                                            std::span<const model::Chords> chords = {});
 

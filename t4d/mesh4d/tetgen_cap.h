@@ -4,9 +4,9 @@
 
 namespace t4d::mesh4d {
 
-/// `fillSolid` by TetGen, for a closed surface whose coordinates are about 1, after
-/// checkNoSelfIntersection. Both run in a process of their own, with limits on memory and time in
-/// proportion to the mesh.
+/// Calls checkNoSelfIntersection, then fills the solid with TetGen, for a closed surface with
+/// coordinates of about 1. Both run in a separate process, with limits on memory and time
+/// proportional to the size of the mesh.
 Result<Cap> tetgenCap(const model::TriangleMesh& mesh);
 
 }  // namespace t4d::mesh4d

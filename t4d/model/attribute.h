@@ -8,7 +8,8 @@
 
 namespace t4d::model {
 
-/// Enumerator values are those of the file format (t4d/formats/t4d/SPEC.md).
+/// The type of the numbers in an attribute. Enumerator values are those of the file format
+/// (t4d/formats/t4d/SPEC.md).
 enum class ScalarType : std::uint8_t {
   UInt8 = 1,
   Int8 = 2,
@@ -34,7 +35,7 @@ struct Attribute {
   Domain domain = Domain::Cell;
   ScalarType type = ScalarType::Float64;
   std::uint32_t components = 1;
-  /// Row after row, `rowBytes()` each, in the machine's byte order.
+  /// All rows in order, `rowBytes()` bytes each, in the machine's byte order.
   std::vector<std::byte> values = {};
 
   std::size_t rowBytes() const { return scalarSize(type) * components; }
@@ -44,8 +45,9 @@ struct Attribute {
   friend bool operator==(const Attribute&, const Attribute&) = default;
 };
 
-/// Writes to `into` what a point on the edge between the vertices of two rows has, at `fraction` of
-/// the way: floating-point numbers are interpolated, integers are those of the first row.
+/// Writes to `into` the values at a point on the edge between the vertices of two rows, at
+/// `fraction` of the way: floating-point numbers are interpolated, integers are those of the first
+/// row.
 void interpolateRow(const Attribute& attribute, std::size_t from, std::size_t to, double fraction,
                     std::byte* into);
 

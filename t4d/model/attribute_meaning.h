@@ -11,7 +11,7 @@ namespace t4d::model {
 
 struct Transform;
 
-/// What the numbers of an attribute are, so that they can follow the solid when it is mapped
+/// What the numbers of an attribute mean, so that they can be mapped together with the solid
 /// (t4d/formats/t4d/SPEC.md, section "Kinds of attributes").
 struct AttributeMeaning {
   /// "scalar", "vector", "point", "normal", "color" or "label"; "" is "scalar".
@@ -25,18 +25,18 @@ struct AttributeMeaning {
   friend bool operator==(const AttributeMeaning&, const AttributeMeaning&) = default;
 };
 
-/// By the names of the attributes.
+/// Maps the names of attributes to their meanings.
 using AttributeMeanings = std::map<std::string, AttributeMeaning>;
 
-/// What `given` says of this attribute; otherwise what its name means if the format registers it
-/// with this type, such as `velocity`; otherwise nothing.
+/// The meaning in `given`; otherwise that of the name if the format registers it with this type,
+/// such as `velocity`; otherwise the default.
 AttributeMeaning meaningOf(const Attribute& attribute, const AttributeMeanings& given);
 
-/// Whether its values are directions or places in space: of a vector, a point or a normal.
+/// Whether the values are directions or positions in space: a vector, a point or a normal.
 bool isSpatial(const AttributeMeaning& meaning);
 
-/// How often `length` and `time` are factors of a unit. A unit that is not a product of powers has
-/// neither.
+/// The powers of `length` and `time` in a unit. Both are 0 for a unit that is not a product of
+/// powers.
 struct UnitPowers {
   int length = 0;
   int time = 0;
@@ -46,10 +46,10 @@ UnitPowers powersOf(std::string_view unit);
 /// Maps the values of an attribute with the solid: vectors turn and stretch, points move, normals
 /// stay perpendicular to their surface and keep their length, numbers in units of length and time
 /// are scaled; labels and colours stay. Returns whether any value may have changed. Fails with
-/// ErrorCode::Unsupported if no values of this attribute can follow: for a unit that needs a scale
-/// where the map does not scale all directions alike, for types and components that the kind cannot
-/// have, and for a kind that is not known. Fails with ErrorCode::InvalidInput if a value becomes
-/// infinite, or all of a row 0.
+/// ErrorCode::Unsupported if the attribute cannot be mapped: for a unit of length if the map does
+/// not scale all directions by the same factor, for types and components that the kind cannot have,
+/// and for an unknown kind. Fails with ErrorCode::InvalidInput if a value becomes infinite, or a
+/// whole row 0.
 Result<bool> mapValues(Attribute& attribute, const AttributeMeaning& meaning, const Transform& by);
 
 }  // namespace t4d::model

@@ -7,7 +7,7 @@
 
 namespace t4d::model {
 
-/// A named 4D mesh, one of those in a file.
+/// A named 4D mesh; a file may have several.
 struct Body {
   std::string name = {};
   const Source* source = nullptr;

@@ -5,7 +5,7 @@
 namespace t4d::model {
 
 /// The apex of a cone that closes a surface with these bounds. It is off the centre by `offCentre`
-/// times irregular fractions of the extent, so that it lies in the plane of no triangle of a
+/// times irregular fractions of the extent, so that it is not in the plane of any triangle of a
 /// symmetric surface. A cell in such a plane would have no volume.
 inline Point3 coneApex(const Bounds3& bounds, double offCentre) {
   const Point3 fractions(0.0137, 0.0291, 0.0173);

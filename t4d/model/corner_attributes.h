@@ -4,10 +4,11 @@
 
 namespace t4d::model {
 
-/// The end of the name of an attribute of triangles, or of the cells that a triangle sweeps, that
-/// has what an attribute of vertices has at the three corners of the triangle, one after the other:
-/// "color:corners" has three times the components of "color". Cells share it in all steps of a
-/// sweep, as they share their connectivity, which vertices of layers cannot.
+/// The suffix of the names of corner attributes. A corner attribute belongs to triangles, or to the
+/// cells that a triangle sweeps, and has the values of a vertex attribute at the three corners of
+/// the triangle, in order: "color:corners" has three times the components of "color". All steps of
+/// a sweep share corner attributes, since they share their connectivity; attributes of layer
+/// vertices could not be shared.
 inline constexpr std::string_view kCornersOf = ":corners";
 
 }  // namespace t4d::model

@@ -23,7 +23,7 @@ enum class ErrorCode {
 /// its own wording for these.
 enum class Remedy : std::uint8_t {
   None,
-  OtherFormat,  ///< the file is of another format than the one read
+  OtherFormat,  ///< read the file as another format
   IsoValue,     ///< give an iso value: the grids hold densities
   FrameTime,    ///< give the time between frames: the grids have none
   GridName,     ///< choose a grid by its name: there are several
@@ -47,7 +47,7 @@ struct Error {
   ErrorCode code = ErrorCode::Failed;
   /// What was found, what was expected, and what to do.
   std::string message = {};
-  /// Where: a file, with line or byte offset; a slab; an element. Empty if the caller knows.
+  /// The place: a file, with line or byte offset; a slab; an element. Empty if the caller knows it.
   std::string where = {};
   /// Byte offset in the file, if there is one.
   std::optional<std::uint64_t> offset = {};
@@ -57,7 +57,7 @@ struct Error {
   std::string text() const { return where.empty() ? message : where + ": " + message; }
 };
 
-/// A value or an Error: a tl::expected that the compiler warns about where it is ignored.
+/// A value or an Error: a tl::expected with a compiler warning if it is ignored.
 template <class T>
 class [[nodiscard]] Result : public tl::expected<T, Error> {
  public:
@@ -65,7 +65,7 @@ class [[nodiscard]] Result : public tl::expected<T, Error> {
   Result(tl::expected<T, Error> other) : tl::expected<T, Error>(std::move(other)) {}
   Result() = default;
   Result(const Result&) = default;
-  /// Of a variable: if T is bool, it would otherwise be a value made of the Result.
+  /// Copies a variable. Without this, a Result<bool> would be converted to its value.
   Result(Result& other) : Result(std::as_const(other)) {}
   Result(Result&&) = default;
   Result& operator=(const Result&) = default;
@@ -74,7 +74,7 @@ class [[nodiscard]] Result : public tl::expected<T, Error> {
 
 }  // namespace t4d
 
-/// So that and_then takes functions that return a Result.
+/// Lets and_then take functions that return a Result.
 template <class T>
 struct tl::detail::is_expected_impl<t4d::Result<T>> : std::true_type {};
 

@@ -13,17 +13,17 @@ namespace t4d::model {
 
 /// A sum of products of up to four factors, exact for all finite doubles: a fixed-point number with
 /// a bit for every power of two that such a product can have (Kulisch). Does not depend on the
-/// order of what is added.
+/// order of the summands.
 class ExactSum {
  public:
-  /// A factor: the sum of a few doubles, exactly.
+  /// A factor: the exact sum of a few doubles.
   class Factor {
    public:
     Factor() = default;
     explicit Factor(double value) { add(value); }
     static Factor difference(double a, double b);
 
-    /// At most twelve doubles other than 0 in all.
+    /// At most twelve nonzero doubles per factor.
     void add(double value) {
       if (value != 0) parts_[count_++] = value;
     }
@@ -52,12 +52,12 @@ class ExactSum {
   void addProduct(std::span<const double> factors, bool subtract);
   void carry();
 
-  // Digits of 32 bits, the lowest first, each with room for 2^30 digits that are added to it. The
-  // lowest bit is that of the product of four times the smallest double.
+  // Digits of 32 bits, the lowest first. Each has room for the sum of 2^30 digits. The lowest bit
+  // is that of the product of four times the smallest double.
   static constexpr int kLowestExponent = 4 * -1074;
   static constexpr std::size_t kDigits = (4 * (1074 + 1024) + 64) / 32 + 2;
   std::array<std::int64_t, kDigits> digits_{};
-  std::uint32_t added_ = 0;  // since the digits were carried
+  std::uint32_t added_ = 0;  // summands since the last carry
   bool finite_ = true;
 };
 

@@ -7,8 +7,7 @@
 #include "t4d/model/slab.h"
 
 /// Facets are the triangles of the cells. In a closed, oriented mesh each has two cells, on
-/// opposite sides. This depends on the connectivity alone, so slabs that share one are checked
-/// once.
+/// opposite sides. This depends only on the connectivity, so slabs that share one are checked once.
 namespace t4d::model {
 
 /// Three vertices in increasing order, and whether sorting them took an even permutation.
@@ -36,19 +35,20 @@ struct Facet {
 
 /// The facets of one slab that are not matched within it.
 struct FacetTopology {
-  /// Outside the layers and without exactly one cell on each side: errors in the mesh.
+  /// Facets outside the layers without exactly one cell on each side: errors in the mesh.
   std::vector<Facet> unmatched;
-  /// All vertices lie in one layer; in increasing order, matched or not, since the neighbouring
-  /// slab may have cells there too. Vertices are numbered from the first of the layer.
+  /// Facets with all vertices in one layer, in increasing order. They may be matched or not, since
+  /// the neighbouring slab may have cells there too. Vertices are numbered from the first of the
+  /// layer.
   std::vector<Facet> lower;
   std::vector<Facet> upper;
 };
 
 FacetTopology facetTopology(const Connectivity& connectivity);
 
-/// The same in several parts, each with the facets whose smallest vertex lies in one range: in the
-/// order of the parts they are those of facetTopology. Parts can be made at the same time. A part
-/// takes 16 bytes for each of its facets, all of them together 64 bytes a cell.
+/// facetTopology in several parts, which can be computed concurrently. Each part has the facets
+/// whose smallest vertex is in one range; in the order of the parts they are those of
+/// facetTopology. A part takes 16 bytes per facet; all parts together take 64 bytes per cell.
 class FacetParts {
  public:
   explicit FacetParts(const Connectivity& connectivity);
@@ -58,19 +58,20 @@ class FacetParts {
 
  private:
   struct Run {
-    std::uint32_t lowest;  // of the smallest vertices of the facets of some cells
+    std::uint32_t
+        lowest;  // smallest vertex of a facet of some cells; `highest`: the largest of these
     std::uint32_t highest;
   };
 
   const Connectivity& connectivity_;
-  std::vector<std::uint32_t> begin_;   // of the range of each part, and where the last ends
-  std::vector<std::uint64_t> facets_;  // with this smallest vertex
+  std::vector<std::uint32_t> begin_;   // start of the range of each part, and the end of the last
+  std::vector<std::uint64_t> facets_;  // by smallest vertex
   std::vector<Run> runs_;
 };
 
 /// The facets of a seam that do not have exactly one cell on each side, given the upper facets of
-/// the slab before and the lower facets of the slab after. Facet::cell is a cell of the slab before
-/// or, if only the slab after has the facet, a cell of that slab.
+/// the slab before it and the lower facets of the slab after it. Facet::cell is a cell of the slab
+/// before or, if only the slab after has the facet, of that slab.
 std::vector<Facet> unmatchedAtSeam(const std::vector<Facet>& before,
                                    const std::vector<Facet>& after);
 

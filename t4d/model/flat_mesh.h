@@ -18,8 +18,8 @@ struct FlatMesh {
 
 /// Joins all slabs of a mesh. The layer between two slabs appears once. Attributes are dropped.
 ///
-/// Fails when the source does, when a lower layer differs from the upper layer of the slab before,
-/// and when the mesh has more than 2^32 - 1 vertices.
+/// Fails if the source does, if a lower layer differs from the upper layer of the previous slab, or
+/// if the mesh has more than 2^32 - 1 vertices.
 Result<FlatMesh> flatten(const Source& source, const Progress& progress = {});
 
 }  // namespace t4d::model

@@ -8,8 +8,8 @@
 
 namespace t4d::model {
 
-/// A slab whose means are not computed, for those who need few of them. It has no attributes of
-/// vertices.
+/// A slab whose means are not computed, for callers that need few of them. It has no vertex
+/// attributes.
 struct LayeredSlab {
   using Layer = std::shared_ptr<const std::vector<Point4>>;
 
@@ -20,7 +20,7 @@ struct LayeredSlab {
   Layer upper;
   std::vector<Attribute> cellAttributes;  ///< of this slab alone
 
-  /// Vertex `number` of the slab; a mean as setMeans computes it.
+  /// Vertex `number` of the slab. Means are computed like those of setMeans.
   Point4 vertex(std::uint32_t number) const {
     const Connectivity& counts = *connectivity;
     if (number < counts.lowerCount) return (*lower)[number];

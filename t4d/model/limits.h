@@ -4,10 +4,10 @@
 /// neither infinite nor zero (docs/limits.md).
 namespace t4d::model {
 
-/// Of a coordinate or a time, in magnitude.
+/// The largest magnitude of a coordinate or a time.
 inline constexpr double kLargestCoordinate = 1e70;
 
-/// Of a solid along each axis.
+/// The smallest extent of a solid along each axis.
 inline constexpr double kSmallestExtent = 1e-70;
 
 }  // namespace t4d::model

@@ -53,25 +53,26 @@ struct Segment {
   Pose at(double fraction) const;
 };
 
-/// Two poses that are half a turn apart, up to the rounding of tables: the turn the other way round
-/// is as short, so they do not tell its direction.
+/// Two poses that are half a turn apart, up to the rounding of tables. Both ways round are equally
+/// short, so the poses do not determine the direction of the turn.
 struct HalfTurn {
   std::size_t pose = 0;  ///< the first of the two, counted from 0
   TimeSpan time;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of the turn taken, which is right-handed
-  std::string between;  ///< the two poses as their file counts them, "lines 3 and 4"
+  std::string between;  ///< the two poses in the numbering of their file, "lines 3 and 4"
 };
 
-/// Rotations from this angle on are half turns. Quaternions of three decimals are that far off.
+/// Rotations by at least this angle count as half turns. Quaternions with three decimals are off by
+/// as much.
 inline constexpr double kHalfTurnDegrees = 179.8;
 
-/// A sentence for the user about turns whose direction is not told; empty if there are none.
+/// A sentence for the user about turns whose direction is unknown; empty if there are none.
 std::string noticeOfHalfTurns(std::span<const HalfTurn> turns);
 
 /// A rigid motion: a sequence of screws without gaps.
 struct Motion {
   std::vector<Segment> segments;    ///< at least one
-  std::vector<HalfTurn> halfTurns;  ///< of poses; segments say how they turn
+  std::vector<HalfTurn> halfTurns;  ///< between poses; the segments have the directions taken
   std::string lengthUnit;           ///< "" if unknown
   std::string timeUnit;
 
@@ -92,8 +93,9 @@ struct ScrewRun {
 };
 
 /// Chains screws starting at `startTime`; the first starts with the input mesh unmoved. Times are
-/// exact sums of decimals (times.h). Fails for no run, a duration that is not positive or too short
-/// to represent, a rotation about an axis of length zero, and numbers that are not finite.
+/// exact sums of decimals (times.h). Fails if there are no runs, and for a duration that is not
+/// positive or too short to represent, a rotation about an axis of length zero, and numbers that
+/// are not finite.
 Result<Motion> chainScrews(double startTime, std::span<const ScrewRun> runs);
 
 /// A placement at a time: p -> quaternion p quaternion^-1 + position.

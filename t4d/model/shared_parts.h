@@ -11,8 +11,9 @@
 
 namespace t4d::model {
 
-/// What several slabs share, by keys. Each is made by the thread that needs it first, while others
-/// wait. It is known while somebody has it, and the one that was asked for last a little longer.
+/// Parts that several slabs share, by keys. A part is made by the thread that needs it first, while
+/// others wait. It is kept while somebody holds a pointer to it; the part requested last is kept
+/// longer.
 template <class Key, class Part>
 class SharedParts {
  public:
@@ -24,7 +25,7 @@ class SharedParts {
     const std::shared_ptr<Entry> entry = entryAt(key);
     const std::scoped_lock lock(entry->mutex);
     if (!entry->made) {
-      // A thread that waits here must not begin a slab, which could need the same part.
+      // A thread that waits here must not start on another slab, which could need the same part.
       auto made = tbb::this_task_arena::isolate(make);
       if (!made) return pass(made.error());
       entry->part = std::move(*made);
@@ -33,7 +34,7 @@ class SharedParts {
     return Pointer(entry, &entry->part);
   }
 
-  /// The part that was asked for last, if it is this one and complete.
+  /// The part requested last, if it has this key and is complete.
   Pointer last(Key key) const {
     std::shared_ptr<Entry> entry;
     {
@@ -55,7 +56,7 @@ class SharedParts {
   std::shared_ptr<Entry> entryAt(Key key) {
     const std::scoped_lock lock(mutex_);
     if (last_ && lastKey_ == key) return last_;
-    last_.reset();  // avoids two in memory while the next is made
+    last_.reset();  // avoids two parts in memory while the next is made
     std::erase_if(known_, [](const auto& known) { return known.second.expired(); });
     std::weak_ptr<Entry>& known = known_[key];
     std::shared_ptr<Entry> entry = known.lock();

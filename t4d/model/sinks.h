@@ -17,7 +17,7 @@ class NullSink : public Sink {
   Result<void> putStreamed(const StreamedSlab& /*slab*/) override { return {}; }
 };
 
-/// Notes the names of the attributes of all slabs, and passes the slabs on.
+/// Collects the names of the attributes of all slabs, and passes the slabs on.
 class AttributeNames : public Sink {
  public:
   /// The sink must outlive this one.
@@ -41,7 +41,7 @@ class AttributeNames : public Sink {
   std::set<std::string> names_;
 };
 
-/// Hands each slab to several sinks, in the order given. The first error ends the stream.
+/// Passes each slab to several sinks, in the order given. The first error ends the stream.
 class Tee : public Sink {
  public:
   /// The sinks must outlive the tee.

@@ -33,10 +33,10 @@ namespace t4d::model {
 /// mesh, det[n, b-a, c-a, d-a] > 0.
 using Cell = std::array<std::uint32_t, 4>;
 
-/// Vertices that are the arithmetic mean of others. The sources of mean i are
-/// `sources[offsets[i]] .. sources[offsets[i + 1]]`; its four coordinates are the sum of the
-/// sources in this order, in double precision, divided by their number. `offsets` is empty (no
-/// means) or has one more entry than there are means.
+/// Vertices that are the arithmetic means of others. The sources of mean i are `sources[offsets[i]]
+/// .. sources[offsets[i + 1]]`; its four coordinates are the sum of the sources in this order, in
+/// double precision, divided by their number. `offsets` is empty (no means) or has one more entry
+/// than there are means.
 struct Means {
   std::vector<std::uint32_t> offsets = {};
   std::vector<std::uint32_t> sources = {};
@@ -48,7 +48,8 @@ struct Means {
   friend bool operator==(const Means&, const Means&) = default;
 };
 
-/// How many vertices a slab has. They are ordered: lower layer, interior, upper layer.
+/// The numbers of vertices of a slab. A layer is the vertices at the first or the last time of a
+/// slab. The order of vertices is: lower layer, interior, upper layer.
 struct VertexCounts {
   std::uint32_t vertexCount = 0;
   std::uint32_t lowerCount = 0;
@@ -60,12 +61,12 @@ struct VertexCounts {
 };
 
 /// Everything in a slab except positions. Slabs with the same connectivity share one object, so
-/// results that depend on the connectivity alone can be computed once.
+/// results that depend only on the connectivity can be computed once.
 struct Connectivity : VertexCounts {
   std::vector<Cell> cells = {};
-  /// The last of the interior are means of vertices that are not means themselves.
+  /// The last interior vertices are means. Their sources are not means themselves.
   Means means = {};
-  /// Attributes of domain Cell that all slabs with this connectivity have.
+  /// Attributes of domain Cell, shared by all slabs with this connectivity.
   std::vector<Attribute> cellAttributes = {};
 
   std::uint32_t firstMean() const { return firstUpper() - means.size(); }
@@ -96,7 +97,8 @@ struct Slab {
   /// Attributes of this slab alone, per vertex or per cell. Slabs that share a layer have the same
   /// values there, and setMeans computes those of means.
   std::vector<Attribute> attributes = {};
-  /// How the upper layer has been made, if that is known. Only a hint: the vertices count.
+  /// How the upper layer was made, if known. Only a hint: if the two differ, the vertices are
+  /// right.
   std::shared_ptr<const LayerPose> upperPose = nullptr;
 
   std::span<const Point4> lowerLayer() const {
@@ -116,9 +118,9 @@ Result<void> checkVertices(std::span<const Point4> vertices, const VertexCounts&
 /// function, so a mean has the same bits wherever it is computed.
 void setMeans(const Connectivity& connectivity, std::span<Point4> vertices);
 
-/// Computes the rows of means of a vertex attribute whose other rows are set. Floating-point
-/// numbers are means as those of positions, in double precision, rounded to the type of the
-/// attribute; NaN is the quiet one without sign and payload. Integers are those of the first
+/// Computes the rows for means of a vertex attribute whose other rows are set. Floating-point
+/// numbers are averaged like positions, in double precision, and rounded to the type of the
+/// attribute; a NaN is the quiet NaN without sign and payload. Integers are copied from the first
 /// source.
 void setMeans(const Connectivity& connectivity, Attribute& attribute);
 
@@ -136,16 +138,18 @@ class Sink {
   virtual ~Sink() = default;
   virtual Result<void> put(const Slab& slab) = 0;
 
-  /// What a sink works out of a slab alone, without those before it.
+  /// What a sink computes from a slab alone, without earlier slabs.
   struct Prepared {
     virtual ~Prepared() = default;
   };
-  /// Called for several slabs at once, in any order. Null where `put` has all the work.
+  /// Computes what putPrepared needs. Called for several slabs at once, in any order. Null if `put`
+  /// does all the work.
   virtual std::unique_ptr<Prepared> prepare(const Slab& /*slab*/) const { return nullptr; }
-  /// As `put`, with what `prepare` returned for this slab.
+  /// Takes a slab like `put`, with the result of `prepare` for this slab.
   virtual Result<void> putPrepared(const Slab& slab, Prepared* /*prepared*/) { return put(slab); }
 
-  /// Takes a slab that is made piece by piece. Unless overridden, puts it whole.
+  /// Takes a slab that is made piece by piece. Unless overridden, assembles the slab and calls
+  /// `put`.
   virtual Result<void> putStreamed(const StreamedSlab& slab);
 };
 
@@ -154,23 +158,23 @@ class Source {
  public:
   virtual ~Source() = default;
   virtual std::size_t slabCount() const = 0;
-  /// Does not read the slab.
+  /// The first and last time of a slab; does not read the slab.
   virtual TimeSpan timeSpan(std::size_t index) const = 0;
   /// The bounds of the slab's vertices, if they are known without reading it.
   virtual std::optional<Bounds3> bounds(std::size_t /*index*/) const { return std::nullopt; }
-  /// How many cells the slab has, if that is known without reading it.
+  /// The number of cells of the slab, if it is known without reading it.
   virtual std::optional<std::uint64_t> cellCount(std::size_t /*index*/) const {
     return std::nullopt;
   }
   /// The slab is valid while the caller holds it and the source exists. A caller that releases each
   /// slab before requesting the next has one in memory at a time.
   virtual Result<std::shared_ptr<const Slab>> slab(std::size_t index) const = 0;
-  /// The same slab block by block; null if the source does not offer that for this slab. Valid as
-  /// long as the source.
+  /// The slab block by block; null if the source does not offer that for this slab. Valid as long
+  /// as the source.
   virtual Result<std::shared_ptr<const SlabBlocks>> blocks(std::size_t /*index*/) const {
     return std::shared_ptr<const SlabBlocks>();
   }
-  /// The same slab without its means; null if the source does not offer that for this slab.
+  /// The slab without its means; null if the source does not offer that for this slab.
   virtual Result<std::shared_ptr<const LayeredSlab>> layered(std::size_t /*index*/) const {
     return std::shared_ptr<const LayeredSlab>();
   }

@@ -19,12 +19,13 @@ struct VertexRange {
 
 /// Some cells of a slab, and the vertices that they need.
 struct CellBlock {
-  /// Of the lower layer, the interior, and the upper layer; without gaps, but not all are needed.
+  /// Ranges in the lower layer, the interior, and the upper layer. They have no gaps, so some
+  /// vertices may not be needed.
   std::array<VertexRange, 3> ranges;
-  std::vector<Point4> vertices;  ///< those of the ranges, one after another
-  std::vector<Cell> cells;       ///< of numbers in `vertices`
+  std::vector<Point4> vertices;  ///< of the ranges, in order
+  std::vector<Cell> cells;       ///< as indices into `vertices`
 
-  /// The number in the slab of a vertex of the block.
+  /// The number that a vertex of the block has in the slab.
   std::uint32_t numberInSlab(std::uint32_t vertex) const {
     for (const VertexRange& range : ranges) {
       if (vertex < range.size()) return range.begin + vertex;
@@ -34,8 +35,8 @@ struct CellBlock {
   }
 };
 
-/// A slab that is read block by block, so that it need not be in memory whole. It has neither means
-/// nor attributes.
+/// A slab that is read block by block, so that the whole slab need not be in memory. It has neither
+/// means nor attributes.
 class SlabBlocks : public VertexCounts {
  public:
   virtual ~SlabBlocks() = default;
@@ -43,10 +44,10 @@ class SlabBlocks : public VertexCounts {
   TimeSpan time;
 
   virtual std::size_t blockCount() const = 0;
-  /// Of the vertices of a block's cells.
+  /// The bounds of the vertices of a block's cells.
   virtual const Bounds4& bounds(std::size_t block) const = 0;
-  /// Called by several threads at once. Fails if the block is not what bounds() and the counts of
-  /// vertices say, and if checkCells or checkVertices does.
+  /// Called by several threads at once. Fails if the block contradicts bounds() or the counts of
+  /// vertices, or if checkCells or checkVertices fails.
   virtual Result<CellBlock> read(std::size_t block) const = 0;
 };
 

@@ -12,8 +12,8 @@ namespace t4d::model {
 /// non-manifold vertex, where several fans of triangles touch. Does not look for
 /// self-intersections.
 ///
-/// The message gives the number of all edges of that kind, which shows how far from closed the mesh
-/// is.
+/// The message gives the total number of edges of that kind, which shows how far from closed the
+/// mesh is.
 Result<void> checkClosedSurface(const TriangleMesh& mesh);
 
 }  // namespace t4d::model

@@ -6,10 +6,10 @@
 
 /// Times of layers, frames and slices, computed to equal the decimal numbers that people type.
 ///
-/// A double stands for the shortest decimal number that reads back as it, for instance 0.7.
-/// Multiples are computed exactly for these decimal numbers and rounded once: the third step of 0.7
-/// from 0 ends at 2.1, while 3 * 0.7 in doubles is 2.0999999999999996. If the exact numbers need
-/// more than 128 bits, plain double arithmetic is used.
+/// A double means the shortest decimal number that reads back as it, for instance 0.7. Multiples
+/// are computed exactly for these decimal numbers and rounded once: the third step of 0.7 from 0
+/// ends at 2.1, while 3 * 0.7 in doubles is 2.0999999999999996. If the exact numbers need more than
+/// 128 bits, plain double arithmetic is used.
 namespace t4d::model {
 
 class Source;
@@ -36,10 +36,11 @@ std::vector<double> evenTimes(const TimeSpan& span, std::uint64_t count);
 inline constexpr int kSameTimeUlps = 4;
 
 /// The time of a mesh that `time` refers to: the nearest end or layer within kSameTimeUlps,
-/// otherwise `time` itself; nothing if it lies outside the mesh, or the mesh has no slab.
+/// otherwise `time` itself; nothing if it is outside the mesh, or the mesh has no slab.
 std::optional<double> timeWithin(const Source& source, double time);
 
-/// The same, considering the two ends only.
+/// The time that `time` refers to in a mesh that lasts for `span`: the nearest end within
+/// kSameTimeUlps, otherwise `time` itself; nothing if it is outside the span.
 std::optional<double> timeWithin(const TimeSpan& span, double time);
 
 }  // namespace t4d::model

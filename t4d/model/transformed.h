@@ -21,16 +21,17 @@ struct Transform {
   Point4 operator()(const Point4& point) const;
   double time(double t) const { return timeScale * t + timeShift; }
   bool mirrors() const;
-  /// Whether A is singular, or so nearly that a solid would be flat up to rounding.
+  /// Whether A is singular, or so nearly singular that a solid would become flat up to rounding.
   bool flattens() const;
 };
 
-/// Maps all vertices. Where space is mirrored, the last two vertices of each cell are exchanged, so
-/// that the mesh stays outward. Layers that are a reference moved (Slab::upperPose) stay that.
-/// Attributes are mapped by their meanings (mapValues); those that cannot follow are left out.
+/// Maps all vertices. If space is mirrored, the last two vertices of each cell are exchanged, so
+/// that the mesh still faces outward. Layers that are poses of a reference (Slab::upperPose) remain
+/// such. Attributes are mapped by their meanings (mapValues); those that cannot be mapped are left
+/// out.
 ///
-/// `put` and `putStreamed` fail if two times become one, `put` also if a value of an attribute
-/// becomes infinite or vanishes.
+/// `put` and `putStreamed` fail if two different times become equal, `put` also if a value of an
+/// attribute overflows or underflows.
 class Transformed : public Sink {
  public:
   /// `into` must outlive this sink. The determinant of A is not zero.
@@ -40,7 +41,7 @@ class Transformed : public Sink {
   Result<void> put(const Slab& slab) override;
   Result<void> putStreamed(const StreamedSlab& slab) override;
 
-  /// Why attributes were left out, by their names.
+  /// The names of attributes that were left out, with the reasons.
   const std::map<std::string, std::string>& lostAttributes() const { return lost_; }
 
  private:
@@ -56,13 +57,13 @@ class Transformed : public Sink {
   AttributeMeanings meanings_;
   std::map<std::string, std::string> lost_;
   bool mirrors_;
-  // The last connectivity and its image, which slabs share as they shared the first.
+  // The last connectivity and its image, which the mapped slabs share.
   std::shared_ptr<const Connectivity> given_;
   std::shared_ptr<const Connectivity> mapped_;
-  // The same of the reference of posed layers.
+  // The last reference of posed layers and its image.
   std::shared_ptr<const std::vector<Point3>> givenReference_;
   std::shared_ptr<const std::vector<Point3>> movedReference_;
-  // The upper layer of the last slab, if it was posed: as given, and as it was put.
+  // The upper layer of the last slab, if it was posed: before and after mapping.
   std::vector<Point4> givenUpper_;
   std::vector<Point4> movedUpper_;
 };

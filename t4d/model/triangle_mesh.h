@@ -23,7 +23,7 @@ struct TriangleMesh {
 
 Bounds3 boundsOf(const TriangleMesh& mesh);
 
-/// Volume enclosed by a closed mesh, positive if its triangles face outward. Summed about the
+/// The volume that a closed mesh encloses, positive if its triangles face outward. Summed about the
 /// centre of the bounds, so that a mesh far from the origin loses no precision.
 double signedVolume(const TriangleMesh& mesh);
 

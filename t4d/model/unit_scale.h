@@ -6,35 +6,35 @@
 #include "t4d/model/slab.h"
 #include "t4d/model/triangle_mesh.h"
 
-/// Products and squares of coordinates leave the range of doubles beyond some 1e50 and below
-/// 1e-50. What computes with them scales its input to a size of about 1, and its results back.
+/// Products and squares of coordinates leave the range of doubles beyond some 1e50 and below 1e-50.
+/// Code that computes them scales its input to a size of about 1, and its results back.
 namespace t4d::model {
 
-/// Multiplication of lengths by a power of two, which is exact for all that is not smaller by a
-/// factor of 1e250 than the largest. Coordinates of ordinary size stay as they are.
+/// Multiplication of lengths by a power of two, which is exact for all values except those smaller
+/// than the largest by a factor of 1e250. Coordinates of ordinary size are not changed.
 class UnitScale {
  public:
-  UnitScale() = default;  ///< leaves all as it is
-  /// `size` is about that of the largest coordinate.
+  UnitScale() = default;  ///< scales by 1
+  /// `size` is about the magnitude of the largest coordinate.
   explicit UnitScale(double size);
   static UnitScale of(std::initializer_list<const TriangleMesh*> meshes);
   static UnitScale of(const Bounds3& bounds);
 
   bool changes() const { return exponent_ != 0; }
-  /// Lengths, areas (power 2) and volumes (power 3) in the small unit, and back. Infinite or 0
-  /// where a result is beyond the range of doubles.
+  /// Lengths, areas (power 2) and volumes (power 3) in the small unit, and back. Infinite or 0 if a
+  /// result is beyond the range of doubles.
   double toUnit(double value, int power = 1) const;
   double fromUnit(double value, int power = 1) const;
   Point3 toUnit(const Point3& point) const;
   Point3 fromUnit(const Point3& point) const;
-  /// Without attributes.
+  /// The mesh in these units, without attributes.
   TriangleMesh toUnit(const TriangleMesh& mesh) const;
 
  private:
-  int exponent_ = 0;  // of two: the size
+  int exponent_ = 0;  // the size is about 2^exponent
 };
 
-/// A 4D mesh in such units of space and of time. Attributes stay as they are.
+/// A 4D mesh with space and time scaled by UnitScale. Attributes are not changed.
 class UnitSource : public Source {
  public:
   /// `source` must outlive this view.
@@ -54,8 +54,8 @@ class UnitSource : public Source {
   UnitScale time_;
 };
 
-/// The scale of the first slab of some sources in which something lasts: those after it are not
-/// larger or smaller by a factor that matters. Fails if a source does.
+/// The scale for the first slab with a duration in any of the sources. Later slabs are not larger
+/// or smaller by a factor that matters. Fails if a source does.
 Result<UnitScale> spaceScaleOf(std::span<const Source* const> sources);
 UnitScale timeScaleOf(std::span<const Source* const> sources);
 

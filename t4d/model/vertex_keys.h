@@ -13,21 +13,21 @@
 
 namespace t4d::model {
 
-/// Where the vertices of a triangle mesh are at a sequence of times, the keys. Between two keys
-/// every vertex moves straight and at a constant speed.
+/// The positions of the vertices of a triangle mesh at a sequence of times, the keys. Between two
+/// keys every vertex moves along a straight line at constant speed.
 class VertexKeys {
  public:
   virtual ~VertexKeys() = default;
 
-  /// At least two.
+  /// The number of keys, at least two.
   virtual std::uint64_t count() const = 0;
-  /// Increases from key to key.
+  /// The time of a key; increases from key to key.
   virtual double time(std::uint64_t key) const = 0;
-  /// The affine map that takes the vertices of the mesh to their places at this key; nothing if
-  /// they are deformed in another way. A 4D mesh is stored in less space where there is one.
+  /// The affine map that takes the vertices of the mesh to their positions at this key; nothing if
+  /// there is none. With such maps a 4D mesh takes less space in a file.
   virtual std::optional<Affine3x4> pose(std::uint64_t /*key*/) const { return std::nullopt; }
-  /// The places of all vertices at this key, in the order of the mesh; where there is a pose,
-  /// those that `posed` gives. Keys may be asked for in any order; ascending is the fastest.
+  /// The positions of all vertices at this key, in the order of the mesh. If there is a pose, they
+  /// are those of `posed`. Keys may be requested in any order; ascending order is the fastest.
   virtual Result<void> positions(std::uint64_t key, std::span<Point3> into) const = 0;
 };
 

@@ -11,14 +11,15 @@
 
 namespace t4d::slice {
 
-/// Where a vertex lies with respect to a hyperplane. One on it counts as above or as not above.
+/// The position of a vertex relative to a hyperplane. A vertex on it counts as above or as not
+/// above.
 struct Side {
   static constexpr std::uint8_t kAbove = 1;
   static constexpr std::uint8_t kOn = 2;
 };
 
-/// What a hyperplane cuts of a slab, by marching tetrahedra: a surface without coordinates. It
-/// depends only on the cells and on the sides of their vertices.
+/// The section of a slab by a hyperplane, found by marching tetrahedra: a surface without
+/// coordinates. It depends only on the cells and on the sides of their vertices.
 struct Cut {
   /// A point of the cut: on the edge between two vertices of the slab, one of which is above, or at
   /// a single vertex (both equal).
@@ -27,20 +28,20 @@ struct Cut {
     std::uint32_t above;
     bool operator==(const Point&) const = default;
   };
-  std::vector<Point> points;  ///< each once; in the order of the slab if all are vertices
+  std::vector<Point> points;  ///< without duplicates; in the order of the slab if all are vertices
   /// Corners are points. They face away from the solid in axes e1, e2, e3 of the hyperplane if
   /// (e1, e2, e3, normal) is oriented like (x, y, z, t).
   std::vector<model::Triangle> triangles;
   std::vector<std::uint32_t> cells;  ///< for each triangle, the cell that it was cut from
 };
 
-/// Numbers points in the order in which they are first asked for. Each vertex has a chain of the
-/// points on edges to vertices above it, whose entries are close together in memory because the
-/// cells are. A chain that would be longer than a few dozen, as at the apex of a cone, goes on in a
-/// hash table. Most points were asked for shortly before: those are looked at first.
+/// Numbers points in the order of the first request for each. Each vertex has a chain of the points
+/// on edges to vertices above it, whose entries are close together in memory because the cells are.
+/// A chain that would be longer than a few dozen, as at the apex of a cone, continues in a hash
+/// table. Most points were requested shortly before, so recent ones are tried first.
 class PointNumbers {
  public:
-  /// Appends new points to `points`, which must outlive it.
+  /// Appends new points to `points`, which must outlive this object.
   PointNumbers(std::size_t vertexCount, std::vector<Cut::Point>& points)
       : first_(vertexCount, kNone), points_(points) {}
 
@@ -80,7 +81,7 @@ std::vector<std::uint32_t> numberAsInSlab(Cut& cut);
 /// points are the same vertex are dropped, and so are points that no triangle has.
 class CellCutter {
  public:
-  /// `sides` has a value for each vertex; those of the vertices of cells that are cut count.
+  /// `sides` has a value for each vertex; only those of vertices of cells that are cut are used.
   CellCutter(std::span<const model::Cell> cells, std::span<const std::uint8_t> sides)
       : cells_(cells), sides_(sides), numbers_(sides.size(), cut_.points) {}
   CellCutter(const CellCutter&) = delete;
@@ -102,7 +103,7 @@ class CellCutter {
   PointNumbers numbers_;
 };
 
-/// All cells.
+/// The cut of all these cells.
 Cut cutOf(std::span<const model::Cell> cells, std::span<const std::uint8_t> sides);
 
 }  // namespace t4d::slice

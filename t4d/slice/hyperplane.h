@@ -14,12 +14,12 @@ struct Hyperplane {
   double offset = 0;
 
   static Hyperplane atTime(double time) { return {Eigen::Vector4d::UnitW(), time}; }
-  /// Axis 0 to 3 for x, y, z, t.
+  /// The hyperplane where the coordinate of an axis (0 to 3 for x, y, z, t) is `value`.
   static Hyperplane across(int axis, double value) { return {Eigen::Vector4d::Unit(axis), value}; }
 };
 
 /// normal . point, summed in the order x, y, z, t without fused operations, as SPEC.md, section
-/// "Slicing", prescribes: which points are on a hyperplane does not depend on the program.
+/// "Slicing", prescribes, so that all programs agree on which points are on a hyperplane.
 inline double along(const Eigen::Vector4d& normal, const model::Point4& point) {
   return normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2] + normal[3] * point[3];
 }
@@ -42,8 +42,8 @@ HyperplaneBasis basisOf(const Hyperplane& hyperplane);
 /// the offset is too large for the normal.
 Result<void> checkHyperplane(const Hyperplane& hyperplane);
 
-/// The same hyperplane with the largest coordinate of the normal in [1, 2): both are multiplied by
-/// a power of two, which rounds nothing. Unchanged if checkHyperplane refuses it.
+/// An equal hyperplane whose normal has its largest coordinate in [1, 2). Normal and offset are
+/// multiplied by a power of two, which is exact. Unchanged if checkHyperplane refuses it.
 Hyperplane scaledHyperplane(const Hyperplane& hyperplane);
 
 }  // namespace t4d::slice

@@ -9,10 +9,10 @@ namespace t4d::slice {
 
 /// Where to slice a mesh at a time.
 struct SlabAtTime {
-  double time = 0;  ///< what is meant by the time that was given (model::timeWithin)
-  /// At the last time of the mesh, where the slice is the limit from earlier times.
+  double time = 0;  ///< the time that the given one refers to (model::timeWithin)
+  /// True at the last time of the mesh, where the slice is the limit from earlier times.
   bool atEnd = false;
-  /// The slab that the slice is cut from; none in a gap between runs of slabs, where it is empty.
+  /// The slab to slice; nothing in a gap between runs of slabs, where the slice is empty.
   std::optional<std::size_t> slab;
 };
 

@@ -16,21 +16,22 @@
 
 namespace t4d::slice {
 
-/// A slab is counted in blocks of this size.
+/// Slice::blocksRead counts blocks of this many cells.
 inline constexpr std::uint64_t kBlockCells = 65536;
 
-/// What is cut of a slab.
+/// The section of a slab.
 struct CutSlab {
   model::VertexCounts counts;
   std::shared_ptr<const Cut> cut;
-  std::vector<model::Point3> positions;             // of each point of the cut
-  std::vector<double> fractions;                    // likewise, from below to above
+  std::vector<model::Point3> positions;  // of each point of the cut
+  std::vector<double> fractions;         // of each point on its edge, from below to above
   std::vector<const model::Attribute*> attributes;  // of the slab, unless it was cut by blocks
-  SurfaceMotion motion;                             // if it was asked for
+  SurfaceMotion motion;                             // if requested
   std::uint64_t blocksRead = 0;
 };
 
-/// A slab that has been read, whole or without its means, or can be by blocks: one of these.
+/// A slab to cut, in one of three forms: whole, readable by blocks, or without its means. The
+/// others are null.
 struct OpenSlab {
   std::shared_ptr<const model::Slab> slab;
   std::shared_ptr<const model::SlabBlocks> blocks;
@@ -38,9 +39,10 @@ struct OpenSlab {
 
   bool none() const { return !slab && !blocks && !layered; }
 };
-/// By blocks if the source offers them.
+/// Opens a slab: by blocks if the source offers them, otherwise whole.
 Result<OpenSlab> openSlab(const model::Source& source, std::size_t index);
-/// For a hyperplane that few cells meet: by blocks or without means if the source offers that.
+/// Opens a slab for a hyperplane that few cells meet: by blocks or without means if the source
+/// offers that.
 Result<OpenSlab> openPartly(const model::Source& source, std::size_t index);
 
 /// The cells of a connectivity in runs of kRunCells, the cells of a prism (the paper, section 4.1).
@@ -49,17 +51,17 @@ struct CellRuns {
   static constexpr std::size_t kSupport = 6;
 
   std::shared_ptr<const model::Connectivity> connectivity;
-  /// Of each run that has no more than these, the vertices that all others are means of; otherwise
-  /// kUnknown comes first.
+  /// For each run, the at most kSupport vertices of which all its other vertices are means. If
+  /// there are more, the first entry is kUnknown.
   static constexpr std::uint32_t kUnknown = ~0U;
   std::vector<std::array<std::uint32_t, kSupport>> supports;
 };
 
-/// Remembers what was cut last, which is often the same in the next slab or at the next time. Safe
-/// to use from several threads at once.
+/// Remembers the last cut, which is often the same in the next slab or at the next time. Safe to
+/// use from several threads at once.
 class CutMemory {
  public:
-  /// checkConnectivity, unless this connectivity was the last one that passed.
+  /// Calls checkConnectivity, unless this connectivity was the last one that passed.
   Result<void> check(const std::shared_ptr<const model::Connectivity>& connectivity);
   std::shared_ptr<const Cut> cut(const std::shared_ptr<const model::Connectivity>& connectivity,
                                  std::vector<std::uint8_t> sides);
@@ -81,23 +83,23 @@ class CutMemory {
 /// Cuts slabs by a hyperplane. Safe to use from several threads at once.
 class SlabCutter {
  public:
-  /// The motion is found of slabs that are whole or in blocks, and of a hyperplane at a time.
+  /// The motion is computed for slabs that are whole or in blocks, and for hyperplanes of constant
+  /// time.
   SlabCutter(const Hyperplane& hyperplane, OnHyperplane rule, std::shared_ptr<CutMemory> memory,
              WithMotion withMotion = WithMotion::No);
 
   const HyperplaneBasis& basis() const { return basis_; }
-  /// Whether the hyperplane cuts nothing within these bounds. As n.p is computed it never decreases
-  /// where it should increase, so this is exact.
+  /// Whether the hyperplane cuts nothing within these bounds. This is exact, since the rounded n.p
+  /// is monotonic in each coordinate.
   bool misses(const model::Bounds4& bounds) const;
 
   /// Fails as Slicer::put does.
   Result<CutSlab> cut(const model::Slab& slab) const;
   /// Reads and cuts the blocks that the hyperplane meets, on all threads.
   Result<CutSlab> cut(const model::SlabBlocks& blocks) const;
-  /// Looks at the means of a run of cells only where the hyperplane may separate its other
-  /// vertices.
+  /// Computes the means of a run of cells only if the hyperplane may separate its other vertices.
   Result<CutSlab> cut(const model::LayeredSlab& slab) const;
-  /// One of these. The slab must outlive what is cut of it.
+  /// Calls one of the functions above. The slab must outlive its section.
   Result<CutSlab> cut(const OpenSlab& open) const;
 
  private:

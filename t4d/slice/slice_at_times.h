@@ -9,7 +9,7 @@ namespace t4d::slice {
 
 /// The solid at each of `times`, which may be in any order. Result i is that of sliceAtTime for
 /// times[i], so a time outside the mesh is an error in that result only. Reads each slab at most
-/// once, and only those that a time falls into; keeps one slab in memory besides the slices.
+/// once, and only slabs that contain one of the times. One slab is in memory besides the slices.
 std::vector<Result<Slice>> sliceAtTimes(const model::Source& source, std::span<const double> times,
                                         const model::Progress& progress = {},
                                         WithMotion withMotion = WithMotion::No);

@@ -10,19 +10,19 @@
 
 namespace t4d::slice {
 
-/// Along the outward normal, as long as the area.
+/// The outward normal of a triangle, with the area as its length.
 model::Point3 areaVector(const model::TriangleMesh& mesh, const model::Triangle& triangle);
 
-/// SurfaceMotion::speeds of what was cut at a time of these cells.
+/// SurfaceMotion::speeds for a cut of these cells at a time.
 std::vector<double> speedsOf(const Cut& cut, std::span<const model::Cell> cells,
                              std::span<const model::Point4> vertices);
 
-/// The velocity of vertex i of both layers of a slab of prisms: on the segment from its place in
-/// the lower layer to that in the upper one.
+/// The velocity of vertex i of both layers of a slab of prisms, along the segment from its position
+/// in the lower layer to that in the upper layer.
 model::Point3 layerVelocity(const model::Slab& slab, std::uint32_t i);
 
-/// SurfaceMotion::velocities of what was cut of a slab of prisms. A mean moves as the mean of what
-/// it is made of, and a point of the cut as its edge has it at its fraction.
+/// SurfaceMotion::velocities for a cut of a slab of prisms. The velocity of a mean is the mean of
+/// those of its sources; that of a point of the cut is interpolated along its edge at its fraction.
 std::vector<model::Point3> velocitiesOf(const Cut& cut, std::span<const double> fractions,
                                         const model::Slab& slab);
 

@@ -12,20 +12,20 @@
 
 #include "t4d/model/error.h"
 
-/// Runs other programs, and reports how they end whatever they do.
+/// Runs other programs, and reports how they ended, whatever they do.
 namespace t4d::system {
 
 /// How long a program may take.
 struct TimeLimit {
   // NOLINTNEXTLINE(google-explicit-constructor): a number of seconds is a limit
   TimeLimit(double bySeconds = std::numeric_limits<double>::infinity()) : seconds(bySeconds) {}
-  /// `seconds` of processor time, however busy the machine is; ten times that by the clock, so that
-  /// a program that sleeps ends, too.
+  /// A limit of `seconds` of processor time, however busy the machine is, and of ten times that by
+  /// the clock, which ends programs that sleep.
   static TimeLimit ofProcessor(double seconds);
 
   double seconds;  ///< by the clock
-  /// Of the processor, by the program and the processes of its group. Not before as many seconds
-  /// have passed by the clock: a program may work with many threads.
+  /// Limit of processor time, of the program and the processes of its group. It takes effect only
+  /// after this many seconds by the clock, since a program may use many threads.
   double processorSeconds = std::numeric_limits<double>::infinity();
 };
 
@@ -34,7 +34,7 @@ struct RunOptions {
   std::size_t outputBytes = std::size_t{16} << 20;  ///< kept of each stream; the rest is dropped
   /// The program is killed when this becomes true.
   const std::atomic<bool>* stop = nullptr;
-  /// False: it writes to the standard error of this process instead of ProgramRun::message.
+  /// If false, its standard error is that of this process, and ProgramRun::message is empty.
   bool captureMessage = true;
 };
 
@@ -51,27 +51,27 @@ struct ProgramRun {
   std::string output;           ///< standard output
   std::string message;          ///< standard error
   double seconds = 0;           ///< from start to end
-  std::uint64_t peakBytes = 0;  ///< of memory, as the system counts it
+  std::uint64_t peakBytes = 0;  ///< peak memory, as counted by the system
 };
 
 /// Splits a command as a user types it, "python3 my_reader.py --fast", into words. Quotes and
 /// backslashes work as in a shell; a text that is the path of an executable file is one word. The
-/// first word is returned as a path, looked up in PATH as a shell does. Errors: the program does
-/// not exist, or is not executable.
+/// first word is returned as a path, looked up in PATH as a shell does. Fails if the program does
+/// not exist or is not executable.
 Result<std::vector<std::string>> splitCommand(const std::string& text);
 
 /// Runs `words[0]`, a path, with the other words as arguments, in a process group of its own and
 /// with an empty standard input. Processes that it leaves behind in its group are killed. Safe to
-/// call from many threads. Errors: the program cannot be started.
+/// call from many threads. Fails if the program cannot be started.
 Result<ProgramRun> runProgram(const std::vector<std::string>& words,
                               const RunOptions& options = {});
 
-/// Runs this program again with other arguments, sharing standard error. Errors: it cannot be
-/// started, or a signal ended it.
+/// Runs this program again with other arguments, sharing standard error. Fails if it cannot be
+/// started, or if a signal ended it.
 Result<ProgramRun> runSelf(const std::vector<std::string>& arguments);
 
-/// A program that runs while this one talks to it or watches it. runProgram is all that most
-/// callers need.
+/// A program that runs while this one communicates with it or watches it. Most callers only need
+/// runProgram.
 class ChildProcess {
  public:
   struct Options {
@@ -84,23 +84,23 @@ class ChildProcess {
   static Result<ChildProcess> start(const std::vector<std::string>& words, const Options& options);
   ChildProcess(ChildProcess&&) noexcept;
   ChildProcess& operator=(ChildProcess&&) noexcept;
-  /// Kills it and its process group.
+  /// Kills the program and its process group.
   ~ChildProcess();
 
-  /// What it has printed so far and nobody has taken out. At most Options::outputBytes each; what
-  /// it prints beyond that is dropped.
+  /// What the program has printed and the caller has not yet taken. At most Options::outputBytes
+  /// for each stream; the rest is dropped.
   std::string& output();
   std::string& message();
   bool outputClosed() const;
   pid_t pid() const;
 
-  /// Writes to its standard input. False if it does not take all of the text at once: it has closed
-  /// its standard input, has ended, or has not read what was sent before.
+  /// Writes to its standard input. False if it does not take the whole text at once, because it has
+  /// closed its standard input, has ended, or has not read earlier text.
   bool send(const std::string& text);
 
   enum class Wait : std::uint8_t { Done, Ended, TimedOut, Stopped };
-  /// Collects output until `done` returns true, the process has ended, the time from now on is over
-  /// or `stop` becomes true. With 0 seconds it takes what is there.
+  /// Collects output until `done` returns true, the process has ended, the limit (from now on) is
+  /// reached, or `stop` becomes true. With 0 seconds it takes the output that is available.
   Wait wait(const TimeLimit& limit, const std::atomic<bool>* stop = nullptr,
             const std::function<bool()>& done = {});
 

@@ -7,8 +7,8 @@
 
 namespace t4d::system {
 
-/// Held from before a process is started until it is registered, so that none is forgotten: a
-/// cleanUp in another thread waits for that, and this thread takes no signals meanwhile.
+/// To be held from before a process is started until it is registered, so that cleanUp misses none:
+/// cleanUp in another thread waits for it, and this thread receives no signals meanwhile.
 class StartingProcess {
  public:
   StartingProcess();
@@ -20,19 +20,21 @@ class StartingProcess {
   sigset_t before_{};
 };
 
-/// Registers something that must not outlive this process, for cleanUp: no destructor runs if a
-/// signal ends the process. In all other cases the owner removes it, and then releases the note.
+/// Registers something that must not outlive this process. If a signal ends the process, no
+/// destructor runs, but cleanUp removes what is registered. In all other cases the owner removes
+/// it, and then releases the registration.
 class Cleanup {
  public:
   /// Registers nothing.
   Cleanup() = default;
   static Cleanup file(const std::filesystem::path& path);
-  /// A folder with its contents.
+  /// Registers a folder with its contents.
   static Cleanup folder(const std::filesystem::path& path);
-  /// A folder that is removed only if it is empty.
+  /// Registers a folder that is removed only if it is empty.
   static Cleanup emptyFolder(const std::filesystem::path& path);
-  /// A child process or, if the number is negative, the process group that a child leads. Release
-  /// it before waiting for the child, after which the number may belong to another process.
+  /// Registers a child process or, if the number is negative, the process group that a child leads.
+  /// Release the registration before waiting for the child, since the number may then belong to
+  /// another process.
   static Cleanup process(const StartingProcess& held, pid_t number);
 
   Cleanup(Cleanup&& other) noexcept;
@@ -50,9 +52,9 @@ class Cleanup {
   Entry* entry_ = nullptr;
 };
 
-/// Ends all registered processes and removes all registered files and folders. Processes get a
-/// second to end by themselves after SIGTERM. Async-signal-safe, for the handlers of signals that
-/// end the process; this library installs none.
+/// Ends all registered processes and removes all registered files and folders. Processes have a
+/// second to end by themselves after SIGTERM. Async-signal-safe, so that handlers of signals that
+/// end the process can call it; this library installs no handlers.
 void cleanUp() noexcept;
 
 }  // namespace t4d::system

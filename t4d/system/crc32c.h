@@ -12,7 +12,7 @@ namespace t4d::system {
 
 /// CRC-32C (Castagnoli), as in iSCSI: reflected polynomial 0x82F63B78, initial value and final XOR
 /// all ones. The check value for "123456789" is 0xE3069283. `before` is the checksum of the bytes
-/// before these, if there are any. Who calls it links ISA-L.
+/// before these, if any. Callers must link ISA-L.
 inline std::uint32_t crc32c(const void* data, std::size_t size, std::uint32_t before = 0) {
   // The library takes the length as an int, and a pointer to non-const.
   constexpr std::size_t kPiece = std::size_t{1} << 30;

@@ -8,7 +8,7 @@
 
 namespace t4d::system {
 
-/// What isolated work may use beyond what this process uses already.
+/// What isolated work may use in addition to what this process already uses.
 struct WorkLimits {
   std::uint64_t memoryBytes = 0;
   std::uint64_t cpuSeconds = 0;
@@ -18,7 +18,7 @@ struct WorkLimits {
 struct IsolatedWork {
   enum class End : std::uint8_t {
     Returned,
-    Crashed,      ///< by the signal `signal`: an assertion, say
+    Crashed,      ///< by the signal `signal`, for example an assertion
     OutOfTime,    ///< after WorkLimits::cpuSeconds
     OutOfMemory,  ///< more than WorkLimits::memoryBytes
   };
@@ -27,10 +27,10 @@ struct IsolatedWork {
   std::string result;
 };
 
-/// Runs `work` in a fork of this process and returns its result: for code of others that may abort,
-/// run for ever or take all memory. What it prints is dropped. `work` must not use threads of this
-/// process. Safe to call from many threads. Errors: no process can be started, or its result cannot
-/// be kept.
+/// Runs `work` in a fork of this process and returns its result, for foreign code that may abort,
+/// run forever or take all memory. Its output is dropped. `work` must not use threads of this
+/// process. Safe to call from many threads. Fails if no process can be started, or if its result
+/// cannot be stored.
 Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
                                  const WorkLimits& limits);
 

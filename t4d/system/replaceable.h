@@ -7,13 +7,12 @@
 
 #include "t4d/model/error.h"
 
-/// The rule for files whose names the user did not give: those of an output folder, and the
+/// The rule for output files that the user did not name: those in an output folder, and the
 /// numbered parts and companions of an output file. They replace only files that t4d wrote, and
-/// never a symbolic link. (A file that the user did name is replaced, through a link too, as by
-/// `>`.)
+/// never a symbolic link. (A file that the user named is replaced, also through a link, as by `>`.)
 namespace t4d::system {
 
-/// Whether t4d wrote this file, by the mark that its writers put into it.
+/// Whether t4d wrote this file, recognized by the mark of its writers.
 bool isOwnFile(const std::filesystem::path& path);
 
 /// Fails if one of `names` in `folder` exists and must not be replaced: a symbolic link, a folder,

@@ -10,7 +10,7 @@
 namespace t4d::system {
 
 /// A file without a name, in the folder for temporary files (TMPDIR), for data that need not stay
-/// in memory. It is gone with the object, or with the process, however that ends.
+/// in memory. It disappears with the object, or with the process, however that ends.
 class ScratchFile {
  public:
   static Result<ScratchFile> create();
@@ -22,11 +22,11 @@ class ScratchFile {
   }
   ~ScratchFile();
 
-  /// Puts bytes at the end.
+  /// Appends bytes.
   Result<void> append(std::span<const std::byte> bytes);
 
-  /// Sets `into` to the bytes from `offset` on; for several threads at a time. False if they cannot
-  /// be read, which is so only where nothing was written or where the disk fails.
+  /// Sets `into` to the bytes from `offset` on. Safe to call from several threads at once. False if
+  /// they cannot be read, because they were not written or the disk fails.
   bool read(std::uint64_t offset, std::span<std::byte> into) const;
 
  private:

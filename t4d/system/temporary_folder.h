@@ -11,9 +11,9 @@ namespace t4d::system {
 /// signal ends the process.
 class TemporaryFolder {
  public:
-  /// Where the system has temporary files.
+  /// Creates a folder in the system's folder for temporary files.
   static Result<TemporaryFolder> create();
-  /// Within `parent`, which exists.
+  /// Creates a folder in `parent`, which must exist.
   static Result<TemporaryFolder> createIn(const std::filesystem::path& parent);
 
   TemporaryFolder(TemporaryFolder&& other) noexcept;

@@ -6,8 +6,8 @@
 
 namespace t4d::system {
 
-/// To be called after functions of ISA-L 2.30. They return with values in the upper halves of the
-/// AVX registers; until they are cleared, SSE code on this thread takes several times as long.
+/// To be called after functions of ISA-L 2.30. They leave values in the upper halves of the AVX
+/// registers. Until these are cleared, SSE code on this thread takes several times as long.
 #ifdef __x86_64__
 namespace detail {
 [[gnu::target("avx"), gnu::noinline]] inline void clear() { _mm256_zeroupper(); }

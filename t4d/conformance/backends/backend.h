@@ -17,7 +17,8 @@ class Backend {
   virtual std::string name() const = 0;
   virtual bool supports(const Case& given) const = 0;
 
-  /// Coarse to fine; a single default one if the backend has nothing to refine.
+  /// The resolutions to test, coarse to fine; a single default one if the backend has nothing to
+  /// refine.
   virtual std::vector<Resolution> resolutions(const Case& given) const {
     (void)given;
     return {{}};

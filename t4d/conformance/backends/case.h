@@ -25,25 +25,25 @@ struct MovingMesh {
   model::Motion motion;     ///< the same motion, parsed
 };
 
-/// A box that the moving solid touches first at a known time, with the face at its least x.
+/// A box whose face at its smallest x the moving solid first touches at a known time.
 struct Obstacle {
   std::shared_ptr<const model::Source> source;
   double faceX = 0;        ///< at the start
   double faceSpeed = 0;    ///< along x
-  model::Point3 touching;  ///< the point of the solid that is first at the face, at the start
+  model::Point3 touching;  ///< the point of the solid that touches first, at the start
   double time = 0;         ///< of the first contact
-  /// The point approaches the face at this speed or more until it is `depth` behind it.
+  /// The point moves towards the face at least at this speed until it is `depth` behind the face.
   double leastSpeed = 0;
   double depth = 0;
-  bool canGiveWay = false;  ///< the solid can, as a sweep that keeps its triangles (edit/resolve.h)
+  bool canGiveWay = false;  ///< whether edit::resolve can move the swept solid out of the way
 };
 
-/// A field as what a tool leaves of a stock.
+/// A field as the rest of a stock after milling.
 struct Milling {
   model::TriangleMesh stock;
   mill::ToolShape tool;
   model::Point3 start;   ///< of the tip
-  model::Motion motion;  ///< of the tool at the start
+  model::Motion motion;  ///< of the tool, from its position at the start
 };
 
 /// How voxel4d runs a case.
@@ -56,8 +56,8 @@ struct VoxelPlan {
   std::size_t maskFrames = 0;
   double maskVolume = 0;         ///< volume of the slice at each frame
   std::optional<Counts> counts;  ///< if known
-  /// Of a field: store the lattice points inside instead of distances, with frames between which
-  /// its surface moves by so many voxels. 0: distances.
+  /// For a field: store the lattice points inside instead of distances, with frames between which
+  /// its surface moves by this many voxels. 0 stores distances.
   double maskMotion = 0;
   double order = 2;  ///< of convergence, when voxels and the time between frames are halved
 };
@@ -78,11 +78,12 @@ struct Case {
   std::optional<fixtures::Field> field;
   /// Surface of the field at a time; an upper bound if there is no single formula.
   std::function<Surface(double time)> fieldSurface;
-  std::optional<Milling> milling;  ///< how the field is made by a tool, if it can be
-  /// The integral over space of how often each place is visited, of solids that rest or move
-  /// straight.
+  std::optional<Milling> milling;  ///< how a tool makes the field, if one can
+  /// The integral over space of the number of visits to each point, for solids that rest or move
+  /// along a straight line.
   std::optional<double> visitsVolume;
-  /// How fast the surface moves along its normal, in the mean over its area, likewise.
+  /// The mean over the surface of its speed along its normal, for solids that rest or move along a
+  /// straight line.
   std::optional<double> meanNormalSpeed;
   std::optional<Obstacle> obstacle;  ///< of a mesh
   /// R_Vmin for mesh4d (t4d/mesh4d/steps.h).
@@ -90,7 +91,7 @@ struct Case {
   /// Counts for mesh4d with TetGen caps, if the total is known.
   std::optional<Counts> meshCounts;
   VoxelPlan voxels;
-  bool large = false;  ///< left out of a quick run
+  bool large = false;  ///< skipped in a quick run
 
   model::TimeSpan time() const;
   double volumeAt(double time) const;

@@ -6,8 +6,8 @@
 #include "t4d/conformance/backends/case.h"
 #include "t4d/conformance/oracle.h"
 
-/// The closed form of a case for each way of making its 4D mesh, and the tolerances, which are
-/// derived here and nowhere else.
+/// The closed form of a case for each way of making its 4D mesh, and the tolerances, all of which
+/// are derived here.
 namespace t4d::conformance {
 
 /// A mesh swept in steps (mesh4d). For any closed mesh, any axis and any translation, the slice at
@@ -20,7 +20,7 @@ Result<Expectation> sweptExpectation(const Case& given, bool cones);
 /// Voxel size and number of frames, refined together.
 struct Resolution {
   double voxelSize = 0;     ///< 0 if the backend has no voxels
-  std::uint64_t steps = 0;  ///< intervals between frames; 0 likewise
+  std::uint64_t steps = 0;  ///< intervals between frames; 0 if the backend has no voxels
 };
 
 /// The voxel sizes of the case, each with enough frames that nothing moves by more than a voxel
@@ -37,7 +37,7 @@ std::vector<Resolution> voxelResolutions(const Case& given);
 /// * Faces that turn by an angle a between two frames make the distance bilinear in space and time:
 ///   the error is at most a h sqrt(3) / 4, and along the arc a h / 8.
 /// * Vertices are kept a thousandth of a voxel off the lattice (voxel4d::kOffLattice), which moves
-///   a face that lies on the lattice by as much.
+///   a face on the lattice by as much.
 /// * The surface of a mask, and so the distance from it, is off by at most half a voxel's diagonal.
 ///
 /// Each vertex of a slice shares its cell with a point inside and one outside, so its distance from
@@ -47,8 +47,8 @@ Expectation voxelExpectation(const Case& given, const Resolution& resolution);
 /// The paper's mask frames; requires `voxels.mask`.
 Expectation maskExpectation(const Case& given);
 
-/// The true solid of a mesh case, within a relative tolerance: for a backend of which nothing else
-/// is known. It may close the ends by cones.
+/// The true solid of a mesh case, within a relative tolerance, for a backend whose method is
+/// unknown. It may close the ends by cones.
 Expectation solidExpectation(const Case& given, double relativeTolerance);
 
 }  // namespace t4d::conformance

@@ -17,7 +17,7 @@ struct Level {
   Resolution resolution;
   MeshResult mesh;
   std::optional<double> hypervolumeError;  ///< |found - true| / true, if the true one is known
-  std::optional<double> sliceError;        ///< root mean square over slices, likewise
+  std::optional<double> sliceError;        ///< the root mean square of this over slices
 };
 
 /// How fast errors fall with the voxel size.
@@ -45,9 +45,9 @@ struct CaseResult {
 /// if there are more than two. A backend that returns an error fails the check "made".
 ///
 /// Errors should fall with the square of the voxel size h (expectations.h), so order 2 is expected
-/// between the coarsest and the finest, or VoxelPlan::order; of masks, only for slices. The
-/// constant before h^2 depends on how the surface lies on the lattice; the tolerance allows it to
-/// change by a factor of two.
+/// between the coarsest and the finest, or VoxelPlan::order. For masks, only the order of slices is
+/// checked. The constant before h^2 depends on the position of the surface on the lattice; the
+/// tolerance allows it to change by a factor of two.
 CaseResult runCase(const Case& given, const Backend& backend, bool quick,
                    const model::Progress& progress = {});
 

@@ -48,7 +48,7 @@ class AcceptedBuilder {
                       const ImageOptions& options = {});
   /// The features that HEAD names, if more than are used.
   AcceptedBuilder& naming(const std::vector<std::string>& features);
-  /// What the file demonstrates, besides what its slabs and options show.
+  /// Features that the file demonstrates, besides those visible in its slabs and options.
   AcceptedBuilder& shows(const std::vector<std::string>& features);
   AcceptedBuilder& slicedAt(const std::vector<double>& times);
   AcceptedBuilder& encloses(double hypervolume,

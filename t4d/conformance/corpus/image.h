@@ -24,7 +24,7 @@ struct ImageOptions {
   bool float32 = false;
   Storage storage = Storage::Raw;
   std::optional<formats::Grid> grid = {};
-  bool cellBounds = true;  ///< of blocks of cells, in SLAB
+  bool cellBounds = true;  ///< whether SLAB has the bounds of blocks of cells
 
   formats::ArrayOptions positions() const { return {0, float32, grid}; }
 };
@@ -56,14 +56,13 @@ class Image {
     std::string type;
     Record payload;
     std::uint32_t flags = 1;
-    std::map<std::string, std::string>
-        offsets;                          ///< fields that hold how far a named chunk is before
-    std::optional<std::uint32_t> slabOf;  ///< the body, if the chunk is a slab
+    std::map<std::string, std::string> offsets;  ///< fields with the distance back to a named chunk
+    std::optional<std::uint32_t> slabOf;         ///< the body, if the chunk is a slab
     Sum sum = Sum::None;
-    formats::SlabExtent extent = {};  ///< what INDX says of a slab
+    formats::SlabExtent extent = {};  ///< the slab's entry in INDX
   };
 
-  /// Only a HEAD chunk.
+  /// An image with only a HEAD chunk.
   explicit Image(const std::string& head, const ImageOptions& options = {});
 
   /// A complete file, laid out as by the writer: parts directly before the first slab that needs

@@ -25,7 +25,7 @@ struct Base {
 Base baseOf(const std::vector<BodySlabs>& bodies, const ImageOptions& options = {});
 /// A simplex in one slab: HEAD, CONN 0, SLAB 0, DONE, INDX.
 Base plain();
-/// The same without an index.
+/// plain() without an index.
 Base unindexed();
 /// A cross-polytope in two slabs: HEAD, CONN 0, LAYR 0, SLAB 0, CONN 1, SLAB 1, DONE, INDX.
 Base layered();
@@ -36,7 +36,7 @@ Base between();
 Base withPoses();
 /// A simplex plus two extra vertices, 5 and 6, and two means, 7 of four vertices and 8 of two.
 model::Slab meansSlab();
-/// layered(), of which each vertex has two attributes, "a" of type 1 and "b" of type 10.
+/// layered() with two attributes for each vertex, "a" of type 1 and "b" of type 10.
 Base withLayerAttributes();
 /// meansSlab() as a file: HEAD, CONN 0, SLAB 0, DONE, INDX.
 Base withMeans();
@@ -45,14 +45,14 @@ Image::Chunk noteChunk(std::size_t bytes);
 
 class InvalidCases {
  public:
-  /// `base`, modified by `change`. `name` begins with the number of the broken rule; the fault is
-  /// at `at` bytes after the start of `place`.
+  /// Adds `base`, modified by `change`. `name` begins with the number of the broken rule; the fault
+  /// is at `at` bytes after the start of `place`.
   void add(const std::string& name, const std::string& fault, const Base& base,
            const std::function<void(Image&)>& change, const std::string& place, std::size_t at = 0);
-  /// `bytes`, with the fault at `offset`.
+  /// Adds `bytes`, with the fault at `offset`.
   void addBytes(const std::string& name, const std::string& fault, const Base& base,
                 const std::string& bytes, std::uint64_t offset);
-  /// `base` with one bit flipped after everything else.
+  /// Adds `base` with one bit flipped after everything else is computed.
   void addFlip(const std::string& name, const std::string& fault, const Base& base,
                const std::string& place, std::size_t at = 0);
 

@@ -46,13 +46,14 @@ class Record {
   /// multiple of 8.
   void add(const std::string& prefix, const Record& record);
 
-  /// The fields alone.
+  /// The bytes of the fields, without blocks.
   const std::string& bytes() const { return bytes_; }
   std::size_t size() const { return bytes_.size(); }
   const std::vector<Block>& blocks() const { return blocks_; }
   bool has(const std::string& field) const { return fields_.contains(field) || hasBlock(field); }
   bool hasBlock(const std::string& name) const;
-  /// Of a field. Throws std::out_of_range for an unknown name, which is a mistake in the corpus.
+  /// The place of a field. Throws std::out_of_range for an unknown name, which is a mistake in the
+  /// corpus.
   Place place(const std::string& field) const;
   /// The bytes of a field or block.
   std::string contents(const std::string& name) const;
@@ -100,7 +101,7 @@ Record arrayRecord(std::uint8_t scalarType, std::uint8_t components, std::uint8_
 Record arrayRecord(model::ScalarType type, std::uint8_t components, std::string_view bytes,
                    Storage storage);
 
-/// The first byte of all rows, then the second byte of all rows, and so on.
+/// Transposes rows: the first byte of all rows, then the second byte of all rows, and so on.
 std::string transposed(std::string_view bytes, std::size_t rowBytes);
 
 /// The content of a frame of codec 2, for rows of `components` numbers of four bytes.

@@ -14,8 +14,8 @@ namespace t4d::conformance {
 /// one slab with empty layers. Encloses size^4 / 24.
 std::vector<model::Slab> simplex(double size = 1, const model::Point4& origin = {0, 0, 0, 0});
 
-/// 13,108 of these simplices at one place, all their vertices different: 65,540 cells in one slab,
-/// four more than one block holds.
+/// 13,108 simplices at the same position, without shared vertices: 65,540 cells in one slab, four
+/// more than fit into one block.
 model::Slab manySimplices();
 
 /// The boundary of the cross-polytope with corners at +-1 on each axis, as two slabs that share a
@@ -61,12 +61,12 @@ std::vector<model::Slab> sweep(const Solid& solid, const std::vector<Pose>& pose
                                const SweepOptions& options = {});
 
 /// The boundary of a solid made of unit cubes with lowest corners `frames[k]` from time k to k + 1:
-/// cubic 3-faces, six cells each. Cubes of a frame, and of consecutive frames, must not meet in
-/// edges or corners alone. A slice between k and k + 1 has the number of cubes as its volume.
+/// cubic 3-faces, six cells each. Cubes of a frame, and of consecutive frames, must not meet only
+/// in edges or corners. A slice between k and k + 1 has the number of cubes as its volume.
 std::vector<model::Slab> cubesInTime(const std::vector<std::vector<std::array<int, 3>>>& frames);
 
-/// `slabs`, but slab k has as its upper layer, if it has one, that of the first one moved by
-/// `poseOf(k)`, and says so (Slab::upperPose). With `float32` both are rounded.
+/// A copy of `slabs` in which the upper layer of slab k, if it has one, is that of the first slab
+/// moved by `poseOf(k)`, with Slab::upperPose set. With `float32` both are rounded.
 std::vector<model::Slab> withPoses(std::vector<model::Slab> slabs,
                                    const std::function<model::Affine3x4(std::size_t k)>& poseOf,
                                    bool float32 = false);
@@ -74,10 +74,10 @@ std::vector<model::Slab> withPoses(std::vector<model::Slab> slabs,
 /// The map that moves by `offset`.
 model::Affine3x4 movedBy(const model::Point3& offset);
 
-/// `solid` scaled and then moved.
+/// The pose of `solid` scaled and then moved.
 Pose pose(const Solid& solid, double time, const model::Point3& offset, double scale = 1);
-/// `solid` rotated about the z axis by k times the angle whose cosine is 0.6, and moved by
-/// `offset`.
+/// The pose of `solid` rotated about the z axis by k times the angle whose cosine is 0.6, and moved
+/// by `offset`.
 Pose turned(const Solid& solid, double time, int k, const model::Point3& offset);
 
 }  // namespace t4d::conformance

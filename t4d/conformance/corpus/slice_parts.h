@@ -7,7 +7,7 @@
 
 #include "t4d/model/error.h"
 
-/// What a slice at a time reads of a file with index (SPEC.md, the appendix).
+/// The parts of an indexed file that a slice at a time reads (SPEC.md, the appendix).
 namespace t4d::conformance {
 
 /// A part of a file.

@@ -18,8 +18,8 @@ Result<std::vector<Choice>> chooseCases(const std::vector<std::string>& ids,
                                         const std::vector<std::string>& only,
                                         const std::vector<std::string>& skip);
 
-/// Keeps the cases that are chosen, which have an `id`, and says in `skipped` why one is not run.
-/// Fails, too, if no case is left.
+/// Keeps the chosen cases. `Case` has an `id`, and a `skipped`, which is set to the reason if the
+/// case is not run. Fails if chooseCases does, and if no case is left.
 template <class Case>
 Result<void> selectCases(std::vector<Case>& cases, const std::vector<std::string>& only,
                          const std::vector<std::string>& skip) {

@@ -6,7 +6,8 @@
 
 #include "t4d/conformance/corpus/slice_parts.h"
 
-/// Damage to valid .t4d files that a reader must detect, or in parts that it must not read.
+/// Damage to valid .t4d files that a reader must detect, or that is in parts which it must not
+/// read.
 namespace t4d::conformance {
 
 /// The fields of file header and footer, and for each chunk the fields of its header, its payload
@@ -22,7 +23,7 @@ struct Bit {
   std::uint64_t offset = 0;  ///< of its byte in the file
   int bit = 0;               ///< from 0, the lowest, to 7
 };
-/// A bit of the part; every call returns the same one.
+/// Chooses a bit of the part; every call returns the same one.
 Bit bitOf(const Part& part);
 
 /// At most `most` of the numbers below `count`, ascending and pseudo-random, determined by `seed`.

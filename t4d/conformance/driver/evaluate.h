@@ -19,7 +19,7 @@ enum class Outcome : std::uint8_t {
 /// "passed", "timed_out".
 const char* nameOf(Outcome outcome);
 
-/// A reader's reaction to a request.
+/// How a reader reacted to a request.
 struct Reply {
   enum class Kind : std::uint8_t {
     Accepted,

@@ -32,15 +32,15 @@ struct ReaderCase {
   std::string skipped;  ///< why the case is skipped; empty if it is not
 };
 
-/// What a reader may lack that is not a feature of files: slices by x, y, z and other hyperplanes.
+/// The one feature that is not a feature of files: slices by x, y, z and other hyperplanes.
 inline constexpr const char* kHyperplanes = "hyperplanes";
 
-/// All that a reader may lack: kHyperplanes, and the features of files.
+/// Everything that a reader may lack: kHyperplanes, and the features of files.
 std::vector<std::string> whatAReaderMayLack();
 
 struct CaseOptions {
-  /// Features of HEAD that the reader does not support: it must refuse files that name one. And
-  /// kHyperplanes, if it slices at times only.
+  /// Features of HEAD that the reader does not support, so that it must refuse files that name one;
+  /// also kHyperplanes, if it slices only at times.
   std::vector<std::string> without = {};
   /// Send ten times as many requests: about 30,000.
   bool thorough = false;

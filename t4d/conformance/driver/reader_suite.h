@@ -8,7 +8,7 @@
 #include "t4d/conformance/driver/evaluate.h"
 #include "t4d/model/slab.h"
 
-/// Runs a reader over its cases, several at a time.
+/// Runs a reader on its cases, several at a time.
 namespace t4d::conformance {
 
 struct SuiteOptions {

@@ -29,8 +29,8 @@ class ServedReader {
   bool hasAnswered() const { return answered_ > 0; }
   void restart();
 
-  /// What it has done unasked since its last answer: printed more, closed its standard output, or
-  /// ended. It is then restarted. Usually empty.
+  /// What the reader did since its last answer without a request: it printed more, closed its
+  /// standard output, or ended. It is then restarted. Usually empty.
   std::optional<std::string> lateFault();
 
  private:

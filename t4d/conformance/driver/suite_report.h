@@ -9,7 +9,7 @@
 /// Reports the results of readers and writers, for people and for programs.
 namespace t4d::conformance {
 
-/// What a report says of a case.
+/// A case in a report.
 struct CaseReport {
   std::string id;
   Outcome outcome = Outcome::Passed;

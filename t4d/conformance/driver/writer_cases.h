@@ -17,7 +17,7 @@ struct WriterCase {
   std::string skipped;  ///< why the case is skipped; empty if it is not
 };
 
-/// All cases, the simplest first: the meshes of the corpus's valid files, each once. The kinds say
+/// All cases, the simplest first: the meshes of the corpus's valid files, each once. The kind tells
 /// what a writer must be able to store: "plain" cells and positions, "means", "attributes", several
 /// "bodies", members of "head".
 std::vector<WriterCase> writerCases();

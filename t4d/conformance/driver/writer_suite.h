@@ -8,7 +8,7 @@
 #include "t4d/conformance/driver/suite_report.h"
 #include "t4d/conformance/driver/writer_cases.h"
 
-/// Runs a writer over its cases, and judges the files that it makes.
+/// Runs a writer on its cases, and checks the files that it writes.
 namespace t4d::conformance {
 
 struct WriterOptions {
@@ -27,8 +27,8 @@ Result<std::vector<CaseReport>> runWriterCases(const std::vector<WriterCase>& ca
                                                const WriterOptions& options,
                                                const model::Progress& progress = {});
 
-/// What is wrong with a file as a file of the case, a sentence each, the worst first: rules of the
-/// specification, the mesh, how often parts of it are stored. Empty if nothing is.
+/// What is wrong with a file for the case, one sentence each, the worst first: broken rules of the
+/// specification, a different mesh, parts stored more than once. Empty if nothing is wrong.
 std::vector<std::string> faultsOf(const WriterCase& test, const std::filesystem::path& file);
 
 /// Text for a terminal: at most `most` of the failed cases, a table of outcomes by kind of case,
