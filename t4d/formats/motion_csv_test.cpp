@@ -319,7 +319,7 @@ TEST(MotionCsv, RowsThatRepeatAreMergedOrRefused) {
   EXPECT_EQ(merged->segments.size(), 2U);
   EXPECT_EQ(form, "3 lines repeat the one before and are left out, the first line 3");
   EXPECT_EQ(errorOfTable("t,x,y,z\n0,0,0,0\n1,1,0,0\n1,2,0,0\n"),
-            "p.csv:4: is at time 1, as line 3, with another pose: keep one of the two");
+            "p.csv:4: is at time 1, as line 3, with other values: keep one of the two");
 }
 
 TEST(MotionCsv, DamagedTablesAreReadOrRefused) {

@@ -27,25 +27,30 @@ class Links {
   explicit Links(const formats::Metadata& metadata) {
     for (const formats::BodyInfo& body : metadata.bodies) links_[body.name] = linkOf(body);
     for (const formats::BodyInfo& body : metadata.bodies) {
-      if (!body.parent.empty()) parents_[body.name] = of(body.parent);
+      // The parent of a further body of a link is a body of this link.
+      if (!body.parent.empty() && of(body.parent) != of(body.name)) {
+        parents_[of(body.name)] = of(body.parent);
+      }
     }
   }
+  bool areAdjacent(const BodyNames& names) const {
+    const std::string a = of(names[0]);
+    const std::string b = of(names[1]);
+    return a == b || isParent(a, b) || isParent(b, a);
+  }
+
+ private:
   std::string of(const std::string& body) const {
     const auto found = links_.find(body);
     return found == links_.end() ? body : found->second;
   }
-  bool areAdjacent(const BodyNames& names) const {
-    return of(names[0]) == of(names[1]) || isPart(names[0], names[1]) || isPart(names[1], names[0]);
-  }
-
- private:
-  bool isPart(const std::string& child, const std::string& parent) const {
+  bool isParent(const std::string& parent, const std::string& child) const {
     const auto found = parents_.find(child);
-    return found != parents_.end() && found->second == of(parent);
+    return found != parents_.end() && found->second == parent;
   }
 
-  std::map<std::string, std::string> links_;
-  std::map<std::string, std::string> parents_;  // of each body: the link of its parent
+  std::map<std::string, std::string> links_;    // of bodies
+  std::map<std::string, std::string> parents_;  // of links
 };
 
 /// Which bodies are tested: those of one file with those of the other, or all of one file.
