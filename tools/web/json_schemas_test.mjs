@@ -29,6 +29,10 @@ const isComparedMesh = (verb, where) =>
   verb === 'compare' && /^(#\/\$defs\/mesh|\/[ab]|\/convergence\/levels\/\d+)$/.test(where);
 const isOptional = (verb, where, key) => optional.includes(key) ||
   (verb === 'sweep' && ['chord_bound', 'half_turns'].includes(key)) ||
+  // Of a part; mill has none.
+  (verb !== 'mill' && key === 'part') ||
+  // Of files, or of manifests of frames.
+  (verb === 'join' && ['frames', 'slabs', 'vertices', 'tetrahedra', 'bytes'].includes(key)) ||
   // Of an animated glTF.
   (verb === 'sweep' && (['bodies', 'tolerance'].includes(key) || (key === 'body' && where.includes('first')))) ||
   (isComparedMesh(verb, where) && optionalOfMeshes.includes(key));
