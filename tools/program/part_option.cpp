@@ -85,11 +85,8 @@ ordered_json identityOf(const verbs::Input& input, std::uint64_t times) {
 }
 
 void addNoPartOption(CLI::App& command, const std::string& why) {
-  command
-      .add_option_function<std::string>(
-          "--part", [](const std::string&) {}, why)
-      ->check(CLI::Validator([why](std::string&) { return why; }, ""))
-      ->group("");
+  const auto refuse = [why](const std::string&) { throw CLI::ValidationError("--part", why); };
+  command.add_option_function<std::string>("--part", refuse, why)->group("");
 }
 
 }  // namespace t4d::tools
