@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import sys
 import warnings
 from typing import Any, Iterator, List, Optional, Tuple, Type
 
@@ -92,6 +93,11 @@ class Loss(UserWarning):
     """Done, with a loss: each warning is a sentence that names what was lost."""
 
 
-def warn(kind: Type[Warning], sentences: List[str], stacklevel: int = 3) -> None:
+def warn(kind: Type[Warning], sentences: List[str]) -> None:
+    """Warns of the line of the caller, which is the first that is not of this package."""
+    package = os.path.dirname(__file__)
+    stacklevel, frame = 2, sys._getframe(1)
+    while frame.f_back and os.path.dirname(frame.f_code.co_filename) == package:
+        stacklevel, frame = stacklevel + 1, frame.f_back
     for sentence in sentences:
         warnings.warn(sentence, kind, stacklevel=stacklevel)

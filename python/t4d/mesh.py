@@ -350,7 +350,6 @@ class Mesh(Unchanging):
         warn(
             UserWarning,
             [f"slices are exact where a slab does not consist of prisms: {why}" for why in reasons],
-            stacklevel=4,
         )
         return [TriangleMesh._of(mesh) for mesh, _ in slices]
 

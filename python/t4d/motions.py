@@ -50,7 +50,7 @@ class Motion(Unchanging):
 
     def _warn(self) -> None:
         if self._motion.notice:
-            warn(UserWarning, [self._motion.notice], stacklevel=4)
+            warn(UserWarning, [self._motion.notice])
 
     @classmethod
     def from_quaternions(

@@ -240,11 +240,12 @@ class GcodeJudge : public testing::Test {
     write("judge.var", text);
   }
 
-  /// What it prints, and whether it finds nothing wrong.
+  /// What it prints, and whether it finds nothing wrong. It keeps its tools in a file of the home
+  /// folder, which two runs at once would share.
   std::pair<bool, std::string> judge(const fs::path& program) const {
     const std::string command = fmt::format(
-        "cd '{0}' && LD_LIBRARY_PATH='{1}/usr/lib' timeout 60 '{1}/usr/bin/rs274' -g -i judge.ini "
-        "-t judge.tbl -v judge.var '{2}' > out.txt 2>&1 < /dev/null",
+        "cd '{0}' && HOME='{0}' LD_LIBRARY_PATH='{1}/usr/lib' timeout 60 '{1}/usr/bin/rs274' -g "
+        "-i judge.ini -t judge.tbl -v judge.var '{2}' > out.txt 2>&1 < /dev/null",
         folder_.string(), T4D_LINUXCNC, program.string());
     const int code = std::system(command.c_str());
     std::ifstream in(folder_ / "out.txt");
