@@ -59,6 +59,7 @@ Result<std::optional<system::Cleanup>> prepareFolder(const FrameNames& names, st
   const fs::path folder = names.folder.empty() ? fs::path(".") : names.folder;
   std::error_code error;
   if (!fs::exists(folder, error)) {
+    const system::HeldCleanup held;
     fs::create_directories(folder, error);
     if (error) {
       return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(), folder.string());

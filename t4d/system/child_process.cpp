@@ -334,7 +334,7 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
   const Spawning spawning(theirInput.get(), state->output.theirs(), state->message.theirs());
   state->begun = Clock::now();
   {
-    const StartingProcess held;
+    const HeldCleanup held;
     pid_t child = 0;
     if (const int failed = spawning.start(words, child); failed != 0) {
       return cannotStart(words[0], failed);

@@ -41,13 +41,13 @@ using Kind = Entry::Kind;
 
 std::atomic<Entry*> entries = nullptr;
 std::atomic<bool> cleaning = false;
-std::atomic<int> starting = 0;  // how many StartingProcess there are
+std::atomic<int> holders = 0;  // how many HeldCleanup there are
 static_assert(std::atomic<Entry*>::is_always_lock_free && std::atomic<State>::is_always_lock_free &&
                   std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
               "signal handlers read these");
 
 constexpr int kLookMilliseconds = 5;
-/// What a process has to end itself, or a thread to start one.
+/// What a process has to end itself, or a thread to make and register something.
 constexpr int kPatienceMilliseconds = 1000;
 
 bool change(Entry& entry, State from, State to) {
@@ -159,20 +159,20 @@ void remove(const Entry& entry) {
 
 }  // namespace
 
-StartingProcess::StartingProcess() {
+HeldCleanup::HeldCleanup() {
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, &before_);
   while (true) {
-    ++starting;
+    ++holders;
     if (!cleaning) return;
-    --starting;
+    --holders;
     waitWhileCleaning();
   }
 }
 
-StartingProcess::~StartingProcess() {
-  --starting;
+HeldCleanup::~HeldCleanup() {
+  --holders;
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
@@ -188,7 +188,7 @@ Cleanup Cleanup::emptyFolder(const std::filesystem::path& path) {
   return Cleanup(addEntry(Kind::EmptyFolder, path.string()));
 }
 
-Cleanup Cleanup::process(const StartingProcess& /*held*/, pid_t number) {
+Cleanup Cleanup::process(const HeldCleanup& /*held*/, pid_t number) {
   return Cleanup(addEntry(Kind::Process, {}, number));
 }
 
@@ -211,7 +211,7 @@ void cleanUp() noexcept {
   const int reason = errno;
   const pid_t self = ::getpid();
   cleaning = true;
-  await([] { return starting == 0; });
+  await([] { return holders == 0; });
   // All at a time: each has the same second then.
   for (const Entry* entry = entries.load(); entry != nullptr; entry = entry->next) {
     if (entry->kind == Kind::Process && entry->owner == self && entry->state == State::Used) {

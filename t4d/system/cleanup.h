@@ -7,14 +7,14 @@
 
 namespace t4d::system {
 
-/// To be held from before a process is started until it is registered, so that cleanUp misses none:
+/// To be held from before something is made until it is registered, so that cleanUp misses none:
 /// cleanUp in another thread waits for it, and this thread receives no signals meanwhile.
-class StartingProcess {
+class HeldCleanup {
  public:
-  StartingProcess();
-  ~StartingProcess();
-  StartingProcess(const StartingProcess&) = delete;
-  StartingProcess& operator=(const StartingProcess&) = delete;
+  HeldCleanup();
+  ~HeldCleanup();
+  HeldCleanup(const HeldCleanup&) = delete;
+  HeldCleanup& operator=(const HeldCleanup&) = delete;
 
  private:
   sigset_t before_{};
@@ -35,7 +35,7 @@ class Cleanup {
   /// Registers a child process or, if the number is negative, the process group that a child leads.
   /// Release the registration before waiting for the child, since the number may then belong to
   /// another process.
-  static Cleanup process(const StartingProcess& held, pid_t number);
+  static Cleanup process(const HeldCleanup& held, pid_t number);
 
   Cleanup(Cleanup&& other) noexcept;
   Cleanup& operator=(Cleanup&& other) noexcept;

@@ -11,6 +11,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "t4d/system/temporary_folder.h"
+
 namespace t4d::system {
 namespace {
 
@@ -99,7 +101,7 @@ TEST_F(Cleanups, EndProcessesAlsoThoseThatWillNot) {
   Cleanup one;
   Cleanup group;
   {
-    const StartingProcess held;
+    const HeldCleanup held;
     one = Cleanup::process(held, willing);
     group = Cleanup::process(held, -stubborn);
   }
@@ -109,12 +111,35 @@ TEST_F(Cleanups, EndProcessesAlsoThoseThatWillNot) {
   EXPECT_EQ(signalOf(stubborn), SIGKILL);
 }
 
+/// Another thread that finds its child ended may go on to the next of its work.
+TEST_F(Cleanups, LetNothingBeginBeforeTheyAreDone) {
+  const pid_t stubborn = sleeper(true);
+  Cleanup note;
+  {
+    const HeldCleanup held;
+    note = Cleanup::process(held, -stubborn);
+  }
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  Clock::time_point made;
+  std::thread other([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_TRUE(TemporaryFolder::createIn(folder_));
+    made = Clock::now();
+  });
+  cleanUp();
+  const Clock::duration taken = Clock::now() - begin;
+  other.join();
+  EXPECT_EQ(signalOf(stubborn), SIGKILL);
+  EXPECT_GT(made - begin, taken / 2);  // it would be a fifth
+}
+
 TEST_F(Cleanups, WaitForAProcessThatIsBeingStarted) {
   std::atomic<bool> begun = false;
   std::atomic<pid_t> started = 0;
   Cleanup note;
   std::thread other([&] {
-    const StartingProcess held;
+    const HeldCleanup held;
     begun = true;
     const pid_t child = sleeper(false);
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -131,7 +156,7 @@ TEST_F(Cleanups, WaitForAProcessThatIsBeingStarted) {
 TEST_F(Cleanups, TakeNoSignalsWhileAProcessIsStarted) {
   sigset_t blocked;
   {
-    const StartingProcess held;
+    const HeldCleanup held;
     pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
     EXPECT_EQ(sigismember(&blocked, SIGTERM), 1);
   }

@@ -123,7 +123,7 @@ Result<IsolatedWork> runIsolated(const std::function<std::string()>& work,
   pid_t child = 0;
   Cleanup note;
   {
-    const StartingProcess held;
+    const HeldCleanup held;
     child = forkWithTheAllocator();
     if (child == 0) workAsChild(work, limits, parent, result);
     if (child > 0) note = Cleanup::process(held, child);

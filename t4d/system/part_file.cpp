@@ -57,9 +57,13 @@ Result<PartFile> PartFile::create(const std::filesystem::path& target) {
     part.target_ = target;
     part.path_ =
         target.parent_path() / fmt::format(".{}.{:08x}{:08x}.part", name, random(), random());
-    part.note_ = Cleanup::file(part.path_);
-    const int descriptor =
-        ::open(part.path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kAnyoneByUmask);
+    int descriptor = -1;
+    {
+      const HeldCleanup held;
+      part.note_ = Cleanup::file(part.path_);
+      descriptor =
+          ::open(part.path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kAnyoneByUmask);
+    }
     if (descriptor >= 0) {
       ::close(descriptor);
       return part;

@@ -33,6 +33,7 @@ Result<TemporaryFolder> TemporaryFolder::createIn(const std::filesystem::path& p
 Result<TemporaryFolder> TemporaryFolder::make(const std::filesystem::path& parent,
                                               const char* hint) {
   std::string name = (parent / "t4d-XXXXXX").string();
+  const HeldCleanup held;
   if (mkdtemp(name.data()) == nullptr) return cannot(hint, std::strerror(errno), parent);
   return TemporaryFolder(name);
 }

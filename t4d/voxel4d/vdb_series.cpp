@@ -112,6 +112,7 @@ Result<VdbSeries> VdbSeries::create(const fs::path& folder, std::size_t frames,
       return pass(good.error());
     }
   } else {
+    const system::HeldCleanup held;
     fs::create_directories(folder, error);
     if (error) {
       return fail(ErrorCode::Failed, "cannot make the folder: " + error.message(), folder.string());
