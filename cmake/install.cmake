@@ -19,6 +19,7 @@ install(DIRECTORY docs/schemas/ DESTINATION ${T4D_SCHEMA_DIR} FILES_MATCHING PAT
 install(FILES t4d/formats/motion.schema.json t4d/formats/mechanism.schema.json
   t4d/convert/frames_manifest.schema.json
   t4d/formats/t4d/head.schema.json
+  t4d/formats/t4d/manifest.schema.json
   t4d/formats/t4d/reader_describe.schema.json t4d/formats/t4d/reader_slice.schema.json
   t4d/formats/t4d/writer_mesh.schema.json
   DESTINATION ${T4D_SCHEMA_DIR})

@@ -13,6 +13,7 @@
 #include "t4d/model/flat_mesh.h"
 #include "t4d/model/in_order.h"
 #include "t4d/model/sinks.h"
+#include "t4d/model/slab_groups.h"
 #include "t4d/slice/slice_at_times.h"
 #include "t4d/slice/velocity.h"
 
@@ -304,6 +305,10 @@ void defineBodies(py::module_& module) {
       .def("slab_span",
            [](const Body& body, std::size_t index) {
              const model::TimeSpan span = body.source->timeSpan(index);
+             // Of a part that cannot be read, this is the time of the whole part.
+             if (!model::slabGroupsOf(*body.source).empty() && !body.source->cellCount(index)) {
+               valueOf(body.source->slab(index));
+             }
              return py::make_tuple(span.begin, span.end);
            })
       .def(

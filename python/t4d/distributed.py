@@ -43,6 +43,7 @@ from t4d.served import package, readable
 
 __all__ = [
     "DistributedError",
+    "collide",
     "compress",
     "frames",
     "measure",
@@ -57,7 +58,7 @@ __all__ = [
 
 MESHES = ("weave", "sweep", "compress", "simplify")
 FOLDERS = ("frames", "voxelize", "rasterize")
-REPORTS = ("measure", "validate", "quality")
+REPORTS = ("measure", "validate", "quality", "collide")
 
 _SECONDS = 20.0  # that a part is meant to take
 _GONE_SECONDS = 10.0  # without the scheduler before the run ends
@@ -140,6 +141,11 @@ def _place(job: Dict[str, Any], number: int) -> Path:
     return Path(job["folder"]) / (_part_name(job, number) + ending)
 
 
+def _manifest(place: Path) -> Path:
+    """Of a part by itself."""
+    return place.with_suffix(".t4dm")
+
+
 def _note(job: Dict[str, Any], number: int) -> Path:
     return Path(job["folder"]) / (_part_name(job, number) + ".json")
 
@@ -177,6 +183,8 @@ def _is_done(job: Dict[str, Any], number: int) -> Optional[Dict[str, Any]]:
             return None
         if job["verb"] not in REPORTS and _digest(_place(job, number)) != note["sha256"]:
             return None
+        if job["manifest"] and not _manifest(_place(job, number)).exists():
+            return None
         return dict(note)
     except (OSError, ValueError, KeyError):
         return None
@@ -204,6 +212,8 @@ def _make(job: Dict[str, Any], number: int) -> Dict[str, Any]:
     note = {"number": number, "fingerprint": job["fingerprint"], "report": report,
             "seconds": time.monotonic() - begin}  # fmt: skip
     if job["verb"] in MESHES:
+        if job["manifest"]:
+            verbs.run_words(["join", str(place), "--manifest", f"--output={_manifest(place)}"])
         mesh = t4d.read(place)
         note.update(zip(("begin", "end"), mesh.time_span), slabs=mesh.slab_count)
     if job["verb"] not in REPORTS:
@@ -251,10 +261,13 @@ def _scratch(job: Dict[str, Any]) -> Iterator[Path]:
 
 
 def _join_meshes(job: Dict[str, Any], output: str) -> Any:
-    """One file, or with the name of a .t4dm a manifest of the parts, which stay."""
-    files = [str(_place(job, number)) for number in range(1, job["parts"] + 1)]
-    words = ["--manifest"] if _is_manifest(output) else []
-    return verbs.run_words(["join", *files, *words, f"--output={output}"], cwd=job["cwd"])
+    """One file, or with the name of a .t4dm a manifest of the parts, which stay: that of their own
+    manifests, which their workers have made."""
+    files = [_place(job, number) for number in range(1, job["parts"] + 1)]
+    if not _is_manifest(output):
+        return verbs.run_words(["join", *map(str, files), f"--output={output}"], cwd=job["cwd"])
+    own = [str(_manifest(file)) for file in files]
+    return verbs.run_words(["join", *own, "--manifest", f"--output={output}"], cwd=job["cwd"])
 
 
 def _is_manifest(output: Any) -> bool:
@@ -289,27 +302,53 @@ def _wrong_version(where: str, found: Sequence[str], own: Sequence[str]) -> str:
     )
 
 
-def _state_of(path: Path) -> Any:
-    """What changes when a file, or one in a folder, is changed: size and time."""
+# Files that name others, which lie beside them as a rule.
+_NAMING = {".pvd", ".nhdr", ".hdr", ".gltf", ".t4dm", ".urdf", ".usda", ".json"}
+
+
+def _state_of(path: Path, without: str) -> Any:
+    """What changes when a file, or one in a folder, is changed: size and time. Names that begin with
+    `without` are those of the output and its parts."""
+    if path.suffix.lower() in _NAMING and path.is_file():
+        path = path.parent
     if path.is_dir():
         sha = hashlib.sha256()
         for folder, folders, files in os.walk(path):
-            folders.sort()
+            folders[:] = sorted(n for n in folders if not os.path.join(folder, n).startswith(without))
             for name in sorted(files):
-                status = os.stat(os.path.join(folder, name))
-                sha.update(f"{folder}/{name} {status.st_size} {status.st_mtime_ns}\n".encode())
+                file = os.path.join(folder, name)
+                if not file.startswith(without):
+                    status = os.stat(file)
+                    sha.update(f"{file} {status.st_size} {status.st_mtime_ns}\n".encode())
         return sha.hexdigest()
     status = path.stat()
     return [status.st_size, status.st_mtime_ns]
 
 
-def _inputs(words: Sequence[str], cwd: str) -> Dict[str, Any]:
+def _state_of_url(url: str) -> Any:
+    """What changes when a file, or one in a folder, of an object store is changed, as far as it tells."""
+    files, path = package("fsspec").core.url_to_fs(url)
+    if files.isfile(path):
+        return files.ukey(path)
+    found = files.find(path, detail=True)
+    keys = ("size", "ETag", "mtime", "LastModified")
+    about = {name: [value.get(key) for key in keys] for name, value in found.items()}
+    return hashlib.sha256(json.dumps(about, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _inputs(words: Sequence[str], cwd: str, output: Optional[Path]) -> Dict[str, Any]:
+    """The states of the files that words, or words between commas, name."""
     states: Dict[str, Any] = {}
+    without = str(output) if output else "\0"
     for word in words:
-        name = word.split("=", 1)[1] if word.startswith("-") and "=" in word else word
-        path = Path(cwd) / name
-        with contextlib.suppress(OSError, ValueError):
-            states[name] = _state_of(path)
+        value = word.split("=", 1)[1] if word.startswith("-") and "=" in word else word
+        for name in {value, *value.split(",")}:
+            if _is_url(name):
+                with contextlib.suppress(Exception):  # of any package for a kind of URL
+                    states[name] = _state_of_url(name)
+                continue
+            with contextlib.suppress(OSError, ValueError):
+                states[name] = _state_of(Path(cwd) / name, without)
     return states
 
 
@@ -333,7 +372,7 @@ class _Run:
         self.begun = time.monotonic()
         self.job: Dict[str, Any] = {
             "run": f"t4d-{uuid.uuid4().hex[:8]}", "verb": verb, "words": list(words), "cwd": os.getcwd(),
-            "tasks_on": {}, "version": _version(), "parts": 0, "fingerprint": "",
+            "manifest": bool(self.output and _is_manifest(self.output)), "tasks_on": {}, "version": _version(), "parts": 0, "fingerprint": "",
             "folder": f"{self.output}.parts" if self.output else "",
         }  # fmt: skip
 
@@ -398,7 +437,7 @@ class _Run:
             one = self._ask(_seconds_of_one, most, what="probe")
             self.job["parts"] = min(most, max(threads, math.ceil(most * one / self.seconds)))
         about = {key: self.job[key] for key in ("version", "verb", "words", "parts")}
-        about["inputs"] = _inputs(self.job["words"], self.job["cwd"])
+        about["inputs"] = _inputs(self.job["words"], self.job["cwd"], self.output)
         text = json.dumps(about, sort_keys=True)
         self.job["fingerprint"] = hashlib.sha256(text.encode()).hexdigest()
         if folder:
@@ -539,8 +578,9 @@ class _Run:
             result = verbs.Report(report)
             result["distributed"] = verbs.Report(self._about())
             if self.output and _is_manifest(self.output) and not self.url:
-                for note in [*Path(self.job["folder"]).glob("*.json")]:
-                    note.unlink()
+                for file in [*Path(self.job["folder"]).iterdir()]:
+                    if file.suffix != ".t4d":
+                        file.unlink()
             elif self.job["folder"]:
                 shutil.rmtree(self.job["folder"], ignore_errors=True)
             return result
@@ -696,6 +736,7 @@ rasterize = _function("rasterize")
 measure = _function("measure")
 validate = _function("validate")
 quality = _function("quality")
+collide = _function("collide")
 
 
 # ---- the program t4d-distributed -------------------------------------------------------------

@@ -451,9 +451,9 @@ class Mesh(Unchanging):
 def read(
     path: Path, *, whole: bool = False, max_cells: Optional[SupportsIndex] = None, progress: Progress = None
 ) -> Mesh:
-    """Opens a .t4d file by its path or URL. Slabs are read when they are asked for, and checked
-    then; ``whole`` checks every byte first. A file with more than 100 million cells, and 10,000 for
-    each of its bytes, is refused unless ``max_cells`` allows them."""
+    """Opens a .t4d file, or one in parts (.t4dm), by its path or URL. Slabs are read when they are
+    asked for, and checked then; ``whole`` checks every byte first. A file with more than 100
+    million cells, and 10,000 for each of its bytes, is refused unless ``max_cells`` allows them."""
     name = checks.path_text(path)
     if max_cells is not None:
         max_cells = checks.whole("max_cells", max_cells, 0)

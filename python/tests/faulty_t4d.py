@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """The program t4d, for tests, with one fault: T4D_FAULT is KIND:WORD:FOLDER. The first call that has
-WORD among its words has the fault; a file in FOLDER remembers that it happened.
+WORD among its words has the fault, or with a KIND that ends with "-always" all of them; a file in FOLDER
+remembers that it happened.
 
   kill    the worker that calls it is killed, as by the system when memory is short
   full    the disk of the output is full
   stall   nothing happens for a minute
+  slow    nothing happens for three seconds
   damage  a byte of the file that is named first is changed before anything is done
 """
 
@@ -23,12 +25,13 @@ if kind and word in words:
         mark.touch(exist_ok=False)
         first = True
     except FileExistsError:
-        first = False
+        first = kind.endswith("-always")
+    kind = kind.split("-")[0]
     if first and kind == "kill":
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(1)
-    if first and kind == "stall":
-        time.sleep(60)
+    if first and kind in ("stall", "slow"):
+        time.sleep(60 if kind == "stall" else 3)
     if first and kind == "damage":
         victim = next(Path(name) for name in words if name.endswith(".t4d"))
         content = bytearray(victim.read_bytes())

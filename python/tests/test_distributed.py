@@ -118,6 +118,58 @@ def test_a_full_disk_of_one_worker_changes_nothing(client, faulty, frames, woven
     assert same(tmp_path / "movie.t4d", woven)
 
 
+def test_a_slow_worker_changes_nothing(client, faulty, frames, woven, tmp_path):  # noqa: F811
+    happened = faulty("slow", "--part=2/8")
+    report = many.weave(frames, tmp_path / "movie.t4d", client=client, parts=8)
+    assert happened.exists() and report.distributed.retries == 0
+    assert same(tmp_path / "movie.t4d", woven)
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    (("full", "No space left on device"), ("kill", "workers died while they made it, 4 times")),
+)
+def test_what_no_worker_can_make_ends_the_run_and_a_second_takes_it_up(
+    frames, woven, tmp_path, monkeypatch, kind, said  # noqa: F811
+):  # fmt: skip
+    (tmp_path / "fault").mkdir()
+    output = tmp_path / "movie.t4d"
+    with monkeypatch.context() as faulty:
+        for name, value in (
+            ("PROGRAM", FAULTY), ("REAL", BUILD / "t4d"), ("FAILING_DISK", BUILD / "libt4d_failing_disk.so"),
+            ("FAULT", f"{kind}-always:--part=6/8:{tmp_path / 'fault'}"),
+        ):  # fmt: skip
+            faulty.setenv(f"T4D_{name}", str(value))
+        with pytest.raises(many.DistributedError) as error:
+            many.weave(frames, output, local=2, parts=8)
+    assert str(error.value).startswith("part 6 of 8: ") and said in str(error.value)
+    assert "--resume goes on with them" in str(error.value) and not output.exists()
+    report = many.weave(frames, output, local=2, resume=True)
+    assert report.distributed.resumed > 0 and same(output, woven)
+    assert not Path(f"{output}.parts").exists()
+
+
+def test_parts_are_taken_up_if_what_they_were_made_of_is_the_same(frames, tmp_path):  # noqa: F811
+    """Of files by name, between commas, in folders, named by another file, and by URL."""
+    own = tmp_path / "in"
+    own.mkdir()
+    for name in ("a.npy", "b.npy", "c.pvd"):
+        (own / name).write_text(name)
+    output = own / "movie.t4d"
+    for words, changed in (
+        (["in/a.npy"], True), (["--velocity-file=x,in/a.npy"], True), (["in"], True), (["in/c.pvd"], True),
+        ([f"file://{own}/a.npy"], True), ([f"file://{own}"], True), (["in/b.npy"], False),
+    ):  # fmt: skip
+        before = many._inputs(words, str(tmp_path), output)
+        (own / "movie.t4d.parts").mkdir(exist_ok=True)
+        (own / "movie.t4d.parts/part-1-of-2.t4d").write_text("x")
+        if not words[0].startswith("file:"):
+            assert many._inputs(words, str(tmp_path), output) == before
+        with (own / "a.npy").open("a") as file:
+            file.write("more")
+        assert (many._inputs(words, str(tmp_path), output) != before) == changed, words
+
+
 def test_a_part_damaged_before_joining_is_made_again(client, faulty, frames, woven, tmp_path):  # noqa: F811
     happened = faulty("damage", "join")
     report = many.weave(frames, tmp_path / "movie.t4d", client=client, parts=4)

@@ -584,3 +584,25 @@ def test_light_slices_are_the_programs(models, tmp_path):
         mesh.slice(x=1, light=True)
     with pytest.raises(TypeError):
         mesh.slice(1, light=1)
+
+
+def test_a_file_in_parts_is_read_as_one_file(models, tmp_path, program):
+    solid = models / "paper-cube.obj", "--motion", models / "paper-screw.json"
+    parts = [tmp_path / f"{k}.t4d" for k in (1, 2, 3)]
+    for k, part in enumerate(parts, start=1):
+        subprocess.run([program, "sweep", *solid, "--part", f"{k}/3", "-o", part, "-q"], check=True)
+    manifest = tmp_path / "parts.t4dm"
+    subprocess.run([program, "join", *parts, "--manifest", "-o", manifest, "-q"], check=True)
+    whole, parted = t4d.read(models / "screw.t4d"), t4d.read(manifest, whole=True)
+    assert parted.time_span == whole.time_span and parted.slab_count == whole.slab_count
+    begin, end = whole.time_span
+    for time in np.linspace(begin, end, 7):
+        assert np.array_equal(parted.slice(time=time).vertices, whole.slice(time=time).vertices)
+    assert parted.check()["valid"]
+    parted = t4d.read(manifest)
+    parts[1].unlink()
+    assert parted.slice(time=begin).volume > 0
+    with pytest.raises(t4d.Error, match="2.t4d"):
+        parted.slice(time=(begin + end) / 2)
+    with pytest.raises(t4d.Error, match="2.t4d"):
+        [slab.time_span for slab in parted.slabs()]

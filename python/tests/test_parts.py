@@ -124,6 +124,21 @@ def test_reports_on_parts_are_the_report_on_the_whole(woven, models, tmp_path, c
         assert joined(parts, tmp_path) == printed(verb, mesh, *words), (verb, mesh)
 
 
+@pytest.mark.parametrize("count", (1, 2, 3))
+def test_pairs_of_bodies_collide_in_parts(tmp_path, count):
+    labels = np.zeros((4, 12, 12, 12), dtype=np.uint8)
+    for frame in range(4):
+        for label, x, y in ((1, 1, 1), (2, 5, 2), (3, 7, 6), (4, 1 + frame, 7)):
+            labels[frame, x : x + 4, y : y + 3, 2:9] = label
+    np.save(tmp_path / "labels.npy", labels)
+    mesh = tmp_path / "organs.t4d"
+    verbs.weave(tmp_path / "labels.npy", label=[1, 2, 3, 4], output=mesh)
+    words = ("collide", mesh, "--clearance", "0.1", "--no-volume")
+    parts = [json.loads(printed(*words, "--part", f"{k}/{count}")) for k in range(1, count + 1)]
+    assert joined(parts, tmp_path) == printed(*words)
+    assert "--part and outputs exclude each other" in fails(*words, "--part=1/1", f"--output={tmp_path / 'x.csv'}")
+
+
 def test_a_broken_mesh_is_found_to_be_broken_in_parts(models, tmp_path):
     """Doubled cells, open and twisted facets, and seams that do not fit, of the corpus and made up."""
     from conftest import BUILD

@@ -37,6 +37,12 @@ void addMeshes4d(std::vector<ListedFormat>& list) {
        "the signature",
        keptBy({.attributes = [](const model::Attribute&) { return true; }, .metadata = true})});
   list.back().keeps.emplace_back("slabs");
+  ListedFormat parts = list.back();
+  parts.name = "t4d in parts";
+  parts.id.clear();
+  parts.extensions = {".t4dm"};
+  parts.recognisedBy = kByExtension;
+  list.push_back(std::move(parts));
   for (const Mesh4dFormat& format : mesh4dFormats()) {
     list.push_back({std::string(format.name),
                     std::string(format.id),

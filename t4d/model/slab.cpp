@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/slab_groups.h"
+
 namespace t4d::model {
 
 void Means::add(std::span<const std::uint32_t> from) {
@@ -193,6 +195,9 @@ Result<void> checkSlab(const Slab& slab) {
 
 TimeSpan timeSpanOf(const Source& source) {
   if (source.slabCount() == 0) return {};
+  if (const auto& groups = slabGroupsOf(source); !groups.empty()) {
+    return {groups.front().time.begin, groups.back().time.end};
+  }
   return {source.timeSpan(0).begin, source.timeSpan(source.slabCount() - 1).end};
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "t4d/model/slab.h"
+#include "t4d/model/slab_groups.h"
 
 namespace t4d::model {
 namespace {
@@ -160,19 +161,10 @@ std::optional<double> timeWithin(const Source& source, double time) {
   const TimeSpan span = timeSpanOf(source);
   if (!timeWithin(span, time)) return std::nullopt;
   // The layers nearest to the time are those of the first slab that ends later and the one before.
-  std::size_t low = 0;
-  std::size_t high = source.slabCount() - 1;
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    if (source.timeSpan(middle).end > time) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
-  }
-  const TimeSpan after = source.timeSpan(low);
-  const TimeSpan before = source.timeSpan(low == 0 ? 0 : low - 1);
-  return nearestMark(span, time, {before.end, after.begin, after.end});
+  const std::size_t later = std::min(firstSlabEndingAfter(source, time), source.slabCount() - 1);
+  const TimeSpan after = source.timeSpan(later);
+  const double before = later == 0 ? after.end : endOfSlab(source, later - 1);
+  return nearestMark(span, time, {before, after.begin, after.end});
 }
 
 }  // namespace t4d::model

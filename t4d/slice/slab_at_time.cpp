@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/model/slab_groups.h"
+
 namespace t4d::slice {
 
 Result<SlabAtTime> slabAtTime(const model::Source& source, double given) {
@@ -14,18 +16,8 @@ Result<SlabAtTime> slabAtTime(const model::Source& source, double given) {
   }
   SlabAtTime at{*meant, *meant == timeSpanOf(source).end, {}};
   // The first slab that ends later or, at the very end, the first that ends there.
-  std::size_t low = 0;
-  std::size_t high = source.slabCount();
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    const double end = source.timeSpan(middle).end;
-    if (at.atEnd ? end >= at.time : end > at.time) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
-  }
-  if (low < source.slabCount() && source.timeSpan(low).begin <= at.time) at.slab = low;
+  const std::size_t slab = model::firstSlabEndingAfter(source, at.time, at.atEnd);
+  if (slab < source.slabCount() && source.timeSpan(slab).begin <= at.time) at.slab = slab;
   return at;
 }
 

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "t4d/model/in_order.h"
+#include "t4d/model/slab_groups.h"
 #include "t4d/slice/slab_at_time.h"
 #include "t4d/slice/slab_cutter.h"
 
@@ -229,14 +230,22 @@ Result<Slice> slice(const model::Source& source, const Hyperplane& hyperplane,
   };
   using ItemPointer = std::shared_ptr<Item>;
   // One after another, so that parts that slabs share are read once.
+  const auto isMissed = [&](const model::Bounds3& bounds, const model::TimeSpan& time) {
+    model::Bounds4 all;
+    all.min << bounds.min, time.begin;
+    all.max << bounds.max, time.end;
+    return slicer.cutter.misses(all);
+  };
+  auto group = model::slabGroupsOf(source).begin();
+  const auto groupIsMissed = [&, end = model::slabGroupsOf(source).end()](std::size_t index) {
+    while (group != end && index >= group->end) ++group;
+    return group != end && isMissed(group->bounds, group->time);
+  };
   const auto read = [&](std::size_t index) {
     auto item = std::make_shared<Item>();
+    if (groupIsMissed(index)) return item;
     if (const auto bounds = source.bounds(index)) {
-      const auto [begin, end] = source.timeSpan(index);
-      model::Bounds4 all;
-      all.min << bounds->min, begin;
-      all.max << bounds->max, end;
-      if (slicer.cutter.misses(all)) return item;
+      if (isMissed(*bounds, source.timeSpan(index))) return item;
     }
     item->open = openPartly(source, index);
     return item;

@@ -6,16 +6,21 @@
 #include <numeric>
 #include <optional>
 
+#include "t4d/model/slab_groups.h"
+
 namespace t4d::slice {
 namespace {
 
 /// A source that keeps the last slab, so that it is not read again. Not thread-safe.
-class LastSlabKept : public model::Source {
+class LastSlabKept : public model::Source, public model::GroupedSource {
  public:
   explicit LastSlabKept(const model::Source& source) : source_(source) {}
 
   std::size_t slabCount() const override { return source_.slabCount(); }
   model::TimeSpan timeSpan(std::size_t index) const override { return source_.timeSpan(index); }
+  const std::vector<model::SlabGroup>& groups() const override {
+    return model::slabGroupsOf(source_);
+  }
   Result<std::shared_ptr<const model::Slab>> slab(std::size_t index) const override {
     if (index_ != index) {
       index_ = index;

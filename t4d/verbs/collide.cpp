@@ -240,6 +240,9 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
     return invalid("has one body only, which cannot collide with itself; name a second file",
                    inputs.front().name);
   }
+  const model::PartRange share = options.part.of(report.pairs.size());
+  report.pairs = {std::make_move_iterator(report.pairs.begin() + std::ptrdiff_t(share.begin)),
+                  std::make_move_iterator(report.pairs.begin() + std::ptrdiff_t(share.end))};
   const auto stage = observer.stage("looking for contacts", report.pairs.size(), "pairs");
   std::vector<measure::SourcePair> sources;
   for (const CollidedPair& pair : report.pairs) {
@@ -255,6 +258,10 @@ Result<CollideReport> collide(std::span<const Input> inputs, const CollideOption
     }
   }
   return report;
+}
+
+std::uint64_t pairCount(std::span<const Input> inputs, const CollideOptions& options) {
+  return pairsOf(inputs, options).pairs.size();
 }
 
 std::string clearanceCsv(const CollideReport& report) {

@@ -9,6 +9,7 @@
 #include "t4d/measure/clearance_over_time.h"
 #include "t4d/measure/collide.h"
 #include "t4d/measure/collision_verdict.h"
+#include "t4d/model/part.h"
 #include "t4d/verbs/input.h"
 #include "t4d/verbs/observer.h"
 
@@ -27,6 +28,7 @@ struct CollideOptions {
   /// Measure overlaps; without it, their volumes and deepest times are not known.
   bool overlapVolumes = true;
   std::vector<double> times = {};  ///< of CollidedPair::samples
+  model::Part part = {};           ///< the share of the pairs that is tested
 };
 
 /// Two bodies, and whether they meet.
@@ -63,6 +65,9 @@ struct CollideReport {
 /// are ignored, for a single body, and if all pairs are ignored.
 Result<CollideReport> collide(std::span<const Input> inputs, const CollideOptions& options = {},
                               Observer& observer = nobody());
+
+/// How many pairs `collide` tests, which is the most parts that it can be divided into.
+std::uint64_t pairCount(std::span<const Input> inputs, const CollideOptions& options);
 
 /// A table of CollidedPair::samples, with the columns
 /// time,a,b,distance,lower_bound,overlap_depth: by time, and at a time in the order of the pairs.

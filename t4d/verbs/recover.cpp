@@ -106,12 +106,15 @@ Result<RecoverReport> recover(const std::filesystem::path& input,
     }
   }
   if (auto kept = writer->keep(salvage->optionalChunks()); !kept) return pass(kept.error());
-  for (const formats::ChunkHeader& header : salvage->optionalChunks().headers()) {
-    if (formats::isSafeToCopy(header.type)) continue;
+  const auto addLost = [&](const formats::ChunkFile& /*file*/,
+                           const formats::ChunkHeader& header) -> Result<void> {
+    if (formats::isSafeToCopy(header.type)) return {};
     formats::LostChunks lost;
     lost.add(header);
     report.lost.push_back({header.offset, lost.lines().front(), {}});
-  }
+    return {};
+  };
+  if (auto added = salvage->optionalChunks().each(addLost); !added) return pass(added.error());
   if (auto bytes = writer->finish(); !bytes) return pass(bytes.error());
   std::stable_sort(report.lost.begin(), report.lost.end(),
                    [](const auto& a, const auto& b) { return a.offset < b.offset; });

@@ -29,11 +29,12 @@ void add(Validation& validation, measure::MeshReport report, const formats::Meta
 }
 
 /// The result for a file that cannot be read to its end, after `validation` so far.
-Result<Validation> broken(const Error& error, Validation validation = {}) {
+Result<Validation> broken(const Error& error, const std::filesystem::path& file,
+                          Validation validation = {}) {
   const bool nobodysFault = error.code == ErrorCode::Io || error.code == ErrorCode::Failed;
   if (nobodysFault || error.remedy == Remedy::MoreCells) return pass(error);
   validation.mesh.reset();
-  validation.issues.add(damageOf(error));
+  validation.issues.add(damageOf(error, file));
   return validation;
 }
 
@@ -41,17 +42,17 @@ Result<Validation> validatePipe(const std::filesystem::path& path,
                                 const measure::CheckOptions& options,
                                 std::optional<std::uint64_t> maxCells) {
   auto stream = formats::T4dStream::open(path, maxCells);
-  if (!stream) return broken(stream.error());
+  if (!stream) return broken(stream.error(), path);
   std::deque<measure::MeshChecker> checkers;
   for (std::size_t i = 0; i < stream->bodyCount(); ++i) checkers.emplace_back(options);
   std::vector<std::vector<std::uint64_t>> offsets(checkers.size());
   while (true) {
     const auto item = stream->next();
-    if (!item) return broken(item.error());
+    if (!item) return broken(item.error(), path);
     if (!*item) break;
     const formats::T4dStream::Item& slab = **item;
     offsets[slab.body].push_back(slab.offset);
-    if (auto put = checkers[slab.body].put(*slab.slab); !put) return broken(put.error());
+    if (auto put = checkers[slab.body].put(*slab.slab); !put) return broken(put.error(), path);
   }
   Validation validation;
   for (std::size_t i = 0; i < checkers.size(); ++i) {
@@ -66,9 +67,14 @@ Result<Validation> validatePipe(const std::filesystem::path& path,
 
 }  // namespace
 
-measure::Issue damageOf(const Error& error) {
-  // `where` is dropped: it gives the file and the offset, and the issue has the offset itself.
-  return {"file-damaged", measure::Severity::Error, error.message, {}, error.offset};
+measure::Issue damageOf(const Error& error, const std::filesystem::path& file) {
+  // The issue has the offset itself.
+  const bool elsewhere = !error.where.empty() && !error.where.starts_with(file.string());
+  return {"file-damaged",
+          measure::Severity::Error,
+          elsewhere ? error.text() : error.message,
+          {},
+          error.offset};
 }
 
 void addBody(measure::MeshReport& all, const measure::MeshReport& one) {
@@ -96,7 +102,7 @@ Result<Validation> validate(const std::filesystem::path& path, const measure::Ch
   };
   auto reader =
       formats::T4dReader::open(path, formats::T4dOpen::Checked, part(0, kBytesShare), maxCells);
-  if (!reader) return broken(reader.error());
+  if (!reader) return broken(reader.error(), path);
   Validation validation;
   const std::size_t count = reader->bodyCount();
   for (std::size_t i = 0; i < count; ++i) {
@@ -106,7 +112,7 @@ Result<Validation> validate(const std::filesystem::path& path, const measure::Ch
     };
     measure::MeshChecker checker(options);
     auto read = reader->readThrough(i, checker, part(at(i), at(i + 1)));
-    if (!read) return broken(read.error(), std::move(validation));
+    if (!read) return broken(read.error(), path, std::move(validation));
     add(validation, checker.finish(), reader->metadata(), i,
         [&](std::size_t slab) -> std::optional<std::uint64_t> {
           if (slab < reader->body(i).slabCount()) return reader->slabOffset(i, slab);

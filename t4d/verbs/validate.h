@@ -17,8 +17,9 @@ struct Validation {
   bool valid() const { return issues.errors == 0; }
 };
 
-/// The finding that a file cannot be read further.
-measure::Issue damageOf(const Error& error);
+/// The finding that a file cannot be read further. It names the place if that is in another file: a
+/// part of this one.
+measure::Issue damageOf(const Error& error, const std::filesystem::path& file);
 /// Merges the report of one body into that of all bodies.
 void addBody(measure::MeshReport& all, const measure::MeshReport& one);
 

@@ -21,10 +21,11 @@ using nlohmann::ordered_json;
 
 /// The part, with the reason why the file cannot be read further; or an error that is not the
 /// file's fault.
-Result<PartValidation> broken(const Error& error, PartValidation part, bool beforeAll) {
+Result<PartValidation> broken(const Error& error, const std::filesystem::path& file,
+                              PartValidation part, bool beforeAll) {
   const bool nobodysFault = error.code == ErrorCode::Io || error.code == ErrorCode::Failed;
   if (nobodysFault || error.remedy == Remedy::MoreCells) return pass(error);
-  part.damage = damageOf(error);
+  part.damage = damageOf(error, file);
   part.beforeAll = beforeAll;
   return part;
 }
@@ -187,7 +188,7 @@ Result<PartValidation> validatePart(const std::filesystem::path& path,
   }
   const auto how = part.isFirst() ? formats::T4dOpen::Checked : formats::T4dOpen::Whole;
   auto reader = formats::T4dReader::open(path, how, {}, maxCells);
-  if (!reader) return broken(reader.error(), {}, /*beforeAll=*/true);
+  if (!reader) return broken(reader.error(), path, {}, /*beforeAll=*/true);
   std::uint64_t most = 0;
   std::uint64_t slabs = 0;
   for (std::size_t i = 0; i < reader->bodyCount(); ++i) {
@@ -209,7 +210,7 @@ Result<PartValidation> validatePart(const std::filesystem::path& path,
                static_cast<double>(slabs));
     };
     auto found = check(source, range, options, progress ? ofAll : model::Progress());
-    if (!found) return broken(found.error(), std::move(validation), /*beforeAll=*/false);
+    if (!found) return broken(found.error(), path, std::move(validation), /*beforeAll=*/false);
     for (Issue& issue : found->found.issues.issues) {
       if (issue.slab && *issue.slab < source.slabCount()) {
         issue.offset = reader->slabOffset(i, *issue.slab);
@@ -267,7 +268,7 @@ Result<Validation> joinedValidation(const std::vector<PartValidation>& parts) {
     if (auto same = formats::checkSummary(body.said, found); !same) {
       Error error = same.error();
       error.message = fmt::format("DONE: body {}: {}", i, error.message);
-      return damaged(damageOf(error));
+      return damaged(damageOf(error, {}));
     }
     add(validation, std::move(*report), body.name, bodies);
   }

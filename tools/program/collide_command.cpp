@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
@@ -17,6 +18,7 @@
 #include "t4d/formats/triangle_mesh_formats.h"
 #include "t4d/measure/overlap.h"
 #include "t4d/verbs/collide.h"
+#include "t4d/verbs/json_text.h"
 #include "tools/program/collide_page.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -24,6 +26,7 @@
 #include "tools/program/frame_options.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/table_output.h"
 #include "tools/report/svg_plot.h"
@@ -48,6 +51,7 @@ struct CollideArguments {
   verbs::CollideOptions collide;
   std::vector<std::string> ignore;
   FrameOptions frames;
+  PartOption part;
   bool failOnContact = false;
   bool noVolume = false;
   std::vector<std::string> outputs;
@@ -390,7 +394,24 @@ std::optional<std::string> misuseOf(const CollideArguments& options,
     return "-o: one file of the solids in contact is enough; further ones are .csv, .json, .svg or "
            ".png";
   }
+  if (options.part.isGiven() && !outputs.empty()) {
+    return "--part and outputs exclude each other: only the reports (--json) of parts are joined";
+  }
   return misuseOfOutputs(outputs);
+}
+
+/// The report, with the member that `t4d join` needs of a part.
+std::string jsonOf(const CollideArguments& options, const verbs::CollideReport& found,
+                   std::span<const verbs::Input> inputs) {
+  const std::string whole = verbs::jsonOf(found);
+  if (!options.part.isGiven()) return whole;
+  auto value = nlohmann::ordered_json::parse(whole);
+  auto files = nlohmann::ordered_json::object();
+  for (const verbs::Input& input : inputs) {
+    files[fmt::format("file {}", files.size() + 1)] = identityOf(input);
+  }
+  value["part"] = options.part.json(std::move(files));
+  return verbs::jsonText(value);
 }
 
 int run(const CollideArguments& options) {
@@ -409,6 +430,12 @@ int run(const CollideArguments& options) {
   auto ignored = ignoredPairs(options, inputs);
   if (!ignored) return report(ignored.error());
   how.ignore = std::move(*ignored);
+  if (options.part.isAsked()) {
+    if (const auto done = options.part.settle(verbs::pairCount(inputs, how), "pairs of bodies")) {
+      return *done;
+    }
+    how.part = options.part.chosen();
+  }
   if (!options.html.empty() || std::ranges::any_of(options.outputs, isTableOrPlot)) {
     auto times = sampleTimes(options, inputs);
     if (!times) return report(times.error());
@@ -437,7 +464,7 @@ int run(const CollideArguments& options) {
     }
   }
   if (options.json) {
-    tools::printText(jsonOf(*found) + "\n");
+    tools::printText(jsonOf(options, *found, inputs) + "\n");
   } else {
     for (const CollidedPair& pair : found->pairs) printReport(pair, options);
     printIgnored(found->ignored);
@@ -499,6 +526,8 @@ void addCollide(CLI::App& app, int& exitCode) {
                    "Write a page with clearance and overlap over time, and pictures")
       ->check(someName());
   options->only.addTo(*command);
+  options->part.addTo(*command,
+                      "Test only part K of N of the pairs of bodies; `t4d join` joins the reports");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d collide bolt.t4d nut.t4d --clearance 0.05 -o contacts.glb");
   command->callback([=, &exitCode] { exitCode = run(*options); });

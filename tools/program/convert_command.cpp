@@ -65,8 +65,9 @@ struct ConvertInput {
 
 bool isT4d(const ConvertArguments& options) {
   if (!options.from.empty()) return options.from == kT4d;
-  return formats::lowerCaseExtension(options.input) == ".t4d" ||
-         !formats::schemeOf(options.input).empty() || formats::isT4d(options.input);
+  const std::string extension = formats::lowerCaseExtension(options.input);
+  return extension == ".t4d" || extension == ".t4dm" || !formats::schemeOf(options.input).empty() ||
+         formats::isT4d(options.input);
 }
 
 Result<void> openT4d(const ConvertArguments& options, ConvertInput& input) {
@@ -246,7 +247,11 @@ Result<void> writeOther(const ConvertArguments& options, const formats::Mesh4dFo
     }
     losesThese("further members of the metadata", members);
     std::set<std::string> types;
-    for (const auto& chunk : input.reader->optionalChunks().headers()) types.insert(chunk.name());
+    const auto addType = [&](const auto& /*file*/, const auto& header) -> Result<void> {
+      types.insert(header.name());
+      return {};
+    };
+    if (auto added = input.reader->optionalChunks().each(addType); !added) return added;
     losesThese("chunks", types);
   }
   return format.write(options.output, *mesh);

@@ -23,6 +23,7 @@
 #include "tools/program/envelope_page.h"
 #include "tools/program/input_options.h"
 #include "tools/program/option_checks.h"
+#include "tools/program/part_option.h"
 #include "tools/program/progress_bar.h"
 #include "tools/program/time_window.h"
 
@@ -579,6 +580,9 @@ void addEnvelope(CLI::App& app, int& exitCode) {
       ->type_name("FILE")
       ->check(someName());
   addCenterOption(*command, options->center);
+  addNoPartOption(*command,
+                  "an envelope cannot be divided, because its surface is that of the whole motion; "
+                  "--from and --to make that of a window of time");
   command->add_flag("--json", options->json, "Print JSON");
   command->footer("Example:\n  t4d envelope bolt.t4d -o clearance.glb");
   command->callback([=, &exitCode] {

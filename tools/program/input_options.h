@@ -16,7 +16,8 @@ struct InputOptions : verbs::InputOptions {
 };
 
 /// Help of an argument that takes a .t4d file as T4dReader::open does.
-inline constexpr const char* kT4dFileHelp = "Input file (.t4d): path or URL (http:// or https://)";
+inline constexpr const char* kT4dFileHelp =
+    "Input file (.t4d, .t4dm): path or URL (http://, https://)";
 
 /// Added where it can be a pipe, too.
 inline constexpr const char* kOrPipeHelp = ", or - for standard input";

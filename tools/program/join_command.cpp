@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,18 +23,19 @@ namespace {
 struct JoinArguments {
   std::vector<std::string> parts;
   std::string output;
+  bool manifest = false;
   bool json = false;
 };
 
 bool isJson(const std::string& path) { return formats::lowerCaseExtension(path) == ".json"; }
 
 /// The manifests of parts of a series of frames have the name of the whole one in them.
-bool isManifest(const std::string& path) {
+bool isFrameManifest(const std::string& path) {
   return std::filesystem::path(path).filename().string().find("manifest.part-") !=
          std::string::npos;
 }
 
-int joinManifests(const JoinArguments& options) {
+int joinFrameManifests(const JoinArguments& options) {
   if (options.output.empty()) return wrongUsage("-o: name the manifest of all frames");
   const auto frames =
       convert::joinManifests({options.parts.begin(), options.parts.end()}, options.output);
@@ -63,25 +67,38 @@ int joinReports(const JoinArguments& options) {
   return joined->valid ? kDone : kInvalid;
 }
 
+/// The error message if the name of the output is not that of what is made of meshes.
+std::optional<std::string> misuseOfName(const JoinArguments& options) {
+  if (options.output.empty()) return "--output is required";
+  const bool named = formats::lowerCaseExtension(options.output) == ".t4dm";
+  if (options.manifest && !named) {
+    return fmt::format("a manifest has a name that ends in .t4dm, not {}", options.output);
+  }
+  if (named && !options.manifest) {
+    return fmt::format("{}: to write a manifest of the parts, add --manifest", options.output);
+  }
+  std::string name = options.output;
+  const std::string wrong = named ? "" : noOtherFormat()(name);
+  return wrong.empty() ? std::nullopt : std::optional("--output: " + wrong);
+}
+
 int run(const JoinArguments& options) {
   if (const auto misuse = misuseOfOutput(options.output, options.parts)) return wrongUsage(*misuse);
   if (std::ranges::any_of(options.parts, isJson)) {
     if (!std::ranges::all_of(options.parts, isJson)) {
       return wrongUsage("reports (.json) and meshes (.t4d) are not joined with each other");
     }
-    return std::ranges::any_of(options.parts, isManifest) ? joinManifests(options)
-                                                          : joinReports(options);
+    if (options.manifest) return wrongUsage("--manifest names meshes (.t4d), not reports");
+    return std::ranges::any_of(options.parts, isFrameManifest) ? joinFrameManifests(options)
+                                                               : joinReports(options);
   }
-  if (options.output.empty()) return wrongUsage("--output is required");
-  std::string output = options.output;
-  if (const std::string wrong = noOtherFormat()(output); !wrong.empty()) {
-    return wrongUsage("--output: " + wrong);
-  }
+  if (const auto misuse = misuseOfName(options)) return wrongUsage(*misuse);
   Result<formats::JoinReport> joined;
   {
-    ProgressBar bar("joining");
-    joined = formats::joinT4d({options.parts.begin(), options.parts.end()}, options.output,
-                              bar.callback());
+    const std::vector<std::filesystem::path> parts(options.parts.begin(), options.parts.end());
+    ProgressBar bar(options.manifest ? "checking" : "joining");
+    joined = options.manifest ? formats::writeManifest(parts, options.output, bar.callback())
+                              : formats::joinT4d(parts, options.output, bar.callback());
   }
   if (!joined) return report(joined.error());
   std::uint64_t slabs = 0;
@@ -93,14 +110,14 @@ int run(const JoinArguments& options) {
     tetrahedra += body.tetrahedra;
   }
   if (options.json) {
-    printJson({{"parts", options.parts.size()},
+    printJson({{"parts", joined->parts},
                {"slabs", slabs},
                {"vertices", vertices},
                {"tetrahedra", tetrahedra},
                {"bytes", joined->bytes}});
   } else {
     print("{}: {} of {}, {}\n", options.output, counted(slabs, "slab"),
-          counted(options.parts.size(), "file"), sizeText(joined->bytes));
+          counted(joined->parts, options.manifest ? "part" : "file"), sizeText(joined->bytes));
     print("  {}, {}\n", counted(vertices, "vertex", "vertices"),
           counted(tetrahedra, "tetrahedron", "tetrahedra"));
   }
@@ -116,18 +133,25 @@ void addJoin(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<JoinArguments>();
   command
       ->add_option("PART", options->parts,
-                   "Input files: .t4d, in the order of their times, or reports (.json) of parts")
+                   "Input files: .t4d, .t4dm or URLs, in the order of their times, or reports "
+                   "(.json) of parts")
       ->required();
   command
       ->add_option("-o,--output", options->output,
-                   "Output file (.t4d, required; of reports .json, default: standard output)")
+                   "Output file (.t4d, or .t4dm with --manifest, required; of reports .json, "
+                   "default: standard output)")
       ->check(someName());
+  command->add_flag("--manifest", options->manifest,
+                    "Write a manifest (.t4dm) that names the parts, instead of copying them");
   command->add_flag("--json", options->json, "Print the result as JSON");
   command->footer(
       "Example, with two processes at work:\n"
       "  t4d sweep bolt.obj --motion screw-in.json --part 1/2 -o first.t4d &\n"
       "  t4d sweep bolt.obj --motion screw-in.json --part 2/2 -o second.t4d; wait\n"
       "  t4d join first.t4d second.t4d -o bolt.t4d\n"
+      "or, without copying:\n"
+      "  t4d join first.t4d second.t4d --manifest -o bolt.t4dm\n"
+      "and reports:\n"
       "  t4d validate bolt.t4d --part 1/2 --json > p1.json &\n"
       "  t4d validate bolt.t4d --part 2/2 --json > p2.json; wait; t4d join p1.json p2.json");
   command->callback([=, &exitCode] { exitCode = run(*options); });

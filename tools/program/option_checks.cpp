@@ -126,7 +126,7 @@ CLI::Validator noOtherFormat() {
       [](std::string& text) {
         const std::string extension = formats::lowerCaseExtension(text);
         const bool other = formats::triangleMeshFormat(text) != nullptr || extension == ".vdb" ||
-                           extension == ".json";
+                           extension == ".json" || extension == ".t4dm";
         if (!other) return std::string();
         return fmt::format("'{}' has the name of another format; a .t4d is written", text);
       },

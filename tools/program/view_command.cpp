@@ -9,7 +9,10 @@
 
 #include "t4d/formats/file_extension.h"
 #include "t4d/formats/output_file.h"
+#include "t4d/formats/t4d/join.h"
+#include "t4d/formats/t4d/manifest.h"
 #include "t4d/formats/t4d/url.h"
+#include "t4d/system/temporary_folder.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
 #include "tools/program/input_options.h"
@@ -95,6 +98,27 @@ std::optional<std::string> misuseOfFolder(const std::string& folder,
   return checked ? std::nullopt : std::optional(checked.error().text());
 }
 
+/// The inputs as the viewer reads them: a file in parts is joined, into `folder`, which is made for
+/// it.
+Result<std::vector<std::string>> joinedInputs(const std::vector<std::string>& inputs,
+                                              std::optional<system::TemporaryFolder>& folder) {
+  std::vector<std::string> whole = inputs;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (!formats::isManifest(inputs[i])) continue;
+    if (!folder) {
+      auto made = system::TemporaryFolder::create();
+      if (!made) return pass(made.error());
+      folder.emplace(std::move(*made));
+    }
+    const std::string name = fs::path(formats::shownName(inputs[i])).stem().string();
+    whole[i] = (folder->path() / fmt::format("{}-{}.t4d", i + 1, name)).string();
+    ProgressBar bar("joining");
+    const auto joined = formats::joinT4d({inputs[i]}, whole[i], bar.callback());
+    if (!joined) return pass(joined.error());
+  }
+  return whole;
+}
+
 Result<std::uint64_t> writePage(const std::string& path, std::span<const ShownFile> files) {
   const auto page = pageWithFiles(files);
   if (!page) return pass(page.error());
@@ -115,12 +139,15 @@ int run(const ViewArguments& options) {
         "this t4d was built without the server (cpp-httplib); write the page with -o, or build "
         "with -DT4D_WITH_HTTPLIB=ON");
   }
-  const std::vector<ShownFile> files = shownFiles(options.inputs);
+  std::optional<system::TemporaryFolder> folder;
+  const auto inputs = joinedInputs(options.inputs, folder);
+  if (!inputs) return report(inputs.error());
+  const std::vector<ShownFile> files = shownFiles(*inputs);
   const bool writesPage = isPage(options.output);
   if (!options.output.empty() && !writesPage) {
     if (const auto misuse = misuseOfFolder(options.output, files)) return wrongUsage(*misuse);
   }
-  for (const std::string& input : options.inputs) {
+  for (const std::string& input : *inputs) {
     InputOptions all;
     all.maxCells = options.maxCells;
     const auto opened = verbs::openInput(input, all);
@@ -162,7 +189,7 @@ void addView(CLI::App& app, int& exitCode) {
   auto options = std::make_shared<ViewArguments>();
   command
       ->add_option("FILES", options->inputs,
-                   "Input file (.t4d), or two to show side by side: paths or URLs")
+                   "Input file (.t4d, .t4dm), or two to show side by side: paths or URLs")
       ->required()
       ->expected(1, 2);
   command

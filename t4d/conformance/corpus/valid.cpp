@@ -8,6 +8,9 @@
 #include "t4d/conformance/corpus/cases.h"
 #include "t4d/conformance/corpus/shapes.h"
 #include "t4d/conformance/corpus/zstd_frame.h"
+#include "t4d/formats/t4d/chunk_counts.h"
+#include "t4d/formats/t4d/chunk_list.h"
+#include "t4d/formats/t4d/pages.h"
 
 namespace t4d::conformance {
 namespace {
@@ -796,6 +799,56 @@ void addGrids(AcceptedCases& cases) {
               headJson({}, {"simplex"}, gridJson(quarters)));
 }
 
+/// What INDX of a complete file says.
+formats::Index indexOf(const std::string& file) {
+  const formats::ChunkHeader header = formats::listChunks(file).back();
+  const std::size_t begin = header.offset + formats::t4d_layout::kChunkHeaderBytes;
+  const auto bytes = std::as_bytes(std::span(file)).subspan(begin, header.payloadBytes);
+  const auto payload = formats::payloadOf(header, bytes);
+  return *formats::decodeIndex(*payload, {});
+}
+
+/// Adds a PAGE for each slab, and PGIX, to a complete file of one body.
+Image withPages(Image image) {
+  using namespace formats::t4d_layout;
+  const auto add = [&](const std::string& name, const PayloadWriter& payload) {
+    Image::Chunk chunk;
+    chunk.name = name;
+    chunk.type = name.substr(0, 4);
+    chunk.flags = 0;
+    const auto text = [](std::span<const std::byte> bytes) {
+      return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    };
+    chunk.payload.putBytes("fields", text(payload.bytes()));
+    for (const auto& block : payload.blocks()) chunk.payload.putBlock("block", text(block.bytes()));
+    image.add(chunk, "DONE");
+    return formats::listChunks(image.bytes()).rbegin()[2];  // then come DONE and INDX
+  };
+  const formats::Index index = indexOf(image.bytes());
+  formats::PageList list{index.chunks.front(), {}, {}, 0};
+  formats::ChunkList chunks;
+  formats::SlabList slabs;
+  for (const auto& chunk : index.chunks) {
+    if (chunk.type == kDone) break;
+    chunks.push_back(chunk);
+    formats::addChunk(list.chunks, chunk.type, chunk.bytes());
+  }
+  for (const auto& slab : index.slabs) slabs.push_back(slab);
+  std::uint64_t end = chunks.back().end();
+  const auto addPage = [&](const formats::PageRun& run) -> Result<void> {
+    const auto page = add(fmt::format("PAGE {}", list.pages.size()), encodePage(run, end, 0));
+    formats::addChunk(list.chunks, kPage, page.bytes());
+    list.pages.push_back(entryOf(run, page.offset));
+    list.pages.back().checksum = checksumOf(page);
+    end = page.end();
+    return {};
+  };
+  (void)formats::eachPageRun(chunks, slabs, 1, 1, addPage);
+  list.offset = end;
+  add("PGIX", encodePageList(list));
+  return image;
+}
+
 void addContainer(AcceptedCases& cases) {
   simplexFile(cases, "no-index", "A file without index and footer.", {.index = false});
   cases.add("no-index-many-slabs", "Slabs are found from the front.")
@@ -857,6 +910,14 @@ void addContainer(AcceptedCases& cases) {
         .slicedAt({-0.5, 0, 0.5})
         .encloses(2.0 / 3, [](double t) { return 4.0 / 3 * cubed(1 - std::abs(t)); });
   }
+
+  const std::vector<Slab> risen = rise(cube(), 10);
+  cases.add("index-in-pages", "Version 1.1: the index again as a PAGE for each slab, and PGIX.")
+      .of(withPages(Image::of({{"cube", risen}}, {.minorVersion = 1})), {{"cube", risen}},
+          {.minorVersion = 1})
+      .shows({"optional-chunk"})
+      .slicedAt({0, 0.5, 7, 9.75})
+      .encloses(10, [](double) { return 1; });
 
   // Parts far before the slabs, in a different order.
   const std::vector<Slab> moving = rise(cube(), 3);

@@ -12,16 +12,15 @@ std::uint64_t usualCellLimit(std::uint64_t fileBytes) {
   return fileBytes > (kAnyCells - kAlways) / kPerByte ? kAnyCells : kAlways + kPerByte * fileBytes;
 }
 
-Result<void> checkCellCount(const ChunkFile& file, std::uint64_t cells,
+Result<void> checkCellCount(const std::string& name, std::uint64_t bytes, std::uint64_t cells,
                             std::optional<std::uint64_t> maxCells) {
-  const std::uint64_t bytes = file.knownBytes();
   const std::uint64_t most = maxCells.value_or(usualCellLimit(bytes));
   if (cells <= most) return {};
   Error error{ErrorCode::InvalidInput,
               fmt::format("has {} cells in all its slabs, more than the {} that are allowed for a "
                           "file of {} bytes",
                           cells, most, bytes),
-              file.path()};
+              name};
   error.remedy = Remedy::MoreCells;
   return pass(std::move(error));
 }

@@ -2,13 +2,15 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
-#include "t4d/formats/t4d/chunk_file.h"
+#include "t4d/model/error.h"
 
 namespace t4d::formats {
 
-/// Fails if there are more than `maxCells` cells, or usualCellLimit if that is not given.
-Result<void> checkCellCount(const ChunkFile& file, std::uint64_t cells,
+/// Fails if the file `name`, of `bytes` bytes, has more than `maxCells` cells, or usualCellLimit if
+/// that is not given.
+Result<void> checkCellCount(const std::string& name, std::uint64_t bytes, std::uint64_t cells,
                             std::optional<std::uint64_t> maxCells);
 
 }  // namespace t4d::formats

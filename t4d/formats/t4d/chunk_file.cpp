@@ -144,7 +144,8 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
   auto header = chunkHeader(offset, *bytes);
   if (!header || !expected_) return header;
   const auto known = std::ranges::lower_bound(*expected_, offset, {}, &ChunkHeader::offset);
-  if (known == expected_->end() || *known != *header) {
+  const bool isKnown = known != expected_->end() && known->offset == offset;
+  if (isKnown ? *known != *header : !expectsOthers_) {
     return damaged(offset,
                    fmt::format("the chunk {} is not what the index says, or what was here "
                                "before: the file is damaged, or has changed while it was read",
@@ -153,11 +154,40 @@ Result<ChunkHeader> ChunkFile::readChunkHeader(std::uint64_t offset) const {
   return header;
 }
 
+void ChunkFile::expectChunks(std::vector<ChunkHeader> chunks) {
+  expected_ = std::move(chunks);
+  if (!remote()) return;
+  for (const ChunkHeader& chunk : *expected_) {
+    if (chunk.type == kLayer) layers_.push_back({chunk.offset, chunk.end()});
+  }
+}
+
+ChunkFile ChunkFile::withChunks(std::vector<ChunkHeader> chunks) const {
+  ChunkFile file(source_);
+  file.cut_ = cut_;
+  file.expectChunks(std::move(chunks));
+  file.expectsOthers_ = true;
+  return file;
+}
+
+Result<std::uint64_t> ChunkFile::readLength(std::uint64_t end) const {
+  auto bytes = read(end - sizeof(std::uint64_t), sizeof(std::uint64_t));
+  if (!bytes) return pass(bytes.error());
+  return ByteReader(*bytes).take<std::uint64_t>();
+}
+
 ByteRange ChunkFile::placeOf(std::uint64_t offset) const {
   if (!expected_) return {};
   const auto known = std::ranges::lower_bound(*expected_, offset, {}, &ChunkHeader::offset);
   if (known == expected_->end() || known->offset != offset) return {};
   return {offset, known->end()};
+}
+
+ByteRange ChunkFile::likelyLayerOf(std::uint64_t offset) const {
+  const auto next = std::ranges::lower_bound(layers_, offset, {}, &ByteRange::begin);
+  // A layer that is no POSE moves no other.
+  const bool isLayer = next != layers_.end() && next->begin == offset;
+  return isLayer || next == layers_.begin() ? ByteRange{} : next[-1];
 }
 
 std::optional<ChunkHeader> ChunkFile::findChunk(std::uint64_t from) const {

@@ -59,7 +59,7 @@ class ChunkFile {
  public:
   /// As openByteSource does.
   static Result<ChunkFile> open(const std::filesystem::path& pathOrUrl);
-  explicit ChunkFile(std::unique_ptr<ByteSource> source) : source_(std::move(source)) {}
+  explicit ChunkFile(std::shared_ptr<ByteSource> source) : source_(std::move(source)) {}
 
   const std::string& path() const { return source_->name(); }
   bool remote() const { return source_->remote(); }
@@ -97,11 +97,19 @@ class ChunkFile {
 
   /// From now on a chunk must be one of these, in the order of their offsets: what the index says,
   /// or what was found before.
-  void expectChunks(std::vector<ChunkHeader> chunks) { expected_ = std::move(chunks); }
+  void expectChunks(std::vector<ChunkHeader> chunks);
+  /// The same file, of which a chunk must be one of these if it is at the place of one of them.
+  ChunkFile withChunks(std::vector<ChunkHeader> chunks) const;
   Result<ChunkHeader> readChunkHeader(std::uint64_t offset) const;
+
+  /// The number before `end`: the size of a list of pages, if there is one.
+  Result<std::uint64_t> readLength(std::uint64_t end) const;
 
   /// Where the chunk at `offset` is, as far as expectChunks says so; empty otherwise.
   ByteRange placeOf(std::uint64_t offset) const;
+  /// The place of the LAYR that a POSE at `offset` is likely to move: the last before it. Known of
+  /// remote files only, and empty otherwise.
+  ByteRange likelyLayerOf(std::uint64_t offset) const;
   /// As ByteSource::plan.
   void plan(std::span<const ByteRange> ranges) const { source_->plan(ranges); }
 
@@ -135,9 +143,11 @@ class ChunkFile {
   /// Parses the 24 bytes at `offset`.
   Result<ChunkHeader> chunkHeader(std::uint64_t offset, std::span<const std::byte> bytes) const;
 
-  std::unique_ptr<ByteSource> source_;
+  std::shared_ptr<ByteSource> source_;
   std::uint64_t cut_ = ~std::uint64_t{0};
   std::optional<std::vector<ChunkHeader>> expected_;
+  bool expectsOthers_ = false;
+  std::vector<ByteRange> layers_;  // the LAYRs among them
 };
 
 }  // namespace t4d::formats

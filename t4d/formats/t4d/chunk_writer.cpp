@@ -3,25 +3,36 @@
 #include <algorithm>
 #include <array>
 
+#include "t4d/formats/t4d/chunk_counts.h"
 #include "t4d/system/crc32c.h"
 
 namespace t4d::formats {
 
 using namespace t4d_layout;
 
-Result<void> ChunkWriter::begin(const std::string& head, std::uint16_t minorVersion) {
+namespace {
+
+/// The file header.
+ByteWriter fileHeaderOf(std::uint16_t minorVersion, bool indexed) {
   ByteWriter header;
   header.putBytes(kSignature.data(), kSignature.size());
   header.put(kMajorVersion);
   header.put(minorVersion);
-  header.put(indexed_ ? kFlagIndexed : std::uint32_t{0});
+  header.put(indexed ? kFlagIndexed : std::uint32_t{0});
   header.put(std::uint32_t{0});
   header.put(system::crc32c(header.data(), header.size()));
+  return header;
+}
+
+}  // namespace
+
+Result<void> ChunkWriter::begin(const std::string& head, std::uint16_t minorVersion) {
+  const ByteWriter header = fileHeaderOf(minorVersion, indexed_);
   if (auto done = out_.write(header.data(), header.size()); !done) return done;
-  std::copy_n(header.data(), index_.fileHeader.size(), index_.fileHeader.begin());
+  std::copy_n(header.data(), front_.fileHeader.size(), front_.fileHeader.begin());
   PayloadWriter payload;
   payload.putBytes(head.data(), head.size());
-  index_.head = head;
+  front_.head = head;
   const auto offset = put(kHead, payload);
   return offset ? Result<void>() : pass(offset.error());
 }
@@ -32,9 +43,10 @@ Result<void> ChunkWriter::writePadded(std::span<const std::byte> bytes) {
   return out_.write(kZeros.data(), padded(bytes.size()) - bytes.size());
 }
 
-Result<std::uint64_t> ChunkWriter::put(ChunkType type, const PayloadWriter& payload) {
+Result<std::uint64_t> ChunkWriter::put(ChunkType type, const PayloadWriter& payload,
+                                       std::uint32_t flags) {
   const std::uint64_t offset = out_.size();
-  const auto [header, front] = frontOf(type, payload, offset);
+  const auto [header, front] = frontOf(type, payload, offset, flags);
   if (auto done = writePadded(encodeChunkHeader(header)); !done) return pass(done.error());
   if (auto done = writePadded(front.bytes()); !done) return pass(done.error());
   std::vector<std::byte> space;
@@ -43,7 +55,7 @@ Result<std::uint64_t> ChunkWriter::put(ChunkType type, const PayloadWriter& payl
     if (!bytes) return pass(bytes.error());
     if (auto done = writePadded(*bytes); !done) return pass(done.error());
   }
-  index_.chunks.push_back(header);
+  chunks_.push_back(header);
   return offset;
 }
 
@@ -51,29 +63,59 @@ Result<std::uint64_t> ChunkWriter::putCopy(ChunkHeader header, std::span<const s
   header.offset = out_.size();
   if (auto done = writePadded(encodeChunkHeader(header)); !done) return pass(done.error());
   if (auto done = writePadded(payload); !done) return pass(done.error());
-  index_.chunks.push_back(header);
+  chunks_.push_back(header);
   return header.offset;
 }
 
 Result<std::uint64_t> ChunkWriter::finish(const std::vector<BodySummary>& bodies) {
-  auto doneOffset = put(kDone, encodeDone({index_.chunks.size(), bodies}));
+  if (indexed_) {
+    if (auto paged = putPages(bodies.size()); !paged) return pass(paged.error());
+  }
+  auto doneOffset = put(kDone, encodeDone({chunks_.size(), bodies}));
   if (!doneOffset) return doneOffset;
   if (indexed_) {
     if (auto put = putIndexAndFooter(*doneOffset); !put) return pass(put.error());
+    if (chunks_.failed() || slabs_.failed()) {
+      return fail(ErrorCode::Failed, "cannot read a temporary file (TMPDIR says where)");
+    }
   }
   const std::uint64_t size = out_.size();
   if (auto committed = out_.commit(); !committed) return pass(committed.error());
   return size;
 }
 
+Result<void> ChunkWriter::putPages(std::size_t bodyCount) {
+  PageList list{chunks_.front(), {}, {}, 0};
+  const auto putPage = [&](const PageRun& run) -> Result<void> {
+    const auto offset = put(kPage, encodePage(run, out_.size(), level_), 0);
+    if (!offset) return pass(offset.error());
+    list.pages.push_back(entryOf(run, *offset));
+    list.pages.back().checksum = checksumOf(chunks_.back());
+    return {};
+  };
+  auto paged = eachPageRun(chunks_, slabs_, bodyCount, pageSlabs_, putPage);
+  if (!paged || list.pages.empty()) return paged;
+  for (const ChunkHeader& chunk : chunks_.all()) addChunk(list.chunks, chunk.type, chunk.bytes());
+  list.offset = out_.size();
+  const auto last = put(kPageList, encodePageList(list), 0);
+  return last ? raiseVersion() : pass(last.error());
+}
+
+/// Version 1.1 has pages.
+Result<void> ChunkWriter::raiseVersion() {
+  const ByteWriter header = fileHeaderOf(kMinorVersion, indexed_);
+  std::copy_n(header.data(), front_.fileHeader.size(), front_.fileHeader.begin());
+  return out_.rewrite(0, header.data(), header.size());
+}
+
 Result<void> ChunkWriter::putIndexAndFooter(std::uint64_t doneOffset) {
-  const auto indexOffset = put(kIndex, encodeIndex(index_, level_));
+  const auto indexOffset = put(kIndex, encodeIndex(front_, chunks_.rows(), slabs_.rows(), level_));
   if (!indexOffset) return pass(indexOffset.error());
   ByteWriter footer;
   footer.put(*indexOffset);
   footer.put(doneOffset);
   footer.put(std::uint64_t{out_.size() + kFooterBytes});
-  footer.put(checksumOf(index_.chunks.back()));
+  footer.put(checksumOf(chunks_.back()));
   footer.put(system::crc32c(footer.data(), footer.size()));
   footer.putBytes(kEndSignature.data(), kEndSignature.size());
   return out_.write(footer.data(), footer.size());

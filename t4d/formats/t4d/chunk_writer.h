@@ -6,6 +6,7 @@
 
 #include "t4d/formats/output_file.h"
 #include "t4d/formats/t4d/index_chunk.h"
+#include "t4d/formats/t4d/pages.h"
 
 namespace t4d::formats {
 
@@ -14,21 +15,23 @@ namespace t4d::formats {
 class ChunkWriter {
  public:
   /// `level` is that of zstd for the index.
-  ChunkWriter(OutputFile out, bool indexed, int level)
-      : out_(std::move(out)), indexed_(indexed), level_(level) {}
+  /// `pageSlabs` slabs are in a page of the index, which files of many slabs have.
+  ChunkWriter(OutputFile out, bool indexed, int level, std::size_t pageSlabs = kUsualPageSlabs)
+      : out_(std::move(out)), indexed_(indexed), level_(level), pageSlabs_(pageSlabs) {}
 
   /// Writes the file header and HEAD.
   Result<void> begin(const std::string& head, std::uint16_t minorVersion);
-  bool begun() const { return !index_.chunks.empty(); }
+  bool begun() const { return !chunks_.empty(); }
 
   /// These return the offset of the chunk.
-  Result<std::uint64_t> put(t4d_layout::ChunkType type, const t4d_layout::PayloadWriter& payload);
+  Result<std::uint64_t> put(t4d_layout::ChunkType type, const t4d_layout::PayloadWriter& payload,
+                            std::uint32_t flags = t4d_layout::kFlagCritical);
   /// A chunk of another file; its payload with the padding.
   Result<std::uint64_t> putCopy(ChunkHeader header, std::span<const std::byte> payload);
 
   /// What the index says of a slab, in the order of the file.
   void addSlab(const IndexRecord& record) {
-    if (indexed_) index_.slabs.push_back(record);
+    if (indexed_) slabs_.push_back(record);
   }
   /// Bytes so far, the offset of the next chunk.
   std::uint64_t size() const { return out_.size(); }
@@ -39,12 +42,17 @@ class ChunkWriter {
 
  private:
   Result<void> writePadded(std::span<const std::byte> bytes);
+  Result<void> putPages(std::size_t bodyCount);
+  Result<void> raiseVersion();
   Result<void> putIndexAndFooter(std::uint64_t doneOffset);
 
   OutputFile out_;
   bool indexed_;
   int level_;
-  Index index_;  // without an index: only its chunks are counted
+  std::size_t pageSlabs_;
+  IndexFront front_;
+  ChunkList chunks_;
+  SlabList slabs_;  // none without an index
 };
 
 }  // namespace t4d::formats

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/pages.h"
+
 namespace t4d::formats {
 
 using namespace t4d_layout;
@@ -66,14 +68,40 @@ Result<void> checkEnding(const ChunkFile& file, const Ending& ending,
   return {};
 }
 
-Result<std::vector<IndexRecord>> readTail(const ChunkFile& file, const ChunkFile::Header& header,
-                                          const Head& head, const FileScan& scan) {
-  if (!header.indexed) {
-    if (scan.end == file.size()) return scan.slabs;
-    return file.damaged(scan.end,
-                        fmt::format("{} bytes follow the end mark of a file without index",
-                                    file.size() - scan.end));
+namespace {
+
+/// Of a file with pages: nothing of the index need be in memory at once.
+Result<SlabList> readPagedTail(const ChunkFile& file, const ChunkFile::Header& header,
+                               const Head& head, const FileScan& scan, const PageList& pages) {
+  auto slabs = checkPages(file, pages, scan.chunks, scan.slabs, head.features);
+  if (!slabs) return slabs;
+  const auto footer = file.readFooter();
+  if (!footer) return pass(footer.error());
+  const auto done = file.readChunkHeader(scan.doneOffset);
+  if (!done) return pass(done.error());
+  if (footer->done != done->offset || footer->index != done->end()) {
+    return file.damaged(file.size() - kFooterBytes, "the footer is that of another end mark");
   }
+  const auto index = file.readChunk(footer->index, kIndex);
+  if (!index) return pass(index.error());
+  if (index->header.end() != file.size() - kFooterBytes) {
+    return file.damaged(index->header.end(), "the footer does not follow the index at once");
+  }
+  if (checksumOf(index->header) != footer->indexChecksum) {
+    return file.damaged(file.size() - kFooterBytes, "the footer is that of another index");
+  }
+  ChunkList chunks;
+  chunks.push_back(head.header);
+  for (const ChunkHeader& chunk : scan.chunks.all()) chunks.push_back(chunk);
+  chunks.push_back(*done);
+  auto same = compareIndex(index->payload.view, head.features, {header.bytes, head.text},
+                           chunks.rows(), slabs->rows());
+  if (!same) return file.damaged(footer->index, "INDX: " + same.error().message);
+  return slabs;
+}
+
+Result<SlabList> readIndexedTail(const ChunkFile& file, const ChunkFile::Header& header,
+                                 const Head& head, const FileScan& scan) {
   auto ending = readEnding(file, head.features);
   if (!ending) return pass(ending.error());
   if (ending->doneHeader.offset != scan.doneOffset) {
@@ -86,17 +114,45 @@ Result<std::vector<IndexRecord>> readTail(const ChunkFile& file, const ChunkFile
     return file.damaged(ending->offset, "INDX: " + message);
   };
   if (!std::ranges::equal(std::span(ending->index.chunks).subspan(1, ending->done.chunks - 1),
-                          scan.chunks)) {
+                          scan.chunks.all())) {
     return wrong("its headers of chunks are not those of the file");
   }
-  const auto& said = ending->index.slabs;
-  const auto [record, slab] =
-      std::mismatch(said.begin(), said.end(), scan.slabs.begin(), scan.slabs.end());
-  if (record != said.end()) {
-    return wrong(fmt::format("record {} is not what the slab at byte {} says",
-                             record - said.begin(), slab->slab));
+  // There are as many, for there are as many SLABs among the chunks.
+  SlabList slabs;
+  for (const IndexRecord& said : ending->index.slabs) {
+    const IndexRecord found = scan.slabs[slabs.size()];
+    if (!(said == found)) {
+      return wrong(
+          fmt::format("record {} is not what the slab at byte {} says", slabs.size(), found.slab));
+    }
+    slabs.push_back(said);
   }
-  return said;
+  return slabs;
+}
+
+}  // namespace
+
+Result<SlabList> readTail(const ChunkFile& file, const ChunkFile::Header& header, const Head& head,
+                          const FileScan& scan, bool canGoBack) {
+  if (!header.indexed) {
+    if (scan.end != file.size()) {
+      return file.damaged(scan.end,
+                          fmt::format("{} bytes follow the end mark of a file without index",
+                                      file.size() - scan.end));
+    }
+    SlabList slabs;
+    for (const IndexRecord& slab : scan.slabs.all()) slabs.push_back(slab);
+    return slabs;
+  }
+  if (canGoBack) {
+    const auto pages = readPageList(file, scan.doneOffset, scan.done->bodies);
+    if (!pages) return pass(pages.error());
+    if (*pages) return readPagedTail(file, header, head, scan, **pages);
+    for (const ChunkHeader& chunk : scan.chunks.all()) {
+      if (chunk.type == kPage) return file.damaged(chunk.offset, "PAGE: no PGIX is before DONE");
+    }
+  }
+  return readIndexedTail(file, header, head, scan);
 }
 
 }  // namespace t4d::formats

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "t4d/formats/t4d/chunk_counts.h"
 #include "t4d/formats/t4d/ending.h"
 #include "t4d/formats/t4d/file_scan.h"
 #include "t4d/formats/t4d/slab_source.h"
@@ -14,9 +15,9 @@ using namespace t4d_layout;
 
 namespace {
 
-Result<void> checkSums(const CopiedFile& file) {
+Result<void> checkSums(const CopiedFile& file, const SlabList& slabs) {
   std::vector<SlabExtent> sums(file.bodies.size());
-  for (const IndexRecord& record : file.slabs) {
+  for (const IndexRecord& record : file.slabs.of(slabs)) {
     SlabExtent& sum = sums[record.parts.body];
     sum.cells += record.extent->cells;
     sum.bounds.add(record.extent->bounds);
@@ -34,7 +35,8 @@ Result<void> checkSums(const CopiedFile& file) {
 
 }  // namespace
 
-Result<CopiedFile> readForCopy(const std::filesystem::path& path, const model::Progress& progress) {
+Result<CopiedFile> readForCopy(const std::filesystem::path& path, CopiedChunks& into,
+                               const model::Progress& progress) {
   auto file = ChunkFile::open(path);
   if (!file) return pass(file.error());
   auto beginning = readBeginning(*file);
@@ -45,18 +47,57 @@ Result<CopiedFile> readForCopy(const std::filesystem::path& path, const model::P
   if (scan.damage) return pass(*scan.damage);
   auto slabs = readTail(*file, beginning->header, head, scan);
   if (!slabs) return pass(slabs.error());
+  CopiedFile copied{path,
+                    std::move(beginning->head),
+                    {into.chunks.size(), scan.chunks.size()},
+                    {into.slabs.size(), slabs->size()},
+                    std::move(scan.done->bodies),
+                    {}};
   // One source for all, which keeps the parts that slabs share.
-  const SlabSource source(*file, head.features);
-  for (IndexRecord& record : *slabs) {
-    if (record.extent) continue;
-    const auto slab = source.read(record);
-    if (!slab) return pass(slab.error());
-    record.extent = extentOf(**slab);
+  const SlabSource source(*file, copied.head.features);
+  for (IndexRecord record : slabs->all()) {
+    if (!record.extent) {
+      const auto slab = source.read(record);
+      if (!slab) return pass(slab.error());
+      record.extent = extentOf(**slab);
+    }
+    into.slabs.push_back(record);
   }
-  CopiedFile copied{path, std::move(beginning->head), std::move(scan.chunks), std::move(*slabs),
-                    std::move(scan.done->bodies)};
-  if (auto sums = checkSums(copied); !sums) return pass(sums.error());
+  addChunk(copied.sums, kHead, copied.head.header.bytes());
+  for (const ChunkHeader& chunk : scan.chunks.all()) {
+    into.chunks.push_back(chunk);
+    addChunk(copied.sums, chunk.type, chunk.bytes());
+  }
+  addChunk(copied.sums, kDone, scan.end - scan.doneOffset);
+  if (beginning->header.indexed) {
+    addChunk(copied.sums, kIndex, file->size() - kFooterBytes - scan.end);
+  }
+  if (auto sums = checkSums(copied, into.slabs); !sums) return pass(sums.error());
   return copied;
+}
+
+Result<CopiedFile> readIndexForCopy(const std::filesystem::path& path, CopiedChunks& into) {
+  const auto file = ChunkFile::open(path);
+  if (!file) return pass(file.error());
+  auto beginning = readBeginning(*file);
+  if (!beginning) return pass(beginning.error());
+  auto ending = readEnding(*file, beginning->head.features);
+  if (!ending) return pass(ending.error());
+  if (auto checked = checkEnding(*file, *ending, beginning->header, beginning->head); !checked) {
+    return pass(checked.error());
+  }
+  CopiedFile known{path,
+                   std::move(beginning->head),
+                   {into.chunks.size(), 0},
+                   {into.slabs.size(), ending->index.slabs.size()},
+                   std::move(ending->done.bodies),
+                   {}};
+  for (const ChunkHeader& chunk : ending->index.chunks) {
+    if (chunk.type != kHead && chunk.type != t4d_layout::kDone) into.chunks.push_back(chunk);
+  }
+  known.chunks.count = into.chunks.size() - known.chunks.first;
+  for (const IndexRecord& record : ending->index.slabs) into.slabs.push_back(record);
+  return known;
 }
 
 std::optional<std::string> differingAttribute(const Metadata& one, const Metadata& other) {
@@ -67,31 +108,35 @@ std::optional<std::string> differingAttribute(const Metadata& one, const Metadat
   return std::nullopt;
 }
 
-Result<void> copyChunks(ChunkFile& file, const CopiedFile& from, const PutChunk& put,
-                        CopyState& state, const std::function<void()>& one) {
-  file.expectChunks(from.chunks);
-  auto slab = from.slabs.begin();
-  for (const ChunkHeader& known : from.chunks) {
-    if (isUnknown(known.type)) {
-      const auto bytes = encodeChunkHeader(known);
-      const std::string header(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-      const bool safe = isSafeToCopy(known.type);
-      if (!safe) state.lost.add(known);
-      if (!safe || !state.kept.insert(header).second) {
-        one();
-        continue;
+Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const CopiedChunks& all,
+                        const PutChunk& put, CopyState& state, const std::function<void()>& one) {
+  const auto isLeftOut = [&](const ChunkHeader& chunk) {
+    if (chunk.type == kPage || chunk.type == kPageList) return true;  // made anew
+    if (!isUnknown(chunk.type)) return false;
+    const auto bytes = encodeChunkHeader(chunk);
+    const std::string header(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const bool safe = isSafeToCopy(chunk.type);
+    if (!safe) state.lost.add(chunk);
+    return !safe || !state.kept.insert(header).second;
+  };
+  std::size_t slab = from.slabs.first;
+  for (const ChunkHeader& known : from.chunks.of(all.chunks)) {
+    if (!isLeftOut(known)) {
+      auto chunk = file.readChunk(known.offset, known.type);
+      if (!chunk) return pass(chunk.error());
+      if (chunk->header != known) {
+        return file.damaged(known.offset, "the file has changed while it was read");
       }
+      std::optional<IndexRecord> record;
+      if (known.type == kSlab) record = all.slabs[slab++];
+      if (auto done = put(*chunk, record ? &*record : nullptr); !done) return done;
     }
-    auto chunk = file.readChunk(known.offset, known.type);
-    if (!chunk) return pass(chunk.error());
-    if (auto done = put(*chunk, known.type == kSlab ? &*slab++ : nullptr); !done) return done;
     one();
   }
   return {};
 }
 
-Result<ChunkWriter> beginCopy(const std::filesystem::path& into, const Metadata& metadata,
-                              std::span<const CopiedFile> files) {
+Result<CopyHead> headOfCopy(const Metadata& metadata, std::span<const CopiedFile> files) {
   std::vector<std::string> features;
   std::optional<Grid> grid;
   for (const CopiedFile& file : files) {
@@ -100,14 +145,20 @@ Result<ChunkWriter> beginCopy(const std::filesystem::path& into, const Metadata&
     }
     if (!grid) grid = file.metadata().grid;
   }
-  const auto head = headText(metadata, features, grid);
+  auto head = headText(metadata, features, grid);
+  if (!head) return pass(head.error());
+  return CopyHead{std::move(*head), std::ranges::find(features, kFeatureZstd) != features.end()};
+}
+
+Result<ChunkWriter> beginCopy(const std::filesystem::path& into, const Metadata& metadata,
+                              std::span<const CopiedFile> files) {
+  const auto head = headOfCopy(metadata, files);
   if (!head) return pass(head.error());
   auto out = OutputFile::create(into);
   if (!out) return pass(out.error());
-  const bool zstd = std::ranges::find(features, kFeatureZstd) != features.end();
   constexpr int kIndexLevel = 3;
-  ChunkWriter chunks(std::move(*out), true, zstd ? kIndexLevel : 0);
-  if (auto begun = chunks.begin(*head, minorVersionFor(metadata)); !begun) {
+  ChunkWriter chunks(std::move(*out), true, head->zstd ? kIndexLevel : 0);
+  if (auto begun = chunks.begin(head->text, minorVersionFor(metadata)); !begun) {
     return pass(begun.error());
   }
   return chunks;

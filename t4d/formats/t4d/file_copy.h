@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <span>
 #include <string>
@@ -13,26 +14,49 @@
 #include "t4d/formats/t4d/head_chunk.h"
 #include "t4d/formats/t4d/index_chunk.h"
 #include "t4d/formats/t4d/optional_chunks.h"
+#include "t4d/formats/t4d/reader.h"
 #include "t4d/model/slab.h"
 
 /// Files whose chunks become part of another file as they are.
 namespace t4d::formats {
 
+/// Where the chunks and the slabs of some files are, one file after another.
+struct CopiedChunks {
+  ChunkList chunks;  ///< those between HEAD and DONE
+  SlabList slabs;    ///< all have an extent
+};
+
+/// Rows of such a list.
+struct CopiedRange {
+  std::size_t first = 0;
+  std::size_t count = 0;
+
+  template <class List>
+  auto of(const List& list) const {
+    return list.all() | std::views::drop(first) | std::views::take(count);
+  }
+};
+
 /// A file to be copied, with all its chunks checked.
 struct CopiedFile {
   std::filesystem::path path;
   Head head;
-  std::vector<ChunkHeader> chunks;  ///< between HEAD and DONE
-  std::vector<IndexRecord> slabs;   ///< all have an extent
+  CopiedRange chunks;
+  CopiedRange slabs;
   std::vector<BodySummary> bodies;
+  std::vector<T4dChunks> sums;  ///< of all its chunks
 
   const Metadata& metadata() const { return head.metadata; }
 };
 
 /// Reads a file through, as T4dReader does with T4dOpen::Checked, and checks DONE against what the
-/// index, or the slabs without one, say of the slabs.
-Result<CopiedFile> readForCopy(const std::filesystem::path& path,
+/// index, or the slabs without one, say of the slabs. Appends what it has to `into`.
+Result<CopiedFile> readForCopy(const std::filesystem::path& path, CopiedChunks& into,
                                const model::Progress& progress = {});
+
+/// The same of a file that has an index and was checked before: reads nothing but HEAD, DONE and
+/// the index. `sums` stays empty.
+Result<CopiedFile> readIndexForCopy(const std::filesystem::path& path, CopiedChunks& into);
 
 /// An attribute that both files describe, in different ways; nothing if there is none.
 std::optional<std::string> differingAttribute(const Metadata& one, const Metadata& other);
@@ -47,11 +71,20 @@ struct CopyState {
 using PutChunk = std::function<Result<void>(ChunkFile::Chunk& chunk, const IndexRecord* slab)>;
 
 /// Gives the chunks between HEAD and DONE to `put`, one at a time, without those that may not be
-/// copied; calls `one` after each. `file` is `from`, opened.
-Result<void> copyChunks(ChunkFile& file, const CopiedFile& from, const PutChunk& put,
-                        CopyState& state, const std::function<void()>& one);
+/// copied and without pages of the index; calls `one` after each. `file` is `from`, opened, and
+/// `all` has its chunks.
+Result<void> copyChunks(const ChunkFile& file, const CopiedFile& from, const CopiedChunks& all,
+                        const PutChunk& put, CopyState& state, const std::function<void()>& one);
 
-/// Starts the file at `into`, with the features of all files.
+/// HEAD of a file into which others are copied.
+struct CopyHead {
+  std::string text;
+  bool zstd = false;
+};
+/// With the features of all files.
+Result<CopyHead> headOfCopy(const Metadata& metadata, std::span<const CopiedFile> files);
+
+/// Starts the file at `into`, with that HEAD.
 Result<ChunkWriter> beginCopy(const std::filesystem::path& into, const Metadata& metadata,
                               std::span<const CopiedFile> files);
 

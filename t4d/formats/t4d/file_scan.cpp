@@ -12,10 +12,7 @@ using namespace t4d_layout;
 
 FileScanner::FileScanner(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
                          const Features& features)
-    : file_(file),
-      bodyCount_(bodyCount),
-      features_(features),
-      checker_(file, bodyCount, scan_.chunks) {
+    : file_(file), features_(features), checker_(file, bodyCount), found_(bodyCount) {
   scan_.end = firstChunk;
 }
 
@@ -37,13 +34,14 @@ Result<ChunkHeader> FileScanner::next() {
                          taken.error().code);
   }
   if (header->type != kDone) scan_.chunks.push_back(*header);
+  checker_.addChunk(*header);
   scan_.end = header->end();
   return header;
 }
 
 Result<void> FileScanner::take(const ChunkHeader& header, const PayloadView& payload) {
   if (header.type == kConnectivity || header.type == kLayer) {
-    parts_.push_back({header.offset, header.type});
+    parts_.push_back({header});
   } else if (header.type == kPose) {
     return takePose(header, payload);
   } else if (header.type == kSlab) {
@@ -55,7 +53,7 @@ Result<void> FileScanner::take(const ChunkHeader& header, const PayloadView& pay
     if (done->chunks != chunks_) {
       return invalid(fmt::format("{} chunks come before it, not {}", chunks_, done->chunks));
     }
-    if (auto checked = checkDone(*done, scan_.slabs, bodyCount_); !checked) return checked;
+    if (auto checked = checkDone(*done, found_); !checked) return checked;
     if (auto checked = checkAllNamed(); !checked) return checked;
     scan_.doneOffset = header.offset;
     scan_.done = std::move(*done);
@@ -73,11 +71,11 @@ Result<void> FileScanner::takePose(const ChunkHeader& header, const PayloadView&
   if (!posed) return pass(posed.error());
   const std::uint64_t layer = header.offset - posed->layer;
   if (!name(layer, {kLayer})) return invalid("it moves no LAYR that comes before it");
-  const PartWindow& window = checker_.windowAt(header.offset);
-  if (!window.has(kLayer, layer)) {
+  const PartWindow& window = checker_.window();
+  if (window.find(kLayer, layer) == nullptr) {
     return invalid(fmt::format("it moves none of the last {} LAYRs", window.size()));
   }
-  parts_.push_back({header.offset, kPose, layer});
+  parts_.push_back({header, layer});
   return {};
 }
 
@@ -92,38 +90,52 @@ Result<void> FileScanner::takeSlab(const ChunkHeader& header, const PayloadView&
   }
   if (auto checked = checker_.add(record); !checked) return checked;
   scan_.slabs.push_back(record);
+  found_[record.parts.body].add(record.time);
+  if (parts_.size() >= forgetAt_) forgetParts();
   return {};
 }
 
-std::vector<FileScanner::Part>::iterator FileScanner::find(std::uint64_t offset) {
-  const auto found = std::ranges::lower_bound(parts_, offset, {}, &Part::offset);
-  return found != parts_.end() && found->offset == offset ? found : parts_.end();
+const FileScanner::Part* FileScanner::find(std::uint64_t offset) const {
+  const auto offsetOf = [](const Part& part) { return part.header.offset; };
+  const auto found = std::ranges::lower_bound(parts_, offset, {}, offsetOf);
+  return found != parts_.end() && offsetOf(*found) == offset ? &*found : nullptr;
 }
 
 bool FileScanner::name(std::uint64_t offset, std::initializer_list<ChunkType> types) {
-  const auto found = find(offset);
-  if (found == parts_.end()) return false;
-  if (std::ranges::find(types, found->type) == types.end()) return false;
-  found->named = true;
+  const Part* found = find(offset);
+  if (found == nullptr) return false;
+  if (std::ranges::find(types, found->header.type) == types.end()) return false;
+  parts_[static_cast<std::size_t>(found - parts_.data())].named = true;
   return true;
 }
 
-std::vector<std::uint64_t> FileScanner::neededParts() {
-  std::vector<std::uint64_t> needed = checker_.windowAt(scan_.end).offsets();
+std::vector<ChunkHeader> FileScanner::neededParts() const {
+  std::vector<ChunkHeader> needed = checker_.window().chunks();
   std::ranges::copy(checker_.lastUppers(), std::back_inserter(needed));
   for (std::size_t i = 0, count = needed.size(); i < count; ++i) {
-    const auto part = find(needed[i]);
-    if (part != parts_.end() && part->type == kPose) needed.push_back(part->layer);
+    if (needed[i].type != kPose) continue;
+    const Part* pose = find(needed[i].offset);
+    const Part* layer = pose == nullptr ? nullptr : find(pose->layer);
+    if (layer != nullptr) needed.push_back(layer->header);
   }
-  std::ranges::sort(needed);
+  std::ranges::sort(needed, {}, &ChunkHeader::offset);
   return needed;
+}
+
+/// Forgets parts that are named, and that slabs to come do not need.
+void FileScanner::forgetParts() {
+  const std::vector<ChunkHeader> needed = neededParts();
+  std::erase_if(parts_, [&](const Part& part) {
+    return part.named &&
+           !std::ranges::binary_search(needed, part.header.offset, {}, &ChunkHeader::offset);
+  });
+  forgetAt_ = 2 * parts_.size() + 1024;
 }
 
 Result<void> FileScanner::checkAllNamed() const {
   const auto unused = std::ranges::find(parts_, false, &Part::named);
   if (unused == parts_.end()) return {};
-  const std::string type(unused->type.begin(), unused->type.end());
-  return file_.damaged(unused->offset, type + ": no slab names it");
+  return file_.damaged(unused->header.offset, unused->header.name() + ": no slab names it");
 }
 
 FileScan scanFile(const ChunkFile& file, std::uint64_t firstChunk, std::size_t bodyCount,
@@ -141,31 +153,20 @@ FileScan scanFile(const ChunkFile& file, std::uint64_t firstChunk, std::size_t b
   return scan;
 }
 
-const PartWindow& RecordChecker::windowAt(std::uint64_t offset) {
-  for (; next_ < chunks_.size() && chunks_[next_].offset < offset; ++next_) {
-    window_.add(chunks_[next_].type, chunks_[next_].offset);
-  }
-  return window_;
-}
-
-std::vector<std::uint64_t> RecordChecker::lastUppers() const {
-  std::vector<std::uint64_t> uppers;
+std::vector<ChunkHeader> RecordChecker::lastUppers() const {
+  std::vector<ChunkHeader> uppers;
   for (const auto& last : last_) {
-    if (last && last->upper() != 0) uppers.push_back(last->upper());
+    if (last && last->record.upper() != 0) uppers.push_back(last->upper);
   }
   return uppers;
 }
 
-bool RecordChecker::areCopies(std::uint64_t layer, std::uint64_t other) const {
-  const auto headerAt = [&](std::uint64_t offset) {
-    const auto found = std::ranges::lower_bound(chunks_, offset, {}, &ChunkHeader::offset);
-    ChunkHeader header;
-    if (found != chunks_.end() && found->offset == offset) header = *found;
-    header.offset = 0;
-    return header;
-  };
-  const ChunkHeader header = headerAt(layer);
-  return header.type == kLayer && header == headerAt(other);
+bool RecordChecker::isCopy(std::uint64_t layer, const ChunkHeader& of) const {
+  const ChunkHeader* found = window_.find(kLayer, layer);
+  if (found == nullptr) return false;
+  ChunkHeader copy = *found;
+  copy.offset = of.offset;
+  return copy == of;
 }
 
 Result<void> RecordChecker::add(const IndexRecord& record) {
@@ -185,48 +186,36 @@ Result<void> RecordChecker::add(const IndexRecord& record) {
   if (parts.body >= last_.size()) {
     return wrong(fmt::format("it belongs to body {}, of {}", parts.body, last_.size()));
   }
-  std::optional<IndexRecord>& last = last_[parts.body];
+  std::optional<Last>& last = last_[parts.body];
   if (last) {
-    if (record.lower() != last->upper() && !areCopies(record.lower(), last->upper())) {
+    if (record.lower() != last->record.upper() && !isCopy(record.lower(), last->upper)) {
       return wrong("its lower layer is not the upper layer of the slab before, nor a copy of it");
     }
-    if (parts.lower != 0 ? record.time.begin != last->time.end
-                         : record.time.begin < last->time.end) {
-      return wrong(fmt::format("it begins at time {}, the slab before ends at {}",
-                               record.time.begin, last->time.end));
+    const double end = last->record.time.end;
+    if (parts.lower != 0 ? record.time.begin != end : record.time.begin < end) {
+      return wrong(
+          fmt::format("it begins at time {}, the slab before ends at {}", record.time.begin, end));
     }
   }
-  const PartWindow& window = windowAt(record.slab);
-  const auto isNear = [&](std::uint64_t layer) {
-    return layer == 0 || window.has(kLayer, layer) || window.has(kPose, layer);
-  };
-  const bool lowerIsKnown = last && record.lower() == last->upper();
-  if (!window.has(kConnectivity, record.connectivity()) ||
-      !(lowerIsKnown || isNear(record.lower())) || !isNear(record.upper())) {
-    return wrong(
-        fmt::format("its connectivity or a layer is none of the last {} before it", window.size()));
+  const ChunkHeader* upper = window_.findLayer(record.upper());
+  const bool lowerIsKnown = parts.lower == 0 || (last && record.lower() == last->record.upper());
+  if (window_.find(kConnectivity, record.connectivity()) == nullptr ||
+      !(lowerIsKnown || window_.findLayer(record.lower()) != nullptr) ||
+      !(parts.upper == 0 || upper != nullptr)) {
+    return wrong(fmt::format("its connectivity or a layer is none of the last {} before it",
+                             window_.size()));
   }
-  last = record;
+  last = {record, upper == nullptr ? ChunkHeader() : *upper};
   before_ = record.slab;
   return {};
 }
 
-Result<void> checkDone(const Done& done, const std::vector<IndexRecord>& records,
-                       std::size_t bodyCount) {
-  if (done.bodies.size() != bodyCount) {
-    return invalid(fmt::format("it has {} bodies, the metadata {}", done.bodies.size(), bodyCount));
+Result<void> checkDone(const Done& done, const std::vector<BodySpan>& found) {
+  if (done.bodies.size() != found.size()) {
+    return invalid(
+        fmt::format("it has {} bodies, the metadata {}", done.bodies.size(), found.size()));
   }
-  struct Found {
-    std::uint64_t slabs = 0;
-    model::TimeSpan time;
-  };
-  std::vector<Found> found(bodyCount);
-  for (const IndexRecord& record : records) {
-    Found& body = found[record.parts.body];
-    if (body.slabs++ == 0) body.time.begin = record.time.begin;
-    body.time.end = record.time.end;
-  }
-  for (std::size_t i = 0; i < bodyCount; ++i) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
     const BodySummary& said = done.bodies[i];
     if (found[i].slabs != said.slabs || found[i].time.begin != said.time.begin ||
         found[i].time.end != said.time.end) {

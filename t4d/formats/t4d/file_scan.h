@@ -16,36 +16,49 @@ namespace t4d::formats {
 /// is the upper layer of the slab before, or a copy of it.
 class RecordChecker {
  public:
-  /// `chunks` are those of the file, at least all before a record that is added.
-  RecordChecker(const ChunkFile& file, std::size_t bodyCount,
-                const std::vector<ChunkHeader>& chunks)
-      : file_(file), chunks_(chunks), window_(bodyCount), last_(bodyCount) {}
+  RecordChecker(const ChunkFile& file, std::size_t bodyCount)
+      : file_(file), window_(bodyCount), last_(bodyCount) {}
+  /// Call in file order, with each chunk; and with the record of a slab before its chunk.
+  void addChunk(const ChunkHeader& chunk) { window_.add(chunk); }
   Result<void> add(const IndexRecord& record);
-  /// The parts that a chunk at `offset` may name, but for upper layers of the last slabs, which the
-  /// next ones may; call with increasing offsets.
-  const PartWindow& windowAt(std::uint64_t offset);
-  /// Offsets of those upper layers.
-  std::vector<std::uint64_t> lastUppers() const;
+  /// The parts that the next chunk may name, but for upper layers of the last slabs, which the next
+  /// ones may.
+  const PartWindow& window() const { return window_; }
+  /// Those upper layers.
+  std::vector<ChunkHeader> lastUppers() const;
 
  private:
-  bool areCopies(std::uint64_t layer, std::uint64_t other) const;
+  /// A slab, and its upper layer, if that is one of the file.
+  struct Last {
+    IndexRecord record;
+    ChunkHeader upper;
+  };
+  bool isCopy(std::uint64_t layer, const ChunkHeader& of) const;
 
   const ChunkFile& file_;
-  const std::vector<ChunkHeader>& chunks_;
-  std::size_t next_ = 0;  // of the chunks that are not in the window yet
   PartWindow window_;
-  std::vector<std::optional<IndexRecord>> last_;  // per body
+  std::vector<std::optional<Last>> last_;  // per body
   std::uint64_t before_ = 0;
 };
 
-/// Checks that the end mark gives, for each body, the number of slabs and the times in `records`.
-Result<void> checkDone(const Done& done, const std::vector<IndexRecord>& records,
-                       std::size_t bodyCount);
+/// How many slabs of a body were found, and their times.
+struct BodySpan {
+  std::uint64_t slabs = 0;
+  model::TimeSpan time;
+
+  void add(const model::TimeSpan& slab) {
+    if (slabs++ == 0) time.begin = slab.begin;
+    time.end = slab.end;
+  }
+};
+
+/// Checks that the end mark gives, for each body, the number of slabs and the times in `found`.
+Result<void> checkDone(const Done& done, const std::vector<BodySpan>& found);
 
 /// What was found by reading a file from the front.
 struct FileScan {
-  std::vector<ChunkHeader> chunks;  ///< without HEAD and DONE
-  std::vector<IndexRecord> slabs;
+  ChunkList chunks;  ///< without HEAD and DONE
+  SlabList slabs;
   std::optional<Done> done;  ///< empty if the file ends before it
   std::uint64_t doneOffset = 0;
   std::uint64_t end = 0;        ///< end of the last complete chunk
@@ -67,14 +80,13 @@ class FileScanner {
   const FileScan& scan() const { return scan_; }
   FileScan take() { return std::move(scan_); }
 
-  /// Offsets of the parts that slabs to come may need, in order.
-  std::vector<std::uint64_t> neededParts();
+  /// The parts that slabs to come may need, in order.
+  std::vector<ChunkHeader> neededParts() const;
 
  private:
   /// A chunk that slabs refer to.
   struct Part {
-    std::uint64_t offset = 0;
-    t4d_layout::ChunkType type{};
+    ChunkHeader header;
     std::uint64_t layer = 0;  ///< that a POSE moves
     bool named = false;       ///< referred to by a slab, or by a POSE
   };
@@ -82,19 +94,21 @@ class FileScanner {
   Result<void> take(const ChunkHeader& header, const t4d_layout::PayloadView& payload);
   Result<void> takePose(const ChunkHeader& header, const t4d_layout::PayloadView& payload);
   Result<void> takeSlab(const ChunkHeader& header, const t4d_layout::PayloadView& payload);
-  /// The part at `offset`, or the end.
-  std::vector<Part>::iterator find(std::uint64_t offset);
+  /// The part at `offset`, or null.
+  const Part* find(std::uint64_t offset) const;
+  void forgetParts();
   /// Records that something refers to the part at `offset`; false if there is none of these types.
   bool name(std::uint64_t offset, std::initializer_list<t4d_layout::ChunkType> types);
   Result<void> checkAllNamed() const;
 
   const ChunkFile& file_;
-  std::size_t bodyCount_;
   t4d_layout::Features features_;
   FileScan scan_;
   RecordChecker checker_;
   std::uint64_t chunks_ = 0;
-  std::vector<Part> parts_;  // offsets increase
+  std::vector<Part> parts_;  // offsets increase; without those that nothing to come may name
+  std::size_t forgetAt_ = 1024;
+  std::vector<BodySpan> found_;  // of the bodies
 };
 
 /// Reads all of them, or up to the first damage.

@@ -3,12 +3,14 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "t4d/formats/t4d/chunk_header.h"
 #include "t4d/formats/t4d/chunks.h"
 #include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/long_list.h"
 #include "t4d/model/error.h"
 #include "t4d/model/slab.h"
 
@@ -46,15 +48,59 @@ struct IndexRecord {
   }
 };
 
-/// The contents of INDX.
-struct Index {
+/// An IndexRecord as it is kept in a LongList.
+struct PlainRecord {
+  PlainRecord() = default;
+  explicit PlainRecord(const IndexRecord& record);
+  explicit operator IndexRecord() const;
+
+  std::uint64_t slab = 0;
+  std::uint64_t slabBytes = 0;
+  SlabParts parts;
+  model::TimeSpan time;
+  bool hasExtent = false;
+  std::uint64_t cells = 0;
+  std::array<double, 6> bounds{};
+};
+
+using ChunkList = LongList<ChunkHeader>;
+using SlabList = LongList<IndexRecord, PlainRecord>;
+
+/// The beginning of INDX.
+struct IndexFront {
   std::array<std::byte, t4d_layout::kFileHeaderCopyBytes> fileHeader{};
-  std::string head;                 ///< the payload of HEAD
+  std::string head;  ///< the payload of HEAD
+};
+
+/// The contents of INDX.
+struct Index : IndexFront {
   std::vector<ChunkHeader> chunks;  ///< those before INDX
   std::vector<IndexRecord> slabs;   ///< each has an extent
 };
 
+/// Arrays of INDX that PAGE has, too: the directory of chunks.
+void putHeaders(t4d_layout::PayloadWriter& into, const Rows<ChunkHeader>& chunks, int level);
+/// Chunks that follow one another from `offset` on.
+Result<std::vector<ChunkHeader>> takeHeaders(t4d_layout::PayloadReader& from,
+                                             const t4d_layout::Features& features,
+                                             std::uint64_t offset);
+/// What they say of the slabs, but for the place and the size of their chunks.
+void putSlabs(t4d_layout::PayloadWriter& into, const Rows<IndexRecord>& slabs, int level);
+Result<void> takeSlabs(t4d_layout::PayloadReader& from, std::span<IndexRecord> slabs,
+                       const t4d_layout::Features& features);
+/// Sets place and size of each slab, which is to be one of the chunks, as are its parts.
+Result<void> placeSlabs(const std::vector<ChunkHeader>& chunks, std::span<IndexRecord> slabs);
+
+/// `chunks` are those before INDX.
+t4d_layout::PayloadWriter encodeIndex(const IndexFront& front, const Rows<ChunkHeader>& chunks,
+                                      const Rows<IndexRecord>& slabs, int level);
 t4d_layout::PayloadWriter encodeIndex(const Index& index, int level);
+/// The beginning alone, and the number of slabs.
+Result<IndexFront> takeIndexFront(t4d_layout::PayloadReader& from, std::uint32_t& slabs);
+/// Fails if a payload is not that of encodeIndex, however its arrays are stored.
+Result<void> compareIndex(const t4d_layout::PayloadView& payload,
+                          const t4d_layout::Features& features, const IndexFront& front,
+                          const Rows<ChunkHeader>& chunks, const Rows<IndexRecord>& slabs);
 /// Fails if the chunks cannot be one after another from the file header on, if there are more or
 /// fewer slabs among them than records, and if a part of a slab is none of them.
 Result<Index> decodeIndex(const t4d_layout::PayloadView& payload,

@@ -15,12 +15,14 @@ struct JoinReport {
   /// A line for each type of chunks, and each member of the metadata, that was not kept: such as
   /// this version does not know, and that may depend on the part, or differ from part to part.
   std::vector<std::string> losses;
+  std::size_t parts = 0;  ///< with those that manifests name
 };
 
 /// Joins files whose times follow one another, as several processes have made them, into one
 /// without decoding their slabs: the chunks are copied as they are, between one HEAD, that of the
 /// first file with the features of all, and one DONE and index (SPEC.md, section "Streams and
-/// parts"). Keeps one chunk in memory. `into` stays untouched until everything is written.
+/// parts"). A manifest (.t4dm) stands for its parts, which must be those that it describes. `into`
+/// stays untouched until everything is written.
 ///
 /// Every chunk is checked as T4dReader does with T4dOpen::Checked, and DONE against the index;
 /// whether the slabs are sound is left to checkT4dFile. Fails if a file is damaged, if two differ
@@ -28,5 +30,19 @@ struct JoinReport {
 /// one does not begin as the one before it ends: with an equal LAYR, or with no layer.
 Result<JoinReport> joinT4d(const std::vector<std::filesystem::path>& files,
                            const std::filesystem::path& into, const model::Progress& progress = {});
+
+/// Writes a manifest (.t4dm) of such files, which T4dReader reads as it reads the one that joinT4d
+/// makes of them; checks them likewise, and copies nothing. Each must have an index, and be in the
+/// folder of the manifest or below, or a URL. Parts that another manifest describes are believed to
+/// be what it says, if size and footer fit; only their indices are read. So manifests that many
+/// processes have made of a part each become one in little time.
+Result<JoinReport> writeManifest(const std::vector<std::filesystem::path>& files,
+                                 const std::filesystem::path& into,
+                                 const model::Progress& progress = {});
+
+struct Manifest;
+/// What such a manifest says, but for the paths of the parts in it.
+Result<Manifest> describeParts(const std::vector<std::filesystem::path>& files,
+                               const model::Progress& progress = {});
 
 }  // namespace t4d::formats

@@ -55,6 +55,8 @@ inline constexpr ChunkType kSlab = {'S', 'L', 'A', 'B'};
 inline constexpr ChunkType kDone = {'D', 'O', 'N', 'E'};
 inline constexpr ChunkType kIndex = {'I', 'N', 'D', 'X'};
 inline constexpr ChunkType kPadding = {'P', 'A', 'D', 'D'};
+inline constexpr ChunkType kPage = {'P', 'A', 'G', 'E'};
+inline constexpr ChunkType kPageList = {'P', 'G', 'I', 'X'};
 
 inline constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{16} << 20;
 inline constexpr std::size_t kMaxNameBytes = 255;

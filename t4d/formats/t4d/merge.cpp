@@ -49,7 +49,7 @@ class Merger {
  public:
   /// Reads a file through, and checks that it fits those before.
   Result<void> add(const std::filesystem::path& path, const model::Progress& progress) {
-    auto file = readForCopy(path, progress);
+    auto file = readForCopy(path, chunks_, progress);
     if (!file) return pass(file.error());
     for (const CopiedFile& before : files_) {
       if (auto fits = checkFit(*file, before); !fits) return fits;
@@ -69,11 +69,10 @@ class Merger {
   Result<MergeReport> write(const std::filesystem::path& into, const model::Progress& progress) {
     auto chunks = beginCopy(into, metadata(), files_);
     if (!chunks) return pass(chunks.error());
-    std::uint64_t count = 0;
-    for (const CopiedFile& file : files_) count += file.chunks.size();
     std::uint64_t done = 0;
     const auto one = [&] {
-      if (progress) progress(static_cast<double>(++done) / static_cast<double>(count));
+      if (!progress) return;
+      progress(static_cast<double>(++done) / static_cast<double>(chunks_.chunks.size()));
     };
     CopyState state;
     std::uint32_t firstBody = 0;
@@ -83,7 +82,7 @@ class Merger {
       const auto put = [&](ChunkFile::Chunk& chunk, const IndexRecord* slab) {
         return putChunk(chunk, slab, firstBody, *chunks);
       };
-      if (auto copied = copyChunks(*opened, file, put, state, one); !copied) {
+      if (auto copied = copyChunks(*opened, file, chunks_, put, state, one); !copied) {
         return pass(copied.error());
       }
       firstBody += static_cast<std::uint32_t>(file.bodies.size());
@@ -190,6 +189,7 @@ class Merger {
   }
 
   std::vector<CopiedFile> files_;
+  CopiedChunks chunks_;
   std::vector<BodyInfo> infos_;
   std::set<std::string> names_;
   MergeReport report_;

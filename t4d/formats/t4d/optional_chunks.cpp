@@ -9,8 +9,8 @@ namespace t4d::formats {
 using namespace t4d_layout;
 
 bool isUnknown(ChunkType type) {
-  constexpr std::array kKnown = {kHead, kConnectivity, kLayer, kPose,
-                                 kSlab, kDone,         kIndex, kPadding};
+  constexpr std::array kKnown = {kHead, kConnectivity, kLayer,   kPose, kSlab,
+                                 kDone, kIndex,        kPadding, kPage, kPageList};
   return std::ranges::find(kKnown, type) == kKnown.end();
 }
 
@@ -36,10 +36,18 @@ std::vector<std::string> LostChunks::lines() const {
   return lines;
 }
 
+Result<void> OptionalChunks::each(const Take& take) const {
+  if (walk_) return walk_(take);
+  for (const ChunkHeader& header : headers_) {
+    if (auto taken = take(*file_, header); !taken) return taken;
+  }
+  return {};
+}
+
 Result<void> copyOptionalChunks(const OptionalChunks& chunks, ChunkWriter& into, LostChunks& lost) {
-  for (const ChunkHeader& header : chunks.headers()) {
+  return chunks.each([&](const ChunkFile& file, const ChunkHeader& header) -> Result<void> {
     if (header.critical()) {
-      return chunks.file().damaged(
+      return file.damaged(
           header.offset,
           fmt::format("the chunk '{}' is needed, but this version does not know it; a newer t4d "
                       "may",
@@ -48,13 +56,13 @@ Result<void> copyOptionalChunks(const OptionalChunks& chunks, ChunkWriter& into,
     }
     if (!isSafeToCopy(header.type)) {
       lost.add(header);
-      continue;
+      return {};
     }
-    const auto chunk = chunks.file().readChunk(header.offset, header.type);
+    const auto chunk = file.readChunk(header.offset, header.type);
     if (!chunk) return pass(chunk.error());
     if (auto put = into.putCopy(header, chunk->payload.bytes); !put) return pass(put.error());
-  }
-  return {};
+    return {};
+  });
 }
 
 }  // namespace t4d::formats

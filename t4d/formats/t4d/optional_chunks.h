@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -19,20 +20,26 @@ bool isSafeToCopy(t4d_layout::ChunkType type);
 /// The chunks of a file that this version does not know.
 class OptionalChunks {
  public:
+  using Take = std::function<Result<void>(const ChunkFile& file, const ChunkHeader& header)>;
+  using Walk = std::function<Result<void>(const Take& take)>;
+
   OptionalChunks() = default;
   /// `file` must outlive this.
   explicit OptionalChunks(const ChunkFile& file) : file_(&file) {}
+  /// Those that `walk` passes on, in order.
+  explicit OptionalChunks(Walk walk) : walk_(std::move(walk)) {}
 
   /// Takes the chunk if it is one of those; call in file order.
   void add(const ChunkHeader& header) {
     if (isUnknown(header.type)) headers_.push_back(header);
   }
-  const ChunkFile& file() const { return *file_; }
-  const std::vector<ChunkHeader>& headers() const { return headers_; }
+  /// Passes them on in order, up to the first error.
+  Result<void> each(const Take& take) const;
 
  private:
   const ChunkFile* file_ = nullptr;
   std::vector<ChunkHeader> headers_;
+  Walk walk_;
 };
 
 /// The chunks that an editor leaves out because it does not know them: how many of each type, and

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <string_view>
 
 #include "t4d/system/crc32c.h"
 
@@ -60,14 +62,14 @@ std::size_t countedBytes(const PayloadView& view) {
 
 void PartCopier::begin(const ChunkFile& file, const std::vector<std::uint64_t>& lowers) {
   file_ = &file;
+  given_ = PartWindow(uppers_.size());
+  uppersThere_ = lowers;
   placed_.clear();
-  types_.clear();
   atSeam_.clear();
   seen_.clear();
   for (std::size_t body = 0; body < lowers.size(); ++body) {
     if (lowers[body] == 0) continue;
     placed_[lowers[body]] = uppers_[body];
-    types_[lowers[body]] = kLayer;
     atSeam_.insert(lowers[body]);
   }
 }
@@ -75,17 +77,22 @@ void PartCopier::begin(const ChunkFile& file, const std::vector<std::uint64_t>& 
 Result<std::uint64_t> PartCopier::copy(const ChunkHeader& header,
                                        std::span<const std::byte> payload) {
   auto offset = into_.putCopy(header, payload);
-  if (offset) window_.add(header.type, *offset);
+  if (!offset) return offset;
+  ChunkHeader there = header;
+  there.offset = *offset;
+  window_.add(there);
   return offset;
 }
 
 bool PartCopier::takeStored(const ChunkFile::Chunk& chunk) {
   const ChunkHeader header = withoutOffset(chunk.header);
   // Where a part has a connectivity twice, it is a spare copy.
-  if (!seen_.insert(encodeChunkHeader(header)).second) return false;
+  const auto key = encodeChunkHeader(header);
+  const std::string_view text(reinterpret_cast<const char*>(key.data()), key.size());
+  if (!seen_.insert(std::hash<std::string_view>()(text)).second) return false;
   const auto found = std::ranges::find_if(stored_, [&](const Stored& one) {
     return one.header == header && one.bytes == chunk.payload.bytes &&
-           window_.has(kConnectivity, one.offset);
+           window_.find(kConnectivity, one.offset) != nullptr;
   });
   if (found == stored_.end()) return false;
   placed_[chunk.header.offset] = found->offset;
@@ -100,7 +107,8 @@ void PartCopier::store(const ChunkFile::Chunk& chunk, std::uint64_t offset) {
   storedBytes_ += counted;
   const std::size_t least = anySize_ ? 1 : 0;
   while (stored_.size() > least &&
-         (storedBytes_ > kMostBytes || !window_.has(kConnectivity, stored_.front().offset))) {
+         (storedBytes_ > kMostBytes ||
+          window_.find(kConnectivity, stored_.front().offset) == nullptr)) {
     storedBytes_ -= stored_.front().counted;
     stored_.pop_front();
   }
@@ -108,9 +116,12 @@ void PartCopier::store(const ChunkFile::Chunk& chunk, std::uint64_t offset) {
 
 Result<std::uint64_t> PartCopier::nameable(std::uint64_t offset, ChunkType type) {
   const std::uint64_t placed = placed_.at(offset);
-  if (window_.has(type, placed)) return placed;
+  if (window_.find(type, placed) != nullptr) return placed;
   const auto chunk = file_->readChunk(offset, type);
   if (!chunk) return pass(chunk.error());
+  if (chunk->header != *given_.find(type, offset)) {
+    return file_->damaged(offset, "the file has changed while it was read");
+  }
   const auto again = copy(chunk->header, chunk->payload.bytes);
   if (again) placed_[offset] = *again;
   return again;
@@ -118,7 +129,8 @@ Result<std::uint64_t> PartCopier::nameable(std::uint64_t offset, ChunkType type)
 
 Result<void> PartCopier::put(const ChunkFile::Chunk& chunk) {
   const ChunkHeader& header = chunk.header;
-  types_[header.offset] = header.type;
+  given_.add(header);
+  forgetPlaces();
   if (atSeam_.contains(header.offset)) return {};
   if (header.type == kConnectivity && takeStored(chunk)) return {};
   Result<std::uint64_t> offset;
@@ -140,15 +152,18 @@ Result<void> PartCopier::put(const ChunkFile::Chunk& chunk) {
 
 Result<void> PartCopier::putSlab(const ChunkFile::Chunk& chunk, const IndexRecord& record) {
   std::uint64_t& upperOfBody = uppers_[record.parts.body];
+  std::uint64_t& upperThere = uppersThere_[record.parts.body];
   std::array<std::uint64_t, 3> parts = {record.connectivity(), record.lower(), record.upper()};
   for (std::uint64_t& part : parts) {
     if (part == 0) continue;
     // The layer with which the body ended before may be as far back as it is.
-    if (placed_.at(part) == upperOfBody && &part == &parts[1]) {
+    if (&part == &parts[1] && part == upperThere) {
       part = upperOfBody;
       continue;
     }
-    const auto placed = nameable(part, types_.at(part));
+    const auto placed = nameable(part, given_.find(kConnectivity, part) != nullptr ? kConnectivity
+                                       : given_.find(kLayer, part) != nullptr      ? kLayer
+                                                                                   : kPose);
     if (!placed) return pass(placed.error());
     part = *placed;
   }
@@ -163,7 +178,19 @@ Result<void> PartCopier::putSlab(const ChunkFile::Chunk& chunk, const IndexRecor
   if (!offset) return pass(offset.error());
   into_.addSlab({*offset, record.slabBytes, moved, record.time, record.extent});
   upperOfBody = parts[2];
+  upperThere = record.upper();
   return {};
+}
+
+/// Keeps the places of those chunks alone that this part may still name.
+void PartCopier::forgetPlaces() {
+  constexpr std::size_t kSpare = 1024;
+  if (placed_.size() < forgetAt_) return;
+  std::erase_if(placed_, [&](const auto& place) {
+    return !atSeam_.contains(place.first) && given_.find(kConnectivity, place.first) == nullptr &&
+           given_.findLayer(place.first) == nullptr;
+  });
+  forgetAt_ = 2 * placed_.size() + kSpare;
 }
 
 }  // namespace t4d::formats

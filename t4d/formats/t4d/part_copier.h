@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <span>
+#include <unordered_set>
 #include <vector>
 
 #include "t4d/formats/t4d/chunk_file.h"
@@ -23,7 +24,7 @@ class PartCopier {
  public:
   /// `anySize`: whether connectivities of more than 4 MiB are looked for, too.
   PartCopier(ChunkWriter& into, std::size_t bodies, bool anySize)
-      : into_(into), window_(bodies), uppers_(bodies), anySize_(anySize) {}
+      : into_(into), window_(bodies), uppers_(bodies), anySize_(anySize), given_(bodies) {}
 
   /// The next file. `lowers` has, for each body that continues, the offset of its first lower
   /// layer there, which is equal to the last upper layer of that body; 0 for others.
@@ -45,6 +46,7 @@ class PartCopier {
   Result<std::uint64_t> nameable(std::uint64_t offset, t4d_layout::ChunkType type);
   Result<std::uint64_t> copy(const ChunkHeader& header, std::span<const std::byte> payload);
   bool takeStored(const ChunkFile::Chunk& chunk);
+  void forgetPlaces();
   void store(const ChunkFile::Chunk& chunk, std::uint64_t offset);
 
   ChunkWriter& into_;
@@ -52,10 +54,12 @@ class PartCopier {
   std::vector<std::uint64_t> uppers_;  // of the bodies, where their last upper layers are
   bool anySize_;
   const ChunkFile* file_ = nullptr;
-  std::map<std::uint64_t, std::uint64_t> placed_;  // of this part: where its chunks are now
-  std::map<std::uint64_t, t4d_layout::ChunkType> types_;
+  PartWindow given_;                               // chunks of this part that it may name
+  std::vector<std::uint64_t> uppersThere_;         // what uppers_ are in this part
+  std::map<std::uint64_t, std::uint64_t> placed_;  // of this part: where those are now
+  std::size_t forgetAt_ = 0;
   std::set<std::uint64_t> atSeam_;
-  std::set<ChunkHeaderBytes> seen_;  // connectivities of this part
+  std::unordered_set<std::size_t> seen_;  // hashes of the connectivities of this part
   std::deque<Stored> stored_;
   std::size_t storedBytes_ = 0;
 };

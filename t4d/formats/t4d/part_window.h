@@ -7,39 +7,47 @@
 #include <map>
 #include <vector>
 
-#include "t4d/formats/t4d/layout.h"
+#include "t4d/formats/t4d/chunk_header.h"
 
 namespace t4d::formats {
 
-/// The offsets of the last chunks of each type, which are those that the next chunks may name
-/// (SPEC.md, rules K6 and S12).
+/// The last chunks of each type, which are those that the next chunks may name (SPEC.md, rules K6
+/// and S12).
 class PartWindow {
  public:
   explicit PartWindow(std::size_t bodyCount) : size_(t4d_layout::kWindowPerBody * bodyCount) {}
 
   /// Call in file order.
-  void add(t4d_layout::ChunkType type, std::uint64_t offset) {
+  void add(const ChunkHeader& chunk) {
     using namespace t4d_layout;
-    if (type != kConnectivity && type != kLayer && type != kPose) return;
-    std::deque<std::uint64_t>& last = last_[type];
-    last.push_back(offset);
+    if (chunk.type != kConnectivity && chunk.type != kLayer && chunk.type != kPose) return;
+    std::deque<ChunkHeader>& last = last_[chunk.type];
+    last.push_back(chunk);
     if (last.size() > size_) last.pop_front();
   }
-  bool has(t4d_layout::ChunkType type, std::uint64_t offset) const {
+  /// The chunk at `offset`; null if it is none of them.
+  const ChunkHeader* find(t4d_layout::ChunkType type, std::uint64_t offset) const {
     const auto last = last_.find(type);
-    return last != last_.end() && std::ranges::binary_search(last->second, offset);
+    if (last == last_.end()) return nullptr;
+    const auto found = std::ranges::lower_bound(last->second, offset, {}, &ChunkHeader::offset);
+    return found != last->second.end() && found->offset == offset ? &*found : nullptr;
+  }
+  /// A layer or a pose.
+  const ChunkHeader* findLayer(std::uint64_t offset) const {
+    const ChunkHeader* layer = find(t4d_layout::kLayer, offset);
+    return layer != nullptr ? layer : find(t4d_layout::kPose, offset);
   }
   std::size_t size() const { return size_; }
   /// All of them.
-  std::vector<std::uint64_t> offsets() const {
-    std::vector<std::uint64_t> all;
+  std::vector<ChunkHeader> chunks() const {
+    std::vector<ChunkHeader> all;
     for (const auto& [type, last] : last_) all.insert(all.end(), last.begin(), last.end());
     return all;
   }
 
  private:
   std::size_t size_;
-  std::map<t4d_layout::ChunkType, std::deque<std::uint64_t>> last_;
+  std::map<t4d_layout::ChunkType, std::deque<ChunkHeader>> last_;
 };
 
 }  // namespace t4d::formats

@@ -64,11 +64,16 @@ struct T4dSlab {
 /// uncompressed file takes about one hundredth of that.
 class T4dReader {
  public:
+  class File;
   static constexpr std::size_t kMemoryPerFileByte = 12 * 1024;
   static constexpr std::size_t kMemoryAlways = std::size_t{1} << 20;
 
   /// Opens a file by its path, or by its URL on a web server (http:// or https://). There it
   /// requests a part of the file at a time, and fails if the file changes between two requests.
+  ///
+  /// A path or URL that ends in .t4dm is a file in parts: its manifest is read, and of its parts
+  /// those that are asked for. A part is compared with the manifest when it is opened, by its size
+  /// and its footer; with Checked, all of them are read and their SHA-256 compared as well.
   ///
   /// Fails for a file with more than `maxCells` cells, which is usualCellLimit if not given. With
   /// FromFront they are not counted.
@@ -105,7 +110,7 @@ class T4dReader {
   /// Puts all slabs of a body into `sink`, then checks the file's summary of the body against them.
   Result<void> readThrough(std::size_t body, model::Sink& sink,
                            const model::Progress& progress = {}) const;
-  /// The offset of a slab's chunk in the file.
+  /// The offset of a slab's chunk in the file, or in the part that has it.
   std::uint64_t slabOffset(std::size_t body, std::size_t slab) const;
 
   /// As the index has it; without an index the slab is read.
@@ -115,7 +120,6 @@ class T4dReader {
   const std::optional<Error>& damage() const;
 
  private:
-  class File;
   explicit T4dReader(std::unique_ptr<File> file);
   std::unique_ptr<File> file_;
 };

@@ -10,6 +10,7 @@
 #include "t4d/formats/t4d/found_chunks.h"
 #include "t4d/formats/t4d/head_chunk.h"
 #include "t4d/formats/t4d/index_chunk.h"
+#include "t4d/formats/t4d/manifest.h"
 #include "t4d/formats/t4d/optional_chunks.h"
 #include "t4d/formats/t4d/reader.h"
 #include "t4d/formats/t4d/slab_source.h"
@@ -24,6 +25,11 @@ namespace {
 
 /// Salvage reads all of a file, some of it more than once.
 Result<ChunkFile> openLocal(const std::filesystem::path& path) {
+  if (isManifest(path)) {
+    return fail(ErrorCode::Unsupported,
+                "is a file in parts: recover the parts that are damaged, and join them again",
+                path.string());
+  }
   if (schemeOf(path.native()).empty()) return ChunkFile::open(path);
   return fail(ErrorCode::Unsupported,
               "only a local file can be searched for what is intact: download it first",

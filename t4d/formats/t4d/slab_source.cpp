@@ -84,6 +84,7 @@ void SlabSource::plan(std::size_t index) const {
       if (layer == 0) continue;
       const ByteRange range = file_->placeOf(layer);
       ranges.push_back(range);
+      ranges.push_back(file_->likelyLayerOf(layer));
       own += length(range);
       all = {std::min(all.begin, range.begin), std::max(all.end, range.end)};
     }

@@ -62,7 +62,7 @@ class T4dStream::File {
       if (chunk->type != kSlab) continue;
       auto slab = readSlab();
       if (!slab) return pass(slab.error());
-      const IndexRecord& record = scanner_->scan().slabs.back();
+      const IndexRecord record = scanner_->scan().slabs.back();
       return Item{record.parts.body, record.slab, std::move(*slab)};
     }
     if (auto ended = end(); !ended) return pass(ended.error());
@@ -80,7 +80,7 @@ class T4dStream::File {
  private:
   /// The slab that the scanner has come to.
   Result<std::shared_ptr<const model::Slab>> readSlab() {
-    const IndexRecord& record = scanner_->scan().slabs.back();
+    const IndexRecord record = scanner_->scan().slabs.back();
     const std::size_t body = record.parts.body;
     auto slab = bodies_[body].read(record);
     if (!slab) {
@@ -90,7 +90,8 @@ class T4dStream::File {
     }
     (void)tallies_[body].put(**slab);
     cells_ += (*slab)->connectivity->cells.size();
-    if (auto checked = checkCellCount(file_, cells_, maxCells_); !checked) {
+    if (auto checked = checkCellCount(file_.path(), file_.knownBytes(), cells_, maxCells_);
+        !checked) {
       return pass(checked.error());
     }
     if (header.indexed) extents_.push_back(extentOf(**slab));
@@ -99,11 +100,9 @@ class T4dStream::File {
   }
 
   void forget() {
-    const std::vector<ChunkHeader>& known = scanner_->scan().chunks;
     std::vector<ByteRange> needed;
-    for (const std::uint64_t offset : scanner_->neededParts()) {
-      const auto chunk = std::ranges::lower_bound(known, offset, {}, &ChunkHeader::offset);
-      needed.push_back({offset, chunk->end()});
+    for (const ChunkHeader& part : scanner_->neededParts()) {
+      needed.push_back({part.offset, part.end()});
     }
     pipe_->forgetAllBut(needed);
   }
@@ -127,7 +126,7 @@ class T4dStream::File {
                                                 : "something follows the end mark of a file "
                                                   "without index");
     }
-    const auto slabs = readTail(file_, header, head, scan);
+    const auto slabs = readTail(file_, header, head, scan, false);
     if (!slabs) return pass(slabs.error());
     for (std::size_t i = 0; i < extents_.size(); ++i) {
       if ((*slabs)[i].extent == extents_[i]) continue;

@@ -42,7 +42,7 @@ class T4dWriter::File {
   File(const std::filesystem::path& path, OutputFile file, const Metadata& metadata,
        const T4dWriteOptions& options)
       : path_(path),
-        chunks_(std::move(file), options.index, options.compression),
+        chunks_(std::move(file), options.index, options.compression, options.pageSlabs),
         metadata_(metadata),
         arrays_{options.compression, options.float32, {}},
         step_(options.step),
@@ -181,7 +181,7 @@ class T4dWriter::File {
   /// Returns the offset of the chunk.
   Result<std::uint64_t> putChunk(ChunkType type, const PayloadWriter& payload) {
     auto offset = chunks_.put(type, payload);
-    if (offset) window_.add(type, *offset);
+    if (offset) window_.add({.type = type, .offset = *offset});
     return offset;
   }
 
@@ -211,7 +211,7 @@ class T4dWriter::File {
   bool mayBeNamed(ChunkType type, std::uint64_t offset) const {
     const auto uses = uses_.find(offset);
     const bool worn = uses != uses_.end() && uses->second >= spareEvery_;
-    return window_.has(type, offset) && !worn;
+    return window_.find(type, offset) != nullptr && !worn;
   }
 
   /// `layer` is as it is stored.
@@ -274,7 +274,7 @@ class T4dWriter::File {
     storedBytes_ += bytes;
     stored_.push_back({std::move(payload), bytes, *offset});
     while (storedBytes_ > kMostBytes ||
-           (!stored_.empty() && !window_.has(kConnectivity, stored_.front().offset))) {
+           (!stored_.empty() && window_.find(kConnectivity, stored_.front().offset) == nullptr)) {
       storedBytes_ -= stored_.front().bytes;
       stored_.pop_front();
     }

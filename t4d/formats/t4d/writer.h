@@ -27,12 +27,14 @@ struct T4dWriteOptions {
   /// Store connectivity, and the reference of posed layers, again after so many slabs, so that
   /// damage to one copy costs no more than these; at least 2, or 0 for no copies.
   std::uint64_t spareEvery = 0;
+  /// Slabs in a page of the index, at least 1. A file with eight times as many has pages.
+  std::size_t pageSlabs = 2048;
 };
 
-/// Writes a .t4d file slab by slab. Memory use is one slab, plus some 200 bytes for each slab
-/// written; of a slab that is made piece by piece (model::StreamedSlab), what is stored of it,
-/// unless positions are rounded. Blocks are compressed on all threads. The target path stays
-/// untouched until `finish` returns successfully.
+/// Writes a .t4d file slab by slab. Memory use is one slab, plus some MB for the index, of which
+/// the rest waits in a temporary file; of a slab that is made piece by piece (model::StreamedSlab),
+/// what is stored of it, unless positions are rounded. Blocks are compressed on all threads. The
+/// target path stays untouched until `finish` returns successfully.
 ///
 /// Connectivity is stored once for consecutive slabs of one body that share the object, and where
 /// one of the last 4 MiB, and 16 for each body, of stored connectivity has the same content; layers

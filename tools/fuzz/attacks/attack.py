@@ -115,6 +115,13 @@ class Attack:
                        "-o", seeds / "plain.t4d")
         self.make_seed("transform", seeds / "mesh.t4d", "--move", 5, 1, 2, "-o",
                        seeds / "moved.t4d")
+        for part in (1, 2, 3):
+            self.make_seed("sweep", seeds / "cube.obj", "-m", motion, "--part", f"{part}/3", "-o",
+                           seeds / f"part{part}.t4d")
+        (seeds / "corner.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                          "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        self.make_seed("sweep", seeds / "corner.obj", "-m", seeds / "screw-in.json", "--steps", 4000,
+                       "-o", seeds / "paged.t4d")
         self.make_seed("voxelize", seeds / "cube.obj", "-m", motion, "--voxel-size", 4, "--frames",
                        2, "-o", seeds / "frames")
         for extension in ("stl", "ply", "glb", "gltf", "obj", "vtp", "usda", "usdz"):
@@ -143,6 +150,8 @@ class Attack:
             "motion": sorted(p for p in seeds.glob("*.json") if "bodies" not in p.read_text()),
             "t4d": [seeds / f"{name}.t4d" for name in ("mesh", "plain", "voxel")],
             "moved": [seeds / "moved.t4d"],  # mesh.t4d elsewhere
+            "parts": [seeds / f"part{part}.t4d" for part in (1, 2, 3)],
+            "paged": [seeds / "paged.t4d"],  # of 20,000 slabs
             "vdb": sorted((seeds / "frames").glob("*.vdb")),
         }
         self.make_commands(seeds)

@@ -105,6 +105,90 @@ def simplified_parts(attack):
     return Run(["join", *parts, "-o", out], parts, out, check=check)
 
 
+@input_class(weight=2)
+def reports_of_parts(attack):
+    """reports on parts, one of them missing, twice, of another run, or altered: good ones join to the
+    report on the whole, others are refused"""
+    rng = attack.rng
+    file = attack.pick("t4d")
+    verb = rng.choice([["validate", file], ["validate", file, "--deep"], ["quality", file],
+                       ["measure", file, "--frames", 8]])
+    count = rng.randrange(1, 1 + min(6, attack.t4d(*verb, "--most-parts").json["parts"]))
+
+    def report(name, *command):
+        path = attack.path(name)
+        path.write_text(attack.t4d(*command, "--json").out)
+        return path
+
+    parts = [report(f"{k}.json", *verb, "--part", f"{k}/{count}") for k in range(1, count + 1)]
+    at = rng.randrange(count)
+    fault = rng.choice(["none", "missing", "twice", "count", "options", "input", "whole", "text", "bytes"])
+    if fault == "missing" and count == 1:
+        fault = "none"
+    elif fault == "missing":
+        del parts[at]
+    elif fault == "twice":
+        parts.append(parts[at])
+    elif fault == "count":
+        parts.append(report("other.json", "measure", file, "--frames", 9, "--part", "1/9"))
+    elif fault == "options":
+        parts[at] = report("other.json", *verb, "--threads", 1, "--part", f"{at + 1}/{count}")
+        fault = "none"  # the number of threads changes nothing
+    elif fault == "input":
+        parts.append(report("other.json", verb[0], attack.pick("moved"), *verb[2:], "--part", f"{at + 1}/{count}"))
+    elif fault == "whole":
+        parts[at] = report("other.json", *verb)
+    elif fault == "text":
+        parts[at] = attack.altered_text(parts[at], "altered.json")
+    elif fault == "bytes":
+        parts[at], _ = attack.altered(parts[at], "altered.json")
+    rng.shuffle(parts)
+    whole = attack.t4d(*verb, "--json").out
+
+    def check(result):
+        if fault != "none":
+            return []
+        return [] if result.out == whole else [f"joined {result.out!r} in place of {whole!r}"]
+
+    refused = fault not in ("none", "text", "bytes")
+    return Run(["join", *parts], parts, expect={1, 4} if refused else None, check=check)
+
+
+@input_class(weight=1)
+def parts_of_files(attack):
+    """a file compressed in parts, one of them missing, twice, of other bytes, or altered: good ones join
+    to the whole, with gaps and overlaps they are refused"""
+    rng = attack.rng
+    file = attack.pick("t4d")
+    most = attack.t4d("compress", file, "-o", attack.path("x.t4d"), "--most-parts").json["parts"]
+    count = rng.randrange(1, 1 + min(5, most))
+    parts = [attack.path(f"{k}.t4d") for k in range(1, count + 1)]
+    for k, part in enumerate(parts, 1):
+        attack.t4d("compress", file, "--part", f"{k}/{count}", "-o", part, "-q")
+    at = rng.randrange(count)
+    fault = rng.choice(["none", "gap", "twice", "disorder", "altered"])
+    if fault == "gap" and 0 < at < count - 1:
+        del parts[at]
+    elif fault == "twice":
+        parts.insert(at, parts[at])
+    elif fault == "disorder" and count > 1:
+        parts.reverse()
+    elif fault == "altered":
+        parts[at], different = attack.altered(parts[at], "altered.t4d")
+        fault = "altered" if different else "none"
+    else:
+        fault = "none"
+    out = attack.path("out.t4d")
+
+    def check(result):
+        if fault != "none" or not result.succeeded:
+            return [] if fault != "none" else [f"parts do not join: {result.err}"]
+        level = attack.t4d("diff", file, out, "--json").json["level"]
+        return [] if level in ("bytes", "mesh") else [f"joined, it differs by {level}"]
+
+    return Run(["join", *parts, "-o", out], parts, out, must_fail=fault != "none", check=check)
+
+
 @input_class(weight=1)
 def times_files(attack):
     """lists and tables of times: any separators, words, empty lines, millions of rows, bytes that are no

@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import struct
 from fractions import Fraction
 
@@ -216,6 +217,86 @@ def sealed(attack):
         output = attack.path("out.vtu")
         return Run(["convert", file, output], [file], output, expect={4})
     return Run([*verb.split(), file], [file], expect={4} if verb != "info" else None)
+
+
+@input_class(weight=2)
+def index_pages(attack):
+    """pages of an index with flipped bits behind checksums that are right: `validate` finds each"""
+    rng = attack.rng
+    data = bytearray(attack.pick("paged").read_bytes())
+    chunks = Chunk.all(data)
+    pages = [chunk for chunk in chunks if chunk.type == "PAGE"]
+    pgix = next(chunk for chunk in chunks if chunk.type == "PGIX")
+    chunk = rng.choice([pgix, *pages])
+    before = bytes(data[chunk.at + 28:chunk.at + 32])
+    for _ in range(rng.choice([1, 1, 8])):
+        data[chunk.at + 32 + rng.randrange(8 * chunk.blocks, chunk.length)] ^= 1 << rng.randrange(8)
+    chunk.seal()
+    if chunk is not pgix and rng.random() < 0.8:
+        entry = data.index(before, pgix.at)
+        data[entry:entry + 4] = data[chunk.at + 28:chunk.at + 32]
+        pgix.seal()
+    file = attack.path("pages.t4d")
+    file.write_bytes(data)
+    verb = rng.choice(["validate", "slice", "info --slabs", "join"])
+    if verb == "slice":
+        output = attack.path("out.ply")
+        return Run(["slice", file, "-t", rng.uniform(0, 5), "-o", output], [file], output)
+    if verb == "join":
+        output = attack.path("out.t4d")
+        return Run(["join", file, "-o", output], [file], output, expect={4})
+    return Run([*verb.split(), file], [file], expect={4} if verb == "validate" else None)
+
+
+@input_class(weight=3)
+def manifests(attack):
+    """files in parts (`.t4dm`): a part missing, exchanged, altered or a pipe; members of the manifest
+    replaced, and paths that lead elsewhere"""
+    rng = attack.rng
+    parts = []
+    for seed in attack.seeds["parts"]:
+        parts.append(attack.path(seed.name))
+        parts[-1].write_bytes(seed.read_bytes())
+    file = attack.path("solid.t4dm")
+    attack.t4d("join", *parts, "--manifest", "-o", file)
+    manifest = json.loads(file.read_text())
+    kind = rng.choice(["sound", "missing", "exchanged", "altered", "pipe", "path", "member", "text"])
+    part = rng.choice(parts)
+    if kind == "missing":
+        part.unlink()
+    elif kind == "exchanged":
+        part.write_bytes(rng.choice([each for each in parts if each != part]).read_bytes())
+    elif kind == "altered":
+        data = bytearray(part.read_bytes())
+        data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        part.write_bytes(data)
+    elif kind == "pipe":
+        part.unlink()
+        os.mkfifo(part)
+    elif kind == "path":
+        rng.choice(manifest["parts"])["path"] = rng.choice([
+            "../part1.t4d", "/etc/passwd", "/dev/zero", "solid.t4dm", ".", "", "part1.t4d\0", "a" * 5000,
+            "file:///etc/passwd", "http://127.0.0.1:1/part1.t4d", "part1.t4d/../part1.t4d"])
+    elif kind == "member":
+        of = rng.choice([manifest, *manifest["parts"], *(p["bodies"][0] for p in manifest["parts"])])
+        of[rng.choice(sorted(of))] = rng.choice([None, -1, 0, 1e300, 2 ** 64, "", "x", [], {}, [0, 0, 0]])
+    if kind in ("path", "member"):
+        file.write_text(json.dumps(manifest))
+    elif kind == "text":
+        data = bytearray(file.read_bytes())
+        data[rng.randrange(len(data))] = rng.randrange(256)
+        file.write_bytes(data)
+    verb = rng.choice(["validate", "slice", "info", "measure", "join", "convert"])
+    wrong = {4} if kind in ("missing", "exchanged", "pipe", "path") else None
+    inputs = [file, *(each for each in parts if each.is_file())]
+    if verb in ("validate", "info", "measure"):
+        must = wrong if verb == "validate" or kind in ("missing", "pipe", "path") else None
+        return Run([verb, file], inputs, expect=must or ({4} if kind == "altered" and verb == "validate"
+                                                         else None))
+    output = attack.path({"slice": "out.ply", "join": "out.t4d", "convert": "out.vtu"}[verb])
+    arguments = {"slice": ["slice", file, "-t", 0.5, "-o", output],
+                 "join": ["join", file, "-o", output], "convert": ["convert", file, output]}[verb]
+    return Run(arguments, inputs, output, expect=wrong if verb != "slice" else None)
 
 
 @input_class(weight=5)

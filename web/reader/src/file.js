@@ -6,6 +6,7 @@ import {
 import { crc32c } from './crc32c.js';
 import { parseHead } from './head.js';
 import { check, Invalid } from './invalid.js';
+import { isManifest, openManifest } from './parted.js';
 import { assembled, noBounds, parseConn, parseLayr, parsePose, parseSlab, posed, widen } from './parts.js';
 import { cut, hyperplane } from './slice.js';
 import { blobSource, bytesSource, httpSource } from './source.js';
@@ -579,16 +580,21 @@ export class T4dFile {
 
 /**
  * Opens a .t4d file. One with index is read by need: its end now, slabs when they are asked for. One
- * without index is read and checked as a whole.
+ * without index is read and checked as a whole. A name that ends in .t4dm is that of a file in parts.
  * @param {string|URL|Blob|Uint8Array|object} from a URL, a File, bytes, or a source (source.js)
- * @returns {Promise<T4dFile>}
+ * @returns {Promise<T4dFile|import('./parted.js').PartedFile>}
  */
 export async function open(from) {
   let source = from;
   if (typeof from === 'string' || from instanceof URL) source = await httpSource(from);
   else if (from instanceof Uint8Array) source = bytesSource(from);
   else if (typeof Blob !== 'undefined' && from instanceof Blob) source = await blobSource(from);
+  return isManifest(source.name ?? '') ? openManifest(source, openOne) : openOne(source);
+}
 
+/** Opens one file, whole. */
+async function openOne(whole) {
+  let source = whole;
   const { tail } = source;
   const hasEnd = tail.length >= footerBytes && isEndSignature(tail.subarray(tail.length - 8));
   if (Number.isNaN(source.size)) {

@@ -2,5 +2,6 @@
 export { answering, open, readAll, T4dFile } from './file.js';
 export { crc32c } from './crc32c.js';
 export { Invalid } from './invalid.js';
+export { PartedFile } from './parted.js';
 export { cut, cutTable, determinant4, eachRunThatMayBeCut, heightsOf, hyperplane, measure } from './slice.js';
 export { blobSource, bytesSource, FetchError, httpSource } from './source.js';

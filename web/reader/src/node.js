@@ -3,6 +3,7 @@ import { closeSync, fstatSync, openSync, readSync } from 'node:fs';
 import path from 'node:path';
 
 import { check } from './invalid.js';
+import { httpSource } from './source.js';
 
 const tailBytes = 256 * 1024;
 
@@ -24,6 +25,8 @@ export function fileSource(file) {
   const source = {
     name: path.basename(file), size, bytesRead: 0, requests: 0,
     read: async (at, length) => readNow(at, length),
+    beside: async (other) => (/^https?:/i.test(other) ? httpSource(other)
+      : fileSource(path.join(path.dirname(file), other))),
     close: () => closeSync(descriptor),
   };
   try {

@@ -4,6 +4,7 @@
 //   read(at, length): Promise<Uint8Array>        fails where they are not all there
 //   name: string
 //   bytesRead, requests: number
+//   beside?(path): Promise<source>               of a file by its path from the folder of this one, or its URL
 import { check } from './invalid.js';
 
 /** The first request is for as many bytes; they hold the index of all but large files. */
@@ -54,7 +55,8 @@ export class FetchError extends Error {
  */
 export async function httpSource(url, { fetch = globalThis.fetch } = {}) {
   const name = decodeURIComponent(new URL(url, globalThis.location?.href).pathname.split('/').at(-1));
-  const source = { name, size: 0, tail: null, bytesRead: 0, requests: 0, read: null };
+  const beside = (path) => httpSource(new URL(path, new URL(url, globalThis.location?.href)), { fetch });
+  const source = { name, size: 0, tail: null, bytesRead: 0, requests: 0, read: null, beside };
   const request = async (range, headers = {}) => {
     ++source.requests;
     let response;
