@@ -299,7 +299,7 @@ Result<ToolPath> GcodeMachine::finish(const InputFile& file) {
   if (leftOut_ > 0) {
     notices.push_back(fmt::format(
         "{}: {} of the machine (G28, G30, G53) that are not known: the tool is out of the way "
-        "until X, Y and Z are given again; --offset G53=x,y,z says where the machine's zero is",
+        "until X, Y and Z are given again; give the machine's zero with --offset G53=x,y,z",
         file.atLine(firstLeftOut_),
         counted(leftOut_, "move goes to places", "moves go to places")));
   }

@@ -160,7 +160,7 @@ Result<void> GcodeMachine::moveInMachine(const GcodeBlock& block) {
   if (!machineZero_ && *motion_ != 0) {
     return fail(ErrorCode::Unsupported,
                 "a cutting move to a place of the machine is not supported where that is not "
-                "known; --offset G53=x,y,z says where the machine's zero is");
+                "known; give the machine's zero with --offset G53=x,y,z");
   }
   std::optional<MachineAxes> to = machineZero_;
   for (int axis = 0; axis < 6 && to; ++axis) {

@@ -140,9 +140,9 @@ Result<void> ToolPathBuilder::moveTo(const model::Point3& tip, const Eigen::Vect
 Result<void> ToolPathBuilder::mount(std::optional<int> tool) {
   if (!options_.tools) return {};
   if (tool && std::ranges::find(*options_.tools, *tool) == options_.tools->end()) {
-    return invalid(fmt::format(
-        "tool {0} is mounted, and there is no such tool (there is {1}); give --tool {0}=SPEC",
-        *tool, fmt::join(*options_.tools, ", ")));
+    return invalid(
+        fmt::format("tool {0} is mounted, but not given (--tool gives {1}); add --tool {0}=SPEC",
+                    *tool, fmt::join(*options_.tools, ", ")));
   }
   tool_ = tool;
   if (!away_) hold(tool);

@@ -340,7 +340,7 @@ TEST(Gcode, TheToolIsOutOfTheWayWhereItsPlaceIsNotKnown) {
             "the machine");
   EXPECT_EQ(refusalOf(gcode("G0 X0 Y0 Z0\nG53 G1 X1 F60")),
             "a.nc:2: a cutting move to a place of the machine is not supported where that is not "
-            "known; --offset G53=x,y,z says where the machine's zero is");
+            "known; give the machine's zero with --offset G53=x,y,z");
 }
 
 TEST(Gcode, AToolTurnsWhileItIsOutOfTheWay) {
@@ -381,7 +381,7 @@ TEST(Gcode, ToolsAreThoseThatAreGiven) {
   EXPECT_NEAR(path->mountings[1].time, 2, 1e-12);
   EXPECT_EQ(path->mountings[2].tool, std::nullopt);
   EXPECT_EQ(refusalOf(gcode("T1 M6\nG0 X0 Y0 Z0\nT7 M6", options)),
-            "a.nc:3: tool 7 is mounted, and there is no such tool (there is 1, 2); give --tool "
+            "a.nc:3: tool 7 is mounted, but not given (--tool gives 1, 2); add --tool "
             "7=SPEC");
   EXPECT_EQ(refusalOf(gcode("G0 X0 Y0 Z0\nG1 X1 F60", options)),
             "a.nc:2: a cutting move comes before a tool is mounted (T1 M6); --tool SPEC without a "
@@ -645,7 +645,7 @@ TEST(CutterLocations, ToolsAreThoseThatAreGiven) {
   EXPECT_EQ(path->mountings[1].tool, 2);
   EXPECT_NEAR(path->mountings[1].time, 1, 1e-12);
   EXPECT_EQ(refusalOf(read("LOADTL/7")),
-            "a.cl:1: tool 7 is mounted, and there is no such tool (there is 1, 2); give --tool "
+            "a.cl:1: tool 7 is mounted, but not given (--tool gives 1, 2); add --tool "
             "7=SPEC");
 }
 

@@ -10,7 +10,7 @@
 namespace t4d::voxel4d {
 
 /// A part of a solid that ends between two frames, although one of like size begins near it there:
-/// most likely it moves by more than its own width, and between the frames nothing is left of it.
+/// most likely it moves by its own width or more, and between the frames it shrinks or vanishes.
 struct LostPart {
   std::size_t frame = 0;                        ///< the last that has it
   double time = 0;                              ///< of that frame

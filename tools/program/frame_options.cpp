@@ -52,8 +52,8 @@ Result<std::vector<double>> readTimes(const std::string& path, std::uint64_t mos
 }  // namespace
 
 void noticeDefaultFrames() {
-  printNotices({fmt::format("{} frames, evenly spaced; --frames takes another number of them",
-                            kDefaultFrames)});
+  printNotices(
+      {fmt::format("{} frames, evenly spaced; --frames changes their number", kDefaultFrames)});
 }
 
 void FrameOptions::addTo(CLI::App& command, std::uint64_t most) {

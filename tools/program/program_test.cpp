@@ -2737,7 +2737,7 @@ TEST_F(Program, MillMountsToolsAndKnowsTheMachine) {
   const json stated = run(all + "--offset G53=0,0,200 --json -o mounted.t4d").value();
   EXPECT_NEAR(value["removed_volume"], stated["removed_volume"], 2);
   refuses(mill + "--tool 1=flat:d=6,l=30 --offset G55=5,5,0 -o out.t4d",
-          "two.nc:7: tool 2 is mounted, and there is no such tool");
+          "two.nc:7: tool 2 is mounted, but not given");
   refuses(mill + "--tool 1=flat:d=6,l=30 --tool 2=drill:d=4 -o out.t4d",
           "two.nc:9: G55 is a second origin, after G54");
   misused(mill + "--tool 1=flat:d=6,l=30 --tool flat:d=6,l=30 -o out.t4d",

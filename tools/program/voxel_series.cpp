@@ -112,7 +112,7 @@ void noticeCaps(voxel4d::CapStyle caps, const voxel4d::WeaveReport& report,
 
 void LostPartsOptions::addTo(CLI::App& command) {
   command.add_flag("--fail-on-lost-parts", fails,
-                   "Exit with 1 if a part moves by more than its width between two frames");
+                   "Exit with 1 if a part moves by its own width or more between two frames");
 }
 
 int LostPartsOptions::exitCode(const voxel4d::LostParts& parts, int done) const {
@@ -135,7 +135,7 @@ void noticeLostParts(const voxel4d::LostParts& parts, std::vector<std::string>& 
   const voxel4d::LostPart& first = parts.listed.front();
   std::string notice = fmt::format(
       "frame {} (counted from 0, at time {:.6g}): a part of {} at ({:.6g}, {:.6g}, {:.6g}) moves "
-      "by more than its width, so that between this frame and the next nothing is left of it",
+      "by its own width or more before the next frame, so that it shrinks or vanishes in between",
       first.frame, first.time, counted(first.voxels, "voxel"), first.point.x(), first.point.y(),
       first.point.z());
   if (parts.count > 1) {

@@ -434,8 +434,7 @@ int run(const WeaveArguments& options) {
   }
   if (input->frames->isOneApart()) {
     notices.emplace_back(
-        "nothing says how long it is from frame to frame: frames are 1 apart; --frame-time sets "
-        "another time");
+        "the input has no times: frames are taken to be 1 apart; --frame-time changes that");
   }
   if (input->takenAsDistances) {
     notices.push_back(
