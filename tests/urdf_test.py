@@ -1,4 +1,5 @@
-"""Robots in URDF as yourdfpy poses them: every link of a slice is where its kinematics put it."""
+"""Robots in URDF as yourdfpy poses them: every link of a slice is where its kinematics put it, and as
+far from the others as FCL says."""
 
 import csv
 import json
@@ -10,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+fcl = pytest.importorskip("fcl")
+trimesh = pytest.importorskip("trimesh")
 yourdfpy = pytest.importorskip("yourdfpy")
 
 BUILD = Path(os.environ["T4D_BUILD"])
@@ -133,3 +136,51 @@ def test_between_their_layers_links_are_within_the_bound(seed, tmp_path):
         for name in robot.link_map:
             found = vertices_of(tmp_path / "r.t4d", name, time, tmp_path)
             assert_within(found, expected_corners(robot, name), bound)
+
+
+def fcl_boxes(robot):
+    """Every link as a solid box and as the mesh of its surface, which alone has exact distances."""
+    solids, surfaces = {}, {}
+    for name in robot.link_map:
+        collision = robot.link_map[name].collisions[0]
+        pose = robot.get_transform(name) @ collision.origin
+        solids[name] = fcl.CollisionObject(fcl.Box(*collision.geometry.box.size),
+                                           fcl.Transform(pose[:3, :3], pose[:3, 3]))
+        hull = trimesh.convex.convex_hull(expected_corners(robot, name))
+        mesh = fcl.BVHModel()
+        mesh.beginModel(len(hull.vertices), len(hull.faces))
+        mesh.addSubModel(hull.vertices, hull.faces)
+        mesh.endModel()
+        surfaces[name] = fcl.CollisionObject(mesh)
+    return solids, surfaces
+
+
+@pytest.mark.parametrize("seed", range(8, 10))
+def test_distances_are_those_of_fcl_within_the_bound(seed, tmp_path):
+    rng = random.Random(seed)
+    text, moving = random_robot(rng)
+    (tmp_path / "r.urdf").write_text(text)
+    values = [[rng.uniform(-3, 3) for _ in moving] for _ in TIMES]
+    write_table(tmp_path / "joints.csv", moving, values)
+    swept = subprocess.run([BUILD / "t4d", "sweep", tmp_path / "r.urdf", "--motion",
+                            tmp_path / "joints.csv", "--caps", "cone", "--json", "-o",
+                            tmp_path / "r.t4d"], check=True, capture_output=True)
+    bound = 2 * json.loads(swept.stdout)["chord_bound"] + 1e-9
+    subprocess.run([BUILD / "t4d", "collide", tmp_path / "r.t4d", "--no-volume", "--frames", "20", "-q",
+                    "-o", tmp_path / "clearance.csv"], check=True)
+    robot = yourdfpy.URDF.load(str(tmp_path / "r.urdf"), load_meshes=False,
+                               load_collision_meshes=False, build_collision_scene_graph=False)
+    with open(tmp_path / "clearance.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    apart = 0
+    for time in sorted({float(row["time"]) for row in rows}):
+        robot.update_cfg({joint: np.interp(time, TIMES, column)
+                          for joint, column in zip(moving, zip(*values))})
+        solids, surfaces = fcl_boxes(robot)
+        for row in (row for row in rows if float(row["time"]) == time):
+            a, b = row["a"], row["b"]
+            true = 0 if fcl.collide(solids[a], solids[b]) else fcl.distance(surfaces[a], surfaces[b])
+            assert abs(float(row["distance"]) - true) <= bound, (time, a, b)
+            assert float(row["lower_bound"]) <= true + 1e-9, (time, a, b)
+            apart += true > 0
+    assert len(rows) >= 20 * 50 and 0 < apart < len(rows)

@@ -78,20 +78,15 @@ class Allowance {
   std::optional<double> enough_;
 };
 
-}  // namespace
-
-Result<Envelope> collisionMeshOf(const Silhouette& silhouette, EnvelopeOptions options,
-                                 std::size_t triangles, const model::Progress& progress) {
-  if (!reducesSurfaces()) {
-    return fail(ErrorCode::Unsupported,
-                "this build has no meshoptimizer, which meshes of few triangles need");
-  }
-  const TriangleMesh& surface = silhouette.surface;
-  if (surface.triangles.empty()) return Envelope{};
+/// The smallest mesh that is found which encloses the silhouette at a distance of the reach and of
+/// what coordinates are off; nothing if none is.
+Result<std::optional<Envelope>> closestEnclosing(const Silhouette& silhouette,
+                                                 EnvelopeOptions options, std::size_t triangles,
+                                                 const model::Progress& progress) {
   const double reach = *options.reach;
-  const double needed = reach + roundingOfComputing(surface);
+  const double needed = reach + roundingOfComputing(silhouette.surface);
   options.defaultSeconds /= kRounds / 2;
-  const measure::EnclosedPlaces places(surface);
+  const measure::EnclosedPlaces places(silhouette.surface);
   Allowance allowance;
   std::optional<Envelope> best;
   for (int round = 0; round < kRounds; ++round) {
@@ -99,7 +94,7 @@ Result<Envelope> collisionMeshOf(const Silhouette& silhouette, EnvelopeOptions o
     auto envelope = envelopeOf(
         silhouette, options,
         measure::partOf(progress, round / double(kRounds), (round + 1) / double(kRounds)));
-    if (!envelope) return envelope;
+    if (!envelope) return pass(envelope.error());
     auto reduced = simpleReduction(envelope->mesh, triangles);
     if (!reduced) return pass(reduced.error());
     double kept = 0;
@@ -111,23 +106,38 @@ Result<Envelope> collisionMeshOf(const Silhouette& silhouette, EnvelopeOptions o
     const double step = *reduced ? (*reduced)->error : envelope->voxelSize;
     if (!allowance.tryNext(kept, needed, step)) break;
   }
-  if (!best) {
+  return best;
+}
+
+}  // namespace
+
+Result<Envelope> collisionMeshOf(const Silhouette& silhouette, EnvelopeOptions options,
+                                 std::size_t triangles, const model::Progress& progress) {
+  if (!reducesSurfaces()) {
+    return fail(ErrorCode::Unsupported,
+                "this build has no meshoptimizer, which meshes of few triangles need");
+  }
+  if (silhouette.surface.triangles.empty()) return Envelope{};
+  auto found = closestEnclosing(silhouette, std::move(options), triangles, progress);
+  if (!found) return pass(found.error());
+  if (!*found) {
     return fail(ErrorCode::Failed,
                 fmt::format("no mesh of {} triangles was found that contains the motion; allow "
                             "more triangles",
                             triangles));
   }
+  Envelope& best = **found;
   constexpr double kTolerance = 2e-4;
-  best->errorBound = measure::farthestFrom(best->mesh, surface, kTolerance);
-  measureParts(*best);
-  if (best->mesh.triangles.size() > triangles) {
-    best->losses.push_back(
+  best.errorBound = measure::farthestFrom(best.mesh, silhouette.surface, kTolerance);
+  measureParts(best);
+  if (best.mesh.triangles.size() > triangles) {
+    best.losses.push_back(
         fmt::format("the mesh has {} triangles, more than {}: no fewer were found "
                     "for a surface of this shape",
-                    best->mesh.triangles.size(), triangles));
+                    best.mesh.triangles.size(), triangles));
   }
   if (progress) progress(1);
-  return std::move(*best);
+  return std::move(best);
 }
 
 }  // namespace t4d::edit

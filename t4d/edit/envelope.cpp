@@ -10,6 +10,7 @@
 #include "t4d/edit/mend_steps.h"
 #include "t4d/edit/surface_crossings.h"
 #include "t4d/measure/lattice_surface.h"
+#include "t4d/measure/missed_point.h"
 #include "t4d/measure/offset_surface.h"
 #include "t4d/measure/parallel_for.h"
 #include "t4d/measure/surface_genus.h"
@@ -201,6 +202,12 @@ Result<Envelope> withVoxels(double voxelSize, const Silhouette& silhouette,
     if (!done) return pass(done.error());
     return envelope;
   }
+  if (const auto missed = measure::missedPoint(surface, visits)) {
+    envelope.losses.push_back(
+        fmt::format("parts that are thinner than a voxel of {} are missing, such as at ({:.6g}, "
+                    "{:.6g}, {:.6g})",
+                    voxelSize, missed->x(), missed->y(), missed->z()));
+  }
   LatticeSurface made(visits);
   if (progress) progress(0.6);
   while (true) {
@@ -389,7 +396,10 @@ Result<Envelope> envelopeOf(const Silhouette& silhouette, const EnvelopeOptions&
       options.exact ? exactly(silhouette, options) : onLattice(silhouette, options, progress);
   if (!envelope) return envelope;
   measureParts(*envelope);
-  if (!options.exact && !options.reach) envelope->losses = lossesOf(silhouette, *envelope, options);
+  if (!options.exact && !options.reach) {
+    const auto losses = lossesOf(silhouette, *envelope, options);
+    envelope->losses.insert(envelope->losses.end(), losses.begin(), losses.end());
+  }
   if (progress) progress(1);
   return envelope;
 }

@@ -143,11 +143,17 @@ Result<void> OutputFile::rewrite(std::uint64_t offset, const void* data, std::si
   return {};
 }
 
-Result<void> OutputFile::commit() {
-  if (auto done = flush(); !done) return done;
-  if (::close(std::exchange(descriptor_, -1)) != 0) return ioError(target_, "write");
-  // Devices and pipes are not renamed.
-  return part_ ? system::PartFile::putInPlace({&part_, 1}) : Result<void>();
+Result<void> OutputFile::commitAll(std::span<OutputFile> files) {
+  for (OutputFile& file : files) {
+    if (auto done = file.flush(); !done) return done;
+    if (::close(std::exchange(file.descriptor_, -1)) != 0) return ioError(file.target_, "write");
+  }
+  std::vector<system::PartFile> parts;
+  for (OutputFile& file : files) {
+    // Devices and pipes are not renamed.
+    if (file.part_) parts.push_back(std::move(file.part_));
+  }
+  return system::PartFile::putInPlace(parts);
 }
 
 Result<void> writeOutputFile(const std::filesystem::path& target, std::string_view bytes) {

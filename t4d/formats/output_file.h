@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -35,7 +36,10 @@ class OutputFile {
   std::uint64_t size() const { return size_; }
 
   /// Flushes everything to the disk and gives the file its name.
-  Result<void> commit();
+  Result<void> commit() { return commitAll({this, 1}); }
+
+  /// Does so for files of one folder, for all or for none (system::PartFile::putInPlace).
+  static Result<void> commitAll(std::span<OutputFile> files);
 
  private:
   OutputFile() = default;

@@ -3,6 +3,8 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -55,6 +57,30 @@ TEST(OutputFile, WritesThroughASymbolicLink) {
   ASSERT_TRUE(file && file->write("new", 3) && file->commit());
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
   EXPECT_EQ(contents(folder / "real"), "new");
+}
+
+TEST(OutputFile, CommitsAllOrNone) {
+  const auto folder = emptyFolder("all");
+  const auto writeTwo = [&] {
+    std::vector<OutputFile> files;
+    for (const char* name : {"a", "b"}) {
+      auto file = OutputFile::create(folder / name);
+      EXPECT_TRUE(file && file->write(name, 1));
+      if (file) files.push_back(std::move(*file));
+    }
+    return files;
+  };
+  {
+    auto files = writeTwo();
+    std::filesystem::create_directory(folder / "b");  // in the way
+    EXPECT_FALSE(OutputFile::commitAll(files));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "a"));
+  std::filesystem::remove(folder / "b");
+  auto files = writeTwo();
+  ASSERT_TRUE(OutputFile::commitAll(files));
+  EXPECT_EQ(contents(folder / "a"), "a");
+  EXPECT_EQ(contents(folder / "b"), "b");
 }
 
 TEST(OutputFile, SaysThatTheDiskIsFull) {

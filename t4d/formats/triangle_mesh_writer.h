@@ -136,4 +136,10 @@ Result<std::vector<std::string>> writeTriangleMeshes(const std::filesystem::path
                                                      std::span<const NamedMesh> meshes,
                                                      const MeshWriteOptions& options = {});
 
+/// Writes each mesh to a file of its own, as writeTriangleMeshes does. The files are in one folder;
+/// all appear together, or none. The lines that it returns begin with the path of their file.
+Result<std::vector<std::string>> writeEachTriangleMesh(std::span<const std::filesystem::path> paths,
+                                                       std::span<const NamedMesh> meshes,
+                                                       const MeshWriteOptions& options = {});
+
 }  // namespace t4d::formats

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <optional>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -254,22 +255,41 @@ SlabExits exitsOf(const Slab& slab, double origin) {
   return found;
 }
 
+/// The smallest extent of some points along the axes or along their own principal axes.
+double leastExtentOf(std::span<const Point3> points) {
+  Point3 mean = Point3::Zero();
+  for (const Point3& point : points) mean += point / static_cast<double>(points.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Point3& point : points) spread += (point - mean) * (point - mean).transpose();
+  const Eigen::Matrix3d axes =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
+  model::Bounds3 bounds;
+  model::Bounds3 turned;
+  for (const Point3& point : points) {
+    bounds.add(point);
+    turned.add(axes.transpose() * (point - mean));
+  }
+  return std::min((bounds.max - bounds.min).minCoeff(), (turned.max - turned.min).minCoeff());
+}
+
 /// The smallest extent of a component of a slab that is not zero.
 double partExtentOf(const Slab& slab) {
   model::UnionFind parts(slab.vertices.size());
-  for (const Cell& cell : slab.connectivity->cells) {
-    for (int corner = 1; corner < 4; ++corner) parts.unite(cell[0], cell[corner]);
-  }
-  std::vector<model::Bounds3> bounds(slab.vertices.size());
+  std::vector<bool> used(slab.vertices.size());
   for (const Cell& cell : slab.connectivity->cells) {
     for (const std::uint32_t vertex : cell) {
-      bounds[parts.root(vertex)].add(Point3(slab.vertices[vertex].head<3>()));
+      parts.unite(cell[0], vertex);
+      used[vertex] = true;
     }
   }
+  std::vector<std::vector<Point3>> points(slab.vertices.size());
+  for (std::uint32_t i = 0; i < used.size(); ++i) {
+    if (used[i]) points[parts.root(i)].push_back(slab.vertices[i].head<3>());
+  }
   double least = 0;
-  for (const model::Bounds3& part : bounds) {
+  for (const auto& part : points) {
     if (part.empty()) continue;
-    const double extent = (part.max - part.min).minCoeff();
+    const double extent = leastExtentOf(part);
     if (extent > 0 && (least == 0 || extent < least)) least = extent;
   }
   return least;

@@ -37,7 +37,8 @@ struct Silhouette {
   std::uint64_t exits = 0;
   std::uint64_t entries = 0;
   double solidExtent = 0;  ///< the largest extent of the first slab, in a sweep the solid's
-  /// The smallest extent along an axis that a component of the first slab has; 0 if none has one.
+  /// The smallest extent, along the axes or along its own principal axes, that a component of the
+  /// first slab has; 0 if none has one.
   double partExtent = 0;
   /// The volume of the solid at its first time or at its last one, the larger one; 0 for a mesh
   /// without caps. The envelope has no less.

@@ -344,6 +344,12 @@ std::string noticeOfTool(const Tool& tool, double voxelSize) {
 
 }  // namespace
 
+Mounting mountingOf(std::span<const Tool> tools, double time, std::optional<int> number) {
+  if (!number) return {time, std::nullopt};
+  const auto tool = std::ranges::find(tools, *number, &Tool::number);
+  return {time, static_cast<std::size_t>(tool - tools.begin())};
+}
+
 Result<void> checkVoxelSize(const TriangleMesh& stock, double voxelSize, double memory) {
   const auto sized = StockField::sized(stock, voxelSize, memory);
   return sized ? Result<void>() : pass(sized.error());

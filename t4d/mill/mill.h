@@ -41,6 +41,9 @@ struct Mounting {
   std::optional<std::size_t> tool = {};
 };
 
+/// That of the tool with this number, 0 for one without; nothing for no tool.
+Mounting mountingOf(std::span<const Tool> tools, double time, std::optional<int> number);
+
 struct MillOptions {
   double voxelSize = 1;  ///< length units; lattice points are its multiples
   /// The times of the frames, increasing, within the motion: at least two.

@@ -67,9 +67,7 @@ Process milled(const TriangleMesh& stock, const std::vector<Tool>& tools,
   options.rapids = path.rapids;
   Process process;
   for (const formats::Mounting& one : path.mountings) {
-    const auto tool = std::ranges::find(tools, one.tool.value_or(0), &Tool::number);
-    options.mountings.push_back({one.time, {}});
-    if (one.tool) options.mountings.back().tool = tool - tools.begin();
+    options.mountings.push_back(mountingOf(tools, one.time, one.tool));
   }
   const auto report = mill(stock, tools, path.motion, options, process.mesh);
   EXPECT_TRUE(report) << (report ? "" : report.error().text());

@@ -76,9 +76,7 @@ MilledVolume volumeOf(const MilledProgram& program, double voxelSize) {
   options.tolerance = voxelSize / 20;
   options.times = model::evenTimes({path->motion.timeBegin(), path->motion.timeEnd()}, 3);
   for (const formats::Mounting& one : path->mountings) {
-    const auto tool = std::ranges::find(tools, one.tool.value_or(0), &Tool::number);
-    options.mountings.push_back({one.time, {}});
-    if (one.tool) options.mountings.back().tool = tool - tools.begin();
+    options.mountings.push_back(mountingOf(tools, one.time, one.tool));
   }
   options.rapids = path->rapids;
   model::Mesh mesh;

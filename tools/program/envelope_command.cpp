@@ -17,6 +17,7 @@
 #include "t4d/slice/slice.h"
 #include "t4d/verbs/json_text.h"
 #include "t4d/voxel4d/point_field.h"
+#include "tools/program/body_files.h"
 #include "tools/program/centering.h"
 #include "tools/program/commands.h"
 #include "tools/program/console.h"
@@ -79,6 +80,7 @@ struct Passed {
   Silhouette silhouette;
   std::optional<double> chordBound = {};  // nothing if that is not known of a body
   Envelope envelope = {};
+  std::string file = {};  // "" if none is written
 };
 
 /// Puts the part of a body within the span into a sink.
@@ -125,6 +127,25 @@ Result<std::vector<Passed>> silhouettesOf(const EnvelopeArguments& options,
   return all;
 }
 
+/// Chooses the file of each body, if each has its own.
+Result<void> chooseFiles(const EnvelopeArguments& options, std::vector<Passed>& all) {
+  if (!isPerBody(options.output)) {
+    for (Passed& one : all) one.file = options.output;
+    return {};
+  }
+  std::vector<std::string> names;
+  for (const Passed& one : all) names.push_back(one.name);
+  const auto files = bodyFiles(options.output, names);
+  if (!files) return pass(files.error());
+  std::vector<std::string> outputs = {options.html};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].file = (*files)[i].string();
+    outputs.push_back(all[i].file);
+  }
+  if (auto misuse = misuseOfOutputs(outputs)) return fail(ErrorCode::Failed, *misuse);
+  return checkWritable(outputs);
+}
+
 bool isSinglePrecision(const std::string& output) {
   const auto* format = formats::triangleMeshFormat(output);
   return format != nullptr && (format->placed || format->extension == ".stl");
@@ -150,7 +171,10 @@ Result<std::vector<std::string>> write(const EnvelopeArguments& options,
     printNotices(notices);
   }
   const ProgressBar bar("writing " + options.output);
-  return formats::writeTriangleMeshes(options.output, meshes, how);
+  if (!isPerBody(options.output)) return formats::writeTriangleMeshes(options.output, meshes, how);
+  std::vector<std::filesystem::path> files;
+  for (const Passed& one : all) files.emplace_back(one.file);
+  return formats::writeEachTriangleMesh(files, meshes, how);
 }
 
 bool wantsFields(const EnvelopeArguments& options) {
@@ -220,7 +244,8 @@ Result<std::vector<WrittenField>> writeFields(const EnvelopeArguments& options,
 }
 
 std::vector<std::string> outputsOf(const EnvelopeArguments& options) {
-  std::vector<std::string> outputs = {options.output, options.html};
+  std::vector<std::string> outputs = {options.html};
+  if (!isPerBody(options.output)) outputs.push_back(options.output);
   outputs.insert(outputs.end(), options.fields.begin(), options.fields.end());
   std::erase(outputs, "");
   return outputs;
@@ -233,6 +258,10 @@ std::optional<std::string> misuseOf(const EnvelopeArguments& options) {
     if (auto misuse = misuseOfOutput(output, {&options.input, 1})) return misuse;
   }
   if (auto misuse = misuseOfOutputs(outputs)) return misuse;
+  if (isPerBody(options.output) && !options.each) {
+    return "-o: a file per body, by {body}, needs --each";
+  }
+  if (auto misuse = misuseOfPerBody(options.output)) return misuse;
   if (options.each && wantsFields(options)) {
     return "--each: fields are of all bodies together; choose one by --body";
   }
@@ -323,9 +352,10 @@ void printText(const EnvelopeArguments& options, const std::vector<Passed>& all)
   for (const Passed& one : all) {
     const Envelope& envelope = one.envelope;
     const bool several = all.size() > 1;
+    const bool perBody = isPerBody(options.output);
     print("{}{}{}, {}, {}; volume {:.12g}\n",
-          options.output.empty() || several ? "" : options.output + ": ",
-          several ? one.name + ": " : "",
+          one.file.empty() || (several && !perBody) ? "" : one.file + ": ",
+          several && !perBody ? one.name + ": " : "",
           counted(envelope.mesh.vertices.size(), "vertex", "vertices"),
           counted(envelope.mesh.triangles.size(), "triangle"),
           model::isClosed(envelope.mesh) ? "closed" : "NOT CLOSED", envelope.volume);
@@ -422,6 +452,7 @@ int run(const EnvelopeArguments& options) {
   printNotices(notices);
   auto all = silhouettesOf(options, *input, *span);
   if (!all) return report(all.error());
+  if (auto chosen = chooseFiles(options, *all); !chosen) return report(chosen.error());
 
   const model::Bounds3 bounds = boundsOf(*all);
   const model::Point3 center =
@@ -506,7 +537,8 @@ int run(const EnvelopeArguments& options) {
     ordered_json value = jsonOf(options, *all);
     value["bodies"] = ordered_json::array();
     for (const Passed& one : *all) {
-      ordered_json body = {{"name", one.name}};
+      ordered_json body = {{"name", one.name},
+                           {"file", one.file.empty() ? ordered_json() : ordered_json(one.file)}};
       body.update(jsonOf(options, {one}));
       value["bodies"].push_back(std::move(body));
     }
@@ -538,7 +570,8 @@ void addEnvelope(CLI::App& app, int& exitCode) {
   command->add_option("FILE", options->input, kT4dFileHelp)->required();
   command
       ->add_option("-o,--output", options->output,
-                   fmt::format("Output file: {} (default: none, only measure)",
+                   fmt::format("Output file: {} (default: none, only measure); with --each, one "
+                               "per body if {{body}} is in its name",
                                formats::writableTriangleMeshExtensions()))
       ->check(someName())
       ->check(writableTriangleMesh());

@@ -103,18 +103,6 @@ void addTools(const std::vector<mill::Tool>& tools, const std::map<int, formats:
   for (const auto& [number, tool] : table) how.lengths.emplace(number, tool.length);
 }
 
-/// When each of the tools is mounted.
-std::vector<mill::Mounting> mountingsOf(const std::vector<mill::Tool>& tools,
-                                        const formats::ToolPath& path) {
-  std::vector<mill::Mounting> mountings;
-  for (const formats::Mounting& one : path.mountings) {
-    mountings.push_back({one.time, std::nullopt});
-    const auto tool = std::ranges::find(tools, one.tool.value_or(0), &mill::Tool::number);
-    if (one.tool) mountings.back().tool = static_cast<std::size_t>(tool - tools.begin());
-  }
-  return mountings;
-}
-
 Result<formats::ToolPath> readPath(const MillArguments& options,
                                    const formats::ToolPathOptions& how) {
   if (!options.gcode.empty()) return formats::readGcode(options.gcode, how);
@@ -324,7 +312,9 @@ mill::MillOptions millOptions(const MillArguments& options, const std::vector<mi
   how.tolerance = options.toleranceOr();
   how.travel = options.travel.value_or(0);
   how.memory = 1e9 * options.memory;
-  how.mountings = mountingsOf(tools, path);
+  for (const formats::Mounting& one : path.mountings) {
+    how.mountings.push_back(mill::mountingOf(tools, one.time, one.tool));
+  }
   how.rapids = path.rapids;
   how.caps = voxelCapStyle(options.caps);
   return how;
@@ -338,64 +328,85 @@ Error placed(Error error, const MillArguments& options, const MillToolSpecs& spe
   return error;
 }
 
-int run(const MillArguments& options) {
-  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
-  auto pathHow = pathOptions(options);
-  if (!pathHow) return wrongUsage(pathHow.error().message);
-  std::map<int, formats::TableTool> table;
-  if (!options.toolTable.empty()) {
-    auto read = formats::readToolTable(options.toolTable);
-    if (!read) return report(read.error());
-    table = std::move(*read);
-  }
-  const auto specs = millToolSpecs(options.tools, table);
-  if (!specs) return wrongUsage(specs.error().message);
-  if (!specs->contains(0) && !options.motion.empty()) {
-    return wrongUsage("tools with numbers are mounted by --gcode or --locations");
-  }
-  if (const auto misuse = misuseOfFiles(options, *specs)) return wrongUsage(*misuse);
-  if (auto writable = checkWritable({{options.html}}); !writable) return report(writable.error());
-  const auto begin = std::chrono::steady_clock::now();
-  std::vector<std::string> losses;
-  auto stock = SolidInput{options.stock, "", options.mend ? &options.mending : nullptr}.read();
-  if (!stock) return report(stock.error());
-  if (stock->mended) printNotices(noticesOf(*stock->mended));
-  losses = stock->losses;
-  const std::string crossings = noticeOfCrossings(options.stock, stock->bodies.front().mesh);
-  if (!crossings.empty()) printNotices({crossings});
-  const auto sized =
-      mill::checkVoxelSize(stock->bodies.front().mesh, options.voxelSize, 1e9 * options.memory);
-  if (!sized) return report(placed(sized.error(), options, *specs));
-  const auto tools = readMillTools(*specs, options.toleranceOr(), losses);
-  if (!tools) return report(tools.error());
-  addTools(*tools, table, *pathHow);
-  const auto path = readPath(options, *pathHow);
-  if (!path) return report(path.error());
-  printNotices(path->notices);
-  const model::Motion& motion = path->motion;
+using TableTools = std::map<int, formats::TableTool>;
 
+Result<TableTools> readTable(const MillArguments& options) {
+  if (options.toolTable.empty()) return TableTools();
+  return formats::readToolTable(options.toolTable);
+}
+
+/// The stock, in which voxels of this size find room. Adds what is lost of it.
+Result<model::TriangleMesh> readStock(const MillArguments& options,
+                                      std::vector<std::string>& losses) {
+  auto stock = SolidInput{options.stock, "", options.mend ? &options.mending : nullptr}.read();
+  if (!stock) return pass(stock.error());
+  if (stock->mended) printNotices(noticesOf(*stock->mended));
+  losses.insert(losses.end(), stock->losses.begin(), stock->losses.end());
+  model::TriangleMesh& mesh = stock->bodies.front().mesh;
+  const std::string crossings = noticeOfCrossings(options.stock, mesh);
+  if (!crossings.empty()) printNotices({crossings});
+  if (auto sized = mill::checkVoxelSize(mesh, options.voxelSize, 1e9 * options.memory); !sized) {
+    return pass(sized.error());
+  }
+  return std::move(mesh);
+}
+
+Result<std::vector<double>> frameTimesOf(const MillArguments& options,
+                                         const model::Motion& motion) {
   voxel4d::FrameTimes when = options.times;
   if (!when.count && !when.step) {
     when.count = kDefaultFrames;
     noticeDefaultFrames();
   }
-  const auto times = voxel4d::frameTimes({motion.timeBegin(), motion.timeEnd()}, when);
-  if (!times) {
-    Error error = times.error();
-    error.where = options.path();
-    return report(error);
+  auto times = voxel4d::frameTimes({motion.timeBegin(), motion.timeEnd()}, when);
+  if (times) return times;
+  Error error = times.error();
+  error.where = options.path();
+  return pass(std::move(error));
+}
+
+void printReport(const MillArguments& options, const mill::MillReport& report,
+                 const formats::ToolPath& path, std::uint64_t bytes, double seconds) {
+  if (options.json) {
+    ordered_json value = jsonOf(report, path);
+    value["seconds"] = seconds;
+    value["peak_bytes"] = peakBytes();
+    value["bytes"] = bytes;
+    printJson(value);
+    return;
   }
+  printText(options, report, path);
+  print("  {}, {:.2f} s, peak memory {}\n", sizeText(bytes), seconds, sizeText(peakBytes()));
+  if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
+}
+
+/// Mills what the options name, which have been checked.
+int millFiles(const MillArguments& options, const MillToolSpecs& specs, const TableTools& table,
+              formats::ToolPathOptions pathHow) {
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<std::string> losses;
+  const auto stock = readStock(options, losses);
+  if (!stock) return report(placed(stock.error(), options, specs));
+  const auto tools = readMillTools(specs, options.toleranceOr(), losses);
+  if (!tools) return report(tools.error());
+  addTools(*tools, table, pathHow);
+  const auto path = readPath(options, pathHow);
+  if (!path) return report(path.error());
+  printNotices(path->notices);
+  const model::Motion& motion = path->motion;
+  const auto times = frameTimesOf(options, motion);
+  if (!times) return report(times.error());
   auto file =
       T4dFile::create(options.output, {"voxel4d", options.stock, motion.lengthUnit, motion.timeUnit,
-                                       detailsOf(options, *specs, times->size())});
+                                       detailsOf(options, specs, times->size())});
   if (!file) return report(file.error());
   mill::MillOptions how = millOptions(options, *tools, *path);
   how.times = *times;
   const auto milled = [&] {
     ProgressBar bar("milling", times->size(), "frames");
-    return mill::mill(stock->bodies.front().mesh, *tools, motion, how, *file, bar.callback());
+    return mill::mill(*stock, *tools, motion, how, *file, bar.callback());
   }();
-  if (!milled) return report(placed(milled.error(), options, *specs));
+  if (!milled) return report(placed(milled.error(), options, specs));
   const auto bytes = file->finish();
   if (!bytes) return report(bytes.error());
   printNotices(milled->notices);
@@ -411,19 +422,25 @@ int run(const MillArguments& options) {
   }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (options.json) {
-    ordered_json value = jsonOf(*milled, *path);
-    value["seconds"] = seconds;
-    value["peak_bytes"] = peakBytes();
-    value["bytes"] = *bytes;
-    printJson(value);
-  } else {
-    printText(options, *milled, *path);
-    print("  {}, {:.2f} s, peak memory {}\n", sizeText(*bytes), seconds, sizeText(peakBytes()));
-    if (const auto rounding = options.output.coding.rounding()) print("  {}\n", *rounding);
-  }
+  printReport(options, *milled, *path, *bytes, seconds);
   for (std::string& loss : file->losses()) losses.push_back(std::move(loss));
   return reportLosses(losses);
+}
+
+int run(const MillArguments& options) {
+  if (const auto misuse = misuseOf(options)) return wrongUsage(*misuse);
+  auto pathHow = pathOptions(options);
+  if (!pathHow) return wrongUsage(pathHow.error().message);
+  const auto table = readTable(options);
+  if (!table) return report(table.error());
+  const auto specs = millToolSpecs(options.tools, *table);
+  if (!specs) return wrongUsage(specs.error().message);
+  if (!specs->contains(0) && !options.motion.empty()) {
+    return wrongUsage("tools with numbers are mounted by --gcode or --locations");
+  }
+  if (const auto misuse = misuseOfFiles(options, *specs)) return wrongUsage(*misuse);
+  if (auto writable = checkWritable({{options.html}}); !writable) return report(writable.error());
+  return millFiles(options, *specs, *table, std::move(*pathHow));
 }
 
 }  // namespace

@@ -2367,6 +2367,35 @@ TEST_F(Program, EnvelopeOfSeveralBodiesIsOfAllOrOfEach) {
   EXPECT_EQ(one["volume"], each["bodies"][1]["volume"]);
 }
 
+TEST_F(Program, EnvelopeWritesAFilePerBody) {
+  const std::string motion = " -m fx/paper-translation.json --body ";
+  ASSERT_EQ(run("sweep fx/cube.obj" + motion + "arm_1 -o 1.t4d").exitCode, 0);
+  ASSERT_EQ(run("sweep fx/two-boxes.obj" + motion + "arm_2 -o 2.t4d").exitCode, 0);
+  ASSERT_EQ(run("merge 1.t4d 2.t4d -o arm.t4d").exitCode, 0);
+  for (const std::string how : {"", "--outside", "--inflate 1", "--simplify 100"}) {
+    const json made =
+        run("envelope arm.t4d --voxel-size 2 --each --json -o 'link-{body}.stl' " + how).value();
+    ASSERT_EQ(made["bodies"].size(), 2U);
+    for (int i = 0; i < 2; ++i) {
+      const json& body = made["bodies"][i];
+      EXPECT_EQ(body["file"], fmt::format("link-arm_{}.stl", i + 1));
+      ASSERT_EQ(run("sweep " + body["file"].get<std::string>() +
+                    " -m fx/paper-translation.json -o again.t4d")
+                    .exitCode,
+                0);
+      const json read = run("slice again.t4d --time 0 --json").value();
+      EXPECT_EQ(read["triangles"], body["triangles"]);
+      EXPECT_NEAR(read["volume"].get<double>() / body["volume"].get<double>(), 1, 1e-5) << how;
+    }
+  }
+  const std::string each = "envelope arm.t4d --voxel-size 2 --each -o ";
+  write("own-arm_2.stl", "not of t4d");
+  cannot(each + "'own-{body}.stl'", "own-arm_2.stl: exists and was not written by t4d");
+  EXPECT_FALSE(fs::exists(folder_ / "own-arm_1.stl"));
+  misused(each + "'{body}/a.stl'", "must be in the name of the file");
+  misused("envelope arm.t4d -o '{body}.stl'", "needs --each");
+}
+
 TEST_F(Program, EnvelopeRefusesWhatItCannotDo) {
   ASSERT_EQ(run(kPaper).exitCode, 0);
   refuses("envelope cube.t4d --voxel-size 0.001 -o no.ply",

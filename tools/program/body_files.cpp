@@ -1,0 +1,45 @@
+#include "tools/program/body_files.h"
+
+#include <fmt/format.h>
+
+#include "t4d/system/replaceable.h"
+
+namespace t4d::tools {
+namespace {
+
+constexpr std::string_view kPlace = "{body}";
+
+std::string fileNameOf(const std::string& pattern, const std::string& body) {
+  std::string name = pattern;
+  for (auto at = name.find(kPlace); at != name.npos; at = name.find(kPlace, at + body.size())) {
+    name.replace(at, kPlace.size(), body);
+  }
+  return name;
+}
+
+}  // namespace
+
+bool isPerBody(const std::string& output) { return output.find(kPlace) != output.npos; }
+
+std::optional<std::string> misuseOfPerBody(const std::string& output) {
+  if (!isPerBody(std::filesystem::path(output).parent_path().string())) return std::nullopt;
+  return fmt::format("'{}': {} must be in the name of the file, not in that of a folder", output,
+                     kPlace);
+}
+
+Result<std::vector<std::filesystem::path>> bodyFiles(const std::string& output,
+                                                     std::span<const std::string> bodies) {
+  const std::filesystem::path path(output);
+  std::vector<std::filesystem::path> files;
+  std::vector<std::string> names;
+  for (const std::string& body : bodies) {
+    names.push_back(fileNameOf(path.filename().string(), body));
+    files.push_back(path.parent_path() / names.back());
+  }
+  if (auto good = system::checkReplaceable(path.parent_path(), names); !good) {
+    return pass(good.error());
+  }
+  return files;
+}
+
+}  // namespace t4d::tools
